@@ -1,0 +1,74 @@
+"""What a plug-in must offer. One new effect, trajectory or bench is one new file that satisfies one of these."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol, runtime_checkable
+
+from planner.records import Array, Conditions, Trajectory
+
+Sensor = Literal["gyro", "accelerometer"]
+SENSORS: tuple[Sensor, ...] = ("gyro", "accelerometer")
+
+
+@dataclass(frozen=True)
+class Term:
+    """One coefficient of an effect: `x`, `y`, `z` for a channel, `xy` for channel x driven by axis y."""
+
+    name: str
+
+
+@runtime_checkable
+class Effect(Protocol):
+    """An effect answers: what do you add to the sensor's output per unit of your coefficients?
+
+    name: one of the names of the interfaces; sensors: on which it exists
+    units: sensor -> display unit of the coefficient, e.g. `deg/s/g`; coefficients are SI inside
+    group: how the effect enters y_i = (1 + kappa_i)(M u)_i + b_i + noise: `bias`, `scale_factor`
+        or `misalignment`
+    nonlinear: parameter name -> default in SI, for effects such as warm_up that need one to be linear
+    """
+
+    name: str
+    sensors: tuple[Sensor, ...]
+    units: Mapping[Sensor, str]
+    group: Literal["bias", "scale_factor", "misalignment"]
+    nonlinear: Mapping[str, float]
+
+    def terms(self, sensor: Sensor) -> tuple[Term, ...]:
+        """The effect's coefficients, in the order of the regressors' last axis."""
+        ...
+
+    def regressors(
+        self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
+    ) -> Array:
+        """(n, 3, n_terms) output in SI (rad/s or m/s^2) on x, y, z per SI unit of each coefficient."""
+        ...
+
+
+@runtime_checkable
+class TrajectoryFamily(Protocol):
+    """A parametrised family of flights; `parameters` is a pydantic model of its settings (SI inside)."""
+
+    name: str
+    parameters: type[Any]
+
+    def build(self, parameters: Any) -> Trajectory:
+        """The flight with the ideal readings that belong to it."""
+        ...
+
+
+@runtime_checkable
+class BenchKind(Protocol):
+    """A kind of bench: what it can excite and how its motions are named.
+
+    excites: which of `rate`, `gravity`, `acceleration`, `temperature` it can vary
+    """
+
+    name: str
+    excites: frozenset[str]
+
+    def motions(self, count: int, axes: int) -> tuple[Mapping[str, float], ...]:
+        """`count` standard motions, axis name -> deg (`position_1_deg`) or deg/s (`rate_1_dps`)."""
+        ...

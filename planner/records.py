@@ -1,0 +1,344 @@
+"""The nouns between stages: frozen, SI and radians inside, temperatures in degrees Celsius.
+
+A stage takes records and returns records; stages never call each other. Errors of a sensor are named
+`<sensor>.<effect>`, e.g. `gyro.bias`, with the effect names of `planner.effects`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Rule = Literal["worst_case", "rss", "percentile"]
+
+
+# ---------------------------------------------------------------- conditions and trajectories
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a sensor is exposed to, at n instants or in n records: the one question put to every effect.
+
+    rate: (n, 3) true inertial angular rate in body axes, rad/s
+    specific_force: (n, 3) true specific force in body axes, m/s^2
+    temperature_degc: (n,); temperature_rate: (n,) K/s
+    time_on: (n,) seconds since power-on; day: (n,) days since the calibration
+    """
+
+    rate: Array
+    specific_force: Array
+    temperature_degc: Array
+    temperature_rate: Array
+    time_on: Array
+    day: Array
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A flight and the ideal readings that belong to it, on a uniform time grid of n + 1 instants.
+
+    Body axes forward-right-down, navigation axes north-east-down, WGS-84.
+    time_s: (n + 1,) uniform, from 0; latitude, longitude: (n + 1,) rad; altitude: (n + 1,) m
+    velocity: (n + 1, 3) north, east, down relative to the Earth, m/s
+    attitude: (n + 1, 3, 3) direction cosines C_nb, body to north-east-down
+    angle_increment: (n, 3) integral of the ideal gyro readings over each interval, rad
+    velocity_increment: (n, 3) integral of the ideal accelerometer readings over each interval, m/s
+    temperature_degc: (n + 1,); time_on: (n + 1,) seconds since power-on; day: days since calibration
+    """
+
+    name: str
+    time_s: Array
+    latitude: Array
+    longitude: Array
+    altitude: Array
+    velocity: Array
+    attitude: Array
+    angle_increment: Array
+    velocity_increment: Array
+    temperature_degc: Array
+    time_on: Array
+    day: float = 0.0
+
+
+# ---------------------------------------------------------------- spec → sensitivities
+
+
+@dataclass(frozen=True)
+class SensitivityColumn:
+    """Identity of one column of the linear combination.
+
+    error: `gyro.bias`; axis: `x`, `y`, `z`, a term's name such as `xy`, or `all` for published coefficients
+    unit: the display unit of the coefficient, `deg/s`, `g`, `1`, …
+    """
+
+    error: str
+    axis: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """Navigation error per SI unit of every sensor error, error = computed − true.
+
+    time_s: (m,) instants, the last one is the end of the flight
+    position: (m, 3, p) north, east, up in metres per SI unit of column p
+    velocity: (m, 3, p) north, east, up in m/s; attitude: (m, 3, p) roll, pitch, heading in rad
+    """
+
+    time_s: Array
+    columns: tuple[SensitivityColumn, ...]
+    position: Array
+    velocity: Array
+    attitude: Array
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """One requirement at one instant: how long the error vector may be, and what every error adds to it.
+
+    requirement: index into the spec's requirements; time_s: the instant it holds at
+    limit: SI; percentile: probability for rule `percentile`, else None
+    vectors: error name -> (terms, k): components that the requirement asks for, per SI unit of each term
+    """
+
+    requirement: int
+    error: str
+    unit: str
+    rule: Rule
+    limit: float
+    time_s: float
+    vectors: Mapping[str, Array]
+    percentile: float | None = None
+
+
+# ---------------------------------------------------------------- sensitivities → allowances
+
+
+@dataclass(frozen=True)
+class ErrorModel:
+    """What the spec says of one error `<sensor>.<effect>`, in SI.
+
+    run_to_run: (temperature_degc, one sigma) pairs, one pair with NaN temperature when it is constant
+    points: how the temperature residual falls with the number of calibration points; see TemperaturePoints
+    uncalibrated: what remains of the error if nobody calibrates it (systematic, or the one-point residual)
+    calibrated: whether the spec declares the effect and a test serves it
+    """
+
+    name: str
+    unit: str
+    systematic: float
+    run_to_run: tuple[tuple[float, float], ...]
+    in_run: float
+    storage: float
+    points: tuple[TemperaturePoints, ...]
+    calibrated: bool
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class TemperaturePoints:
+    """One way to spread the calibration temperatures of an error, and the residual that it leaves.
+
+    placement: `even`, `optimal` (dynamic programming on a measured curve), `fixed` or `room`
+    """
+
+    temperatures_degc: tuple[float, ...]
+    residual: float
+    placement: Literal["even", "optimal", "fixed", "room"]
+
+
+@dataclass(frozen=True)
+class Allowance:
+    """The allowed size of one error and its parts, in SI. worst_case: parts add; otherwise their squares."""
+
+    error: str
+    unit: str
+    allowed: float
+    run_to_run: float
+    in_run: float
+    storage: float
+    temperature: float
+    estimate: float
+
+    @property
+    def parts(self) -> dict[str, float]:
+        """The five parts by their names in plan.json."""
+        return {
+            "run_to_run": self.run_to_run,
+            "in_run": self.in_run,
+            "storage": self.storage,
+            "temperature": self.temperature,
+            "estimate": self.estimate,
+        }
+
+
+@dataclass(frozen=True)
+class Corner:
+    """The allowance vector in which one error is as large as it can be (or all are equally relaxed).
+
+    genetic, exact: error name -> SI allowance; gap: (exact − genetic) / exact of the corner's own error
+    """
+
+    name: str
+    genetic: Mapping[str, float]
+    exact: Mapping[str, float]
+    gap: float
+
+
+@dataclass(frozen=True)
+class GeneticHistory:
+    """One run of the genetic algorithm: best and mean fitness per generation, for the convergence figure."""
+
+    best: tuple[float, ...]
+    mean: tuple[float, ...]
+    generations: int
+    evaluations: int
+    stopped: Literal["converged", "generations"]
+
+
+@dataclass(frozen=True)
+class AllowedErrors:
+    """Answer of the allowance stage: the region of sensor errors that the requirements leave.
+
+    smallest, largest: error name -> SI bounds of the genes (best that the bench can reach; uncalibrated)
+    front: allowance vectors on the limit that the genetic algorithm kept (Pareto set), error order of `errors`
+    tightness: requirement index -> share of the limit used when every error is at its smallest
+    """
+
+    errors: tuple[str, ...]
+    units: Mapping[str, str]
+    smallest: Mapping[str, float]
+    largest: Mapping[str, float]
+    front: tuple[tuple[float, ...], ...]
+    corners: tuple[Corner, ...]
+    history: GeneticHistory
+    tightness: Mapping[int, float]
+
+
+# ---------------------------------------------------------------- allowances → repeats
+
+
+@dataclass(frozen=True)
+class RepeatLevel:
+    """Repeats that bring the estimate's half-width d to `half_width` at every temperature point."""
+
+    half_width: float
+    repeats: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class ErrorMenu:
+    """Everything one error may choose in one test: its temperature points and, for each, the repeat levels.
+
+    levels[i] belongs to points[i]; levels are ordered from the fewest repeats to the most.
+    """
+
+    error: str
+    test: str
+    points: tuple[TemperaturePoints, ...]
+    levels: tuple[tuple[RepeatLevel, ...], ...]
+
+
+@dataclass(frozen=True)
+class RepeatReason:
+    """Why this number: the repeats of one error at one temperature, with every figure that went in (SI)."""
+
+    error: str
+    test: str
+    temperature_degc: float
+    spread: float
+    confidence: float
+    quantile_name: str
+    quantile: float
+    repeats: int
+    half_width: float
+    needed_half_width: float
+    bound_by: Literal["accuracy", "least", "shared", "fixed"]
+
+
+# ---------------------------------------------------------------- the plan
+
+
+@dataclass(frozen=True)
+class Step:
+    """One action on one bench. Times in seconds from the start; motion in deg and deg/s, by axis."""
+
+    id: str
+    bench: str
+    action: str
+    start_s: float
+    end_s: float
+    test: str | None = None
+    temperature_degc: float | None = None
+    repeat: int | None = None
+    motion: Mapping[str, float] | None = None
+    units: int = 1
+
+
+@dataclass(frozen=True)
+class PlannedTest:
+    """What one test does: its temperatures and, for each, the repeats."""
+
+    test: str
+    bench: str
+    temperatures_degc: tuple[float, ...]
+    repeats: tuple[int, ...]
+    time_s: float
+    power_on_s: float
+    calibrates: tuple[str, ...] = ()
+    motions: int = 1
+
+
+@dataclass(frozen=True)
+class Achieved:
+    """One requirement and what the plan reaches: `achieved` by the requirement's own rule, SI."""
+
+    error: str
+    at: str
+    rule: str
+    unit: str
+    limit: float
+    achieved: float
+    met: bool
+    shares: Mapping[str, float]  # error name -> its part of `achieved` (worst_case) or of its square
+
+
+@dataclass(frozen=True)
+class GeneticPlan:
+    """The genetic algorithm's campaign beside the exact one."""
+
+    time_s: float
+    gap: float
+    history: GeneticHistory
+    front: tuple[Mapping[str, float], ...]  # allowances in SI with key `time_s` among them
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The answer: a campaign, why it suffices, and the proof that none is shorter."""
+
+    version: str
+    name: str
+    spec_sha256: str
+    seed: int
+    objective: str
+    requirements: tuple[Achieved, ...]
+    sensitivities: tuple[Mapping[str, object], ...]
+    allowances: tuple[Allowance, ...]
+    tests: tuple[PlannedTest, ...]
+    steps: tuple[Step, ...]
+    reasons: tuple[RepeatReason, ...]
+    time_s: float
+    bound_s: float
+    gap: float
+    power_on_s: float
+    objective_value: float
+    hours_per_limit: Mapping[int, float]  # requirement index -> hours saved per SI unit of more limit
+    genetic: GeneticPlan | None
+    notes: tuple[str, ...] = field(default=())
+    solver: str = ""
