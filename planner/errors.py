@@ -47,8 +47,14 @@ class InfeasibleError(PlannerError):
     exit_code = 3
 
     def __init__(
-        self, message: str, *, binds: Sequence[tuple[str, float]] = (), nearest_limit: float | None = None
+        self,
+        message: str,
+        *,
+        requirement: int = 0,
+        binds: Sequence[tuple[str, float]] = (),
+        nearest_limit: float | None = None,
     ) -> None:
+        self.requirement = requirement
         self.binds = tuple(binds)
         self.nearest_limit = nearest_limit
         super().__init__(message)

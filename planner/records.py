@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Rule = Literal["worst_case", "rss", "percentile"]
+Placement = Literal["even", "optimal", "fixed", "room"]
 
 
 # ---------------------------------------------------------------- conditions and trajectories
@@ -124,8 +125,7 @@ class ErrorModel:
     """What the spec says of one error `<sensor>.<effect>`, in SI.
 
     run_to_run: (temperature_degc, one sigma) pairs, one pair with NaN temperature when it is constant
-    points: how the temperature residual falls with the number of calibration points; see TemperaturePoints
-    uncalibrated: what remains of the error if nobody calibrates it (systematic, or the one-point residual)
+    whole_variation: what remains without any temperature table (systematic size or largest residual)
     calibrated: whether the spec declares the effect and a test serves it
     """
 
@@ -135,21 +135,14 @@ class ErrorModel:
     run_to_run: tuple[tuple[float, float], ...]
     in_run: float
     storage: float
-    points: tuple[TemperaturePoints, ...]
+    whole_variation: float
     calibrated: bool
     note: str = ""
 
-
-@dataclass(frozen=True)
-class TemperaturePoints:
-    """One way to spread the calibration temperatures of an error, and the residual that it leaves.
-
-    placement: `even`, `optimal` (dynamic programming on a measured curve), `fixed` or `room`
-    """
-
-    temperatures_degc: tuple[float, ...]
-    residual: float
-    placement: Literal["even", "optimal", "fixed", "room"]
+    @property
+    def largest_run_to_run(self) -> float:
+        """The run-to-run sigma at the temperature where it is worst: the flight may be there."""
+        return max(sigma for _, sigma in self.run_to_run)
 
 
 @dataclass(frozen=True)
@@ -206,7 +199,7 @@ class AllowedErrors:
     """Answer of the allowance stage: the region of sensor errors that the requirements leave.
 
     smallest, largest: error name -> SI bounds of the genes (best that the bench can reach; uncalibrated)
-    front: allowance vectors on the limit that the genetic algorithm kept (Pareto set), error order of `errors`
+    front: allowance vectors on the limit that the genetic algorithm kept (Pareto set), in order of `errors`
     tightness: requirement index -> share of the limit used when every error is at its smallest
     """
 
@@ -224,24 +217,87 @@ class AllowedErrors:
 
 
 @dataclass(frozen=True)
-class RepeatLevel:
-    """Repeats that bring the estimate's half-width d to `half_width` at every temperature point."""
+class TemperaturePoints:
+    """One way to spread the calibration temperatures of an error, and the residual that it leaves.
 
-    half_width: float
-    repeats: tuple[int, ...]
+    placement: `even`, `optimal` (dynamic programming on a measured curve), `fixed` or `room`
+    """
+
+    temperatures_degc: tuple[float, ...]
+    residual: float
+    placement: Placement
 
 
 @dataclass(frozen=True)
-class ErrorMenu:
-    """Everything one error may choose in one test: its temperature points and, for each, the repeat levels.
-
-    levels[i] belongs to points[i]; levels are ordered from the fewest repeats to the most.
-    """
+class PointMenu:
+    """The temperature points that one error may choose in one test."""
 
     error: str
     test: str
     points: tuple[TemperaturePoints, ...]
-    levels: tuple[tuple[RepeatLevel, ...], ...]
+
+
+@dataclass(frozen=True)
+class RepeatLevels:
+    """For one set of temperature points: repeats (L, T) that bring d to half_width (L,) at every point.
+
+    Ordered from the fewest repeats to the most; half_width is the largest d over the points.
+    """
+
+    half_width: Array
+    repeats: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class ErrorMenu:
+    """Everything one error may choose in one test: temperature points and, for each, the repeat levels."""
+
+    error: str
+    test: str
+    points: tuple[TemperaturePoints, ...]
+    levels: tuple[RepeatLevels, ...]
+
+
+@dataclass(frozen=True)
+class ErrorChoice:
+    """What one error was given: its test, its points, and the half-width d that its repeats reach."""
+
+    error: str
+    test: str
+    points: TemperaturePoints
+    needed_repeats: tuple[int, ...]
+    needed_half_width: float
+    half_width: float
+
+
+@dataclass(frozen=True)
+class TestVisits:
+    """The temperatures at which a test is made and the repeats at each; the union of what its errors need."""
+
+    __test__ = False  # not a pytest class
+
+    test: str
+    temperatures_degc: tuple[float, ...]
+    repeats: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """The chosen temperatures, repeats and allowances, with the proof that no choice costs less.
+
+    objective: weighted cost in seconds; bound: proved lower bound of it
+    """
+
+    visits: tuple[TestVisits, ...]
+    choices: tuple[ErrorChoice, ...]
+    objective: float
+    bound: float
+    proved: bool
+
+    @property
+    def gap(self) -> float:
+        """(objective − bound) / objective."""
+        return max(0.0, self.objective - self.bound) / self.objective if self.objective > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -319,8 +375,27 @@ class GeneticPlan:
 
 
 @dataclass(frozen=True)
+class SensitivityFigure:
+    """One coefficient as the plan used it: the length that one display unit of an error's term adds.
+
+    value: in the requirement's unit per `per`, e.g. m per deg/s; unit: `m/(deg/s)`; requirement: its index
+    """
+
+    error: str
+    axis: str
+    value: float
+    unit: str
+    requirement: int
+
+
+@dataclass(frozen=True)
 class Plan:
-    """The answer: a campaign, why it suffices, and the proof that none is shorter."""
+    """The answer: a campaign, why it suffices, and the proof that none is shorter.
+
+    objective: what was minimised, in words; objective_value, objective_bound: in weighted seconds
+    bound_s: proved lower bound of the objective (of `time_s` when time alone is minimised); gap: relative
+    hours_per_limit: requirement index -> hours saved per SI unit of more limit (continuous relaxation)
+    """
 
     version: str
     name: str
@@ -328,7 +403,7 @@ class Plan:
     seed: int
     objective: str
     requirements: tuple[Achieved, ...]
-    sensitivities: tuple[Mapping[str, object], ...]
+    sensitivities: tuple[SensitivityFigure, ...]
     allowances: tuple[Allowance, ...]
     tests: tuple[PlannedTest, ...]
     steps: tuple[Step, ...]
@@ -338,7 +413,8 @@ class Plan:
     gap: float
     power_on_s: float
     objective_value: float
-    hours_per_limit: Mapping[int, float]  # requirement index -> hours saved per SI unit of more limit
+    hours_per_limit: Mapping[int, float]
     genetic: GeneticPlan | None
     notes: tuple[str, ...] = field(default=())
-    solver: str = ""
+    objective_bound: float = 0.0
+    proved: bool = True

@@ -1,0 +1,60 @@
+"""How well a mean is known: the confidence interval of a mean over power-ons (K 2.5.2, eq. 27).
+
+    d = q(n) · s / √n
+
+with s the run-to-run standard deviation at the temperature, and q the two-sided quantile: of Student's t with
+n − 1 degrees of freedom, or the normal one as published (1.960 for 95 %; K prints 2.96 for 99 %, the value is
+2.576). d falls strictly with n in both cases, so the smallest n for a given d is unique.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.records import Array, ErrorModel
+from planner.spec.model import Spec
+
+
+def quantile(confidence: float, kind: str, repeats: NDArray[np.int64]) -> Array:
+    """Two-sided quantile for each number of repeats; infinite for one repeat under Student's t."""
+    from scipy.stats import norm, t
+
+    upper = (1 + confidence) / 2
+    if kind == "normal":
+        return np.full(len(repeats), float(norm.ppf(upper)))
+    values = np.full(len(repeats), np.inf)
+    enough = repeats > 1
+    values[enough] = t.ppf(upper, repeats[enough] - 1)
+    return values
+
+
+def half_width(confidence: float, kind: str, spread: float, repeats: Sequence[int]) -> Array:
+    """d = q(n) · s / √n for each n."""
+    n = np.asarray(repeats, dtype=np.int64)
+    return np.asarray(quantile(confidence, kind, n) * spread / np.sqrt(n))
+
+
+def needed_repeats(confidence: float, kind: str, spread: float, allowed: float, most: int) -> int | None:
+    """The smallest n <= most with q(n) · s / √n <= allowed, the fixed point in n; None when there is none."""
+    enough = np.flatnonzero(half_width(confidence, kind, spread, range(1, most + 1)) <= allowed)
+    return int(enough[0]) + 1 if len(enough) else None
+
+
+def spread_at(model: ErrorModel, temperatures: Sequence[float]) -> Array:
+    """Run-to-run sigma at each temperature: linear between the table's points, constant outside them."""
+    known, sigma = (np.array(column) for column in zip(*model.run_to_run, strict=True))
+    if len(known) == 1:
+        return np.full(len(temperatures), sigma[0])
+    return np.interp(np.array(temperatures), known, sigma)
+
+
+def half_widths(
+    spec: Spec, model: ErrorModel, temperatures: Sequence[float], repeats: Sequence[int]
+) -> Array:
+    """d at each temperature for given repeats."""
+    n = np.asarray(repeats, dtype=np.int64)
+    q = quantile(spec.plan.confidence, spec.plan.quantile, n)
+    return np.asarray(q * spread_at(model, temperatures) / np.sqrt(n))

@@ -1,0 +1,120 @@
+"""What a campaign pays for, in seconds: K 2.6, eq. 28, with the ramps that it leaves out.
+
+time = Σ_benches install + Σ_(bench, T) (soak + ramps)
+     + Σ_tests Σ_T repeats · (power_on + Σ_motions (move + record + gap))
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.records import Array
+from planner.spec.model import Objective, Spec, Test
+
+
+@dataclass(frozen=True, order=True)
+class Resource:
+    """Something that is paid for once, however many errors use it.
+
+    kind: `install` of a bench, `soak` at a temperature, `stretch` of temperature from `at` to `to` that the
+    chamber crosses both ways, one repeat of a test at a temperature (`records`) or in the room
+    (`room_records`)
+    """
+
+    kind: str
+    bench: str
+    test: str = ""
+    at: float = 0.0
+    to: float = 0.0
+
+
+def weights_of(spec: Spec) -> tuple[float, float]:
+    """Weights of campaign time and power-on time; of equal power-on hours the shorter campaign is wanted."""
+    minimise = spec.plan.minimise
+    if isinstance(minimise, Objective):
+        return minimise.time, minimise.power_on
+    return (1.0, 0.0) if minimise == "time" else (1e-6, 1.0)
+
+
+def repeat_time(spec: Spec, test: Test) -> float:
+    """Seconds of one repeat: power-on, then a move, a record and a gap for every motion."""
+    move = spec.benches[test.bench].move
+    return test.power_on + test.motion_count * (move + test.record + test.gap)
+
+
+def repeat_power_on(spec: Spec, test: Test) -> float:
+    """Powered seconds of one repeat: the unit is switched off for the last gap."""
+    return repeat_time(spec, test) - test.gap
+
+
+def resources_of(spec: Spec, temperatures: Iterable[float]) -> tuple[Resource, ...]:
+    """Every resource that tests at these temperatures could use."""
+    places = sorted({*temperatures, spec.plan.temperatures.room})
+    found = []
+    for name, bench in spec.benches.items():
+        found.append(Resource("install", name))
+        if bench.chamber is not None:
+            found += [Resource("soak", name, at=t) for t in places]
+            found += [Resource("stretch", name, at=a, to=b) for a, b in pairwise(places)]
+    for name, test in spec.tests.items():
+        found += [Resource("records", test.bench, name, at=t) for t in places]
+        found.append(Resource("room_records", test.bench, name, at=spec.plan.temperatures.room))
+    return tuple(found)
+
+
+def price(spec: Spec, resource: Resource) -> float:
+    """Weighted seconds of one unit of a resource."""
+    time, power_on = weights_of(spec)
+    bench = spec.benches[resource.bench]
+    if resource.kind == "install":
+        return time * (bench.install + bench.remove)
+    if resource.kind in ("records", "room_records"):
+        test = spec.tests[resource.test]
+        return time * repeat_time(spec, test) + power_on * repeat_power_on(spec, test)
+    chamber = bench.chamber
+    assert chamber is not None  # only benches with a chamber offer soaks and stretches
+    if resource.kind == "soak":
+        return time * chamber.soak
+    there_and_back = sum(1 / speed for speed in (chamber.heating, chamber.cooling) if speed)
+    return time * (resource.to - resource.at) * there_and_back
+
+
+class Tariff:
+    """The resources of a spec in a fixed order, their prices, and what a visit of a test uses of each."""
+
+    def __init__(self, spec: Spec, temperatures: Iterable[float]) -> None:
+        self.spec = spec
+        self.resources = resources_of(spec, temperatures)
+        self.prices = np.array([price(spec, resource) for resource in self.resources])
+        self._position = {resource: i for i, resource in enumerate(self.resources)}
+
+    def amounts(
+        self, test: str, temperatures: Iterable[float], repeats: NDArray[np.int64], *, room: bool
+    ) -> Array:
+        """(L, K) amounts of every resource for `repeats` (L, T) of a test at T temperatures.
+
+        In the room nothing is soaked and the chamber does not move.
+        """
+        bench = self.spec.tests[test].bench
+        used = np.zeros((len(repeats), len(self.resources)))
+        used[:, self._position[Resource("install", bench)]] = 1.0
+        for column, t in zip(repeats.T, temperatures, strict=True):
+            kind = "room_records" if room else "records"
+            used[:, self._position[Resource(kind, bench, test, at=t)]] = column
+            if not room and self.spec.benches[bench].chamber is not None:
+                used[:, self._soak_and_stretches(bench, t)] = 1.0
+        return used
+
+    def _soak_and_stretches(self, bench: str, t: float) -> list[int]:
+        low, high = sorted((t, self.spec.plan.temperatures.room))
+        return [
+            i
+            for i, r in enumerate(self.resources)
+            if r.bench == bench
+            and ((r.kind == "soak" and r.at == t) or (r.kind == "stretch" and r.at >= low and r.to <= high))
+        ]

@@ -1,0 +1,167 @@
+"""Sensor errors → temperature points: how many, which ones, and the residual that each choice leaves.
+
+Evenly spread points with the residual of the spec's table (K table 2.10); where a curve over temperature was
+measured, also the points that minimise its worst piecewise-linear residual (dynamic programming).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from planner.errors import InputError
+from planner.plan.by_hand import chosen_by_hand, even_points, temperatures_of
+from planner.records import Array, PointMenu, TemperaturePoints
+from planner.solvers.breakpoints import optimal_breakpoints, table_residual
+from planner.spec.model import ErrorBudget, MeasuredCurve, Spec
+from planner.units import Quantity
+
+# Which declared effect lets a temperature table take the variation of an error out (interfaces, section 5).
+TEMPERATURE_EFFECT = {
+    "bias": "bias_temperature",
+    "scale_factor": "scale_factor_temperature",
+    "misalignment": "misalignment_temperature",
+}
+
+
+def point_menus(spec: Spec) -> tuple[PointMenu, ...]:
+    """What every calibrated error may choose in every test that serves it.
+
+    An error without a temperature residual needs one point only, and it may be any that others visit anyway.
+    Raises InputError when no candidate number of points has a residual.
+    """
+    pairs = [
+        (error, test)
+        for test in spec.tests
+        for error in spec.tests[test].calibrates
+        if error.split(".")[1] in spec.effects
+    ]
+    own = {pair: _points(spec, *pair) for pair in pairs}
+    return tuple(
+        PointMenu(error, test, own[error, test] or _joining(spec, error, test, own)) for error, test in pairs
+    )
+
+
+def _points(spec: Spec, error: str, test: str) -> tuple[TemperaturePoints, ...]:
+    """Placements from the spec alone; empty for an error that may join any temperature."""
+    budget = _budget(spec, error)
+    by_hand = chosen_by_hand(spec, test)
+    if by_hand is not None:
+        temperatures, placement = temperatures_of(spec, by_hand)
+        return (TemperaturePoints(temperatures, residual_at(spec, error, temperatures), placement),)
+    residual = budget.temperature_residual
+    if residual is None or not _removable(spec, error):
+        return ()
+    choice = spec.plan.temperatures
+    if isinstance(residual, MeasuredCurve):
+        return _points_on_curve(residual, choice.candidates, *choice.range)
+    return _points_of_table(spec, error, residual)
+
+
+def _joining(
+    spec: Spec, error: str, test: str, own: Mapping[tuple[str, str], tuple[TemperaturePoints, ...]]
+) -> tuple[TemperaturePoints, ...]:
+    """One point at any temperature that errors on the same bench may visit, else in the middle."""
+    bench = spec.tests[test].bench
+    visited = _union(
+        p.temperatures_degc
+        for (_, other), points in own.items()
+        if spec.tests[other].bench == bench
+        for p in points
+        if p.placement != "room"
+    )
+    one = residual_at(spec, error, (spec.plan.temperatures.room,))
+    middle = even_points(*spec.plan.temperatures.range, 1)
+    return tuple(TemperaturePoints((t,), one, "even") for t in visited or middle)
+
+
+def _union(temperatures: Iterable[tuple[float, ...]]) -> tuple[float, ...]:
+    return tuple(sorted({t for some in temperatures for t in some}))
+
+
+def residual_at(spec: Spec, error: str, temperatures: tuple[float, ...]) -> float:
+    """The residual that a given list of temperatures leaves: never more optimistic than the spec's table."""
+    budget = _budget(spec, error)
+    residual = budget.temperature_residual
+    if residual is None:
+        return 0.0
+    if not _removable(spec, error):
+        return budget.whole_variation
+    if isinstance(residual, MeasuredCurve):
+        x, y = _curve(residual)
+        nodes = np.sort(np.array(temperatures))
+        return table_residual(x, y, nodes, np.interp(nodes, x, y))
+    usable = [n for n in residual if n <= len(temperatures)]
+    if spec.plan.temperatures.interpolate and usable:
+        return _interpolated(residual, (len(temperatures),))[len(temperatures)].si
+    return residual[max(usable)].si if usable else budget.whole_variation
+
+
+def _budget(spec: Spec, error: str) -> ErrorBudget:
+    sensor, effect = error.split(".")
+    found: ErrorBudget = getattr(spec.unit, sensor)[effect]
+    return found
+
+
+def _removable(spec: Spec, error: str) -> bool:
+    """Whether the declared model has the temperature table that takes the variation of this error out."""
+    needed = TEMPERATURE_EFFECT.get(error.split(".")[1])
+    return needed is None or needed in spec.effects
+
+
+def _points_of_table(spec: Spec, error: str, table: Mapping[int, Quantity]) -> tuple[TemperaturePoints, ...]:
+    choice = spec.plan.temperatures
+    usable = _interpolated(table, choice.candidates) if choice.interpolate else table
+    found = tuple(
+        TemperaturePoints(even_points(*choice.range, n), usable[n].si, "even")
+        for n in sorted(set(choice.candidates))
+        if n in usable
+    )
+    if not found:
+        raise InputError(
+            f"{error}: none of plan.temperatures.candidates {list(choice.candidates)} stands in its "
+            f"temperature_residual table ({sorted(table)}); "
+            "add one, or set plan.temperatures.interpolate: true"
+        )
+    return found
+
+
+def _interpolated(table: Mapping[int, Quantity], candidates: tuple[int, ...]) -> dict[int, Quantity]:
+    """Residuals between the tabulated numbers of points, linear in the number; the last one beyond it."""
+    numbers = sorted(table)
+    values = [table[n].si for n in numbers]
+    dimension = table[numbers[0]].dimension
+    return {
+        n: Quantity(float(np.interp(n, numbers, values)), dimension, "interpolated")
+        for n in candidates
+        if n >= numbers[0]
+    }
+
+
+def _curve(measured: MeasuredCurve) -> tuple[Array, Array]:
+    x = np.array(sorted(measured.curve))
+    return x, np.array([measured.curve[t].si for t in x])
+
+
+def _points_on_curve(
+    measured: MeasuredCurve, candidates: tuple[int, ...], low: float, high: float
+) -> tuple[TemperaturePoints, ...]:
+    """For every candidate number the optimal placement on the measured curve, and the even one beside it."""
+    x, y = _curve(measured)
+    inside = (x >= low) & (x <= high)
+    x, y = x[inside], y[inside]
+    if len(x) < 2:
+        raise InputError(
+            "a measured temperature_residual curve needs two points inside plan.temperatures.range"
+        )
+    best = optimal_breakpoints(x, y, min(max(candidates), len(x)))
+    found = []
+    for n in sorted(set(candidates)):
+        even = even_points(low, high, n)
+        nodes = np.array(even)
+        found.append(TemperaturePoints(even, table_residual(x, y, nodes, np.interp(nodes, x, y)), "even"))
+        if n <= len(best):
+            placed = tuple(float(x[i]) for i in best[n - 1].indices)
+            found.append(TemperaturePoints(placed, best[n - 1].residual, "optimal"))
+    return tuple(found)

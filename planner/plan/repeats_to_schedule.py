@@ -1,0 +1,104 @@
+"""Repeat menus → the campaign of least cost, proved: temperatures, repeats and allowances chosen together.
+
+The errors are the groups of an integer program (`planner.solvers.integer`); a row of an error is one set of
+temperature points with one level of repeats in one test. Installations, soaks, ramps and records are shared
+resources: a soak is paid once per distinct temperature and bench, a record that serves several errors once.
+The contributions of a row to the requirements are constants, so worst_case and rss are linear in the rows
+(parts add, or their squares do); an exact percentile is bracketed by rss and finished by exact evaluation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from planner.errors import InfeasibleError, StoppedEarly
+from planner.plan.budget import binding_parts, reached
+from planner.plan.by_hand import is_hand_made
+from planner.plan.confidence import half_widths
+from planner.plan.percentile_cuts import objection
+from planner.plan.task import Task, extreme_allowances
+from planner.records import Campaign, ErrorChoice, TestVisits
+from planner.solvers.integer import Rows, solve
+from planner.solvers.linear_combination import weights
+
+
+def campaign(task: Task) -> Campaign:
+    """The cheapest campaign that meets every constraint, with its proof.
+
+    A spec that fixes every test by hand is only timed: its campaign is returned whether it meets the
+    requirements or not. Raises InfeasibleError (what binds, nearest limit) when even the most repeats at the
+    best points do not suffice, and StoppedEarly when nothing was found within `plan.time_limit`.
+    """
+    if is_hand_made(task.spec):
+        task = _unlimited(task)
+    else:
+        _refuse_the_impossible(task)
+    limit = task.spec.plan.time_limit
+    try:
+        choice = solve(task.problem, check=lambda rows: objection(task, rows), time_limit=limit)
+    except TimeoutError as error:
+        raise StoppedEarly(f"{error}; give plan.time_limit more, or fewer candidates") from None
+    if choice is None:
+        raise InfeasibleError("the requirements can be met one by one but not together")
+    visits = visits_of(task, choice.rows)
+    explained = [_explain(task, e, row, visits) for e, row in enumerate(choice.rows)]
+    return Campaign(visits, tuple(explained), choice.cost, choice.bound, choice.proved)
+
+
+def visits_of(task: Task, rows: Rows) -> tuple[TestVisits, ...]:
+    """The union of what the chosen rows need, test by test in the order of the spec."""
+    needed: dict[str, dict[float, int]] = {
+        visit.test: dict(zip(visit.temperatures_degc, visit.repeats, strict=True)) for visit in task.by_hand
+    }
+    for options, row in zip(task.rows, rows, strict=True):
+        at = needed.setdefault(options.test(row), {})
+        points = options.points(row).temperatures_degc
+        for t, n in zip(points, options.repeats(row), strict=True):
+            at[t] = max(at.get(t, 0), n)
+    return tuple(
+        TestVisits(test, tuple(sorted(needed[test])), tuple(needed[test][t] for t in sorted(needed[test])))
+        for test in task.spec.tests
+        if test in needed
+    )
+
+
+def _unlimited(task: Task) -> Task:
+    free = replace(task.problem, limits=np.full(len(task.constraints), np.inf))
+    return replace(task, constraints=(), problem=free)
+
+
+def _refuse_the_impossible(task: Task) -> None:
+    """Raise when a requirement is not met although every error is as small as the bench can make it."""
+    for constraint in task.constraints:
+        best, _ = extreme_allowances(task, constraint.rule)
+        value = reached(constraint, best)
+        if value > constraint.limit * (1 + 1e-9):
+            weight = dict(
+                zip((a.error for a in best), weights(constraint, [a.error for a in best]), strict=True)
+            )
+            raise InfeasibleError(
+                f"requirement {constraint.requirement + 1} ({constraint.error}) cannot be met",
+                requirement=constraint.requirement,
+                binds=binding_parts(constraint, best, weight),
+                nearest_limit=value,
+            )
+
+
+def _explain(task: Task, e: int, row: int, visits: Sequence[TestVisits]) -> ErrorChoice:
+    """What the error was given; records shared with another error can make its half-width smaller."""
+    rows, model = task.rows[e], task.models[e]
+    points = rows.points(row)
+    visit = next(v for v in visits if v.test == rows.test(row))
+    made = dict(zip(visit.temperatures_degc, visit.repeats, strict=True))
+    repeats = [made[t] for t in points.temperatures_degc]
+    return ErrorChoice(
+        error=rows.error,
+        test=visit.test,
+        points=points,
+        needed_repeats=rows.repeats(row),
+        needed_half_width=float(rows.half_width[row]),
+        half_width=float(half_widths(task.spec, model, points.temperatures_degc, repeats).max()),
+    )

@@ -1,0 +1,50 @@
+"""Spec → what is known of every sensor error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from planner import catalog
+from planner.protocols import SENSORS
+from planner.records import ErrorModel
+from planner.spec.model import ErrorBudget, Spec, si
+
+
+def error_models(spec: Spec) -> tuple[ErrorModel, ...]:
+    """Every error that the spec gives a budget for, in the order of the catalogue.
+
+    An error whose effect the spec does not declare, or that no test serves, is not calibrated and stays whole
+    in the budget (`calibrated` False, with a note that says why).
+    """
+    return tuple(
+        _error_model(spec, sensor, effect, getattr(spec.unit, sensor)[effect])
+        for effect in catalog.effects()
+        for sensor in SENSORS
+        if effect in getattr(spec.unit, sensor)
+    )
+
+
+def _error_model(spec: Spec, sensor: str, effect: str, budget: ErrorBudget) -> ErrorModel:
+    name = f"{sensor}.{effect}"
+    served = any(name in test.calibrates for test in spec.tests.values())
+    declared = effect in spec.effects
+    why = "no test calibrates it" if declared else "the spec does not declare the effect"
+    return ErrorModel(
+        name=name,
+        unit=catalog.effects()[effect].units[sensor],
+        systematic=si(budget.systematic),
+        run_to_run=_run_to_run(budget),
+        in_run=si(budget.in_run),
+        storage=si(budget.storage),
+        whole_variation=budget.whole_variation,
+        calibrated=declared and served,
+        note="" if declared and served else f"{name} stays whole in the budget: {why}",
+    )
+
+
+def _run_to_run(budget: ErrorBudget) -> tuple[tuple[float, float], ...]:
+    """(temperature, sigma) pairs; a constant is one pair at NaN."""
+    spread = budget.run_to_run
+    if isinstance(spread, Mapping):
+        return tuple(sorted((t, s.si) for t, s in spread.items()))
+    return ((float("nan"), si(spread)),)

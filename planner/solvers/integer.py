@@ -1,0 +1,301 @@
+"""Choosing one row per group at least total cost, where rows share resources: an integer program, proved.
+
+    min  Σ_g Σ_r cost_gr x_gr + Σ_k price_k y_k
+    s.t. Σ_r x_gr = 1                            for every group g
+         Σ_g Σ_r contribution_grc x_gr <= limit_c  for every constraint c
+         y_k >= Σ_r amount_grk x_gr              for every resource k and every group g that uses it
+         x binary, y >= forced (continuous: settled by x)
+
+A resource is paid for by the largest amount that any group asks of it: a soak (0 or 1), an installation, the
+repeats of a record that serves several groups. Solved with HiGHS through scipy.optimize.milp.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Rows = tuple[int, ...]
+
+# Contributions are sums of some ten products: a selection may exceed a limit by rounding only.
+LIMIT_TOLERANCE = 1e-9
+# So many rows per group are enough to find a good campaign first; the proof then uses all that can beat it.
+FIRST_LOOK_ROWS = 60
+
+
+@dataclass(frozen=True)
+class Group:
+    """What one group can choose: cost (R,), contribution (R, C) to the limits, amounts (R, K) of resources.
+
+    index (R,) is the row's number for the caller; it survives when rows are left out.
+    """
+
+    cost: Array
+    contribution: Array
+    amounts: Array
+    index: Indices
+
+    def take(self, rows: Indices) -> Group:
+        """The group with only these rows."""
+        return Group(self.cost[rows], self.contribution[rows], self.amounts[rows], self.index[rows])
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Groups, prices (K,) of the resources, limits (C,), amounts (K,) that are paid for in any case."""
+
+    groups: tuple[Group, ...]
+    prices: Array
+    limits: Array
+    forced: Array
+
+    def cost(self, chosen: Sequence[int]) -> float:
+        """Exact cost of a selection (positions within the groups)."""
+        amounts = self.forced
+        for group, r in zip(self.groups, chosen, strict=True):
+            amounts = np.maximum(amounts, group.amounts[r])
+        own = sum(float(group.cost[r]) for group, r in zip(self.groups, chosen, strict=True))
+        return own + float(self.prices @ amounts)
+
+    def usage(self, chosen: Sequence[int]) -> Array:
+        """(C,) left-hand sides of a selection."""
+        parts = [group.contribution[r] for group, r in zip(self.groups, chosen, strict=True)]
+        return np.asarray(np.array(parts).reshape(-1, len(self.limits)).sum(axis=0))
+
+    def within_limits(self, chosen: Sequence[int]) -> bool:
+        """Whether a selection keeps every limit, up to rounding."""
+        return bool(np.all(self.usage(chosen) <= self.limits * (1 + LIMIT_TOLERANCE)))
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Σ_g Σ_r coefficients[g][r] x_gr <= limit, coefficients by the caller's row numbers."""
+
+    coefficients: tuple[Array, ...]
+    limit: float
+
+
+Check = Callable[[Rows], Cut | None]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The chosen row of each group (caller's numbers), cost, proved lower bound, whether the proof ended."""
+
+    rows: Rows
+    cost: float
+    bound: float
+    proved: bool
+
+    @property
+    def gap(self) -> float:
+        """(cost − bound) / cost."""
+        return max(0.0, self.cost - self.bound) / self.cost if self.cost > 0 else 0.0
+
+
+def least_usage(problem: Problem) -> Array:
+    """(C,) the smallest left-hand side of each constraint on its own."""
+    return np.asarray(np.array([group.contribution.min(axis=0) for group in problem.groups]).sum(axis=0))
+
+
+def solve(
+    problem: Problem, *, check: Check | None = None, time_limit: float = 120.0, most_solves: int = 400
+) -> Choice | None:
+    """The cheapest selection within the limits, with its proof; None when there is none.
+
+    check: asked about every selection found; returns a cut that removes it (for a condition that no linear
+    row can say, such as an exact percentile) or None to accept it. Every cut must keep all acceptable
+    selections, so that the bound of each relaxation stays a bound. When time or solves run out, the best
+    accepted selection is returned with the bound proved so far and `proved` False. Raises TimeoutError when
+    they run out before any selection was found.
+    """
+    deadline = time.monotonic() + time_limit
+    folded = fold_private_resources(problem)
+    thinned = replace(folded, groups=tuple(_thin(group) for group in folded.groups))
+    first = _solve_with_cuts(thinned, check, deadline, most_solves)
+    ceiling = np.inf if first.choice is None else first.choice.cost
+    full = replace(folded, groups=tuple(_below(folded, g, ceiling) for g in range(len(folded.groups))))
+    second = _solve_with_cuts(full, check, deadline, most_solves)
+    found = [run.choice for run in (second, first) if run.choice is not None]
+    if not found and second.finished:
+        return None
+    if not found:
+        raise TimeoutError(f"no selection was found within {time_limit:g} s and {most_solves} solves")
+    best = min(found, key=lambda choice: choice.cost)
+    if second.choice is None:
+        return replace(best, bound=min(second.bound, best.cost), proved=False)
+    return replace(best, bound=min(second.choice.bound, best.cost), proved=second.choice.proved)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Outcome of one relaxation with its cuts; finished without a choice means that there is none."""
+
+    choice: Choice | None
+    bound: float
+    finished: bool
+
+
+def monotone_cut(problem: Problem, chosen: Rows) -> Cut:
+    """Removes every selection that is nowhere better than `chosen`.
+
+    Valid for any condition that can only get worse when contributions grow:
+    Σ_g [contribution_gr >= contribution of the chosen row] x_gr <= groups − 1.
+    """
+    worse = []
+    for group, r in zip(problem.groups, chosen, strict=True):
+        worse.append(np.all(group.contribution >= group.contribution[r], axis=1).astype(float))
+    return Cut(tuple(worse), len(problem.groups) - 1)
+
+
+def fold_private_resources(problem: Problem) -> Problem:
+    """A resource that only one group uses is simply part of that group's cost."""
+    users = np.array([np.any(group.amounts > 0, axis=0) for group in problem.groups]).sum(axis=0)
+    private = (users <= 1) & (problem.forced <= 0)
+    groups = tuple(
+        replace(
+            g, cost=g.cost + g.amounts[:, private] @ problem.prices[private], amounts=g.amounts[:, ~private]
+        )
+        for g in problem.groups
+    )
+    return replace(problem, groups=groups, prices=problem.prices[~private], forced=problem.forced[~private])
+
+
+def _thin(group: Group) -> Group:
+    """A spread of rows by cost, with the least contribution to every limit kept (so it stays feasible)."""
+    order = np.argsort(group.cost, kind="stable")
+    some = order[np.unique(np.linspace(0, len(order) - 1, FIRST_LOOK_ROWS).round().astype(int))]
+    # by rank of cost, expensive rows would crowd out the cheap ones that plans are made of
+    cheap = order[:FIRST_LOOK_ROWS]
+    total = group.contribution.sum(axis=1)
+    needed = [int(total.argmin()), *(int(c) for c in group.contribution.argmin(axis=0))]
+    return group.take(np.unique(np.concatenate([some, cheap, np.array(needed)])))
+
+
+def _below(problem: Problem, g: int, ceiling: float) -> Group:
+    """The rows of group g that can still be part of a selection that costs at most `ceiling`."""
+    group = problem.groups[g]
+    others = sum(float(o.cost.min()) for i, o in enumerate(problem.groups) if i != g)
+    shared = np.maximum(group.amounts, problem.forced) @ problem.prices
+    return group.take(np.flatnonzero(group.cost + shared + others <= ceiling * (1 + 1e-12) + 1e-9))
+
+
+def _free_bound(problem: Problem) -> float:
+    """What any selection costs at least, without looking at the limits."""
+    folded = fold_private_resources(problem)
+    return sum(float(g.cost.min()) for g in folded.groups) + float(folded.prices @ folded.forced)
+
+
+def _solve_with_cuts(problem: Problem, check: Check | None, deadline: float, most_solves: int) -> _Run:
+    """Solve, ask `check`, cut, repeat: the last bound holds for the uncut problem."""
+    cuts: list[Cut] = []
+    bound = _free_bound(problem)
+    for _ in range(most_solves):
+        answer = _milp(problem, cuts, max(deadline - time.monotonic(), 0.5))
+        if answer is None:
+            return _Run(None, np.inf, True)
+        positions, proved_bound, finished = answer
+        bound = max(bound, proved_bound)
+        if positions is None:
+            break
+        rows = tuple(int(g.index[r]) for g, r in zip(problem.groups, positions, strict=True))
+        cut = check(rows) if check else None
+        if not problem.within_limits(positions):  # HiGHS keeps a limit to 1e-6 only; this one was overstepped
+            cut = _scatter(monotone_cut(problem, positions), problem)
+        if cut is None:
+            cost = problem.cost(positions)
+            return _Run(Choice(rows, cost, cost if finished else min(bound, cost), finished), bound, finished)
+        cuts.append(cut)
+        if time.monotonic() > deadline:
+            break
+    return _Run(None, bound, False)
+
+
+def _scatter(cut: Cut, problem: Problem) -> Cut:
+    """Coefficients by position -> by the caller's row numbers."""
+    wide = []
+    for group, coefficients in zip(problem.groups, cut.coefficients, strict=True):
+        by_number = np.zeros(int(group.index.max()) + 1)
+        by_number[group.index] = coefficients
+        wide.append(by_number)
+    return Cut(tuple(wide), cut.limit)
+
+
+def _milp(problem: Problem, cuts: Sequence[Cut], seconds: float) -> tuple[Rows | None, float, bool] | None:
+    """One HiGHS run: positions (None if it found none in time), lower bound, finished; None if infeasible."""
+    from scipy.optimize import Bounds, LinearConstraint, milp
+
+    groups, count = problem.groups, sum(len(g.cost) for g in problem.groups)
+    starts = np.cumsum([0, *(len(g.cost) for g in groups)])
+    matrix, low, high = _constraint_matrix(problem, cuts, starts, count)
+    objective = np.concatenate([*(g.cost for g in groups), problem.prices])
+    result = milp(
+        objective,
+        constraints=LinearConstraint(matrix, low, high),
+        integrality=np.concatenate([np.ones(count), np.zeros(len(problem.prices))]),
+        bounds=Bounds(
+            np.concatenate([np.zeros(count), problem.forced]),
+            np.concatenate([np.ones(count), np.full(len(problem.prices), np.inf)]),
+        ),
+        options={"mip_rel_gap": 0.0, "time_limit": seconds},
+    )
+    if result.status == 2:
+        return None
+    if result.x is None:
+        return None, -np.inf, False
+    positions = tuple(int(result.x[a:b].argmax()) for a, b in pairwise(starts))
+    bound = -np.inf if result.mip_dual_bound is None else float(result.mip_dual_bound)
+    return positions, bound, result.status == 0
+
+
+def _constraint_matrix(
+    problem: Problem, cuts: Sequence[Cut], starts: Indices, count: int
+) -> tuple[object, Array, Array]:
+    """Sparse rows: one per group, per limit, per shared resource and group, per cut; with their bounds."""
+    from scipy.sparse import coo_array
+
+    entries: list[tuple[Indices, Indices, Array]] = []
+    low: list[float] = []
+    high: list[float] = []
+
+    def add(columns: Indices, values: Array, least: float, most: float) -> None:
+        entries.append((np.full(len(columns), len(low)), columns, values))
+        low.append(least)
+        high.append(most)
+
+    for group, start in zip(problem.groups, starts[:-1], strict=True):
+        add(np.arange(start, start + len(group.cost)), np.ones(len(group.cost)), 1.0, 1.0)
+    everything = np.arange(count)
+    for c, limit in enumerate(problem.limits):
+        if not np.isfinite(limit):
+            continue
+        unit = abs(limit) or 1.0
+        add(
+            everything,
+            np.concatenate([g.contribution[:, c] for g in problem.groups]) / unit,
+            -np.inf,
+            limit / unit,
+        )
+    for k in range(len(problem.prices)):
+        for group, start in zip(problem.groups, starts[:-1], strict=True):
+            uses = np.flatnonzero(group.amounts[:, k])
+            if len(uses):
+                columns = np.append(start + uses, count + k)
+                add(columns, np.append(-group.amounts[uses, k], 1.0), 0.0, np.inf)
+    for cut in cuts:
+        add(
+            everything,
+            np.concatenate([c[g.index] for c, g in zip(cut.coefficients, problem.groups, strict=True)]),
+            -np.inf,
+            cut.limit,
+        )
+    rows, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
+    shape = (len(low), count + len(problem.prices))
+    return coo_array((values, (rows, columns)), shape=shape).tocsr(), np.array(low), np.array(high)
