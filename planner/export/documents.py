@@ -1,0 +1,34 @@
+"""Reading back the files that planner wrote."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from planner.errors import Fault, InputError
+
+REQUIRED = ("planner", "spec", "requirements", "allowances", "tests", "steps", "time_s", "bound_s", "gap")
+
+
+def read_plan(path: Path) -> dict[str, Any]:
+    """plan.json as a tree of plain values; a folder stands for the plan.json in it.
+
+    Raises InputError for a file that cannot be read, is not JSON, or is no plan.
+    """
+    file = path / "plan.json" if path.is_dir() else path
+    try:
+        document = json.loads(file.read_bytes())
+    except OSError as error:
+        raise InputError(f"cannot read {file}: {error.strerror}") from error
+    except json.JSONDecodeError as error:
+        fault = Fault(str(file), error.lineno, error.colno, "", f"not JSON: {error.msg}")
+        raise InputError(f"{file} is not a plan", [fault]) from error
+    except (UnicodeDecodeError, RecursionError, ValueError) as error:
+        raise InputError(f"{file} is not a plan: {error}") from error
+    missing = [key for key in REQUIRED if not isinstance(document, dict) or key not in document]
+    if missing:
+        raise InputError(
+            f"{file} is not a plan: {', '.join(missing)} missing; give plan.json of `planner plan`"
+        )
+    return {**document, "path": str(path)}

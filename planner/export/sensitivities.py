@@ -1,0 +1,12 @@
+"""`planner sensitivity --json`: signed navigation errors at the end of the flight (interfaces, section 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+
+def sensitivity_document(rows: Sequence[Any]) -> dict[str, Any]:
+    """`columns`: one entry a coefficient, per one display unit of it; error = computed − true."""
+    return {"columns": [asdict(row) for row in rows]}

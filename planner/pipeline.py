@@ -1,0 +1,149 @@
+"""The flows, each one short list of stage calls."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from planner import __version__
+from planner.plan.allowance_to_repeats import error_menus
+from planner.plan.budget import common_rule
+from planner.plan.by_hand import is_hand_made
+from planner.plan.campaign_to_plan import plan_of
+from planner.plan.errors_to_points import point_menus
+from planner.plan.genetic_campaign import genetic_plan
+from planner.plan.repeats_to_schedule import campaign
+from planner.plan.schedule_to_steps import planned_tests, steps
+from planner.plan.sensitivity_to_allowance import allowed_errors
+from planner.plan.spec_to_errors import error_models
+from planner.plan.spec_to_sensitivity import constraints as constraints_of
+from planner.plan.spec_to_sensitivity import sensitivities as sensitivities_of
+from planner.plan.spec_to_trajectory import trajectory_of
+from planner.plan.task import Task, extreme_allowances, planning_task
+from planner.records import AllowedErrors, Constraint, ErrorModel, Plan, Sensitivities
+from planner.solvers.genetic import GeneticSettings
+from planner.spec.load import LoadedSpec
+from planner.spec.model import Given, Spec
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Navigation:
+    """What the requirements ask of the sensors: errors, their sensitivities, the constraints."""
+
+    models: tuple[ErrorModel, ...]
+    sensitivities: Sensitivities | None
+    constraints: tuple[Constraint, ...]
+    trajectory: str
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A plan with everything that its report shows."""
+
+    plan: Plan
+    navigation: Navigation
+    allowed: AllowedErrors | None
+
+
+def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
+    """Spec → errors, sensitivities on its trajectory (unless they are given), constraints."""
+    spec = loaded.spec
+    models = error_models(spec)
+    if isinstance(spec.sensitivities, Given):
+        return Navigation(models, None, constraints_of(spec, None), "published coefficients")
+    progress("building the trajectory")
+    trajectory = trajectory_of(spec.trajectory, loaded.folder)
+    progress("propagating the sensor errors")
+    found = sensitivities_of(trajectory, [model.name for model in models], instants=_instants(spec))
+    return Navigation(models, found, constraints_of(spec, found), trajectory.name)
+
+
+def allow(loaded: LoadedSpec, progress: Progress) -> tuple[Navigation, AllowedErrors]:
+    """Spec → the region of allowed sensor errors: genetic algorithm and exact optimum."""
+    navigation = navigate(loaded, progress)
+    task = _task(loaded.spec, navigation)
+    return navigation, _allowed(loaded.spec, task, navigation, progress)
+
+
+def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
+    """Spec → the shortest campaign that suffices, with its proof and its reasons."""
+    spec = loaded.spec
+    navigation = navigate(loaded, progress)
+    task = _task(spec, navigation)
+    progress("choosing temperatures and repeats")
+    chosen = campaign(task)
+    rule = common_rule(navigation.constraints)
+    allowed = genetic = None
+    if not is_hand_made(spec):
+        allowed = _allowed(spec, task, navigation, progress)
+        progress("genetic algorithm beside the exact campaign")
+        genetic = genetic_plan(task, chosen, rule, _settings(spec), spec.plan.seed)
+    timeline = steps(spec, chosen)
+    made = plan_of(
+        task,
+        navigation.constraints,
+        chosen,
+        timeline,
+        planned_tests(spec, chosen, timeline),
+        version=__version__,
+        sha256=loaded.sha256,
+        genetic=genetic,
+        notes=_notes(loaded, navigation.models),
+    )
+    return Planned(made, navigation, allowed)
+
+
+def sensitivity(loaded: LoadedSpec, flight: Path | None, progress: Progress) -> Sensitivities:
+    """The linear-combination coefficients on the spec's trajectory, or on a flight from a file."""
+    choice = loaded.spec.trajectory if flight is None else {"file": str(flight.resolve())}
+    progress("building the trajectory")
+    trajectory = trajectory_of(choice, loaded.folder)
+    progress("propagating the sensor errors")
+    return sensitivities_of(trajectory, _asked_errors(loaded.spec), instants=_instants(loaded.spec))
+
+
+def _asked_errors(spec: Spec) -> list[str]:
+    """Bias and scale factor of both sensors always, then whatever else the spec speaks of."""
+    basic = [f"{s}.{e}" for e in ("bias", "scale_factor") for s in ("gyro", "accelerometer")]
+    return list(dict.fromkeys([*basic, *(model.name for model in error_models(spec))]))
+
+
+def _instants(spec: Spec) -> list[float]:
+    return [float(r.at) for r in spec.requirement if not isinstance(r.at, str)]
+
+
+def _task(spec: Spec, navigation: Navigation) -> Task:
+    menus = error_menus(spec, navigation.models, point_menus(spec))
+    return planning_task(spec, navigation.models, menus, navigation.constraints)
+
+
+def _allowed(spec: Spec, task: Task, navigation: Navigation, progress: Progress) -> AllowedErrors:
+    progress("allowed sensor errors: genetic algorithm and exact optimum")
+    smallest, largest = extreme_allowances(task, common_rule(navigation.constraints))
+    return allowed_errors(
+        navigation.constraints,
+        [a.error for a in smallest],
+        {a.error: a.unit for a in smallest},
+        {a.error: a.allowed for a in smallest},
+        {a.error: a.allowed for a in largest},
+        _settings(spec),
+        spec.plan.seed,
+    )
+
+
+def _settings(spec: Spec) -> GeneticSettings:
+    genetic = spec.plan.genetic
+    return GeneticSettings(
+        individuals=genetic.individuals,
+        best=genetic.best,
+        crossover=genetic.crossover,
+        mutation=genetic.mutation,
+        generations=genetic.generations,
+    )
+
+
+def _notes(loaded: LoadedSpec, models: tuple[ErrorModel, ...]) -> list[str]:
+    return [*(model.note for model in models if model.note), *(f.message for f in loaded.warnings)]
