@@ -195,7 +195,13 @@ def _hours_per_limit(task: Task, chosen: Campaign, constraints: Sequence[Constra
         ]
     )
     spread = np.array([choice.half_width * np.sqrt(max(choice.needed_repeats)) for choice in deciding])
-    relaxed = relaxed_time(cost, spread, load, left, "worst_case", np.array(task.spec.plan.repeats.least))
+    least = np.array(task.spec.plan.repeats.least)
+    if np.all(load @ (spread / np.sqrt(least)) <= left):
+        return dict.fromkeys(binding, 0.0)  # the fewest repeats suffice: a looser limit buys nothing here
+    try:
+        relaxed = relaxed_time(cost, spread, load, left, "worst_case", least)
+    except ArithmeticError:  # no figure rather than one that the solver does not vouch for
+        return {}
     return {i: float(d) / 3600 for i, d in zip(binding, relaxed.dual, strict=True)}
 
 

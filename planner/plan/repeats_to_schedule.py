@@ -9,6 +9,7 @@ The contributions of a row to the requirements are constants, so worst_case and 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -20,9 +21,10 @@ from planner.plan.by_hand import is_hand_made
 from planner.plan.confidence import half_widths
 from planner.plan.percentile_cuts import objection
 from planner.plan.task import Task, extreme_allowances
-from planner.records import Campaign, ErrorChoice, TestVisits
+from planner.records import Campaign, Constraint, ErrorChoice, TestVisits
 from planner.solvers.integer import Rows, solve
 from planner.solvers.linear_combination import weights
+from planner.units import from_si
 
 
 def campaign(task: Task) -> Campaign:
@@ -80,11 +82,29 @@ def _refuse_the_impossible(task: Task) -> None:
                 zip((a.error for a in best), weights(constraint, [a.error for a in best]), strict=True)
             )
             raise InfeasibleError(
-                f"requirement {constraint.requirement + 1} ({constraint.error}) cannot be met",
+                _impossible(constraint, value, binding_parts(constraint, best, weight)),
                 requirement=constraint.requirement,
                 binds=binding_parts(constraint, best, weight),
                 nearest_limit=value,
             )
+
+
+def _impossible(constraint: Constraint, value: float, binds: Sequence[tuple[str, float]]) -> str:
+    """What cannot be met, the nearest limit that can, and the parts that make up most of it."""
+    unit = constraint.unit
+    shares = ", ".join(f"{part} {share:.0%}" for part, share in binds[:4])
+    return (
+        f"requirement {constraint.requirement + 1} ({constraint.error} within "
+        f"{from_si(constraint.limit, unit):g} {unit}) cannot be met: with every error as small as the bench "
+        f"can make it, {from_si(value, unit):.6g} {unit} are reached; what binds: {shares}; "
+        f"the nearest limit that can be met is {rounded_up(from_si(value, unit))} {unit}"
+    )
+
+
+def rounded_up(value: float, digits: int = 4) -> str:
+    """A figure rounded up to a few digits, so that a limit set to it can be met."""
+    step = 10.0 ** (math.floor(math.log10(value)) - digits + 1)
+    return f"{math.ceil(value / step) * step:.{digits}g}"
 
 
 def _explain(task: Task, e: int, row: int, visits: Sequence[TestVisits]) -> ErrorChoice:
