@@ -1,28 +1,48 @@
-"""Field types for whatever a user writes: text with a unit in YAML, an SI number in the model, a pattern in the schema."""
+"""Field types for what a user writes: text with a unit in the file, SI in the model, a pattern for editors.
+
+Every type refuses a number without its unit, a unit of another dimension, nan and inf.
+"""
 
 from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
 from planner.units import Quantity, UnitError, parse, to_degc, to_si
 
+NUMBER_PATTERN = r"[+-]?([0-9]+([_ ][0-9]{3})*\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?"
+QUANTITY_PATTERN = rf"^\s*{NUMBER_PATTERN}\s*([A-Za-zµμ%°(]|1/).*$"
+TEMPERATURE_PATTERN = rf"^\s*{NUMBER_PATTERN}\s*(deg ?C|°C|C|celsius|K|kelvin)\s*$"
+LONGEST_S = 100 * 365.25 * 86400  # nobody plans a campaign, or a unit, of more than a century
 
-def _reader(unit: str) -> Any:
+
+def quantity(unit: str, example: str) -> Any:
+    """Annotation of a float field: read in any unit of `unit`'s dimension, SI inside."""
+
     def read(value: object) -> float:
         try:
             return to_si(value, unit)
         except UnitError as error:
-            raise ValueError(str(error)) from None
+            raise ValueError(_with_advice(str(error), f"e.g. '{example}'")) from None
 
     return BeforeValidator(read)
 
 
-def _schema(example: str) -> Any:
+def schema(example: str, pattern: str = QUANTITY_PATTERN) -> Any:
+    """What an editor is told of such a field."""
     return WithJsonSchema(
-        {"type": "string", "description": f"number with unit, e.g. {example}", "examples": [example]}
+        {
+            "type": "string",
+            "pattern": pattern,
+            "description": f"number with unit, e.g. {example}",
+            "examples": [example],
+        }
     )
+
+
+def _with_advice(message: str, advice: str) -> str:
+    return message if "write" in message else f"{message}; write {advice}"
 
 
 def _temperature(value: object) -> float:
@@ -38,26 +58,63 @@ def _quantity(value: object) -> Quantity:
     try:
         return parse(value)
     except UnitError as error:
-        raise ValueError(str(error)) from None
+        raise ValueError(_with_advice(str(error), "a number with its unit")) from None
 
 
 def _count(value: object) -> object:
     if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError(f"{value!r} is not a whole number")
+        raise ValueError(f"{_brief(value)} is not a whole number")
     return value
 
 
-Seconds = Annotated[float, _reader("s"), Field(ge=0), _schema("15 min")]
-PositiveSeconds = Annotated[float, _reader("s"), Field(gt=0), _schema("300 s")]
-Share = Annotated[float, _reader("%"), Field(gt=0, lt=1), _schema("95 %")]
-Celsius = Annotated[float, BeforeValidator(_temperature), _schema("-55 degC")]
-KelvinPerSecond = Annotated[float, _reader("K/min"), Field(gt=0), _schema("4 K/min")]
-Kelvin = Annotated[float, _reader("K"), Field(ge=0), _schema("2 K")]
-Rate = Annotated[float, _reader("deg/s"), _schema("100 deg/s")]
-PositiveRate = Annotated[float, _reader("deg/s"), Field(gt=0), _schema("600 deg/s")]
-PositiveAngularAcceleration = Annotated[float, _reader("deg/s/s"), Field(gt=0), _schema("500 deg/s/s")]
-Angle = Annotated[float, _reader("deg"), _schema("90 deg")]
-Acceleration = Annotated[float, _reader("g"), _schema("50 g")]
-Metres = Annotated[float, _reader("m"), _schema("1.5 m")]
-AnyQuantity = Annotated[Quantity, BeforeValidator(_quantity), _schema("0.002 deg/s")]
+def _number(value: object) -> object:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"{_brief(value)} is not a number")
+    return value
+
+
+def _switch(value: object) -> object:
+    if not isinstance(value, bool):
+        raise ValueError(f"{_brief(value)} is neither true nor false")
+    return value
+
+
+def _brief(value: object) -> str:
+    kinds = {type(None): "nothing", list: "a list", dict: "a mapping"}
+    return kinds.get(type(value)) or (repr(value) if isinstance(value, str) else str(value).lower())[:60]
+
+
+def _within_a_century(value: float) -> float:
+    if value > LONGEST_S:
+        raise ValueError("is longer than a century")
+    return value
+
+
+def _proper_share(value: float) -> float:
+    if not 0 < value < 1:
+        raise ValueError("must lie between 0 % and 100 %, both excluded; write e.g. '95 %'")
+    return value
+
+
+_Time = Annotated[float, AfterValidator(_within_a_century), quantity("s", "15 min"), schema("15 min")]
+Seconds = Annotated[_Time, Field(ge=0)]
+PositiveSeconds = Annotated[_Time, Field(gt=0)]
+Share = Annotated[float, AfterValidator(_proper_share), quantity("%", "95 %"), schema("95 %")]
+Celsius = Annotated[float, BeforeValidator(_temperature), schema("-55 degC", TEMPERATURE_PATTERN)]
+KelvinPerSecond = Annotated[float, quantity("K/min", "4 K/min"), Field(gt=0), schema("4 K/min")]
+Kelvin = Annotated[float, quantity("K", "2 K"), Field(ge=0), schema("2 K")]
+Rate = Annotated[float, quantity("deg/s", "100 deg/s"), schema("100 deg/s")]
+PositiveRate = Annotated[float, quantity("deg/s", "600 deg/s"), Field(gt=0), schema("600 deg/s")]
+PositiveAngularAcceleration = Annotated[
+    float, quantity("deg/s/s", "500 deg/s/s"), Field(gt=0), schema("500 deg/s/s")
+]
+Angle = Annotated[float, quantity("deg", "90 deg"), schema("90 deg")]
+Acceleration = Annotated[float, quantity("g", "50 g"), schema("50 g")]
+PositiveAcceleration = Annotated[float, quantity("g", "100 g"), Field(gt=0), schema("100 g")]
+Metres = Annotated[float, quantity("m", "1.5 m"), schema("1.5 m")]
+PositiveMetres = Annotated[float, quantity("m", "1.5 m"), Field(gt=0), schema("1.5 m")]
+AnyQuantity = Annotated[Quantity, BeforeValidator(_quantity), schema("0.002 deg/s")]
 Count = Annotated[int, BeforeValidator(_count), Field(ge=1, le=1_000_000)]
+Whole = Annotated[int, BeforeValidator(_count), Field(ge=0, le=2**63 - 1)]
+Number = Annotated[float, BeforeValidator(_number), Field(allow_inf_nan=False)]
+Switch = Annotated[bool, BeforeValidator(_switch)]

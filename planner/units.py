@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from decimal import Decimal
 from functools import lru_cache
 from typing import Any
 
@@ -46,10 +47,33 @@ rpm = turn / minute
 hertz = 1 / second = Hz
 """
 
-_NUMBER = r"[+-]?(?:\d+(?:[_ ]\d{3})*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*$", re.DOTALL)
+_NUMBER = r"[+-]?(?:[0-9]+(?:[_ ][0-9]{3})*\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
+# A grammar of our own in front of pint, whose parser evaluates numbers, sums and towers of powers.
+# Digits stand only in `1/…` and in exponents -3..3: no unit of this field needs more.
+_NAME = r"(?!\d)\w+"
+_FACTOR = rf"{_NAME}(?:\^-?[1-3])?"
+_PRODUCT = rf"{_FACTOR}(?:[* ]{_FACTOR})*"
+_TERM = rf"(?:{_PRODUCT}|\({_PRODUCT}(?:/{_FACTOR})*\))"
+_UNIT = re.compile(rf"(?:1|{_TERM})(?:/{_TERM})*")
+_SPELLING = {
+    "%": " percent ",
+    "°": " deg ",
+    "º": " deg ",
+    "²": "^2",
+    "³": "^3",
+    "·": "*",
+    "**": "^",
+    "micro-g": "ug",
+    "milli-g": "mg",
+}
+LONGEST_TEXT = 100
+LARGEST = 1e18  # SI; squares and products of a few such numbers stay finite
+SMALLEST = 1e-30  # SI; smaller is a slip of the exponent, and its square would vanish
+HOTTEST_DEGC = 1000.0
 _TEMPERATURE = {
     "degc": 0.0,
+    "deg c": 0.0,
     "°c": 0.0,
     "celsius": 0.0,
     "c": 0.0,
@@ -83,27 +107,34 @@ def _registry() -> Any:
 @lru_cache(maxsize=4096)
 def unit_factor(unit: str) -> tuple[float, str]:
     """SI value of one `unit`, and its dimension. Raises UnitError for a unit that we do not know."""
-    text = unit.replace("%", " percent ").strip()
-    if len(text) > 80:
+    if len(unit) > LONGEST_TEXT:
         raise UnitError(f"unit {unit[:40]!r}… is too long")
-    # a grammar of our own in front of pint: its parser evaluates numbers and towers of powers
-    if not re.fullmatch(r"[A-Za-zµμ°_ ()/*\d^-]*", text) or re.search(
-        r"\d{2,}|(\*\*|\^)\s*-?\d*\s*(\*\*|\^)", text
-    ):
-        raise UnitError(f"unit {unit!r} cannot be read")
-    if re.search(r"\bkg\b", text):  # g is gravity here, so kg would pass as a thousand g
-        raise UnitError(f"unit {unit!r} is a mass; g means gravity here")
-    text = re.sub(r"\b(micro|milli)-g\b", r"\1gravity", text).replace("^", "**")
-    if not text or text == "1":
+    if re.match(r",\d", unit):
+        raise UnitError("a decimal comma cannot be read; write a point, like 0.5")
+    text = _plain(unit)
+    if text in ("", "1"):
         return 1.0, "dimensionless"
+    if re.fullmatch(r"deg ?C|celsius", text):
+        raise UnitError(f"{unit!r} is a temperature; write a difference in K")
+    if re.search(r"\b(kg|kilogram)", text):  # g is gravity here, so kg would pass as a thousand g
+        raise UnitError(f"unit {unit!r} is a mass; g means gravity here")
+    if not _UNIT.fullmatch(text):
+        raise UnitError(f"unit {unit!r} cannot be read")
     try:
-        quantity = _registry().parse_expression(text)
-        base = quantity.to_base_units() if hasattr(quantity, "to_base_units") else None
-    except Exception as error:  # pint raises many kinds, from its own to SyntaxError
+        base = _registry().parse_expression(text.replace("^", "**")).to_base_units()
+    except Exception as error:  # pint raises many kinds, from its own to AttributeError and SyntaxError
         raise UnitError(f"unit {unit!r} is unknown") from error
-    if base is None:
-        return float(quantity), "dimensionless"
     return float(base.magnitude), str(base.dimensionality)
+
+
+def _plain(unit: str) -> str:
+    """One spelling: `°/s²` -> `deg/s^2`, `degC/min` -> `K/min` (a rate is a difference), single spaces."""
+    for sign, name in _SPELLING.items():
+        unit = unit.replace(sign, name)
+    text = re.sub(r"\s*([*/^()])\s*", r"\1", " ".join(unit.split()))
+    if re.search(r"[*/]", text):
+        text = re.sub(r"\b(deg ?C|celsius)\b", "K", text)
+    return text
 
 
 def dimension_of(unit: str) -> str:
@@ -112,65 +143,104 @@ def dimension_of(unit: str) -> str:
 
 
 def parse(text: object) -> Quantity:
-    """Read `0.002 deg/s`. Raises UnitError when it is not a finite number with a known unit."""
-    if isinstance(text, bool) or not isinstance(text, str | int | float):
-        raise UnitError(f"{_shown(text)} is not a quantity")
-    match = _QUANTITY.match(str(text))
-    if match is None:
-        raise UnitError(f"{_shown(text)} is not a number with a unit")
-    number = float(re.sub(r"[_ ]", "", match[1]))
-    if not math.isfinite(number):
-        raise UnitError(f"{_shown(text)} is not a finite number")
-    factor, dimension = unit_factor(match[2])
-    si = number * factor
-    if not math.isfinite(si):
-        raise UnitError(f"{_shown(text)} is not a finite number")
+    """Read `0.002 deg/s`.
+
+    Raises UnitError when it is not a number with a known unit, not finite, or of a size (in SI) outside
+    1e-30 .. 1e18 that nothing in this field has.
+    """
+    number, unit = _split(text)
+    factor, dimension = unit_factor(unit)
+    si = _times(number, factor)
+    if si != 0 and not SMALLEST <= abs(si) <= LARGEST:
+        raise UnitError(f"{_shown(text)} is too {'small' if abs(si) < 1 else 'large'} to be meant")
     return Quantity(si, dimension, str(text).strip())
 
 
 def to_si(text: object, unit: str) -> float:
-    """SI value of a text that must have the dimension of `unit`.
+    """SI value of a text that must have the dimension of `unit`; a bare number passes for unit `1` only.
 
     Raises UnitError naming the expected unit when the text has no unit or one of another dimension.
     """
     quantity = parse(text)
-    expected = dimension_of(unit)
-    if quantity.dimension != expected:
-        if quantity.dimension == "dimensionless" and not _has_unit(str(text)):
-            raise UnitError(f"{_shown(text)} has no unit; write e.g. '{str(text).strip()} {unit}'")
-        raise UnitError(f"{_shown(text)} has the wrong dimension; expected a unit like {unit}")
-    if expected == "dimensionless" and not _has_unit(str(text)) and unit not in ("", "1"):
-        raise UnitError(f"{_shown(text)} has no unit; write e.g. '{str(text).strip()} {unit}'")
+    if unit not in ("", "1") or quantity.dimension != "dimensionless":
+        check_unit(quantity, unit)
     return quantity.si
+
+
+def check_unit(quantity: Quantity, unit: str, example: str | None = None) -> None:
+    """Raises UnitError unless the quantity was written with a unit of the dimension of `unit`.
+
+    A pure number wants a unit too (`0.03 %`, `30 ppm`): nobody can tell a bare 0.03 from 0.03 %.
+    """
+    usual = "%" if unit in ("", "1") else unit
+    text = quantity.text
+    if not _split(text)[1]:
+        raise UnitError(f"{text!r} has no unit; write e.g. '{example or f'{text} {usual}'}'")
+    if quantity.dimension != dimension_of(unit):
+        such = f" such as '{example}'" if example else ""
+        raise UnitError(f"{text!r} has the wrong unit; expected one like {usual}{such}")
 
 
 def to_degc(text: object) -> float:
     """Temperature in degrees Celsius from `-55 degC`, `-55 °C` or `218.15 K`.
 
-    Raises UnitError for a missing or wrong unit and for anything below absolute zero.
+    Raises UnitError for a missing or wrong unit, below absolute zero and above 1000 degC.
     """
-    match = _QUANTITY.match(text) if isinstance(text, str) else None
-    if match is None:
-        raise UnitError(f"{_shown(text)} is not a temperature; write e.g. '-55 degC'")
-    offset = _TEMPERATURE.get(match[2].lower())
+    try:
+        number, unit = _split(text)
+    except UnitError as error:
+        raise UnitError(f"{error}; write a temperature like '-55 degC'") from None
+    offset = _TEMPERATURE.get(unit.lower())
     if offset is None:
-        raise UnitError(f"{_shown(text)} is not a temperature; write e.g. '-55 degC'")
-    value = float(re.sub(r"[_ ]", "", match[1])) + offset
-    if not math.isfinite(value) or value < -ZERO_CELSIUS_K:
+        why = f"the unit {unit[:20]!r} is no temperature's" if unit else "it has no unit"
+        raise UnitError(f"{_shown(text)} is not a temperature, {why}; write e.g. '{number:g} degC'")
+    value = number + offset
+    if not -ZERO_CELSIUS_K <= value <= HOTTEST_DEGC:
         raise UnitError(f"{_shown(text)} is not a possible temperature")
-    return round(value, 9)
+    return round(value, 9)  # 218.15 K is -55 degC, not -55.00000000000003
 
 
 def from_si(value: float, unit: str) -> float:
     """The number that stands before `unit` for an SI value."""
-    return value / unit_factor(unit)[0]
+    factor = unit_factor(unit)[0]
+    parts = _whole_parts(factor)
+    return value * parts if parts else value / factor
 
 
-def _has_unit(text: str) -> bool:
-    match = _QUANTITY.match(text)
-    return bool(match and match[2])
+def _times(number: float, factor: float) -> float:
+    """number · factor; in decimals where the factor is 1/n, as 0.01 is: 99.9 % is 0.999."""
+    parts = _whole_parts(factor)
+    return float(Decimal(repr(number)) / parts) if parts else number * factor
+
+
+def _whole_parts(factor: float) -> int:
+    """n when factor is 1/n to the last bit, else 0."""
+    parts = round(1.0 / factor) if 0 < factor < 1 else 0
+    return parts if parts and 1.0 / parts == factor else 0
+
+
+def _split(text: object) -> tuple[float, str]:
+    """The finite number and the unit's text."""
+    if isinstance(text, bool) or not isinstance(text, str | int | float):
+        raise UnitError(f"{_shown(text)} is not a number with a unit")
+    written = str(text)
+    if len(written) > LONGEST_TEXT:
+        raise UnitError(f"{_shown(written)} is too long for a number with a unit")
+    if re.match(r"\s*[+-]?\.?(nan|inf)", written, re.IGNORECASE):
+        raise UnitError(f"{_shown(text)} is not a finite number")
+    match = _QUANTITY.fullmatch(written)
+    if match is None:
+        raise UnitError(f"{_shown(text)} is not a number with a unit")
+    number = float(re.sub(r"[_ ]", "", match[1]))
+    if not math.isfinite(number):
+        raise UnitError(f"{_shown(text)} is not a finite number")
+    return number, match[2]
 
 
 def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "…'"
+    kinds = {type(None): "nothing", list: "a list", tuple: "a list", dict: "a mapping"}
+    if type(value) in kinds:
+        return kinds[type(value)]
+    if isinstance(value, str):
+        return repr(value) if len(value) <= LONGEST_TEXT else f"{value[:40]!r}…"
+    return str(value).lower()[:LONGEST_TEXT]

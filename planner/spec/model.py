@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Tag
 
 from planner.quantities import (
     Acceleration,
@@ -17,13 +17,27 @@ from planner.quantities import (
     Celsius,
     Count,
     KelvinPerSecond,
-    Metres,
+    Number,
+    PositiveAcceleration,
     PositiveAngularAcceleration,
+    PositiveMetres,
     PositiveRate,
     PositiveSeconds,
     Rate,
     Seconds,
     Share,
+    Switch,
+    Whole,
+)
+from planner.spec.forms import (
+    Name,
+    first_format,
+    list_or_number,
+    mapping_or_text,
+    moment,
+    of_forms,
+    one_or_many,
+    table_or_curve,
 )
 from planner.units import Quantity
 
@@ -46,14 +60,21 @@ class SpecPart(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=False, arbitrary_types_allowed=True)
 
 
-def _one_or_many(value: object) -> object:
-    return value if isinstance(value, list | tuple) else [value]
-
-
 class PercentileRule(SpecPart):
     """The exact percentile of the length of the Gaussian error vector."""
 
-    percentile: Share
+    percentile: Share = Field(description="share of the flights that must keep the limit, e.g. 95 %")
+
+
+_RuleName = Annotated[Literal["worst_case", "rss"], Tag("text")]
+RequirementRule = Annotated[
+    _RuleName | Annotated[PercentileRule, Tag("mapping")],
+    of_forms("must be worst_case, rss or {percentile: 95 %}"),
+]
+Moment = Annotated[
+    Annotated[Literal["end", "any"], Tag("word")] | Annotated[PositiveSeconds, Tag("time")],
+    of_forms("must be end, any, or a time such as 30 s", moment),
+]
 
 
 class Requirement(SpecPart):
@@ -61,16 +82,33 @@ class Requirement(SpecPart):
 
     error: Literal[
         "position", "horizontal", "north", "east", "up", "velocity", "attitude", "roll_pitch", "heading"
-    ]
-    limit: AnyQuantity
-    rule: Literal["worst_case", "rss"] | PercentileRule = "worst_case"
-    at: Literal["end", "any"] | PositiveSeconds = "end"
+    ] = Field(description="which navigation error: its length, or one component of it")
+    limit: AnyQuantity = Field(description="the largest error allowed, e.g. 10 m, 2 m/s, 0.5 deg")
+    rule: RequirementRule = Field(
+        "worst_case",
+        description="worst_case: moduli add; rss: squares add; {percentile: 95 %}: share of all flights",
+    )
+    at: Moment = Field("end", description="end of the flight, any moment of it, or a time such as 30 s")
 
 
 class MeasuredCurve(SpecPart):
     """A measured error over temperature; the planner places the calibration points on it."""
 
-    curve: dict[Celsius, AnyQuantity] = Field(min_length=2)
+    curve: dict[Celsius, AnyQuantity] = Field(
+        min_length=2, description="temperature: measured error, e.g. {-60 degC: 0.03 deg/s, 20 degC: 0 deg/s}"
+    )
+
+
+Spread = Annotated[
+    Annotated[AnyQuantity, Tag("text")]
+    | Annotated[dict[Celsius, AnyQuantity], Field(min_length=1), Tag("mapping")],
+    of_forms("must be a number with unit, or a table over temperature", mapping_or_text),
+]
+Residual = Annotated[
+    Annotated[MeasuredCurve, Tag("curve")]
+    | Annotated[dict[Count, AnyQuantity], Field(min_length=1), Tag("table")],
+    of_forms("must be a table {1: 0.03 deg/s, 3: …} or {curve: …}", table_or_curve),
+]
 
 
 class ErrorBudget(SpecPart):
@@ -81,79 +119,125 @@ class ErrorBudget(SpecPart):
     piecewise-linear table of N points leaves, against N, or a measured curve over temperature
     """
 
-    systematic: AnyQuantity | None = None
-    run_to_run: AnyQuantity | dict[Celsius, AnyQuantity] | None = None
-    in_run: AnyQuantity | None = None
-    storage: AnyQuantity | None = None
-    temperature_residual: MeasuredCurve | dict[Count, AnyQuantity] | None = None
+    systematic: AnyQuantity | None = Field(
+        None, description="largest size before calibration, e.g. 0.03 deg/s"
+    )
+    run_to_run: Spread | None = Field(
+        None,
+        description="one sigma from power-on to power-on, e.g. 0.002 deg/s, or {-55 degC: 0.012 deg/s, …}",
+    )
+    in_run: AnyQuantity | None = Field(None, description="what moves within one power-on, e.g. 0.001 deg/s")
+    storage: AnyQuantity | None = Field(
+        None, description="what moves in store until the flight, e.g. 0.001 deg/s"
+    )
+    temperature_residual: Residual | None = Field(
+        None,
+        description="what is left against the number of points, {1: 0.032 deg/s, 5: 0.0035 deg/s}; "
+        "or {curve: {-60 degC: 0.03 deg/s, …}}, the measured error over temperature",
+    )
+
+    @property
+    def whole_variation(self) -> float:
+        """What remains without any temperature table, SI: the systematic size or the largest residual."""
+        residual = self.temperature_residual
+        if residual is None:
+            return si(self.systematic)
+        given = residual.curve.values() if isinstance(residual, MeasuredCurve) else residual.values()
+        return max(si(self.systematic), max(abs(q.si) for q in given))
 
 
 class Unit(SpecPart):
     """The inertial unit: sensor -> effect name -> budget."""
 
-    service_life: PositiveSeconds | None = None
-    gyro: dict[str, ErrorBudget] = Field(default_factory=dict)
-    accelerometer: dict[str, ErrorBudget] = Field(default_factory=dict)
+    service_life: PositiveSeconds | None = Field(
+        None, description="power-on hours the sensors live, e.g. 500 h"
+    )
+    gyro: dict[str, ErrorBudget] = Field(default_factory=dict, description="effect: budget, of each gyro")
+    accelerometer: dict[str, ErrorBudget] = Field(
+        default_factory=dict, description="effect: budget, of each accelerometer"
+    )
 
 
 class Chamber(SpecPart):
-    """The thermal chamber of a bench. Without heating and cooling rates a change of temperature takes no time."""
+    """The chamber of a bench; without heating and cooling rates a change of temperature takes no time."""
 
-    range: tuple[Celsius, Celsius]
-    heating: KelvinPerSecond | None = None
-    cooling: KelvinPerSecond | None = None
-    soak: Seconds = 0.0
+    range: tuple[Celsius, Celsius] = Field(description="coldest and hottest, e.g. [-65 degC, 85 degC]")
+    heating: KelvinPerSecond | None = Field(None, description="how fast it heats, e.g. 4 K/min")
+    cooling: KelvinPerSecond | None = Field(None, description="how fast it cools, e.g. 2 K/min")
+    soak: Seconds = Field(0.0, description="wait at a new temperature until the unit has it, e.g. 30 min")
 
 
 class BenchLimits(SpecPart):
     """What the bench can do at most; absent means not limited."""
 
-    rate: PositiveRate | None = None
-    angular_acceleration: PositiveAngularAcceleration | None = None
-    acceleration: Acceleration | None = None
+    rate: PositiveRate | None = Field(None, description="fastest rate of an axis, e.g. 600 deg/s")
+    angular_acceleration: PositiveAngularAcceleration | None = Field(None, description="e.g. 500 deg/s/s")
+    acceleration: PositiveAcceleration | None = Field(None, description="largest load, e.g. 100 g")
 
 
 class Bench(SpecPart):
     """A bench: `kind` is a kind of bench by name (default: the bench's own name if that is a kind)."""
 
-    kind: str | None = None
-    axes: Annotated[Count, Field(le=6)] = 1
-    units: Count = 1
-    install: Seconds = 0.0
-    remove: Seconds = 0.0
-    move: Seconds = 0.0
-    limits: BenchLimits = BenchLimits()
-    chamber: Chamber | None = None
-    arm: Metres | None = None
+    kind: str | None = Field(None, description="kind of bench; default: the bench's own name")
+    axes: Annotated[Count, Field(le=6)] = Field(1, description="how many axes turn")
+    units: Count = Field(1, description="how many units fit on it at once")
+    install: Seconds = Field(0.0, description="time to put the units on, e.g. 30 min")
+    remove: Seconds = Field(0.0, description="time to take the units off, e.g. 10 min")
+    move: Seconds = Field(0.0, description="time from one motion to the next, e.g. 10 s")
+    limits: BenchLimits = Field(BenchLimits(), description="what it can do at most")
+    chamber: Chamber | None = Field(None, description="its thermal chamber; without one: room temperature")
+    arm: PositiveMetres | None = Field(None, description="arm of a centrifuge, e.g. 1.5 m")
 
 
 class Motion(SpecPart):
     """One motion: where an axis is held, how fast it turns, or the load of a centrifuge."""
 
-    position_1: Angle | None = None
-    position_2: Angle | None = None
-    rate_1: Rate | None = None
-    rate_2: Rate | None = None
-    acceleration: Acceleration | None = None
+    position_1: Angle | None = Field(None, description="where axis 1 is held, e.g. 90 deg")
+    position_2: Angle | None = Field(None, description="where axis 2 is held, e.g. 90 deg")
+    rate_1: Rate | None = Field(None, description="how fast axis 1 turns, e.g. 100 deg/s")
+    rate_2: Rate | None = Field(None, description="how fast axis 2 turns, e.g. 100 deg/s")
+    acceleration: Acceleration | None = Field(None, description="load of a centrifuge, e.g. 50 g")
+
+
+Motions = Annotated[
+    Annotated[Count, Tag("number")] | Annotated[tuple[Motion, ...], Field(min_length=1), Tag("list")],
+    of_forms("must be a number of motions or a list of them", list_or_number),
+]
+Temperatures = Annotated[
+    Annotated[Literal["room"], Tag("text")]
+    | Annotated[Count, Tag("number")]
+    | Annotated[tuple[Celsius, ...], Field(min_length=1), Tag("list")],
+    of_forms("must be room, a number of points, or a list such as [-40 degC, 20 degC]"),
+]
+Repeats = Annotated[
+    Annotated[Count, Tag("number")] | Annotated[tuple[Count, ...], Field(min_length=1), Tag("list")],
+    of_forms("must be a number, or a list with one per temperature", list_or_number),
+]
 
 
 class Test(SpecPart):
     """A test: which errors its records calibrate, and what one repeat costs.
 
     One repeat is one power-on: `power_on` until the first record may start, then for every motion a move of
-    the bench, a record and a gap. `repeats` and `temperatures` fix what the planner would choose.
+    the bench, a record and a gap; the unit is off during the last gap and the `cool_down` that follows it.
+    `repeats` and `temperatures` fix what the planner would choose.
     """
 
     __test__ = False  # not a pytest class
 
-    bench: str
-    calibrates: Annotated[tuple[str, ...], BeforeValidator(_one_or_many)] = ()
-    motions: Count | tuple[Motion, ...] = 1
-    record: PositiveSeconds
-    gap: Seconds = 0.0
-    power_on: Seconds = 0.0
-    temperatures: Literal["room"] | Count | tuple[Celsius, ...] | None = None
-    repeats: Count | None = None
+    bench: str = Field(description="on which of the benches")
+    calibrates: Annotated[tuple[str, ...], BeforeValidator(one_or_many)] = Field(
+        (), description="errors that one record serves, e.g. [gyro.bias, accelerometer.bias]"
+    )
+    motions: Motions = Field(1, description="records of one repeat: how many, or each motion in words")
+    record: PositiveSeconds = Field(description="how long one record takes, e.g. 300 s")
+    gap: Seconds = Field(0.0, description="wait after every record, e.g. 15 min to cool down, power off")
+    power_on: Seconds = Field(0.0, description="from power-on until the first record may start, e.g. 30 s")
+    cool_down: Seconds = Field(0.0, description="power off after every repeat, beside the gap, e.g. 15 min")
+    temperatures: Temperatures | None = Field(
+        None, description="room, how many, or which; left out: the planner chooses"
+    )
+    repeats: Count | None = Field(None, description="repeats per temperature; left out: the planner chooses")
 
     @property
     def motion_count(self) -> int:
@@ -164,76 +248,110 @@ class Test(SpecPart):
 class TemperatureChoice(SpecPart):
     """Which numbers of temperature points the planner may choose, over which range."""
 
-    range: tuple[Celsius, Celsius] = (-60.0, 60.0)
-    candidates: tuple[Count, ...] = (1, 3, 5, 7, 10, 12, 15, 20)
-    interpolate: bool = False
-    room: Celsius = 20.0
+    range: tuple[Celsius, Celsius] = Field(
+        (-60.0, 60.0), description="temperatures of use, e.g. [-60 degC, 60 degC]"
+    )
+    candidates: tuple[Count, ...] = Field(
+        (1, 3, 5, 7, 10, 12, 15, 20), min_length=1, description="numbers of points to choose from"
+    )
+    interpolate: Switch = Field(
+        False, description="whether a residual may be read between the table's numbers"
+    )
+    room: Celsius = Field(20.0, description="temperature without a chamber, e.g. 20 degC")
 
 
 class RepeatChoice(SpecPart):
     """How few and how many repeats the planner may choose per temperature."""
 
-    least: Count = 2
-    most: Count = 1000
+    least: Count = Field(2, description="never fewer repeats than this")
+    most: Count = Field(1000, description="never more repeats than this")
 
 
 class FixedTest(SpecPart):
-    """A hand-made choice for one test: number or list of temperatures; repeats for all or one per temperature."""
+    """A hand-made choice for one test: temperatures, and repeats for all of them or for each."""
 
-    temperatures: Literal["room"] | Count | tuple[Celsius, ...] | None = None
-    repeats: Count | tuple[Count, ...] | None = None
+    temperatures: Temperatures | None = Field(None, description="room, how many, or which")
+    repeats: Repeats | None = Field(None, description="for all temperatures, or a list with one for each")
 
 
 class Objective(SpecPart):
     """Weights of the two costs of a campaign: its duration and the power-on time of the unit."""
 
-    time: Annotated[float, Field(ge=0)] = 1.0
-    power_on: Annotated[float, Field(ge=0)] = 0.0
+    time: Annotated[Number, Field(ge=0)] = Field(1.0, description="weight of an hour of the campaign")
+    power_on: Annotated[Number, Field(ge=0)] = Field(0.0, description="weight of an hour of the unit's life")
 
 
 class Genetic(SpecPart):
     """Settings of the genetic algorithm; the defaults are K 3.4.3."""
 
-    individuals: Annotated[Count, Field(ge=4, le=100_000)] = 256
-    best: Annotated[Count, Field(ge=2)] = 32
-    crossover: Annotated[float, Field(ge=0, le=1)] = 0.5
-    mutation: Annotated[float, Field(ge=0, le=1)] = 0.01
-    generations: Annotated[Count, Field(le=100_000)] = 500
+    individuals: Annotated[Count, Field(ge=4, le=100_000)] = Field(256, description="size of the population")
+    best: Annotated[Count, Field(ge=2)] = Field(32, description="how many are selected as parents")
+    crossover: Annotated[Number, Field(ge=0, le=1)] = Field(0.5, description="probability of crossover")
+    mutation: Annotated[Number, Field(ge=0, le=1)] = Field(0.01, description="probability of mutation")
+    generations: Annotated[Count, Field(le=100_000)] = Field(500, description="at most so many generations")
+
+
+ObjectiveChoice = Annotated[
+    Annotated[Literal["time", "power_on"], Tag("text")] | Annotated[Objective, Tag("mapping")],
+    of_forms("must be time, power_on, or weights such as {time: 1, power_on: 2}"),
+]
 
 
 class PlanChoice(SpecPart):
     """How to plan."""
 
-    confidence: Share = 0.95
-    quantile: Literal["student", "normal"] = "student"
-    temperatures: TemperatureChoice = TemperatureChoice()
-    repeats: RepeatChoice = RepeatChoice()
-    minimise: Literal["time", "power_on"] | Objective = "time"
-    fixed: dict[str, FixedTest] = Field(default_factory=dict)
-    genetic: Genetic = Genetic()
-    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 1
-    time_limit: PositiveSeconds = 120.0
+    confidence: Share = Field(0.95, description="of the interval that the repeats must give, e.g. 95 %")
+    quantile: Literal["student", "normal"] = Field(
+        "student", description="student: right for few repeats; normal: as published"
+    )
+    temperatures: TemperatureChoice = Field(
+        TemperatureChoice(), description="temperature points to choose from"
+    )
+    repeats: RepeatChoice = Field(RepeatChoice(), description="repeats to choose from")
+    minimise: ObjectiveChoice = Field("time", description="what is made least: time, power_on or weights")
+    fixed: dict[str, FixedTest] = Field(
+        default_factory=dict, description="test: hand-made choice that is timed instead of optimised"
+    )
+    genetic: Genetic = Field(Genetic(), description="settings of the genetic algorithm")
+    seed: Whole = Field(1, description="of every random number; the same seed gives the same bytes")
+    time_limit: PositiveSeconds = Field(120.0, description="longest time for the proof, e.g. 2 min")
 
 
 class Given(SpecPart):
     """Published coefficients instead of simulated ones: `{gyro.bias: 578.5 m/(deg/s)}`, all axes together."""
 
-    given: dict[str, AnyQuantity]
+    given: dict[str, AnyQuantity] = Field(
+        min_length=1, description="error: metres per unit of it, e.g. {gyro.bias: 578.5 m/(deg/s)}"
+    )
+
+
+Source = Annotated[
+    Annotated[Literal["simulated"], Tag("text")] | Annotated[Given, Tag("mapping")],
+    of_forms("must be simulated, or {given: {gyro.bias: 578.5 m/(deg/s), …}}"),
+]
+Flight = Annotated[
+    Annotated[str, Tag("text")] | Annotated[dict[str, Any], Tag("mapping")],
+    of_forms("must be a name, {name: …, parameters}, or {file: flight.csv}"),
+]
 
 
 class Spec(SpecPart):
-    """A whole spec. `trajectory` is a name, or a mapping with `name` and parameters, or `{file: flight.csv}`."""
+    """A whole spec. `trajectory` is a name, `{name: …}` with parameters, or `{file: flight.csv}`."""
 
-    planner: Literal[1]
-    name: str = Field(min_length=1, max_length=200)
-    requirement: Annotated[tuple[Requirement, ...], BeforeValidator(_one_or_many), Field(min_length=1)]
-    trajectory: str | dict[str, Any]
-    sensitivities: Literal["simulated"] | Given = "simulated"
-    unit: Unit
-    effects: tuple[str, ...]
-    benches: dict[str, Bench] = Field(min_length=1)
-    tests: dict[str, Test] = Field(min_length=1)
-    plan: PlanChoice = PlanChoice()
+    planner: Annotated[Literal[1], BeforeValidator(first_format)] = Field(
+        description="version of the spec's format: 1"
+    )
+    name: str = Field(min_length=1, max_length=200, description="what this campaign is for")
+    requirement: Annotated[tuple[Requirement, ...], BeforeValidator(one_or_many)] = Field(
+        min_length=1, description="what the navigation must achieve; one or more"
+    )
+    trajectory: Flight = Field(description="a name, {name: …, parameters}, or {file: flight.csv}")
+    sensitivities: Source = Field("simulated", description="simulated, or {given: …} as published")
+    unit: Unit = Field(description="the inertial unit and its error budgets")
+    effects: tuple[str, ...] = Field(min_length=1, description="the declared error model")
+    benches: dict[Name, Bench] = Field(min_length=1, description="name: bench")
+    tests: dict[Name, Test] = Field(min_length=1, description="name: test")
+    plan: PlanChoice = Field(PlanChoice(), description="how to plan")
 
 
 def si(quantity: Quantity | None, otherwise: float = 0.0) -> float:

@@ -16,7 +16,10 @@ from planner.spec.starter import starter_text
 from tests.spec.example import EXAMPLE
 
 SPECS = [EXAMPLE, starter_text()]
-SPECS += [path.read_text(encoding="utf-8") for path in sorted(Path("requirements_specs").glob("*.yaml"))]
+SPECS += [
+    path.read_text(encoding="utf-8")
+    for path in sorted((Path(__file__).parents[2] / "requirements_specs").glob("*.yaml"))
+]
 
 NASTY = [
     *(

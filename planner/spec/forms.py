@@ -1,0 +1,67 @@
+"""Values that may be written in several forms are read by their form, so a fault speaks of that form only."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, Discriminator
+
+from planner.units import Quantity
+
+NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_-]{0,39}$"
+
+
+def one_or_many(value: object) -> object:
+    """One item may stand without the brackets of a list."""
+    return value if isinstance(value, list | tuple) else [value]
+
+
+def _name(value: str) -> str:
+    if not re.search(NAME_PATTERN, value) or value.endswith("\n"):
+        raise ValueError(f"{value[:50]!r} is not a name; use letters, digits, '_' and '-', at most 40")
+    return value
+
+
+def first_format(value: object) -> object:
+    """The spec's format; there is one so far."""
+    if value is True or value != 1:
+        raise ValueError("this planner reads format 1; write 'planner: 1'")
+    return 1
+
+
+Name = Annotated[str, AfterValidator(_name)]
+
+
+def _form(value: object) -> str:
+    if isinstance(value, dict | BaseModel):
+        return "mapping"
+    if isinstance(value, list | tuple):
+        return "list"
+    return "text" if isinstance(value, str | Quantity) else "number"
+
+
+def mapping_or_text(value: object) -> str:
+    """`mapping`, else `text`."""
+    return "mapping" if _form(value) == "mapping" else "text"
+
+
+def list_or_number(value: object) -> str:
+    """`list`, or `mapping` (which is always wrong), else `number`."""
+    return _form(value) if _form(value) in ("list", "mapping") else "number"
+
+
+def table_or_curve(value: object) -> str:
+    """`curve` when it says so, else `table`."""
+    measured = isinstance(value, BaseModel) or (isinstance(value, dict) and "curve" in value)
+    return "curve" if measured else "table"
+
+
+def moment(value: object) -> str:
+    """`end` and `any` are words, and so is whatever has no digit in it; the rest is a time."""
+    return "word" if isinstance(value, str) and not re.search(r"\d", value) else "time"
+
+
+def of_forms(message: str, form: Any = _form) -> Discriminator:
+    """A choice by form; `message` says which forms there are."""
+    return Discriminator(form, custom_error_type="form", custom_error_message=message)

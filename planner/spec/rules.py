@@ -1,0 +1,16 @@
+"""What one field of a spec cannot tell: whether its parts fit together. Each finding has its place."""
+
+from __future__ import annotations
+
+from planner.spec.review import Review
+from planner.spec.rules_benches import benches
+from planner.spec.rules_plan import plan
+from planner.spec.rules_requirement import effects_declared, requirements, sensitivities, trajectory
+from planner.spec.rules_tests import tests
+from planner.spec.rules_unit import budgets
+
+
+def review(sheet: Review) -> None:
+    """Apply every rule; faults and warnings are noted on the sheet."""
+    for rule in (requirements, trajectory, sensitivities, effects_declared, budgets, benches, tests, plan):
+        rule(sheet)

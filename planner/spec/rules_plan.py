@@ -1,0 +1,137 @@
+"""Rules for `plan`: ranges, candidates, repeats, hand-made choices, the genetic algorithm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from planner.spec.model import FixedTest, Objective, Test
+from planner.spec.places import did_you_mean
+from planner.spec.review import Review
+from planner.spec.yaml12 import Path
+
+
+def plan(sheet: Review) -> None:
+    """All rules for `plan`."""
+    _range(sheet)
+    _candidates(sheet)
+    _repeats(sheet)
+    for name, fixed in sheet.spec.plan.fixed.items():
+        _fixed(sheet, name, fixed)
+    _student(sheet)
+    genetic = sheet.spec.plan.genetic
+    if genetic.best > genetic.individuals:
+        message = f"selects {genetic.best} of {genetic.individuals} individuals; at most all of them"
+        sheet.fault(("plan", "genetic", "best"), message)
+    weights = sheet.spec.plan.minimise
+    if isinstance(weights, Objective) and weights.time == weights.power_on == 0:
+        sheet.fault(("plan", "minimise"), "both weights are zero, so every plan would be best; give one")
+
+
+def _range(sheet: Review) -> None:
+    low, high = sheet.spec.plan.temperatures.range
+    if low >= high:
+        path = ("plan", "temperatures", "range")
+        sheet.fault(path, f"{low:g} degC is not below {high:g} degC; write [coldest, hottest]")
+
+
+def _candidates(sheet: Review) -> None:
+    choice = sheet.spec.plan.temperatures
+    path: Path = ("plan", "temperatures", "candidates")
+    for index, number in enumerate(choice.candidates):
+        if number in choice.candidates[:index]:
+            sheet.fault((*path, index), f"{number} stands here twice; keep one")
+    if not sheet.whole("plan", "temperatures"):
+        return
+    calibrated = sheet.calibrated()
+    for sensor, effect, where, budget in sheet.budgets():
+        table = budget.temperature_residual
+        if isinstance(table, Mapping) and f"{sensor}.{effect}" in calibrated:
+            given = sheet.written(path) is not None
+            _against_table(
+                sheet, path if given else (*where, "temperature_residual"), f"{sensor}.{effect}", table
+            )
+
+
+def _against_table(sheet: Review, path: Path, error: str, table: Mapping[int, object]) -> None:
+    choice = sheet.spec.plan.temperatures
+    if choice.interpolate:
+        left = [n for n in choice.candidates if min(table) <= n <= max(table)]
+    else:
+        left = [n for n in choice.candidates if n in table]
+    outside = [str(n) for n in choice.candidates if n not in left]
+    numbers = ", ".join(str(n) for n in sorted(table))
+    if not left:
+        sheet.fault(
+            path, f"no candidate is in the residual table of {error} ({numbers}); add one of these numbers"
+        )
+    elif outside:
+        between = any(min(table) < n < max(table) and n not in table for n in choice.candidates)
+        remedy = (
+            "; 'interpolate: true' reads between its numbers" if between and not choice.interpolate else ""
+        )
+        sheet.warn(
+            path, f"{', '.join(outside)}: not in the residual table of {error}, so not considered{remedy}"
+        )
+
+
+def _repeats(sheet: Review) -> None:
+    repeats = sheet.spec.plan.repeats
+    if repeats.least > repeats.most:
+        key = "least" if sheet.written(("plan", "repeats", "least")) is not None else "most"
+        sheet.fault(("plan", "repeats", key), f"least {repeats.least} is more than most {repeats.most}")
+    if sheet.spec.plan.quantile == "student" and repeats.least < 2 and sheet.whole("plan", "quantile"):
+        sheet.fault(
+            ("plan", "repeats", "least"),
+            "one repeat has no spread, so Student's t has no quantile; write 2, or 'quantile: normal'",
+        )
+
+
+def _fixed(sheet: Review, name: str, fixed: FixedTest) -> None:
+    path = ("plan", "fixed", name)
+    if name not in sheet.names("tests"):
+        if sheet.readable(("tests",)):
+            sheet.fault(
+                path, f"there is no test '{name[:40]}'{did_you_mean(name, sheet.names('tests'))}", key=True
+            )
+        return
+    test = sheet.spec.tests.get(name)
+    if test is None:
+        return
+    if test.repeats is not None and fixed.repeats is not None and fixed.repeats != test.repeats:
+        sheet.fault((*path, "repeats"), f"tests.{name}.repeats says {test.repeats}; keep one")
+    _repeat_list(sheet, (*path, "repeats"), test, fixed)
+
+
+def _repeat_list(sheet: Review, path: tuple[str, ...], test: Test, fixed: FixedTest) -> None:
+    if not isinstance(fixed.repeats, tuple):
+        return
+    temperatures = fixed.temperatures if fixed.temperatures is not None else test.temperatures
+    if temperatures is None:
+        sheet.fault(path, "repeats for each temperature need 'temperatures' fixed as well")
+        return
+    count = (
+        1 if temperatures == "room" else temperatures if isinstance(temperatures, int) else len(temperatures)
+    )
+    if len(fixed.repeats) != count:
+        sheet.fault(
+            path, f"{len(fixed.repeats)} repeats for {count} temperatures; give one for each, or one for all"
+        )
+
+
+def _student(sheet: Review) -> None:
+    """A fixed single repeat has no spread either."""
+    if sheet.spec.plan.quantile != "student" or not sheet.whole("plan", "quantile"):
+        return
+    for name, test in sheet.spec.tests.items():
+        fixed = sheet.spec.plan.fixed.get(name, FixedTest())
+        several = fixed.repeats if isinstance(fixed.repeats, tuple) else (fixed.repeats,)
+        places = [
+            (("plan", "fixed", name, "repeats"), several),
+            (("tests", name, "repeats"), (test.repeats,)),
+        ]
+        for path, repeats in places:
+            if test.calibrates and 1 in repeats:
+                message = (
+                    "one repeat has no spread, so Student's t has no quantile; give 2, or 'quantile: normal'"
+                )
+                sheet.fault(path, message)

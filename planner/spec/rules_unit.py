@@ -1,0 +1,154 @@
+"""Rules for the unit: every budget has the unit of its error, sizes that can be, tables that agree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+
+from planner import catalog
+from planner.spec.model import ErrorBudget, MeasuredCurve
+from planner.spec.places import did_you_mean
+from planner.spec.review import Review
+from planner.spec.rules_requirement import TEMPERATURE_EFFECTS, wrong_unit
+from planner.spec.yaml12 import Path
+from planner.units import Quantity, UnitError, to_degc
+
+
+def budgets(sheet: Review) -> None:
+    """All rules for all budgets."""
+    if sheet.whole("unit") and not any(True for _ in sheet.budgets()):
+        sheet.fault(
+            ("unit",), "no sensor error has a budget; add e.g. 'gyro: {bias: {run_to_run: 0.002 deg/s}}'"
+        )
+    for sensor, effect, path, budget in sheet.budgets():
+        if not _known(sheet, sensor, effect, path):
+            continue
+        if not budget.model_fields_set and sheet.whole("unit", sensor, effect):
+            sheet.fault(path, "is an empty budget; give at least 'run_to_run', or remove it", key=True)
+        unit = catalog.effects()[effect].units[sensor]
+        for where, quantity, sign in _quantities(sheet, path, budget):
+            _check(sheet, where, quantity, unit, sign)
+        _tables(sheet, path, budget)
+        _uses(sheet, f"{sensor}.{effect}", path, budget)
+
+
+def _known(sheet: Review, sensor: str, effect: str, path: Path) -> bool:
+    known = catalog.effects()
+    if effect not in known:
+        here = [name for name, one in known.items() if sensor in one.sensors]
+        sheet.fault(path, f"unknown effect '{effect[:40]}'{did_you_mean(effect, here)}", key=True)
+        return False
+    if sensor not in known[effect].sensors:
+        other = ", ".join(known[effect].sensors)
+        sheet.fault(path, f"'{effect}' does not exist on {sensor}s, only on: {other}", key=True)
+        return False
+    return True
+
+
+def _quantities(sheet: Review, path: Path, budget: ErrorBudget) -> Iterator[tuple[Path, Quantity, str]]:
+    """(path, value, which sizes are possible) of every number of a budget, table entries included."""
+    signs = {"systematic": "not negative", "in_run": "not negative", "storage": "not negative"}
+    signs |= {"run_to_run": "positive", "temperature_residual": "not negative"}
+    for name, sign in signs.items():
+        value = getattr(budget, name)
+        if isinstance(value, Quantity):
+            yield (*path, name), value, sign
+        elif isinstance(value, MeasuredCurve):
+            yield from _entries(sheet, (*path, name, "curve"), value.curve, "any")
+        elif isinstance(value, Mapping):
+            yield from _entries(sheet, (*path, name), value, sign)
+
+
+def _entries(
+    sheet: Review, path: Path, table: Mapping[float, Quantity], sign: str
+) -> Iterator[tuple[Path, Quantity, str]]:
+    for key, where in _written_keys(sheet, path):
+        if key in table:
+            yield where, table[key], sign
+
+
+def _written_keys(sheet: Review, path: Path) -> Iterator[tuple[float, Path]]:
+    """(number of points or temperature, path) of a table's entries, as they stand in the file."""
+    written = sheet.written(path)
+    for key in written if isinstance(written, dict) else ():
+        try:
+            yield (key if isinstance(key, int) else to_degc(key)), (*path, key)
+        except UnitError:  # the field itself has said so
+            continue
+
+
+def _check(sheet: Review, path: Path, quantity: Quantity, unit: str, sign: str) -> None:
+    wrong = wrong_unit(quantity, unit)
+    if wrong:
+        sheet.fault(path, wrong)
+    elif sign == "positive" and quantity.si == 0:
+        sheet.fault(path, "a zero spread makes repeats meaningless; give one sigma, or leave run_to_run out")
+    elif sign != "any" and quantity.si < 0:
+        size = "greater than zero" if sign == "positive" else "zero or more"
+        sheet.fault(path, f"{quantity.text!r} is negative; this size is {size}")
+
+
+def _tables(sheet: Review, path: Path, budget: ErrorBudget) -> None:
+    for name in ("run_to_run", "temperature_residual"):
+        where = (*path, name)
+        if isinstance(getattr(budget, name), MeasuredCurve):
+            where = (*where, "curve")
+        seen: set[float] = set()
+        for key, entry in _written_keys(sheet, where):
+            if key in seen:
+                sheet.fault(
+                    entry, "this temperature stands here twice in different words; keep one", key=True
+                )
+            seen.add(key)
+    residual = budget.temperature_residual
+    if isinstance(residual, Mapping):
+        _falls(sheet, (*path, "temperature_residual"), residual)
+    elif isinstance(residual, MeasuredCurve):
+        _covers(sheet, (*path, "temperature_residual", "curve"), residual)
+
+
+def _falls(sheet: Review, path: Path, table: Mapping[int, Quantity]) -> None:
+    """More temperature points never leave a larger residual (plateaus are real: K table 2.10)."""
+    numbers = sorted(table)
+    for fewer, more in pairwise(numbers):
+        if table[more].si > table[fewer].si:
+            sheet.fault(
+                (*path, more),
+                f"{more} points leave {table[more].text}, more than the {table[fewer].text} of {fewer}; "
+                "a residual cannot grow with the number of points",
+            )
+
+
+def _covers(sheet: Review, path: Path, measured: MeasuredCurve) -> None:
+    if not sheet.whole("plan", "temperatures"):
+        return
+    low, high = sheet.spec.plan.temperatures.range
+    if len(measured.curve) >= 2 and sum(low <= t <= high for t in measured.curve) < 2:
+        sheet.fault(
+            path,
+            f"fewer than two temperatures lie in plan.temperatures.range, {low:g} to {high:g} degC",
+            key=True,
+        )
+
+
+def _uses(sheet: Review, error: str, path: Path, budget: ErrorBudget) -> None:
+    """What a budget says must be of use to the plan: is the error calibrated, and over temperature?"""
+    effect = error.split(".")[1]
+    if not (sheet.readable(("effects",)) and sheet.whole("tests")):
+        return
+    declared = set(sheet.spec.effects)
+    if effect not in declared:
+        sheet.warn(
+            path, f"'effects' does not declare {effect}: the error stays whole in the budget", key=True
+        )
+        return
+    if error not in sheet.calibrated():
+        sheet.warn(path, "no test calibrates it: the error stays whole in the budget", key=True)
+        return
+    needed = TEMPERATURE_EFFECTS.get(effect)
+    if budget.temperature_residual is not None and needed and needed not in declared:
+        sheet.warn(
+            (*path, "temperature_residual"),
+            f"'effects' does not declare {needed}: temperature points take nothing out",
+            key=True,
+        )
