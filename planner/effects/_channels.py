@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Literal
+
 import numpy as np
 
 from planner.protocols import Sensor, Term
@@ -9,6 +12,10 @@ from planner.records import Array, Conditions
 
 AXES = ("x", "y", "z")
 CHANNELS = tuple(Term(axis) for axis in AXES)
+REFERENCE_DEGC = 20.0  # bench room temperature: the point at which temperature effects are zero
+BOTH: tuple[Sensor, ...] = ("gyro", "accelerometer")
+
+Group = Literal["bias", "scale_factor", "misalignment"]
 
 
 def sensed(sensor: Sensor, conditions: Conditions) -> Array:
@@ -18,4 +25,37 @@ def sensed(sensor: Sensor, conditions: Conditions) -> Array:
 
 def per_channel(drive: Array) -> Array:
     """(n, 3) drive -> (n, 3, 3) regressors in which term i acts on channel i only."""
-    return np.einsum("ni,ij->nij", drive, np.eye(3))
+    regressors = np.zeros((len(drive), 3, 3))
+    channel = np.arange(3)
+    regressors[:, channel, channel] = drive
+    return regressors
+
+
+def every_channel(drive: Array) -> Array:
+    """(n,) drive that all channels share -> (n, 3, 3) regressors in which term i acts on channel i only."""
+    return per_channel(np.broadcast_to(drive[:, np.newaxis], (len(drive), 3)))
+
+
+class ChannelEffect:
+    """Base of effects with one coefficient a channel, y_i += k_i · drive_i; a subclass offers `drive`."""
+
+    name: str
+    sensors: tuple[Sensor, ...] = BOTH
+    units: Mapping[Sensor, str]
+    group: Group
+    nonlinear: Mapping[str, float] = {}
+
+    def terms(self, sensor: Sensor) -> tuple[Term, ...]:
+        """One per channel: x, y, z."""
+        return CHANNELS
+
+    def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
+        """(n, 3), or (n,) when all channels share it: output in SI per SI unit of the coefficient."""
+        raise NotImplementedError
+
+    def regressors(
+        self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
+    ) -> Array:
+        """(n, 3, 3) the drive on the diagonal; parameters that `nonlinear` leaves out keep their default."""
+        drive = self.drive(sensor, conditions, {**self.nonlinear, **(nonlinear or {})})
+        return every_channel(drive) if drive.ndim == 1 else per_channel(drive)

@@ -6,29 +6,21 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import CHANNELS
-from planner.protocols import Sensor, Term
+from planner.effects._channels import ChannelEffect, Group
+from planner.protocols import Sensor
 from planner.records import Array, Conditions
 
 
-class Bias:
+class Bias(ChannelEffect):
     """b_i, the output at zero input; the mean over many power-ons is what calibration can remove."""
 
     name = "bias"
-    sensors: tuple[Sensor, ...] = ("gyro", "accelerometer")
     units: Mapping[Sensor, str] = {"gyro": "deg/s", "accelerometer": "g"}
-    group = "bias"
-    nonlinear: Mapping[str, float] = {}
+    group: Group = "bias"
 
-    def terms(self, sensor: Sensor) -> tuple[Term, ...]:
-        """One per channel: x, y, z."""
-        return CHANNELS
-
-    def regressors(
-        self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
-    ) -> Array:
-        """The identity at every instant: (n, 3, 3)."""
-        return np.broadcast_to(np.eye(3), (len(conditions.rate), 3, 3)).copy()
+    def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
+        """One at every instant: (n,)."""
+        return np.ones(len(conditions.rate))
 
 
 EFFECT = Bias()

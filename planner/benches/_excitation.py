@@ -1,0 +1,114 @@
+"""What a bench can show, worked out from what it can excite, and the directions and levels of its motions.
+
+An effect is observable when its regressors over everything the bench can do are not a mixture of those of
+bias, scale factor and misalignment: a new effect needs no entry here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from itertools import product
+
+import numpy as np
+
+from planner.catalog import effects
+from planner.protocols import SENSORS, Effect, Sensor
+from planner.records import Array, Conditions
+from planner.units import STANDARD_GRAVITY_MPS2
+
+RATES_DPS = (10.0, 25.0, 50.0, 100.0, 200.0, 300.0, 400.0, 500.0)  # K 2.2.5
+LOADS_G = (1.0, 2.0, 5.0, 10.0, 25.0, 50.0, 75.0, 100.0)  # K 2.2.5
+
+_BASE = ("bias", "scale_factor", "misalignment")
+# share of an effect that the base must leave over; a cubic error at 1 g, 1/2500 of that at 50 g, is noise
+_LEAST_SHARE = 1e-3
+
+
+@cache
+def observable(excites: frozenset[str]) -> frozenset[str]:
+    """Errors, as `gyro.bias`, shown by a bench that excites rate, gravity, acceleration, temperature."""
+    here, anywhere = _reachable(excites), _reachable(_EVERYTHING)
+    return frozenset(
+        f"{sensor}.{effect.name}"
+        for sensor in SENSORS
+        for effect in effects().values()
+        if sensor in effect.sensors and _shows(here, anywhere, sensor, effect)
+    )
+
+
+def _shows(here: Conditions, anywhere: Conditions, sensor: Sensor, effect: Effect) -> bool:
+    """Whether what the base cannot mimic of every term is a fair share of what the best bench would see."""
+    others = [effects()[name] for name in _BASE if name != effect.name]
+    base = np.concatenate([_column(other, sensor, here) for other in others], axis=1)
+    columns, full = (_column(effect, sensor, conditions) for conditions in (here, anywhere))
+    left = columns - base @ np.linalg.lstsq(base, columns, rcond=1e-12)[0]
+    size = np.sqrt(np.mean(full**2, axis=0))
+    return bool((np.sqrt(np.mean(left**2, axis=0)) > _LEAST_SHARE * size).all())
+
+
+def _column(effect: Effect, sensor: Sensor, conditions: Conditions) -> Array:
+    regressors = effect.regressors(sensor, conditions)
+    return regressors.reshape(-1, regressors.shape[-1])
+
+
+_EVERYTHING = frozenset({"rate", "gravity", "acceleration", "temperature"})
+
+
+def _reachable(excites: frozenset[str]) -> Conditions:
+    """Everything the bench can do, one row a condition: faces × loads × turns × temperatures × times."""
+    turns = (-500.0, 0.0, 100.0, 500.0) if "rate" in excites else (0.0,)
+    loads = (0.0, 10.0, 50.0) if "acceleration" in excites else (0.0,)
+    warmth = ((20.0, 0.0), (-40.0, 0.0), (60.0, 0.03)) if "temperature" in excites else ((20.0, 0.0),)
+    ages = ((10.0, 0.0), (3000.0, 30.0))  # every bench can wait, and be come back to
+    faces = range(6) if "gravity" in excites else range(1)
+    table = np.array(
+        [
+            (*_turn(face, turn), *_load(face, load), *warm, *age)
+            for face, turn, load, warm, age in product(faces, turns, loads, warmth, ages)
+        ]
+    )
+    return Conditions(table[:, :3], table[:, 3:6], table[:, 6], table[:, 7], table[:, 8], table[:, 9])
+
+
+def _turn(face: int, rate_dps: float) -> Array:
+    """Turning about the vertical: the body axis of the face."""
+    return np.asarray(np.radians(rate_dps) * np.eye(3)[face % 3])
+
+
+def _load(face: int, load_g: float) -> Array:
+    """Gravity along the face, up or down, and the load of an arm across it."""
+    sign = 1.0 if face < 3 else -1.0
+    total = np.eye(3)[face % 3] + load_g * np.eye(3)[(face + 1) % 3]
+    return np.asarray(STANDARD_GRAVITY_MPS2 * sign * total)
+
+
+def chosen(levels: Sequence[float], count: int, limit: float) -> tuple[float, ...]:
+    """`count` levels, evenly picked from those up to the limit; the highest one is always among them."""
+    possible = [level for level in levels if level <= limit] or [limit]
+    if count == 1:
+        return (possible[len(possible) // 2],)
+    picks = np.linspace(0, len(possible) - 1, count).round().astype(int)
+    return tuple(float(possible[i]) for i in picks)
+
+
+def directions() -> Array:
+    """(26, 3) unit vectors to a cube's faces (z, −z, y, −y, x, −x), edges and corners."""
+    half = [v for v in product((1.0, 0.0, -1.0), repeat=3) if v > (0.0, 0.0, 0.0)]
+    ordered = sorted(half, key=lambda v: (sum(map(abs, v)), v))
+    return np.array([np.array(v) * sign / np.linalg.norm(v) for v in ordered for sign in (1.0, -1.0)])
+
+
+def pointing_up(direction: Array) -> Mapping[str, float]:
+    """Positions of a two-axis table at which a body direction (3,) points up.
+
+    Axis 1 carries the unit and is its z axis, axis 2 tilts axis 1 and is the unit's y axis at zero, so up is
+    R_z(−p1) R_y(−p2) (0, 0, 1) = (−sin p2 cos p1, sin p2 sin p1, cos p2) in the body.
+    """
+    x, y, z = direction
+    level = np.hypot(x, y) < 1e-12
+    turn = 0.0 if level else float(np.degrees(np.arctan2(y, -x))) % 360.0
+    return {
+        "position_1_deg": round(turn, 6),
+        "position_2_deg": round(float(np.degrees(np.arccos(np.clip(z, -1.0, 1.0)))), 6),
+    }

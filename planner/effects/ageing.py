@@ -1,0 +1,26 @@
+"""Ageing: a bias that grows with the days since the calibration, y_i += k_i · day (K 2.5.3, 3.5: storage)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from planner.effects._channels import ChannelEffect, Group
+from planner.protocols import Sensor
+from planner.records import Array, Conditions
+
+SECONDS_A_DAY = 86_400.0
+
+
+class Ageing(ChannelEffect):
+    """k_i, the bias per time since the calibration (SI: per second; the conditions count days)."""
+
+    name = "ageing"
+    units: Mapping[Sensor, str] = {"gyro": "deg/s/day", "accelerometer": "g/day"}
+    group: Group = "bias"
+
+    def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
+        """Seconds since the calibration: (n,)."""
+        return conditions.day * SECONDS_A_DAY
+
+
+EFFECT = Ageing()

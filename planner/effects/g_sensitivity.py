@@ -1,0 +1,38 @@
+"""Gyro bias that follows the specific force, y_i += k_ix f_x + k_iy f_y + k_iz f_z (K 2.2.6, eq. 21)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from planner.effects._channels import AXES, Group
+from planner.protocols import Sensor, Term
+from planner.records import Array, Conditions
+
+
+class GSensitivity:
+    """k_ij, the bias of gyro i per specific force along body axis j."""
+
+    name = "g_sensitivity"
+    sensors: tuple[Sensor, ...] = ("gyro",)
+    units: Mapping[Sensor, str] = {"gyro": "deg/s/g"}
+    group: Group = "bias"
+    nonlinear: Mapping[str, float] = {}
+
+    def terms(self, sensor: Sensor) -> tuple[Term, ...]:
+        """xx, xy, xz, yx, … zz: channel, then the axis of the specific force."""
+        return tuple(Term(channel + axis) for channel in AXES for axis in AXES)
+
+    def regressors(
+        self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
+    ) -> Array:
+        """f_j on channel i: (n, 3, 9)."""
+        f = conditions.specific_force
+        regressors = np.zeros((len(f), 3, 9))
+        for channel in range(3):
+            regressors[:, channel, 3 * channel : 3 * channel + 3] = f
+        return regressors
+
+
+EFFECT = GSensitivity()

@@ -1,0 +1,24 @@
+"""Scale-factor error: a constant relative error of each channel, y_i = (1 + κ_i) u_i (K 2.1, eq. 9)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from planner.effects._channels import ChannelEffect, Group, sensed
+from planner.protocols import Sensor
+from planner.records import Array, Conditions
+
+
+class ScaleFactor(ChannelEffect):
+    """κ_i, the relative error of the slope; 0.01 is one per cent."""
+
+    name = "scale_factor"
+    units: Mapping[Sensor, str] = {"gyro": "1", "accelerometer": "1"}
+    group: Group = "scale_factor"
+
+    def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
+        """u_i, the rate or the specific force along the channel: (n, 3)."""
+        return sensed(sensor, conditions)
+
+
+EFFECT = ScaleFactor()

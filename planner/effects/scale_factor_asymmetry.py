@@ -1,0 +1,26 @@
+"""Scale-factor asymmetry: + and − input differ in slope, y_i += a_i |u_i| / 2 (IEEE Std 528; K 2.2.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from planner.effects._channels import ChannelEffect, Group, sensed
+from planner.protocols import Sensor
+from planner.records import Array, Conditions
+
+
+class ScaleFactorAsymmetry(ChannelEffect):
+    """a_i = (slope for + input) − (slope for − input); half of it goes to either side of their mean."""
+
+    name = "scale_factor_asymmetry"
+    units: Mapping[Sensor, str] = {"gyro": "1", "accelerometer": "1"}
+    group: Group = "scale_factor"
+
+    def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
+        """|u_i| / 2: (n, 3)."""
+        return 0.5 * np.abs(sensed(sensor, conditions))
+
+
+EFFECT = ScaleFactorAsymmetry()

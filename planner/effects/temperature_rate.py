@@ -1,0 +1,24 @@
+"""Bias while the temperature changes (thermal hysteresis), y_i += k_i dT/dt (K 2.4, tables 2.11 and 2.12)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from planner.effects._channels import ChannelEffect, Group
+from planner.protocols import Sensor
+from planner.records import Array, Conditions
+
+
+class TemperatureRate(ChannelEffect):
+    """k_i, the bias per rate of temperature. K finds it in the bias and none in the scale factor."""
+
+    name = "temperature_rate"
+    units: Mapping[Sensor, str] = {"gyro": "deg/s/(K/min)", "accelerometer": "g/(K/min)"}
+    group: Group = "bias"
+
+    def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
+        """dT/dt in K/s: (n,)."""
+        return conditions.temperature_rate
+
+
+EFFECT = TemperatureRate()

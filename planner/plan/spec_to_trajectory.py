@@ -1,0 +1,57 @@
+"""Stage: what the spec says of the flight in, the trajectory with its ideal readings out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from planner.catalog import trajectories
+from planner.errors import Fault, InputError
+from planner.records import Trajectory
+from planner.spec.places import did_you_mean
+
+FORMS = ("constant", "ramp")  # pydantic's names for the two ways to write a temperature; not in the spec
+
+
+def trajectory_of(choice: str | Mapping[str, Any], folder: Path) -> Trajectory:
+    """The flight of a choice: a name, {name: …, parameters}, or {file: flight.csv} relative to `folder`.
+
+    Raises InputError for an unknown family, unknown or impossible parameters, and a file that is no flight.
+    """
+    settings = {"name": choice} if isinstance(choice, str) else dict(choice)
+    name = settings.pop("name", "file" if "file" in settings else None)
+    families = trajectories()
+    if not isinstance(name, str) or name not in families:
+        what = "the trajectory has no name" if name is None else f"unknown trajectory {str(name)[:60]!r}"
+        raise InputError(f"{what}{did_you_mean(name, families)}")
+    family = families[name]
+    return _built(family, _parameters(family.parameters, name, settings), folder)
+
+
+def _built(family: Any, parameters: Any, folder: Path) -> Trajectory:
+    if "file" in type(parameters).model_fields:
+        parameters = parameters.model_copy(update={"file": str(folder / parameters.file)})
+    trajectory: Trajectory = family.build(parameters)
+    return trajectory
+
+
+def _parameters(model: type[BaseModel], name: str, settings: Mapping[str, Any]) -> BaseModel:
+    try:
+        return model.model_validate(settings)
+    except ValidationError as error:
+        raise InputError(f"trajectory {name} has wrong parameters", list(_faults(error, model))) from None
+
+
+def _faults(error: ValidationError, model: type[BaseModel]) -> Iterator[Fault]:
+    for detail in error.errors(include_url=False):
+        where = [str(part) for part in detail["loc"] if part not in FORMS]
+        path = ".".join(["trajectory", *where])
+        message = str(detail.get("ctx", {}).get("error", detail["msg"]))
+        if detail["type"] == "extra_forbidden":
+            message = f"unknown parameter{did_you_mean(where[-1], model.model_fields)}"
+        elif detail["type"] == "missing":
+            message = "is missing"
+        yield Fault("spec", 0, 0, path, message)
