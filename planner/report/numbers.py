@@ -1,0 +1,95 @@
+"""Numbers as people read them: display units, at most four significant digits, one minus sign."""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal
+
+from planner.units import from_si
+
+SPACE = "\u202f"  # narrow no-break space: groups digits, keeps a number and its unit on one line
+NOTHING = "–"
+_PLAIN = str.maketrans({SPACE: " ", "\u2007": " ", "\u2008": " ", "\u200b": None})
+
+
+def digits(value: float, significant: int = 4) -> str:
+    """`value` with at most `significant` digits: 0.0035, 12.5, 643 200, −3; powers of ten if they help."""
+    if not math.isfinite(value):
+        return "∞" if value == math.inf else NOTHING
+    if value == 0:
+        return "0"
+    rounded = Decimal(f"{value:.{significant - 1}e}")
+    exponent = rounded.adjusted()
+    if exponent < -5 or exponent > 8:
+        mantissa = rounded.scaleb(-exponent).normalize()
+        return _signed(f"{mantissa:f}·10{_superscript(exponent)}")
+    plain = f"{rounded.normalize():f}"
+    return _signed(_grouped(plain))
+
+
+def display_unit(unit: str) -> str:
+    """A bare ratio is read more easily in per cent."""
+    return "%" if unit in ("", "1") else unit
+
+
+def in_unit(si: float, unit: str) -> float:
+    """SI value in the display unit of `unit`."""
+    return from_si(si, display_unit(unit))
+
+
+def quantity(si: float, unit: str, significant: int = 4) -> str:
+    """SI value with its display unit: `0.0035 deg/s`."""
+    return f"{digits(in_unit(si, unit), significant)}{SPACE}{display_unit(unit)}"
+
+
+def hours(seconds: float) -> str:
+    """Seconds as hours with two decimals, which is 36 s: finer than any campaign is planned."""
+    value = seconds / 3600.0
+    return NOTHING if not math.isfinite(value) else _signed(_grouped(f"{value:.2f}"))
+
+
+def days(seconds: float) -> str:
+    """`7.74 days` for what takes longer than one, else nothing."""
+    return f"{digits(seconds / 86400.0, 3)} days" if seconds > 86400.0 else ""
+
+
+def percent(share: float, decimals: int = 1) -> str:
+    """A share as `12.3 %`."""
+    return NOTHING if not math.isfinite(share) else _signed(f"{100 * share:.{decimals}f}{SPACE}%")
+
+
+def level(share: float) -> str:
+    """A chosen probability as the spec writes it: `95 %`, `99.73 %`."""
+    return f"{digits(100 * share, 6)}{SPACE}%"
+
+
+def when(at: str) -> str:
+    """When a requirement holds, in words: `at the end`, `at any time`, `at 300 s`."""
+    return {"end": "at the end", "any": "at any time"}.get(at, f"at {at}")
+
+
+def degrees_celsius(value: float) -> str:
+    """A temperature without its unit, to a tenth: `−40`, `8.6`; chambers hold ±2 °C."""
+    return digits(round(value, 1))
+
+
+def plain(text: str) -> str:
+    """The same for a terminal: no narrow, figure or zero-width spaces, which its font may lack."""
+    return text.translate(_PLAIN)
+
+
+def _signed(text: str) -> str:
+    return text.replace("-", "−")
+
+
+def _grouped(text: str) -> str:
+    whole, point, rest = text.partition(".")
+    sign = "-" if whole.startswith("-") else ""
+    whole = whole.lstrip("-")
+    if len(whole) > 4:
+        whole = f"{int(whole):,}".replace(",", SPACE)
+    return f"{sign}{whole}{point}{rest}"
+
+
+def _superscript(exponent: int) -> str:
+    return str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

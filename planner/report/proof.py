@@ -1,0 +1,25 @@
+"""What is proved of a plan, in one sentence."""
+
+from __future__ import annotations
+
+import math
+
+from planner.records import Plan
+from planner.report.numbers import hours, percent
+
+
+def is_hand_made(plan: Plan) -> bool:
+    """Whether the spec left nothing to choose, so that the plan was only timed."""
+    return not math.isfinite(plan.gap) or all(r.bound_by == "fixed" for r in plan.reasons)
+
+
+def proof(plan: Plan) -> str:
+    """Proved optimal, within a gap, or timed only."""
+    if is_hand_made(plan):
+        return "Hand-made plan: timed, nothing was left to optimise."
+    if plan.proved and plan.gap <= 1e-9:  # below that the bound differs by rounding
+        return f"Proved: no campaign that meets the requirements does better (minimised: {plan.objective})."
+    return (
+        f"Not proved: within {percent(plan.gap, 2)} of the best possible; "
+        f"no campaign takes less than {hours(plan.bound_s)} h (minimised: {plan.objective})."
+    )
