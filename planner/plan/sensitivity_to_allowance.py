@@ -11,13 +11,14 @@ from planner.errors import InfeasibleError
 from planner.records import AllowedErrors, Array, Constraint, Corner, GeneticHistory
 from planner.solvers.convex import EVEN, Corners
 from planner.solvers.genetic import GeneticSettings, minimise
-from planner.solvers.limit_surface import LimitSurface, binding
+from planner.solvers.limit_surface import ROUNDING, LimitSurface, binding
 from planner.solvers.linear_combination import combined, shares
 from planner.units import from_si
 
 FRONT_POINTS = 200  # as many as a figure and a table can show
 _ON_THE_LIMIT = 1e-6  # fitness |S/limit − 1| at which the search for the surface has arrived
-_SEARCH_TOLERANCE = 1e-5  # of percentiles while searching: a five-hundredth of the gap that is promised
+# of percentiles while searching, as a share of what the smallest errors leave: 1/500 of the promised gap
+_SEARCH_TOLERANCE = 1e-5
 _RAYS = 200  # directions in which it is tried which percentiles bind
 _RAY_CONTRAST = 4  # power of a uniform number: near the axes most shares of a ray are small
 _CANDIDATES = 4000  # points of the archive that the front is chosen from; more cost time and add none
@@ -76,8 +77,8 @@ def allowed_errors(
     """
     low = np.array([smallest[error] for error in errors], dtype=float)
     high = np.array([largest[error] for error in errors], dtype=float)
-    if not (low >= 0).all() or not (low <= high).all():
-        raise ValueError("bounds of the errors must satisfy 0 <= smallest <= largest")
+    if not ((low >= 0) & (low <= high) & np.isfinite(high)).all():
+        raise ValueError("bounds of the errors must satisfy 0 <= smallest <= largest, all finite")
     tightness = _tightness(constraints, errors, low)
     region = _region(constraints, errors, low, high)
     if region.exact.load(high) <= 1.0 or not (high > low).any():
@@ -98,14 +99,16 @@ def allowed_errors(
 
 
 def _region(constraints: Sequence[Constraint], errors: Sequence[str], low: Array, high: Array) -> _Region:
-    exact, quick = (LimitSurface(constraints, errors, tolerance) for tolerance in (1e-12, _SEARCH_TOLERANCE))
+    exact = LimitSurface(constraints, errors)
+    tolerance = max(exact.tolerance, _SEARCH_TOLERANCE * (1.0 - float(exact.load(low))))
+    quick = LimitSurface(constraints, errors, tolerance)
     region = _Region(low, high - low, exact, quick)
     if sum(constraint.rule == "percentile" for constraint in constraints) <= 1:
         return region
     # a percentile costs a millisecond a generation, so the search knows only those that bind somewhere
     points = region.sizes(region.onto_limit(_rays(len(errors)), quick))
-    needed = binding(constraints, errors, points, _SEARCH_TOLERANCE)
-    return replace(region, quick=LimitSurface(needed, errors, _SEARCH_TOLERANCE))
+    needed = binding(constraints, errors, points, tolerance)
+    return replace(region, quick=LimitSurface(needed, errors, tolerance))
 
 
 def _rays(errors: int) -> Array:
@@ -117,7 +120,7 @@ def _rays(errors: int) -> Array:
 def _tightness(constraints: Sequence[Constraint], errors: Sequence[str], low: Array) -> dict[int, float]:
     """Requirement -> largest share of its limit that the smallest errors use; refuses more than 1."""
     used: dict[int, float] = {}
-    worst, worst_used = None, 1.0
+    worst, worst_used = None, 1.0 + ROUNDING
     for constraint in constraints:
         share = float(combined(constraint, errors, low)) / constraint.limit
         used[constraint.requirement] = max(used.get(constraint.requirement, 0.0), share)
@@ -158,7 +161,7 @@ def _front(
         settings,
         np.random.default_rng([seed, len(errors)]),
         target=_ON_THE_LIMIT,
-        watch=lambda share, _: archive.append(share),
+        watch=lambda share, _: archive.append(share[:: 1 + len(share) // _CANDIDATES].copy()),
     )
     met = np.unique(np.concatenate([*archive, result.genes]), axis=0)
     candidates = region.onto_limit(met[:: max(1, len(met) // _CANDIDATES)], region.quick)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -11,12 +12,12 @@ import numpy as np
 
 from planner.errors import InfeasibleError
 from planner.records import Array, Constraint, Rule
-from planner.solvers.limit_surface import LimitSurface
+from planner.solvers.limit_surface import ROUNDING, LimitSurface
 from planner.solvers.linear_combination import weights
 
 EVEN = "even"
-# cvxpy's interior points stop at 1e-8; a hundred times that tells a wrong model from an unfinished solve
-_AGREEMENT = 1e-6
+# share of the limit; interior points stop at 1e-8, and a wrong model would be off by much more than this
+_AGREEMENT = 1e-5
 
 
 class Corners:
@@ -26,9 +27,10 @@ class Corners:
         maximise λ                 with ε = lower + λ (upper − lower), λ <= 1       `even()`
 
     worst_case is linear and rss a second-order cone; cvxpy solves them, parametrised by the objective so
-    that the second corner takes milliseconds. Its answer, good to eight digits, is then taken to the last
-    digit along the ray that it found. Percentiles are no convex set, but grow with every error: there the
-    search along the ray alone is exact. Raises InfeasibleError if the lower bounds already exceed a limit.
+    that the second corner takes milliseconds. Since all rules grow with every error, the same corners lie on
+    known rays; the search along the ray gives the last digits, and is all there is for percentiles, whose
+    region need not be convex. Raises InfeasibleError if the lower bounds already exceed a limit, and
+    ArithmeticError should program and search ever disagree.
     """
 
     def __init__(
@@ -36,10 +38,13 @@ class Corners:
     ) -> None:
         self.lower, self.upper = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
         self._surface = LimitSurface(constraints, errors)
-        if self._surface.load(self.lower) > 1.0:
+        if self._surface.load(self.lower) > 1.0 + ROUNDING:
             raise InfeasibleError("the smallest possible errors already exceed the limit")
         convex = all(constraint.rule != "percentile" for constraint in constraints)
-        self._program = _CornerProgram(constraints, errors, self.lower, self.upper) if convex else None
+        axes = np.diag(self.upper - self.lower)
+        scale = self._surface.reach(self.lower, axes, np.ones(len(axes)))
+        scaled = (constraints, errors, self.lower, self.upper, np.where(scale > 0, scale, 1.0))
+        self._program = _CornerProgram(*scaled) if convex else None
 
     def error(self, index: int) -> Array:
         """(E,) the corner in which error `index` is largest."""
@@ -53,31 +58,47 @@ class Corners:
         direction = pattern * (self.upper - self.lower)
         share = float(self._surface.reach(self.lower, direction, np.ones(())))
         if self._program is not None:
-            certified = self._program.solve(index)
-            if abs(certified - share) > _AGREEMENT:
-                raise ArithmeticError(f"convex optimum {certified} and search {share} disagree")
+            self._check(self._program.solve(index), share, direction)
         return np.asarray(self.lower + share * direction)
+
+    def _check(self, certified: float | None, share: float, direction: Array) -> None:
+        """The program's optimum must be the search's, or use the limit as fully; None: it did not finish."""
+        if certified is None or abs(certified - share) <= _AGREEMENT * share:
+            return
+        used = float(self._surface.load(self.lower + max(certified, 0.0) * direction))
+        if abs(used - 1.0) > _AGREEMENT:
+            raise ArithmeticError(f"convex optimum {certified} and search {share} disagree")
 
 
 class _CornerProgram:
-    """The convex program of all corners; variables are shares x of the range, 0 <= x <= 1, and λ <= x."""
+    """The convex program of all corners; variables are shares x of the range, 0 <= x <= 1, and λ <= x.
+
+    scale: (E,) how far each x can go alone; the solver sees x / scale, which is near one at every corner.
+    """
 
     def __init__(
-        self, constraints: Sequence[Constraint], errors: Sequence[str], lower: Array, upper: Array
+        self,
+        constraints: Sequence[Constraint],
+        errors: Sequence[str],
+        lower: Array,
+        upper: Array,
+        scale: Array,
     ) -> None:
         cp = _cvxpy()
-        self._share, self._least = cp.Variable(len(errors)), cp.Variable()
+        self._scale = np.append(scale, scale.min())
         self._objective = cp.Parameter(len(errors) + 1, nonneg=True)
-        sizes = lower + cp.multiply(upper - lower, self._share)
-        held = [self._share >= 0, self._share <= 1, self._least >= 0, self._share >= self._least]
-        goal = cp.Maximize(self._objective @ cp.hstack([self._share, self._least]))
+        x = cp.Variable(len(errors) + 1)  # the last one is λ
+        shares = cp.multiply(self._scale, x)
+        sizes = lower + cp.multiply(upper - lower, shares[:-1])
+        held = [x >= 0, shares <= 1, shares[:-1] / self._scale[-1] >= x[-1]]
+        goal = cp.Maximize(self._objective @ x)
         self._problem = cp.Problem(goal, held + _limits(constraints, errors, sizes))
 
-    def solve(self, index: int | None) -> float:
-        """The largest share of its range that error `index` (None: all at once) can have."""
-        self._objective.value = np.eye(self._objective.size)[-1 if index is None else index]
-        _solved(self._problem)
-        return float(self._problem.value)
+    def solve(self, index: int | None) -> float | None:
+        """The largest share of its range that error `index` (None: all at once) can have; None if unknown."""
+        which = -1 if index is None else index
+        self._objective.value = np.eye(len(self._scale))[which]
+        return float(self._problem.value * self._scale[which]) if _solved(self._problem) else None
 
 
 def _limits(constraints: Sequence[Constraint], errors: Sequence[str], sizes: Any) -> list[Any]:
@@ -147,11 +168,15 @@ def _relaxation(cost: Array, loads: Array, power: int) -> tuple[Array, Array]:
     """
     cp = _cvxpy()
     start = _alone(cost, loads, power)
-    y = cp.Variable(len(cost), pos=True)
+    y, inverse = cp.Variable(len(cost)), cp.Variable(len(cost))
     terms = cost / start**2
+    price = inverse if power == 2 else cp.square(inverse)
+    # y·inverse >= 1 as a quadratic cone: the power cones behind y^(−2) stall on some problems
+    inverted = cp.SOC(y + inverse, cp.vstack([y - inverse, np.full(len(cost), 2.0)]), axis=0)
     limits = ((loads * start) ** power) @ y <= 1
-    objective = cp.Minimize(terms / terms.sum() @ cp.power(y, -2 // power))
-    _solved(cp.Problem(objective, [limits, y <= start**-power]))
+    objective = cp.Minimize(terms / terms.sum() @ price)
+    if not _solved(cp.Problem(objective, [limits, inverted, cp.multiply(start**power, y) <= 1])):
+        raise ArithmeticError("the relaxed campaign could not be solved")
     share = np.minimum(start * y.value ** (1 / power), 1.0)
     return share, np.atleast_1d(limits.dual_value) * terms.sum() * power
 
@@ -172,8 +197,13 @@ def _cvxpy() -> Any:
     return import_module("cvxpy")
 
 
-def _solved(problem: Any) -> None:
-    """Solve with the interior-point method of cvxpy; raise ArithmeticError unless it proved the optimum."""
-    problem.solve(solver="CLARABEL")
-    if problem.status != "optimal":
-        raise ArithmeticError(f"the convex program ended {problem.status}")
+def _solved(problem: Any) -> bool:
+    """Whether the interior-point method proved the optimum, to 1e-10 of the objective."""
+    error: Any = import_module("cvxpy.error").SolverError
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # an inaccurate end is told by the status
+            problem.solve(solver="CLARABEL", tol_gap_abs=1e-10, tol_gap_rel=1e-10)
+    except error:
+        return False
+    return bool(problem.status == "optimal")

@@ -114,7 +114,8 @@ def decode(chromosomes: Chromosomes, lower: Array, upper: Array, bits: int) -> A
     for shift in (1, 2, 4, 8, 16, 32):
         number ^= number >> shift
     share = number / float((1 << bits) - 1)
-    return np.asarray((1.0 - share) * lower + share * upper)  # this form meets both bounds exactly
+    between = (1.0 - share) * lower + share * upper  # this form meets both bounds exactly
+    return np.asarray(np.clip(between, lower, upper))  # and equal bounds may round beyond them
 
 
 def select_best(values: Array, count: int) -> NDArray[np.intp]:

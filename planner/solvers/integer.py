@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +27,9 @@ Rows = tuple[int, ...]
 
 # Contributions are sums of some ten products: a selection may exceed a limit by rounding only.
 LIMIT_TOLERANCE = 1e-9
-# So many rows per group are enough to find a good campaign first; the proof then uses all that can beat it.
-FIRST_LOOK_ROWS = 60
+# So many rows of least reduced cost per group nearly always hold the optimum; the proof then looks at every
+# row that could beat what they gave.
+FIRST_LOOK_ROWS = 30
 
 
 @dataclass(frozen=True)
@@ -118,20 +120,25 @@ def solve(
     """
     deadline = time.monotonic() + time_limit
     folded = fold_private_resources(problem)
-    thinned = replace(folded, groups=tuple(_thin(group) for group in folded.groups))
-    first = _solve_with_cuts(thinned, check, deadline, most_solves)
-    ceiling = np.inf if first.choice is None else first.choice.cost
-    full = replace(folded, groups=tuple(_below(folded, g, ceiling) for g in range(len(folded.groups))))
-    second = _solve_with_cuts(full, check, deadline, most_solves)
+    relaxed = _relaxation(folded)
+    if relaxed is None:
+        return None
+    likely = [np.argsort(r, kind="stable")[:FIRST_LOOK_ROWS] for r in relaxed.reduced_costs]
+    first = _solve_with_cuts(_restricted(folded, likely), check, deadline, most_solves)
+    ceiling = np.inf if first.choice is None else first.choice.cost * (1 + 1e-9)
+    # a row that costs more than the whole slack between bound and ceiling is in no better selection
+    possible = [np.flatnonzero(relaxed.bound + r <= ceiling) for r in relaxed.reduced_costs]
+    if first.finished and all(np.isin(p, k).all() for p, k in zip(possible, likely, strict=True)):
+        return first.choice
+    second = _solve_with_cuts(_restricted(folded, possible), check, deadline, most_solves)
     found = [run.choice for run in (second, first) if run.choice is not None]
     if not found and second.finished:
         return None
     if not found:
         raise TimeoutError(f"no selection was found within {time_limit:g} s and {most_solves} solves")
     best = min(found, key=lambda choice: choice.cost)
-    if second.choice is None:
-        return replace(best, bound=min(second.bound, best.cost), proved=False)
-    return replace(best, bound=min(second.choice.bound, best.cost), proved=second.choice.proved)
+    bound = best.cost if second.finished else max(second.bound, relaxed.bound)
+    return replace(best, bound=min(bound, best.cost), proved=second.finished)
 
 
 @dataclass(frozen=True)
@@ -168,23 +175,46 @@ def fold_private_resources(problem: Problem) -> Problem:
     return replace(problem, groups=groups, prices=problem.prices[~private], forced=problem.forced[~private])
 
 
-def _thin(group: Group) -> Group:
-    """A spread of rows by cost, with the least contribution to every limit kept (so it stays feasible)."""
-    order = np.argsort(group.cost, kind="stable")
-    some = order[np.unique(np.linspace(0, len(order) - 1, FIRST_LOOK_ROWS).round().astype(int))]
-    # by rank of cost, expensive rows would crowd out the cheap ones that plans are made of
-    cheap = order[:FIRST_LOOK_ROWS]
-    total = group.contribution.sum(axis=1)
-    needed = [int(total.argmin()), *(int(c) for c in group.contribution.argmin(axis=0))]
-    return group.take(np.unique(np.concatenate([some, cheap, np.array(needed)])))
+def _restricted(problem: Problem, rows: Sequence[Indices]) -> Problem:
+    """The problem with only these rows of each group."""
+    kept = tuple(group.take(np.sort(r)) for group, r in zip(problem.groups, rows, strict=True))
+    return replace(problem, groups=kept)
 
 
-def _below(problem: Problem, g: int, ceiling: float) -> Group:
-    """The rows of group g that can still be part of a selection that costs at most `ceiling`."""
-    group = problem.groups[g]
-    others = sum(float(o.cost.min()) for i, o in enumerate(problem.groups) if i != g)
-    shared = np.maximum(group.amounts, problem.forced) @ problem.prices
-    return group.take(np.flatnonzero(group.cost + shared + others <= ceiling * (1 + 1e-12) + 1e-9))
+@dataclass(frozen=True)
+class _Relaxed:
+    """Linear relaxation: its cost is a bound; choosing a row raises it by at least the row's reduced cost."""
+
+    bound: float
+    reduced_costs: tuple[Array, ...]
+
+
+def _relaxation(problem: Problem) -> _Relaxed | None:
+    """The linear program without integrality; None when even that has no answer."""
+    from scipy.optimize import linprog
+    from scipy.sparse import vstack
+
+    form = _standard_form(problem, ())
+    two_sided = form.low == form.high
+    upper, lower = np.isfinite(form.high) & ~two_sided, np.isfinite(form.low) & ~two_sided
+    answer = linprog(
+        form.objective,
+        A_ub=vstack([form.matrix[upper], -form.matrix[lower]], format="csr"),
+        b_ub=np.concatenate([form.high[upper], -form.low[lower]]),
+        A_eq=form.matrix[two_sided],
+        b_eq=form.low[two_sided],
+        bounds=np.column_stack([form.least, np.full(len(form.least), np.inf)]),
+        method="highs",
+    )
+    if answer.status == 2:
+        return None
+    starts = np.cumsum([len(group.cost) for group in problem.groups])[:-1]
+    rows = sum(len(group.cost) for group in problem.groups)
+    if answer.status != 0:  # no relaxation in time: nothing can be said about any row
+        zeros = np.zeros(rows)
+        return _Relaxed(_free_bound(problem), tuple(np.split(zeros, starts)))
+    reduced = np.maximum(answer.lower.marginals[:rows], 0.0)
+    return _Relaxed(float(answer.fun) - 1e-6 * abs(answer.fun), tuple(np.split(reduced, starts)))
 
 
 def _free_bound(problem: Problem) -> float:
@@ -232,35 +262,42 @@ def _milp(problem: Problem, cuts: Sequence[Cut], seconds: float) -> tuple[Rows |
     """One HiGHS run: positions (None if it found none in time), lower bound, finished; None if infeasible."""
     from scipy.optimize import Bounds, LinearConstraint, milp
 
-    groups, count = problem.groups, sum(len(g.cost) for g in problem.groups)
-    starts = np.cumsum([0, *(len(g.cost) for g in groups)])
-    matrix, low, high = _constraint_matrix(problem, cuts, starts, count)
-    objective = np.concatenate([*(g.cost for g in groups), problem.prices])
+    form = _standard_form(problem, cuts)
     result = milp(
-        objective,
-        constraints=LinearConstraint(matrix, low, high),
-        integrality=np.concatenate([np.ones(count), np.zeros(len(problem.prices))]),
-        bounds=Bounds(
-            np.concatenate([np.zeros(count), problem.forced]),
-            np.concatenate([np.ones(count), np.full(len(problem.prices), np.inf)]),
-        ),
+        form.objective,
+        constraints=LinearConstraint(form.matrix, form.low, form.high),
+        integrality=form.integral,
+        bounds=Bounds(form.least, np.where(form.integral, 1.0, np.inf)),
         options={"mip_rel_gap": 0.0, "time_limit": seconds},
     )
     if result.status == 2:
         return None
     if result.x is None:
         return None, -np.inf, False
+    starts = np.cumsum([0, *(len(g.cost) for g in problem.groups)])
     positions = tuple(int(result.x[a:b].argmax()) for a, b in pairwise(starts))
     bound = -np.inf if result.mip_dual_bound is None else float(result.mip_dual_bound)
     return positions, bound, result.status == 0
 
 
-def _constraint_matrix(
-    problem: Problem, cuts: Sequence[Cut], starts: Indices, count: int
-) -> tuple[object, Array, Array]:
-    """Sparse rows: one per group, per limit, per shared resource and group, per cut; with their bounds."""
+@dataclass(frozen=True)
+class _StandardForm:
+    """min objective·v, low <= matrix v <= high, v >= least; the first columns (`integral`) are rows."""
+
+    objective: Array
+    matrix: Any
+    low: Array
+    high: Array
+    least: Array
+    integral: NDArray[np.bool_]
+
+
+def _standard_form(problem: Problem, cuts: Sequence[Cut]) -> _StandardForm:
+    """Sparse rows: one per group, per limit, per shared resource and group, per cut."""
     from scipy.sparse import coo_array
 
+    groups, count = problem.groups, sum(len(g.cost) for g in problem.groups)
+    starts = np.cumsum([0, *(len(g.cost) for g in groups)])
     entries: list[tuple[Indices, Indices, Array]] = []
     low: list[float] = []
     high: list[float] = []
@@ -298,4 +335,11 @@ def _constraint_matrix(
         )
     rows, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
     shape = (len(low), count + len(problem.prices))
-    return coo_array((values, (rows, columns)), shape=shape).tocsr(), np.array(low), np.array(high)
+    return _StandardForm(
+        objective=np.concatenate([*(g.cost for g in groups), problem.prices]),
+        matrix=coo_array((values, (rows, columns)), shape=shape).tocsr(),
+        low=np.array(low),
+        high=np.array(high),
+        least=np.concatenate([np.zeros(count), problem.forced]),
+        integral=np.arange(count + len(problem.prices)) < count,
+    )

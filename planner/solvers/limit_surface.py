@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.records import Array, Constraint
-from planner.solvers.gaussian_length import COMPONENTS, exceedance, percentile
+from planner.solvers.gaussian_length import COMPONENTS, exceedance, length_per_rms, percentile
 from planner.solvers.linear_combination import covariance_per_unit, weights
 
 Indices = NDArray[np.intp]
 
 _EXACT = 1e-12  # relative accuracy of every figure that leaves the program
+ROUNDING = 1e-9  # of a limit: who asks for just the nearest limit that can be met, as printed, shall get it
 _SEARCH_STEPS = 200  # bisection alone needs 60 to exhaust a float; false position rarely needs 12
 
 
@@ -50,16 +52,12 @@ class LimitSurface:
         """
         nearest = np.minimum(self._linear_reach(base, direction), self._quadratic_reach(base, direction))
         nearest = np.asarray(np.minimum(nearest, most))
-        if not self._gaussians:
-            return nearest
-        shape = (*nearest.shape, base.shape[-1])
-        bases, rays = (np.broadcast_to(a, shape).reshape(-1, shape[-1]) for a in (base, direction))
-        far = _last_within(
-            lambda t, which: self._gaussian_excess(bases[which] + t[:, None] * rays[which]),
-            nearest.reshape(-1),
-            self.tolerance,
-        )
-        return far.reshape(nearest.shape)
+        for gaussian in self._gaussians:
+            shape = (*nearest.shape, base.shape[-1])
+            start, ray = (np.broadcast_to(a, shape).reshape(-1, shape[-1]) for a in (base, direction))
+            far = gaussian.reach(start, ray, nearest.reshape(-1), self.tolerance)
+            nearest = far.reshape(nearest.shape)
+        return nearest
 
     def _linear_reach(self, base: Array, direction: Array) -> Array:
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -67,35 +65,76 @@ class LimitSurface:
         return np.asarray(np.where(np.isnan(t), 0.0, t).min(axis=-1, initial=np.inf))
 
     def _quadratic_reach(self, base: Array, direction: Array) -> Array:
-        """Root of A t² + 2B t = 1 − C, in the form that loses no digits."""
-        a, b = direction**2 @ self._squares.T, (base * direction) @ self._squares.T
-        rest = np.maximum(1.0 - base**2 @ self._squares.T, 0.0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            t = rest / (b + np.sqrt(b**2 + a * rest))
-        return np.asarray(np.where(np.isnan(t), 0.0, t).min(axis=-1, initial=np.inf))
+        return np.asarray(_quadratic_root(base, direction, self._squares.T, 1.0).min(axis=-1, initial=np.inf))
 
     def _gaussian_load(self, sizes: Array) -> Array:
-        load = np.zeros(sizes.shape[:-1])
-        for probability, covariances in self._gaussians:
-            lengths = percentile(np.tensordot(sizes**2, covariances, 1), probability, self.tolerance)
-            load = np.maximum(load, lengths.max(axis=-1))
-        return load
+        loads = [gaussian.load(sizes, self.tolerance) for gaussian in self._gaussians]
+        return np.max(loads, axis=0) if loads else np.zeros(sizes.shape[:-1])
 
-    def _gaussian_excess(self, sizes: Array) -> Array:
-        """Negative inside the limits, zero on the tightest; needs one probability instead of a percentile.
+
+@dataclass(frozen=True)
+class _Gaussians:
+    """All percentile constraints of one probability, in units of their limits.
+
+    covariances: (E, R, 3, 3) per unit of each error; variances: (E, R) their traces
+    least, most: bounds on percentile / sqrt(trace); they tell cheaply which constraints can matter
+    """
+
+    probability: float
+    covariances: Array
+    variances: Array
+    least: float
+    most: float
+
+    def load(self, sizes: Array, tolerance: float) -> Array:
+        """(..., E) -> (...) the largest percentile, in limits."""
+        rms = np.sqrt(sizes**2 @ self.variances)
+        matters = self.most * rms >= self.least * rms.max(axis=-1, keepdims=True)
+        loads = np.zeros(rms.shape)
+        covariances = np.tensordot(sizes**2, self.covariances, 1)[matters]
+        loads[matters] = percentile(covariances, self.probability, tolerance)
+        return np.asarray(loads.max(axis=-1))
+
+    def reach(self, base: Array, direction: Array, nearest: Array, tolerance: float) -> Array:
+        """(n, E), (n, E), (n,) -> (n,) the largest t <= nearest within all limits."""
+        sure, beyond = (
+            _quadratic_root(base, direction, self.variances, 1.0 / length**2)
+            for length in (self.most, self.least)
+        )
+        low, high = (np.minimum(nearest, t.min(axis=-1)) for t in (sure, beyond))
+        matters = sure <= high[:, None]
+
+        def excess(t: Array, which: Indices) -> Array:
+            return self._excess(base[which] + t[:, None] * direction[which], matters[which], tolerance)
+
+        return _last_within(excess, low, high, tolerance)
+
+    def _excess(self, sizes: Array, matters: NDArray[np.bool_], tolerance: float) -> Array:
+        """(n,) negative inside the limits, zero on the tightest; asks for a probability, not a percentile.
 
         If one component were all, erfc⁻¹(1 − p) / erfc⁻¹(P(length > limit)) would be the load itself; it is
         near it otherwise, so that the search along a ray meets an almost straight line.
         """
         from scipy.special import erfcinv
 
-        excess = np.full(sizes.shape[:-1], -1.0)
-        for probability, covariances in self._gaussians:
-            covariance = np.tensordot(sizes**2, covariances, 1)
-            tail = exceedance(covariance, np.ones(covariance.shape[:-2]), self.tolerance)
-            depth = erfcinv(np.minimum(tail, 1.0 - 1e-15)).min(axis=-1)
-            excess = np.maximum(excess, erfcinv(1.0 - probability) / depth - 1.0)
-        return excess
+        depth = np.full(matters.shape, np.inf)
+        covariances = np.tensordot(sizes**2, self.covariances, 1)[matters]
+        tail = exceedance(covariances, np.ones(len(covariances)), tolerance)
+        depth[matters] = erfcinv(np.minimum(tail, 1.0 - 1e-15))
+        return np.asarray(erfcinv(1.0 - self.probability) / depth.min(axis=-1) - 1.0)
+
+
+def _quadratic_root(base: Array, direction: Array, squares: Array, limit: float) -> Array:
+    """(..., R) the t with Σ_j s_jr (base_j + t direction_j)² = limit; 0 if the base is beyond.
+
+    base, direction: (..., E); squares: (E, R).
+    Root of A t² + 2B t = limit − C in the form that loses no digits; infinite where nothing grows.
+    """
+    a, b = direction**2 @ squares, (base * direction) @ squares
+    rest = np.maximum(limit - base**2 @ squares, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = rest / (b + np.sqrt(b**2 + a * rest))
+    return np.asarray(np.where(np.isnan(t), 0.0, t))
 
 
 def binding(
@@ -112,15 +151,16 @@ def _relative_weights(constraints: Sequence[Constraint], errors: Sequence[str], 
     return np.array(rows).reshape(-1, len(errors))
 
 
-def _relative_covariances(
-    constraints: Sequence[Constraint], errors: Sequence[str]
-) -> tuple[tuple[float, Array], ...]:
-    """For every probability the covariances per unit of each error, (E, R, 3, 3), in units of the limit."""
+def _relative_covariances(constraints: Sequence[Constraint], errors: Sequence[str]) -> tuple[_Gaussians, ...]:
+    """The percentile constraints, gathered by probability."""
     gaussian = sorted((c for c in constraints if c.rule == "percentile"), key=_probability)
-    return tuple(
-        (probability, np.stack([_padded(covariance_per_unit(c, errors)) / c.limit**2 for c in group], axis=1))
-        for probability, group in groupby(gaussian, key=_probability)
-    )
+    found = []
+    for probability, group in groupby(gaussian, key=_probability):
+        units = [_padded(covariance_per_unit(c, errors)) / c.limit**2 for c in group]
+        covariances = np.stack(units, axis=1)
+        variances = np.trace(covariances, axis1=2, axis2=3)
+        found.append(_Gaussians(probability, covariances, variances, *length_per_rms(probability)))
+    return tuple(found)
 
 
 def _probability(constraint: Constraint) -> float:
@@ -134,19 +174,21 @@ def _padded(covariances: Array) -> Array:
     return np.pad(covariances, ((0, 0), (0, missing), (0, missing)))
 
 
-def _last_within(excess: Callable[[Array, Indices], Array], most: Array, tolerance: float) -> Array:
-    """The largest t in [0, most] with excess(t) <= 0, for an excess that grows: false position (Illinois).
+def _last_within(
+    excess: Callable[[Array, Indices], Array], low: Array, high: Array, tolerance: float
+) -> Array:
+    """The largest t in [low, high] with excess(t) <= 0, for an excess that grows: false position (Illinois).
 
     excess(t, which) is asked for the rays `which` that are still open. The search aims half the tolerance
-    below zero, so what it returns is never beyond. most: (n,) -> (n,)
+    below zero, so what it returns is never beyond; `low` if that is beyond already. (n,), (n,) -> (n,)
     """
     aim = 0.5 * tolerance
-    everything = np.arange(len(most))
-    low, high = np.zeros_like(most), most.copy()
+    everything = np.arange(len(low))
+    low, high = low.copy(), high.copy()
     at_low, at_high = excess(low, everything) + aim, excess(high, everything) + aim
     answer = np.where(at_high <= aim, high, low)
     which = everything[(at_low < -aim) & (at_high > aim)]
-    last = np.zeros(len(most), dtype=int)  # the end that moved last: −1 low, +1 high
+    last = np.zeros(len(low), dtype=int)  # the end that moved last: −1 low, +1 high
     for _ in range(_SEARCH_STEPS):
         if len(which) == 0:
             break

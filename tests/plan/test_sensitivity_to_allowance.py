@@ -149,6 +149,22 @@ def test_the_same_seed_gives_the_same_answer_and_another_seed_another_front(rule
     assert first.front != other.front
 
 
+@pytest.mark.parametrize(
+    "extreme",
+    [
+        GeneticSettings(individuals=4, best=2, generations=1),
+        GeneticSettings(individuals=5, best=4, mutation=1.0, crossover=1.0, generations=3),
+        GeneticSettings(individuals=10_000, best=2, mutation=0.0, crossover=0.0, generations=2),
+        GeneticSettings(bits=1, generations=5),
+    ],
+)
+def test_poor_settings_cost_gap_but_never_the_limit(extreme):
+    constraints, lower, upper = binding_case("rss", 4, 2, 12)
+    found = allowed(constraints, lower, upper, settings=extreme)
+    assert (loads(constraints, found.errors, np.array(found.front)) <= 1 + EXACT).all()
+    assert all(0 <= corner.gap <= 1 for corner in found.corners)
+
+
 def test_a_tighter_limit_never_allows_more():
     constraints, lower, upper = binding_case("worst_case", 4, 1, 6)
     exact = []
@@ -187,11 +203,17 @@ def test_what_cannot_be_met_is_refused_with_what_binds_and_the_nearest_limit(rul
     parts = shares(impossible, named(4), lower)
     assert [name for name, _ in refused.value.binds] == [named(4)[i] for i in np.argsort(-parts)]
     assert [share for _, share in refused.value.binds] == pytest.approx(np.sort(parts)[::-1].tolist())
-    barely = replace(impossible, limit=refused.value.nearest_limit * (1 + 1e-9))
-    assert allowed([barely], lower, upper).tightness[0] == pytest.approx(1.0, rel=1e-8)
+    for slack in (0.0, 1e-9, 1e-4):
+        barely = replace(impossible, limit=refused.value.nearest_limit * (1 + slack))
+        found = allowed([barely], lower, upper)
+        assert found.tightness[0] == pytest.approx(1.0, abs=2 * slack + EXACT)
+        assert (loads([barely], found.errors, np.array(found.front)) <= 1 + 1e-9).all()
+        # what a slack of 1e-4 of the limit leaves is of that order, not the whole range
+        assert max(c.gap for c in found.corners) <= LARGEST_GAP
 
 
 def test_contradictory_bounds_are_refused():
     constraints, lower, upper = binding_case("rss", 3, 1, 10)
-    with pytest.raises(ValueError, match="smallest"):
-        allowed(constraints, upper, lower)
+    for wrong in ((upper, lower), (-lower, upper), (lower, upper * np.inf), (lower * np.nan, upper)):
+        with pytest.raises(ValueError, match="smallest"):
+            allowed(constraints, *wrong)
