@@ -156,11 +156,12 @@ def sensitivity(
     """
     from planner import pipeline
     from planner.export.sensitivities import sensitivity_document
+    from planner.plan.spec_to_sensitivity import sensitivity_rows
     from planner.report.summary import print_sensitivities
     from planner.spec.load import load_spec
 
     with _progress() as progress:
-        found = pipeline.sensitivity(load_spec(spec), trajectory, progress)
+        found = sensitivity_rows(pipeline.sensitivity(load_spec(spec), trajectory, progress))
     if as_json:
         typer.echo(json.dumps(sensitivity_document(found)))
     else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, runtime_checkable
 
@@ -64,11 +64,28 @@ class BenchKind(Protocol):
     """A kind of bench: what it can excite and how its motions are named.
 
     excites: which of `rate`, `gravity`, `acceleration`, `temperature` it can vary
+    observes: errors, as `gyro.scale_factor`, that its records can show
     """
 
     name: str
     excites: frozenset[str]
 
-    def motions(self, count: int, axes: int) -> tuple[Mapping[str, float], ...]:
-        """`count` standard motions, axis name -> deg (`position_1_deg`) or deg/s (`rate_1_dps`)."""
+    @property
+    def observes(self) -> frozenset[str]:
+        """Errors, as `gyro.scale_factor`, that its records can show."""
+        ...
+
+    def motions(
+        self,
+        count: int,
+        axes: int,
+        *,
+        calibrates: Sequence[str] = (),
+        rate_limit_dps: float = ...,
+        load_limit_g: float = ...,
+    ) -> tuple[Mapping[str, float], ...]:
+        """`count` standard motions for what a test calibrates, within the bench's limits.
+
+        Axis name -> deg (`position_1_deg`), deg/s (`rate_1_dps`) or g (`acceleration_g`).
+        """
         ...

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Rule = Literal["worst_case", "rss", "percentile"]
-Placement = Literal["even", "optimal", "fixed", "room"]
+Placement = Literal["even", "optimal", "joining", "fixed", "room"]
 
 
 # ---------------------------------------------------------------- conditions and trajectories
@@ -220,7 +220,8 @@ class AllowedErrors:
 class TemperaturePoints:
     """One way to spread the calibration temperatures of an error, and the residual that it leaves.
 
-    placement: `even`, `optimal` (dynamic programming on a measured curve), `fixed` or `room`
+    placement: `even`, `optimal` (dynamic programming on a measured curve), `joining` (rides along with the
+    points of another error), `fixed` or `room`
     """
 
     temperatures_degc: tuple[float, ...]

@@ -48,7 +48,7 @@ def spread_at(model: ErrorModel, temperatures: Sequence[float]) -> Array:
     known, sigma = (np.array(column) for column in zip(*model.run_to_run, strict=True))
     if len(known) == 1:
         return np.full(len(temperatures), sigma[0])
-    return np.interp(np.array(temperatures), known, sigma)
+    return np.asarray(np.interp(np.array(temperatures), known, sigma))
 
 
 def half_widths(

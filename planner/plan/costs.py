@@ -1,7 +1,7 @@
 """What a campaign pays for, in seconds: K 2.6, eq. 28, with the ramps that it leaves out.
 
 time = Σ_benches install + Σ_(bench, T) (soak + ramps)
-     + Σ_tests Σ_T repeats · (power_on + Σ_motions (move + record + gap))
+     + Σ_tests Σ_T repeats · (power_on + Σ_motions (move + record + gap) + cool_down)
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ def weights_of(spec: Spec) -> tuple[float, float]:
 
 
 def repeat_time(spec: Spec, test: Test) -> float:
-    """Seconds of one repeat: power-on, then a move, a record and a gap for every motion."""
+    """Seconds of one repeat: power-on, a move, a record and a gap for every motion, and the cool-down."""
     move = spec.benches[test.bench].move
-    return test.power_on + test.motion_count * (move + test.record + test.gap)
+    return test.power_on + test.motion_count * (move + test.record + test.gap) + test.cool_down
 
 
 def repeat_power_on(spec: Spec, test: Test) -> float:
-    """Powered seconds of one repeat: the unit is switched off for the last gap."""
-    return repeat_time(spec, test) - test.gap
+    """Powered seconds of one repeat: the unit is switched off for the last gap and the cool-down."""
+    return repeat_time(spec, test) - test.gap - test.cool_down
 
 
 def resources_of(spec: Spec, temperatures: Iterable[float]) -> tuple[Resource, ...]:

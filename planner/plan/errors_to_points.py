@@ -6,7 +6,7 @@ measured, also the points that minimise its worst piecewise-linear residual (dyn
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -28,7 +28,7 @@ TEMPERATURE_EFFECT = {
 def point_menus(spec: Spec) -> tuple[PointMenu, ...]:
     """What every calibrated error may choose in every test that serves it.
 
-    An error without a temperature residual needs one point only, and it may be any that others visit anyway.
+    An error without a temperature residual needs one point only, or rides along with another error's points.
     Raises InputError when no candidate number of points has a residual.
     """
     pairs = [
@@ -62,22 +62,23 @@ def _points(spec: Spec, error: str, test: str) -> tuple[TemperaturePoints, ...]:
 def _joining(
     spec: Spec, error: str, test: str, own: Mapping[tuple[str, str], tuple[TemperaturePoints, ...]]
 ) -> tuple[TemperaturePoints, ...]:
-    """One point at any temperature that errors on the same bench may visit, else in the middle."""
-    bench = spec.tests[test].bench
-    visited = _union(
+    """What an error that does not vary with temperature may choose: it can ride along with any other.
+
+    Every set of points that another error on the same bench may choose, and one point in the middle of the
+    range or at either end (the ends are in every even spread of two or more).
+    """
+    bench, (low, high) = spec.tests[test].bench, spec.plan.temperatures.range
+    middle = even_points(low, high, 1)
+    sets = {
         p.temperatures_degc
         for (_, other), points in own.items()
         if spec.tests[other].bench == bench
         for p in points
         if p.placement != "room"
-    )
-    one = residual_at(spec, error, (spec.plan.temperatures.room,))
-    middle = even_points(*spec.plan.temperatures.range, 1)
-    return tuple(TemperaturePoints((t,), one, "even") for t in visited or middle)
-
-
-def _union(temperatures: Iterable[tuple[float, ...]]) -> tuple[float, ...]:
-    return tuple(sorted({t for some in temperatures for t in some}))
+    }
+    residual = residual_at(spec, error, middle)
+    joined = sorted({middle, (low,), (high,), *sets} if sets else {middle}, key=lambda t: (len(t), t))
+    return tuple(TemperaturePoints(t, residual, "joining") for t in joined)
 
 
 def residual_at(spec: Spec, error: str, temperatures: tuple[float, ...]) -> float:

@@ -149,7 +149,7 @@ class _Decoder:
 
     def _paid_by_others(self, e: int, chosen: Sequence[Array]) -> Array:
         forced = np.broadcast_to(self.folded.forced, chosen[e].shape)
-        return np.maximum.reduce([forced, *(used for o, used in enumerate(chosen) if o != e)])
+        return np.asarray(np.maximum.reduce([forced, *(used for o, used in enumerate(chosen) if o != e)]))
 
     def _room(self, e: int, rows: NDArray[np.int64]) -> Array:
         """(P,) how large error e may be when the others are as large as their rows."""

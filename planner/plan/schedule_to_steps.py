@@ -1,22 +1,25 @@
 """Chosen temperatures and repeats → the timeline: every step on every bench, in order, with its times.
 
 The unit goes from bench to bench in the order of the spec. On a bench: install; what is done in the room;
-then the temperatures in the order of least chamber travel, each a ramp, a soak and its tests; back to the room;
-remove. One repeat of a test is one power-on (the run-to-run spread is what repeats average):
-power_on, then for each motion a move, a record and a gap; the unit is off during the last gap.
+then the temperatures in the order of least chamber travel, each a ramp, a soak and its tests; back to the
+room; remove. One repeat of a test is one power-on (the run-to-run spread is what repeats average):
+power_on, then for each motion a move, a record and a gap; the unit is off during the last gap and the
+cool-down of the repeat.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from planner import catalog
 from planner.plan.by_hand import in_room
 from planner.plan.costs import repeat_power_on
+from planner.protocols import BenchKind
 from planner.records import Campaign, PlannedTest, Step, TestVisits
 from planner.solvers.ordering import sweep
-from planner.spec.model import Chamber, Motion, Spec, Test
+from planner.spec.model import Bench, Chamber, Motion, Spec, Test
 from planner.units import from_si
 
 
@@ -130,9 +133,9 @@ def _test_actions(spec: Spec, name: str, t: float, repeats: int, place: str) -> 
             yield replace(blank, id=f"{run}/m{m}", action="record", seconds=test.record, motion=motion)
             if last:
                 yield replace(blank, id=f"{run}/power_off", action="power_off")
-            if test.gap:
-                action = "cool_down" if last else "pause"
-                yield replace(blank, id=f"{run}/m{m}/{action}", action=action, seconds=test.gap)
+            action, seconds = ("cool_down", test.gap + test.cool_down) if last else ("pause", test.gap)
+            if seconds:
+                yield replace(blank, id=f"{run}/m{m}/{action}", action=action, seconds=seconds)
 
 
 def _ramp_time(chamber: Chamber, start: float, end: float) -> float:
@@ -150,8 +153,19 @@ def _motions(spec: Spec, test: Test) -> Sequence[Mapping[str, float] | None]:
     if isinstance(test.motions, int):
         bench = spec.benches[test.bench]
         kind = catalog.benches()[bench.kind or test.bench] if _has_kind(spec, test.bench) else None
-        return [None] * test.motions if kind is None else kind.motions(test.motions, bench.axes)
+        return [None] * test.motions if kind is None else _standard_motions(kind, bench, test)
     return [_by_axis(motion) for motion in test.motions]
+
+
+def _standard_motions(kind: BenchKind, bench: Bench, test: Test) -> Sequence[Mapping[str, float]]:
+    limits = bench.limits
+    return kind.motions(
+        test.motion_count,
+        bench.axes,
+        calibrates=test.calibrates,
+        rate_limit_dps=math.inf if limits.rate is None else from_si(limits.rate, "deg/s"),
+        load_limit_g=math.inf if limits.acceleration is None else from_si(limits.acceleration, "g"),
+    )
 
 
 def _has_kind(spec: Spec, bench: str) -> bool:

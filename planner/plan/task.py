@@ -99,7 +99,8 @@ def extreme_allowances(task: Task, rule: str) -> tuple[tuple[Allowance, ...], tu
 
 def _forced_amounts(spec: Spec, visit: TestVisits, tariff: Tariff) -> Array:
     repeats = np.array([visit.repeats])
-    return tariff.amounts(visit.test, visit.temperatures_degc, repeats, room=in_room(spec, visit.test))[0]
+    room = in_room(spec, visit.test)
+    return np.asarray(tariff.amounts(visit.test, visit.temperatures_degc, repeats, room=room)[0])
 
 
 def _limit(constraint: Constraint) -> float:
