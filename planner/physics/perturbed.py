@@ -1,0 +1,127 @@
+"""Nonlinear navigation of many runs of one flight, each with its own small sensor errors.
+
+A run's readings are those of the flight plus a linear combination of given columns. In the inertial frame
+its attitude is Ĉ = Q B(t) C(t): C the flight's own, Q the rotation that the run has gathered before this
+block, B the small one inside the block, linear in the errors. So one matrix product takes all runs through
+a block of samples, and only Q, velocity, position and gravitation are per run. With u = response ·
+coefficients and Δγ = γ(r + δr) - γ(r)
+
+    δv += Q (X + u_v + s_v) - X + ∫Δγ,   δr += δv T + Q (Y + u_r + s_r) - Y + ∫∫Δγ,   Q <- Q exp[u_φ ×]
+
+Nothing is linearised over the flight: rotations, positions and gravitation are exact for errors of any size.
+What is of second order inside a block is taken as if force and errors were constant there,
+
+    s_v = u_φ × (u_v - u_φ × X/6)/2,   s_r = u_φ × (u_r - u_φ × Y/12)/3
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from planner.physics import earth, quaternion
+from planner.physics.attitude import rph_from_dcm
+from planner.physics.blocks import POSITION, ROTATION, VELOCITY, Blocks, Forcing, Motion, cut_into_blocks
+from planner.physics.earth import Array
+from planner.physics.error_dynamics import ErrorHistory
+from planner.physics.quaternion import cross
+from planner.physics.strapdown import NavigationState, from_inertial, to_inertial
+
+
+def navigate_with_errors(
+    motion: Motion,
+    forcing: Forcing,
+    coefficients: Array,
+    *,
+    block_s: float = 0.25,
+    instants: Sequence[float] | None = None,
+) -> ErrorHistory:
+    """Navigation errors of B runs whose readings are off by forcing · coefficients.
+
+    coefficients: (B, p) per run and column, gyro columns first
+    instants: times (s) of the errors wanted, to the nearest sample; None for the end
+    Returns errors (k, 3, B), computed - true, at k instants; angles wrapped to ±π.
+    """
+    wanted = [float(motion.time_s[-1])] if instants is None else instants
+    blocks = cut_into_blocks(motion, forcing, block_s, wanted)
+    time = motion.time_s[blocks.edges] - motion.time_s[0]
+    at = [int(np.argmin(np.abs(motion.time_s[blocks.edges] - t))) for t in wanted]
+    true = _states(motion, blocks)
+    c_bi, velocity, position = to_inertial(true, time)
+    turn, dv, dr = _run(blocks, position, coefficients, at)
+    computed = from_inertial(
+        quaternion.to_matrix(turn) @ c_bi[at, None],
+        velocity[at, None] + dv,
+        position[at, None] + dr,
+        time[at, None],
+    )
+    return _difference(computed, _at(true, at), motion.time_s[blocks.edges[at]])
+
+
+def _run(
+    blocks: Blocks, position: Array, coefficients: Array, at: Sequence[int]
+) -> tuple[Array, Array, Array]:
+    """Q (4, k, B), δv and δr (k, B, 3) in inertial axes at the edges `at`; position (b + 1, 3) is true."""
+    runs = len(coefficients)
+    turn, dv, dr = np.zeros((4, runs)), np.zeros((3, runs)), np.zeros((3, runs))
+    turn[0] = 1.0
+    gravitation = earth.gravitation(position)
+    before = np.zeros((3, runs))
+    history = {0: (turn, dv, dr)}
+    for k, t in enumerate(blocks.duration):
+        u = blocks.response[k] @ coefficients.T
+        x, y = blocks.force[k, :, None], blocks.force_moment[k, :, None]
+        angle, pushed, carried = u[ROTATION], u[VELOCITY], u[POSITION]
+        pushed = pushed + cross(angle, pushed - cross(angle, x / 6.0)) / 2.0
+        carried = carried + cross(angle, carried - cross(angle, y / 12.0)) / 3.0
+        moved = dr + dv * t + quaternion.rotated(turn, y + carried) - y
+        there = position[k + 1, :, None] + moved + before * (t * t / 2.0)
+        after = (earth.gravitation(there.T) - gravitation[k + 1]).T
+        dr = moved + (before / 3.0 + after / 6.0) * (t * t)
+        dv = dv + quaternion.rotated(turn, x + pushed) - x + (before + after) * (t / 2.0)
+        turn = quaternion.product(turn, quaternion.from_rotation_vector(angle))
+        before = after
+        if k + 1 in at:
+            history[k + 1] = (turn, dv, dr)
+    turns, velocities, positions = (
+        np.stack(part, axis=1) for part in zip(*(history[k] for k in at), strict=True)
+    )
+    return turns, np.moveaxis(velocities, 0, 2), np.moveaxis(positions, 0, 2)
+
+
+def _states(motion: Motion, blocks: Blocks) -> NavigationState:
+    at = blocks.edges
+    return NavigationState(
+        motion.latitude[at],
+        motion.longitude[at],
+        motion.altitude[at],
+        motion.velocity[at],
+        motion.attitude[at],
+    )
+
+
+def _at(state: NavigationState, at: Sequence[int]) -> NavigationState:
+    """The states (k, 1) that runs (k, B) are compared with."""
+    fields = (state.latitude, state.longitude, state.altitude, state.velocity, state.attitude)
+    return NavigationState(*(x[at][:, None] for x in fields))
+
+
+def _difference(computed: NavigationState, true: NavigationState, time_s: Array) -> ErrorHistory:
+    """Errors as `error_dynamics` defines them, each in its own local frame."""
+    meridian, transverse = earth.principal_radii(true.latitude)
+    position = [
+        (computed.latitude - true.latitude) * (meridian + true.altitude),
+        _wrapped(computed.longitude - true.longitude) * (transverse + true.altitude) * np.cos(true.latitude),
+        computed.altitude - true.altitude,
+    ]
+    velocity = (computed.velocity - true.velocity) * np.array([1.0, 1.0, -1.0])
+    angles = [
+        _wrapped(a - b)
+        for a, b in zip(rph_from_dcm(computed.attitude), rph_from_dcm(true.attitude), strict=True)
+    ]
+    return ErrorHistory(time_s, np.stack(position, axis=1), velocity.swapaxes(1, 2), np.stack(angles, axis=1))
+
+
+def _wrapped(angle: Array) -> Array:
+    return np.asarray(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)
