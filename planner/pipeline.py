@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner import __version__
+from planner.errors import InfeasibleError
 from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.budget import common_rule
 from planner.plan.by_hand import is_hand_made
@@ -76,9 +77,9 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
     progress("choosing temperatures and repeats")
     chosen = campaign(task)
     rule = common_rule(navigation.constraints)
-    allowed = genetic = None
+    allowed, genetic, notes = None, None, []
     if not is_hand_made(spec):
-        allowed = _allowed(spec, task, navigation, progress)
+        allowed, notes = _allowed_or_why_not(spec, task, navigation, progress)
         progress("genetic algorithm beside the exact campaign")
         genetic = genetic_plan(task, chosen, rule, _settings(spec), spec.plan.seed)
     timeline = steps(spec, chosen)
@@ -91,7 +92,7 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
         version=__version__,
         sha256=loaded.sha256,
         genetic=genetic,
-        notes=_notes(loaded, navigation.models),
+        notes=[*_notes(loaded, navigation.models), *notes],
     )
     return Planned(made, navigation, allowed)
 
@@ -132,6 +133,22 @@ def _allowed(spec: Spec, task: Task, navigation: Navigation, progress: Progress)
         _settings(spec),
         spec.plan.seed,
     )
+
+
+def _allowed_or_why_not(
+    spec: Spec, task: Task, navigation: Navigation, progress: Progress
+) -> tuple[AllowedErrors | None, list[str]]:
+    """The allowed region beside a campaign that exists; with mixed rules there may be none.
+
+    The region knows one size per error, so with mixed rules it must take the sum of the parts, which a
+    percentile or rss requirement does not ask for.
+    """
+    try:
+        return _allowed(spec, task, navigation, progress), []
+    except InfeasibleError:
+        if len({constraint.rule for constraint in navigation.constraints}) == 1:
+            raise
+        return None, ["no region of allowed errors: the requirements mix rules, and sums of parts exceed them"]
 
 
 def _settings(spec: Spec) -> GeneticSettings:

@@ -147,7 +147,10 @@ class ErrorModel:
 
 @dataclass(frozen=True)
 class Allowance:
-    """The allowed size of one error and its parts, in SI. worst_case: parts add; otherwise their squares."""
+    """The allowed size of one error and its parts, in SI. worst_case: parts add; otherwise their squares.
+
+    An error that nobody calibrates has its whole systematic size as its estimate's error.
+    """
 
     error: str
     unit: str
@@ -157,6 +160,7 @@ class Allowance:
     storage: float
     temperature: float
     estimate: float
+    calibrated: bool = True
 
     @property
     def parts(self) -> dict[str, float]:
@@ -338,6 +342,33 @@ class Step:
 
 
 @dataclass(frozen=True)
+class PlannedChamber:
+    """The chamber of a bench: its range, its speeds in K/s (None: at once), and how long a soak takes."""
+
+    coldest_degc: float
+    hottest_degc: float
+    heating: float | None
+    cooling: float | None
+    soak_s: float
+
+
+@dataclass(frozen=True)
+class PlannedBench:
+    """A bench as bench software must know it: axes, limits (SI, None: not limited), chamber, arm in metres."""
+
+    name: str
+    kind: str
+    axes: int
+    units: int
+    room_degc: float
+    rate: float | None
+    angular_acceleration: float | None
+    acceleration: float | None
+    arm: float | None
+    chamber: PlannedChamber | None
+
+
+@dataclass(frozen=True)
 class PlannedTest:
     """What one test does: its temperatures and, for each, the repeats."""
 
@@ -419,3 +450,4 @@ class Plan:
     notes: tuple[str, ...] = field(default=())
     objective_bound: float = 0.0
     proved: bool = True
+    benches: tuple[PlannedBench, ...] = ()

@@ -3,10 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from planner.records import Achieved, Allowance, GeneticPlan, Plan, RepeatReason, Step
+from planner.export.header import sealed
+from planner.protocols import ExportOptions
+from planner.records import (
+    Achieved,
+    Allowance,
+    GeneticPlan,
+    Plan,
+    PlannedBench,
+    PlannedChamber,
+    RepeatReason,
+    Step,
+)
 from planner.units import from_si
 
 # Twelve digits tell every figure apart and hide the rounding of unit conversions (0.002 stays 0.002).
@@ -14,7 +25,11 @@ DIGITS = 12
 
 
 def plan_document(plan: Plan) -> dict[str, Any]:
-    """The plan as a tree of plain values, in the order in which plan.json holds them."""
+    """The plan as a tree of plain values, in the order in which plan.json holds them, with its hash."""
+    return sealed(_unsealed(plan))
+
+
+def _unsealed(plan: Plan) -> dict[str, Any]:
     return {
         "planner": plan.version,
         "spec": {"name": plan.name, "sha256": plan.spec_sha256},
@@ -29,6 +44,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "gap": number(plan.gap),
         "proved": plan.proved,
         "power_on_s": number(plan.power_on_s),
+        "benches": {bench.name: _bench(bench) for bench in plan.benches},
         "requirements": [_requirement(r) for r in plan.requirements],
         "sensitivities": [
             {
@@ -64,8 +80,13 @@ def plan_document(plan: Plan) -> dict[str, Any]:
 
 def plan_text(plan: Plan) -> str:
     """plan.json; one line a step, so that a diff of two plans reads like a list of changes."""
-    document = plan_document(plan)
-    steps = document.pop("steps")
+    return document_text(plan_document(plan))
+
+
+def document_text(document: Mapping[str, Any]) -> str:
+    """plan.json of a plan's tree, as `plan_text` writes it."""
+    steps = document["steps"]
+    document = {key: value for key, value in document.items() if key != "steps"}
     head = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
     lines = ",\n  ".join(json.dumps(s, ensure_ascii=False, allow_nan=False) for s in steps)
     return f'{head[:-2]},\n "steps": [\n  {lines}\n ]\n}}\n'
@@ -93,6 +114,36 @@ def number(value: float) -> float | int:
     return int(rounded) if rounded.is_integer() and abs(rounded) < 1e15 else rounded
 
 
+def _bench(b: PlannedBench) -> Mapping[str, Any]:
+    return {
+        "kind": b.kind,
+        "axes": b.axes,
+        "units": b.units,
+        "room_degc": number(b.room_degc),
+        "arm_m": _optional(b.arm, "m"),
+        "limits": {
+            "rate_dps": _optional(b.rate, "deg/s"),
+            "angular_acceleration_dps2": _optional(b.angular_acceleration, "deg/s^2"),
+            "acceleration_g": _optional(b.acceleration, "g"),
+        },
+        "chamber": None if b.chamber is None else _chamber(b.chamber),
+    }
+
+
+def _chamber(c: PlannedChamber) -> Mapping[str, Any]:
+    return {
+        "coldest_degc": number(c.coldest_degc),
+        "hottest_degc": number(c.hottest_degc),
+        "heating_k_per_min": _optional(c.heating, "K/min"),
+        "cooling_k_per_min": _optional(c.cooling, "K/min"),
+        "soak_s": number(c.soak_s),
+    }
+
+
+def _optional(value: float | None, unit: str) -> float | int | None:
+    return None if value is None else number(from_si(value, unit))
+
+
 def _requirement(r: Achieved) -> Mapping[str, Any]:
     return {
         "error": r.error,
@@ -110,6 +161,7 @@ def _allowance(a: Allowance) -> Mapping[str, Any]:
     return {
         "allowed": number(from_si(a.allowed, a.unit)),
         "unit": a.unit,
+        "calibrated": a.calibrated,
         "parts": {name: number(from_si(value, a.unit)) for name, value in a.parts.items()},
     }
 
@@ -145,3 +197,28 @@ def _genetic(genetic: GeneticPlan, plan: Plan) -> Mapping[str, Any]:
             for point in genetic.front
         ],
     }
+
+
+class Json:
+    """The plan itself with the JSON Schema that describes it."""
+
+    name = "json"
+    suffix = ".json"
+    dialects: tuple[str, ...] = ()
+
+    def files(self, document: Mapping[str, Any], options: ExportOptions) -> Mapping[str, str]:
+        """plan.json, which names its schema by `$schema`, and the schema beside it."""
+        from planner.export.plan_schema import SCHEMA_FILE, plan_schema_text
+
+        body = {key: value for key, value in document.items() if key != "$schema"}
+        return {
+            "plan.json": document_text({"$schema": SCHEMA_FILE, **body}),
+            SCHEMA_FILE: plan_schema_text(),
+        }
+
+    def notes(self, document: Mapping[str, Any], options: ExportOptions) -> Sequence[str]:
+        """Nothing is left out."""
+        return ()
+
+
+FORMAT = Json()

@@ -9,6 +9,7 @@ removes the mean, never the spread.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -37,7 +38,7 @@ def allowance(model: ErrorModel, temperature: float, estimate: float, rule: str)
 
 def uncalibrated(model: ErrorModel, rule: str) -> Allowance:
     """What an error amounts to when nobody calibrates it."""
-    return allowance(model, model.whole_variation, 0.0, rule)
+    return replace(allowance(model, 0.0, model.whole_variation, rule), calibrated=False)
 
 
 def common_rule(constraints: Sequence[Constraint]) -> str:
@@ -57,7 +58,7 @@ def binding_parts(
     """Share of every part of every error in the constraint's sum (or sum of squares), largest first."""
     power = 1 if constraint.rule == "worst_case" else 2
     terms = {
-        f"{a.error} {part}": (weight[a.error] * value) ** power
+        f"{a.error} {part if a.calibrated or part != 'estimate' else 'not calibrated'}": (weight[a.error] * value) ** power
         for a in allowances
         for part, value in a.parts.items()
     }

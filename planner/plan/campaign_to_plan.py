@@ -9,8 +9,9 @@ import numpy as np
 from planner import catalog
 from planner.plan.budget import common_rule, reached, size
 from planner.plan.by_hand import fixed_repeats, is_hand_made
-from planner.plan.confidence import half_widths, quantile, spread_at
+from planner.plan.confidence import half_width, half_widths, quantile, spread_at
 from planner.plan.costs import repeat_power_on, repeat_time, weights_of
+from planner.plan.spec_to_benches import planned_benches
 from planner.plan.task import Task, allowances
 from planner.records import (
     Achieved,
@@ -24,6 +25,7 @@ from planner.records import (
     RepeatReason,
     SensitivityFigure,
     Step,
+    TestVisits,
 )
 from planner.solvers.linear_combination import shares, weights
 from planner.spec.model import PercentileRule, Requirement, Spec
@@ -67,15 +69,21 @@ def plan_of(
         objective_value=round(chosen.objective, 6),
         objective_bound=round(bound, 6),
         proved=chosen.proved,
-        hours_per_limit={} if timed_only else _hours_per_limit(task, chosen, constraints),
+        hours_per_limit={} if timed_only else _hours_per_limit(task, chosen, allowed, constraints),
         genetic=genetic,
         notes=tuple(notes),
+        benches=planned_benches(spec),
     )
 
 
 def requirement_limit_of(constraints: Sequence[Constraint], index: int) -> list[Constraint]:
     """The constraints (instants) that one requirement became."""
     return [c for c in constraints if c.requirement == index]
+
+
+def _tightest(index: int, constraints: Sequence[Constraint], allowed: Sequence[Allowance]) -> Constraint:
+    """The instant at which a requirement is used most."""
+    return max(requirement_limit_of(constraints, index), key=lambda c: reached(c, allowed) / c.limit)
 
 
 def rule_name(requirement: Requirement) -> str:
@@ -99,10 +107,8 @@ def _achieved(
 ) -> Achieved:
     """The requirement at the instant where it is used most."""
     requirement = spec.requirement[index]
-    own = requirement_limit_of(constraints, index)
-    values = [reached(c, allowed) for c in own]
-    worst = int(np.argmax([v / c.limit for v, c in zip(values, own, strict=True)]))
-    constraint = own[worst]
+    constraint = _tightest(index, constraints, allowed)
+    value = reached(constraint, allowed)
     sizes = np.array([size(tuple(a.parts.values()), constraint.rule) for a in allowed])
     names = [a.error for a in allowed]
     return Achieved(
@@ -111,8 +117,8 @@ def _achieved(
         rule=rule_name(requirement),
         unit=constraint.unit,
         limit=constraint.limit,
-        achieved=values[worst],
-        met=values[worst] <= constraint.limit * (1 + 1e-9),
+        achieved=value,
+        met=value <= constraint.limit * (1 + 1e-9),
         shares=dict(zip(names, map(float, shares(constraint, names, sizes)), strict=True)),
     )
 
@@ -120,9 +126,9 @@ def _achieved(
 def _figures(
     spec: Spec, constraints: Sequence[Constraint], allowed: Sequence[Allowance]
 ) -> Iterator[SensitivityFigure]:
-    """Length of the error vector per display unit of every term, at each requirement's own instant."""
+    """Length of the error vector per display unit of every term, where each requirement is used most."""
     for index in range(len(spec.requirement)):
-        constraint = requirement_limit_of(constraints, index)[-1]
+        constraint = _tightest(index, constraints, allowed)
         for a in allowed:
             vectors = np.atleast_2d(constraint.vectors.get(a.error, np.zeros((0, 1))))
             per = unit_factor(a.unit)[0] / unit_factor(constraint.unit)[0]
@@ -168,50 +174,56 @@ def _reasons(task: Task, chosen: Campaign, choice: ErrorChoice) -> Iterator[Repe
         )
 
 
-def _hours_per_limit(task: Task, chosen: Campaign, constraints: Sequence[Constraint]) -> Mapping[int, float]:
+def _hours_per_limit(
+    task: Task, chosen: Campaign, allowed: Sequence[Allowance], constraints: Sequence[Constraint]
+) -> Mapping[int, float]:
     """Hours that one more SI unit of each limit would save if repeats need not be whole.
 
-    At the chosen temperatures, with the errors that decide the repeats of their tests free and the other
-    parts as they are: the dual value of the continuous relaxation (planner.solvers.convex).
+    At the chosen temperatures, the repeats of each test scaled as a whole, so that the half-widths of all its
+    errors move together: the dual value of the continuous relaxation (planner.solvers.convex).
     """
     from planner.solvers.convex import relaxed_time
 
-    deciding = _deciding(task, chosen)
-    binding = {i: requirement_limit_of(constraints, i)[-1] for i in range(len(task.spec.requirement))}
-    if not deciding or any(c.rule != "worst_case" for c in binding.values()):
+    binding = {i: _tightest(i, constraints, allowed) for i in range(len(task.spec.requirement))}
+    tests = _repeated(task, chosen)
+    if not tests or any(c.rule != "worst_case" for c in binding.values()):
         return {}
-    names = [choice.error for choice in deciding]
-    allowed = allowances(task, chosen, "worst_case")
-    load = np.array([weights(c, names) for c in binding.values()])
-    widths = np.array([choice.half_width for choice in deciding])
-    left = np.array([c.limit - reached(c, allowed) for c in binding.values()]) + load @ widths
-    time, power = weights_of(task.spec)
-    tests = [task.spec.tests[choice.test] for choice in deciding]
-    cost = np.array(
-        [
-            len(choice.points.temperatures_degc)
-            * (time * repeat_time(task.spec, test) + power * repeat_power_on(task.spec, test))
-            for choice, test in zip(deciding, tests, strict=True)
-        ]
-    )
-    spread = np.array([choice.half_width * np.sqrt(max(choice.needed_repeats)) for choice in deciding])
-    least = np.array(task.spec.plan.repeats.least)
-    if np.all(load @ (spread / np.sqrt(least)) <= left):
+    load = np.array([[_load(c, chosen, visit.test) for visit in tests] for c in binding.values()])
+    left = np.array([c.limit - reached(c, allowed) for c in binding.values()]) + load.sum(axis=1)
+    least = np.array([min(1.0, task.spec.plan.repeats.least / max(visit.repeats)) for visit in tests])
+    if np.all(load @ least**-0.5 <= left):
         return dict.fromkeys(binding, 0.0)  # the fewest repeats suffice: a looser limit buys nothing here
+    cost = np.array([_cost_of_width(task.spec, visit) for visit in tests])
     try:
-        relaxed = relaxed_time(cost, spread, load, left, "worst_case", least)
+        relaxed = relaxed_time(cost, np.ones(len(tests)), load, left, "worst_case", least)
     except ArithmeticError:  # no figure rather than one that the solver does not vouch for
         return {}
     return {i: float(d) / 3600 for i, d in zip(binding, relaxed.dual, strict=True)}
 
 
-def _deciding(task: Task, chosen: Campaign) -> list[ErrorChoice]:
-    """Per test the error whose accuracy asks for most repeats; the others ride along."""
-    found: dict[str, ErrorChoice] = {}
-    for choice in chosen.choices:
-        if fixed_repeats(task.spec, choice.test) is not None:
-            continue
-        rival = found.get(choice.test)
-        if rival is None or max(choice.needed_repeats) > max(rival.needed_repeats):
-            found[choice.test] = choice
-    return list(found.values())
+def _repeated(task: Task, chosen: Campaign) -> list[TestVisits]:
+    """The tests whose repeats the planner chose."""
+    served = {choice.test for choice in chosen.choices}
+    return [v for v in chosen.visits if v.test in served and fixed_repeats(task.spec, v.test) is None]
+
+
+def _load(constraint: Constraint, chosen: Campaign, test: str) -> float:
+    """What the half-widths of all errors of a test add to a sum of moduli."""
+    own = [choice for choice in chosen.choices if choice.test == test]
+    return float(
+        weights(constraint, [c.error for c in own]) @ np.array([choice.half_width for choice in own])
+    )
+
+
+def _cost_of_width(spec: Spec, visit: TestVisits) -> float:
+    """Weighted seconds of a test's repeats, per unit of the exponent by which they narrow d = q(n) s / √n.
+
+    d ∝ n^(−e) with e = 1/2 for the normal quantile and more for Student's, whose q falls as well: the price
+    of a narrower d is the smaller for it, by 1/2 : e.
+    """
+    time, power = weights_of(spec)
+    test, n = spec.tests[visit.test], max(visit.repeats)
+    d = half_width(spec.plan.confidence, spec.plan.quantile, 1.0, [n, n + 1])
+    exponent = float(np.log(d[0] / d[1]) / np.log((n + 1) / n))
+    each = time * repeat_time(spec, test) + power * repeat_power_on(spec, test)
+    return sum(visit.repeats) * each * 0.5 / exponent

@@ -27,10 +27,12 @@ from planner.solvers.linear_combination import combination
 ROUNDS = 3
 FRONT_POINTS = 60
 HEAD_ROOM = 1.5
+# How far below the limit a size may stay; the surface is never overstepped, so no campaign is too good.
+SURFACE_TOLERANCE = 1e-5
 # A population that has converged sits on one choice of temperatures. A fresh one starts as long as there are
 # generations left, until IDLE_RUNS in a row have found nothing shorter.
 PATIENCE = 20
-IDLE_RUNS = 5
+IDLE_RUNS = 3
 DECADES = 4  # between the slowest and the fastest rising error
 
 
@@ -94,7 +96,7 @@ class _Decoder:
         self.high = HEAD_ROOM * np.array([s.max() for s in self.row_sizes])
         self.alone = np.array([uncalibrated(model, rule).allowed for model in task.left])
         names = [*task.errors, *(model.name for model in task.left)]
-        self.surface = LimitSurface(task.constraints, names)
+        self.surface = LimitSurface(task.constraints, names, SURFACE_TOLERANCE)
         self.options = [_options(rows) for rows in task.rows]
         self.figures = [_figure(task, c) for c in task.constraints]
 
