@@ -9,12 +9,12 @@ from typing import Any
 
 
 @cache
-def plugins(package: str, constant: str) -> dict[str, Any]:
+def plugins(package: str, constant: str, *, every: bool = True) -> dict[str, Any]:
     """Plug-ins of `package` by their `name`, in the order of the names.
 
     `plugins("planner.effects", "EFFECT")` imports every module of that package once. A module whose name
     starts with an underscore is shared machinery, not a plug-in. Raises TypeError for a module that offers
-    nothing and for two plug-ins of one name.
+    nothing (unless not `every` module is a plug-in) and for two plug-ins of one name.
     """
     root = importlib.import_module(package)
     found: dict[str, Any] = {}
@@ -23,6 +23,8 @@ def plugins(package: str, constant: str) -> dict[str, Any]:
             continue
         module = importlib.import_module(f"{package}.{info.name}")
         plugin = getattr(module, constant, None)
+        if plugin is None and not every:
+            continue
         if plugin is None:
             raise TypeError(f"{module.__name__} offers no {constant}")
         if plugin.name in found:
@@ -44,6 +46,11 @@ def trajectories() -> dict[str, Any]:
 def benches() -> dict[str, Any]:
     """All kinds of bench by name."""
     return plugins("planner.benches", "KIND")
+
+
+def exports() -> dict[str, Any]:
+    """All export formats by name."""
+    return plugins("planner.export", "FORMAT", every=False)
 
 
 def effect_order(names: list[str]) -> list[str]:

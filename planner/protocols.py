@@ -89,3 +89,39 @@ class BenchKind(Protocol):
         Axis name -> deg (`position_1_deg`), deg/s (`rate_1_dps`) or g (`acceleration_g`).
         """
         ...
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """How to export; None takes the format's default.
+
+    dialect: of a script; start: local time of the campaign's start, `2026-12-01T08:00`; timezone: IANA name
+    """
+
+    dialect: str | None = None
+    start: str | None = None
+    timezone: str | None = None
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What an export is: file name -> content, the main file first; and what a person should know of them."""
+
+    files: Mapping[str, str | bytes]
+    notes: tuple[str, ...] = ()
+
+
+@runtime_checkable
+class ExportFormat(Protocol):
+    """A form in which a plan leaves. Works from the plan's tree (plan.json), which is what users have.
+
+    suffix: of its first file, the one that `-o FILE` names; dialects: its default first
+    """
+
+    name: str
+    suffix: str
+    dialects: tuple[str, ...]
+
+    def files(self, document: Mapping[str, Any], options: ExportOptions) -> Exported:
+        """The plan in this form. Same plan and options, same bytes. Raises InputError when it cannot be."""
+        ...

@@ -137,7 +137,6 @@ class ErrorModel:
     storage: float
     whole_variation: float
     calibrated: bool
-    note: str = ""
 
     @property
     def largest_run_to_run(self) -> float:
@@ -421,12 +420,32 @@ class SensitivityFigure:
 
 
 @dataclass(frozen=True)
+class Saving:
+    """Hours that one rule of the schedule saves: the same work timed with it and without it."""
+
+    rule: str
+    hours: float
+
+
+@dataclass(frozen=True)
+class TradeOffPoint:
+    """The best campaign when a second of power-on is worth `power_on_weight` seconds of the campaign."""
+
+    power_on_weight: float
+    time_s: float
+    power_on_s: float
+    proved: bool
+
+
+@dataclass(frozen=True)
 class Plan:
     """The answer: a campaign, why it suffices, and the proof that none is shorter.
 
     objective: what was minimised, in words; objective_value, objective_bound: in weighted seconds
     bound_s: proved lower bound of the objective (of `time_s` when time alone is minimised); gap: relative
     hours_per_limit: requirement index -> hours saved per SI unit of more limit (continuous relaxation)
+    stopped: the search ended before its proof; `proved` is also false when waiting makes `time_s` longer than
+    any bound
     """
 
     version: str
@@ -451,3 +470,6 @@ class Plan:
     objective_bound: float = 0.0
     proved: bool = True
     benches: tuple[PlannedBench, ...] = ()
+    savings: tuple[Saving, ...] = ()
+    trade_off: tuple[TradeOffPoint, ...] = ()
+    stopped: bool = False

@@ -5,8 +5,12 @@ from __future__ import annotations
 import csv
 import io
 import json
+from collections.abc import Mapping
+from typing import Any
 
-from planner.export.json import step_document
+from planner.export.header import header
+from planner.export.json import plan_document
+from planner.protocols import Exported, ExportOptions
 from planner.records import Plan
 
 COLUMNS = (
@@ -21,15 +25,38 @@ COLUMNS = (
     "motion",
     "units",
 )
+# In columns, not in `#` lines: every reader of CSV then takes the file as it is.
+HEADER_COLUMNS = ("plan_sha256", "spec_sha256", "schema_version")
 
 
 def steps_text(plan: Plan) -> str:
     """The steps as CSV; the motion is JSON with its units in the names (`rate_1_dps`)."""
+    return document_steps_text(plan_document(plan))
+
+
+def document_steps_text(document: Mapping[str, Any]) -> str:
+    """steps.csv of a plan's tree, as `steps_text` writes it."""
     out = io.StringIO()
-    writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    for step in plan.steps:
-        row = step_document(step)
-        row["motion"] = "" if row["motion"] is None else json.dumps(row["motion"])
-        writer.writerow(row)
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS + HEADER_COLUMNS)
+    plan = [header(document)[name] for name in HEADER_COLUMNS]
+    for step in document["steps"]:
+        motion = "" if step["motion"] is None else json.dumps(step["motion"])
+        row = [step[name] for name in COLUMNS if name != "motion"]
+        writer.writerow([*row[:8], motion, *row[8:], *plan])
     return out.getvalue()
+
+
+class Csv:
+    """One row a step."""
+
+    name = "csv"
+    suffix = ".csv"
+    dialects: tuple[str, ...] = ()
+
+    def files(self, document: Mapping[str, Any], options: ExportOptions) -> Exported:
+        """steps.csv."""
+        return Exported({"steps.csv": document_steps_text(document)})
+
+
+FORMAT = Csv()

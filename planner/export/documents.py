@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.errors import Fault, InputError
+from planner.export.header import check_seal
 
 REQUIRED = ("planner", "spec", "requirements", "allowances", "tests", "steps", "time_s", "bound_s", "gap")
 
@@ -16,7 +17,24 @@ def read_plan(path: Path) -> dict[str, Any]:
 
     Raises InputError for a file that cannot be read, is not JSON, or is no plan.
     """
-    file = path / "plan.json" if path.is_dir() else path
+    return {**_tree(_file(path)), "path": str(path)}
+
+
+def read_sealed_plan(path: Path) -> dict[str, Any]:
+    """plan.json for those who act on it: as `read_plan`, and exactly as planner wrote it.
+
+    Raises InputError also when the content is not that of its `plan_sha256`.
+    """
+    document = _tree(_file(path))
+    check_seal(document, str(_file(path)))
+    return document
+
+
+def _file(path: Path) -> Path:
+    return path / "plan.json" if path.is_dir() else path
+
+
+def _tree(file: Path) -> dict[str, Any]:
     try:
         document = json.loads(file.read_bytes())
     except OSError as error:
@@ -31,4 +49,4 @@ def read_plan(path: Path) -> dict[str, Any]:
         raise InputError(
             f"{file} is not a plan: {', '.join(missing)} missing; give plan.json of `planner plan`"
         )
-    return {**document, "path": str(path)}
+    return dict(document)

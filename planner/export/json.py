@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from planner.export.header import sealed
-from planner.protocols import ExportOptions
+from planner.protocols import Exported, ExportOptions
 from planner.records import (
     Achieved,
     Allowance,
@@ -18,7 +18,7 @@ from planner.records import (
     RepeatReason,
     Step,
 )
-from planner.units import from_si
+from planner.units import from_si, unit_factor
 
 # Twelve digits tell every figure apart and hide the rounding of unit conversions (0.002 stays 0.002).
 DIGITS = 12
@@ -72,7 +72,20 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
         ],
         "reasons": [_reason(r, plan) for r in plan.reasons],
         "genetic": None if plan.genetic is None else _genetic(plan.genetic, plan),
-        "hours_per_limit": {str(k): number(v) for k, v in plan.hours_per_limit.items()},
+        "hours_per_limit": {  # per unit of the requirement
+            str(k): number(v * unit_factor(plan.requirements[k].unit)[0])
+            for k, v in plan.hours_per_limit.items()
+        },
+        "savings": [{"rule": s.rule, "hours": number(s.hours)} for s in plan.savings],
+        "trade_off": [
+            {
+                "power_on_weight": number(p.power_on_weight),
+                "time_s": number(p.time_s),
+                "power_on_s": number(p.power_on_s),
+                "proved": p.proved,
+            }
+            for p in plan.trade_off
+        ],
         "notes": list(plan.notes),
         "steps": [step_document(step) for step in plan.steps],
     }
@@ -206,19 +219,13 @@ class Json:
     suffix = ".json"
     dialects: tuple[str, ...] = ()
 
-    def files(self, document: Mapping[str, Any], options: ExportOptions) -> Mapping[str, str]:
+    def files(self, document: Mapping[str, Any], options: ExportOptions) -> Exported:
         """plan.json, which names its schema by `$schema`, and the schema beside it."""
         from planner.export.plan_schema import SCHEMA_FILE, plan_schema_text
 
         body = {key: value for key, value in document.items() if key != "$schema"}
-        return {
-            "plan.json": document_text({"$schema": SCHEMA_FILE, **body}),
-            SCHEMA_FILE: plan_schema_text(),
-        }
-
-    def notes(self, document: Mapping[str, Any], options: ExportOptions) -> Sequence[str]:
-        """Nothing is left out."""
-        return ()
+        plan = document_text({"$schema": SCHEMA_FILE, **body})
+        return Exported({"plan.json": plan, SCHEMA_FILE: plan_schema_text()})
 
 
 FORMAT = Json()

@@ -48,6 +48,7 @@ def plan_of(
     spec, rule = task.spec, common_rule(constraints)
     allowed = allowances(task, chosen, rule)
     time = round(timeline[-1].end_s, 6) if timeline else 0.0
+    power_on = round(sum(test.power_on_s for test in tests), 6)
     timed_only = is_hand_made(spec)
     bound = chosen.objective if timed_only else chosen.bound
     return Plan(
@@ -65,15 +66,25 @@ def plan_of(
         time_s=time,
         bound_s=round(bound, 6),
         gap=0.0 if timed_only else chosen.gap,
-        power_on_s=round(sum(test.power_on_s for test in tests), 6),
+        power_on_s=power_on,
         objective_value=round(chosen.objective, 6),
         objective_bound=round(bound, 6),
         proved=chosen.proved,
         hours_per_limit={} if timed_only else _hours_per_limit(task, chosen, allowed, constraints),
         genetic=genetic,
-        notes=tuple(notes),
+        notes=(*notes, *_worn_out(spec, power_on)),
         benches=planned_benches(spec),
     )
+
+
+def _worn_out(spec: Spec, power_on: float) -> Iterator[str]:
+    """A remark on a campaign that outlives the sensors."""
+    life = spec.unit.service_life
+    if life is not None and power_on > life:
+        yield (
+            f"unit.service_life: the unit would be powered for {power_on / 3600:.2f} h, longer than the "
+            f"{life / 3600:.4g} h that its sensors live; minimise power_on, or loosen the limit"
+        )
 
 
 def requirement_limit_of(constraints: Sequence[Constraint], index: int) -> list[Constraint]:

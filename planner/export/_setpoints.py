@@ -1,0 +1,57 @@
+"""The temperatures that a plan asks of a chamber: what the chamber's script and the table's people share."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from planner.export._scripts import figure
+from planner.export.header import header
+from planner.export.plan_schema import BenchFacts, PlannedStep
+
+SETPOINT_COLUMNS = ("start_s", "end_s", "setpoint_degc", "soaked_s", "step")
+HEADER_COLUMNS = ("plan_sha256", "spec_sha256", "schema_version")
+
+
+@dataclass(frozen=True)
+class Setpoint:
+    """A temperature that the chamber is to hold from start to end; soaked: when the unit has it too."""
+
+    degc: float
+    start_s: float
+    soaked_s: float
+    end_s: float
+    step: str
+
+
+def setpoints(bench: BenchFacts, steps: Sequence[PlannedStep]) -> list[Setpoint]:
+    """Every temperature that the bench's steps ask for, in order; room temperature at the start and end."""
+    found: list[Setpoint] = []
+    now, since, soaked, name = bench.room_degc, steps[0].start_s, steps[0].start_s, steps[0].id
+    for step in steps:
+        wanted = now if step.temperature_degc is None else step.temperature_degc
+        if wanted != now:
+            found.append(Setpoint(now, since, soaked, step.start_s, name))
+            now, since, soaked, name = wanted, step.start_s, step.start_s, step.id
+        if step.action in ("ramp", "soak"):
+            soaked = step.end_s
+    found.append(Setpoint(now, since, soaked, steps[-1].end_s, name))
+    if now != bench.room_degc:
+        end = steps[-1].end_s
+        found.append(Setpoint(bench.room_degc, end, end, end, "end"))
+    return found
+
+
+def setpoint_text(document: Mapping[str, Any], bench: BenchFacts, steps: Sequence[PlannedStep]) -> str:
+    """The setpoints as CSV: seconds from the start of the campaign, degrees Celsius."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(SETPOINT_COLUMNS + HEADER_COLUMNS)
+    plan = [header(document)[name] for name in HEADER_COLUMNS]
+    for p in setpoints(bench, steps):
+        figures = [figure(x) for x in (p.start_s, p.end_s, p.degc, p.soaked_s)]
+        writer.writerow([*figures, p.step, *plan])
+    return out.getvalue()

@@ -1,0 +1,90 @@
+"""The attended steps as appointments (RFC 5545, with the time zone's definition), and the operator sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import UTC, date
+from typing import TYPE_CHECKING, Any
+
+from planner.export._attended import HandTask, attendances
+from planner.export._clock import DEFAULT_START, DEFAULT_TIMEZONE, WallClock, elapsed_text, wall_clock
+from planner.export._limits import checked_plan
+from planner.export.header import header
+from planner.export.operator_sheet import operator_sheet
+from planner.protocols import Exported, ExportOptions
+
+if TYPE_CHECKING:
+    from icalendar import Event
+
+
+class Calendar:
+    """Appointments for people, and a sheet to print."""
+
+    name = "ics"
+    suffix = ".ics"
+    dialects: tuple[str, ...] = ()
+
+    def files(self, document: Mapping[str, Any], options: ExportOptions) -> Exported:
+        """`attended.ics` and `operator.html`. Raises InputError for a wrong start or zone."""
+        plan, clock = checked_plan(document), wall_clock(options)
+        files: dict[str, str | bytes] = {
+            "attended.ics": _calendar(document, attendances(plan), clock),
+            "operator.html": operator_sheet(document, plan, clock),
+        }
+        return Exported(files, _assumed(options))
+
+
+def _assumed(options: ExportOptions) -> tuple[str, ...]:
+    if options.start is not None and options.timezone is not None:
+        return ()
+    start, zone = options.start or DEFAULT_START, options.timezone or DEFAULT_TIMEZONE
+    return (f"the campaign starts at {start}, {zone}; choose with --start and --timezone",)
+
+
+def _calendar(document: Mapping[str, Any], tasks: Sequence[HandTask], clock: WallClock) -> bytes:
+    from icalendar import Calendar as ICalendar
+    from icalendar import vText
+
+    calendar = ICalendar()
+    calendar.add("prodid", "-//planner//calibration campaign//EN")
+    calendar.add("version", "2.0")
+    calendar.add("x-wr-calname", vText(document["spec"]["name"]))
+    for name, value in header(document).items():
+        calendar.add(f"x-{name.replace('_', '-')}", vText(value))
+    for task in tasks:
+        calendar.add_component(_event(document, task, clock))
+    last = clock.at(max([0.0, *(t.end_s for t in tasks)]))
+    # whole years, so that the definition holds both changes of the clocks
+    calendar.add_missing_timezones(
+        first_date=date(clock.start.year, 1, 1), last_date=date(last.year + 2, 1, 1)
+    )
+    return bytes(calendar.to_ical())
+
+
+def _event(document: Mapping[str, Any], task: HandTask, clock: WallClock) -> Event:
+    from icalendar import Event
+
+    event = Event()
+    event.add("uid", f"{task.id}@{document['plan_sha256'][:16]}.planner")
+    event.add("dtstamp", clock.start.astimezone(UTC))  # not the time of export: same plan, same bytes
+    event.add("dtstart", clock.at(task.start_s))
+    if clock.at(task.end_s) > clock.at(task.start_s):
+        event.add("dtend", clock.at(task.end_s))
+    event.add("summary", f"{task.what.capitalize()}: {task.bench}")
+    event.add("location", task.bench)
+    event.add("description", _description(document, task))
+    return event
+
+
+def _description(document: Mapping[str, Any], task: HandTask) -> str:
+    lines = [
+        task.detail,
+        "" if task.temperature_degc is None else f"temperature_degc: {task.temperature_degc:g}",
+        f"elapsed: {elapsed_text(task.start_s)} to {elapsed_text(task.end_s)}",
+        f"step: {task.id}",
+        f"plan_sha256: {document['plan_sha256']}",
+    ]
+    return "\n".join(line for line in lines if line)
+
+
+FORMAT = Calendar()

@@ -1,0 +1,97 @@
+"""A sheet to print and to tick off: what happens when, at which temperature, and what a person does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any
+
+from planner.export._attended import HandTask, hand_tasks
+from planner.export._clock import WallClock, elapsed_text, time_text
+from planner.export._scripts import by_bench
+from planner.export.header import header
+from planner.export.plan_schema import PlanDocument, PlannedStep
+
+_ALONE = {"ramp": "Chamber goes to temperature", "soak": "Unit soaks"}
+_ATTENDED = {"install", "remove", "remount"}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the sheet."""
+
+    start_s: float
+    clock: str
+    elapsed: str
+    until: str
+    bench: str
+    temperature: str
+    what: str
+    attended: bool
+
+
+def operator_sheet(document: Mapping[str, Any], plan: PlanDocument, clock: WallClock) -> str:
+    """The sheet as one self-contained HTML page."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("planner.export"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    rows = sorted([*_by_hand(hand_tasks(plan), clock), *_alone(plan, clock)], key=lambda r: r.start_s)
+    return environment.get_template("operator.html.j2").render(
+        name=plan.spec.name,
+        header=header(document),
+        zone=str(clock.start.tzinfo),
+        start=time_text(clock.start),
+        end=time_text(clock.at(plan.time_s)),
+        hours=f"{plan.time_s / 3600:.2f}",
+        benches=plan.benches,
+        rows=rows,
+        attended=sum(row.attended for row in rows),
+    )
+
+
+def _row(clock: WallClock, start: float, end: float, bench: str, t: float | None, what: str, by: bool) -> Row:
+    return Row(
+        start_s=start,
+        clock=time_text(clock.at(start)),
+        elapsed=elapsed_text(start),
+        until=time_text(clock.at(end)),
+        bench=bench,
+        temperature="" if t is None else f"{t:g}",
+        what=what,
+        attended=by,
+    )
+
+
+def _by_hand(tasks: Sequence[HandTask], clock: WallClock) -> Iterator[Row]:
+    for t in tasks:
+        where = "" if t.test is None else f" ({t.test}, repeat {t.repeat})"
+        what = f"{t.what.capitalize()}: {t.detail}{where}"
+        yield _row(clock, t.start_s, t.end_s, t.bench, t.temperature_degc, what, True)
+
+
+def _alone(plan: PlanDocument, clock: WallClock) -> Iterator[Row]:
+    """What the bench does by itself: ramps, soaks, and all repeats of a test at a temperature in one line."""
+    for bench, steps in by_bench(plan).items():
+        alone = [step for step in steps if step.action not in _ATTENDED]
+        for _, group in groupby(alone, key=lambda s: (s.test, s.temperature_degc, s.test or s.action)):
+            own = list(group)
+            first, last = own[0], own[-1]
+            yield _row(clock, first.start_s, last.end_s, bench, first.temperature_degc, _what(own), False)
+
+
+def _what(steps: Sequence[PlannedStep]) -> str:
+    first = steps[0]
+    if first.test is None:
+        return _ALONE.get(first.action, first.action.replace("_", " ").capitalize())
+    records = [step for step in steps if step.action == "record"]
+    repeats = len({step.repeat for step in records})
+    seconds = sorted({round(step.end_s - step.start_s, 3) for step in records})
+    each = " or ".join(f"{s:g}" for s in seconds)
+    return f"{first.test}: {_count(repeats, 'repeat')}, {_count(len(records), 'record')} of {each} s"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -1,0 +1,281 @@
+"""plan.json, typed: its JSON Schema (draft 2020-12), and the parts that bench software works from.
+
+The models say what every key is; units stand in the keys. `typed_plan` checks a tree against them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from planner.errors import Fault, InputError
+from planner.export.header import SCHEMA_VERSION
+
+SCHEMA_FILE = "plan.schema.json"
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
+
+Sha256 = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Time = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=1)]
+Action = Literal[
+    "install",
+    "ramp",
+    "soak",
+    "power_on",
+    "move",
+    "record",
+    "power_off",
+    "cool_down",
+    "pause",
+    "remount",
+    "remove",
+]
+MotionKey = Literal[
+    "position_1_deg",
+    "position_2_deg",
+    "position_3_deg",
+    "position_4_deg",
+    "position_5_deg",
+    "position_6_deg",
+    "rate_1_dps",
+    "rate_2_dps",
+    "rate_3_dps",
+    "rate_4_dps",
+    "rate_5_dps",
+    "rate_6_dps",
+    "acceleration_g",
+]
+if TYPE_CHECKING:
+    Motion = dict[str, float]
+else:
+    Motion = dict[MotionKey, Number]
+
+
+class Part(BaseModel):
+    """Base of every mapping in plan.json that explains the plan; a later planner may explain more."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore", strict=True)
+
+
+class BenchPart(Part):
+    """Base of what benches act on: a key that is unknown here could be an order that is not obeyed."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class SpecName(Part):
+    """The spec that the plan was made from; sha256 of the file's bytes."""
+
+    name: str
+    sha256: Sha256
+
+
+class ObjectiveFigures(Part):
+    """What was minimised, its value and its proved lower bound in weighted seconds."""
+
+    minimise: str
+    value_s: Number
+    bound_s: Number
+
+
+class Limits(BenchPart):
+    """What the bench can do at most; null: not limited."""
+
+    rate_dps: Positive | None
+    angular_acceleration_dps2: Positive | None
+    acceleration_g: Positive | None
+
+
+class ChamberFacts(BenchPart):
+    """The bench's chamber; null speeds: a change of temperature takes no time of its own."""
+
+    coldest_degc: Number
+    hottest_degc: Number
+    heating_k_per_min: Positive | None
+    cooling_k_per_min: Positive | None
+    soak_s: Time
+
+
+class BenchFacts(BenchPart):
+    """A bench as bench software must know it; `units` fit on it at once, `arm_m` is a centrifuge's."""
+
+    kind: str
+    axes: Annotated[int, Field(ge=1, le=6)]
+    units: Count
+    room_degc: Number
+    arm_m: Positive | None
+    limits: Limits
+    chamber: ChamberFacts | None
+
+
+class RequirementFigures(Part):
+    """One requirement, and what the plan reaches, in `unit`; shares of every error."""
+
+    error: str
+    at: str
+    rule: str
+    limit: Positive
+    achieved: Time
+    unit: str
+    met: bool
+    shares: dict[str, Number]
+
+
+class SensitivityFigures(Part):
+    """One coefficient of the linear combination; `requirement` is an index."""
+
+    error: str
+    axis: str
+    value: Number
+    unit: str
+    requirement: Annotated[int, Field(ge=0)]
+
+
+class AllowanceParts(Part):
+    """The five parts of an allowed error."""
+
+    run_to_run: Time
+    in_run: Time
+    storage: Time
+    temperature: Time
+    estimate: Time
+
+
+class AllowanceFigures(Part):
+    """The allowed size of one error, in `unit`."""
+
+    allowed: Time
+    unit: str
+    calibrated: bool
+    parts: AllowanceParts
+
+
+class TestFigures(Part):
+    """What one test does: its temperatures and the repeats at each."""
+
+    __test__ = False  # not a pytest class
+
+    test: str
+    bench: str
+    calibrates: list[str]
+    motions: Count
+    temperatures_degc: list[Number]
+    repeats: list[Count]
+    time_s: Time
+    power_on_s: Time
+
+
+class Reason(Part):
+    """Why this number of repeats; spread and half-widths in `unit`."""
+
+    error: str
+    test: str
+    temperature_degc: Number
+    repeats: Count
+    spread: Time
+    confidence: Number
+    quantile: str
+    quantile_value: Number
+    half_width: Time
+    needed_half_width: Time
+    unit: str
+    bound_by: Literal["accuracy", "least", "shared", "fixed"]
+
+
+class GeneticFigures(Part):
+    """The genetic algorithm's campaign beside the exact one."""
+
+    time_s: Time
+    gap: Number
+    generations: Annotated[int, Field(ge=0)]
+    evaluations: Annotated[int, Field(ge=0)]
+    stopped: str
+    front: list[dict[str, Number]]
+
+
+class SavingFigures(Part):
+    """Hours that one rule of the schedule saves: the same work timed with it and without it."""
+
+    rule: str
+    hours: Number
+
+
+class TradeOffFigures(Part):
+    """The best campaign when a second of power-on is worth `power_on_weight` seconds of the campaign."""
+
+    power_on_weight: Number
+    time_s: Time
+    power_on_s: Time
+    proved: bool
+
+
+class PlannedStep(BenchPart):
+    """One action on one bench; times in seconds from the start of the campaign."""
+
+    id: str = Field(min_length=1)
+    bench: str
+    action: Action
+    start_s: Time
+    end_s: Time
+    test: str | None
+    temperature_degc: Number | None
+    repeat: Count | None
+    motion: Motion | None
+    units: Count
+
+
+class PlanDocument(Part):
+    """plan.json of `planner plan`."""
+
+    reference: str | None = Field(None, alias="$schema")
+    planner: str
+    schema_version: Literal[1]
+    plan_sha256: Sha256
+    spec: SpecName
+    seed: Annotated[int, Field(ge=0)]
+    objective: ObjectiveFigures
+    time_s: Time
+    bound_s: Time
+    gap: Number
+    proved: bool
+    power_on_s: Time
+    benches: dict[str, BenchFacts]
+    requirements: list[RequirementFigures]
+    sensitivities: list[SensitivityFigures]
+    allowances: dict[str, AllowanceFigures]
+    tests: list[TestFigures]
+    reasons: list[Reason]
+    genetic: GeneticFigures | None
+    hours_per_limit: dict[str, Number]
+    savings: list[SavingFigures] = []
+    trade_off: list[TradeOffFigures] = []
+    notes: list[str]
+    steps: list[PlannedStep]
+
+
+def typed_plan(document: Mapping[str, Any]) -> PlanDocument:
+    """The plan's tree as typed parts. Raises InputError with every place that is not as it should be."""
+    try:
+        return PlanDocument.model_validate(document)
+    except ValidationError as error:
+        faults = [
+            Fault("plan.json", 0, 0, ".".join(map(str, e["loc"])), e["msg"])
+            for e in error.errors(include_url=False, include_input=False)
+        ]
+        raise InputError("this is not a plan that planner writes", faults) from error
+
+
+def plan_schema() -> dict[str, Any]:
+    """The JSON Schema of plan.json."""
+    schema = PlanDocument.model_json_schema()
+    return {"$schema": DRAFT, "title": f"planner plan, schema version {SCHEMA_VERSION}", **schema}
+
+
+def plan_schema_text() -> str:
+    """The JSON Schema as it stands beside an exported plan."""
+    return json.dumps(plan_schema(), indent=1, ensure_ascii=False) + "\n"
