@@ -14,7 +14,7 @@ def error_models(spec: Spec) -> tuple[ErrorModel, ...]:
     """Every error that the spec gives a budget for, in the order of the catalogue.
 
     An error whose effect the spec does not declare, or that no test serves, is not calibrated and stays whole
-    in the budget (`calibrated` False, with a note that says why).
+    in the budget (`calibrated` False; the spec's warnings say why).
     """
     return tuple(
         _error_model(spec, sensor, effect, getattr(spec.unit, sensor)[effect])
@@ -28,7 +28,6 @@ def _error_model(spec: Spec, sensor: str, effect: str, budget: ErrorBudget) -> E
     name = f"{sensor}.{effect}"
     served = any(name in test.calibrates for test in spec.tests.values())
     declared = effect in spec.effects
-    why = "no test calibrates it" if declared else "the spec does not declare the effect"
     return ErrorModel(
         name=name,
         unit=catalog.effects()[effect].units[sensor],
@@ -38,7 +37,6 @@ def _error_model(spec: Spec, sensor: str, effect: str, budget: ErrorBudget) -> E
         storage=si(budget.storage),
         whole_variation=budget.whole_variation,
         calibrated=declared and served,
-        note="" if declared and served else f"{name} stays whole in the budget: {why}",
     )
 
 

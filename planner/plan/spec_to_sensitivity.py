@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -205,7 +205,7 @@ def _added(wanted: Requirement, vectors: Array) -> Array:
 
 @dataclass(frozen=True)
 class SensitivityRow:
-    """One column as the interfaces print it: signed errors at the end for one `per` of the sensor error."""
+    """One column as the interfaces print it: signed errors for one `per` of the sensor error, at `time_s`."""
 
     error: str
     axis: str
@@ -219,13 +219,52 @@ class SensitivityRow:
     roll_deg: float
     pitch_deg: float
     heading_deg: float
+    time_s: float
 
 
-def sensitivity_rows(sensitivities: Sensitivities) -> list[SensitivityRow]:
-    """Every column at the end of the flight, per display unit of its coefficient (scale factor: per 1)."""
-    ends = [sensitivities.position[-1], sensitivities.velocity[-1], np.rad2deg(sensitivities.attitude[-1])]
-    values = np.concatenate(ends).T
+def sensitivity_rows(
+    sensitivities: Sensitivities, at: Literal["end", "any"] | float = "end"
+) -> list[SensitivityRow]:
+    """Every column per display unit of its coefficient (scale factor: per 1).
+
+    at: the end of the flight, a time in seconds inside it, or `any`: for each column the moment of its
+    largest position error. Raises InputError for a time outside the flight.
+    """
+    history = np.concatenate(
+        [sensitivities.position, sensitivities.velocity, np.rad2deg(sensitivities.attitude)], axis=1
+    )
     return [
-        SensitivityRow(column.error, column.axis, column.unit, *map(float, row * unit_factor(column.unit)[0]))
-        for column, row in zip(sensitivities.columns, values, strict=True)
+        _row(column, sensitivities.time_s, history[:, :, i], at)
+        for i, column in enumerate(sensitivities.columns)
     ]
+
+
+def _row(
+    column: SensitivityColumn, time_s: Array, history: Array, at: Literal["end", "any"] | float
+) -> SensitivityRow:
+    """history (m, 9) of one column: north, east, up in m, then in m/s, then roll, pitch, heading in deg."""
+    if at == "any":
+        instant = int(np.linalg.norm(history[:, :3], axis=1).argmax())
+        values, time = history[instant], float(time_s[instant])
+    elif at == "end":
+        values, time = history[-1], float(time_s[-1])
+    else:
+        values, time = _interpolated(time_s, history, float(at)), float(at)
+    north, east, up, v_north, v_east, v_up, roll, pitch, heading = (
+        float(value) for value in values * unit_factor(column.unit)[0]
+    )
+    return SensitivityRow(
+        error=column.error,
+        axis=column.axis,
+        per=column.unit,
+        north_m=north,
+        east_m=east,
+        up_m=up,
+        north_mps=v_north,
+        east_mps=v_east,
+        up_mps=v_up,
+        roll_deg=roll,
+        pitch_deg=pitch,
+        heading_deg=heading,
+        time_s=time,
+    )

@@ -127,7 +127,9 @@ def rows_table(rows: Sequence[SensitivityRow]) -> Table:
         vector = [scale * x for x in (r.north_m, r.east_m, r.up_m)]
         numbers = (digits(x) for x in (*vector, math.hypot(*vector)))
         cells.append((r.error, r.axis, display_unit(r.per), *numbers))
-    return Table("Position error at the end of the flight", _VECTOR_COLUMNS, tuple(cells))
+    times = {r.time_s for r in rows}
+    when = f"at {digits(times.pop())} s" if len(times) == 1 else "each column at its worst moment"
+    return Table(f"Position error {when}", _VECTOR_COLUMNS, tuple(cells))
 
 
 def bounds_table(allowed: AllowedErrors) -> Table:

@@ -46,8 +46,8 @@ def optimal_breakpoints(x: Array, y: Array, most: int) -> tuple[Placement, ...]:
         E_1(j) = max_{i <= j} |y_i − y_j|,   E_n(j) = min_{i < j} max(E_{n−1}(i), c(i, j)),
         answer_n = min_j max(E_n(j), max_{i >= j} |y_i − y_j|)
 
-    with c(i, j) the largest deviation from the chord between i and j. Exactly n nodes are placed, so a node
-    more can leave more: it must be a point of the curve, and may have to be an outlier. O(most · m²) after O(m³) chords.
+    with c(i, j) the largest deviation from the chord between i and j. O(most · m²) after O(m³) chords.
+    Exactly n nodes are placed, so a node more can leave more: it may have to be an outlier of the curve.
     Raises ValueError when x does not increase or there are fewer than two points.
     """
     if len(x) < 2 or np.any(np.diff(x) <= 0):

@@ -150,3 +150,19 @@ def test_the_timeline_takes_what_the_tariff_says(seed, together):
     visits = visits_of(task, rows)
     timeline = steps(task.spec, Campaign(visits, (), 0.0, 0.0, True))
     assert timeline[-1].end_s == pytest.approx(task.problem.cost(rows), rel=1e-12)
+
+
+@pytest.mark.parametrize(("tight", "loose"), [("11 m", "30 m"), ("30 m", "9 m")])
+def test_requirements_of_different_rules_are_planned_together(tight, loose):
+    spec = small()
+    spec["requirement"] = [
+        {"error": "position", "limit": tight, "rule": "worst_case"},
+        {"error": "position", "limit": loose, "rule": {"percentile": "95 %"}},
+    ]
+    task = task_of(with_plan(spec, repeats={"least": 2, "most": 9}))
+    best = shortest_of_all(task)
+    assert best is not None
+    assert campaign(task).objective == pytest.approx(best, rel=1e-9)
+    plan = planned(spec).plan
+    assert all(requirement.met for requirement in plan.requirements)
+    assert plan.genetic.time_s >= plan.time_s - 1e-6

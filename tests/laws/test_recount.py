@@ -2,6 +2,7 @@
 
 import json
 from collections import Counter
+from itertools import pairwise
 
 import pytest
 
@@ -18,7 +19,12 @@ def several_motions() -> dict:
     return spec | {"benches": {"rate_table": bench | {"move": "5 s", "remove": "10 min"}}}
 
 
-SPECS = {"small": small(), "shared": shared(), "motions": several_motions(), "loose": with_limit(small(), "30 m")}
+SPECS = {
+    "small": small(),
+    "shared": shared(),
+    "motions": several_motions(),
+    "loose": with_limit(small(), "30 m"),
+}
 
 
 @pytest.fixture(params=SPECS, name="document")
@@ -29,7 +35,7 @@ def _document(request) -> dict:
 def test_steps_follow_one_another_and_end_at_the_total(document):
     steps = document["steps"]
     assert steps[0]["start_s"] == 0
-    for a, b in zip(steps, steps[1:], strict=False):
+    for a, b in pairwise(steps):
         assert b["start_s"] == pytest.approx(a["end_s"], abs=1e-6)
         assert b["end_s"] >= b["start_s"]
     assert steps[-1]["end_s"] == pytest.approx(document["time_s"], abs=1e-6)

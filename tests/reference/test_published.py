@@ -1,4 +1,4 @@
-"""Krylov's campaigns (thesis, MAI 2023, 2.6, 4.1, 4.2) and the optimum of his own model, against brute force."""
+"""Krylov's campaigns (thesis, MAI 2023, 2.6, 4.1, 4.2) and the optimum of his model, against brute force."""
 
 from itertools import product
 from statistics import NormalDist
@@ -65,7 +65,9 @@ def anything_shorter(limit: float, confidence: float, than: float) -> tuple | No
             if spent + 2 * (per_repeat[0] + per_repeat[1]) >= budget:
                 break
             rest = left - t * (METRES * SPREAD)[2:] @ (1 / np.sqrt([n2, n3]))
-            used = t * (METRES[0] * SPREAD[0] / np.sqrt(gyro))[:, None] + t * METRES[1] * SPREAD[1] / np.sqrt(acc)
+            used = t * (METRES[0] * SPREAD[0] / np.sqrt(gyro))[:, None] + t * METRES[1] * SPREAD[1] / np.sqrt(
+                acc
+            )
             time = spent + per_repeat[0] * gyro[:, None] + per_repeat[1] * acc
             if np.any((used <= rest * (1 + 1e-12)) & (time < budget)):
                 return points, (n2, n3)
@@ -100,7 +102,8 @@ def recount(plan, confidence: float) -> tuple[float, float]:
     points = tuple(len(tests[name].temperatures_degc) for name in order)
     repeats = np.array([tests[name].repeats[0] for name in order])
     seconds = ALWAYS_S + 1800 * soaks(points) + REPEAT_S * points @ repeats
-    metres = METRES @ (FIXED + [RESIDUAL[n][j] for j, n in enumerate(points)] + t * SPREAD / np.sqrt(repeats))
+    residual = [RESIDUAL[n][j] for j, n in enumerate(points)]
+    metres = METRES @ (FIXED + residual + t * SPREAD / np.sqrt(repeats))
     return float(seconds), float(metres)
 
 
@@ -139,4 +142,6 @@ def test_the_published_variants_use_what_the_formula_says():
         [to_si(f"{v} {u}", u) for v, u in zip(variant, ("deg/s", "g", "%", "%"), strict=True)]
         for variant in variants
     ]
-    assert combined(constraint, errors, np.array(sizes)) == pytest.approx([8.6, 10.4, 7.0, 8.8, 10.9], abs=0.06)
+    assert combined(constraint, errors, np.array(sizes)) == pytest.approx(
+        [8.6, 10.4, 7.0, 8.8, 10.9], abs=0.06
+    )

@@ -1,6 +1,6 @@
 """Placement of table nodes against every placement there is."""
 
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def test_a_node_too_many_can_leave_more():
     # exactly n nodes are placed, all on the curve: the extra one may have to be an outlier
     x, y = curve(1, 5)
     residuals = [p.residual for p in optimal_breakpoints(x, y, 5)]
-    assert any(b > a for a, b in zip(residuals, residuals[1:], strict=False))
+    assert any(b > a for a, b in pairwise(residuals))
 
 
 def test_a_bent_line_needs_its_bend_and_nothing_else():

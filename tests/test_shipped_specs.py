@@ -1,0 +1,41 @@
+"""Every shipped spec plans, meets its requirements and is proved."""
+
+import pytest
+
+from planner import pipeline
+from planner.spec.load import load_spec
+from tests.specs import SHIPPED
+
+NAMES = sorted(path.stem for path in SHIPPED.glob("*.yaml"))
+
+
+def test_the_promised_specs_are_there():
+    assert {
+        "published_one_bench",
+        "published_two_benches",
+        "published_accelerated",
+        "published_optimum",
+        "small_uav",
+        "helicopter",
+        "high_g",
+        "tactical_leg",
+    } <= set(NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_shipped_spec_is_planned_met_and_proved(name):
+    loaded = load_spec(SHIPPED / f"{name}.yaml")
+    assert loaded.warnings == ()
+    planned = pipeline.plan(loaded, lambda message: None)
+    plan = planned.plan
+    assert all(requirement.met for requirement in plan.requirements)
+    assert plan.proved
+    assert plan.gap == 0
+    assert plan.steps[-1].end_s == plan.time_s
+    if plan.genetic is not None:
+        assert 0 <= plan.genetic.gap <= 0.005
+        assert all(-1e-9 <= corner.gap <= 0.005 for corner in planned.allowed.corners)
+        # neither trivial nor infeasible: the limit takes more than the least campaign, and less than all
+        tightest = max(requirement.achieved / requirement.limit for requirement in plan.requirements)
+        assert 0.9 < tightest <= 1 + 1e-9
+        assert max(planned.allowed.tightness.values()) < 1
