@@ -1,10 +1,14 @@
-"""What a plug-in must offer. One new effect, trajectory or bench is one new file that satisfies one of these."""
+"""What a plug-in must offer. One new effect, trajectory, bench or format is one new file that satisfies one."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
 
 from planner.records import Array, Conditions, Trajectory
 
@@ -124,4 +128,44 @@ class ExportFormat(Protocol):
 
     def files(self, document: Mapping[str, Any], options: ExportOptions) -> Exported:
         """The plan in this form. Same plan and options, same bytes. Raises InputError when it cannot be."""
+        ...
+
+
+@dataclass(frozen=True)
+class RawBlock:
+    """Consecutive samples of a raw recording as they stand in the file.
+
+    columns: name -> (n,); sample: (n,) number of each sample from 0, those that were lost counted where the
+        format tells; losses: what this block lacks, reason -> number (`damaged_bytes`, `ragged_row`, …)
+    remarks: sentences with the place of the first losses
+    """
+
+    columns: Mapping[str, NDArray[Any]]
+    sample: NDArray[np.int64]
+    losses: Mapping[str, int]
+    remarks: tuple[str, ...] = ()
+
+
+@runtime_checkable
+class RawReader(Protocol):
+    """A format of raw recordings. Reads in blocks, so that a file larger than memory goes through.
+
+    suffixes: of its files, with the point
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+
+    def recognises(self, path: Path, head: bytes) -> bool:
+        """Whether the file is of this format; head: its first kilobytes."""
+        ...
+
+    def names(self, path: Path, skip_lines: int = 0) -> tuple[str, ...]:
+        """The columns of the file. Raises InputError when it cannot be read."""
+        ...
+
+    def blocks(
+        self, path: Path, wanted: Sequence[str], texts: Sequence[str] = (), skip_lines: int = 0
+    ) -> Iterator[RawBlock]:
+        """The wanted columns, those in `texts` as text. Raises InputError when the file cannot be read."""
         ...

@@ -353,7 +353,7 @@ class PlannedChamber:
 
 @dataclass(frozen=True)
 class PlannedBench:
-    """A bench as bench software must know it: axes, limits (SI, None: not limited), chamber, arm in metres."""
+    """A bench as bench software must know it: axes, limits (SI, None: no limit), chamber, arm in metres."""
 
     name: str
     kind: str
@@ -444,8 +444,8 @@ class Plan:
     objective: what was minimised, in words; objective_value, objective_bound: in weighted seconds
     bound_s: proved lower bound of the objective (of `time_s` when time alone is minimised); gap: relative
     hours_per_limit: requirement index -> hours saved per SI unit of more limit (continuous relaxation)
-    stopped: the search ended before its proof; `proved` is also false when waiting makes `time_s` longer than
-    any bound
+    work_proved: no temperatures and repeats take less working time; `proved` is false all the same when
+    waiting or several batches make `time_s` longer than its bound
     """
 
     version: str
@@ -472,4 +472,4 @@ class Plan:
     benches: tuple[PlannedBench, ...] = ()
     savings: tuple[Saving, ...] = ()
     trade_off: tuple[TradeOffPoint, ...] = ()
-    stopped: bool = False
+    work_proved: bool = False

@@ -1,0 +1,96 @@
+"""How fast a campaign runs on the simulator, in memory and over TCP; and 1000 times kill -9.
+
+First the answer: no command refused, every record at the angles, rates and temperature of the plan for the
+planned time (in memory), every step in the journal once. Then the steps per second.
+
+    python benchmarks/bench_simulator.py              # both ways, shipped spec high_g
+    python benchmarks/bench_simulator.py --kills 1000 # kill -9 at random moments, over many campaigns
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import yaml
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # the rig is the tests' own
+
+from planner.export.json import plan_document
+from planner.run import session
+from planner.run.job import Job, job_from
+from planner.simulator.server import SimulatedBench
+from tests.run.kills import campaign_with_kills
+from tests.run.rig import Rig
+from tests.run.test_shipped import compare
+from tests.specs import SHIPPED, planned
+
+LEAST_IN_MEMORY, LEAST_OVER_TCP = 500.0, 50.0  # steps a second
+
+
+def shipped_job() -> Job:
+    """The plan of high_g on an arm of 1.5 m; the genetic comparison is cut short, it decides no step."""
+    spec = yaml.safe_load((SHIPPED / "high_g.yaml").read_text())
+    spec["plan"] = spec["plan"] | {"genetic": {"generations": 1, "individuals": 4, "best": 2}}
+    return job_from(plan_document(planned(spec).plan), arm_m=1.5)
+
+
+def in_memory(job: Job, folder: Path) -> float:
+    rig = Rig()
+    start = time.perf_counter()
+    rig.run(job, folder / "memory.jsonl")
+    spent = time.perf_counter() - start
+    assert not rig.table.refusals
+    assert not rig.chamber.refusals
+    records = [step for step in job.steps if step.action == "record"]
+    for step, (name, begin, end, _) in zip(records, rig.recorder.made, strict=True):
+        assert step.id == name
+        compare(rig, job.benches[step.bench], step, begin, end)
+    return len(job.steps) / spent
+
+
+def over_tcp(job: Job, folder: Path) -> float:
+    path = folder / "tcp.jsonl"
+    with SimulatedBench() as bench:
+        request = session.Request(
+            tables=(f"TCPIP::127.0.0.1::{bench.ports.table}::SOCKET",),
+            chamber=f"TCPIP::127.0.0.1::{bench.ports.chamber}::SOCKET",
+            journal=path,
+            clock_port=bench.ports.clock,
+        )
+        start = time.perf_counter()
+        session.run(job, request, lambda text: None, lambda step: None)
+        spent = time.perf_counter() - start
+        assert not bench.table.refusals
+        assert not bench.chamber.refusals
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    assert [line["step"] for line in lines if "step" in line] == [step.id for step in job.steps]
+    return len(job.steps) / spent
+
+
+def main() -> int:
+    arguments = argparse.ArgumentParser()
+    arguments.add_argument("--kills", type=int, default=0)
+    kills = arguments.parse_args().kills
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        if kills:
+            start = time.perf_counter()
+            campaigns = campaign_with_kills(folder, kills, seed=1)
+            spent = time.perf_counter() - start
+            print(f"{kills} kills over {campaigns} campaigns: nothing torn, twice or lost; {spent:.0f} s")
+            return 0
+        job = shipped_job()
+        memory, tcp = in_memory(job, folder), over_tcp(job, folder)
+    days = (job.steps[-1].end_s - job.steps[0].start_s) / 86400
+    print(f"{len(job.steps)} steps, {days:.2f} days of bench time; steps a second, journal fsynced at each")
+    print(f"in memory {memory:10.0f}\nover TCP  {tcp:10.0f}")
+    return 0 if memory >= LEAST_IN_MEMORY and tcp >= LEAST_OVER_TCP else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

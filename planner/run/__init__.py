@@ -1,0 +1,1 @@
+"""Executes a plan on a bench: limits first, arrival polled, every finished step in a journal."""

@@ -1,0 +1,13 @@
+"""What stops a run: the bench, or somebody."""
+
+from __future__ import annotations
+
+from planner.errors import StoppedEarly
+
+
+class BenchFault(StoppedEarly):
+    """The bench did not do what it was told (exit 4); what was finished is in the journal."""
+
+
+class Interrupted(StoppedEarly):
+    """Somebody stopped the run (exit 4); what was finished is in the journal."""

@@ -1,0 +1,149 @@
+"""Everything a campaign will ask of its benches, checked before anything moves."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator
+
+from planner.errors import Fault, InputError
+from planner.records import Step
+from planner.run.job import BenchFacts, Job
+from planner.run.motion import AxisOrder, MotionError, orders
+
+ACTIONS = frozenset(
+    {
+        "install",
+        "ramp",
+        "soak",
+        "power_on",
+        "move",
+        "record",
+        "power_off",
+        "cool_down",
+        "pause",
+        "remove",
+    }
+)
+MOST_FAULTS = 20
+
+
+def check(job: Job) -> tuple[str, ...]:
+    """Notes on what is unusual. Raises InputError with every step that a bench could not do, each once."""
+    faults = list(dict.fromkeys(_faults(job)))
+    if faults:
+        more = f" (the first {MOST_FAULTS} of {len(faults)})" if len(faults) > MOST_FAULTS else ""
+        listed = [Fault("plan", 0, 0, path, why) for path, why in faults[:MOST_FAULTS]]
+        raise InputError(f"nothing was moved: the bench cannot do this plan{more}", listed)
+    return tuple(_notes(job))
+
+
+def _faults(job: Job) -> Iterator[tuple[str, str]]:
+    if not job.steps:
+        yield "steps", "the plan has no steps"
+    for name, count in Counter(step.id for step in job.steps).items():
+        if count > 1:
+            yield name, "two steps have this id"
+    said: set[tuple[str, str]] = set()
+    for step in job.steps:
+        for why in _step_faults(step, job):
+            if (step.bench, why) not in said:  # one line a reason: a plan has thousands of steps
+                said.add((step.bench, why))
+                yield step.id, why
+
+
+def _step_faults(step: Step, job: Job) -> Iterator[str]:
+    bench = job.benches.get(step.bench)
+    if bench is None:
+        yield f"the bench '{step.bench}' is missing from the plan's benches"
+        return
+    if step.action not in ACTIONS:
+        yield f"unknown action '{step.action}'"
+    if not (math.isfinite(step.start_s) and 0 <= step.end_s - step.start_s < math.inf):
+        yield "it ends before it starts"
+    yield from _temperature(step, bench)
+    if bench.driven:
+        yield from _motion(step, bench)
+
+
+def _temperature(step: Step, bench: BenchFacts) -> Iterator[str]:
+    t, chamber = step.temperature_degc, bench.chamber
+    if t is None:
+        return
+    if chamber is None:
+        if t != bench.room_degc:
+            yield f"{t:g} degC on a bench without a chamber"
+    elif not chamber.coldest_degc <= t <= chamber.hottest_degc:
+        yield f"{t:g} degC is outside the chamber's {chamber.coldest_degc:g} … {chamber.hottest_degc:g} degC"
+
+
+def _motion(step: Step, bench: BenchFacts) -> Iterator[str]:
+    try:
+        wanted = orders(step.motion, bench)
+    except MotionError as error:
+        yield str(error)
+        return
+    for order in wanted:
+        if order.mode == "rate" and order.axis in bench.travel and order.value:
+            yield from _sweep(order, step.end_s - step.start_s, bench)
+
+
+def _sweep(order: AxisOrder, seconds: float, bench: BenchFacts) -> Iterator[str]:
+    """An axis with stops must come up to its rate, keep it and brake within its travel."""
+    least, most = bench.travel[order.axis]
+    rate, acceleration = abs(order.value), bench.angular_acceleration_dps2
+    needed = rate * seconds + (rate * rate / acceleration if acceleration else 0.0)
+    if needed > most - least:
+        yield (
+            f"{order.value:g} deg/s for {seconds:g} s takes {needed:g} deg of travel, "
+            f"axis {order.axis} has {most - least:g} deg"
+        )
+
+
+def _notes(job: Job) -> Iterator[str]:
+    for name in job.used_benches:
+        bench = job.benches[name]
+        if not bench.driven:
+            yield f"{name} has no drive: the operator puts the unit on every face"
+            continue
+        missing = [
+            what
+            for what, limit in (
+                ("rate", bench.rate_dps),
+                ("angular_acceleration", bench.angular_acceleration_dps2),
+            )
+            if limit is None
+        ]
+        if missing:
+            yield (
+                f"{name}: the plan knows no limit of {' and '.join(missing)}, so the table's own holds; "
+                "to be checked beforehand they must stand under limits in the spec"
+            )
+        yield from _long_moves(bench, (step for step in job.steps if step.bench == name))
+
+
+def _long_moves(bench: BenchFacts, steps: Iterable[Step]) -> Iterator[str]:
+    """Moves that the plan gives less time than the limits ask for: the campaign will take longer."""
+    acceleration = bench.angular_acceleration_dps2
+    if acceleration is None:
+        return
+    late, before = 0.0, dict.fromkeys(range(1, bench.axes + 1), AxisOrder(1, "position", 0.0))
+    for step in steps:
+        if step.action != "move":
+            continue
+        wanted = orders(step.motion, bench)
+        needed = max((_seconds(before[o.axis], o, bench, acceleration) for o in wanted), default=0.0)
+        late += max(needed - (step.end_s - step.start_s), 0.0)
+        before |= {o.axis: o for o in wanted}
+    if late > 0:
+        yield f"{bench.name}: moves take {late:.0f} s more than planned at the limits of the table"
+
+
+def _seconds(old: AxisOrder, new: AxisOrder, bench: BenchFacts, acceleration: float) -> float:
+    fastest = bench.rate_dps or math.inf
+    start = old.value if old.mode == "rate" else 0.0
+    if new.mode == "rate":
+        return abs(new.value - start) / acceleration
+    way = 180.0 if old.mode == "rate" else abs(math.remainder(new.value - old.value, 360.0))
+    peak = min(fastest, math.sqrt(way * acceleration))
+    return abs(start) / acceleration + (way / peak + peak / acceleration if peak else 0.0)
