@@ -58,9 +58,13 @@ def binding_parts(
     """Share of every part of every error in the constraint's sum (or sum of squares), largest first."""
     power = 1 if constraint.rule == "worst_case" else 2
     terms = {
-        f"{a.error} {part if a.calibrated or part != 'estimate' else 'not calibrated'}": (weight[a.error] * value) ** power
+        f"{a.error} {_part_name(a, part)}": (weight[a.error] * value) ** power
         for a in allowances
         for part, value in a.parts.items()
     }
     total = sum(terms.values()) or 1.0
     return tuple(sorted(((name, value / total) for name, value in terms.items()), key=lambda item: -item[1]))
+
+
+def _part_name(allowance: Allowance, part: str) -> str:
+    return "not calibrated" if part == "estimate" and not allowance.calibrated else part

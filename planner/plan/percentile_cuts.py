@@ -14,6 +14,9 @@ from planner.solvers.linear_combination import combination
 
 # Below this probability the squared quantile is not convex in the covariance everywhere.
 TANGENT_FROM = 0.9
+# The integer program keeps a cut to 1e-6 of its right-hand side, which is why tangents are scaled to one;
+# a selection that breaks its tangent by less than this might come back again and again.
+SOLVER_TOLERANCE = 1e-5
 
 
 def objection(task: Task, rows: Rows) -> Cut | None:
@@ -48,12 +51,14 @@ def _tangent_cut(task: Task, constraint: Constraint, names: Sequence[str], squar
         return monotone_cut(task.problem, rows)
     slope = _gradient(lambda a: combination(constraint, names)(np.sqrt(a)) ** 2, squares)
     limit = constraint.limit**2 * (1 + 1e-7)
-    if float(slope @ squares) <= limit:  # too close to the limit for a tangent known to 1e-7
+    if float(slope @ squares) <= limit * (1 + SOLVER_TOLERANCE):
         return monotone_cut(task.problem, rows)
     coefficients = [
-        s * row_sizes(m, r, "rss") ** 2 for s, m, r in zip(slope, task.models, task.rows, strict=False)
+        s / limit * row_sizes(m, r, "rss") ** 2
+        for s, m, r in zip(slope, task.models, task.rows, strict=False)
     ]
-    return Cut(tuple(coefficients), limit - float(slope[len(task.models) :] @ squares[len(task.models) :]))
+    alone = slope[len(task.models) :] @ squares[len(task.models) :]
+    return Cut(tuple(coefficients), 1.0 - float(alone) / limit)
 
 
 def _gradient(function: Callable[[Array], Array], at: Array) -> Array:

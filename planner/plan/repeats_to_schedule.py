@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from decimal import Decimal
 
 import numpy as np
 
@@ -20,9 +21,9 @@ from planner.plan.budget import binding_parts, reached
 from planner.plan.by_hand import is_hand_made
 from planner.plan.confidence import half_widths
 from planner.plan.percentile_cuts import objection
-from planner.plan.task import Task, extreme_allowances
+from planner.plan.task import Task, extreme_allowances, row_sizes
 from planner.records import Campaign, Constraint, ErrorChoice, TestVisits
-from planner.solvers.integer import Rows, solve
+from planner.solvers.integer import Choice, Rows, solve
 from planner.solvers.linear_combination import weights
 from planner.units import from_si
 
@@ -42,12 +43,29 @@ def campaign(task: Task) -> Campaign:
     try:
         choice = solve(task.problem, check=lambda rows: objection(task, rows), time_limit=limit)
     except TimeoutError as error:
-        raise StoppedEarly(f"{error}; give plan.time_limit more, or fewer candidates") from None
+        choice = _safest(task)
+        if choice is None:
+            raise StoppedEarly(f"{error}; give plan.time_limit more, or fewer candidates") from None
     if choice is None:
         raise InfeasibleError("the requirements can be met one by one but not together")
     visits = visits_of(task, choice.rows)
     explained = [_explain(task, e, row, visits) for e, row in enumerate(choice.rows)]
     return Campaign(visits, tuple(explained), choice.cost, choice.bound, choice.proved)
+
+
+def _safest(task: Task) -> Choice | None:
+    """Every error as small as it can be, if that keeps the requirements: an answer when time has run out.
+
+    Its bound is the campaign that no requirement asks anything of.
+    """
+    rows = tuple(
+        int(row_sizes(m, r, "worst_case").argmin()) for m, r in zip(task.models, task.rows, strict=True)
+    )
+    if not task.problem.within_limits(rows) or objection(task, rows) is not None:
+        return None
+    least = solve(_unlimited(task).problem)
+    cost = task.problem.cost(rows)
+    return Choice(rows, cost, 0.0 if least is None else min(least.cost, cost), False)
 
 
 def visits_of(task: Task, rows: Rows) -> tuple[TestVisits, ...]:
@@ -73,38 +91,62 @@ def _unlimited(task: Task) -> Task:
 
 
 def _refuse_the_impossible(task: Task) -> None:
-    """Raise when a requirement is not met although every error is as small as the bench can make it."""
+    """Raise when a requirement is not met although every error is as small as the bench can make it.
+
+    All such requirements are named, each at the instant that is worst for it.
+    """
+    beyond: dict[int, Impossible] = {}
     for constraint in task.constraints:
         best, _ = extreme_allowances(task, constraint.rule)
         value = reached(constraint, best)
-        if value > constraint.limit * (1 + 1e-9):
-            weight = dict(
-                zip((a.error for a in best), weights(constraint, [a.error for a in best]), strict=True)
+        worse = beyond.get(constraint.requirement)
+        if value > constraint.limit * (1 + 1e-9) and (worse is None or value > worse.value):
+            names = [a.error for a in best]
+            weight = dict(zip(names, weights(constraint, names), strict=True))
+            beyond[constraint.requirement] = Impossible(
+                constraint, value, binding_parts(constraint, best, weight)
             )
-            raise InfeasibleError(
-                _impossible(constraint, value, binding_parts(constraint, best, weight)),
-                requirement=constraint.requirement,
-                binds=binding_parts(constraint, best, weight),
-                nearest_limit=value,
-            )
+    if beyond:
+        first = next(iter(beyond.values()))
+        raise InfeasibleError(
+            "; ".join(map(_impossible, beyond.values())),
+            requirement=first.constraint.requirement,
+            binds=first.binds,
+            nearest_limit=first.value,
+        )
 
 
-def _impossible(constraint: Constraint, value: float, binds: Sequence[tuple[str, float]]) -> str:
+@dataclass(frozen=True)
+class Impossible:
+    """A requirement that no campaign meets: the least that is reached, SI, and the parts that make it up."""
+
+    constraint: Constraint
+    value: float
+    binds: tuple[tuple[str, float], ...]
+
+
+def _impossible(found: Impossible) -> str:
     """What cannot be met, the nearest limit that can, and the parts that make up most of it."""
-    unit = constraint.unit
-    shares = ", ".join(f"{part} {share:.0%}" for part, share in binds[:4])
+    constraint, value, unit = found.constraint, found.value, found.constraint.unit
+    shares = ", ".join(f"{part} {share:.0%}" for part, share in found.binds[:4] if share >= 0.005)
     return (
         f"requirement {constraint.requirement + 1} ({constraint.error} within "
-        f"{from_si(constraint.limit, unit):g} {unit}) cannot be met: with every error as small as the bench "
-        f"can make it, {from_si(value, unit):.6g} {unit} are reached; what binds: {shares}; "
+        f"{_figure(from_si(constraint.limit, unit))} {unit}) cannot be met: "
+        f"with every error as small as the bench can make it, "
+        f"{_figure(from_si(value, unit))} {unit} are reached; what binds: {shares}; "
         f"the nearest limit that can be met is {rounded_up(from_si(value, unit))} {unit}"
     )
+
+
+def _figure(value: float) -> str:
+    """Six digits, never 3.1e+07."""
+    return f"{Decimal(f'{value:.6g}'):f}"
 
 
 def rounded_up(value: float, digits: int = 4) -> str:
     """A figure rounded up to a few digits, so that a limit set to it can be met."""
     step = 10.0 ** (math.floor(math.log10(value)) - digits + 1)
-    return f"{math.ceil(value / step) * step:.{digits}g}"
+    return f"{Decimal(f'{math.ceil(value / step) * step:.{digits}g}'):f}"  # 31180, not 3.118e+04
 
 
 def _explain(task: Task, e: int, row: int, visits: Sequence[TestVisits]) -> ErrorChoice:

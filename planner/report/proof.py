@@ -19,6 +19,12 @@ def proof(plan: Plan) -> str:
         return "Hand-made plan: timed, nothing was left to optimise."
     if plan.proved and plan.gap <= 1e-9:  # below that the bound differs by rounding
         return f"Proved: no campaign that meets the requirements does better (minimised: {plan.objective})."
+    if plan.work_proved and not plan.proved:
+        return (
+            "Temperatures and repeats: proved the best by working time. Their order: the best for this work. "
+            f"With waiting and batches {percent(plan.gap, 2)} above the bound of {hours(plan.bound_s)} h "
+            f"that holds for every choice (minimised: {plan.objective})."
+        )
     return (
         f"Not proved: within {percent(plan.gap, 2)} of the best possible; "
         f"no campaign takes less than {hours(plan.bound_s)} h (minimised: {plan.objective})."

@@ -28,8 +28,11 @@ def _kind(sheet: Review, name: str, bench: Bench) -> None:
         sheet.fault(("benches", name, "kind"), f"unknown kind of bench{did_you_mean(bench.kind, known)}")
     else:
         options = ", ".join(known)
-        sheet.fault(
-            ("benches", name), f"'{name}' is no kind of bench; add 'kind:', one of {options}", key=True
+        sheet.warn(
+            ("benches", name),
+            f"'{name}' is no kind of bench, so what it can observe is not checked and its motions are only "
+            f"counted; add 'kind:', one of {options}",
+            key=True,
         )
 
 

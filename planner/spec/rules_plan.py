@@ -19,8 +19,8 @@ def plan(sheet: Review) -> None:
         _fixed(sheet, name, fixed)
     _student(sheet)
     genetic = sheet.spec.plan.genetic
-    if genetic.best > genetic.individuals:
-        message = f"selects {genetic.best} of {genetic.individuals} individuals; at most all of them"
+    if genetic.best >= genetic.individuals:  # the children need a place
+        message = f"selects {genetic.best} of {genetic.individuals} individuals; write fewer than there are"
         sheet.fault(("plan", "genetic", "best"), message)
     weights = sheet.spec.plan.minimise
     if isinstance(weights, Objective) and weights.time == weights.power_on == 0:

@@ -45,12 +45,24 @@ def faults_of(
     """
     schema = _schema(model)
     for detail in error.errors(include_url=False):
+        if _counts_good_items_only(detail):
+            continue
         path, missing, key = data_path(value, detail["loc"])
         if detail["type"] == "missing" and missing:
             path = (*path, missing)
         kind = detail["type"]
         message = _sentence(detail, path, schema)
         yield path, fault_at(document, (*root, *path), message, key=key or kind == "extra_forbidden")
+
+
+def _counts_good_items_only(detail: Mapping[str, Any]) -> bool:
+    """pydantic calls a list too short when enough items stand there but one has a fault of its own."""
+    given = detail["input"]
+    return (
+        detail["type"] == "too_short"
+        and isinstance(given, list | tuple | dict)
+        and len(given) >= detail["ctx"]["min_length"]
+    )
 
 
 @cache

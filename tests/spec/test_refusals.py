@@ -122,7 +122,6 @@ REFUSALS = {
     # benches and tests
     "unknown bench": ("rates:      {bench: rate_table", "rates:      {bench: rate_tabel", "rate_tabel", "tests.rates.bench", "'rate_table'?"),
     "unknown kind": ("    axes: 2", "    axes: 2\n    kind: rate_tabel", "rate_tabel", "benches.rate_table.kind", "'rate_table'?"),
-    "bench that is no kind": ("  centrifuge: {", "  big_one: {", "big_one", "benches.big_one", "kind"),
     "chamber upside down": ("[-65 degC, 85 degC]", "[85 degC, -65 degC]", "[85", "benches.rate_table.chamber.range", "coldest"),
     "calibrates nothing, nothing fixed": (
         "calibrates: gyro.scale_factor, ", "", "rates:      {", "tests.rates", "temperatures and repeats",
@@ -153,6 +152,9 @@ REFUSALS = {
         FIXED, "fixed: {gyro_drift: {repeats: [2, 4]}}", "[2, 4]", "plan.fixed.gyro_drift.repeats", "temperatures",
     ),
     "more parents than individuals": (FIXED, "genetic: {individuals: 16}", "genetic: {ind", "plan.genetic.best", "32 of 16"),
+    "no place for children": (
+        FIXED, "genetic: {individuals: 32, best: 32}", "32}", "plan.genetic.best", "fewer",
+    ),
     "nothing to minimise": (FIXED, "minimise: {time: 0, power_on: 0}", "{time", "plan.minimise", "zero"),
     "yes is a word": (CANDIDATES, CANDIDATES + ", interpolate: yes", "yes}", "plan.temperatures.interpolate", "true nor false"),
     # trajectory and sensitivities
@@ -298,11 +300,17 @@ def test_a_flight_file_lies_beside_the_spec(tmp_path: Path) -> None:
         ),
         (", misalignment]", ", warm_up]", "effects[4]", "warm_up"),
         (CANDIDATES, "candidates: [1, 2, 3]", "plan.temperatures.candidates", "2:"),
+        ("  centrifuge: {", "  big_one: {", "benches.big_one", "no kind of bench"),
     ],
 )
 def test_what_is_odd_but_possible_is_a_warning(old: str, new: str, path: str, words: str) -> None:
     found = {fault.path: fault.message for fault in loaded(changed((old, new))).warnings}
     assert words in found[path]
+
+
+def test_one_fault_in_a_requirement_is_one_fault() -> None:
+    (fault,) = faults(changed(("rule: worst_case}", "rule: worst_case, rul: rss}")))
+    assert fault.path == "requirement[0].rul"
 
 
 def test_interpolation_uses_the_candidates_between() -> None:

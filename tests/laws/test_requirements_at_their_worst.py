@@ -1,0 +1,34 @@
+"""A refused requirement names a limit that can be met, whatever the error, the moment and the rule."""
+
+from __future__ import annotations
+
+import pytest
+
+from planner.errors import InfeasibleError
+from planner.units import from_si
+from tests.specs import planned, small
+
+UNITS = {"position": "m", "velocity": "m/s", "roll_pitch": "deg", "heading": "deg"}
+RULES = {"worst_case": "worst_case", "rss": "rss", "percentile": {"percentile": "90 %"}}
+
+
+def asking(error: str, limit: str, rule: object, at: str) -> dict:
+    flight = {"trajectory": {"name": "turn", "duration": "20 s"}, "sensitivities": "simulated"}
+    return small() | flight | {"requirement": [{"error": error, "limit": limit, "rule": rule, "at": at}]}
+
+
+@pytest.mark.parametrize("at", ["end", "any", "7 s"])
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("error", UNITS)
+def test_the_nearest_limit_can_be_met_and_nothing_below_it(error: str, rule: str, at: str) -> None:
+    unit = UNITS[error]
+    with pytest.raises(InfeasibleError) as refusal:
+        planned(asking(error, f"1e-9 {unit}", RULES[rule], at))
+    assert refusal.value.nearest_limit is not None
+    nearest = from_si(refusal.value.nearest_limit, unit)
+    # the message rounds up to four digits, so a part in a million above is the hardest limit anyone may try
+    met = planned(asking(error, f"{nearest * (1 + 1e-6):.12g} {unit}", RULES[rule], at)).plan
+    assert met.requirements[0].met
+    assert met.proved
+    with pytest.raises(InfeasibleError):
+        planned(asking(error, f"{nearest * (1 - 1e-3):.12g} {unit}", RULES[rule], at))
