@@ -14,6 +14,7 @@ from planner.plan.by_hand import is_hand_made
 from planner.plan.campaign_to_plan import plan_of
 from planner.plan.errors_to_points import point_menus
 from planner.plan.genetic_campaign import genetic_plan
+from planner.plan.plan_to_schedule_figures import with_schedule_figures
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.schedule_to_steps import planned_tests, steps
 from planner.plan.sensitivity_to_allowance import allowed_errors
@@ -22,7 +23,8 @@ from planner.plan.spec_to_sensitivity import constraints as constraints_of
 from planner.plan.spec_to_sensitivity import sensitivities as sensitivities_of
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.plan.task import Task, extreme_allowances, planning_task
-from planner.records import AllowedErrors, Constraint, ErrorModel, Plan, Sensitivities
+from planner.plan.trade_off import trade_off
+from planner.records import AllowedErrors, Constraint, ErrorModel, Plan, Sensitivities, TradeOffPoint
 from planner.solvers.genetic import GeneticSettings
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, Spec
@@ -77,7 +79,8 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
     progress("choosing temperatures and repeats")
     chosen = campaign(task)
     rule = common_rule(navigation.constraints)
-    allowed, genetic, notes = None, None, []
+    allowed, genetic = None, None
+    notes: list[str] = []
     if not is_hand_made(spec):
         allowed, notes = _allowed_or_why_not(spec, task, navigation, progress)
         progress("genetic algorithm beside the exact campaign")
@@ -92,18 +95,29 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
         version=__version__,
         sha256=loaded.sha256,
         genetic=genetic,
-        notes=[*_notes(loaded, navigation.models), *notes],
+        notes=[*_notes(loaded), *notes],
     )
-    return Planned(made, navigation, allowed)
+    curve: tuple[TradeOffPoint, ...] = ()
+    if spec.plan.trade_off and not is_hand_made(spec):
+        progress("trade-off of campaign time and power-on time")
+        curve = trade_off(spec, lambda other: campaign(_task(other, navigation)))
+    return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, allowed)
 
 
-def sensitivity(loaded: LoadedSpec, flight: Path | None, progress: Progress) -> Sensitivities:
-    """The linear-combination coefficients on the spec's trajectory, or on a flight from a file."""
+def sensitivity(
+    loaded: LoadedSpec, flight: Path | None, progress: Progress, *, at: float | None = None
+) -> Sensitivities:
+    """The linear-combination coefficients on the spec's trajectory, or on a flight from a file.
+
+    at: a time of interest in seconds, at which the history then has an instant
+    """
     choice = loaded.spec.trajectory if flight is None else {"file": str(flight.resolve())}
     progress("building the trajectory")
     trajectory = trajectory_of(choice, loaded.folder)
     progress("propagating the sensor errors")
-    return sensitivities_of(trajectory, _asked_errors(loaded.spec), instants=_instants(loaded.spec))
+    instants = [*_instants(loaded.spec), *([] if at is None else [at])]
+    inside = [t for t in instants if trajectory.time_s[0] <= t <= trajectory.time_s[-1]]
+    return sensitivities_of(trajectory, _asked_errors(loaded.spec), instants=inside)
 
 
 def _asked_errors(spec: Spec) -> list[str]:
@@ -148,7 +162,9 @@ def _allowed_or_why_not(
     except InfeasibleError:
         if len({constraint.rule for constraint in navigation.constraints}) == 1:
             raise
-        return None, ["no region of allowed errors: the requirements mix rules, and sums of parts exceed them"]
+        return None, [
+            "no region of allowed errors: the requirements mix rules, and sums of parts exceed them"
+        ]
 
 
 def _settings(spec: Spec) -> GeneticSettings:
@@ -162,5 +178,6 @@ def _settings(spec: Spec) -> GeneticSettings:
     )
 
 
-def _notes(loaded: LoadedSpec, models: tuple[ErrorModel, ...]) -> list[str]:
-    return [*(model.note for model in models if model.note), *(f.message for f in loaded.warnings)]
+def _notes(loaded: LoadedSpec) -> list[str]:
+    """The spec's warnings with their places; a model's own note only repeats one of them."""
+    return [f"{warning.path}: {warning.message}" for warning in loaded.warnings]

@@ -1,4 +1,4 @@
-"""What a plug-in must offer. One new effect, trajectory, bench or format is one new file that satisfies one."""
+"""What a plug-in must offer. One new effect, trajectory, bench or format is one file that satisfies one."""
 
 from __future__ import annotations
 

@@ -5,7 +5,8 @@ Every type refuses a number without its unit, a unit of another dimension, nan a
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+import re
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
@@ -96,6 +97,33 @@ def _proper_share(value: float) -> float:
     return value
 
 
+WEEKDAYS = ("mon", "tue", "wed", "thu", "fri", "sat", "sun")
+DAY_S = 86400.0
+CLOCK_PATTERN = r"^([01]?[0-9]|2[0-4]):[0-5][0-9]$"
+MOMENT_PATTERN = r"^(mon|tue|wed|thu|fri|sat|sun) ([01]?[0-9]|2[0-3]):[0-5][0-9]$"
+
+
+def _clock(value: object) -> object:
+    if isinstance(value, float):
+        return value
+    if not isinstance(value, str) or not re.search(CLOCK_PATTERN, value) or value.endswith("\n"):
+        raise ValueError(f"{_brief(value)} is no time of day; write e.g. '08:00'")
+    hours, minutes = value.split(":")
+    seconds = 3600.0 * int(hours) + 60.0 * int(minutes)
+    if seconds > DAY_S:
+        raise ValueError(f"{value!r} is after midnight; a day ends at '24:00'")
+    return seconds
+
+
+def _moment(value: object) -> object:
+    if isinstance(value, float):
+        return value
+    if not isinstance(value, str) or not re.search(MOMENT_PATTERN, value) or value.endswith("\n"):
+        raise ValueError(f"{_brief(value)} is no moment of a week; write e.g. 'mon 08:00'")
+    day, clock = value.split(" ")
+    return DAY_S * WEEKDAYS.index(day) + float(str(_clock(clock)))
+
+
 _Time = Annotated[float, AfterValidator(_within_a_century), quantity("s", "15 min"), schema("15 min")]
 Seconds = Annotated[_Time, Field(ge=0)]
 PositiveSeconds = Annotated[_Time, Field(gt=0)]
@@ -118,3 +146,14 @@ Count = Annotated[int, BeforeValidator(_count), Field(ge=1, le=1_000_000)]
 Whole = Annotated[int, BeforeValidator(_count), Field(ge=0, le=2**63 - 1)]
 Number = Annotated[float, BeforeValidator(_number), Field(allow_inf_nan=False)]
 Switch = Annotated[bool, BeforeValidator(_switch)]
+Weekday = Literal["mon", "tue", "wed", "thu", "fri", "sat", "sun"]
+ClockTime = Annotated[
+    float,
+    BeforeValidator(_clock),
+    WithJsonSchema({"type": "string", "pattern": CLOCK_PATTERN, "examples": ["08:00"]}),
+]
+WeekMoment = Annotated[
+    float,
+    BeforeValidator(_moment),
+    WithJsonSchema({"type": "string", "pattern": MOMENT_PATTERN, "examples": ["mon 08:00"]}),
+]

@@ -369,7 +369,10 @@ class PlannedBench:
 
 @dataclass(frozen=True)
 class PlannedTest:
-    """What one test does: its temperatures and, for each, the repeats."""
+    """What one test does: its temperatures and, for each, the repeats.
+
+    attended: whether people make its power-ons and moves
+    """
 
     test: str
     bench: str
@@ -379,6 +382,7 @@ class PlannedTest:
     power_on_s: float
     calibrates: tuple[str, ...] = ()
     motions: int = 1
+    attended: bool = False
 
 
 @dataclass(frozen=True)
@@ -444,6 +448,7 @@ class Plan:
     objective: what was minimised, in words; objective_value, objective_bound: in weighted seconds
     bound_s: proved lower bound of the objective (of `time_s` when time alone is minimised); gap: relative
     hours_per_limit: requirement index -> hours saved per SI unit of more limit (continuous relaxation)
+    start: when second 0 falls in the week of the shifts, `mon 08:00`; None without shifts
     work_proved: no temperatures and repeats take less working time; `proved` is false all the same when
     waiting or several batches make `time_s` longer than its bound
     """
@@ -473,3 +478,4 @@ class Plan:
     savings: tuple[Saving, ...] = ()
     trade_off: tuple[TradeOffPoint, ...] = ()
     work_proved: bool = False
+    start: str | None = None

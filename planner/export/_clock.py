@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from zoneinfo import ZoneInfo, available_timezones
 
 from planner.errors import InputError
 from planner.protocols import ExportOptions
+from planner.quantities import WEEKDAYS
 from planner.spec.places import did_you_mean
 
 # Fixed, because the same plan must give the same bytes: a Monday morning.
@@ -25,6 +26,19 @@ class WallClock:
         """Local time `seconds` later; elapsed seconds, also over a change to summer time."""
         moment = self.start.astimezone(UTC) + timedelta(seconds=round(seconds))
         return moment.astimezone(self.start.tzinfo)
+
+
+def started_with_the_plan(options: ExportOptions, moment: str | None) -> ExportOptions:
+    """Where the user gives no start: the weekday and time from which the plan's shifts were laid.
+
+    moment: `fri 16:00`, or None for a plan without shifts
+    """
+    if options.start is not None or moment is None:
+        return options
+    day, time = moment.split()
+    monday = datetime.fromisoformat(DEFAULT_START)
+    date = (monday + timedelta(days=WEEKDAYS.index(day))).date()
+    return replace(options, start=f"{date.isoformat()}T{time}")
 
 
 def wall_clock(options: ExportOptions) -> WallClock:

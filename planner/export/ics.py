@@ -7,7 +7,14 @@ from datetime import UTC, date
 from typing import TYPE_CHECKING, Any
 
 from planner.export._attended import HandTask, attendances
-from planner.export._clock import DEFAULT_START, DEFAULT_TIMEZONE, WallClock, elapsed_text, wall_clock
+from planner.export._clock import (
+    DEFAULT_START,
+    DEFAULT_TIMEZONE,
+    WallClock,
+    elapsed_text,
+    started_with_the_plan,
+    wall_clock,
+)
 from planner.export._limits import checked_plan
 from planner.export.header import header
 from planner.export.operator_sheet import operator_sheet
@@ -26,6 +33,7 @@ class Calendar:
 
     def files(self, document: Mapping[str, Any], options: ExportOptions) -> Exported:
         """`attended.ics` and `operator.html`. Raises InputError for a wrong start or zone."""
+        options = started_with_the_plan(options, document.get("start"))
         plan, clock = checked_plan(document), wall_clock(options)
         files: dict[str, str | bytes] = {
             "attended.ics": _calendar(document, attendances(plan), clock),

@@ -63,6 +63,7 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
                 "bench": t.bench,
                 "calibrates": list(t.calibrates),
                 "motions": t.motions,
+                "attended": t.attended,
                 "temperatures_degc": [number(x) for x in t.temperatures_degc],
                 "repeats": list(t.repeats),
                 "time_s": number(t.time_s),
@@ -76,6 +77,7 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
             str(k): number(v * unit_factor(plan.requirements[k].unit)[0])
             for k, v in plan.hours_per_limit.items()
         },
+        "start": plan.start,
         "savings": [{"rule": s.rule, "hours": number(s.hours)} for s in plan.savings],
         "trade_off": [
             {

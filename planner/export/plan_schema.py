@@ -164,6 +164,7 @@ class TestFigures(Part):
     bench: str
     calibrates: list[str]
     motions: Count
+    attended: bool = False
     temperatures_degc: list[Number]
     repeats: list[Count]
     time_s: Time
@@ -252,6 +253,7 @@ class PlanDocument(Part):
     reasons: list[Reason]
     genetic: GeneticFigures | None
     hours_per_limit: dict[str, Number]
+    start: str | None = None
     savings: list[SavingFigures] = []
     trade_off: list[TradeOffFigures] = []
     notes: list[str]

@@ -2,6 +2,11 @@
 
 time = Σ_benches install + Σ_(bench, T) (soak + ramps)
      + Σ_tests Σ_T repeats · (power_on + Σ_motions (move + record + gap) + cool_down)
+     − Σ_(bench, T) what of the last cool-down runs during the next ramp and soak, where the spec allows it
+
+The ramps are those of a monotone order (up or down): home → first → … → last → home crosses every stretch
+between the extremes, home included, once each way, wherever home lies. That is also the least that any order
+takes (planner.solvers.ordering), so one price serves every order; waiting for shifts is not priced.
 """
 
 from __future__ import annotations
@@ -13,6 +18,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.plan.bench_work import last_cool_down, overlapped_time
+from planner.plan.by_hand import in_room
 from planner.records import Array
 from planner.spec.model import Objective, Spec, Test
 
@@ -23,7 +30,8 @@ class Resource:
 
     kind: `install` of a bench, `soak` at a temperature, `stretch` of temperature from `at` to `to` that the
     chamber crosses both ways, one repeat of a test at a temperature (`records`) or in the room
-    (`room_records`)
+    (`room_records`), `last_cool_down` before a unit leaves a chamber; `overlap`: what is saved (a negative
+    price) when any test is made `at` a temperature whose overlapped cool-down is `to` seconds or more
     """
 
     kind: str
@@ -61,10 +69,24 @@ def resources_of(spec: Spec, temperatures: Iterable[float]) -> tuple[Resource, .
         if bench.chamber is not None:
             found += [Resource("soak", name, at=t) for t in places]
             found += [Resource("stretch", name, at=a, to=b) for a, b in pairwise(places)]
+            if last_cool_down(spec, name):
+                found.append(Resource("last_cool_down", name))
+            further = overlap_levels(spec, name)[1:]
+            found += [Resource("overlap", name, at=t, to=o) for t in places for o in further]
     for name, test in spec.tests.items():
         found += [Resource("records", test.bench, name, at=t) for t in places]
         found.append(Resource("room_records", test.bench, name, at=spec.plan.temperatures.room))
     return tuple(found)
+
+
+def overlap_levels(spec: Spec, bench: str) -> tuple[float, ...]:
+    """The different lengths of overlapped cool-down of a bench's tests in its chamber, ascending.
+
+    The longest one among the tests at a temperature is saved there: the first level wherever anything is
+    soaked, so it is part of the price of a soak, and the step to every further level that a test reaches.
+    """
+    inside = [n for n, test in spec.tests.items() if test.bench == bench and not in_room(spec, n)]
+    return tuple(sorted({overlapped_time(spec, name) for name in inside})) or (0.0,)
 
 
 def price(spec: Spec, resource: Resource) -> float:
@@ -79,7 +101,11 @@ def price(spec: Spec, resource: Resource) -> float:
     chamber = bench.chamber
     assert chamber is not None  # only benches with a chamber offer soaks and stretches
     if resource.kind == "soak":
-        return time * chamber.soak
+        return time * (chamber.soak - overlap_levels(spec, resource.bench)[0])
+    if resource.kind == "last_cool_down":
+        return time * last_cool_down(spec, resource.bench)
+    if resource.kind == "overlap":
+        return -time * (resource.to - max(o for o in overlap_levels(spec, resource.bench) if o < resource.to))
     there_and_back = sum(1 / speed for speed in (chamber.heating, chamber.cooling) if speed)
     return time * (resource.to - resource.at) * there_and_back
 
@@ -92,6 +118,7 @@ class Tariff:
         self.resources = resources_of(spec, temperatures)
         self.prices = np.array([price(spec, resource) for resource in self.resources])
         self._position = {resource: i for i, resource in enumerate(self.resources)}
+        self.within = np.array([self._surrounding(resource) for resource in self.resources], dtype=np.int64)
 
     def amounts(
         self, test: str, temperatures: Iterable[float], repeats: NDArray[np.int64], *, room: bool
@@ -108,7 +135,22 @@ class Tariff:
             used[:, self._position[Resource(kind, bench, test, at=t)]] = column
             if not room and self.spec.benches[bench].chamber is not None:
                 used[:, self._soak_and_stretches(bench, t)] = 1.0
+                used[:, self._overlaps(test, t)] = 1.0
         return used
+
+    def _surrounding(self, resource: Resource) -> int:
+        """Nothing overlaps where nothing is soaked."""
+        if resource.kind != "overlap":
+            return -1
+        return self._position[Resource("soak", resource.bench, at=resource.at)]
+
+    def _overlaps(self, test: str, t: float) -> list[int]:
+        """What is paid and saved on leaving a temperature and the chamber."""
+        bench = self.spec.tests[test].bench
+        own, further = overlapped_time(self.spec, test), overlap_levels(self.spec, bench)[1:]
+        used = [Resource("overlap", bench, at=t, to=o) for o in further if o <= own]
+        used.append(Resource("last_cool_down", bench))
+        return [self._position[resource] for resource in used if resource in self._position]
 
     def _soak_and_stretches(self, bench: str, t: float) -> list[int]:
         low, high = sorted((t, self.spec.plan.temperatures.room))

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from planner import catalog
 from planner.errors import InputError
 from planner.plan.by_hand import chosen_by_hand, even_points, temperatures_of
 from planner.records import Array, PointMenu, TemperaturePoints
@@ -108,7 +109,7 @@ def _budget(spec: Spec, error: str) -> ErrorBudget:
 def _removable(spec: Spec, error: str) -> bool:
     """Whether the declared model has the temperature table that takes the variation of this error out."""
     needed = TEMPERATURE_EFFECT.get(error.split(".")[1])
-    return needed is None or needed in spec.effects
+    return needed is None or needed not in catalog.effects() or needed in spec.effects
 
 
 def _points_of_table(spec: Spec, error: str, table: Mapping[int, Quantity]) -> tuple[TemperaturePoints, ...]:
@@ -117,7 +118,7 @@ def _points_of_table(spec: Spec, error: str, table: Mapping[int, Quantity]) -> t
     found = tuple(
         TemperaturePoints(even_points(*choice.range, n), usable[n].si, "even")
         for n in sorted(set(choice.candidates))
-        if n in usable
+        if n in usable and n <= max(table)  # beyond the table more soaks would buy nothing
     )
     if not found:
         raise InputError(

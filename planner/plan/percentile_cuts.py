@@ -7,20 +7,22 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from planner.plan.budget import uncalibrated
-from planner.plan.task import Task, row_sizes
+from planner.plan.task import TANGENT_FROM, Task, row_sizes
 from planner.records import Array, Constraint
 from planner.solvers.integer import Cut, Rows, monotone_cut
 from planner.solvers.linear_combination import combination
 
-# Below this probability the squared quantile is not convex in the covariance everywhere.
-TANGENT_FROM = 0.9
 # The integer program keeps a cut to 1e-6 of its right-hand side, which is why tangents are scaled to one;
 # a selection that breaks its tangent by less than this might come back again and again.
 SOLVER_TOLERANCE = 1e-5
 
 
-def objection(task: Task, rows: Rows) -> Cut | None:
-    """A cut when the chosen rows break a percentile requirement, which rss alone cannot tell exactly."""
+def objection(task: Task, rows: Rows, *, cautious: bool = False) -> Cut | None:
+    """A cut when the chosen rows break a percentile requirement, which rss alone cannot tell exactly.
+
+    cautious: cut by tangents at every probability. Where the squared quantile is concave they also remove
+    selections that would do, so that way finds good campaigns but proves nothing.
+    """
     for constraint in task.constraints:
         if constraint.rule != "percentile":
             continue
@@ -28,7 +30,7 @@ def objection(task: Task, rows: Rows) -> Cut | None:
         names = [*task.errors, *(model.name for model in task.left)]
         length = combination(constraint, names)
         if float(length(np.sqrt(squares))) > constraint.limit * (1 + 1e-9):
-            return _tangent_cut(task, constraint, names, squares, rows)
+            return _tangent_cut(task, constraint, names, squares, rows, cautious)
     return None
 
 
@@ -39,7 +41,9 @@ def _squares(task: Task, rows: Rows) -> Array:
     return np.array([*own, *alone]) ** 2
 
 
-def _tangent_cut(task: Task, constraint: Constraint, names: Sequence[str], squares: Array, rows: Rows) -> Cut:
+def _tangent_cut(
+    task: Task, constraint: Constraint, names: Sequence[str], squares: Array, rows: Rows, cautious: bool
+) -> Cut:
     """Σ_j (∂q²/∂a_j) a_j <= limit², a = squared sizes: the tangent of the convex set q(a) <= limit.
 
     q² is homogeneous of degree one in a, so that the tangent passes through the origin. For p >= 0.9 the
@@ -47,7 +51,7 @@ def _tangent_cut(task: Task, constraint: Constraint, names: Sequence[str], squar
     selections that are nowhere better are cut off.
     """
     assert constraint.percentile is not None
-    if constraint.percentile < TANGENT_FROM:
+    if constraint.percentile < TANGENT_FROM and not cautious:
         return monotone_cut(task.problem, rows)
     slope = _gradient(lambda a: combination(constraint, names)(np.sqrt(a)) ** 2, squares)
     limit = constraint.limit**2 * (1 + 1e-7)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import Decimal
 
@@ -21,9 +22,9 @@ from planner.plan.budget import binding_parts, reached
 from planner.plan.by_hand import is_hand_made
 from planner.plan.confidence import half_widths
 from planner.plan.percentile_cuts import objection
-from planner.plan.task import Task, extreme_allowances, row_sizes
+from planner.plan.task import TANGENT_FROM, Task, extreme_allowances, row_sizes
 from planner.records import Campaign, Constraint, ErrorChoice, TestVisits
-from planner.solvers.integer import Choice, Rows, solve
+from planner.solvers.integer import Rows, solve
 from planner.solvers.linear_combination import weights
 from planner.units import from_si
 
@@ -41,11 +42,11 @@ def campaign(task: Task) -> Campaign:
         _refuse_the_impossible(task)
     limit = task.spec.plan.time_limit
     try:
-        choice = solve(task.problem, check=lambda rows: objection(task, rows), time_limit=limit)
+        choice = solve(
+            task.problem, check=lambda rows: objection(task, rows), start=_beginning(task), time_limit=limit
+        )
     except TimeoutError as error:
-        choice = _safest(task)
-        if choice is None:
-            raise StoppedEarly(f"{error}; give plan.time_limit more, or fewer candidates") from None
+        raise StoppedEarly(f"{error}; give plan.time_limit more, or fewer candidates") from None
     if choice is None:
         raise InfeasibleError("the requirements can be met one by one but not together")
     visits = visits_of(task, choice.rows)
@@ -53,19 +54,24 @@ def campaign(task: Task) -> Campaign:
     return Campaign(visits, tuple(explained), choice.cost, choice.bound, choice.proved)
 
 
-def _safest(task: Task) -> Choice | None:
-    """Every error as small as it can be, if that keeps the requirements: an answer when time has run out.
+def _beginning(task: Task) -> Rows | None:
+    """A selection that meets the requirements, so that there is an answer when time runs out.
 
-    Its bound is the campaign that no requirement asks anything of.
+    Every error as small as it can be; for percentiles below the tangents' range a better one, found with
+    tangents that cut too much.
     """
-    rows = tuple(
+    safest = tuple(
         int(row_sizes(m, r, "worst_case").argmin()) for m, r in zip(task.models, task.rows, strict=True)
     )
-    if not task.problem.within_limits(rows) or objection(task, rows) is not None:
-        return None
-    least = solve(_unlimited(task).problem)
-    cost = task.problem.cost(rows)
-    return Choice(rows, cost, 0.0 if least is None else min(least.cost, cost), False)
+    known = [safest] if task.problem.within_limits(safest) and objection(task, safest) is None else []
+    if any(c.percentile is not None and c.percentile < TANGENT_FROM for c in task.constraints):
+        limit = task.spec.plan.time_limit / 4
+        with suppress(TimeoutError):
+            found = solve(
+                task.problem, check=lambda rows: objection(task, rows, cautious=True), time_limit=limit
+            )
+            known += [] if found is None else [found.rows]
+    return min(known, key=task.problem.cost, default=None)
 
 
 def visits_of(task: Task, rows: Rows) -> tuple[TestVisits, ...]:

@@ -18,8 +18,13 @@ from planner.plan.rows import ErrorRows, error_rows
 from planner.records import Allowance, Array, Campaign, Constraint, ErrorMenu, ErrorModel, TestVisits
 from planner.solvers.gaussian_length import percentile
 from planner.solvers.integer import Group, Problem
-from planner.solvers.linear_combination import weights
+from planner.solvers.linear_combination import combination, weights
 from planner.spec.model import Spec
+
+# From this probability on the squared quantile is convex in the covariance (tested over random ones).
+TANGENT_FROM = 0.9
+MIXTURES = 2000
+MIXTURE_MARGIN = 1e-3
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,7 @@ def planning_task(
     )
     forced = [_forced_amounts(spec, visit, tariff) for visit in by_hand]
     least = np.max([np.zeros(len(tariff.prices)), *forced], axis=0)
-    problem = Problem(groups, tariff.prices, limits, least)
+    problem = Problem(groups, tariff.prices, limits, least, tariff.within)
     return Task(spec, tuple(constraints), calibrated, left, by_hand, tariff, rows, problem)
 
 
@@ -109,7 +114,35 @@ def _limit(constraint: Constraint) -> float:
         return constraint.limit
     if constraint.rule == "rss":
         return constraint.limit**2
+    if _is_low(constraint):
+        return constraint.limit**2 / (1 - _excess_of_parts(constraint))
     return (constraint.limit / _least_percentile_of_unit_rms(constraint)) ** 2
+
+
+def _row_weights(constraint: Constraint, errors: Sequence[str]) -> Array:
+    """(E,) what one unit of each error adds: its weight, or for a low percentile its own percentile alone."""
+    if not _is_low(constraint):
+        return weights(constraint, errors)
+    return np.array([float(combination(constraint, [error])(np.ones(1))) for error in errors])
+
+
+def _is_low(constraint: Constraint) -> bool:
+    return constraint.percentile is not None and constraint.percentile < TANGENT_FROM
+
+
+def _excess_of_parts(constraint: Constraint) -> float:
+    """By how much, at most, the errors' own squared percentiles add up to more than that of all together.
+
+    For low probabilities q² is nearly concave in the covariance, so the sum over the errors hardly exceeds
+    it. The largest relative excess is looked for among many mixtures of the errors; a margin goes on top.
+    """
+    names = list(constraint.vectors)
+    alone = _row_weights(constraint, names) ** 2
+    names, alone = [n for n, q in zip(names, alone, strict=True) if q > 0], alone[alone > 0]
+    rng = np.random.default_rng(0)  # the same mixtures every time
+    shares = rng.dirichlet(np.full(len(names), 0.3), MIXTURES)
+    together = combination(constraint, names)(np.sqrt(shares / alone)) ** 2
+    return max(0.0, float((1 - together).max())) + MIXTURE_MARGIN
 
 
 def _least_percentile_of_unit_rms(constraint: Constraint) -> float:
@@ -133,7 +166,7 @@ def _constant(constraint: Constraint, models: Sequence[ErrorModel], left: Sequen
     power = _power(constraint)
     parts: list[tuple[str, tuple[float, ...]]] = [(m.name, constant_parts(m)) for m in models]
     parts += [(model.name, (*constant_parts(model), model.whole_variation)) for model in left]
-    weight = weights(constraint, [name for name, _ in parts])
+    weight = _row_weights(constraint, [name for name, _ in parts])
     return float(sum(sum((w * p) ** power for p in own) for w, (_, own) in zip(weight, parts, strict=True)))
 
 
@@ -141,6 +174,6 @@ def _contributions(constraints: Sequence[Constraint], rows: ErrorRows) -> Array:
     """(R, C) what temperature residual and estimate of each row add to each sum."""
     columns = []
     for constraint in constraints:
-        power, weight = _power(constraint), float(weights(constraint, [rows.error])[0])
+        power, weight = _power(constraint), float(_row_weights(constraint, [rows.error])[0])
         columns.append((weight * rows.residual) ** power + (weight * rows.half_width) ** power)
     return np.stack(columns, axis=1)

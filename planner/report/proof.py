@@ -22,8 +22,8 @@ def proof(plan: Plan) -> str:
     if plan.work_proved and not plan.proved:
         return (
             "Temperatures and repeats: proved the best by working time. Their order: the best for this work. "
-            f"With waiting and batches {percent(plan.gap, 2)} above the bound of {hours(plan.bound_s)} h "
-            f"that holds for every choice (minimised: {plan.objective})."
+            f"{hours(plan.bound_s)} h of work are a bound for every choice; waiting and batches are "
+            f"{percent(plan.gap, 2)} of the total (minimised: {plan.objective})."
         )
     return (
         f"Not proved: within {percent(plan.gap, 2)} of the best possible; "

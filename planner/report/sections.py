@@ -10,6 +10,7 @@ from planner.report.blocks import Block, Folded, Items, Picture, Section, Text, 
 from planner.report.budget import binding_constraint, contributions
 from planner.report.numbers import digits, hours, percent, quantity
 from planner.report.region import AllowedRegion, allowed_region, axes_of_region
+from planner.report.schedule import schedule
 
 
 def all_sections(
@@ -26,6 +27,7 @@ def all_sections(
         budget(plan, constraints),
         campaign(plan),
         hours_spent(plan, service_life_s),
+        schedule(plan),
         section("tests", "Tests", tables.tests_table(plan) if plan.tests else None),
         repeats(plan),
         region(plan, constraints),
@@ -188,6 +190,9 @@ def basis(
     )
 
 
+_SMALL_STEP = 0.01  # of the limit: hours per limit are a slope, so they are shown for a step that is small
+
+
 def what_binds(plan: Plan, constraints: Sequence[Constraint]) -> tuple[str, ...]:
     """One sentence per requirement: when it is tightest, what uses most of it, what more room would save."""
     found = []
@@ -199,9 +204,10 @@ def what_binds(plan: Plan, constraints: Sequence[Constraint]) -> tuple[str, ...]
             text += f", tightest at {binding.time_s:.4g} s of flight"
         if budget_ and budget_[0].share > 0:
             text += f"; the largest part is {budget_[0].error} ({percent(budget_[0].share)})"
-        saved = plan.hours_per_limit.get(i)
-        if saved:
-            text += f"; {quantity(1.0, achieved.unit)} more would save about {hours(saved * 3600)} h"
+        saved = plan.hours_per_limit.get(i, 0.0) * _SMALL_STEP * achieved.limit
+        if saved * 3600 > 36:  # less than the 0.01 h that a figure shows is nothing
+            step = quantity(_SMALL_STEP * achieved.limit, achieved.unit, 2)
+            text += f"; a limit {step} (1 %) wider would save about {digits(saved, 2)} h"
         found.append(text + ".")
     return tuple(found)
 

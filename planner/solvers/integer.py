@@ -4,16 +4,22 @@
     s.t. Σ_r x_gr = 1                            for every group g
          Σ_g Σ_r contribution_grc x_gr <= limit_c  for every constraint c
          y_k >= Σ_r amount_grk x_gr              for every resource k and every group g that uses it
+         y_k <= forced_k + Σ_g Σ_r amount_grk x_gr, y_k <= 1   for every k with a negative price
          x binary, y >= forced (continuous: settled by x)
 
 A resource is paid for by the largest amount that any group asks of it: a soak (0 or 1), an installation, the
-repeats of a record that serves several groups. Solved with HiGHS through scipy.optimize.milp.
+repeats of a record that serves several groups. A resource with a negative price is saved once when any group
+uses it; its amounts are 0 or 1. Solved with HiGHS through scipy.optimize.milp.
 """
 
 from __future__ import annotations
 
+import ctypes
+import os
+import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -51,12 +57,17 @@ class Group:
 
 @dataclass(frozen=True)
 class Problem:
-    """Groups, prices (K,) of the resources, limits (C,), amounts (K,) that are paid for in any case."""
+    """Groups, prices (K,) of the resources, limits (C,), amounts (K,) that are paid for in any case.
+
+    within (K,): the resource that every row which uses this one uses as much of, −1 for none. It says nothing
+    new about selections; where the price is negative it keeps the linear relaxation close to them.
+    """
 
     groups: tuple[Group, ...]
     prices: Array
     limits: Array
     forced: Array
+    within: Indices | None = None
 
     def cost(self, chosen: Sequence[int]) -> float:
         """Exact cost of a selection (positions within the groups)."""
@@ -108,9 +119,16 @@ def least_usage(problem: Problem) -> Array:
 
 
 def solve(
-    problem: Problem, *, check: Check | None = None, time_limit: float = 120.0, most_solves: int = 400
+    problem: Problem,
+    *,
+    check: Check | None = None,
+    start: Rows | None = None,
+    time_limit: float = 120.0,
+    most_solves: int = 400,
 ) -> Choice | None:
     """The cheapest selection within the limits, with its proof; None when there is none.
+
+    start: a selection that is known to be acceptable, to begin with.
 
     check: asked about every selection found; returns a cut that removes it (for a condition that no linear
     row can say, such as an exact percentile) or None to accept it. Every cut must keep all acceptable
@@ -125,13 +143,16 @@ def solve(
         return None
     likely = [np.argsort(r, kind="stable")[:FIRST_LOOK_ROWS] for r in relaxed.reduced_costs]
     first = _solve_with_cuts(_restricted(folded, likely), check, deadline, most_solves)
-    ceiling = np.inf if first.choice is None else first.choice.cost * (1 + 1e-9)
+    known = [] if start is None else [Choice(start, problem.cost(start), relaxed.bound, False)]
+    known += [] if first.choice is None else [first.choice]
+    ceiling = min((choice.cost * (1 + 1e-9) for choice in known), default=np.inf)
     # a row that costs more than the whole slack between bound and ceiling is in no better selection
     possible = [np.flatnonzero(relaxed.bound + r <= ceiling) for r in relaxed.reduced_costs]
     if first.finished and all(np.isin(p, k).all() for p, k in zip(possible, likely, strict=True)):
-        return first.choice
+        best = min(known, key=lambda choice: choice.cost, default=None)
+        return best and replace(best, bound=best.cost, proved=True)
     second = _solve_with_cuts(_restricted(folded, possible), check, deadline, most_solves)
-    found = [run.choice for run in (second, first) if run.choice is not None]
+    found = ([] if second.choice is None else [second.choice]) + known
     if not found and second.finished:
         return None
     if not found:
@@ -172,7 +193,15 @@ def fold_private_resources(problem: Problem) -> Problem:
         )
         for g in problem.groups
     )
-    return replace(problem, groups=groups, prices=problem.prices[~private], forced=problem.forced[~private])
+    within = None if problem.within is None else _renumbered(problem.within, ~private)
+    kept = replace(problem, prices=problem.prices[~private], forced=problem.forced[~private])
+    return replace(kept, groups=groups, within=within)
+
+
+def _renumbered(within: Indices, kept: NDArray[np.bool_]) -> Indices:
+    """`within` of the resources that are kept; one whose surrounding resource went has none."""
+    number = np.where(kept, np.cumsum(kept) - 1, -1)
+    return np.where(within < 0, -1, number[within])[kept]
 
 
 def _restricted(problem: Problem, rows: Sequence[Indices]) -> Problem:
@@ -203,7 +232,7 @@ def _relaxation(problem: Problem) -> _Relaxed | None:
         b_ub=np.concatenate([form.high[upper], -form.low[lower]]),
         A_eq=form.matrix[two_sided],
         b_eq=form.low[two_sided],
-        bounds=np.column_stack([form.least, np.full(len(form.least), np.inf)]),
+        bounds=np.column_stack([form.least, form.most]),
         method="highs",
     )
     if answer.status == 2:
@@ -220,7 +249,8 @@ def _relaxation(problem: Problem) -> _Relaxed | None:
 def _free_bound(problem: Problem) -> float:
     """What any selection costs at least, without looking at the limits."""
     folded = fold_private_resources(problem)
-    return sum(float(g.cost.min()) for g in folded.groups) + float(folded.prices @ folded.forced)
+    paid = np.where(folded.prices < 0, 1.0, folded.forced)
+    return sum(float(g.cost.min()) for g in folded.groups) + float(folded.prices @ paid)
 
 
 def _solve_with_cuts(problem: Problem, check: Check | None, deadline: float, most_solves: int) -> _Run:
@@ -263,13 +293,14 @@ def _milp(problem: Problem, cuts: Sequence[Cut], seconds: float) -> tuple[Rows |
     from scipy.optimize import Bounds, LinearConstraint, milp
 
     form = _standard_form(problem, cuts)
-    result = milp(
-        form.objective,
-        constraints=LinearConstraint(form.matrix, form.low, form.high),
-        integrality=form.integral,
-        bounds=Bounds(form.least, np.where(form.integral, 1.0, np.inf)),
-        options={"mip_rel_gap": 0.0, "time_limit": seconds},
-    )
+    with _nothing_on_stdout():
+        result = milp(
+            form.objective,
+            constraints=LinearConstraint(form.matrix, form.low, form.high),
+            integrality=form.integral,
+            bounds=Bounds(form.least, np.where(form.integral, 1.0, form.most)),
+            options={"mip_rel_gap": 0.0, "time_limit": seconds},
+        )
     if result.status == 2:
         return None
     if result.x is None:
@@ -280,15 +311,36 @@ def _milp(problem: Problem, cuts: Sequence[Cut], seconds: float) -> tuple[Rows |
     return positions, bound, result.status == 0
 
 
+@contextmanager
+def _nothing_on_stdout() -> Iterator[None]:
+    """HiGHS prints some lines of its own whatever its options say, in the midst of our results on stdout."""
+    try:
+        sys.stdout.flush()
+        kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    except (OSError, ValueError):  # stdout is closed: nothing to protect
+        yield
+        return
+    try:
+        os.dup2(nowhere, 1)
+        yield
+    finally:
+        with suppress(Exception):  # its lines wait in C's own buffer; where C is not to be had they may show
+            ctypes.CDLL(None).fflush(None)
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nowhere)
+
+
 @dataclass(frozen=True)
 class _StandardForm:
-    """min objective·v, low <= matrix v <= high, v >= least; the first columns (`integral`) are rows."""
+    """min objective·v, low <= matrix v <= high, least <= v <= most; first the rows' columns (`integral`)."""
 
     objective: Array
     matrix: Any
     low: Array
     high: Array
     least: Array
+    most: Array
     integral: NDArray[np.bool_]
 
 
@@ -320,7 +372,13 @@ def _standard_form(problem: Problem, cuts: Sequence[Cut]) -> _StandardForm:
             -np.inf,
             limit / unit,
         )
-    for k in range(len(problem.prices)):
+    for k in np.flatnonzero(problem.prices < 0):
+        own = [start + np.flatnonzero(g.amounts[:, k]) for g, start in zip(groups, starts[:-1], strict=True)]
+        users = np.concatenate([*own, [count + k]])
+        add(users, np.append(np.full(len(users) - 1, -1.0), 1.0), -np.inf, float(problem.forced[k]))
+        if problem.within is not None and problem.within[k] >= 0:
+            add(np.array([count + k, count + problem.within[k]]), np.array([1.0, -1.0]), -np.inf, 0.0)
+    for k in np.flatnonzero(problem.prices >= 0):
         for group, start in zip(problem.groups, starts[:-1], strict=True):
             uses = np.flatnonzero(group.amounts[:, k])
             if len(uses):
@@ -341,5 +399,6 @@ def _standard_form(problem: Problem, cuts: Sequence[Cut]) -> _StandardForm:
         low=np.array(low),
         high=np.array(high),
         least=np.concatenate([np.zeros(count), problem.forced]),
+        most=np.concatenate([np.full(count, np.inf), np.where(problem.prices < 0, 1.0, np.inf)]),
         integral=np.arange(count + len(problem.prices)) < count,
     )

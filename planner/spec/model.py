@@ -15,6 +15,7 @@ from planner.quantities import (
     Angle,
     AnyQuantity,
     Celsius,
+    ClockTime,
     Count,
     KelvinPerSecond,
     Number,
@@ -27,6 +28,8 @@ from planner.quantities import (
     Seconds,
     Share,
     Switch,
+    Weekday,
+    WeekMoment,
     Whole,
 )
 from planner.spec.forms import (
@@ -184,6 +187,9 @@ class Bench(SpecPart):
     install: Seconds = Field(0.0, description="time to put the units on, e.g. 30 min")
     remove: Seconds = Field(0.0, description="time to take the units off, e.g. 10 min")
     move: Seconds = Field(0.0, description="time from one motion to the next, e.g. 10 s")
+    attended: Switch | None = Field(
+        None, description="whether install and remove need people in a shift; default: once there are shifts"
+    )
     limits: BenchLimits = Field(BenchLimits(), description="what it can do at most")
     chamber: Chamber | None = Field(None, description="its thermal chamber; without one: room temperature")
     arm: PositiveMetres | None = Field(None, description="arm of a centrifuge, e.g. 1.5 m")
@@ -238,6 +244,7 @@ class Test(SpecPart):
         None, description="room, how many, or which; left out: the planner chooses"
     )
     repeats: Count | None = Field(None, description="repeats per temperature; left out: the planner chooses")
+    attended: Switch = Field(False, description="whether its power-ons and moves need people in a shift")
 
     @property
     def motion_count(self) -> int:
@@ -297,6 +304,19 @@ ObjectiveChoice = Annotated[
 ]
 
 
+class Shift(SpecPart):
+    """Hours in which people work; until 06:00 after from 22:00 is the next morning, 24:00 is midnight."""
+
+    days: Annotated[tuple[Weekday, ...], BeforeValidator(one_or_many)] = Field(
+        ("mon", "tue", "wed", "thu", "fri"), min_length=1, description="on which days, e.g. [mon, tue]"
+    )
+    opens: ClockTime = Field(alias="from", description="when work begins, e.g. 08:00")
+    closes: ClockTime = Field(alias="to", description="when work ends, e.g. 17:00")
+    start: WeekMoment | None = Field(
+        None, description="when the campaign starts, e.g. mon 08:00; default: when the first shift begins"
+    )
+
+
 class PlanChoice(SpecPart):
     """How to plan."""
 
@@ -313,6 +333,21 @@ class PlanChoice(SpecPart):
         default_factory=dict, description="test: hand-made choice that is timed instead of optimised"
     )
     genetic: Genetic = Field(Genetic(), description="settings of the genetic algorithm")
+    order: Literal["free", "up", "down", "up_and_down"] = Field(
+        "free", description="of the temperatures: free (shortest), up, down (hysteresis), up_and_down"
+    )
+    shifts: Annotated[tuple[Shift, ...], BeforeValidator(one_or_many)] = Field(
+        (), description="hours in which people work, e.g. {days: [mon, tue], from: 08:00, to: 17:00}"
+    )
+    overlap: Annotated[tuple[Literal["cool_down"], ...], BeforeValidator(one_or_many)] = Field(
+        (), description="[cool_down]: the last cool-down at a temperature runs during the next ramp and soak"
+    )
+    units: Annotated[Count, Field(le=10_000)] | None = Field(
+        None, description="how many units to calibrate, in batches that fit the benches"
+    )
+    trade_off: Switch = Field(
+        False, description="whether to plan again for other weights of time and power-on time"
+    )
     seed: Whole = Field(1, description="of every random number; the same seed gives the same bytes")
     time_limit: PositiveSeconds = Field(120.0, description="longest time for the proof, e.g. 2 min")
 

@@ -6,11 +6,22 @@ from planner.spec.review import Review
 from planner.spec.rules_benches import benches
 from planner.spec.rules_plan import plan
 from planner.spec.rules_requirement import effects_declared, requirements, sensitivities, trajectory
+from planner.spec.rules_schedule import schedule
 from planner.spec.rules_tests import tests
 from planner.spec.rules_unit import budgets
 
 
 def review(sheet: Review) -> None:
     """Apply every rule; faults and warnings are noted on the sheet."""
-    for rule in (requirements, trajectory, sensitivities, effects_declared, budgets, benches, tests, plan):
+    for rule in (
+        requirements,
+        trajectory,
+        sensitivities,
+        effects_declared,
+        budgets,
+        benches,
+        tests,
+        plan,
+        schedule,
+    ):
         rule(sheet)

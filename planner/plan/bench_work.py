@@ -1,0 +1,255 @@
+"""What is done on one bench, before it has a place in time: blocks of actions, and stops at temperatures.
+
+On a bench: install; what is done in the room; then stops at temperatures, each with its tests; remove. One
+repeat of a test is one power-on (the run-to-run spread is what repeats average): power_on, then for each
+motion a move, a record and a gap; the unit is off during the last gap and the cool-down of the repeat. From
+power-on to power-off a repeat is one block: it waits for people before it starts, never in the middle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from planner import catalog
+from planner.plan.by_hand import in_room
+from planner.protocols import BenchKind
+from planner.records import TestVisits
+from planner.solvers.calendar import Calendar, Passage, Span, constant
+from planner.spec.attendance import attended_spans, install_attended, off_time, powered_time
+from planner.spec.model import Bench, Chamber, Motion, Spec, Test
+from planner.units import from_si
+
+
+@dataclass(frozen=True)
+class Action:
+    """A step before it has a place in time; attended: whether people must be there for all of it."""
+
+    id: str
+    action: str
+    seconds: float
+    test: str | None = None
+    temperature_degc: float | None = None
+    repeat: int | None = None
+    motion: Mapping[str, float] | None = None
+    attended: bool = False
+
+
+@dataclass(frozen=True)
+class Block:
+    """Actions that follow one another without a pause."""
+
+    actions: tuple[Action, ...]
+
+    @property
+    def seconds(self) -> float:
+        """How long it takes once it has begun."""
+        return sum(a.seconds for a in self.actions)
+
+    @property
+    def attended(self) -> tuple[Span, ...]:
+        """(start, end) of its attended actions, in seconds from its start."""
+        spans, now = [], 0.0
+        for a in self.actions:
+            if a.attended:
+                spans.append((now, now + a.seconds))
+            now += a.seconds
+        return tuple(spans)
+
+
+@dataclass(frozen=True)
+class Stop:
+    """One temperature: its tests in their order with their repeats.
+
+    overlapped_s: so much of the last cool-down runs during the ramp and the soak to what comes next
+    """
+
+    temperature_degc: float
+    tests: tuple[tuple[str, int], ...]
+    overlapped_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class BenchWork:
+    """All work on one bench; `before` and `after` the stops are done at room temperature."""
+
+    bench: str
+    before: tuple[Block, ...]
+    stops: tuple[Stop, ...]
+    after: tuple[Block, ...]
+
+
+def bench_work(spec: Spec, name: str, visits: Sequence[TestVisits]) -> BenchWork:
+    """The work of a campaign's visits to one bench; stops from cold to hot."""
+    bench, room = spec.benches[name], spec.plan.temperatures.room
+    inside = [visit for visit in visits if not in_room(spec, visit.test)] if bench.chamber else []
+    blocks = [
+        block
+        for visit in visits
+        if in_room(spec, visit.test)
+        for block in test_blocks(spec, visit.test, room, visit.repeats[0], place="room")
+    ]
+    temperatures = sorted({t for visit in inside for t in visit.temperatures_degc})
+    return BenchWork(
+        name,
+        (*_handling(spec, name, "install", bench.install), *blocks),
+        tuple(_stop(spec, t, inside) for t in temperatures),
+        (*_last_cool_down(spec, name, inside), *_handling(spec, name, "remove", bench.remove)),
+    )
+
+
+def _handling(spec: Spec, name: str, action: str, seconds: float) -> Iterator[Block]:
+    room, attended = spec.plan.temperatures.room, install_attended(spec, name)
+    if seconds:
+        yield Block((Action(f"{name}/{action}", action, seconds, temperature_degc=room, attended=attended),))
+
+
+def _stop(spec: Spec, t: float, visits: Sequence[TestVisits]) -> Stop:
+    """With overlap the test that cools down longest comes last; else the order is that of the spec."""
+    tests = [(v.test, v.repeats[v.temperatures_degc.index(t)]) for v in visits if t in v.temperatures_degc]
+    overlapped = [overlapped_time(spec, test) for test, _ in tests]
+    if max(overlapped) > 0:
+        tests.sort(key=lambda item: overlapped_time(spec, item[0]))
+    return Stop(t, tuple(tests), max(overlapped))
+
+
+def overlapped_time(spec: Spec, test: str) -> float:
+    """Seconds of a test's last cool-down that may run while the chamber ramps and soaks.
+
+    At most the soak, so that the saving is the same whichever temperature is next: a cool-down that is
+    longer than the soak keeps its rest before the ramp.
+    """
+    chamber = spec.benches[spec.tests[test].bench].chamber
+    if chamber is None or "cool_down" not in spec.plan.overlap or in_room(spec, test):
+        return 0.0
+    return min(off_time(spec.tests[test]), chamber.soak)
+
+
+def last_cool_down(spec: Spec, name: str) -> float:
+    """Seconds to wait before remove, so that the next power-on on a later bench finds the unit cooled down.
+
+    After the last temperature the unit cools down while it is taken home, removed and installed elsewhere;
+    what these do not last for must be waited. Zero on the last bench: no record follows.
+    """
+    names = [bench for bench in spec.benches if any(t.bench == bench for t in spec.tests.values())]
+    if name not in names:
+        return 0.0
+    later = [spec.benches[other].install for other in names[names.index(name) + 1 :]]
+    overlapped = max(overlapped_time(spec, t) for t in spec.tests if spec.tests[t].bench == name)
+    return max(0.0, overlapped - spec.benches[name].remove - min(later)) if later else 0.0
+
+
+def _last_cool_down(spec: Spec, name: str, inside: Sequence[TestVisits]) -> Iterator[Block]:
+    seconds = last_cool_down(spec, name) if inside else 0.0
+    if seconds:
+        room = spec.plan.temperatures.room
+        yield Block((Action(f"{name}/room/cool_down", "cool_down", seconds, temperature_degc=room),))
+
+
+def ramp_action(name: str, place: str, t: float, seconds: float) -> Block:
+    """The chamber on its way to a temperature."""
+    return Block((Action(f"{name}/{place}/ramp", "ramp", seconds, temperature_degc=t),))
+
+
+def stop_blocks(spec: Spec, name: str, stop: Stop) -> Iterator[Block]:
+    """The tests at a temperature, without the part of the last cool-down that overlaps."""
+    place = temperature_name(stop.temperature_degc)
+    blocks = [
+        block
+        for test, repeats in stop.tests
+        for block in test_blocks(spec, test, stop.temperature_degc, repeats, place)
+    ]
+    yield from blocks[:-1]
+    yield _shortened(blocks[-1], stop.overlapped_s)
+
+
+def stop_passage(spec: Spec, hours: Calendar, stop: Stop) -> Passage:
+    """When the tests of a stop are finished, against when they are ready to begin."""
+    total = constant(0.0, hours.period)
+    for name, repeats in stop.tests:
+        test = spec.tests[name]
+        bench = spec.benches[test.bench]
+        powered = hours.passage(attended_spans(test.bench, bench, test), powered_time(bench, test))
+        total = total.then(powered.then(constant(off_time(test), hours.period)).times(repeats))
+    return total.earlier(stop.overlapped_s)
+
+
+def _shortened(block: Block, seconds: float) -> Block:
+    """A cool-down without its last seconds; none is left of one that overlaps altogether."""
+    if not seconds:
+        return block
+    (last,) = block.actions
+    return Block((replace(last, seconds=last.seconds - seconds),) if last.seconds > seconds else ())
+
+
+def test_blocks(spec: Spec, name: str, t: float, repeats: int, place: str) -> Iterator[Block]:
+    """Two blocks a repeat: powered, and switched off."""
+    test = spec.tests[name]
+    motions = _motions(spec, test)
+    for r in range(1, repeats + 1):
+        run = f"{test.bench}/{place}/{name}/r{r:02d}"
+        blank = Action(run, "", 0.0, name, t, r)
+        yield Block(tuple(_powered(spec, test, motions, blank)))
+        if off_time(test):
+            cool_down = f"{run}/m{len(motions)}/cool_down"
+            yield Block((replace(blank, id=cool_down, action="cool_down", seconds=off_time(test)),))
+
+
+def _powered(
+    spec: Spec, test: Test, motions: Sequence[Mapping[str, float] | None], blank: Action
+) -> Iterator[Action]:
+    run, bench, people = blank.id, spec.benches[test.bench], test.attended
+    yield replace(blank, id=f"{run}/power_on", action="power_on", seconds=test.power_on, attended=people)
+    for m, motion in enumerate(motions, start=1):
+        if motion is not None or bench.move:
+            move = replace(blank, id=f"{run}/m{m}/move", action="move", seconds=bench.move, motion=motion)
+            yield replace(move, attended=people)
+        yield replace(blank, id=f"{run}/m{m}", action="record", seconds=test.record, motion=motion)
+        if m < len(motions) and test.gap:
+            yield replace(blank, id=f"{run}/m{m}/pause", action="pause", seconds=test.gap)
+    yield replace(blank, id=f"{run}/power_off", action="power_off")
+
+
+def ramp_time(chamber: Chamber, start: float, end: float) -> float:
+    """Seconds from one temperature to another."""
+    speed = chamber.heating if end > start else chamber.cooling
+    return abs(end - start) / speed if speed else 0.0
+
+
+def temperature_name(t: float) -> str:
+    """A temperature as it stands in step ids: `-30`, `-51.43`."""
+    return f"{round(t, 2):g}"
+
+
+def _motions(spec: Spec, test: Test) -> Sequence[Mapping[str, float] | None]:
+    """The test's motions by axis; standard motions of the kind of bench when the spec only counts them."""
+    if isinstance(test.motions, int):
+        bench = spec.benches[test.bench]
+        kind = catalog.benches()[bench.kind or test.bench] if _has_kind(spec, test.bench) else None
+        return [None] * test.motions if kind is None else _standard_motions(kind, bench, test)
+    return [_by_axis(motion) for motion in test.motions]
+
+
+def _standard_motions(kind: BenchKind, bench: Bench, test: Test) -> Sequence[Mapping[str, float]]:
+    limits = bench.limits
+    return kind.motions(
+        test.motion_count,
+        bench.axes,
+        calibrates=test.calibrates,
+        rate_limit_dps=math.inf if limits.rate is None else from_si(limits.rate, "deg/s"),
+        load_limit_g=math.inf if limits.acceleration is None else from_si(limits.acceleration, "g"),
+    )
+
+
+def _has_kind(spec: Spec, bench: str) -> bool:
+    return (spec.benches[bench].kind or bench) in catalog.benches()
+
+
+def _by_axis(motion: Motion) -> Mapping[str, float]:
+    units = {"position": ("deg", "deg"), "rate": ("deg/s", "dps"), "acceleration": ("g", "g")}
+    found = {}
+    for key, value in motion.model_dump(exclude_none=True).items():
+        unit, suffix = units[key.split("_")[0]]
+        found[f"{key}_{suffix}"] = round(from_si(value, unit), 9)
+    return found

@@ -1,0 +1,118 @@
+"""What the rules of the schedule save, and campaign time against the life of the unit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner.records import Plan, TradeOffPoint
+from planner.report import theme
+from planner.report.blocks import Cell, Column, Picture, Section, Table, Text, section
+from planner.report.numbers import digits, hours, percent
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# rule -> (in words, what the plan is compared with)
+RULES = {
+    "overlap": ("cool-down during ramp and soak", "every cool-down waited for at its temperature"),
+    "order": ("order of the temperatures fitted to the shifts", "the better one of up and down"),
+    "shared_records": ("one record for several errors", "the same records made for each error by itself"),
+    "parallel_benches": ("benches at work on different batches", "one batch in the laboratory at a time"),
+    "capacity": ("several units on a bench", "one unit at a time on every bench"),
+}
+
+
+def schedule(plan: Plan) -> Section | None:
+    """Savings of the rules that are on, and the trade-off curve where it was asked for."""
+    curve = distinct(plan.trade_off)
+    drawn = trade_off_figure(curve) if len(curve) > 1 else None
+    return section(
+        "schedule",
+        "What the schedule's rules save",
+        Text(
+            "Each rule alone is taken away and the same temperatures and repeats are timed again; the hours "
+            "do not add up, and without the rule other repeats might be chosen."
+        )
+        if plan.savings
+        else None,
+        savings_table(plan),
+        Text(
+            "Campaign time against power-on time of each unit: the best plan for several weights of the two."
+        )
+        if plan.trade_off
+        else None,
+        Picture(drawn, "Every point is a plan; none is better in both.") if drawn else None,
+        trade_off_table(curve),
+    )
+
+
+def savings_table(plan: Plan) -> Table | None:
+    """Hours saved by every rule, and their share of the campaign without it."""
+    if not plan.savings:
+        return None
+    rows: list[tuple[Cell, ...]] = []
+    for saving in plan.savings:
+        words, against = RULES.get(saving.rule, (saving.rule.replace("_", " "), ""))
+        seconds = 3600 * saving.hours
+        whole = plan.time_s + seconds
+        rows.append((words, against, hours(seconds), percent(seconds / whole if whole > 0 else 0.0)))
+    columns = (
+        Column("rule", "text"),
+        Column("compared with", "text"),
+        Column("saves, h"),
+        Column("of the longer campaign"),
+    )
+    return Table("Hours that the rules save", columns, tuple(rows))
+
+
+def distinct(points: tuple[TradeOffPoint, ...]) -> tuple[TradeOffPoint, ...]:
+    """The points without repetitions: several weights often ask for the same plan; the least weight stays."""
+    found: dict[tuple[float, float], TradeOffPoint] = {}
+    for point in sorted(points, key=lambda p: p.power_on_weight):
+        found.setdefault((point.time_s, point.power_on_s), point)
+    return tuple(found.values())
+
+
+def trade_off_table(points: tuple[TradeOffPoint, ...]) -> Table | None:
+    """The plans on the curve: from which weight on each is the best, and its hours."""
+    if not points:
+        return None
+    rows: list[tuple[Cell, ...]] = [
+        (
+            "0"
+            if p.power_on_weight < 1e-3
+            else "∞"
+            if p.power_on_weight > 1e3
+            else digits(p.power_on_weight),
+            hours(p.time_s),
+            hours(p.power_on_s),
+            "yes" if p.proved else "no",
+        )
+        for p in points
+    ]
+    columns = (
+        Column("an hour of power-on is worth, h of campaign", "text"),
+        Column("campaign, h"),
+        Column("power-on, h"),
+        Column("proved", "text"),
+    )
+    return Table("Plans for other weights, each from the weight on that is given", columns, tuple(rows))
+
+
+def trade_off_figure(points: tuple[TradeOffPoint, ...]) -> str:
+    """Power-on hours over campaign hours."""
+    ends = f"{hours(points[0].time_s)} h with {hours(points[0].power_on_s)} h of power-on"
+    other = f"{hours(points[-1].time_s)} h with {hours(points[-1].power_on_s)} h"
+    description = f"Trade-off of campaign time and power-on time: from {ends} to {other}"
+    return theme.drawn("trade-off", description, lambda: _draw(points))
+
+
+def _draw(points: tuple[TradeOffPoint, ...]) -> Figure:
+    figure = theme.new_figure(2.8)
+    axes = figure.add_subplot()
+    time, power = ([getattr(p, key) / 3600 for p in points] for key in ("time_s", "power_on_s"))
+    axes.plot(time, power, "o-", color=theme.BLUE, linewidth=1.2, markersize=5)
+    axes.set_xlabel("campaign, h")
+    axes.set_ylabel("power-on of each unit, h")
+    axes.margins(0.08)
+    return figure

@@ -1,0 +1,74 @@
+"""When people must be there: the shifts of a spec as a calendar, and what of a test's repeat is attended."""
+
+from __future__ import annotations
+
+from planner import catalog
+from planner.quantities import DAY_S, WEEKDAYS
+from planner.solvers.calendar import Calendar, Span, calendar
+from planner.spec.model import Bench, Shift, Spec, Test
+
+WEEK_S = 7 * DAY_S
+
+
+def calendar_of(spec: Spec) -> Calendar:
+    """The working hours, in seconds from Monday 00:00; without shifts people are always there."""
+    if not spec.plan.shifts:
+        return Calendar(WEEK_S, (), always=True)
+    return calendar(WEEK_S, [window for shift in spec.plan.shifts for window in windows_of(shift)])
+
+
+def windows_of(shift: Shift) -> list[Span]:
+    """(opens, closes) of every day of a shift; one that closes before it opens ends on the next day."""
+    length = (shift.closes - shift.opens) % DAY_S or DAY_S
+    opens = [DAY_S * WEEKDAYS.index(day) + shift.opens for day in shift.days]
+    return [(a, a + length) for a in opens]
+
+
+def start_of(spec: Spec) -> float:
+    """Second 0 of the campaign, in seconds from Monday 00:00: as said, else when the first shift begins."""
+    said = [shift.start for shift in spec.plan.shifts if shift.start is not None]
+    if said:
+        return said[0]
+    return min((a for shift in spec.plan.shifts for a, _ in windows_of(shift)), default=0.0)
+
+
+def start_words(spec: Spec) -> str | None:
+    """`mon 08:00`, or None without shifts."""
+    if not spec.plan.shifts:
+        return None
+    day, rest = divmod(start_of(spec), DAY_S)
+    return f"{WEEKDAYS[int(day)]} {int(rest // 3600):02d}:{int(rest % 3600 // 60):02d}"
+
+
+def install_attended(spec: Spec, bench: str) -> bool:
+    """Whether install and remove of a bench need people: as said, else as soon as there are shifts."""
+    said = spec.benches[bench].attended
+    return bool(spec.plan.shifts) if said is None else said
+
+
+def moves(name: str, bench: Bench, test: Test) -> bool:
+    """Whether the bench moves before a record: not if motions are only counted and take no time."""
+    known = (bench.kind or name) in catalog.benches()
+    return bool(bench.move) or known or not isinstance(test.motions, int)
+
+
+def attended_spans(name: str, bench: Bench, test: Test) -> tuple[Span, ...]:
+    """(start, end) of what people do in one repeat, seconds from its power-on: power-on and moves."""
+    if not test.attended:
+        return ()
+    spans = [(0.0, test.power_on)]
+    if moves(name, bench, test):
+        each = bench.move + test.record + test.gap
+        begins = [test.power_on + m * each for m in range(test.motion_count)]
+        spans += [(begin, begin + bench.move) for begin in begins]
+    return tuple(spans)
+
+
+def powered_time(bench: Bench, test: Test) -> float:
+    """Seconds of one repeat from power-on to power-off: all but the last gap and the cool-down."""
+    return test.power_on + test.motion_count * (bench.move + test.record + test.gap) - test.gap
+
+
+def off_time(test: Test) -> float:
+    """Seconds for which the unit stays switched off after a repeat, to cool down."""
+    return test.gap + test.cool_down

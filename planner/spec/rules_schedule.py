@@ -1,0 +1,85 @@
+"""Rules for shifts, batches and what people do: work that fits into no shift, shifts without hours."""
+
+from __future__ import annotations
+
+from planner.solvers.calendar import Calendar
+from planner.spec.attendance import attended_spans, calendar_of, install_attended, powered_time
+from planner.spec.model import Bench
+from planner.spec.review import Review
+
+REMEDY = "write longer shifts, or 'attended: false'"
+
+
+def schedule(sheet: Review) -> None:
+    """All rules for the schedule."""
+    _capacity(sheet)
+    if not sheet.spec.plan.shifts or not sheet.whole("plan", "shifts"):
+        return
+    if _hours_fit(sheet):
+        hours = calendar_of(sheet.spec)
+        for name, bench in sheet.spec.benches.items():
+            _installing(sheet, hours, name, bench)
+        _tests(sheet, hours)
+
+
+def _hours_fit(sheet: Review) -> bool:
+    good, started = True, None
+    for index, shift in enumerate(sheet.spec.plan.shifts):
+        path = sheet.item(("plan", "shifts"), index)
+        if shift.opens == shift.closes:
+            sheet.fault((*path, "to"), "ends when it begins; write 'from: 00:00, to: 24:00' for all day")
+            good = False
+        if shift.start is not None and started not in (None, shift.start):
+            sheet.fault((*path, "start"), "another shift already says when the campaign starts; keep one")
+            good = False
+        started = shift.start if started is None else started
+    return good
+
+
+def _installing(sheet: Review, hours: Calendar, name: str, bench: Bench) -> None:
+    if not install_attended(sheet.spec, name):
+        return
+    for key, seconds in (("install", bench.install), ("remove", bench.remove)):
+        if seconds > hours.longest:
+            sheet.fault(("benches", name, key), _too_long(f"{key} takes", seconds, hours))
+
+
+def _tests(sheet: Review, hours: Calendar) -> None:
+    for name, test in sheet.spec.tests.items():
+        bench = sheet.bench_of(test)
+        if bench is None or not test.attended:
+            continue
+        spans = attended_spans(test.bench, bench, test)
+        step = max(end - start for start, end in spans)
+        if step > hours.longest:
+            key = "power_on" if test.power_on == step else "bench"
+            sheet.fault(("tests", name, key), _too_long("one step of people's takes", step, hours))
+            continue
+        try:
+            hours.passage(spans, powered_time(bench, test))
+        except ValueError:
+            seconds = max(end for _, end in spans)
+            what = "one repeat is one power-on that is not interrupted; people are needed over"
+            sheet.fault(("tests", name, "attended"), _too_long(what, seconds, hours))
+
+
+def _too_long(what: str, seconds: float, hours: Calendar) -> str:
+    return (
+        f"{what} {seconds / 3600:.4g} h, which fits into no shift (the longest is "
+        f"{hours.longest / 3600:.4g} h); {REMEDY}"
+    )
+
+
+def _capacity(sheet: Review) -> None:
+    """A batch goes from bench to bench as it is, so the smallest bench sets its size."""
+    spec = sheet.spec
+    if spec.plan.units is None:
+        return
+    used = {test.bench for test in spec.tests.values()} & set(spec.benches)
+    sizes = {name: spec.benches[name].units for name in spec.benches if name in used}
+    if len(set(sizes.values())) > 1 and min(sizes.values()) < spec.plan.units:
+        text = ", ".join(f"{name} {units}" for name, units in sizes.items())
+        sheet.warn(
+            ("plan", "units"),
+            f"the benches take {text} units; a batch stays together, so it has {min(sizes.values())}",
+        )
