@@ -263,6 +263,11 @@ def export(
     _answer({"format": form, "written": written, "notes": list(made.notes)}, _listed(written), as_json)
 
 
+def _listed(paths: list[str]) -> str:
+    more = f"\nand {len(paths) - 10} more" if len(paths) > 10 else ""
+    return "\n".join(f"wrote {path}" for path in paths[:10]) + more
+
+
 @app.command()
 def run(
     plan: Annotated[

@@ -96,10 +96,22 @@ def test_what_needs_nobody_fits_always():
     [
         ({"days": "tue", "from": "8:00", "to": "17:30"}, [(32, 41.5)]),
         ({"days": ["sun"], "from": "22:00", "to": "06:00"}, [(166, 174)]),
-        ([{"days": "mon", "from": "08:00", "to": "12:00"}, {"days": "mon", "from": "13:00", "to": "17:00"}], [(8, 12), (13, 17)]),
-        ([{"days": "mon", "from": "08:00", "to": "24:00"}, {"days": "tue", "from": "00:00", "to": "02:00"}], [(8, 26)]),
+        (
+            [
+                {"days": "mon", "from": "08:00", "to": "12:00"},
+                {"days": "mon", "from": "13:00", "to": "17:00"},
+            ],
+            [(8, 12), (13, 17)],
+        ),
+        (
+            [
+                {"days": "mon", "from": "08:00", "to": "24:00"},
+                {"days": "tue", "from": "00:00", "to": "02:00"},
+            ],
+            [(8, 26)],
+        ),
     ],
-)  # fmt: skip
+)
 def test_shifts_are_hours_of_the_week(shifts, windows):
     found = calendar_of(loaded(spec(shifts=shifts)).spec)
     assert [(a / HOUR, b / HOUR) for a, b in found.windows] == windows
