@@ -30,7 +30,7 @@ def _shipped(name: str) -> dict:
     return plan_document(pipeline.plan(loaded, lambda message: None).plan)
 
 
-def shipped(name: str, **arms: float) -> dict:
+def shipped(name: str, **arms: float | None) -> dict:
     """The plan of a shipped spec, steps shared between tests; `arms`: bench -> its arm in metres."""
     document = _shipped(name)
     benches = copy.deepcopy(document["benches"])

@@ -206,7 +206,7 @@ def test_a_wait_between_steps_is_kept():
 
 
 def test_a_bench_without_drive_or_arm_gets_no_script_and_is_named():
-    document = shipped("high_g")
+    document = shipped("high_g", centrifuge=None)
     made = exports()["acutrol"].files(document, ExportOptions("host"))
     assert sorted(made.files) == ["rate_table.setpoints.csv", "rate_table.table.txt"]
     assert [note for note in made.notes if note.startswith("no script for centrifuge")]
