@@ -1,9 +1,10 @@
 """Temperatures ordered under shifts, and batches sequenced through benches: the answer first, then the time.
 
-Orders of up to seven temperatures are compared with every permutation; those of nine with a second method that
-shares no table with the first, a depth-first search with bounds over the same laboratory, laid out shift by
-shift (it would take minutes for fifteen). The order of fifteen is laid out again in the same way, and no
-exchange of two temperatures and no move of one makes it shorter. Batches are compared with every sequence (Johnson's rule on two benches).
+Orders of up to seven temperatures are compared with every permutation; those of nine with a second method
+that shares no table with the first, a depth-first search with bounds over the same laboratory, laid out shift
+by shift (it would take minutes for fifteen). The order of fifteen is laid out again in the same way, and no
+exchange of two temperatures and no move of one makes it shorter. Batches are compared with every sequence
+(Johnson's rule on two benches).
 
     python benchmarks/bench_schedule.py
 """
@@ -14,7 +15,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import permutations
+from itertools import pairwise, permutations
 
 import numpy as np
 
@@ -128,9 +129,7 @@ def least_way(lab: Laboratory, now: float, left: list[int]) -> float:
     low, high = float(lab.temperatures[left[0]]), float(lab.temperatures[left[-1]])
 
     def way(*places: float) -> float:
-        return sum(
-            max(b - a, 0) / UP + max(a - b, 0) / DOWN for a, b in zip(places, places[1:], strict=False)
-        )
+        return sum(max(b - a, 0) / UP + max(a - b, 0) / DOWN for a, b in pairwise(places))
 
     return HOUR * min(way(now, low, high, ROOM), way(now, high, low, ROOM))
 
