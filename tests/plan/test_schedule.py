@@ -12,6 +12,7 @@ from planner.plan.bench_timing import best_of
 from planner.plan.repeats_to_schedule import campaign, visits_of
 from planner.plan.schedule_to_steps import bench_timings, makespan, steps
 from planner.records import Campaign, Step, TestVisits
+from planner.report.schedule import RULES, schedule
 from planner.spec.model import Spec
 from tests.laws.test_planning import shortest_of_all, task_of
 from tests.specs import loaded, planned, shared, small, with_limit, with_plan
@@ -387,3 +388,24 @@ def test_a_unit_that_does_not_live_long_enough_is_named():
     assert any("service_life" in note for note in planned(spec).plan.notes)
     spec["unit"] = spec["unit"] | {"service_life": "500 h"}
     assert not any("service_life" in note for note in planned(spec).plan.notes)
+
+
+def test_the_genetic_algorithm_never_beats_the_proof_with_overlap():
+    for seed in (1, 2):
+        rng = np.random.default_rng(seed)
+        spec = with_plan(
+            with_limit(laboratory(rng), "12 m"), overlap=["cool_down"], genetic={"generations": 20}
+        )
+        plan = planned(spec).plan
+        assert plan.proved
+        assert plan.genetic.time_s >= plan.objective_bound - 1e-6
+
+
+def test_the_report_shows_what_the_rules_save_and_the_curve():
+    plan = planned(two_benches(units=9, overlap=["cool_down"], trade_off=True)).plan
+    section = schedule(plan)
+    tables = [block for block in section.blocks if block.kind == "table"]
+    assert [row[0] for row in tables[0].rows] == [RULES[s.rule][0] for s in plan.savings]
+    assert {s.rule for s in plan.savings} == {"overlap", "parallel_benches", "capacity"}
+    assert len(tables[1].rows) == len({(p.time_s, p.power_on_s) for p in plan.trade_off})
+    assert schedule(planned(small()).plan) is None  # no rule is on: nothing to say
