@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from planner.pipeline import navigate
+from planner.pipelines.planning import navigate
 from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.errors_to_points import point_menus
 from planner.plan.repeats_to_schedule import campaign

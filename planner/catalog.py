@@ -53,6 +53,11 @@ def exports() -> dict[str, Any]:
     return plugins("planner.export", "FORMAT", every=False)
 
 
+def readers() -> dict[str, Any]:
+    """All formats of raw recordings by name."""
+    return plugins("planner.readers", "READER")
+
+
 def effect_order(names: list[str]) -> list[str]:
     """The names in the catalogue's order, which every table and file follows."""
     order = list(effects())

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import yaml
 
-from planner import pipeline
+from planner.pipelines import planning as pipeline
 from planner.spec.load import LoadedSpec, spec_from_bytes
 
 ROOT = Path(__file__).parents[1]

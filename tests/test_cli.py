@@ -240,7 +240,7 @@ def test_stopped_before_the_proof_is_exit_4_with_the_files_kept(
 ) -> None:
     from dataclasses import replace
 
-    from planner import pipeline
+    from planner.pipelines import planning as pipeline
 
     made = pipeline.campaign
     monkeypatch.setattr(
@@ -456,7 +456,7 @@ def test_a_reader_that_goes_away_is_no_failure(tmp_path: Path) -> None:
 def test_an_internal_error_is_exit_70_without_a_traceback(
     run: Run, spec: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from planner import pipeline
+    from planner.pipelines import planning as pipeline
 
     def broken(*_: object) -> None:
         raise ZeroDivisionError("ours")
@@ -470,7 +470,7 @@ def test_an_internal_error_is_exit_70_without_a_traceback(
 
 
 def test_ctrl_c_is_exit_4(run: Run, spec: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from planner import pipeline
+    from planner.pipelines import planning as pipeline
 
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt

@@ -2,7 +2,7 @@
 
 import pytest
 
-from planner import pipeline
+from planner.pipelines import planning as pipeline
 from planner.spec.load import load_spec
 from tests.specs import SHIPPED
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from functools import cache
 
-from planner import pipeline
+from planner.pipelines import planning as pipeline
 from planner.export.header import plan_sha256
 from planner.export.json import plan_document
 from planner.spec.load import load_spec

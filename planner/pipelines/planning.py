@@ -1,4 +1,4 @@
-"""The flows, each one short list of stage calls."""
+"""The flow of a plan: spec → sensitivities → allowances → repeats → schedule → plan."""
 
 from __future__ import annotations
 

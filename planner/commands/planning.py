@@ -1,0 +1,189 @@
+"""The commands from a spec to a plan, no arithmetic."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from planner.commands.output import AsJson, SpecFile, answer, console, progress_line
+from planner.errors import InputError
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the program."""
+    for command in (init, check, schema, plan, sensitivity, allow, compare):
+        app.command()(command)
+
+
+def init(
+    file: Annotated[Path | None, typer.Argument(metavar="[FILE]", help="Where to write it.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write a commented starter spec that plans as it stands.
+
+    Example: planner init spec.yaml
+    """
+    from planner.export.files import write_whole
+    from planner.spec.starter import starter_text
+
+    target = file or Path("spec.yaml")
+    if target.exists():
+        raise InputError(f"{target} exists already; give another name")
+    write_whole(target, starter_text())
+    answer({"written": str(target)}, f"wrote {target}; next: planner plan {target}", as_json)
+
+
+def check(spec: SpecFile, as_json: AsJson = False) -> None:
+    """Validate a spec: every fault at once, each with file:line:column.
+
+    Example: planner check spec.yaml
+    """
+    from planner.spec.load import load_spec
+
+    loaded = load_spec(spec)
+    warnings = [str(w) for w in loaded.warnings]
+    for warning in warnings:
+        typer.echo(f"warning: {warning}", err=True)
+    answer({"ok": True, "faults": [], "warnings": warnings}, f"{spec}: no faults", as_json)
+
+
+def schema(as_json: AsJson = False) -> None:
+    """Print the JSON Schema of the spec, for editors.
+
+    Example: planner schema > spec.schema.json
+    """
+    from planner.spec.schema import json_schema
+
+    del as_json  # the schema is JSON in any case
+    typer.echo(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+
+
+def plan(
+    spec: SpecFile,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder [plans/<spec name>/].")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Plan the shortest campaign that suffices; writes plan.json, steps.csv and report.html.
+
+    Example: planner plan requirements_specs/small_uav.yaml -o plans/small_uav
+    """
+    from planner.export.csv import steps_text
+    from planner.export.files import write_all_whole
+    from planner.export.json import plan_document, plan_text
+    from planner.pipelines import planning as pipeline
+    from planner.report.html import report_html
+    from planner.report.summary import print_summary
+    from planner.spec.load import load_spec
+
+    loaded = load_spec(spec)
+    folder = out or Path("plans") / spec.stem
+    with progress_line() as progress:
+        planned = pipeline.plan(loaded, progress)
+        progress("drawing the report")
+        report = report_html(
+            planned.plan,
+            allowed=planned.allowed,
+            sensitivities=planned.navigation.sensitivities,
+            constraints=planned.navigation.constraints,
+            spec_text=spec.read_text(encoding="utf-8"),
+            trajectory_name=planned.navigation.trajectory,
+            service_life_s=loaded.spec.unit.service_life,
+        )
+    write_all_whole(
+        {
+            folder / "plan.json": plan_text(planned.plan),
+            folder / "steps.csv": steps_text(planned.plan),
+            folder / "report.html": report,
+        }
+    )
+    for note in planned.plan.notes:
+        typer.echo(f"note: {note}", err=True)
+    if as_json:
+        typer.echo(json.dumps(plan_document(planned.plan), ensure_ascii=False))
+    else:
+        print_summary(planned.plan, console())
+        typer.echo(f"\nwrote {folder / 'plan.json'}, steps.csv, report.html")
+    if not (planned.plan.proved or planned.plan.work_proved):
+        typer.echo("stopped at plan.time_limit before the proof was complete: see bound_s and gap", err=True)
+        raise typer.Exit(4)
+
+
+def sensitivity(
+    spec: SpecFile,
+    trajectory: Annotated[
+        Path | None, typer.Option(metavar="CSV", help="A flight from a file instead of the spec's.")
+    ] = None,
+    at: Annotated[
+        str, typer.Option(metavar="TIME", help="end, a time such as '30 s', or any: the worst moment.")
+    ] = "end",
+    as_json: AsJson = False,
+) -> None:
+    """Print the linear-combination coefficients: navigation error per unit of every sensor error.
+
+    Example: planner sensitivity spec.yaml --trajectory flight.csv --at '30 s' --json
+    """
+    from planner.export.sensitivities import sensitivity_document
+    from planner.pipelines import planning as pipeline
+    from planner.plan.spec_to_sensitivity import sensitivity_rows
+    from planner.report.summary import print_sensitivities
+    from planner.spec.load import load_spec
+    from planner.units import UnitError, to_si
+
+    try:
+        time = None if at in ("end", "any") else to_si(at, "s")
+    except UnitError as error:
+        raise InputError(f"--at: {error}; or end, or any") from None
+    with progress_line() as progress:
+        found = pipeline.sensitivity(load_spec(spec), trajectory, progress, at=time)
+    rows = sensitivity_rows(found, at if time is None else time)  # type: ignore[arg-type]
+    if as_json:
+        typer.echo(json.dumps(sensitivity_document(rows)))
+    else:
+        print_sensitivities(rows, console())
+
+
+def allow(spec: SpecFile, as_json: AsJson = False) -> None:
+    """Print the allowed sensor errors: Pareto set of the genetic algorithm, its corners, the exact optimum.
+
+    Example: planner allow spec.yaml
+    """
+    from planner.export.allowances import allowed_document
+    from planner.pipelines import planning as pipeline
+    from planner.report.summary import print_allowed
+    from planner.spec.load import load_spec
+
+    with progress_line() as progress:
+        _, allowed = pipeline.allow(load_spec(spec), progress)
+    if as_json:
+        typer.echo(json.dumps(allowed_document(allowed)))
+    else:
+        print_allowed(allowed, console())
+
+
+def compare(
+    plans: Annotated[list[Path], typer.Argument(metavar="PLAN PLAN…", help="plan.json files or folders.")],
+    exit_code: Annotated[bool, typer.Option("--exit-code", help="Exit 1 when the plans differ.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Compare plans: hours by bench, test and action, what differs and why.
+
+    Example: planner compare plans/published_one_bench plans/published_optimum
+    """
+    from planner.export.documents import read_plan
+    from planner.report.compare import compare as compare_plans
+    from planner.report.compare import comparison_document, print_comparison
+
+    if len(plans) < 2:
+        raise InputError("compare needs two plans or more")
+    found = compare_plans([read_plan(path) for path in plans])
+    if as_json:
+        typer.echo(json.dumps(comparison_document(found), ensure_ascii=False))
+    else:
+        print_comparison(found, console())
+    if exit_code and found.differ:
+        raise typer.Exit(1)

@@ -1,0 +1,26 @@
+"""truth.json beside simulated data: the unit as it was drawn."""
+
+from __future__ import annotations
+
+import json
+
+from planner.simulate.campaign import Truth
+from planner.units import from_si
+
+
+def truth_text(truth: Truth) -> str:
+    """Every coefficient in its display unit; `curve` comes on top of `value`, at `temperature_degc`."""
+    terms = []
+    for t in truth.terms:
+        entry: dict[str, object] = {
+            "error": t.error,
+            "term": t.term,
+            "value": from_si(t.value, t.unit),
+            "unit": t.unit,
+            "hidden": t.hidden,
+        }
+        if t.curve is not None and t.temperatures_degc is not None:
+            entry["temperature_degc"] = [round(float(x), 6) for x in t.temperatures_degc]
+            entry["curve"] = [from_si(float(x), t.unit) for x in t.curve]
+        terms.append(entry)
+    return json.dumps({"seed": truth.seed, "terms": terms}, indent=1) + "\n"

@@ -1,0 +1,1 @@
+"""Units after the campaign: accepted, stored, forecast, calibrated again."""

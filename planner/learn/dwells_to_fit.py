@@ -1,0 +1,170 @@
+"""Dwell table → calibration: the declared effects, or a named method, for every unit and sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner import __version__
+from planner.calibration import Calibration, SensorCalibration
+from planner.errors import InputError
+from planner.learn.channel_model import channel_model
+from planner.learn.correction import true_input
+from planner.learn.fit_channel import ChannelFit, fit_channel
+from planner.learn.fit_options import DECLARED, FitOptions, Robust
+from planner.learn.fit_to_calibration import sensor_calibration
+from planner.learn.held_out import residual_of
+from planner.learn.methods import METHODS, Method
+from planner.learn.references import referenced
+from planner.learn.rest_methods import accelerometers_by_free_orientations, cube_references, modulus_check
+from planner.learn.table_rows import by_run, rows_of
+from planner.measured import DwellTable
+from planner.protocols import SENSORS, Sensor
+from planner.records import Array
+from planner.spec.model import Spec
+from planner.units import STANDARD_GRAVITY_MPS2
+
+Progress = Callable[[str], None]
+
+
+def calibrate(
+    table: DwellTable,
+    spec: Spec,
+    options: FitOptions | None = None,
+    *,
+    spec_sha256: str = "",
+    progress: Progress = lambda message: None,
+) -> tuple[Calibration, ...]:
+    """One calibration for every unit in the table.
+
+    Raises InputError when the table has no readings, a sensor fewer rows than coefficients, or nothing that
+    the method could take.
+    """
+    options = options or FitOptions()
+    if len(table) == 0 or (table.gyro is None and table.acc is None):
+        raise InputError(f"{table.source or 'the table'} has no readings: nothing to calibrate")
+    return tuple(
+        _calibrate_unit(rows_of(table, table.unit == unit), spec, options, spec_sha256, progress)
+        for unit in np.unique(table.unit)
+    )
+
+
+def _calibrate_unit(
+    table: DwellTable, spec: Spec, options: FitOptions, sha256: str, progress: Progress
+) -> Calibration:
+    progress(f"fitting the sensors of {table.unit[0]}")
+    if options.method == DECLARED:
+        sensors, notes = _by_declared_effects(table, spec, options)
+    elif options.method in METHODS:
+        sensors, notes = _by_method(table, spec, options, METHODS[options.method])
+    else:
+        form = "symmetric" if options.method.endswith("symmetric") else "triangular"
+        sensors, notes = [accelerometers_by_free_orientations(table, form)], []  # type: ignore[arg-type]
+        notes.append("free orientations calibrate the accelerometers alone")
+    return Calibration(
+        unit=str(table.unit[0]),
+        version=__version__,
+        source=table.source,
+        spec_name=spec.name,
+        spec_sha256=sha256,
+        sensors=tuple(sensors),
+        notes=(*table.notes, *notes),
+    )
+
+
+# ---------------------------------------------------------------- the general estimator
+
+
+def _by_declared_effects(
+    table: DwellTable, spec: Spec, options: FitOptions
+) -> tuple[list[SensorCalibration], list[str]]:
+    """The spec's effects; without a reference the accelerometers by |f| = g, which then is the gyros' one."""
+    notes: list[str] = []
+    found: list[SensorCalibration] = []
+    if table.ref_acc is None and table.acc is not None:
+        free = accelerometers_by_free_orientations(table)
+        notes.append("no ref_acc: the accelerometers are calibrated by |f| = g and are the reference then")
+        found.append(free)
+        f = true_input(table.acc, free.tables, "accelerometer", table.conditions())
+        size = np.linalg.norm(f, axis=1, keepdims=True)
+        table = replace(table, ref_acc=f * STANDARD_GRAVITY_MPS2 / np.where(size > 0, size, 1.0))
+    table, assumed = referenced(table, options.latitude)
+    wanted: tuple[Sensor, ...] = ("gyro",) if found else SENSORS
+    fitted, missing = _fitted(table, wanted, spec, spec.effects, options)
+    return [*fitted, *found], [*notes, *assumed, *missing]
+
+
+def _by_method(
+    table: DwellTable, spec: Spec, options: FitOptions, method: Method
+) -> tuple[list[SensorCalibration], list[str]]:
+    notes: list[str] = []
+    if options.method == "cube":
+        table, notes = cube_references(table)
+    table, assumed = referenced(table, options.latitude)
+    keep = method.rows(table)
+    if not keep.any():
+        raise InputError(f"--method {options.method}: no row of the table is what it takes ({method.source})")
+    table = rows_of(table, keep)
+    found, missing = _fitted(table, method.sensors, spec, method.effects, options)
+    if options.method == "triad_least_squares" and table.acc is not None and found:
+        f = true_input(table.acc, found[-1].tables, "accelerometer", table.conditions())
+        notes.append(modulus_check(table.acc, f))
+    return found, [*notes, *assumed, *missing]
+
+
+def _fitted(
+    table: DwellTable, sensors: Sequence[Sensor], spec: Spec, effects: tuple[str, ...], options: FitOptions
+) -> tuple[list[SensorCalibration], list[str]]:
+    ordered, starts = by_run(table)
+    found, notes = [], []
+    for sensor in sensors:
+        readings = readings_of(ordered, sensor)
+        if readings is None:
+            notes.append(f"no {sensor} columns: the {sensor}s are not calibrated")
+            continue
+        if (ordered.ref_rate if sensor == "gyro" else ordered.ref_acc) is None:
+            notes.append(f"no reference for the {sensor}s: they are not calibrated")
+            continue
+        fits = fit_sensor(ordered, starts, sensor, spec, options.robust, effects)
+        residuals = [residual_of(fit, readings[:, fit.model.channel]) for fit in fits]
+        found.append(sensor_calibration(sensor, fits, residuals, spec, options.method))
+    return found, notes
+
+
+def readings_of(table: DwellTable, sensor: Sensor) -> Array | None:
+    """(n, 3) what the sensor's channels read."""
+    return table.gyro if sensor == "gyro" else table.acc
+
+
+def fit_sensor(
+    table: DwellTable,
+    starts: NDArray[np.int64],
+    sensor: Sensor,
+    spec: Spec,
+    robust: Robust = "no",
+    effects: tuple[str, ...] | None = None,
+) -> list[ChannelFit]:
+    """The three channels of a sensor; the table's rows stand run by run from `starts`.
+
+    effects: the error model; the spec's by default. Raises InputError for too few rows.
+    """
+    readings = readings_of(table, sensor)
+    where = table.source or "the table"
+    if readings is None:
+        raise InputError(f"no {sensor} columns in {where}")
+    fits = []
+    for channel in range(3):
+        model = channel_model(
+            sensor, channel, table.conditions(), spec.effects if effects is None else effects
+        )
+        try:
+            fits.append(fit_channel(model, readings[:, channel], starts, table.duration, spec, robust))
+        except ValueError as error:
+            raise InputError(
+                f"{where}: {len(table)} rows cannot give the {len(model.columns())} coefficients of "
+                f"{sensor} {'xyz'[channel]} ({error}); measure more records, or declare fewer effects"
+            ) from error
+    return fits

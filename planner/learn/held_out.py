@@ -1,0 +1,100 @@
+"""How well a fit does on runs that it has not seen: folds of whole runs, no condition lost."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.calibration import Residual
+from planner.learn.channel_model import AXES, jacobian
+from planner.learn.fit_channel import ChannelFit
+from planner.learn.temperature_nodes import temperature_nodes
+from planner.records import Array
+from planner.solvers.mixed_model import RandomEffects, generalised_least_squares
+from planner.units import STANDARD_GRAVITY_MPS2
+
+FOLDS = 5
+
+
+def residual_of(fit: ChannelFit, y: Array) -> Residual:
+    """Residual RMS of one channel before and after, on held-out runs where there are repeats to hold out.
+
+    A fold leaves out whole power-ons, and only such as have a repeat (same temperature, same motion) in the
+    fold's other runs. The fold's fit is one step of Gauss-Newton with the variances of the whole fit.
+    """
+    starts = fit.noise.effects.starts
+    fold = _folds(fit, starts)
+    raw = y - fit.model.u
+    own = _rms(fit.residual)
+    channel = AXES[fit.model.channel]
+    if fold.max(initial=-1) < 1:
+        how = "no run has a repeat to be held out: these figures are of the rows that were fitted"
+        return Residual(channel, _rms(raw), own, own, False, len(y), len(starts), how)
+    rows = np.repeat(fold, np.diff(np.append(starts, len(y))))
+    left = _predicted_from_others(fit, y, rows)
+    seen = rows >= 0
+    alone = int((fold < 0).sum())
+    how = f"{fold.max() + 1} folds of whole runs; {alone} runs without a repeat stay in every fit"
+    return Residual(
+        channel, _rms(raw[seen]), _rms(left[seen]), own, True, int(seen.sum()), int((fold >= 0).sum()), how
+    )
+
+
+def _predicted_from_others(fit: ChannelFit, y: Array, rows: NDArray[np.int64]) -> Array:
+    J = jacobian(fit.model, fit.theta, fit.parts)
+    target = fit.residual + J @ fit.theta
+    left = np.zeros(len(y))
+    for k in range(rows.max() + 1):
+        out = rows == k
+        beta = generalised_least_squares(
+            target[~out], J[~out], _without(fit.noise.effects, out), fit.fit.variances.theta
+        )
+        left[out] = target[out] - J[out] @ beta
+    return left
+
+
+def _without(effects: RandomEffects, out: NDArray[np.bool_]) -> RandomEffects:
+    """The random effects of the rows that stay; whole groups go."""
+    stays = ~out[effects.starts]
+    sizes = np.diff(np.append(effects.starts, len(out)))[stays]
+    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+    return RandomEffects(starts.astype(np.int64), effects.diagonals[:, ~out], effects.slopes[:, ~out])
+
+
+def _folds(fit: ChannelFit, starts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(g,) fold of every run; −1 for a run whose condition has no repeat."""
+    keys = _conditions_of_runs(fit, starts)
+    count = Counter(keys)
+    folds = min(FOLDS, max(count.values(), default=0))
+    seen: dict[tuple[int, ...], int] = defaultdict(int)
+    out = np.full(len(keys), -1, dtype=np.int64)
+    for i, key in enumerate(keys):
+        if count[key] > 1:
+            out[i] = seen[key] % folds
+            seen[key] += 1
+    return out
+
+
+def _conditions_of_runs(fit: ChannelFit, starts: NDArray[np.int64]) -> list[tuple[int, ...]]:
+    """What was done in every run: temperature, its rate, greatest rate and load, rounded."""
+    c = fit.model.conditions
+    e = fit.noise.effects
+    size = e.sums(np.ones(len(c.day)))
+    mean = e.sums(c.temperature_degc) / size
+    columns = np.column_stack(
+        [
+            np.argmin(np.abs(mean[:, None] - temperature_nodes(c.temperature_degc)), axis=1),
+            np.round(e.sums(c.temperature_rate) / size * 60.0),
+            np.round(np.log2(1.0 + 20.0 * np.maximum.reduceat(np.abs(c.rate).max(axis=1), starts))),
+            np.round(
+                np.maximum.reduceat(np.abs(c.specific_force).max(axis=1), starts) / STANDARD_GRAVITY_MPS2
+            ),
+        ]
+    )
+    return [tuple(int(x) for x in row) for row in columns]
+
+
+def _rms(x: Array) -> float:
+    return float(np.sqrt(np.mean(x * x))) if len(x) else float("nan")

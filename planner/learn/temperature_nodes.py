@@ -1,0 +1,58 @@
+"""Temperatures of the data → nodes of a piecewise-linear table, and the table's hat functions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.records import Array
+
+GAP_K = 3.0  # chamber points lie further apart; a soaked chamber strays by 2 K at most (K 2.6)
+SWEEP_K = 10.0  # spacing of nodes where the temperature was swept instead of soaked
+LEAST_ROWS = 2
+
+
+def temperature_nodes(temperature_degc: Array) -> Array:
+    """(N,) nodes: the middle of every cluster of temperatures, evenly spaced ones across a sweep.
+
+    temperature_degc: (n,) of the rows that tell something. Empty in, empty out.
+    """
+    t = np.sort(temperature_degc)
+    if len(t) == 0:
+        return t
+    clusters = np.split(t, np.flatnonzero(np.diff(t) > GAP_K) + 1)
+    nodes = [
+        node for cluster in clusters if len(cluster) >= LEAST_ROWS or len(t) < 8 for node in _of(cluster)
+    ]
+    return np.array(nodes if nodes else [float(np.median(t))])
+
+
+def _of(cluster: Array) -> Array:
+    low, high = np.percentile(cluster, [0.5, 99.5])
+    if high - low <= 2.0 * GAP_K:
+        return np.array([np.median(cluster)])
+    return np.linspace(low, high, max(2, int(np.ceil((high - low) / SWEEP_K)) + 1))
+
+
+def hats(temperature_degc: Array, nodes: Array, reach: float) -> Array:
+    """(n, N) weights of the nodes at each temperature: linear between nodes.
+
+    The end segments go on for `reach` kelvins beyond the end nodes; from there the table is constant.
+    """
+    if len(nodes) == 1:
+        return np.ones((len(temperature_degc), 1))
+    t = np.clip(temperature_degc, nodes[0] - reach, nodes[-1] + reach)
+    left = np.clip(np.searchsorted(nodes, t, side="right") - 1, 0, len(nodes) - 2)
+    share = (t - nodes[left]) / (nodes[left + 1] - nodes[left])
+    weights = np.zeros((len(t), len(nodes)))
+    rows = np.arange(len(t))
+    weights[rows, left] = 1.0 - share
+    weights[rows, left + 1] = share
+    return weights
+
+
+def nodes_with_rows(nodes: Array, temperature_degc: Array) -> Array:
+    """The nodes that are the nearest one of some row; all when there is no row."""
+    if len(temperature_degc) == 0:
+        return nodes
+    nearest = np.argmin(np.abs(temperature_degc[:, None] - nodes[None, :]), axis=1)
+    return np.asarray(nodes[np.unique(nearest)])

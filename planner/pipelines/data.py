@@ -1,0 +1,66 @@
+"""The flows of measured data, each one short list of stage calls: simulate, calibrate, apply."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from planner.calibration import Calibration
+from planner.learn.dwells_to_fit import calibrate as calibrate_table
+from planner.learn.fit_options import FitOptions
+from planner.measured import DwellTable
+from planner.plan.default_campaign import default_campaign
+from planner.plan.schedule_to_steps import steps as steps_of_campaign
+from planner.simulate.campaign import Settings, Truth, prepared
+from planner.simulate.campaign import simulate as simulate_unit
+from planner.simulate.design import design, steps_of
+from planner.simulate.hidden import hidden_effect
+from planner.spec.load import LoadedSpec
+
+Progress = Callable[[str], None]
+
+
+def simulate(
+    loaded: LoadedSpec,
+    plan: Mapping[str, object] | None,
+    hidden: Sequence[str],
+    seed: int,
+    settings: Settings | None = None,
+    latitude_deg: float = 45.0,
+) -> tuple[DwellTable, Truth]:
+    """Spec, and a plan's tree if there is one → the dwell table that the bench would have measured."""
+    effects = [hidden_effect(text) for text in hidden]
+    spec = loaded.spec
+    steps = steps_of_campaign(spec, default_campaign(spec)) if plan is None else steps_of(plan)
+    return simulate_unit(
+        design(steps, spec, float(np.radians(latitude_deg))),
+        prepared(spec),
+        seed,
+        hidden=effects,
+        settings=settings,
+    )
+
+
+def calibrate(
+    data: Path, loaded: LoadedSpec, options: FitOptions, progress: Progress
+) -> tuple[Calibration, ...]:
+    """Dwell table's file and spec → the calibration of every unit in it."""
+    from planner.learn.dwell_files import read_dwells
+
+    progress(f"reading {data}")
+    table = read_dwells(data)
+    return calibrate_table(table, loaded.spec, options, spec_sha256=loaded.sha256, progress=progress)
+
+
+def apply(calibration: Path, raw: Path, out: Path, columns: Path | None) -> tuple[int, list[str]]:
+    """Calibration and a recording's or dwell table's file → the corrected file; rows, and what to know."""
+    from planner.export.calibration import read_tables
+    from planner.learn.apply_calibration import correct_dwells, correct_recording, is_dwell_table
+    from planner.learn.column_map import read_map
+
+    tables = read_tables(calibration)
+    if columns is None and is_dwell_table(raw):
+        return correct_dwells(raw, out, tables)
+    return correct_recording(raw, out, tables, None if columns is None else read_map(columns))

@@ -1,0 +1,1 @@
+"""The flow after a campaign: calibrations and checks → accepted units, forecasts, recalibration."""

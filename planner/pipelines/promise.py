@@ -1,0 +1,1 @@
+"""The flow of a verification: plan → recount → Monte Carlo → answer."""

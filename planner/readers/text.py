@@ -1,0 +1,58 @@
+"""Text recordings: comma, tab, semicolon or spaces between cells, with or without a header."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from planner.protocols import RawBlock
+from planner.readers._delimited import TextBlock, layout_of, text_blocks
+
+
+class TextReader:
+    """A table in text; rows that cannot be read are left out, counted, and keep their place in time."""
+
+    name = "text"
+    suffixes = (".csv", ".tsv", ".txt", ".log", ".dat", ".asc")
+
+    def recognises(self, path: Path, head: bytes) -> bool:
+        """Text by its suffix, or whatever has no zero byte and is printable."""
+        if path.suffix.lower() in self.suffixes:
+            return b"\0" not in head
+        return bool(head) and sum(byte < 9 for byte in head) == 0 and head.isascii()
+
+    def names(self, path: Path, skip_lines: int = 0) -> tuple[str, ...]:
+        """The header's cells, or column_1 … without a header."""
+        return layout_of(path, skip_lines).names
+
+    def blocks(
+        self, path: Path, wanted: Sequence[str], texts: Sequence[str] = (), skip_lines: int = 0
+    ) -> Iterator[RawBlock]:
+        """The wanted columns; ragged rows and a cut last line are counted as losses."""
+        layout = layout_of(path, skip_lines)
+        start = 0
+        for block in text_blocks(path, layout, wanted, texts):
+            raw = _raw(block, start)
+            start += len(block.lines) + len(block.bad)
+            yield raw
+
+
+def _raw(block: TextBlock, start: int) -> RawBlock:
+    """Row numbers count the bad rows too, so that the clock of a recording without times does not slip."""
+    bad_lines = np.array([fault.line for fault in block.bad], dtype=np.int64)
+    place = np.arange(len(block.lines)) + np.searchsorted(np.sort(bad_lines), block.lines)
+    columns, losses = dict(block.columns), {}
+    remarks = [str(fault) for fault in block.bad[:3]]
+    if len(bad_lines):
+        losses["unreadable_row"] = len(bad_lines)
+    if block.torn and len(block.lines) and block.lines[-1] == block.torn:
+        # the last number may be a part of the number that was meant
+        columns, place = {name: values[:-1] for name, values in columns.items()}, place[:-1]
+        losses["torn_last_line"] = 1
+        remarks.append(f"line {block.torn}, the last, has no line end and may be cut")
+    return RawBlock(columns, place + start, losses, tuple(remarks))
+
+
+READER = TextReader()

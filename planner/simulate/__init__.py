@@ -1,0 +1,1 @@
+"""Bench campaigns in simulation: steps and budgets in, dwell tables out."""

@@ -1,0 +1,99 @@
+"""Where a bench's motion puts the unit: its mean specific force and inertial rate over a record.
+
+Rate table of two axes or more (planner.benches.rate_table): at zero body x points north, y west (axis 2), z
+up (axis 1); a bench vector r is R_z(−p1) R_y(−p2) r in the body. A unit on a table of one axis, which stands
+upright, is remounted between its motions: x, y, z up in turn for every full set of motions.
+Centrifuge: the arm turns about the vertical body z and loads the unit with f = −R ω² r_out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.physics.earth import EARTH_RATE_RADPS
+from planner.records import Array
+from planner.units import STANDARD_GRAVITY_MPS2
+
+UP = np.array([0.0, 0.0, 1.0])
+AXIS_2 = np.array([0.0, 1.0, 0.0])
+DEFAULT_ARM_M = 1.5
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """Means over one record: rate (3,) rad/s, specific_force (3,) m/s², in the body."""
+
+    rate: Array
+    specific_force: Array
+
+
+def exposure(
+    motion: Mapping[str, float] | None,
+    duration: float,
+    latitude: float,
+    *,
+    arm: float | None = None,
+    mount: int = 2,
+) -> Exposure:
+    """What a unit is exposed to during one record of `duration` s at a latitude (rad).
+
+    motion: deg, deg/s and g by axis, as in a plan's step; mount: body axis (0, 1, 2) that lies along axis 1
+    """
+    asked = motion or {}
+    if "acceleration_g" in asked:
+        return _centrifuge(asked, latitude, DEFAULT_ARM_M if arm is None else arm)
+    p1, p2 = (np.radians(asked.get(f"position_{k}_deg", 0.0)) for k in (1, 2))
+    w1, w2 = (np.radians(asked.get(f"rate_{k}_dps", 0.0)) for k in (1, 2))
+    earth = EARTH_RATE_RADPS * np.array([np.cos(latitude), 0.0, np.sin(latitude)])
+    up, turn = _mean_in_body(UP, p1, p2, w1, w2, duration), _mean_in_body(earth, p1, p2, w1, w2, duration)
+    driven = w1 * UP + w2 * _mean_in_body(AXIS_2, p1, p2, w1, 0.0, duration)
+    turned = _mounted(mount)
+    return Exposure(turned @ (turn + driven), STANDARD_GRAVITY_MPS2 * (turned @ up))
+
+
+def _mean_in_body(r: Array, p1: float, p2: float, w1: float, w2: float, duration: float) -> Array:
+    """Mean over the record of R_z(−p1 − w1 t) R_y(−p2 − w2 t) r.
+
+    Exact when one axis turns; when both do, the mean of many instants.
+    """
+    if w1 and w2:
+        t = (np.arange(20_000) + 0.5) / 20_000 * duration
+        tilted = _about(AXIS_2, -(p2 + w2 * t)[:, None], r)
+        spun = np.stack([_about(UP, -np.array([a]), b) for a, b in zip(p1 + w1 * t, tilted, strict=True)])
+        return np.asarray(spun.mean(axis=0))
+    tilted = _mean_about(AXIS_2, -p2, -w2 * duration, r)
+    return _mean_about(UP, -p1, -w1 * duration, tilted)
+
+
+def _about(axis: Array, angle: Array, r: Array) -> Array:
+    """Rodrigues: r turned about a unit axis."""
+    along = axis * (axis @ r)
+    return np.asarray(along + (r - along) * np.cos(angle) + np.cross(axis, r) * np.sin(angle))
+
+
+def _mean_about(axis: Array, start: float, sweep: float, r: Array) -> Array:
+    """Mean of r turned about the axis by start … start + sweep: the chord over the arc."""
+    middle = _about(axis, np.array([start + sweep / 2.0]), r)
+    along = axis * (axis @ r)
+    return np.asarray(along + (middle - along) * np.sinc(sweep / (2.0 * np.pi)))
+
+
+def _mounted(mount: int) -> Array:
+    """The rotation that puts body axis `mount` where z is: a cyclic change of axes."""
+    return np.roll(np.eye(3), (mount + 1) % 3, axis=0)
+
+
+def _centrifuge(asked: Mapping[str, float], latitude: float, arm: float) -> Exposure:
+    """Load along the mounted axis; a signed load on a one-axis centrifuge is f along x."""
+    load = asked["acceleration_g"] * STANDARD_GRAVITY_MPS2
+    rate = np.sqrt(abs(load) / arm)
+    if "position_2_deg" in asked:
+        outward = np.radians(asked["position_2_deg"])  # body x, y, −x, −y point outwards at 0, 90, 180, 270
+        force = -load * np.array([np.cos(outward), np.sin(outward), 0.0])
+    else:
+        force = np.array([load, 0.0, 0.0])
+    earth = EARTH_RATE_RADPS * np.sin(latitude) * UP  # its horizontal part turns round with the arm
+    return Exposure(rate * UP + earth, force + STANDARD_GRAVITY_MPS2 * UP)

@@ -1,0 +1,346 @@
+"""A design and a spec's budgets → the dwell table that the bench would have measured, and the truth.
+
+    y_i = (1 + κ_i)(M u)_i + b_i + noise
+
+Every coefficient of every effect that the spec budgets is a constant (systematic), a curve over temperature,
+a draw per power-on (run_to_run), a first-order Gauss-Markov process within the power-on (in_run) and a random
+walk over the days (storage); the same regressors as everywhere turn them into readings (K 2.1, 3.1).
+Every random number has a key of its own (seed, what, which): other draws change nothing.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from planner import catalog
+from planner.errors import InputError
+from planner.measured import DwellTable
+from planner.protocols import SENSORS, Effect, Sensor
+from planner.records import Array, Conditions
+from planner.simulate.design import Design
+from planner.simulate.hidden import HiddenEffect, coefficients
+from planner.simulate.temperature_curves import CurveFamily, along, curve_family
+from planner.spec.model import ErrorBudget, MeasuredCurve, Spec
+from planner.spec.model import si as si_of
+from planner.units import STANDARD_GRAVITY_MPS2
+
+STORAGE_DAYS = 60.0  # a budget's storage is what two months do (K 2.5.3)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to draw, SI.
+
+    white: noise density of each sensor, per root hertz (a record of T seconds has white/√T)
+    in_run_time: correlation time of the in-run process, s
+    temperature_jitter: how far a soaked chamber strays, K; temperature_error: of the unit's thermometer, K
+    case: `random` draws sizes within the budget, `worst` takes all of it; signs: `random` or `plus`
+    """
+
+    white: Mapping[Sensor, float] = field(
+        default_factory=lambda: {
+            "gyro": float(np.radians(0.003)),
+            "accelerometer": 1e-4 * STANDARD_GRAVITY_MPS2,
+        }
+    )
+    in_run_time: float = 600.0
+    temperature_jitter: float = 0.05
+    temperature_error: float = 0.0
+    case: Literal["random", "worst"] = "random"
+    signs: Literal["random", "plus"] = "random"
+    run_to_run: bool = True
+    in_run: bool = True
+    storage: bool = True
+    spikes: float = 0.0
+
+
+def settings_of(case: str, signs: str, temperature_error: float, spikes: float) -> Settings:
+    """Settings from words. Raises InputError for one that we do not know."""
+    if case not in ("random", "worst"):
+        raise InputError(f"--case must be random or worst, not {case!r}")
+    if signs not in ("random", "plus"):
+        raise InputError(f"--signs must be random or plus, not {signs!r}")
+    return Settings(
+        case="worst" if case == "worst" else "random",
+        signs="plus" if signs == "plus" else "random",
+        temperature_error=temperature_error,
+        spikes=spikes,
+    )
+
+
+@dataclass(frozen=True)
+class TrueTerm:
+    """One coefficient of the unit, SI: constant; curve over `temperatures_degc` comes on top of it."""
+
+    error: str
+    term: str
+    value: float
+    unit: str
+    hidden: bool = False
+    curve: Array | None = None
+    temperatures_degc: Array | None = None
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The unit as it was drawn: what an estimator should find."""
+
+    seed: int
+    terms: tuple[TrueTerm, ...]
+
+    def at(self, error: str, term: str, temperature_degc: float) -> float:
+        """The coefficient at a temperature, SI; zero for one that the unit does not have."""
+        total = 0.0
+        for t in self.terms:
+            if t.error == error and t.term == term:
+                total += t.value
+                if t.curve is not None and t.temperatures_degc is not None:
+                    here = np.array([temperature_degc])
+                    total += float(along(here, t.temperatures_degc, t.curve)[0])
+        return total
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A spec prepared for many draws: budgets and families of curves by (sensor, effect)."""
+
+    budgets: Mapping[tuple[Sensor, str], ErrorBudget]
+    families: Mapping[tuple[Sensor, str], CurveFamily]
+
+
+def prepared(spec: Spec) -> Unit:
+    """What does not depend on the seed: the families of temperature curves."""
+    budgets, families = {}, {}
+    low, high = spec.plan.temperatures.range
+    for sensor in SENSORS:
+        for effect, budget in getattr(spec.unit, sensor).items():
+            budgets[sensor, effect] = budget
+            residual = budget.temperature_residual
+            if residual is not None and not isinstance(residual, MeasuredCurve):
+                families[sensor, effect] = curve_family({n: q.si for n, q in residual.items()}, low, high)
+    return Unit(budgets, families)
+
+
+def simulate(
+    design: Design,
+    unit: Unit,
+    seed: int,
+    *,
+    hidden: Sequence[HiddenEffect] = (),
+    settings: Settings | None = None,
+    name: str = "u1",
+) -> tuple[DwellTable, Truth]:
+    """One unit drawn from its budgets and measured by the design. Same arguments, same bytes."""
+    settings = settings or Settings()
+    conditions = _strayed(design.conditions, settings, seed)
+    readings: dict[Sensor, Array] = {}
+    terms: list[TrueTerm] = []
+    for sensor in SENSORS:
+        readings[sensor], found = _measured(sensor, design, conditions, unit, hidden, settings, seed)
+        terms += found
+    shown = conditions.temperature_degc
+    if settings.temperature_error > 0:
+        shown = shown + settings.temperature_error * _rng(seed, "thermometer").normal(size=len(design))
+    table = DwellTable(
+        unit=np.full(len(design), name),
+        run=design.run,
+        day=conditions.day,
+        time_on=conditions.time_on,
+        duration=design.duration,
+        temperature_degc=shown,
+        temperature_rate=conditions.temperature_rate,
+        ref_rate=conditions.rate,
+        ref_acc=conditions.specific_force,
+        gyro=readings["gyro"],
+        acc=readings["accelerometer"],
+        step=design.step,
+        bench=design.bench,
+        source=f"simulated, seed {seed}",
+    )
+    return table, Truth(seed, tuple(terms))
+
+
+def _rng(seed: int, *key: str) -> np.random.Generator:
+    """The generator of one key."""
+    words = [zlib.crc32(part.encode()) for part in key]
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=tuple(words)))
+
+
+def _strayed(nominal: Conditions, settings: Settings, seed: int) -> Conditions:
+    """The chamber strays around the soaked temperature, and drifts a little during a record."""
+    rng, n = _rng(seed, "chamber"), len(nominal.day)
+    jitter = settings.temperature_jitter * rng.normal(size=n)
+    drift = settings.temperature_jitter / 300.0 * rng.normal(size=n)
+    return replace(
+        nominal,
+        temperature_degc=nominal.temperature_degc + jitter,
+        temperature_rate=nominal.temperature_rate + drift,
+    )
+
+
+# ---------------------------------------------------------------- readings of one sensor
+
+
+def _measured(
+    sensor: Sensor,
+    design: Design,
+    conditions: Conditions,
+    unit: Unit,
+    hidden: Sequence[HiddenEffect],
+    settings: Settings,
+    seed: int,
+) -> tuple[Array, list[TrueTerm]]:
+    """(n, 3) readings, and the coefficients that made them."""
+    sized = [
+        _Sized(sensor, e, b, unit.families.get((s, e))) for (s, e), b in unit.budgets.items() if s == sensor
+    ]
+    drawn = [
+        (catalog.effects()[s.effect], *_coefficients(s, design, conditions, settings, seed)) for s in sized
+    ]
+    for i, extra in enumerate(h for h in hidden if sensor in h.sensors):
+        values = coefficients(extra, sensor, _rng(seed, "hidden", sensor, extra.text, str(i)))
+        effect = catalog.effects()[extra.effect]
+        terms = [
+            TrueTerm(f"{sensor}.{effect.name}", t.name, float(v), effect.units[sensor], hidden=True)
+            for t, v in zip(effect.terms(sensor), values, strict=True)
+        ]
+        drawn.append((effect, np.broadcast_to(values, (len(design), len(values))), terms))
+    u = conditions.rate if sensor == "gyro" else conditions.specific_force
+    v = u + _sum("misalignment", sensor, conditions, drawn)
+    leaned = replace(conditions, **{"rate" if sensor == "gyro" else "specific_force": v})
+    y = v + _sum("scale_factor", sensor, leaned, drawn) + _sum("bias", sensor, conditions, drawn)
+    return _noisy(y, sensor, design, settings, seed), [t for _, _, terms in drawn for t in terms]
+
+
+def _sum(
+    group: str, sensor: Sensor, conditions: Conditions, drawn: Sequence[tuple[Effect, Array, list[TrueTerm]]]
+) -> Array:
+    """(n, 3) of all effects of one group; their coefficients change from row to row."""
+    total = np.zeros((len(conditions.day), 3))
+    for effect, values, _ in drawn:
+        if effect.group == group:
+            total += np.einsum("nct,nt->nc", effect.regressors(sensor, conditions), values)
+    return total
+
+
+def _noisy(y: Array, sensor: Sensor, design: Design, settings: Settings, seed: int) -> Array:
+    rng = _rng(seed, "white", sensor)
+    sigma = settings.white[sensor] / np.sqrt(design.duration)
+    y = y + sigma[:, None] * rng.normal(size=y.shape)
+    if settings.spikes > 0:
+        struck = _rng(seed, "spikes", sensor).uniform(size=y.shape) < settings.spikes
+        y = y + struck * 40.0 * sigma[:, None] * np.sign(rng.normal(size=y.shape))
+    return y
+
+
+@dataclass(frozen=True)
+class _Sized:
+    """One budgeted error and its family of temperature curves."""
+
+    sensor: Sensor
+    effect: str
+    budget: ErrorBudget
+    family: CurveFamily | None
+
+
+def _coefficients(
+    sized: _Sized, design: Design, conditions: Conditions, settings: Settings, seed: int
+) -> tuple[Array, list[TrueTerm]]:
+    """(n, n_terms) coefficients of one error in every record, and the truth of them."""
+    effect = catalog.effects()[sized.effect]
+    names = [t.name for t in effect.terms(sized.sensor)]
+    values = np.zeros((len(design), len(names)))
+    truth = []
+    for i, name in enumerate(names):
+        key = (sized.sensor, sized.effect, name)
+        rng = _rng(seed, "systematic", *key)
+        size = _size(si_of(sized.budget.systematic), settings, rng)
+        grid, curve = _curve(sized, settings, rng)
+        values[:, i] = size + _random(sized.budget, key, design, conditions, settings, seed)
+        if grid is not None and curve is not None:
+            values[:, i] += along(conditions.temperature_degc, grid, curve)
+        truth.append(
+            TrueTerm(
+                f"{sized.sensor}.{sized.effect}", name, size, effect.units[sized.sensor], False, curve, grid
+            )
+        )
+    return values, truth
+
+
+def _size(largest: float, settings: Settings, rng: np.random.Generator) -> float:
+    sign = rng.choice([-1.0, 1.0])
+    share = rng.uniform()
+    return (
+        largest
+        * (share if settings.case == "random" else 1.0)
+        * (sign if settings.signs == "random" else 1.0)
+    )
+
+
+def _curve(sized: _Sized, settings: Settings, rng: np.random.Generator) -> tuple[Array | None, Array | None]:
+    """Grid and values of the error's curve over temperature; a measured curve is taken as it is."""
+    residual = sized.budget.temperature_residual
+    if isinstance(residual, MeasuredCurve):
+        grid = np.array(sorted(residual.curve))
+        sign = rng.choice([-1.0, 1.0]) if settings.signs == "random" else 1.0
+        return grid, sign * np.array([residual.curve[t].si for t in grid])
+    if sized.family is None:
+        return None, None
+    return sized.family.grid, sized.family.draw(rng)
+
+
+def _random(
+    budget: ErrorBudget,
+    key: tuple[str, ...],
+    design: Design,
+    conditions: Conditions,
+    settings: Settings,
+    seed: int,
+) -> Array:
+    """(n,) run-to-run, in-run and storage parts of one coefficient."""
+    runs = np.repeat(np.arange(len(design.starts)), np.diff(np.append(design.starts, len(design))))
+    total = np.zeros(len(design))
+    if settings.run_to_run and budget.run_to_run is not None:
+        draw = _rng(seed, "run_to_run", *key).normal(size=len(design.starts))
+        total += _spread(budget, conditions.temperature_degc) * draw[runs]
+    if settings.in_run and si_of(budget.in_run) > 0:
+        total += si_of(budget.in_run) * _gauss_markov(
+            design, settings.in_run_time, _rng(seed, "in_run", *key)
+        )
+    if settings.storage and si_of(budget.storage) > 0:
+        total += si_of(budget.storage) * _walk(conditions.day, _rng(seed, "storage", *key))
+    return total
+
+
+def _spread(budget: ErrorBudget, temperature_degc: Array) -> Array | float:
+    spread = budget.run_to_run
+    if not isinstance(spread, dict):
+        return si_of(spread)
+    nodes = np.array(sorted(spread))
+    return np.interp(temperature_degc, nodes, [spread[t].si for t in nodes])
+
+
+def _gauss_markov(design: Design, time: float, rng: np.random.Generator) -> Array:
+    """(n,) first-order Gauss-Markov with unit variance within every run, started at its spread."""
+    starts = design.starts
+    sizes = np.diff(np.append(starts, len(design)))
+    noise, out = rng.normal(size=len(design)), np.zeros(len(design))
+    out[starts] = noise[starts]
+    for k in range(1, int(sizes.max(initial=0))):
+        rows = starts[sizes > k] + k
+        keep = np.exp(-np.abs(design.conditions.time_on[rows] - design.conditions.time_on[rows - 1]) / time)
+        out[rows] = keep * out[rows - 1] + np.sqrt(1.0 - keep**2) * noise[rows]
+    return out
+
+
+def _walk(day: Array, rng: np.random.Generator) -> Array:
+    """(n,) random walk over the days from zero at day 0, unit variance after STORAGE_DAYS."""
+    moments, index = np.unique(day, return_inverse=True)
+    steps = np.diff(np.concatenate([[0.0], moments]))
+    walk = np.cumsum(np.sqrt(np.maximum(steps, 0.0) / STORAGE_DAYS) * rng.normal(size=len(moments)))
+    return np.asarray(walk[index])

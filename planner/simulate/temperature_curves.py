@@ -1,0 +1,89 @@
+"""Random error curves over temperature whose piecewise-linear residual follows a spec's table.
+
+The table says what N evenly spread points leave (K table 2.10). A curve is a sum of cosines of random phase;
+their amplitudes are such that the residual falls with N as the table does, and the curve is scaled until its
+largest residual meets the table at one N and exceeds it at none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.records import Array
+
+POINTS = 481
+_MODES = 40
+
+
+@dataclass(frozen=True)
+class CurveFamily:
+    """Curves over one range. amplitude: (m,) of the modes; numbers, residual: the table, SI."""
+
+    low_degc: float
+    high_degc: float
+    amplitude: Array
+    numbers: tuple[int, ...]
+    residual: Array
+
+    @property
+    def grid(self) -> Array:
+        """(POINTS,) temperatures at which a curve is given."""
+        return np.linspace(self.low_degc, self.high_degc, POINTS)
+
+    def draw(self, rng: np.random.Generator) -> Array:
+        """(POINTS,) one curve, SI."""
+        x = np.linspace(0.0, 1.0, POINTS)
+        phase = rng.uniform(0.0, 2.0 * np.pi, _MODES)
+        modes = np.arange(1, _MODES + 1)
+        curve = np.cos(np.pi * modes[:, None] * x + phase[:, None]).T @ self.amplitude
+        curve -= curve.mean()
+        worst = np.array([np.abs(curve - even_table(curve, n)).max() for n in self.numbers])
+        scale = float(np.min(self.residual / np.where(worst > 0, worst, np.inf), initial=np.inf))
+        return np.asarray(curve * (scale if np.isfinite(scale) else 0.0))
+
+
+def along(temperature_degc: Array, grid: Array, curve: Array) -> Array:
+    """(n,) the curve at temperatures; its end segments go on beyond the grid."""
+    inside = np.interp(temperature_degc, grid, curve)
+    below, above = (
+        (curve[1] - curve[0]) / (grid[1] - grid[0]),
+        (curve[-1] - curve[-2]) / (grid[-1] - grid[-2]),
+    )
+    low, high = np.minimum(temperature_degc - grid[0], 0.0), np.maximum(temperature_degc - grid[-1], 0.0)
+    return np.asarray(inside + below * low + above * high)
+
+
+def even_table(curve: Array, points: int) -> Array:
+    """(POINTS,) what a table with `points` evenly spread points gives; one point gives the middle value."""
+    x = np.linspace(0.0, 1.0, len(curve))
+    nodes = np.linspace(0.0, 1.0, points) if points > 1 else np.array([0.5])
+    return np.asarray(np.interp(x, nodes, np.interp(nodes, x, curve)))
+
+
+def curve_family(table: Mapping[int, float], low_degc: float, high_degc: float) -> CurveFamily:
+    """The curves whose residual after N points is table[N] (SI)."""
+    from scipy.optimize import nnls
+
+    numbers = tuple(sorted(table))
+    residual = np.array([table[n] for n in numbers])
+    response = np.array([[_mode_residual(m, n) for m in range(1, _MODES + 1)] for n in numbers])
+    # squares of amplitudes, each equation relative to its own residual; 2.2: peak over rms of such curves
+    weight = (residual / 2.2) ** 2
+    keep = weight > 0
+    power, _ = nnls(response[keep] / weight[keep, None], np.ones(int(keep.sum())))
+    if not power.any():
+        power = 1.0 / np.arange(1, _MODES + 1) ** 4.0
+    return CurveFamily(low_degc, high_degc, np.sqrt(power), numbers, residual)
+
+
+def _mode_residual(mode: int, points: int) -> float:
+    """Mean square, over phase and temperature, of what a table leaves of cos(mode π x + φ)."""
+    x = np.linspace(0.0, 1.0, 241)
+    left = 0.0
+    for phase in (0.0, np.pi / 2.0):  # the mean over all phases is the mean of sine and cosine
+        wave = np.cos(np.pi * mode * x + phase)
+        left += float(np.mean((wave - even_table(wave, points)) ** 2)) / 2.0
+    return left

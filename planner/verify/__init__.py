@@ -1,0 +1,1 @@
+"""The promise of a plan checked: recount, Monte Carlo, sweeps."""
