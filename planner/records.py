@@ -289,7 +289,9 @@ class TestVisits:
 class Campaign:
     """The chosen temperatures, repeats and allowances, with the proof that no choice costs less.
 
-    objective: weighted cost in seconds; bound: proved lower bound of it
+    objective: weighted cost in seconds of the work of one batch; bound: proved lower bound of it
+    total_bound: proved lower bound of the weighted total with waiting and batches; None: the work's own
+    by_total: whether another campaign takes less work, but longer with waiting and batches
     """
 
     visits: tuple[TestVisits, ...]
@@ -297,6 +299,8 @@ class Campaign:
     objective: float
     bound: float
     proved: bool
+    total_bound: float | None = None
+    by_total: bool = False
 
     @property
     def gap(self) -> float:
@@ -326,7 +330,10 @@ class RepeatReason:
 
 @dataclass(frozen=True)
 class Step:
-    """One action on one bench. Times in seconds from the start; motion in deg and deg/s, by axis."""
+    """One action on one bench. Times in seconds from the start; motion in deg and deg/s, by axis.
+
+    attended: whether a person must be there
+    """
 
     id: str
     bench: str
@@ -338,6 +345,7 @@ class Step:
     repeat: int | None = None
     motion: Mapping[str, float] | None = None
     units: int = 1
+    attended: bool = False
 
 
 @dataclass(frozen=True)
@@ -353,7 +361,10 @@ class PlannedChamber:
 
 @dataclass(frozen=True)
 class PlannedBench:
-    """A bench as bench software must know it: axes, limits (SI, None: no limit), chamber, arm in metres."""
+    """A bench as bench software must know it: axes, limits (SI, None: no limit), chamber, arm in metres.
+
+    travel: axis -> its stops in rad; an axis that is not named turns on and on
+    """
 
     name: str
     kind: str
@@ -365,6 +376,7 @@ class PlannedBench:
     acceleration: float | None
     arm: float | None
     chamber: PlannedChamber | None
+    travel: Mapping[int, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -449,6 +461,8 @@ class Plan:
     bound_s: proved lower bound of the objective (of `time_s` when time alone is minimised); gap: relative
     hours_per_limit: requirement index -> hours saved per SI unit of more limit (continuous relaxation)
     start: when second 0 falls in the week of the shifts, `mon 08:00`; None without shifts
+    by_total: temperatures and repeats were chosen for a shorter `time_s`, at the price of more work
+    shifts: (opens, closes) in seconds from Monday 00:00, disjoint; empty when people are always there
     work_proved: no temperatures and repeats take less working time; `proved` is false all the same when
     waiting or several batches make `time_s` longer than its bound
     """
@@ -478,4 +492,6 @@ class Plan:
     savings: tuple[Saving, ...] = ()
     trade_off: tuple[TradeOffPoint, ...] = ()
     work_proved: bool = False
+    by_total: bool = False
     start: str | None = None
+    shifts: tuple[tuple[float, float], ...] = ()

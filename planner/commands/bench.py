@@ -82,6 +82,13 @@ def run(
     unattended: Annotated[
         bool, typer.Option("--unattended", help="Wait the planned time instead of asking somebody.")
     ] = False,
+    bench: Annotated[
+        str | None,
+        typer.Option(metavar="BENCH", help="Run the part on this bench alone, with its own journal."),
+    ] = None,
+    any_time: Annotated[
+        bool, typer.Option("--any-time", help="People are there at any time, whatever the plan's shifts.")
+    ] = False,
     arm: Annotated[
         float | None, typer.Option(metavar="METRES", help="Arm of a centrifuge that the plan does not know.")
     ] = None,
@@ -101,6 +108,7 @@ def run(
 
     Example: planner run plans/small_uav --table TCPIP::192.168.0.10::5025::SOCKET --chamber ASRL1::INSTR
     """
+    from planner.export._scripts import file_name
     from planner.export.documents import read_sealed_plan
     from planner.export.plan_schema import typed_plan
     from planner.run import session
@@ -110,11 +118,12 @@ def run(
     typed_plan(document)
     if arm is not None and not 0 < arm < 1000:
         raise InputError(f"--arm must be a length in metres, not {arm:g}")
-    job = job_from(document, arm_m=arm, travel=session.travel_from(travel or ()))
+    job = job_from(document, arm_m=arm, travel=session.travel_from(travel or ()), any_time=any_time)
+    job, name = (job, "run.jsonl") if bench is None else (job.on(bench), f"run.{file_name(bench)}.jsonl")
     request = session.Request(
         tables=tuple(table or ()),
         chamber=chamber,
-        journal=journal or (plan if plan.is_dir() else plan.parent) / "run.jsonl",
+        journal=journal or (plan if plan.is_dir() else plan.parent) / name,
         resume=resume,
         unattended=unattended,
         recorder=recorder,

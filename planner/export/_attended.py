@@ -1,4 +1,5 @@
-"""What people do in a campaign: install, remove, and turn or remount the unit where the bench cannot.
+"""What people do in a campaign: install, remove, turn or remount the unit where the bench cannot, and what
+the spec has them attend: the power-ons and moves of a test.
 
 A levelled plate has no drive: every move is a person's. A centrifuge of one axis cannot turn the unit round:
 when the sign of the load changes, a person does.
@@ -6,16 +7,18 @@ when the sign of the load changes, a person does.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 from planner.export._scripts import by_bench, figure
 from planner.export.plan_schema import BenchFacts, PlanDocument, PlannedStep
 
-ALWAYS_ATTENDED = {"install": "install", "remove": "remove", "remount": "remount"}
-TURN, PUT = "turn round", "put on its face"
+HANDLING = ("install", "remove", "remount")
+TURN, PUT, MOVE, SWITCH = "turn round", "put on its face", "attend the move", "switch on"
 BY_HAND = (TURN, PUT, "remount")
+_BATCH = re.compile(r"b(\d+)/")
 
 
 @dataclass(frozen=True)
@@ -37,45 +40,78 @@ class HandTask:
 def hand_tasks(plan: PlanDocument) -> list[HandTask]:
     """Every single one, in the order of time."""
     found = [t for b, steps in by_bench(plan).items() for t in _on_bench(plan.benches[b], steps)]
-    return sorted(found, key=lambda t: (t.start_s, t.end_s, t.id))
+    return sorted(found, key=_time)
 
 
 def attendances(plan: PlanDocument) -> list[HandTask]:
     """For calendars: the tasks within one repeat of a test are one appointment, from first to last."""
     found = []
-    for _, group in groupby(hand_tasks(plan), key=lambda t: (t.bench, t.what, t.test, t.repeat, _solo(t))):
-        tasks = list(group)
-        first, last = tasks[0], tasks[-1]
-        times = "" if len(tasks) == 1 else f"{len(tasks)} times; "
-        found.append(_with(first, last.end_s, f"{times}{first.detail}"))
-    return found
+    for bench, steps in by_bench(plan).items():
+        tasks = _on_bench(plan.benches[bench], steps)
+        found += [_together(list(group)) for _, group in groupby(tasks, key=_visit)]
+    return sorted(found, key=_time)
 
 
-def _solo(task: HandTask) -> str:
-    return task.id if task.test is None else f"{task.temperature_degc}"
+def _time(task: HandTask) -> tuple[float, float, str]:
+    return task.start_s, task.end_s, task.id
 
 
-def _with(task: HandTask, end_s: float, detail: str) -> HandTask:
-    return HandTask(**{**vars(task), "end_s": end_s, "detail": detail})
+def _visit(task: HandTask) -> tuple[object, ...]:
+    return (task.id,) if task.test is None else (task.test, task.temperature_degc, task.repeat)
+
+
+def _together(tasks: Sequence[HandTask]) -> HandTask:
+    """`23 times; …` for one thing again and again, `switch on 1 time, attend the move 6 times` for more."""
+    first = tasks[0]
+    kinds = list(dict.fromkeys(task.what for task in tasks))
+    if len(tasks) == 1:
+        return first
+    if len(kinds) == 1:
+        return replace(first, end_s=tasks[-1].end_s, detail=f"{len(tasks)} times; {first.detail}")
+    counts = [sum(task.what == kind for task in tasks) for kind in kinds]
+    each = (f"{kind} {n} time{'s' if n > 1 else ''}" for kind, n in zip(kinds, counts, strict=True))
+    return replace(first, what="attend", end_s=tasks[-1].end_s, detail=", ".join(each))
 
 
 def _on_bench(bench: BenchFacts, steps: Sequence[PlannedStep]) -> Iterator[HandTask]:
     load = 1.0  # the unit is installed with its axis outwards: positive loads
+    attended = False  # the whole repeat, and not only the moves at which the unit may have to be turned
     for step in steps:
-        if step.action in ALWAYS_ATTENDED:
-            detail = f"{step.units} unit{'s' if step.units > 1 else ''}, {bench.kind.replace('_', ' ')}"
-            yield _task(step, ALWAYS_ATTENDED[step.action], detail)
+        if step.action in HANDLING:
             load = 1.0
-        elif step.action == "move" and bench.kind == "levelled_plate":
-            yield _task(step, PUT, motion_text(step.motion or {}))
-        elif step.action == "move" and _turned_round(bench, step, load):
+        if step.action == "power_on":
+            attended = bool(step.attended)
+        what = _what(bench, step, load, attended)
+        if what == TURN:
             load = -load
-            yield _task(step, TURN, f"then {motion_text(step.motion or {})}")
+        if what is not None and step.attended is not False:
+            yield _task(step, what, _detail(bench, step, what))
 
 
-def _turned_round(bench: BenchFacts, step: PlannedStep, load: float) -> bool:
-    asked = (step.motion or {}).get("acceleration_g", 0.0)
-    return bench.axes == 1 and asked * load < 0
+def _what(bench: BenchFacts, step: PlannedStep, load: float, attended: bool) -> str | None:
+    """What a person does in a step, or None; load: of the sign that the unit is mounted for."""
+    if step.action in HANDLING:
+        return step.action
+    if step.action == "move" and bench.kind == "levelled_plate":
+        return PUT
+    if (
+        step.action == "move"
+        and bench.axes == 1
+        and (step.motion or {}).get("acceleration_g", 0.0) * load < 0
+    ):
+        return TURN
+    return {"power_on": SWITCH, "move": MOVE}.get(step.action) if attended else None
+
+
+def _detail(bench: BenchFacts, step: PlannedStep, what: str) -> str:
+    if what in HANDLING:
+        batch = _BATCH.match(step.id)
+        of = f"batch {int(batch[1])}, " if batch else ""
+        return f"{of}{step.units} unit{'s' if step.units > 1 else ''}, {bench.kind.replace('_', ' ')}"
+    motion = motion_text(step.motion or {})
+    if what == SWITCH:
+        return ""
+    return f"then {motion}" if what == TURN else motion or "the next motion"
 
 
 def _task(step: PlannedStep, what: str, detail: str) -> HandTask:

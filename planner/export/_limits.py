@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from planner.errors import Fault, InputError
 from planner.export._scripts import by_bench
 from planner.export.plan_schema import BenchFacts, PlanDocument, PlannedStep, typed_plan
+from planner.spec.axis_travel import Stops, same_attitude, travel_faults
 from planner.units import STANDARD_GRAVITY_MPS2
 
 MOST_FAULTS = 20  # a limit that is too low is broken by thousands of steps alike
@@ -40,7 +41,8 @@ def _bench(plan: PlanDocument, name: str, steps: list[PlannedStep]) -> Iterator[
     for step in steps:
         for message in [*_temperature(bench, step.temperature_degc), *_motions(bench, step.motion, known)]:
             yield Fault("plan.json", 0, 0, f"steps.{step.id}", message)
-    for step, message in [*_order(steps), *_travel(bench, steps)]:
+    stopped = travel_faults(steps, bench.stops, bench.limits.angular_acceleration_dps2)
+    for step, message in [*_order(steps), *stopped, *_travel(bench, steps)]:
         yield Fault("plan.json", 0, 0, f"steps.{step.id}", message)
 
 
@@ -117,19 +119,38 @@ def _travel(bench: BenchFacts, steps: list[PlannedStep]) -> Iterator[tuple[Plann
             continue
         wait, own = step.start_s - since, step.end_s - step.start_s
         stop = max((abs(v) for k, v in before.items() if k.startswith("rate")), default=0.0) / acceleration
-        go = max(_axis_time(key, before, value, rate, acceleration) for key, value in step.motion.items())
+        go = max(
+            _axis_time(k, before, value, rate, acceleration, bench.stops) for k, value in step.motion.items()
+        )
         need, left = (go + max(0.0, stop - wait), own) if own else (go + stop, wait)
         if need > left + 1e-3:
             yield step, f"needs {need:.2f} s to move, the plan leaves {left:.2f} s"
 
 
 def _axis_time(
-    key: str, before: Mapping[str, float], value: float, rate: float, acceleration: float
+    key: str,
+    before: Mapping[str, float],
+    value: float,
+    rate: float,
+    acceleration: float,
+    stops: Mapping[int, Stops],
 ) -> float:
-    """Seconds from rest to the rate, or to the position the shortest way (half a turn if it is not known)."""
+    """Seconds from rest to the rate, or to the position: the shortest way, straight between stops.
+
+    Half a turn, or all of the travel, if nobody knows where the axis was.
+    """
     if not key.startswith("position"):
         return abs(value) / acceleration if key.startswith("rate") else 0.0
-    start = before.get(key)
-    way = 180.0 if start is None else abs((value - start + 180.0) % 360.0 - 180.0)
+    way = _way(before.get(key), value, stops.get(int(key.split("_")[1])))
     ramp = rate**2 / acceleration  # the way of speeding up and slowing down
     return 2 * math.sqrt(way / acceleration) if way < ramp else way / rate + rate / acceleration
+
+
+def _way(start: float | None, end: float, stops: Stops | None) -> float:
+    """Degrees from one position to another."""
+    if stops is None:
+        return 180.0 if start is None else abs((end - start + 180.0) % 360.0 - 180.0)
+    places = [None if x is None else same_attitude(x, stops) for x in (start, end)]
+    if places[0] is None or places[1] is None:
+        return stops[1] - stops[0]
+    return abs(places[1] - places[0])

@@ -21,7 +21,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from planner.errors import InputError
-from planner.export._attended import BY_HAND, hand_tasks
+from planner.export._attended import BY_HAND, MOVE, SWITCH, hand_tasks
+from planner.export._hours import start_notes
 from planner.export._limits import centrifuge_rate_dps, checked_plan
 from planner.export._scripts import (
     PACE_MS,
@@ -38,6 +39,7 @@ from planner.export._setpoints import setpoint_text
 from planner.export.header import comment_lines
 from planner.export.plan_schema import BenchFacts, PlanDocument, PlannedStep
 from planner.protocols import Exported, ExportOptions
+from planner.spec.axis_travel import reduced, same_attitude
 
 LONGEST_MESSAGE = 32_000  # bytes; the controller takes 32 KB
 LEAD_MS = 10_000
@@ -69,19 +71,50 @@ class Acutrol:
         for bench, facts in driven.items():
             if facts.chamber is not None:
                 files[f"{file_name(bench)}.setpoints.csv"] = setpoint_text(document, facts, steps[bench])
-        return Exported(files, (*_missing(reasons), *_hands(plan, driven)))
+        return Exported(files, (*_missing(reasons), *_notes(plan, driven, steps)))
 
 
 def _missing(reasons: Mapping[str, str | None]) -> Iterator[str]:
     return (f"no script for {bench}: {reason}" for bench, reason in reasons.items() if reason)
 
 
+def _notes(
+    plan: PlanDocument, driven: Mapping[str, BenchFacts], steps: Mapping[str, Sequence[PlannedStep]]
+) -> Iterator[str]:
+    yield from _hands(plan, driven)
+    yield from _whole_turns(driven, steps)
+    yield from start_notes(plan)
+
+
 def _hands(plan: PlanDocument, benches: Iterable[str]) -> Iterator[str]:
     """Benches where a person must act while the script runs."""
-    turns = Counter(task.bench for task in hand_tasks(plan) if task.what in BY_HAND)
+    tasks = hand_tasks(plan)
+    turns = Counter(task.bench for task in tasks if task.what in BY_HAND)
+    others = Counter(task.bench for task in tasks if task.what in (MOVE, SWITCH))
     for bench in benches:
         if turns[bench]:
             yield f"{bench}: a person turns the unit {turns[bench]} times meanwhile; see the operator sheet"
+        if others[bench]:
+            yield f"{bench}: people attend {others[bench]} power-ons and moves; see the operator sheet"
+
+
+def _whole_turns(
+    benches: Mapping[str, BenchFacts], steps: Mapping[str, Sequence[PlannedStep]]
+) -> Iterator[str]:
+    """Positions beyond one turn: an axis without stops makes no whole turns on its way."""
+    for bench, facts in benches.items():
+        motions = (motion for step in steps[bench] if (motion := step.motion))
+        angles = (v for m in motions for k, v in m.items() if _beyond_one_turn(k, v, facts))
+        beyond = next(angles, None)
+        if beyond is not None:
+            yield (
+                f"{bench}: {beyond:g} deg is sent as {figure(reduced(beyond))} deg, the same attitude: a "
+                "continuous axis goes the shortest way and makes no whole turns"
+            )
+
+
+def _beyond_one_turn(key: str, value: float, facts: BenchFacts) -> bool:
+    return key.startswith("position") and abs(value) > 360.0 and int(key.split("_")[1]) not in facts.stops
 
 
 def _why_not(bench: BenchFacts, steps: Sequence[PlannedStep]) -> str | None:
@@ -242,13 +275,21 @@ class _Table:
             if key.startswith("position"):
                 axis = key.split("_")[1]
                 yield Command(f":Mode:Position {axis}")
-                yield Command(f":Demand:Position {axis},{figure(value)}")
+                yield Command(f":Demand:Position {axis},{figure(self._angle(int(axis), value))}")
             else:
                 axis = "1" if key == "acceleration_g" else key.split("_")[1]
                 rate = self._rate(key, value)
                 self.turning[int(axis)] = rate
                 yield Command(f":Mode:Rate {axis}")
                 yield Command(f":Demand:Rate {axis},{figure(rate)}")
+
+    def _angle(self, axis: int, value: float) -> float:
+        """An angle between the stops of the axis, or within one turn."""
+        stops = self.bench.stops.get(axis)
+        same = reduced(value) if stops is None else same_attitude(value, stops)
+        if same is None:
+            raise InputError(f"{value:g} deg was asked of axis {axis}, which has stops before it")
+        return same
 
     def _rate(self, key: str, value: float) -> float:
         """What an axis turns at; a load is the rate of the arm, its sign is how the unit is mounted."""

@@ -10,9 +10,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from planner.errors import InputError
+from planner.export._hours import start_notes
 from planner.export._limits import checked_plan
 from planner.export._scripts import Block, Command, by_bench, figure, file_name, host_lines, milliseconds
-from planner.export._setpoints import setpoint_text, setpoints
+from planner.export._setpoints import rounding_note, sent_degc, setpoint_text, setpoints
 from planner.export.header import comment_lines
 from planner.export.plan_schema import BenchFacts, PlannedStep
 from planner.protocols import Exported, ExportOptions
@@ -43,7 +44,13 @@ class ChamberScript:
             files[f"{file_name(bench)}.chamber.txt"] = "\n".join(lines) + "\n"
         for bench, facts in chambers.items():
             files[f"{file_name(bench)}.setpoints.csv"] = setpoint_text(document, facts, steps[bench])
-        return Exported(files, tuple(f"{b} has no chamber" for b in steps if b not in chambers))
+        rounded = (rounding_note(b, _temperatures(steps[b])) for b in chambers)
+        missing = (f"{b} has no chamber" for b in steps if b not in chambers)
+        return Exported(files, (*missing, *(note for note in rounded if note), *start_notes(plan)))
+
+
+def _temperatures(steps: Sequence[PlannedStep]) -> Iterator[float]:
+    return (step.temperature_degc for step in steps if step.temperature_degc is not None)
 
 
 def blocks(bench: BenchFacts, steps: Sequence[PlannedStep]) -> Iterator[Block]:
@@ -51,7 +58,7 @@ def blocks(bench: BenchFacts, steps: Sequence[PlannedStep]) -> Iterator[Block]:
     first: tuple[Command, ...] = (Command("POWER,ON"), Command("MODE,CONSTANT"))
     for point in setpoints(bench, steps):
         start, soaked, end = (milliseconds(t) for t in (point.start_s, point.soaked_s, point.end_s))
-        yield Block((*first, Command(f"TEMP,S{point.degc:.1f}".replace("S-0.0", "S0.0"))), soaked - start)
+        yield Block((*first, Command(f"TEMP,S{sent_degc(point.degc)}")), soaked - start)
         yield Block((Command("TEMP?"),), end - soaked)
         first = ()
 

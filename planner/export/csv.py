@@ -24,6 +24,7 @@ COLUMNS = (
     "repeat",
     "motion",
     "units",
+    "attended",
 )
 # In columns, not in `#` lines: every reader of CSV then takes the file as it is.
 HEADER_COLUMNS = ("plan_sha256", "spec_sha256", "schema_version")
@@ -42,8 +43,9 @@ def document_steps_text(document: Mapping[str, Any]) -> str:
     plan = [header(document)[name] for name in HEADER_COLUMNS]
     for step in document["steps"]:
         motion = "" if step["motion"] is None else json.dumps(step["motion"])
-        row = [step[name] for name in COLUMNS if name != "motion"]
-        writer.writerow([*row[:8], motion, *row[8:], *plan])
+        attended = "true" if step.get("attended") else "false"
+        row = [step[name] for name in COLUMNS if name not in ("motion", "attended")]
+        writer.writerow([*row[:8], motion, *row[8:], attended, *plan])
     return out.getvalue()
 
 

@@ -15,6 +15,7 @@ from planner.export._clock import (
     started_with_the_plan,
     wall_clock,
 )
+from planner.export._hours import checked_hours
 from planner.export._limits import checked_plan
 from planner.export.header import header
 from planner.export.operator_sheet import operator_sheet
@@ -35,11 +36,12 @@ class Calendar:
         """`attended.ics` and `operator.html`. Raises InputError for a wrong start or zone."""
         options = started_with_the_plan(options, document.get("start"))
         plan, clock = checked_plan(document), wall_clock(options)
+        notes = checked_hours(plan, clock)
         files: dict[str, str | bytes] = {
             "attended.ics": _calendar(document, attendances(plan), clock),
             "operator.html": operator_sheet(document, plan, clock),
         }
-        return Exported(files, _assumed(options))
+        return Exported(files, (*_assumed(options), *notes))
 
 
 def _assumed(options: ExportOptions) -> tuple[str, ...]:
@@ -78,7 +80,7 @@ def _event(document: Mapping[str, Any], task: HandTask, clock: WallClock) -> Eve
     event.add("dtstart", clock.at(task.start_s))
     if clock.at(task.end_s) > clock.at(task.start_s):
         event.add("dtend", clock.at(task.end_s))
-    event.add("summary", f"{task.what.capitalize()}: {task.bench}")
+    event.add("summary", f"{task.what.capitalize()}{f' {task.test}' if task.test else ''}: {task.bench}")
     event.add("location", task.bench)
     event.add("description", _description(document, task))
     return event
@@ -89,6 +91,7 @@ def _description(document: Mapping[str, Any], task: HandTask) -> str:
         task.detail,
         "" if task.temperature_degc is None else f"temperature_degc: {task.temperature_degc:g}",
         f"elapsed: {elapsed_text(task.start_s)} to {elapsed_text(task.end_s)}",
+        f"test: {task.test}, repeat {task.repeat}" if task.test else "",
         f"step: {task.id}",
         f"plan_sha256: {document['plan_sha256']}",
     ]

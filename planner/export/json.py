@@ -78,6 +78,7 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
             for k, v in plan.hours_per_limit.items()
         },
         "start": plan.start,
+        "shifts": [{"opens_s": number(a), "closes_s": number(b)} for a, b in plan.shifts],
         "savings": [{"rule": s.rule, "hours": number(s.hours)} for s in plan.savings],
         "trade_off": [
             {
@@ -120,6 +121,7 @@ def step_document(step: Step) -> dict[str, Any]:
         "repeat": step.repeat,
         "motion": None if step.motion is None else {k: number(v) for k, v in step.motion.items()},
         "units": step.units,
+        "attended": step.attended,
     }
 
 
@@ -140,6 +142,7 @@ def _bench(b: PlannedBench) -> Mapping[str, Any]:
             "rate_dps": _optional(b.rate, "deg/s"),
             "angular_acceleration_dps2": _optional(b.angular_acceleration, "deg/s^2"),
             "acceleration_g": _optional(b.acceleration, "g"),
+            "travel_deg": {str(k): [number(from_si(x, "deg")) for x in v] for k, v in b.travel.items()},
         },
         "chamber": None if b.chamber is None else _chamber(b.chamber),
     }

@@ -22,6 +22,7 @@ class Row:
     """One line of the sheet."""
 
     start_s: float
+    day: str
     clock: str
     elapsed: str
     until: str
@@ -47,6 +48,7 @@ def operator_sheet(document: Mapping[str, Any], plan: PlanDocument, clock: WallC
         end=time_text(clock.at(plan.time_s)),
         hours=f"{plan.time_s / 3600:.2f}",
         benches=plan.benches,
+        stopped=any(bench.stops for bench in plan.benches.values()),
         rows=rows,
         attended=sum(row.attended for row in rows),
     )
@@ -55,20 +57,27 @@ def operator_sheet(document: Mapping[str, Any], plan: PlanDocument, clock: WallC
 def _row(clock: WallClock, start: float, end: float, bench: str, t: float | None, what: str, by: bool) -> Row:
     return Row(
         start_s=start,
-        clock=time_text(clock.at(start)),
+        day=time_text(clock.at(start))[:-6],
+        clock=f"{clock.at(start):%H:%M}",
         elapsed=elapsed_text(start),
-        until=time_text(clock.at(end)),
+        until=_until(clock, start, end),
         bench=bench,
-        temperature="" if t is None else f"{t:g}",
+        temperature="" if t is None else f"{t:.1f}".removesuffix(".0").replace("-", "−"),
         what=what,
         attended=by,
     )
 
 
+def _until(clock: WallClock, start: float, end: float) -> str:
+    """The time, and the day when it is another one."""
+    begins, ends = time_text(clock.at(start)), time_text(clock.at(end))
+    return ends[-5:] if ends[:-6] == begins[:-6] else f"{ends[:3]} {ends[-5:]}"
+
+
 def _by_hand(tasks: Sequence[HandTask], clock: WallClock) -> Iterator[Row]:
     for t in tasks:
         where = "" if t.test is None else f" ({t.test}, repeat {t.repeat})"
-        what = f"{t.what.capitalize()}: {t.detail}{where}"
+        what = f"{t.what.capitalize()}{': ' if t.detail else ''}{t.detail}{where}"
         yield _row(clock, t.start_s, t.end_s, t.bench, t.temperature_degc, what, True)
 
 

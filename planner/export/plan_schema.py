@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from planner.errors import Fault, InputError
 from planner.export.header import SCHEMA_VERSION
+from planner.quantities import MOMENT_PATTERN
 
 SCHEMA_FILE = "plan.schema.json"
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
@@ -52,8 +53,12 @@ MotionKey = Literal[
 ]
 if TYPE_CHECKING:
     Motion = dict[str, float]
+    Travel = dict[str, list[float]]
 else:
     Motion = dict[MotionKey, Number]
+    Travel = dict[
+        Literal["1", "2", "3", "4", "5", "6"], Annotated[list[Number], Field(min_length=2, max_length=2)]
+    ]
 
 
 class Part(BaseModel):
@@ -84,11 +89,12 @@ class ObjectiveFigures(Part):
 
 
 class Limits(BenchPart):
-    """What the bench can do at most; null: not limited."""
+    """What the bench can do at most; null: not limited. travel_deg: axis -> its stops [least, most]."""
 
     rate_dps: Positive | None
     angular_acceleration_dps2: Positive | None
     acceleration_g: Positive | None
+    travel_deg: Travel = {}
 
 
 class ChamberFacts(BenchPart):
@@ -111,6 +117,11 @@ class BenchFacts(BenchPart):
     arm_m: Positive | None
     limits: Limits
     chamber: ChamberFacts | None
+
+    @property
+    def stops(self) -> dict[int, tuple[float, float]]:
+        """Axis -> (least, most) deg, of the axes that have stops."""
+        return {int(axis): (least, most) for axis, (least, most) in self.limits.travel_deg.items()}
 
 
 class RequirementFigures(Part):
@@ -206,6 +217,13 @@ class SavingFigures(Part):
     hours: Number
 
 
+class ShiftHours(Part):
+    """Hours in which people are there, seconds from Monday 00:00; a night may end in the next week."""
+
+    opens_s: Time
+    closes_s: Time
+
+
 class TradeOffFigures(Part):
     """The best campaign when a second of power-on is worth `power_on_weight` seconds of the campaign."""
 
@@ -216,7 +234,10 @@ class TradeOffFigures(Part):
 
 
 class PlannedStep(BenchPart):
-    """One action on one bench; times in seconds from the start of the campaign."""
+    """One action on one bench; times in seconds from the start of the campaign.
+
+    attended: whether a person must be there; null: an older plan does not say
+    """
 
     id: str = Field(min_length=1)
     bench: str
@@ -228,6 +249,7 @@ class PlannedStep(BenchPart):
     repeat: Count | None
     motion: Motion | None
     units: Count
+    attended: bool | None = None
 
 
 class PlanDocument(Part):
@@ -253,7 +275,8 @@ class PlanDocument(Part):
     reasons: list[Reason]
     genetic: GeneticFigures | None
     hours_per_limit: dict[str, Number]
-    start: str | None = None
+    start: Annotated[str, Field(pattern=MOMENT_PATTERN)] | None = None
+    shifts: list[ShiftHours] = []
     savings: list[SavingFigures] = []
     trade_off: list[TradeOffFigures] = []
     notes: list[str]

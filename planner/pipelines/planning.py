@@ -11,6 +11,7 @@ from planner.errors import InfeasibleError
 from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.budget import common_rule
 from planner.plan.by_hand import is_hand_made
+from planner.plan.campaign_by_total import by_total
 from planner.plan.campaign_to_plan import plan_of
 from planner.plan.errors_to_points import point_menus
 from planner.plan.genetic_campaign import genetic_plan
@@ -85,6 +86,8 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
         allowed, notes = _allowed_or_why_not(spec, task, navigation, progress)
         progress("genetic algorithm beside the exact campaign")
         genetic = genetic_plan(task, chosen, rule, _settings(spec), spec.plan.seed)
+    progress("the same with waiting and batches in sight")
+    chosen = by_total(task, chosen)
     timeline = steps(spec, chosen)
     made = plan_of(
         task,
@@ -100,7 +103,7 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
     curve: tuple[TradeOffPoint, ...] = ()
     if spec.plan.trade_off and not is_hand_made(spec):
         progress("trade-off of campaign time and power-on time")
-        curve = trade_off(spec, lambda other: campaign(_task(other, navigation)))
+        curve = trade_off(spec, lambda other: campaign(_task(other, navigation)), [chosen])
     return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, allowed)
 
 

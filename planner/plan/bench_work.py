@@ -8,18 +8,15 @@ power-on to power-off a repeat is one block: it waits for people before it start
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from planner import catalog
 from planner.plan.by_hand import in_room
-from planner.protocols import BenchKind
 from planner.records import TestVisits
 from planner.solvers.calendar import Calendar, Passage, Span, constant
-from planner.spec.attendance import attended_spans, install_attended, off_time, powered_time
-from planner.spec.model import Bench, Chamber, Motion, Spec, Test
-from planner.units import from_si
+from planner.spec.attendance import attended_spans, install_attended, off_time, people_at, powered_time
+from planner.spec.model import Chamber, Spec, Test
+from planner.spec.motions import motions_of
 
 
 @dataclass(frozen=True)
@@ -186,7 +183,7 @@ def _shortened(block: Block, seconds: float) -> Block:
 def test_blocks(spec: Spec, name: str, t: float, repeats: int, place: str) -> Iterator[Block]:
     """Two blocks a repeat: powered, and switched off."""
     test = spec.tests[name]
-    motions = _motions(spec, test)
+    motions = motions_of(test.bench, spec.benches[test.bench], test)
     for r in range(1, repeats + 1):
         run = f"{test.bench}/{place}/{name}/r{r:02d}"
         blank = Action(run, "", 0.0, name, t, r)
@@ -199,9 +196,10 @@ def test_blocks(spec: Spec, name: str, t: float, repeats: int, place: str) -> It
 def _powered(
     spec: Spec, test: Test, motions: Sequence[Mapping[str, float] | None], blank: Action
 ) -> Iterator[Action]:
-    run, bench, people = blank.id, spec.benches[test.bench], test.attended
-    yield replace(blank, id=f"{run}/power_on", action="power_on", seconds=test.power_on, attended=people)
-    for m, motion in enumerate(motions, start=1):
+    run, bench = blank.id, spec.benches[test.bench]
+    switching, moving = people_at(test.bench, bench, test, motions)
+    yield replace(blank, id=f"{run}/power_on", action="power_on", seconds=test.power_on, attended=switching)
+    for m, (motion, people) in enumerate(zip(motions, moving, strict=True), start=1):
         if motion is not None or bench.move:
             move = replace(blank, id=f"{run}/m{m}/move", action="move", seconds=bench.move, motion=motion)
             yield replace(move, attended=people)
@@ -220,36 +218,3 @@ def ramp_time(chamber: Chamber, start: float, end: float) -> float:
 def temperature_name(t: float) -> str:
     """A temperature as it stands in step ids: `-30`, `-51.43`."""
     return f"{round(t, 2):g}"
-
-
-def _motions(spec: Spec, test: Test) -> Sequence[Mapping[str, float] | None]:
-    """The test's motions by axis; standard motions of the kind of bench when the spec only counts them."""
-    if isinstance(test.motions, int):
-        bench = spec.benches[test.bench]
-        kind = catalog.benches()[bench.kind or test.bench] if _has_kind(spec, test.bench) else None
-        return [None] * test.motions if kind is None else _standard_motions(kind, bench, test)
-    return [_by_axis(motion) for motion in test.motions]
-
-
-def _standard_motions(kind: BenchKind, bench: Bench, test: Test) -> Sequence[Mapping[str, float]]:
-    limits = bench.limits
-    return kind.motions(
-        test.motion_count,
-        bench.axes,
-        calibrates=test.calibrates,
-        rate_limit_dps=math.inf if limits.rate is None else from_si(limits.rate, "deg/s"),
-        load_limit_g=math.inf if limits.acceleration is None else from_si(limits.acceleration, "g"),
-    )
-
-
-def _has_kind(spec: Spec, bench: str) -> bool:
-    return (spec.benches[bench].kind or bench) in catalog.benches()
-
-
-def _by_axis(motion: Motion) -> Mapping[str, float]:
-    units = {"position": ("deg", "deg"), "rate": ("deg/s", "dps"), "acceleration": ("g", "g")}
-    found = {}
-    for key, value in motion.model_dump(exclude_none=True).items():
-        unit, suffix = units[key.split("_")[0]]
-        found[f"{key}_{suffix}"] = round(from_si(value, unit), 9)
-    return found

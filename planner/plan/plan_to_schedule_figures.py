@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -10,7 +9,7 @@ from planner.plan.costs import weights_of
 from planner.plan.savings import savings, with_plan
 from planner.plan.schedule_to_steps import batch_sizes, bench_timings, makespan
 from planner.records import Campaign, Plan, TradeOffPoint
-from planner.spec.attendance import start_words
+from planner.spec.attendance import calendar_of, start_words
 from planner.spec.model import Spec
 
 # The total and its bound are sums in different orders; beyond that the campaign is longer than the bound.
@@ -22,9 +21,9 @@ def with_schedule_figures(
 ) -> Plan:
     """The plan with its makespan, a bound that holds for it, and what its rules save.
 
-    The integer program chooses by working time. Waiting for shifts and the passage of several batches make
-    the total larger than its bound; then gap = (total − bound) / total, and the total is not called proved,
-    although the order of the temperatures is the best for the chosen work.
+    The integer program prices working time. Waiting for shifts and the passage of several batches may make
+    the total larger than its bound (planner.plan.campaign_by_total); then gap = (total − bound) / total, and
+    the total is not called proved, although the order of the temperatures is the best for the chosen work.
     """
     time = round(max((step.end_s for step in plan.steps), default=0.0), 6)
     plan = replace(
@@ -33,16 +32,17 @@ def with_schedule_figures(
         savings=savings(spec, chosen, time),
         trade_off=tuple(curve),
         work_proved=chosen.proved,
+        by_total=chosen.by_total,
         start=start_words(spec),
+        shifts=calendar_of(spec).windows,
         notes=(*plan.notes, *_notes(spec, chosen, plan, time)),
     )
-    return _with_bound(plan, spec) if spec.plan.shifts or spec.plan.units is not None else plan
+    return _with_bound(plan, spec, chosen) if spec.plan.shifts or spec.plan.units is not None else plan
 
 
-def _with_bound(plan: Plan, spec: Spec) -> Plan:
+def _with_bound(plan: Plan, spec: Spec, chosen: Campaign) -> Plan:
     of_time, of_power = weights_of(spec)
-    alone = of_power == 0.0
-    bound = plan.objective_bound * (least_passes(spec) if alone else 1.0)
+    bound = plan.objective_bound if chosen.total_bound is None else chosen.total_bound
     value = of_time * plan.time_s + of_power * plan.power_on_s
     gap = max(0.0, value - bound) / value if value > 0 else 0.0
     return replace(
@@ -55,35 +55,26 @@ def _with_bound(plan: Plan, spec: Spec) -> Plan:
     )
 
 
-def least_passes(spec: Spec) -> float:
-    """A lower bound of makespan / (working time of one batch), for every choice of work.
-
-    b equal batches on m benches, p_i seconds on each: the makespan is Σp + (b − 1) max p, and max p >= Σp/m.
-    b is at least the units by the largest bench, m at most the benches that have tests.
-    """
-    benches = {test.bench for test in spec.tests.values()}
-    if spec.plan.units is None or not benches:
-        return 1.0
-    batches = math.ceil(spec.plan.units / max(spec.benches[name].units for name in benches))
-    return 1.0 + (batches - 1) / len(benches)
-
-
 def _notes(spec: Spec, chosen: Campaign, plan: Plan, time: float) -> Iterator[str]:
     timings = bench_timings(spec, chosen.visits)
     if spec.plan.shifts:
         waiting = (time - makespan(with_plan(spec, shifts=()), chosen.visits)) / 3600
         yield (
-            f"plan.shifts: {waiting:.2f} h of the campaign are waiting for people; temperatures and repeats "
-            "are chosen by working time, which bound_s is a bound of; for this work the timeline is the "
-            "shortest that plan.order allows"
+            f"plan.shifts: {waiting:.2f} h of the campaign are waiting for people, which bound_s leaves out; "
+            "for this work the timeline is the shortest that plan.order allows"
+        )
+    if chosen.by_total:
+        yield (
+            "temperatures and repeats: another choice takes less work, but longer with waiting and batches; "
+            "of those that were timed this one is done first"
         )
     if not all(timing.is_exact for timing in timings):
         yield "plan.order: too many temperatures for the exact order under shifts; a monotone one was taken"
     sizes = batch_sizes(spec, [timing.work.bench for timing in timings])
     if len(sizes) > 1:
         yield (
-            f"plan.units: {len(sizes)} batches of up to {max(sizes)} units; the work is chosen for the "
-            "shortest passage of one batch, time_s is when the last unit is done, power_on_s is of each unit"
+            f"plan.units: {len(sizes)} batches of up to {max(sizes)} units; "
+            "time_s is when the last unit is done, power_on_s is of each unit"
         )
     life = spec.unit.service_life
     if life is not None and plan.power_on_s > life:

@@ -24,7 +24,7 @@ from planner.plan.confidence import half_widths
 from planner.plan.percentile_cuts import objection
 from planner.plan.task import TANGENT_FROM, Task, extreme_allowances, row_sizes
 from planner.records import Campaign, Constraint, ErrorChoice, TestVisits
-from planner.solvers.integer import Rows, solve
+from planner.solvers.integer import Choice, Rows, solve
 from planner.solvers.linear_combination import weights
 from planner.units import from_si
 
@@ -49,6 +49,11 @@ def campaign(task: Task) -> Campaign:
         raise StoppedEarly(f"{error}; give plan.time_limit more, or fewer candidates") from None
     if choice is None:
         raise InfeasibleError("the requirements can be met one by one but not together")
+    return campaign_of(task, choice)
+
+
+def campaign_of(task: Task, choice: Choice) -> Campaign:
+    """The campaign behind a choice of rows."""
     visits = visits_of(task, choice.rows)
     explained = [_explain(task, e, row, visits) for e, row in enumerate(choice.rows)]
     return Campaign(visits, tuple(explained), choice.cost, choice.bound, choice.proved)

@@ -25,6 +25,7 @@ from planner.plan.bench_work import (
 )
 from planner.plan.costs import repeat_power_on
 from planner.records import Campaign, PlannedTest, Step, TestVisits
+from planner.spec.attendance import is_attended
 from planner.spec.model import Spec
 
 
@@ -98,7 +99,7 @@ def planned_tests(spec: Spec, campaign: Campaign, timeline: Sequence[Step]) -> t
             power_on_s=round(sum(visit.repeats) * repeat_power_on(spec, spec.tests[visit.test]), 6),
             calibrates=spec.tests[visit.test].calibrates,
             motions=spec.tests[visit.test].motion_count,
-            attended=spec.tests[visit.test].attended,
+            attended=is_attended(spec, visit.test),
         )
         for visit in campaign.visits
     )
@@ -151,4 +152,5 @@ def _step(a: Action, work: BenchWork, start: float, end: float, prefix: str, uni
         repeat=a.repeat,
         motion=a.motion,
         units=units,
+        attended=a.attended,
     )

@@ -20,6 +20,7 @@ def planned_benches(spec: Spec) -> tuple[PlannedBench, ...]:
             acceleration=bench.limits.acceleration,
             arm=bench.arm,
             chamber=None if bench.chamber is None else _chamber(bench.chamber),
+            travel=dict(sorted(bench.limits.travel.items())),
         )
         for name, bench in spec.benches.items()
     )

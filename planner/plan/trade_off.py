@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 from planner.errors import StoppedEarly
 from planner.plan.costs import repeat_power_on
@@ -16,19 +17,49 @@ from planner.spec.model import Objective, Spec
 POWER_ON_WEIGHTS = (1e-6, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0, 1e6)
 
 
-def trade_off(spec: Spec, solve: Callable[[Spec], Campaign]) -> tuple[TradeOffPoint, ...]:
-    """The best campaign for every weight, shortest first; `solve` plans a spec.
+@dataclass(frozen=True)
+class Timed:
+    """A campaign with its makespan and the power-on time of each unit, s."""
 
-    A weight whose plan is not found within `plan.time_limit` is left out.
+    campaign: Campaign
+    time_s: float
+    power_on_s: float
+
+
+def trade_off(
+    spec: Spec, solve: Callable[[Spec], Campaign], known: Sequence[Campaign] = ()
+) -> tuple[TradeOffPoint, ...]:
+    """The best campaign for every weight, shortest first; `solve` plans a spec, `known`: already planned.
+
+    Programs price working time; with waiting and batches the campaign of another weight, or the plan itself,
+    may be better. So of all of them that is taken which is best for the weight when timed. A weight whose
+    plan is not found within `plan.time_limit` is left out. Proved are only plans that wait for nothing and
+    come in one batch: else the proof is of their working time.
     """
-    found = []
+    plain = not spec.plan.shifts and spec.plan.units is None
+    found = dict(_solved(spec, solve))
+    every = [_timed(spec, campaign) for campaign in [*found.values(), *known]]
+    points = []
+    for weight in found:
+        best = min(every, key=lambda timed: (timed.time_s + weight * timed.power_on_s, timed.time_s))
+        points.append(
+            TradeOffPoint(
+                weight, round(best.time_s, 6), round(best.power_on_s, 6), plain and best.campaign.proved
+            )
+        )
+    return tuple(points)
+
+
+def _solved(spec: Spec, solve: Callable[[Spec], Campaign]) -> Iterator[tuple[float, Campaign]]:
     for weight in POWER_ON_WEIGHTS:
         objective = Objective(time=1.0, power_on=weight) if weight < 1e6 else Objective(time=1e-6, power_on=1)
         try:
-            campaign = solve(with_plan(spec, minimise=objective))
+            yield weight, solve(with_plan(spec, minimise=objective))
         except StoppedEarly:
             continue
-        power_on = sum(sum(v.repeats) * repeat_power_on(spec, spec.tests[v.test]) for v in campaign.visits)
-        time = makespan(spec, campaign.visits)
-        found.append(TradeOffPoint(weight, round(time, 6), round(power_on, 6), campaign.proved))
-    return tuple(found)
+
+
+def _timed(spec: Spec, campaign: Campaign) -> Timed:
+    visits = campaign.visits
+    power_on = sum(sum(visit.repeats) * repeat_power_on(spec, spec.tests[visit.test]) for visit in visits)
+    return Timed(campaign, makespan(spec, visits), power_on)

@@ -14,7 +14,7 @@ import numpy as np
 
 from planner.records import Array, Plan, Step
 from planner.report import theme
-from planner.report.hours import action_order
+from planner.report.hours import action_of, action_order
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -113,13 +113,13 @@ def _draw(plan: Plan, benches: Sequence[str], tests: Sequence[str]) -> Figure:
 
 def _lanes(axes: Axes, plan: Plan, benches: Sequence[str], tests: Sequence[str]) -> None:
     edges = np.linspace(0.0, max(plan.time_s, 1.0), COLUMNS + 1)
-    actions = action_order(step.action for step in plan.steps)
+    actions = action_order(map(action_of, plan.steps))
     for row, bench in enumerate(benches):
         steps = [step for step in plan.steps if step.bench == bench]
         _lane(
             axes,
             edges,
-            column_shares(steps, edges, actions, lambda s: s.action),
+            column_shares(steps, edges, actions, action_of),
             -row,
             action_colours(actions),
         )
@@ -185,7 +185,7 @@ def _temperatures(axes: Axes, tracks: Mapping[str, Array]) -> None:
 
 
 def _legend(figure: Figure, plan: Plan, tests: Sequence[str]) -> None:
-    actions = action_order(step.action for step in plan.steps)
+    actions = action_order(map(action_of, plan.steps))
     merged: dict[str, list[str]] = {}
     for action, colour in zip(actions, action_colours(actions), strict=True):
         merged.setdefault(colour, []).append(action.replace("_", " "))

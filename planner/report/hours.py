@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from planner.records import Step
 
+PEOPLE = "waiting for people"  # a pause of no test: until a shift begins
 ACTIONS = (
     "install",
     "ramp",
@@ -18,6 +19,7 @@ ACTIONS = (
     "power_off",
     "cool_down",
     "pause",
+    PEOPLE,
     "remove",
 )
 SHARED = "no test (installing, ramps, soaks)"
@@ -38,12 +40,12 @@ class Spent:
 
 def by_action(steps: Sequence[Step], time_s: float) -> tuple[Spent, ...]:
     """Seconds of every kind of action in the order in which a bench does them; the sum is `time_s`."""
-    return _sums(steps, time_s, lambda step: step.action, _action_order)
+    return _sums(steps, time_s, action_of, _action_order)
 
 
 def by_test(steps: Sequence[Step], time_s: float) -> tuple[Spent, ...]:
     """Seconds of every test, then of what no test owns; the sum is `time_s`."""
-    return _sums(steps, time_s, lambda step: step.test or SHARED, None)
+    return _sums(steps, time_s, _test, None)
 
 
 def by_bench(steps: Sequence[Step], time_s: float) -> tuple[Spent, ...]:
@@ -70,7 +72,7 @@ def _sums(
     durations: dict[str, list[float]] = {}
     for step in steps:
         durations.setdefault(heading(step), []).append(step.end_s - step.start_s)
-    names = sorted(durations, key=order) if order else sorted(durations, key=lambda name: name == SHARED)
+    names = sorted(durations, key=order) if order else sorted(durations, key=(SHARED, PEOPLE).__contains__)
     rows = [_spent(name, durations[name], time_s) for name in names]
     rest = time_s - math.fsum(row.seconds for row in rows)
     if abs(rest) > 1e-6 * max(time_s, 1.0):  # below that it is the rounding of a hundred thousand sums
@@ -85,6 +87,15 @@ def _spent(name: str, durations: list[float], time_s: float) -> Spent:
 
 def _share(seconds: float, time_s: float) -> float:
     return seconds / time_s if time_s > 0 else 0.0
+
+
+def action_of(step: Step) -> str:
+    """The action; the pauses in which the plan waits for a shift under a name of their own."""
+    return PEOPLE if step.action == "pause" and step.test is None else step.action
+
+
+def _test(step: Step) -> str:
+    return step.test or (PEOPLE if action_of(step) == PEOPLE else SHARED)
 
 
 def _temperature(step: Step) -> str:

@@ -20,10 +20,15 @@ def proof(plan: Plan) -> str:
     if plan.proved and plan.gap <= 1e-9:  # below that the bound differs by rounding
         return f"Proved: no campaign that meets the requirements does better (minimised: {plan.objective})."
     if plan.work_proved and not plan.proved:
+        chosen = (
+            "the shortest in total of those that were timed"
+            if plan.by_total
+            else "proved the best by working time, and none that was timed is shorter in total"
+        )
         return (
-            "Temperatures and repeats: proved the best by working time. Their order: the best for this work. "
-            f"{hours(plan.bound_s)} h of work are a bound for every choice; waiting and batches are "
-            f"{percent(plan.gap, 2)} of the total (minimised: {plan.objective})."
+            f"Temperatures and repeats: {chosen}. Their order: the best for this work. "
+            f"No choice takes less than {hours(plan.bound_s)} h, waiting left out; what is above that, "
+            f"{percent(plan.gap, 2)} of the total, is waiting or not proved (minimised: {plan.objective})."
         )
     return (
         f"Not proved: within {percent(plan.gap, 2)} of the best possible; "

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner.quantities import DAY_S, WEEKDAYS
 from planner.records import Plan, TradeOffPoint
 from planner.report import theme
 from planner.report.blocks import Cell, Column, Picture, Section, Table, Text, section
+from planner.report.hours import PEOPLE, action_of
 from planner.report.numbers import digits, hours, percent
 
 if TYPE_CHECKING:
@@ -28,7 +30,8 @@ def schedule(plan: Plan) -> Section | None:
     drawn = trade_off_figure(curve) if len(curve) > 1 else None
     return section(
         "schedule",
-        "What the schedule's rules save",
+        "The schedule and what its rules save",
+        Text(people_hours(plan)) if plan.shifts else None,
         Text(
             "Each rule alone is taken away and the same temperatures and repeats are timed again; the hours "
             "do not add up, and without the rule other repeats might be chosen."
@@ -44,6 +47,28 @@ def schedule(plan: Plan) -> Section | None:
         Picture(drawn, "Every point is a plan; none is better in both.") if drawn else None,
         trade_off_table(curve),
     )
+
+
+def people_hours(plan: Plan) -> str:
+    """When people are there, when the campaign begins, and how long it waits for them."""
+    days: dict[str, list[str]] = {}
+    for opens, closes in plan.shifts:
+        times = f"{_clock(opens)} to {_clock(closes)}"
+        days.setdefault(times, []).append(WEEKDAYS[int(opens // DAY_S)])
+    shifts = "; ".join(f"{', '.join(names)} {times}" for times, names in days.items())
+    waits = [step.end_s - step.start_s for step in plan.steps if action_of(step) == PEOPLE]
+    attended = sum(step.attended for step in plan.steps)
+    pauses = f"{len(waits)} pause{'' if len(waits) == 1 else 's'}"
+    return (
+        f"People are there {shifts}; the campaign begins {plan.start}. {attended} of {len(plan.steps)} steps "
+        f"need them; waiting for them takes {hours(sum(waits))} h of the benches, in {pauses}."
+    )
+
+
+def _clock(moment: float) -> str:
+    """A moment of the week as a time of day."""
+    minutes = round(moment / 60) % 1440
+    return f"{minutes // 60:02d}:{minutes % 60:02d}"
 
 
 def savings_table(plan: Plan) -> Table | None:

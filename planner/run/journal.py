@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import stat
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -78,16 +79,19 @@ class Journal:
 def open_journal(path: Path, plan_sha256: str, steps: Sequence[str], *, resume: bool) -> Journal:
     """A new journal, or with `resume` the one that is there, cut back to its last whole line.
 
-    Raises InputError when one is there and `resume` is not given, for the journal of another plan, for one
-    that does not tell this plan's steps in order, and while another run has it open.
+    Raises InputError when one is there that tells of finished steps and `resume` is not given, for the
+    journal of another plan, for one that does not tell this plan's steps in order, and while another run has
+    it open.
     """
     handle = _opened(path)
     try:
         data = path.read_bytes()
         whole = data[: data.rfind(b"\n") + 1]
-        if whole and not resume:
-            raise InputError(f"{path} is there already: go on with --resume, or give another --journal FILE")
-        past = _past(path, whole, plan_sha256, steps)
+        past = (
+            _past(path, whole, plan_sha256, steps)
+            if resume or not whole
+            else _unbegun(path, whole, plan_sha256)
+        )
         if len(whole) < len(data):
             os.ftruncate(handle, len(whole))
         journal = Journal(path, handle, past)
@@ -120,12 +124,25 @@ def _opened(path: Path) -> int:
         handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror}") from error
+    if not stat.S_ISREG(os.fstat(handle).st_mode):  # a device may have no end to read to
+        os.close(handle)
+        raise InputError(f"{path} is no file; give another --journal FILE")
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the system lets go of it even after kill -9
     except OSError as error:
         os.close(handle)
         raise InputError(f"{path} is in use by another run") from error
     return handle
+
+
+def _unbegun(path: Path, whole: bytes, plan_sha256: str) -> Past:
+    """A journal of this plan in which no step was finished: its run never reached the bench."""
+    try:
+        return _past(path, whole, plan_sha256, ())  # refuses any finished step
+    except InputError:
+        raise InputError(
+            f"{path} is there already: go on with --resume, or give another --journal FILE"
+        ) from None
 
 
 def _sync_folder(folder: Path) -> None:

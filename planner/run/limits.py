@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 
@@ -10,6 +11,7 @@ from planner.errors import Fault, InputError
 from planner.records import Step
 from planner.run.job import BenchFacts, Job
 from planner.run.motion import AxisOrder, MotionError, orders
+from planner.spec.axis_travel import travel_faults
 
 ACTIONS = frozenset(
     {
@@ -26,6 +28,7 @@ ACTIONS = frozenset(
     }
 )
 MOST_FAULTS = 20
+_BATCH = re.compile(r"b\d+/")
 
 
 def check(job: Job) -> tuple[str, ...]:
@@ -41,6 +44,7 @@ def check(job: Job) -> tuple[str, ...]:
 def _faults(job: Job) -> Iterator[tuple[str, str]]:
     if not job.steps:
         yield "steps", "the plan has no steps"
+    yield from _interleaved(job)
     for name, count in Counter(step.id for step in job.steps).items():
         if count > 1:
             yield name, "two steps have this id"
@@ -50,6 +54,7 @@ def _faults(job: Job) -> Iterator[tuple[str, str]]:
             if (step.bench, why) not in said:  # one line a reason: a plan has thousands of steps
                 said.add((step.bench, why))
                 yield step.id, why
+    yield from _travel(job)
 
 
 def _step_faults(step: Step, job: Job) -> Iterator[str]:
@@ -79,30 +84,50 @@ def _temperature(step: Step, bench: BenchFacts) -> Iterator[str]:
 
 def _motion(step: Step, bench: BenchFacts) -> Iterator[str]:
     try:
-        wanted = orders(step.motion, bench)
+        orders(step.motion, bench)
     except MotionError as error:
         yield str(error)
-        return
-    for order in wanted:
-        if order.mode == "rate" and order.axis in bench.travel and order.value:
-            yield from _sweep(order, step.end_s - step.start_s, bench)
 
 
-def _sweep(order: AxisOrder, seconds: float, bench: BenchFacts) -> Iterator[str]:
-    """An axis with stops must come up to its rate, keep it and brake within its travel."""
-    least, most = bench.travel[order.axis]
-    rate, acceleration = abs(order.value), bench.angular_acceleration_dps2
-    needed = rate * seconds + (rate * rate / acceleration if acceleration else 0.0)
-    if needed > most - least:
-        yield (
-            f"{order.value:g} deg/s for {seconds:g} s takes {needed:g} deg of travel, "
-            f"axis {order.axis} has {most - least:g} deg"
-        )
+def _interleaved(job: Job) -> Iterator[tuple[str, str]]:
+    """One run goes to another bench only when a batch has left the one before: to leave a bench in the middle
+    of a visit would warm its chamber, and the unit on it would not be soaked when the run came back.
+    """
+    left: set[tuple[str, str]] = set()
+    now: tuple[str, str] | None = None
+    for step in job.steps:
+        visit = (step.bench, _batch(step))
+        if visit == now:
+            continue
+        if visit in left:
+            benches = " and ".join(f"--bench {name}" for name in job.used_benches)
+            yield step.id, f"the benches work at the same time in this plan; start a run for each: {benches}"
+            return
+        if now is not None:
+            left.add(now)
+        now = visit
+
+
+def _batch(step: Step) -> str:
+    match = _BATCH.match(step.id)
+    return match[0] if match else ""
+
+
+def _travel(job: Job) -> Iterator[tuple[str, str]]:
+    """Axes with stops, followed through the campaign from where they stand to where they turn."""
+    for name, bench in job.benches.items():
+        steps = [step for step in job.steps if step.bench == name]
+        said: set[str] = set()
+        for step, why in travel_faults(steps, bench.travel, bench.angular_acceleration_dps2):
+            if why not in said:
+                said.add(why)
+                yield step.id, why
 
 
 def _notes(job: Job) -> Iterator[str]:
     for name in job.used_benches:
         bench = job.benches[name]
+        yield from _rounded(bench, (step for step in job.steps if step.bench == name))
         if not bench.driven:
             yield f"{name} has no drive: the operator puts the unit on every face"
             continue
@@ -120,6 +145,17 @@ def _notes(job: Job) -> Iterator[str]:
                 "to be checked beforehand they must stand under limits in the spec"
             )
         yield from _long_moves(bench, (step for step in job.steps if step.bench == name))
+
+
+def _rounded(bench: BenchFacts, steps: Iterable[Step]) -> Iterator[str]:
+    """Temperatures with finer digits than the chamber takes."""
+    wanted = {step.temperature_degc for step in steps} - {None} if bench.chamber else set()
+    finer = sorted(t for t in wanted if t is not None and abs(t - float(f"{t:.1f}")) > 1e-6)
+    if finer:
+        yield (
+            f"{bench.name}: the chamber takes tenths of a degree, so {len(finer)} of the plan's temperatures "
+            f"are rounded, e.g. {finer[0]:g} degC to {finer[0]:.1f}"
+        )
 
 
 def _long_moves(bench: BenchFacts, steps: Iterable[Step]) -> Iterator[str]:
@@ -145,5 +181,8 @@ def _seconds(old: AxisOrder, new: AxisOrder, bench: BenchFacts, acceleration: fl
     if new.mode == "rate":
         return abs(new.value - start) / acceleration
     way = 180.0 if old.mode == "rate" else abs(math.remainder(new.value - old.value, 360.0))
+    if new.axis in bench.travel:
+        least, most = bench.travel[new.axis]
+        way = most - least if old.mode == "rate" else abs(new.value - old.value)
     peak = min(fastest, math.sqrt(way * acceleration))
     return abs(start) / acceleration + (way / peak + peak / acceleration if peak else 0.0)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from planner.run.job import BenchFacts
+from planner.spec.axis_travel import reduced, same_attitude
 from planner.units import STANDARD_GRAVITY_MPS2
 
 _KEY = re.compile(r"(position|rate)_([1-6])_(deg|dps)")
@@ -80,15 +81,13 @@ def _within(value: float, limit: float | None, unit: str, what: str) -> float:
 
 
 def _inside(value: float, axis: int, bench: BenchFacts) -> float:
-    """The same attitude within the stops of the axis; a continuous axis takes the angle as it is."""
+    """The same attitude within the stops of the axis, or within one turn of a continuous one."""
     if not math.isfinite(value):
         raise MotionError(f"{value} deg")
     if axis not in bench.travel:
-        return float(value)
-    least, most = bench.travel[axis]
-    same = value + 360.0 * math.ceil((least - value) / 360.0 - 1e-12)
-    if abs(value) <= 1e9 and least <= value <= most:
-        return float(value)
-    if same > most:
-        raise MotionError(f"{value:g} deg is outside the stops of axis {axis}, {least:g} … {most:g} deg")
+        return float(reduced(value))
+    same = same_attitude(value, bench.travel[axis])
+    if same is None:
+        least, most = bench.travel[axis]
+        raise MotionError(f"{value:g} deg is outside the stops of axis {axis}, {least:g} .. {most:g} deg")
     return float(same)

@@ -18,6 +18,7 @@ from planner.errors import PlannerError
 from planner.records import Step
 from planner.run.chamber_driver import ChamberDriver
 from planner.run.clock import Clock
+from planner.run.hours import Hours, begins
 from planner.run.job import BenchFacts, Job
 from planner.run.journal import Entry, Journal
 from planner.run.line import Line
@@ -34,7 +35,10 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Equipment:
-    """What a campaign is run with. tables: a line for every driven bench; chamber: None without one."""
+    """What a campaign is run with. tables: a line for every driven bench; chamber: None without one.
+
+    week: () -> seconds from Monday 00:00 now; None: as planned, from the session's first step on
+    """
 
     tables: Mapping[str, Line]
     chamber: Line | None
@@ -42,6 +46,7 @@ class Equipment:
     recorder: Recorder = field(default_factory=NoRecorder)
     operator: Operator | None = None
     tolerances: Tolerances = field(default_factory=Tolerances)
+    week: Callable[[], float] | None = None
 
 
 @dataclass(frozen=True)
@@ -92,6 +97,7 @@ class _Run:
         self._table: TableDriver | None = None
         self._chamber: ChamberDriver | None = None
         self._done = len(journal.past.entries)
+        self._hours = Hours(job, equipment.week or self._planned_week(), equipment.tolerances.overtime_s)
         self._powered = False
         self._recording: Step | None = None
         self._began = 0.0
@@ -101,8 +107,11 @@ class _Run:
         first = self._bench is None
         if self._bench is None or self._bench.name != step.bench:
             self._change_bench(step)
+        if first or begins(self._job.steps, self._done):
+            self._wait_for_people(self._done)
         if first and self._done:
             self._catch_up(step)
+            self._wait_for_people(self._done)  # the soak of catching up may have taken the rest of the shift
         self._began = self._clock.now()
         getattr(self, f"_{step.action}")(step)  # `limits.ACTIONS` are the names that get here
         self._write(step)
@@ -119,6 +128,30 @@ class _Run:
         if failed and self._powered:
             step = self._job.steps[self._done]
             self._try("the unit was not switched off", lambda: self._switch(False, step))
+
+    # ------------------------------------------------------------ people
+
+    def _planned_week(self) -> Callable[[], float]:
+        """The first step of the session is made at its planned moment of the week."""
+        start, steps = self._clock.now(), self._job.steps
+        planned = self._job.start_s + (steps[self._done].start_s if self._done < len(steps) else 0.0)
+        return lambda: planned + self._clock.now() - start
+
+    def _wait_for_people(self, index: int) -> None:
+        """Until step `index` may begin (planner.run.hours), with a look at table and chamber every minute."""
+        left = self._hours.left(index) if index < len(self._job.steps) else 0.0
+        if left > LONGEST_WAIT_S:
+            self._say(f"waiting for people until {self._hours.opens(index)}, {left / 3600:.1f} h")
+        while left > 0:
+            self._clock.sleep(min(left, LONGEST_WAIT_S))
+            if left > LONGEST_WAIT_S:
+                self._look()
+            left = self._hours.left(index)
+
+    def _attend(self, step: Step, seconds: float) -> None:
+        """Somebody at a table that stands still."""
+        self._rest()
+        self._operator.attend(step, seconds)
 
     # ------------------------------------------------------------ before the first step
 
@@ -159,7 +192,7 @@ class _Run:
     def _install(self, step: Step) -> None:
         self._rest()
         self._at_temperature(step)
-        self._operator.attend(step, _seconds(step))
+        self._attend(step, _seconds(step))
 
     _remove = _install
 
@@ -172,14 +205,16 @@ class _Run:
 
     def _power_on(self, step: Step) -> None:
         self._at_temperature(step)
+        if step.attended:
+            self._attend(step, 0.0)
         self._journal.power_on()
         self._switch(True, step)
         self._hold(_seconds(step))
 
     def _move(self, step: Step) -> None:
-        if self._turned_round(step):
-            self._rest()
-            self._operator.attend(step, _seconds(step))
+        turned = self._turned_round(step)
+        if turned or step.attended:
+            self._attend(step, _seconds(step) if turned else 0.0)
         if self._table is not None:
             self._table.move(step.motion, _seconds(step))
 
@@ -202,7 +237,12 @@ class _Run:
     def _cool_down(self, step: Step) -> None:
         self._hold(_seconds(step))
 
-    _pause = _cool_down
+    def _pause(self, step: Step) -> None:
+        """Of a test: for its time. Of none: until people are there for what follows (planner.run.hours)."""
+        if step.test is None and (self._job.shifts or self._job.any_time):
+            self._wait_for_people(self._done + 1)
+        else:
+            self._hold(_seconds(step))
 
     # ------------------------------------------------------------ their parts
 

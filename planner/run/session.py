@@ -17,6 +17,7 @@ from planner.run import limits
 from planner.run.clock import Clock, SimulatorClock, WallClock
 from planner.run.dry import dry_run
 from planner.run.errors import BenchFault, Interrupted
+from planner.run.hours import local_week_s
 from planner.run.interrupts import stoppable
 from planner.run.job import Job
 from planner.run.journal import Journal, open_journal, read_past
@@ -135,6 +136,7 @@ def _equipment(request: Request, tables: Mapping[str, str], stack: ExitStack) ->
         clock=clock,
         recorder=CommandRecorder(shlex.split(request.recorder)) if request.recorder else NoRecorder(),
         operator=operator,
+        week=None if all(map(is_simulator, resources)) else local_week_s,
     )
 
 

@@ -110,14 +110,15 @@ class TableDriver:
         return True
 
     def _arrive(self, wanted: Sequence[AxisOrder], planned_s: float) -> None:
-        """Look until every axis is there twice in a row."""
+        """Look until every axis is there twice in a row; late is only who is not there when it is looked."""
         start, seen = self._clock.now(), 0
         deadline = self._within.arrival_s + 3 * planned_s + 3 * max(map(self._longest_s, wanted))
         while seen < 2:
             waited = self._clock.now() - start
-            if waited > deadline:
-                missing = [_said(o) + f" reads {self._reading(o):g}" for o in wanted if not self._there(o)]
-                raise BenchFault(f"not arrived after {waited:.0f} s: {', '.join(missing)}")
+            missing = [order for order in wanted if not self._there(order)] if waited > deadline else []
+            if missing:
+                said = [f"{_said(order)} reads {self._reading(order):g}" for order in missing]
+                raise BenchFault(f"not arrived after {waited:.0f} s: {', '.join(said)}")
             self._clock.sleep(min(max(POLL_S[0], waited / 10), POLL_S[1]))
             seen = seen + 1 if all(map(self._there, wanted)) else 0
         if not self._reads_rate:

@@ -11,6 +11,7 @@ class Tolerances:
 
     arrival_s, settling_s: deadlines beside what the plan and the limits ask for; settled_s: how long the air
     must stay within temperature_k before it counts; drift_k: how far it may stray later
+    overtime_s: how long after a shift a step of people's may end
     """
 
     position_deg: float = 0.01
@@ -21,3 +22,4 @@ class Tolerances:
     settled_s: float = 30.0
     settling_s: float = 4 * 3600.0
     drift_k: float = 2.0
+    overtime_s: float = 600.0

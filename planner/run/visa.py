@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import re
 import socket
 from typing import Any
@@ -81,10 +82,21 @@ class VisaLine:
                 **settings,
             )
             instrument.encoding = "ascii"
+            _connected(instrument)
         except Exception as error:  # of VISA, of sockets, of pyserial, and plain Exception for a refused port
             raise InputError(f"cannot open {self._resource}: {error}") from error
         _without_delay(instrument)
         return instrument
+
+
+def _connected(instrument: Any) -> None:
+    """Raises OSError when nobody answered: pyvisa-py (0.8) opens a socket that was refused all the same."""
+    interface = getattr(instrument.visalib.sessions[instrument.session], "interface", None)
+    if isinstance(interface, socket.socket):
+        error = interface.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+        if error:
+            raise OSError(error, os.strerror(error))
+        interface.getpeername()
 
 
 def _without_delay(instrument: Any) -> None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from planner import catalog
 from planner.quantities import DAY_S, WEEKDAYS
 from planner.solvers.calendar import Calendar, Span, calendar
 from planner.spec.model import Bench, Shift, Spec, Test
+from planner.spec.motions import AxisMotion, may_be_turned_by_hand, motions_of, turned_by_hand
 
 WEEK_S = 7 * DAY_S
 
@@ -41,9 +44,23 @@ def start_words(spec: Spec) -> str | None:
 
 
 def install_attended(spec: Spec, bench: str) -> bool:
-    """Whether install and remove of a bench need people: as said, else as soon as there are shifts."""
-    said = spec.benches[bench].attended
-    return bool(spec.plan.shifts) if said is None else said
+    """Whether install and remove of a bench need people: unless the spec says that they do not."""
+    return spec.benches[bench].attended is not False
+
+
+def people_at(
+    name: str, bench: Bench, test: Test, motions: Sequence[AxisMotion | None]
+) -> tuple[bool, tuple[bool, ...]]:
+    """Whether people make a test's power-ons, and each of its moves: as said, else where they turn it."""
+    if test.attended is not None:
+        return test.attended, (test.attended,) * len(motions)
+    return False, turned_by_hand(name, bench, motions)
+
+
+def is_attended(spec: Spec, name: str) -> bool:
+    """Whether a test's power-ons or moves need people."""
+    test = spec.tests[name]
+    return bool(attended_spans(test.bench, spec.benches[test.bench], test))
 
 
 def moves(name: str, bench: Bench, test: Test) -> bool:
@@ -54,12 +71,13 @@ def moves(name: str, bench: Bench, test: Test) -> bool:
 
 def attended_spans(name: str, bench: Bench, test: Test) -> tuple[Span, ...]:
     """(start, end) of what people do in one repeat, seconds from its power-on: power-on and moves."""
-    if not test.attended:
+    if test.attended is False or not (test.attended or may_be_turned_by_hand(name, bench)):
         return ()
-    spans = [(0.0, test.power_on)]
+    switching, moving = people_at(name, bench, test, motions_of(name, bench, test))
+    spans = [(0.0, test.power_on)] if switching else []
     if moves(name, bench, test):
         each = bench.move + test.record + test.gap
-        begins = [test.power_on + m * each for m in range(test.motion_count)]
+        begins = [test.power_on + m * each for m, people in enumerate(moving) if people]
         spans += [(begin, begin + bench.move) for begin in begins]
     return tuple(spans)
 

@@ -176,6 +176,9 @@ class BenchLimits(SpecPart):
     rate: PositiveRate | None = Field(None, description="fastest rate of an axis, e.g. 600 deg/s")
     angular_acceleration: PositiveAngularAcceleration | None = Field(None, description="e.g. 500 deg/s/s")
     acceleration: PositiveAcceleration | None = Field(None, description="largest load, e.g. 100 g")
+    travel: dict[Annotated[Count, Field(le=6)], tuple[Angle, Angle]] = Field(
+        default_factory=dict, description="stops of an axis that has some, e.g. {2: [-95 deg, 95 deg]}"
+    )
 
 
 class Bench(SpecPart):
@@ -187,9 +190,7 @@ class Bench(SpecPart):
     install: Seconds = Field(0.0, description="time to put the units on, e.g. 30 min")
     remove: Seconds = Field(0.0, description="time to take the units off, e.g. 10 min")
     move: Seconds = Field(0.0, description="time from one motion to the next, e.g. 10 s")
-    attended: Switch | None = Field(
-        None, description="whether install and remove need people in a shift; default: once there are shifts"
-    )
+    attended: Switch | None = Field(None, description="whether people install and remove; default: they do")
     limits: BenchLimits = Field(BenchLimits(), description="what it can do at most")
     chamber: Chamber | None = Field(None, description="its thermal chamber; without one: room temperature")
     arm: PositiveMetres | None = Field(None, description="arm of a centrifuge, e.g. 1.5 m")
@@ -244,7 +245,10 @@ class Test(SpecPart):
         None, description="room, how many, or which; left out: the planner chooses"
     )
     repeats: Count | None = Field(None, description="repeats per temperature; left out: the planner chooses")
-    attended: Switch = Field(False, description="whether its power-ons and moves need people in a shift")
+    attended: Switch | None = Field(
+        None,
+        description="whether its power-ons and moves need people; default: moves that turn the unit by hand",
+    )
 
     @property
     def motion_count(self) -> int:

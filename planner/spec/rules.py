@@ -8,6 +8,7 @@ from planner.spec.rules_plan import plan
 from planner.spec.rules_requirement import effects_declared, requirements, sensitivities, trajectory
 from planner.spec.rules_schedule import schedule
 from planner.spec.rules_tests import tests
+from planner.spec.rules_travel import travel
 from planner.spec.rules_unit import budgets
 
 
@@ -21,6 +22,7 @@ def review(sheet: Review) -> None:
         budgets,
         benches,
         tests,
+        travel,
         plan,
         schedule,
     ):

@@ -6,6 +6,7 @@ from planner.solvers.calendar import Calendar
 from planner.spec.attendance import attended_spans, calendar_of, install_attended, powered_time
 from planner.spec.model import Bench
 from planner.spec.review import Review
+from planner.spec.yaml12 import Path
 
 REMEDY = "write longer shifts, or 'attended: false'"
 
@@ -47,9 +48,9 @@ def _installing(sheet: Review, hours: Calendar, name: str, bench: Bench) -> None
 def _tests(sheet: Review, hours: Calendar) -> None:
     for name, test in sheet.spec.tests.items():
         bench = sheet.bench_of(test)
-        if bench is None or not test.attended:
+        spans = () if bench is None else attended_spans(test.bench, bench, test)
+        if bench is None or not spans:
             continue
-        spans = attended_spans(test.bench, bench, test)
         step = max(end - start for start, end in spans)
         if step > hours.longest:
             key = "power_on" if test.power_on == step else "bench"
@@ -60,7 +61,8 @@ def _tests(sheet: Review, hours: Calendar) -> None:
         except ValueError:
             seconds = max(end for _, end in spans)
             what = "one repeat is one power-on that is not interrupted; people are needed over"
-            sheet.fault(("tests", name, "attended"), _too_long(what, seconds, hours))
+            path: Path = ("tests", name, "attended") if test.attended else ("tests", name)
+            sheet.fault(path, _too_long(what, seconds, hours), key=not test.attended)
 
 
 def _too_long(what: str, seconds: float, hours: Calendar) -> str:

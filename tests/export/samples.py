@@ -5,9 +5,9 @@ from __future__ import annotations
 import copy
 from functools import cache
 
-from planner.pipelines import planning as pipeline
 from planner.export.header import plan_sha256
 from planner.export.json import plan_document
+from planner.pipelines import planning as pipeline
 from planner.spec.load import load_spec
 from tests.specs import SHIPPED
 

@@ -143,4 +143,5 @@ def test_plan_json_holds_every_key_of_the_interfaces():
         "repeat",
         "motion",
         "units",
+        "attended",
     }

@@ -85,6 +85,23 @@ def test_a_repeat_that_people_cannot_attend_without_a_pause_is_refused():
     loaded(raw)
 
 
+def test_faces_that_people_put_are_theirs_unless_the_spec_says_that_they_are_not():
+    """On a levelled plate every move is a person's, so the sixth face must still lie in the shift."""
+    raw = spec(shifts={"from": "08:00", "to": "10:00"})
+    raw["benches"]["rate_table"].update(kind="levelled_plate", move="1 min")
+    test = raw["tests"]["gyro_drift"]
+    test.update(motions=6, record="20 min", gap="10 min", calibrates=[], temperatures="room", repeats=2)
+    raw["tests"]["accelerometer_drift"]["attended"] = False
+    raw["unit"]["gyro"] = {}
+    raw["sensitivities"]["given"].pop("gyro.bias")
+    ((path, message),) = faults(raw)
+    assert path == "tests.gyro_drift"
+    assert "2.6 h" in message  # six moves of a minute, five records and five gaps before the last one
+    assert "'attended: false'" in message
+    test["attended"] = False
+    loaded(raw)
+
+
 def test_what_needs_nobody_fits_always():
     raw = spec(shifts={"days": "wed", "from": "08:00", "to": "08:30"})
     raw["tests"]["gyro_drift"].update(record="9 h")

@@ -147,8 +147,8 @@ def test_columns_of_the_chart_hold_all_of_the_time(
 ) -> None:
     steps, end = timeline(rows)
     edges = np.linspace(0.0, max(end, 1.0), 38)
-    actions = sorted({step.action for step in steps})
-    shares = column_shares(steps, edges, actions, lambda step: step.action)
+    actions = sorted({hours.action_of(step) for step in steps})
+    shares = column_shares(steps, edges, actions, hours.action_of)
     spent = {s.name: s.seconds for s in hours.by_action(steps, end)}
     for action, row in zip(actions, shares, strict=True):
         # the sum of 37 columns against the sum of the steps

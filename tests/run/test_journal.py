@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import pytest
 
@@ -86,3 +87,19 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path):
 
 def test_no_journal_tells_of_nothing(tmp_path):
     assert read_past(tmp_path / "run.jsonl", "hash", STEPS).entries == ()
+
+
+def test_a_journal_of_a_run_that_never_reached_the_bench_is_gone_on_with(tmp_path):
+    path = tmp_path / "run.jsonl"
+    written(path)
+    journal = open_journal(path, "hash", STEPS, resume=False)
+    journal.close()
+    assert (journal.session, journal.power_ons, journal.past.entries) == (2, 1, ())
+    with pytest.raises(InputError, match="already"):
+        open_journal(path, "other", STEPS, resume=False)
+
+
+def test_a_device_is_no_journal(tmp_path):
+    """/dev/full has no end: to read it back would fill the memory."""
+    with pytest.raises(InputError, match="is no file"):
+        open_journal(Path("/dev/full"), "hash", STEPS, resume=False)

@@ -139,3 +139,22 @@ def test_a_plan_changed_by_hand_is_refused(tmp_path):
     plan.write_text(document_text(small_document()).replace('"rate_1_dps": -200', '"rate_1_dps": -100'))
     with pytest.raises(InputError, match="changed after planner wrote it"):
         app(["run", str(plan), "--dry-run"], standalone_mode=False)
+
+
+def test_a_bench_that_does_not_answer_is_named_before_anything_begins(tmp_path):
+    with SimulatedBench() as bench:
+        asked = request(bench, tmp_path / "run.jsonl", clock_port=None, speed=10.0)
+    with pytest.raises(InputError, match=r"cannot open TCPIP::127\.0\.0\.1::\d+::SOCKET: .*refused"):
+        session.run(small_job(), asked, lambda text: None, lambda step: None)
+
+
+def test_one_bench_of_a_plan_is_run_alone_with_a_journal_of_its_own(tmp_path):
+    plan = tmp_path / "plan.json"
+    plan.write_text(document_text(small_document()))
+    with SimulatedBench() as bench:
+        asked = request(bench, tmp_path / "run.jsonl")
+        words = ["run", str(plan), "--table", asked.tables[0], "--chamber", asked.chamber]
+        app([*words, "--clock-port", str(bench.ports.clock), "--bench", "rate_table"], standalone_mode=False)
+    assert len(records(tmp_path / "run.rate_table.jsonl")) == sum(
+        step.action == "record" for step in small_job().steps
+    )

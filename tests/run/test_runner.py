@@ -174,3 +174,11 @@ def test_a_full_disk_stops_the_run_safely_with_exit_2(tmp_path, monkeypatch):
         rig.run(job, tmp_path / "run.jsonl")
     assert caught.value.exit_code == 2
     assert rig.is_safe()
+
+
+def test_a_slow_answer_is_no_fault_of_the_axis(tmp_path):
+    """Every look comes ten minutes late, after any deadline; what is there then is there."""
+    job, rig = small_job(), Rig()
+    sleep = rig.clock.sleep
+    rig.clock.sleep = lambda seconds: sleep(seconds + (600.0 if seconds < 1.0 else 0.0))
+    assert rig.run(job, tmp_path / "run.jsonl").steps == len(job.steps)
