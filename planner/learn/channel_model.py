@@ -131,10 +131,16 @@ def _table_of(name: str) -> str:
 
 
 def _terms_on(effect: Effect, sensor: Sensor, channel: int) -> tuple[int, ...]:
-    """Which of the effect's terms act on a channel: asked at conditions in which nothing is zero."""
-    one = np.ones(1)
-    probe = Conditions(np.full((1, 3), 1.1), np.full((1, 3), 9.0), 55.0 * one, 0.03 * one, 100 * one, 9 * one)
-    return tuple(int(t) for t in np.flatnonzero(effect.regressors(sensor, probe)[0, channel]))
+    """Which of the effect's terms act on a channel: asked at conditions that leave none of them zero.
+
+    A turn under load about no axis of the body, and rests on three faces.
+    """
+    rate, force = np.zeros((4, 3)), np.vstack([[9.0, 25.0, 16.0], 9.8 * np.eye(3)])
+    rate[0] = 1.1, 0.7, 0.4
+    one = np.ones(4)
+    probe = Conditions(rate, force, 55.0 * one, 0.03 * one, 100.0 * one, 1e6 * one)
+    acts = np.any(effect.regressors(sensor, probe)[:, channel] != 0.0, axis=0)
+    return tuple(int(t) for t in np.flatnonzero(acts))
 
 
 # ---------------------------------------------------------------- evaluation

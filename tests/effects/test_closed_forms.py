@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
 
 from planner.catalog import effects
 from planner.protocols import Sensor
 from planner.records import Conditions
 from planner.units import from_si, to_si
-from tests.effects.conditions import one
+from tests.effects.conditions import one, random_conditions, seeds
 
 G = 9.80665
 DPS = float(np.radians(1.0))
@@ -130,3 +131,74 @@ def test_the_modulus_of_the_force_explains_a_simulated_campaign_by_others() -> N
     found = 100.0 * from_si(coefficients[-1], "1/g") * 50.0
     # 0.1197 against 0.1196 % at 50 g; 1 %: the noise of its dwells, fitted here without weights
     assert found == pytest.approx(truth["strength"], rel=0.01)
+
+
+# ---------------------------------------------------------------- of the bench
+
+
+def test_the_earth_turns_a_levelled_cube_by_its_vertical_and_horizontal_rates() -> None:
+    """Six faces, north along the next axis in cyclic order; 7.292115e-5 rad/s at 55.75 deg."""
+    vertical, horizontal = 7.292115e-5 * np.sin(np.radians(55.75)), 7.292115e-5 * np.cos(np.radians(55.75))
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            force = np.zeros(3)
+            force[axis] = sign * 9.8
+            (y,) = effects()["earth_rate"].regressors("gyro", one(force=tuple(force))) @ [
+                vertical,
+                horizontal,
+            ]
+            expected = np.zeros(3)
+            expected[axis], expected[(axis + 1) % 3] = sign * vertical, horizontal
+            np.testing.assert_allclose(y, expected, rtol=1e-12)
+            assert np.linalg.norm(y) == pytest.approx(7.292115e-5)
+
+
+def test_in_a_turn_only_the_vertical_part_of_the_earth_stays() -> None:
+    c = one(rate=(0.0, 0.0, -3.0), force=(0.0, 0.0, 9.8))
+    np.testing.assert_allclose(effects()["earth_rate"].regressors("gyro", c)[0].T, [[0, 0, 1], [0, 0, 0]])
+    loaded = one(rate=(0.0, 0.0, 30.0), force=(490.0, 0.0, 9.8))  # up is the axis of the centrifuge
+    np.testing.assert_allclose(
+        effects()["earth_rate"].regressors("gyro", loaded)[0].T, [[0, 0, 1], [0, 0, 0]]
+    )
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_arm_tilts_what_the_unit_feels_by_a_small_rotation(side: float) -> None:
+    """θ × u against the rotation of the vector itself, second order left out."""
+    load, rate = side * 50 * 9.80665, 35.0
+    c = one(rate=(0.0, 0.0, rate), force=(load, 0.0, 9.8))
+    angle = np.radians(0.1)
+    for term, axis in enumerate(((0.0, side, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
+        turn = angle * np.array(axis)
+        for sensor, u in (("gyro", c.rate[0]), ("accelerometer", c.specific_force[0])):
+            added = effects()["arm_bending"].regressors(sensor, c)[0, :, term] * angle / abs(load)
+            turned = u + np.cross(turn, u) + 0.5 * np.cross(turn, np.cross(turn, u))
+            np.testing.assert_allclose(u + added, turned, atol=angle**2 * np.linalg.norm(u))
+
+
+def test_off_the_centrifuge_no_arm_bends() -> None:
+    for c in (one(force=(9.8, 0.0, 0.0)), one(rate=(8.0, 0.0, 0.0), force=(9.8, 0.1, 0.0))):
+        assert not effects()["arm_bending"].regressors("gyro", c).any()
+
+
+@settings(deadline=None, max_examples=20)
+@given(seed=seeds)
+def test_a_lever_arm_feels_the_centripetal_acceleration(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    c, r = random_conditions(rng, 5), rng.normal(size=3)
+    expected = np.cross(c.rate, np.cross(c.rate, r))
+    np.testing.assert_allclose(
+        effects()["lever_arm"].regressors("accelerometer", c) @ r, expected, atol=1e-11
+    )
+
+
+def test_a_step_is_there_from_its_day_on() -> None:
+    for day, there in ((9.99, 0.0), (10.0, 1.0), (30.0, 1.0)):
+        drive = effects()["bias_step"].regressors("gyro", one(day=day), {"day": 10.0})
+        np.testing.assert_array_equal(drive[0], there * np.eye(3))
+
+
+def test_an_angle_over_temperature_is_the_angle_times_the_distance_from_room_temperature() -> None:
+    c = one(rate=(1.0, 2.0, 3.0), temperature=-40.0)
+    warm = effects()["misalignment_temperature"].regressors("gyro", c)
+    np.testing.assert_allclose(warm, -60.0 * effects()["misalignment"].regressors("gyro", c))

@@ -1,0 +1,42 @@
+"""Directions of the bench in body axes, as far as the conditions of a record show them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.records import Array, Conditions
+from planner.units import STANDARD_GRAVITY_MPS2
+
+TURNING = np.radians(1.0)  # rad/s: above it a record is of a turn, far above the Earth's rate
+LOADED_G = 0.2  # horizontal load in g above which the unit is on a centrifuge
+
+
+def turning(conditions: Conditions) -> NDArray[np.bool_]:
+    """(n,) whether the unit turns, by the reference."""
+    return np.asarray(np.linalg.norm(conditions.rate, axis=1) > TURNING)
+
+
+def upwards(conditions: Conditions) -> Array:
+    """(n, 3) unit vector that points up: along gravity's reaction, on a loaded turn along its axis."""
+    f = conditions.specific_force
+    up = _unit(f)
+    axis = _unit(conditions.rate)
+    axis = axis * np.where(np.sum(axis * f, axis=1, keepdims=True) < 0.0, -1.0, 1.0)
+    across = f - axis * np.sum(axis * f, axis=1, keepdims=True)
+    loaded = turning(conditions) & (np.linalg.norm(across, axis=1) > LOADED_G * STANDARD_GRAVITY_MPS2)
+    return np.where(loaded[:, np.newaxis], axis, up)
+
+
+def load(conditions: Conditions) -> Array:
+    """(n, 3) m/s² the centrifuge's load: the part of the specific force across the axis of a turn."""
+    up = upwards(conditions)
+    f = conditions.specific_force
+    across = f - up * np.sum(up * f, axis=1, keepdims=True)
+    big = np.linalg.norm(across, axis=1, keepdims=True) > LOADED_G * STANDARD_GRAVITY_MPS2
+    return np.where(big & turning(conditions)[:, np.newaxis], across, 0.0)
+
+
+def _unit(a: Array) -> Array:
+    length = np.linalg.norm(a, axis=1, keepdims=True)
+    return np.divide(a, length, out=np.zeros_like(a), where=length > 0.0)

@@ -1,0 +1,48 @@
+"""A centrifuge's arm and fixture tilt under load: y += θ × u, θ proportional to the load (K 2.2.6, eq. 4).
+
+No fault of the unit: what it feels is not what the reference says. With the load f_h across the axis of the
+turn, r along it, u_p along the axis and t = u_p × r, the tilt by angles per load has three parts
+
+    arm   about t: the end of the arm droops, whichever way the unit is mounted
+    face  about t without its sign: the fixture gives way to the same side of the unit
+    twist about u_p: the load itself turns towards the tangent
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from planner.effects._bench_frame import load, upwards
+from planner.effects._channels import BOTH, Group, sensed
+from planner.protocols import Sensor, Term
+from planner.records import Array, Conditions
+
+
+class ArmBending:
+    """Angles per load of arm, face and twist, shared by the three channels; K finds 0.1 deg at 50 g."""
+
+    name = "arm_bending"
+    sensors: tuple[Sensor, ...] = BOTH
+    units: Mapping[Sensor, str] = {"gyro": "deg/g", "accelerometer": "deg/g"}
+    group: Group = "misalignment"
+    nonlinear: Mapping[str, float] = {}
+    bench_only = True
+
+    def terms(self, sensor: Sensor) -> tuple[Term, ...]:
+        """The three axes of the tilt."""
+        return (Term("arm"), Term("face"), Term("twist"))
+
+    def regressors(
+        self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
+    ) -> Array:
+        """(n, 3, 3) what a tilt of 1 rad per m/s² adds to each channel; zero off the centrifuge."""
+        u, up, across = sensed(sensor, conditions), upwards(conditions), load(conditions)
+        about = np.cross(up, across)  # t times the load
+        size = np.linalg.norm(across, axis=1, keepdims=True)
+        turns = (about, np.abs(about), up * size)
+        return np.stack([np.cross(turn, u) for turn in turns], axis=2)
+
+
+EFFECT = ArmBending()

@@ -1,0 +1,25 @@
+"""Step of the bias between two days, after a shock, a repair, a removal, y_i += k_i [day >= d] (K 3.5)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from planner.effects._channels import ChannelEffect, Group
+from planner.protocols import Sensor
+from planner.records import Array, Conditions
+
+
+class BiasStep(ChannelEffect):
+    """k_i, by how much the bias is another from day d on; d = `day` in days since the calibration."""
+
+    name = "bias_step"
+    units: Mapping[Sensor, str] = {"gyro": "deg/s", "accelerometer": "g"}
+    group: Group = "bias"
+    nonlinear: Mapping[str, float] = {"day": 30.0}
+
+    def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
+        """1 from day d on, 0 before: (n,)."""
+        return (conditions.day >= nonlinear["day"]).astype(float)
+
+
+EFFECT = BiasStep()

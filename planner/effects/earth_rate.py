@@ -1,0 +1,47 @@
+"""The Earth's rate, left out of the bench's reference: y += Ω sin φ · up + Ω cos φ · north (K 2.2.2, eq. 1).
+
+No fault of the unit: a reference that says zero at rest. `up` is along gravity's reaction, on a centrifuge
+along its axis. A dwell table does not say where north is; on the cube of a levelled plate it is taken along
+the next axis in cyclic order after the one that is vertical, as in the usual set-up. Where that is not so,
+the up term alone carries the effect. While the unit turns the horizontal part averages out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from planner.effects._bench_frame import turning, upwards
+from planner.effects._channels import Group
+from planner.protocols import Sensor, Term
+from planner.records import Array, Conditions
+
+_STRAIGHT = 0.98  # cosine of an axis with the vertical, above which the face counts as level
+
+
+class EarthRate:
+    """Ω sin φ and Ω cos φ, shared by the three gyros; 15.04 deg/h in all."""
+
+    name = "earth_rate"
+    sensors: tuple[Sensor, ...] = ("gyro",)
+    units: Mapping[Sensor, str] = {"gyro": "deg/s"}
+    group: Group = "bias"
+    nonlinear: Mapping[str, float] = {}
+    bench_only = True
+
+    def terms(self, sensor: Sensor) -> tuple[Term, ...]:
+        """The vertical and the horizontal part."""
+        return (Term("up"), Term("north"))
+
+    def regressors(
+        self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
+    ) -> Array:
+        """(n, 3, 2) unit vectors up and, at rest on a level face, north."""
+        up = upwards(conditions)
+        level = (np.abs(up) > _STRAIGHT) & ~turning(conditions)[:, np.newaxis]
+        north = np.roll(level.astype(float), 1, axis=1)
+        return np.stack([up, north], axis=2)
+
+
+EFFECT = EarthRate()

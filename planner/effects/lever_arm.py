@@ -1,0 +1,42 @@
+"""Lever arm: an accelerometer off the point for which the specific force is known (size effect, K 2.2.6).
+
+    y += ω × (ω × r) = ω (ω·r) − |ω|² r
+
+r is shared by the three channels. The angular acceleration's part, ω̇ × r, averages out of a record of a
+steady turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from planner.effects._channels import AXES, Group
+from planner.protocols import Sensor, Term
+from planner.records import Array, Conditions
+
+
+class LeverArm:
+    """r, body axes: from the reference's point to the accelerometers."""
+
+    name = "lever_arm"
+    sensors: tuple[Sensor, ...] = ("accelerometer",)
+    units: Mapping[Sensor, str] = {"accelerometer": "m"}
+    group: Group = "bias"
+    nonlinear: Mapping[str, float] = {}
+
+    def terms(self, sensor: Sensor) -> tuple[Term, ...]:
+        """x, y, z of r."""
+        return tuple(Term(axis) for axis in AXES)
+
+    def regressors(
+        self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
+    ) -> Array:
+        """ω_i ω_j − δ_ij |ω|²: (n, 3, 3)."""
+        w = conditions.rate
+        square = np.sum(w * w, axis=1)[:, np.newaxis, np.newaxis]
+        return w[:, :, np.newaxis] * w[:, np.newaxis, :] - square * np.eye(3)
+
+
+EFFECT = LeverArm()
