@@ -92,7 +92,10 @@ class Untestable:
 class ResidualChange:
     """Residual root mean square of one channel on runs that the fit had not seen, SI, before and after.
 
-    *_low, *_high: 95 % interval; within: about the mean of each run; noise_floor: from replicates
+    *_low, *_high: 95 % interval; within: about the mean of each run
+    noise_floor: from replicates in different runs; noise_floor_within: the same about the mean of each run
+    sigma_*: within runs, in units of what the noise model expects of each row: 1 is noise alone
+    white: noise of a record at rest; stray: share of the input that adds to it; record: mean duration, s
     how: how it was held out, in words; held_out: False when nothing could be
     """
 
@@ -111,6 +114,12 @@ class ResidualChange:
     runs: int
     held_out: bool
     how: str
+    noise_floor_within: float = float("nan")
+    sigma_before: float = float("nan")
+    sigma_after: float = float("nan")
+    white: float = float("nan")
+    stray: float = float("nan")
+    record: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -149,7 +158,10 @@ class Assumption:
 
 @dataclass(frozen=True)
 class NavigationCost:
-    """What the undeclared effects cost on the spec's trajectory, SI: nobody compensates, and compensated."""
+    """What the undeclared effects cost on the spec's trajectory, SI: nobody compensates, and compensated.
+
+    as_calibrated: nobody compensates, but the declared coefficients took up what they could on the bench
+    """
 
     error: str
     unit: str
@@ -157,6 +169,8 @@ class NavigationCost:
     after: float
     confidence: float
     how: str
+    as_calibrated: float = float("nan")
+    limit: float = float("nan")
 
 
 @dataclass(frozen=True)

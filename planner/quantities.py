@@ -137,6 +137,7 @@ PositiveAngularAcceleration = Annotated[
     float, quantity("deg/s/s", "500 deg/s/s"), Field(gt=0), schema("500 deg/s/s")
 ]
 Angle = Annotated[float, quantity("deg", "90 deg"), schema("90 deg")]
+PositiveAngle = Annotated[float, quantity("deg", "0.1 deg"), Field(gt=0), schema("0.1 deg")]
 Acceleration = Annotated[float, quantity("g", "50 g"), schema("50 g")]
 PositiveAcceleration = Annotated[float, quantity("g", "100 g"), Field(gt=0), schema("100 g")]
 Metres = Annotated[float, quantity("m", "1.5 m"), schema("1.5 m")]

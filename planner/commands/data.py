@@ -17,6 +17,9 @@ Hidden = Annotated[
 Latitude = Annotated[float, typer.Option(min=-90.0, max=90.0, metavar="DEG", help="Of the bench.")]
 
 
+_DEFAULTS = {"case": "random", "signs": "random", "temperature_error": "0.0 K", "spikes": 0.0}
+
+
 def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
     for command in (simulate, calibrate, apply):
@@ -41,27 +44,44 @@ def simulate(
     spikes: Annotated[
         float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="Of readings that are 40 sigma off.")
     ] = 0.0,
+    settings: Annotated[
+        Path | None, typer.Option(metavar="FILE.yaml", help="Terms of the error model, as for --set.")
+    ] = None,
+    assign: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="white_gyro, white_accelerometer (of a 1 s record), in_run_time, temperature_jitter, "
+            "spike_size; run_to_run, in_run, storage, temperature_residual: on|off.",
+        ),
+    ] = None,
     latitude: Latitude = 45.0,
     as_json: AsJson = False,
 ) -> None:
     """Simulate the bench campaign of a plan, with any undeclared effects; truth beside the data.
 
+    --hidden takes EFFECT=VALUE and nonlinear parameters: "warm_up=0.01 deg/s,time_constant=600 s".
+
     Example: planner simulate spec.yaml --plan plans/spec --hidden g_sensitivity=0.01deg/s/g -o data.csv
     """
     from planner.export.documents import read_plan
     from planner.export.files import write_whole
-    from planner.export.truth import truth_text
+    from planner.export.truth import truth_path, truth_text
     from planner.learn.dwell_files import write_dwells
     from planner.pipelines import data as data_pipeline
-    from planner.simulate.campaign import settings_of
+    from planner.simulate.settings import pairs, settings_from
     from planner.spec.load import load_spec
 
-    settings = settings_of(case, signs, temperature_error, spikes)
+    shown = {"case": case, "signs": signs, "temperature_error": f"{temperature_error} K", "spikes": spikes}
+    chosen = {key: value for key, value in shown.items() if value != _DEFAULTS[key]}
+    written = {} if settings is None else data_pipeline.simulation_settings(settings)
+    drawn = settings_from({**written, **chosen, **pairs(assign or [])})
     document = None if plan is None else read_plan(plan)
-    table, truth = data_pipeline.simulate(load_spec(spec), document, hidden or (), seed, settings, latitude)
+    table, truth = data_pipeline.simulate(load_spec(spec), document, hidden or (), seed, drawn, latitude)
     write_dwells(table, out)
-    beside = out.parent / "truth.json"
-    write_whole(beside, truth_text(truth))
+    beside = truth_path(out)
+    write_whole(beside, truth_text(truth, out.name))
     runs = len(set(table.run.tolist()))
     answer(
         {"written": [str(out), str(beside)], "rows": len(table), "runs": runs},
@@ -80,10 +100,13 @@ def calibrate(
         str,
         typer.Option(
             metavar="NAME",
-            help="declared_effects, free_orientations, cube, triad_least_squares, six_position_gyro, "
-            "six_position_accelerometer or scale_factor_rotations.",
+            help="declared_effects (the spec's), or one of those below.",
         ),
     ] = "declared_effects",
+    prior: Annotated[
+        Path | None,
+        typer.Option(metavar="CALIBRATION", help="Old calibration.json that these few records renew."),
+    ] = None,
     robust: Annotated[str, typer.Option(metavar="no|huber|bisquare", help="Resist outliers.")] = "no",
     latitude: Annotated[
         float | None, typer.Option(min=-90.0, max=90.0, metavar="DEG", help="Of the bench.")
@@ -92,20 +115,34 @@ def calibrate(
 ) -> None:
     """Fit the declared error model: coefficients with uncertainties, before and after, files for firmware.
 
+    Methods and what each needs: six_position_gyro, six_position_accelerometer (rests with every axis up and
+    down); scale_factor_rotations (turns both ways); nonlinearity (three rates or loads); centrifuge (three
+    loads, several mountings); temperature_tables, …_with_rate, …_with_rate_and_time_on (two temperatures;
+    ramps; from power-on); triad_least_squares (four rests, ref_acc); cube (six faces, turns by 90 deg, no
+    references); free_orientations, free_orientations_symmetric (nine rests, edges too, no references);
+    rests_and_turns (the same with turns between: gyros by the Poisson equation).
+
     Example: planner calibrate data.csv --spec spec.yaml -o calibrations/data
     """
-    from planner.export.calibration import calibration_document
-    from planner.export.calibration_files import calibration_files
+    from planner.export.calibration import calibration_document, read_tables
+    from planner.export.calibration_files import calibration_files, folder_name
     from planner.export.files import write_all_whole
     from planner.learn.methods import fit_options
     from planner.pipelines import data as data_pipeline
     from planner.report.calibration import print_calibration
+    from planner.report.calibration_figure import before_after_svg
     from planner.spec.load import load_spec
 
-    options = fit_options(method, robust, latitude)
+    old = None if prior is None else read_tables(prior)
+    options = fit_options(method, robust, latitude, old)
     with progress_line() as say:
         found = data_pipeline.calibrate(data, load_spec(spec), options, say)
-    files = calibration_files(found, out or Path("calibrations") / data.stem)
+    folder = out or Path("calibrations") / data.stem
+    files = calibration_files(found, folder)
+    for calibration in found:
+        place = folder if len(found) == 1 else folder / folder_name(calibration.unit)
+        if calibration.sensors:
+            files[place / "before_after.svg"] = before_after_svg(calibration)
     write_all_whole(files)
     for note in (note for calibration in found for note in calibration.notes):
         typer.echo(f"note: {note}", err=True)

@@ -2,8 +2,128 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+from typing import Annotated
+
 import typer
+
+from planner.commands.output import AsJson, SpecFile, console, progress_line
+
+Workers = Annotated[
+    int, typer.Option(min=-1, metavar="N", help="Local processes; -1 takes all cores. Changes no result.")
+]
+Cluster = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Scheduler of dask.distributed, tcp://host:8786 (extra: cluster)."),
+]
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
+    for command in (verify, sweep):
+        app.command()(command)
+
+
+def verify(
+    spec: SpecFile,
+    plan: Annotated[
+        Path, typer.Argument(metavar="PLAN", help="plan.json or its folder.", show_default=False)
+    ],
+    flights: Annotated[
+        int, typer.Option(min=0, max=10_000_000, help="Campaigns with flights; 0: count again only.")
+    ] = 2000,
+    seed: Annotated[int, typer.Option(min=0, help="Of every random number.")] = 1,
+    temperature: Annotated[
+        str,
+        typer.Option(
+            metavar="flight|range",
+            help="Of the spec's flight, or anywhere in plan.temperatures.range.",
+        ),
+    ] = "flight",
+    workers: Workers = 1,
+    cluster: Cluster = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", metavar="DIR", help="Folder for verify.json and report.html."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Count a plan again without the planner's arithmetic, then fly it: is its promise kept?
+
+    Simulated units go through the plan's campaign, are calibrated, and fly the spec's flight nonlinearly,
+    each in a power-on of its own. Exit 0: kept; 1: broken; 4: not sure yet, or stopped early.
+
+    Example: planner verify requirements_specs/small_uav.yaml plans/small_uav --flights 10000 --workers 2
+    """
+    from planner.export.documents import read_plan
+    from planner.export.files import write_all_whole
+    from planner.export.verify import verify_document, verify_text
+    from planner.pipelines import promise as pipeline
+    from planner.report.verify import print_verification
+    from planner.report.verify_page import verify_html
+    from planner.spec.load import load_spec
+
+    options = pipeline.flight_options(flights, seed, temperature, workers, cluster)
+    loaded, document = load_spec(spec), read_plan(plan)
+    with progress_line() as progress:
+        found = pipeline.verify(loaded, document, options, progress)
+    if out is not None:
+        write_all_whole({out / "verify.json": verify_text(found), out / "report.html": verify_html(found)})
+    for note in found.notes:
+        typer.echo(f"note: {note}", err=True)
+    if as_json:
+        typer.echo(json.dumps(verify_document(found), ensure_ascii=False, allow_nan=False))
+    else:
+        print_verification(found, console())
+        if out is not None:
+            typer.echo(f"\nwrote {out / 'verify.json'}, report.html")
+    if found.stopped:
+        typer.echo(f"stopped after {found.flights} of {found.wanted} flights", err=True)
+    raise typer.Exit(_exit_code(found.verdict, found.stopped))
+
+
+def _exit_code(verdict: str, stopped: bool) -> int:
+    if verdict == "broken":
+        return 1
+    return 4 if stopped or verdict == "undecided" else 0
+
+
+def sweep(
+    spec: SpecFile,
+    vary: Annotated[
+        list[str],
+        typer.Option(
+            metavar="KEY=A..B|A,B,…", help="A key of the spec and its values; may be given several times."
+        ),
+    ],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder [sweeps/<spec name>/].")
+    ] = None,
+    points: Annotated[int, typer.Option(min=1, max=1000, help="Values in a range A..B.")] = 10,
+    workers: Workers = 1,
+    cluster: Cluster = None,
+    as_json: AsJson = False,
+) -> None:
+    """Plan a grid of specs: hours against metres, as table, CSV, JSON and a curve.
+
+    Finished points are kept in DIR/points: the same command goes on where it was stopped.
+
+    Example: planner sweep spec.yaml --vary requirement.0.limit=5..50m --vary plan.confidence=90,95,99%
+    """
+    from planner.commands import sweeping
+
+    folder = out or Path("sweeps") / spec.stem
+    with progress_line() as progress:
+        done = sweeping.run(spec, vary, points, folder, workers, cluster, progress)
+    sweeping.write(done, spec, folder)
+    if as_json:
+        typer.echo(json.dumps(done.document, ensure_ascii=False))
+    else:
+        sweeping.show(done, console())
+        typer.echo(f"\nwrote {folder / 'sweep.csv'}, sweep.json, report.html")
+    if done.stopped:
+        typer.echo(
+            f"stopped after {len(done.rows)} of {done.wanted} points; the same command goes on", err=True
+        )
+        raise typer.Exit(4)

@@ -39,4 +39,4 @@ def load(conditions: Conditions) -> Array:
 
 def _unit(a: Array) -> Array:
     length = np.linalg.norm(a, axis=1, keepdims=True)
-    return np.divide(a, length, out=np.zeros_like(a), where=length > 0.0)
+    return np.asarray(np.divide(a, length, out=np.zeros_like(a), where=length > 0.0))

@@ -36,7 +36,7 @@ class LeverArm:
         """ω_i ω_j − δ_ij |ω|²: (n, 3, 3)."""
         w = conditions.rate
         square = np.sum(w * w, axis=1)[:, np.newaxis, np.newaxis]
-        return w[:, :, np.newaxis] * w[:, np.newaxis, :] - square * np.eye(3)
+        return np.asarray(w[:, :, np.newaxis] * w[:, np.newaxis, :] - square * np.eye(3))
 
 
 EFFECT = LeverArm()

@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -13,34 +15,36 @@ from planner.calibration import Tables
 from planner.errors import InputError
 from planner.learn.column_map import ColumnMap
 from planner.learn.correction import corrected
-from planner.learn.dwell_files import read_dwells, write_dwells
-from planner.learn.recording import Recording, Samples
+from planner.learn.dwell_files import SUFFIXES, read_dwells, write_dwells
+from planner.learn.recording import READ, Account, Recording, Samples, reader_of
+from planner.learn.temperature import POSSIBLE_DEGC
 from planner.measured import DwellTable
 from planner.protocols import Sensor
 from planner.records import Array
 from planner.units import unit_factor
 
-HEADER = "time_s,temp_degc,gyro_x_dps,gyro_y_dps,gyro_z_dps,acc_x_g,acc_y_g,acc_z_g"
+COLUMNS = (
+    "time_s",
+    "temp_degc",
+    *(f"gyro_{axis}_dps" for axis in "xyz"),
+    *(f"acc_{axis}_g" for axis in "xyz"),
+)
+OF_THE_DAY = ("ageing", "bias_step")
+OF_THE_FORCE = ("g_sensitivity", "g_squared_sensitivity", "scale_factor_acceleration", "arm_bending")
 
 
 def is_dwell_table(path: Path) -> bool:
-    """Whether the file is a dwell table: text with columns `run` and `duration_s`, or a binary one."""
-    if path.suffix.lower() in (".parquet", ".pq", ".h5", ".hdf5"):
-        try:
-            read_dwells(path)
-        except InputError:
-            return False
-        return True
-    try:
-        with path.open(encoding="utf-8", errors="replace") as file:
-            first = next((line for line in file if line.strip() and not line.startswith("#")), "")
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
-    return {"run", "duration_s"} <= {name.strip() for name in first.split(",")}
+    """Whether the file has the columns `run` and `duration_s` of a dwell table."""
+    reader = reader_of(path)
+    if reader.name not in ("text", "parquet", "hdf5"):
+        return False
+    names = {name.removeprefix("dwells/") for name in reader.names(path)}
+    return {"run", "duration_s"} <= names
 
 
 def correct_dwells(path: Path, out: Path, tables: Mapping[Sensor, Tables]) -> tuple[int, list[str]]:
     """Correct a dwell table's file; its rows, and notes."""
+    _refuse_same(path, out)
     table = corrected(read_dwells(path), tables)
     write_dwells(table, out)
     return len(table), [*table.notes, *_beyond(table.temperature_degc, tables)]
@@ -49,65 +53,147 @@ def correct_dwells(path: Path, out: Path, tables: Mapping[Sensor, Tables]) -> tu
 def correct_recording(
     path: Path, out: Path, tables: Mapping[Sensor, Tables], columns: ColumnMap | None
 ) -> tuple[int, list[str]]:
-    """Correct a raw recording into a CSV of the columns of HEADER, in bounded memory; rows, and notes.
+    """Correct a raw recording into a CSV of COLUMNS, in bounded memory; rows, and notes.
 
-    Time since power-on counts from the first sample. Raises InputError as `Recording` does, and when the
-    folder of `out` cannot be written.
+    Samples that are no numbers, or padding, stay in their place as nan. Raises InputError as `Recording`
+    does, and when `out` cannot be written or is no text file.
     """
+    if SUFFIXES.get(out.suffix.lower(), "csv") != "csv":
+        raise InputError(f"{out}: a corrected recording is a text table; name it .csv")
+    _refuse_same(path, out)
     recording = Recording(path, columns)
-    notes: list[str] = []
-    if any(e.effect == "temperature_rate" for t in tables.values() for e in t.extra):
-        notes.append("a recording has no temperature rate: that effect is not corrected")
-    rows, low, high = 0, np.inf, -np.inf
+    account = Account()
+    seen = _Warmth(tables)
     try:
+        out.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{out.name}.", dir=out.parent)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error.strerror}") from error
     try:
-        with os.fdopen(handle, "w", encoding="ascii") as file:
-            file.write(HEADER + "\n")
-            for samples in recording.samples():
-                np.savetxt(file, _corrected_block(samples, tables), fmt="%.9g", delimiter=",")
-                rows += len(samples)
-                low = min(low, np.nanmin(samples.temperature_degc, initial=np.inf))
-                high = max(high, np.nanmax(samples.temperature_degc, initial=-np.inf))
-        os.chmod(name, 0o644)
+        with os.fdopen(handle, "wb") as file:
+            _write(file, recording, account, seen, tables)
+        os.chmod(name, 0o644)  # mkstemp makes files that only their owner can read
         os.replace(name, out)
-    except BaseException:
+    except OSError as error:
+        raise InputError(f"cannot write {out}: {error.strerror}") from error
+    finally:
         Path(name).unlink(missing_ok=True)
-        raise
-    if not np.isfinite(low):
-        notes.append("the recording has no temperature: corrected as at the middle of the table")
-    return rows, [*notes, *_beyond(np.array([low, high]), tables)]
+    notes = [*_missing(recording, tables), *seen.notes(recording), *_losses(account)]
+    return account.counts[READ], [*notes, *_beyond(np.array([seen.low, seen.high]), tables)]
 
 
-def _corrected_block(samples: Samples, tables: Mapping[Sensor, Tables]) -> Array:
-    table = corrected(_as_dwells(samples, tables), tables)
+def _refuse_same(path: Path, out: Path) -> None:
+    if path.resolve() == out.resolve():
+        raise InputError(f"{out} is the recording itself; write the corrected one elsewhere")
+
+
+@dataclass
+class _Warmth:
+    """The temperature at which each sample is corrected: the last one that the sensor gave alive."""
+
+    tables: Mapping[Sensor, Tables]
+    last: float = np.nan
+    low: float = np.inf
+    high: float = -np.inf
+    held: int = field(default=0)
+
+    def at(self, samples: Samples) -> Array:
+        """(n,) degC; before the first known one that one, without any the middle of the first table."""
+        value = samples.temperature_degc
+        with np.errstate(invalid="ignore"):
+            known = (value >= POSSIBLE_DEGC[0]) & (value <= POSSIBLE_DEGC[1])
+        self.held += int((~known).sum())
+        if not known.any():
+            return np.full(len(value), self.last if np.isfinite(self.last) else self._middle())
+        first = float(value[known][0]) if not np.isfinite(self.last) else self.last
+        place = np.maximum.accumulate(np.where(known, np.arange(len(value)), -1))
+        found = np.where(place >= 0, value[place], first)
+        self.last = float(found[-1])
+        self.low, self.high = min(self.low, float(found.min())), max(self.high, float(found.max()))
+        return np.asarray(found)
+
+    def _middle(self) -> float:
+        return float(np.median(next(iter(self.tables.values())).temperature_degc)) if self.tables else 20.0
+
+    def notes(self, recording: Recording) -> Iterator[str]:
+        """Where the temperature was not measured."""
+        if recording.columns.temperature is None:
+            yield f"the recording has no temperature: corrected as at {self._middle():.1f} degC"
+        elif self.held:
+            yield f"the temperature sensor is dead in {self.held} samples: corrected at its last reading"
+
+
+# ---------------------------------------------------------------- blocks
+
+
+def _write(
+    file: BinaryIO, recording: Recording, account: Account, seen: _Warmth, tables: Mapping[Sensor, Tables]
+) -> None:
+    import pyarrow as pa
+    from pyarrow import csv
+
+    file.write((",".join(COLUMNS) + "\n").encode())
+    style = csv.WriteOptions(include_header=False, quoting_style="none")
+    for samples in recording.samples(account):
+        block = _corrected_block(samples, seen.at(samples), recording.columns, tables)
+        csv.write_csv(pa.table(dict(zip(COLUMNS, block.T, strict=True))), file, style)
+
+
+def _corrected_block(
+    samples: Samples, warmth: Array, columns: ColumnMap, tables: Mapping[Sensor, Tables]
+) -> Array:
+    """(n, 8) values of COLUMNS."""
+    table = corrected(_as_dwells(samples, warmth, columns), tables)
     nothing = np.full((len(samples), 3), np.nan)
     gyro = nothing if table.gyro is None else table.gyro / unit_factor("deg/s")[0]
     acc = nothing if table.acc is None else table.acc / unit_factor("g")[0]
-    return np.column_stack([samples.time, samples.temperature_degc, gyro, acc])
+    readings = np.where(samples.good[:, None], np.hstack([gyro, acc]), np.nan)
+    return np.column_stack([samples.time, samples.temperature_degc, readings])
 
 
-def _as_dwells(samples: Samples, tables: Mapping[Sensor, Tables]) -> DwellTable:
-    """Every sample as a record of its own; without a thermometer at the middle of the table."""
+def _as_dwells(samples: Samples, warmth: Array, columns: ColumnMap) -> DwellTable:
+    """Every sample as a record of its own."""
     n, zero = len(samples), np.zeros(len(samples))
-    middle = float(np.median(next(iter(tables.values())).temperature_degc)) if tables else 20.0
-    warmth = np.where(np.isfinite(samples.temperature_degc), samples.temperature_degc, middle)
-    gyro, acc = samples.values[:, :3], samples.values[:, 3:]
     return DwellTable(
         unit=np.full(n, "1"),
         run=np.ones(n, dtype=np.int64),
-        day=zero,
-        time_on=samples.time,
+        day=np.full(n, columns.day or 0.0),
+        time_on=samples.time + (columns.time_on or 0.0),
         duration=zero,
         temperature_degc=warmth,
         temperature_rate=zero,
         ref_rate=None,
         ref_acc=None,
-        gyro=None if np.isnan(gyro).all() else gyro,
-        acc=None if np.isnan(acc).all() else acc,
+        gyro=samples.values[:, :3] if columns.gyro is not None else None,
+        acc=samples.values[:, 3:] if columns.acc is not None else None,
     )
+
+
+# ---------------------------------------------------------------- notes
+
+
+def _missing(recording: Recording, tables: Mapping[Sensor, Tables]) -> Iterator[str]:
+    """What the calibration asks for and the recording does not hold."""
+    effects = {e.effect for t in tables.values() for e in t.extra}
+    columns = recording.columns
+    if "temperature_rate" in effects:
+        yield "a recording has no temperature rate: that effect is not corrected"
+    if effects.intersection(OF_THE_DAY) and columns.day is None:
+        yield "the map gives no day: effects over days are corrected as on day 0"
+    if "warm_up" in effects and columns.time_on is None:
+        yield "the map gives no time_on: time since power-on counts from the first sample"
+    if columns.acc is None and effects.intersection(OF_THE_FORCE):
+        yield "the recording has no accelerometers: what the specific force adds to the gyros stays"
+    for sensor, part in (("gyro", columns.gyro), ("accelerometer", columns.acc)):
+        if part is not None and sensor not in tables:
+            yield f"the calibration has no {sensor}: its readings are as they were"
+
+
+def _losses(account: Account) -> Iterator[str]:
+    lost = [f"{n} {reason.replace('_', ' ')}" for reason, n in account.counts.items() if reason != READ]
+    if lost:
+        yield f"not corrected: {', '.join(lost)}"
+    yield from account.remarks
 
 
 def _beyond(temperature_degc: Array, tables: Mapping[Sensor, Tables]) -> Iterator[str]:

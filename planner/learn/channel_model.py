@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import catalog
-from planner.learn.temperature_nodes import hats, nodes_with_rows, temperature_nodes
+from planner.learn.temperature_nodes import fitting_hats, nodes_with_rows, temperature_nodes
 from planner.protocols import Effect, Sensor
 from planner.records import Array, Conditions
 
@@ -53,6 +53,7 @@ class ChannelModel:
     bias: Mapping[str, tuple[int, ...]]
     scale: Mapping[str, tuple[int, ...]]
     lean: Mapping[str, tuple[int, ...]]
+    held: tuple[tuple[str, str], ...] = ()  # nonlinear parameters that stay at their defaults
 
     @property
     def u(self) -> Array:
@@ -80,9 +81,10 @@ class ChannelModel:
         return [Column(name, every[t].name) for t in terms]
 
     def parameters(self) -> tuple[tuple[str, str], ...]:
-        """(effect, parameter) of every nonlinear parameter."""
+        """(effect, parameter) of every nonlinear parameter that is fitted."""
         names = [*self.bias, *self.scale, *self.lean]
-        return tuple((name, p) for name in names for p in catalog.effects()[name].nonlinear)
+        every = ((name, p) for name in names for p in catalog.effects()[name].nonlinear)
+        return tuple(pair for pair in every if pair not in self.held)
 
     def start(self) -> Array:
         """(p,) no error at all; nonlinear parameters, carried as logarithms, at their defaults."""
@@ -225,6 +227,8 @@ def _group(
         full = effect.regressors(model.sensor, conditions, nonlinear.get(name))
         columns = full[:, model.channel, list(terms)]
         if name == table and nodes is not None:
-            columns = columns * hats(conditions.temperature_degc, nodes, REACH_K)  # one term a channel
+            columns = columns * fitting_hats(
+                conditions.temperature_degc, nodes, REACH_K
+            )  # one term a channel
         found.append(columns)
     return np.concatenate(found, axis=1)

@@ -1,12 +1,12 @@
 """The small YAML map of a raw recording: which column is what, in which unit, on which axis, with which sign.
 
-    unit: imu7                    # of the inertial unit; default: the file's name
-    rate: 1000 Hz                 # needed when no column holds the time
-    time: {column: timestamp, unit: us}
-    gyro: {x: -gyr_y, y: gyr_x, z: 3, unit: deg/s}     # a minus turns the sign; a number counts columns from 1
-    acc: {x: acc_x, y: acc_y, z: acc_z, unit: m/s^2, scale: 0.001}
-    temperature: {column: T1, unit: degC, scale: 0.01, offset: 20}
-    ref_rate: {x: 0 deg/s, y: 0 deg/s, z: table_rate, unit: deg/s}
+unit: imu7                    # of the inertial unit; default: the file's name
+rate: 1000 Hz                 # needed when no column holds the time
+time: {column: timestamp, unit: us}
+gyro: {x: -gyr_y, y: gyr_x, z: 3, unit: deg/s}     # a minus turns the sign; a number counts columns from 1
+acc: {x: acc_x, y: acc_y, z: acc_z, unit: m/s^2, scale: 0.001}
+temperature: {column: T1, unit: degC, scale: 0.01, offset: 20}
+ref_rate: {x: 0 deg/s, y: 0 deg/s, z: table_rate, unit: deg/s}
 """
 
 from __future__ import annotations

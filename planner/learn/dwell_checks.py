@@ -57,7 +57,9 @@ def _not_numbers(raw: RawDwells) -> Iterator[Fault]:
             continue
         for row in np.flatnonzero(~np.isfinite(values))[:MOST_FAULTS]:
             said = "empty or not a number" if np.isnan(values[row]) else "infinite"
-            yield raw.fault(row, column.name, f"{said}; leave the row out, or the whole column if not measured")
+            yield raw.fault(
+                row, column.name, f"{said}; leave the row out, or the whole column if not measured"
+            )
         if column.kind == "count":
             whole = (values == np.round(values)) & (np.abs(values) < 2**53)
             for row in np.flatnonzero(np.isfinite(values) & ~whole)[:MOST_FAULTS]:
@@ -74,7 +76,9 @@ def _impossible(raw: RawDwells) -> Iterator[Fault]:
             yield raw.fault(row, "temp_degc", f"{temperature[row]:g} degC is not possible{guess}")
     for name in ("time_on_s", "duration_s", "n_samples"):
         values = raw.columns.get(name)
-        for row in np.flatnonzero(values < 0)[:MOST_FAULTS] if values is not None else ():
+        if values is None:
+            continue
+        for row in np.flatnonzero(values < 0)[:MOST_FAULTS]:
             yield raw.fault(row, name, f"{values[row]:g} is negative")
 
 
@@ -140,7 +144,7 @@ def _backwards(raw: RawDwells, first: int, second: int, run: NDArray[Any], time:
 
 def odd_notes(table: DwellTable) -> list[str]:
     """Sentences about what is odd but possible: constant and saturated channels."""
-    notes = []
+    notes: list[str] = []
     for name, values, reference in (
         ("gyro", table.gyro, table.ref_rate),
         ("acc", table.acc, table.ref_acc),
@@ -162,11 +166,13 @@ def _constant(name: str, values: Array) -> Iterator[str]:
 
 def _saturated(name: str, values: Array, reference: Array) -> Sequence[str]:
     """A channel is saturated when it repeats its extreme exactly while the reference moves (by over 2 %)."""
-    notes = []
+    notes: list[str] = []
     for axis, letter in enumerate(AXES):
         for extreme in (values[:, axis].max(), values[:, axis].min()):
             rows = values[:, axis] == extreme
             moved = np.ptp(reference[rows, axis])
             if rows.sum() >= 2 and moved > 0.02 * np.abs(reference[rows, axis]).max() > 0:
-                notes.append(f"{name}_{letter} stops at the same value in {rows.sum()} rows: it looks saturated")
+                notes.append(
+                    f"{name}_{letter} stops at the same value in {rows.sum()} rows: it looks saturated"
+                )
     return notes

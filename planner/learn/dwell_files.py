@@ -41,7 +41,7 @@ def read_dwells(path: Path) -> DwellTable:
     doubled rows, time that runs back within a run, a run number used for two power-ons.
     """
     path = Path(path)
-    raw = _READERS[_format(path)](path)
+    raw = _READERS[dwell_form(path)](path)
     _check_names(raw)
     check_values(raw)
     table = _table(raw)
@@ -49,7 +49,8 @@ def read_dwells(path: Path) -> DwellTable:
     return _with_notes(table, notes)
 
 
-def _format(path: Path) -> str:
+def dwell_form(path: Path) -> str:
+    """`csv`, `parquet` or `hdf5`, by the suffix. Raises InputError for another."""
     known = SUFFIXES.get(path.suffix.lower())
     if known is None and path.suffix.lower() not in (".txt", ".tsv", ".dat", ""):
         raise InputError(f"{path}: a dwell table is a .csv, .parquet or .h5 file")
@@ -71,6 +72,8 @@ def _read_csv(path: Path) -> RawDwells:
     bad = [fault for block in blocks for fault in block.bad]
     if bad:
         raise InputError(f"{path}: {len(bad)} rows cannot be read", bad[:20])
+    if not blocks:
+        raise InputError(f"{path} has no rows: a header is all there is")
     columns = {name: np.concatenate([block.columns[name] for block in blocks]) for name in wanted}
     lines = np.concatenate([block.lines for block in blocks])
     notes = [text[len(NOTE) :] for text in layout.comments if text.startswith(NOTE)]
@@ -102,7 +105,7 @@ def _read_hdf5(path: Path) -> RawDwells:
 
     try:
         with h5py.File(path, "r") as file:
-            group = file["dwells"] if "dwells" in file else file
+            group = file.get("dwells", file)
             names = tuple(name for name in group if isinstance(group[name], h5py.Dataset))
             columns = {name: _dataset(group[name]) for name in names if name in BY_NAME}
             notes = tuple(filter(None, str(group.attrs.get("notes", "")).split("\n")))
@@ -136,7 +139,9 @@ _READERS: Mapping[str, Callable[[Path], RawDwells]] = {
 def _check_doubles(file: str, names: Sequence[str]) -> None:
     doubled = sorted({name for name in names if list(names).count(name) > 1})
     if doubled:
-        raise InputError(f"{file}: column {', '.join(map(repr, doubled))} stands more than once in the header")
+        raise InputError(
+            f"{file}: column {', '.join(map(repr, doubled))} stands more than once in the header"
+        )
 
 
 def _check_names(raw: RawDwells) -> None:
@@ -182,7 +187,9 @@ def _table(raw: RawDwells) -> DwellTable:
             absent += [c.name for c in triad.columns()]
     unused = [name for name in raw.names if name not in BY_NAME]
     notes = list(raw.notes)
-    notes += [f"the file has no {', '.join(absent)}, so effects that need it cannot be tested"] if absent else []
+    notes += (
+        [f"the file has no {', '.join(absent)}, so effects that need it cannot be tested"] if absent else []
+    )
     notes += [f"columns that mean nothing here: {', '.join(unused)}"] if unused else []
     return DwellTable(**fields, source=raw.file, notes=tuple(dict.fromkeys(notes)), absent=tuple(absent))
 
@@ -208,7 +215,7 @@ def write_dwells(table: DwellTable, path: Path) -> None:
     Raises InputError for another suffix and when the folder cannot be written.
     """
     path = Path(path)
-    _write_whole(path, dwells_bytes(table, _format(path)))
+    _write_whole(path, dwells_bytes(table, dwell_form(path)))
 
 
 def dwells_bytes(table: DwellTable, form: str = "csv") -> bytes:

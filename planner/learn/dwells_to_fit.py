@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner import __version__
-from planner.calibration import Calibration, SensorCalibration
+from planner.calibration import Calibration, SensorCalibration, Tables
 from planner.errors import InputError
 from planner.learn.channel_model import channel_model
 from planner.learn.correction import true_input
@@ -17,9 +17,12 @@ from planner.learn.fit_channel import ChannelFit, fit_channel
 from planner.learn.fit_options import DECLARED, FitOptions, Robust
 from planner.learn.fit_to_calibration import sensor_calibration
 from planner.learn.held_out import residual_of
-from planner.learn.methods import METHODS, Method
+from planner.learn.methods import METHODS, Method, resting
+from planner.learn.recalibration import EFFECTS as RENEWED
+from planner.learn.recalibration import by_the_old, renewed
 from planner.learn.references import referenced
 from planner.learn.rest_methods import accelerometers_by_free_orientations, cube_references, modulus_check
+from planner.learn.rests_and_turns import by_rests_and_turns
 from planner.learn.table_rows import by_run, rows_of
 from planner.measured import DwellTable
 from planner.protocols import SENSORS, Sensor
@@ -56,7 +59,11 @@ def _calibrate_unit(
     table: DwellTable, spec: Spec, options: FitOptions, sha256: str, progress: Progress
 ) -> Calibration:
     progress(f"fitting the sensors of {table.unit[0]}")
-    if options.method == DECLARED:
+    if options.prior is not None:
+        sensors, notes = _renewed(table, spec, options, options.prior)
+    elif options.method == "rests_and_turns":
+        sensors, notes = by_rests_and_turns(table), []
+    elif options.method == DECLARED:
         sensors, notes = _by_declared_effects(table, spec, options)
     elif options.method in METHODS:
         sensors, notes = _by_method(table, spec, options, METHODS[options.method])
@@ -97,6 +104,19 @@ def _by_declared_effects(
     return [*fitted, *found], [*notes, *assumed, *missing]
 
 
+def _renewed(
+    table: DwellTable, spec: Spec, options: FitOptions, prior: Mapping[Sensor, Tables]
+) -> tuple[list[SensorCalibration], list[str]]:
+    """Bias and scale factor anew on top of the old calibration; without references as a cube."""
+    notes: list[str] = []
+    table = by_the_old(table, prior)
+    if table.ref_acc is None and table.acc is not None:
+        table, notes = cube_references(table)
+    table, assumed = referenced(table, options.latitude)
+    found, missing = _fitted(table, SENSORS, spec, RENEWED, options)
+    return [renewed(change, prior[change.sensor]) for change in found], [*notes, *assumed, *missing]
+
+
 def _by_method(
     table: DwellTable, spec: Spec, options: FitOptions, method: Method
 ) -> tuple[list[SensorCalibration], list[str]]:
@@ -106,13 +126,30 @@ def _by_method(
     table, assumed = referenced(table, options.latitude)
     keep = method.rows(table)
     if not keep.any():
-        raise InputError(f"--method {options.method}: no row of the table is what it takes ({method.source})")
+        raise InputError(
+            f"--method {options.method} ({method.source}) needs {method.needs}; the table has none"
+        )
     table = rows_of(table, keep)
-    found, missing = _fitted(table, method.sensors, spec, method.effects, options)
+    if options.method == "cube":
+        found, missing = _cube(table, spec, method, options)
+    else:
+        found, missing = _fitted(table, method.sensors, spec, method.effects, options)
     if options.method == "triad_least_squares" and table.acc is not None and found:
         f = true_input(table.acc, found[-1].tables, "accelerometer", table.conditions())
         notes.append(modulus_check(table.acc, f))
     return found, [*notes, *assumed, *missing]
+
+
+def _cube(
+    table: DwellTable, spec: Spec, method: Method, options: FitOptions
+) -> tuple[list[SensorCalibration], list[str]]:
+    """Gyros from rests and turns; accelerometers from rests alone (B): a turn adds its centripetal part."""
+    gyros, one = _fitted(table, ("gyro",), spec, method.effects, options)
+    still = rows_of(table, resting(table))
+    if len(still) == 0:
+        raise InputError("--method cube: no row is a rest on a face, which the accelerometers are made from")
+    accelerometers, other = _fitted(still, ("accelerometer",), spec, method.effects, options)
+    return [*gyros, *accelerometers], [*one, *other]
 
 
 def _fitted(
@@ -155,6 +192,7 @@ def fit_sensor(
     where = table.source or "the table"
     if readings is None:
         raise InputError(f"no {sensor} columns in {where}")
+    _check_alive(readings, sensor, where)
     fits = []
     for channel in range(3):
         model = channel_model(
@@ -168,3 +206,18 @@ def fit_sensor(
                 f"{sensor} {'xyz'[channel]} ({error}); measure more records, or declare fewer effects"
             ) from error
     return fits
+
+
+def _check_alive(readings: Array, sensor: Sensor, where: str) -> None:
+    """Refuse a channel whose records are all the same to the last digit: no noise, so no sensor."""
+    from planner.units import from_si
+
+    unit = "deg/s" if sensor == "gyro" else "g"
+    for channel in range(3):
+        values = readings[:, channel]
+        if len(values) >= 3 and np.ptp(values) == 0.0:
+            raise InputError(
+                f"{where}: {sensor} {'xyz'[channel]} reads {from_si(float(values[0]), unit):.6g} {unit} in "
+                f"all {len(values)} records: a dead, saturated or padded channel; mend it, or leave the "
+                f"{sensor}'s columns out"
+            )

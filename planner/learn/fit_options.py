@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
+
+from planner.calibration import Tables
+from planner.protocols import Sensor
 
 Robust = Literal["no", "huber", "bisquare"]
 DECLARED = "declared_effects"
@@ -14,8 +18,10 @@ class FitOptions:
     """method: `declared_effects` fits the spec's effects, others are named in `methods`.
 
     robust: weights that resist outliers; latitude: of the bench, rad
+    prior: an old calibration that the data renew
     """
 
     method: str = DECLARED
     robust: Robust = "no"
     latitude: float | None = None
+    prior: Mapping[Sensor, Tables] | None = None

@@ -25,6 +25,11 @@ from planner.records import Array
 from planner.spec.model import Spec
 
 CONFIDENCE = 0.95
+OF_THE_BENCH = (
+    "arm_bending",
+    "earth_rate",
+    "lever_arm",
+)  # the bench does this: no reading is corrected for it
 _LINEAR = ("bias", "scale_factor", "misalignment", "scale_factor_asymmetry")
 
 
@@ -136,7 +141,7 @@ def tables_of(fits: Sequence[ChannelFit]) -> Tables:
                 asymmetry[i] = value
             elif column.effect == "misalignment":
                 misalignment[i, AXES.index(column.term[1])] = value
-            elif column.effect not in _LINEAR and not column.parameter:
+            elif column.effect not in _LINEAR and column.effect not in OF_THE_BENCH and not column.parameter:
                 extra.append(
                     ExtraTerm(column.effect, column.term, float(value), shapes.get(column.effect, {}))
                 )
@@ -168,6 +173,8 @@ def _table(fit: ChannelFit, effect: str, own: Array | None, nodes: Array) -> Arr
 
 def _parameters(fit: ChannelFit) -> dict[str, dict[str, float]]:
     found: dict[str, dict[str, float]] = {}
+    for effect, parameter in fit.model.held:
+        found.setdefault(effect, {})[parameter] = catalog.effects()[effect].nonlinear[parameter]
     for column, value in zip(fit.model.columns(), fit.theta, strict=True):
         if column.parameter:
             found.setdefault(column.effect, {})[column.parameter] = float(np.exp(value))

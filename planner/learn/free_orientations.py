@@ -4,7 +4,8 @@
     b = −M̃⁻¹m̃,  SᵀS = M̃/(1 + q),  q = m̃ᵀM̃⁻¹m̃,  K = S⁻¹/g    (B prints q without the inverse)
 Then Gauss-Newton on |K⁻¹(a − b)| − g. The body's axes are those of the accelerometers themselves: K lower
 triangular (x along accelerometer x, y in the plane of x and y), or symmetric. Six faces alone do not
-determine nine numbers; six faces and twelve edges do.
+determine nine numbers; six faces and twelve edges do. Where the lean of the axes is not determined it is
+taken as zero within a degree (K 2.2.3: what mounting may be off), which the other intervals then hold.
 """
 
 from __future__ import annotations
@@ -20,7 +21,9 @@ from planner.solvers.least_squares import Factors, factors
 from planner.units import STANDARD_GRAVITY_MPS2
 
 Form = Literal["triangular", "symmetric"]
+LEAN = float(np.radians(1.0))
 _STEPS = 60
+_SQUARE = (0, 1, 2, 6, 7, 8)  # unknowns of axes that are square to each other: scale factors and biases
 _RANK = 1e-6  # a combination of unknowns that changes |f| a million times less than others is not seen
 
 
@@ -39,6 +42,7 @@ class FreeFit:
     residual: Array
     freedom: int
     condition: float
+    square: bool = False  # the axes were taken as square to each other, for lack of orientations
 
     @property
     def unknowns(self) -> Array:
@@ -65,16 +69,66 @@ def free_orientations(a: Array, g: float = STANDARD_GRAVITY_MPS2, form: Form = "
     if len(a) < 2:
         raise ValueError("one rest alone tells nothing of |f| = g")
     E = shapes(form)
-    p = _start(a, g, form)
+    p, found = _descended(a, g, _start(a, g, form), E, np.zeros(9), tuple(range(9)))
+    residual, _ = _linearised(a, g, p, E)
+    if found.rank < 9:
+        return _square_axes(a, g, E)
+    fit = _fit(p, E, residual, found)
+    return _square_axes(a, g, E) if _knows_less_than_the_mounting(fit) else fit
+
+
+def _knows_less_than_the_mounting(fit: FreeFit) -> bool:
+    """Faces alone, each a little tilted, make nine numbers of noise: their lean is surer unmeasured."""
+    lean = np.sqrt(np.maximum(np.diag(fit.covariance)[3:6], 0.0))
+    return bool(fit.freedom > 0 and lean.max() > LEAN / 2.0) or bool(np.abs(fit.K - np.eye(3)).max() > 0.3)
+
+
+def _descended(
+    a: Array, g: float, p: Array, E: Array, prior: Array, free: tuple[int, ...]
+) -> tuple[Array, Factors]:
+    """Gauss-Newton over some of the unknowns; prior: (9,) weights of zero as a measurement of each."""
+    index = list(free)
     for _ in range(_STEPS):
         residual, J = _linearised(a, g, p, E)
-        found = factors(J, _RANK)
-        step = found.to_coefficients @ (found.basis.T @ -residual)
+        found = factors(np.vstack([J, np.diag(prior)])[:, index], _RANK)
+        step = np.zeros(9)
+        if found.rank < len(index) and len(index) < 9:
+            break
+        step[index] = found.to_coefficients @ (found.basis.T @ -np.concatenate([residual, prior * p]))
         p = p + step
         if np.abs(J @ step).max() < 1e-12 * g:
             break
-    residual, J = _linearised(a, g, p, E)
-    return _fit(p, E, residual, factors(J, _RANK))
+    return p, found
+
+
+def _square_axes(a: Array, g: float, E: Array) -> FreeFit:
+    """Scale factors and biases alone; then again with lean that is zero within `LEAN`."""
+    p, found = _descended(a, g, np.zeros(9), E, np.zeros(9), _SQUARE)
+    unknown = np.ones(9, dtype=bool)
+    if found.rank < len(_SQUARE) or np.abs(p[:3]).max() > 0.5:  # too few orientations for any of it
+        p = np.zeros(9)
+    else:
+        unknown[list(_SQUARE)] = found.undetermined(1e-4)
+    residual, _ = _linearised(a, g, p, E)
+    freedom = len(residual) - found.rank
+    covariance = np.full((9, 9), np.nan)
+    if freedom > 0 and not unknown[list(_SQUARE)].any():
+        sigma = max(float(np.sqrt(residual @ residual / freedom)), 1e-9 * g)
+        prior = np.zeros(9)
+        prior[3:6] = sigma / LEAN
+        p, both = _descended(a, g, p, E, prior, tuple(range(9)))
+        residual, _ = _linearised(a, g, p, E)
+        covariance = sigma**2 * both.to_coefficients @ both.to_coefficients.T
+    return FreeFit(
+        np.eye(3) + np.tensordot(p[:6], E, 1),
+        p[6:],
+        covariance,
+        unknown,
+        residual,
+        freedom,
+        found.condition,
+        square=True,
+    )
 
 
 def _fit(p: Array, E: Array, residual: Array, found: Factors) -> FreeFit:

@@ -8,28 +8,34 @@ when the records are the published ones, and intervals with them.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.calibration import Tables
 from planner.errors import InputError
 from planner.learn.fit_options import DECLARED, FitOptions
+from planner.learn.temperature_nodes import GAP_K
 from planner.measured import DwellTable
 from planner.protocols import Sensor
+from planner.units import STANDARD_GRAVITY_MPS2
 
 TURNING = np.radians(1.0)  # rad/s; K's slowest turn is 10 deg/s
+LOADED_G = 1.5
+LEAST_STEPS = 3
 
 
 @dataclass(frozen=True)
 class Method:
-    """A method behind the general estimator: its sensors, effects, and the rows that it takes."""
+    """A method behind the general estimator: its sensors, effects, the rows that it takes, what it needs."""
 
     sensors: tuple[Sensor, ...]
     effects: tuple[str, ...]
     rows: Callable[[DwellTable], NDArray[np.bool_]]
     source: str
+    needs: str
 
 
 def resting(table: DwellTable) -> NDArray[np.bool_]:
@@ -44,25 +50,114 @@ def turning(table: DwellTable) -> NDArray[np.bool_]:
     return np.ones(len(table), dtype=bool)
 
 
+def loaded(table: DwellTable) -> NDArray[np.bool_]:
+    """(n,) all records, when some are of a centrifuge: over 1.5 g."""
+    if table.ref_acc is None or table.ref_rate is None:
+        return np.zeros(len(table), dtype=bool)
+    g = np.linalg.norm(table.ref_acc, axis=1) / STANDARD_GRAVITY_MPS2
+    return np.full(len(table), bool((g > LOADED_G).sum() >= LEAST_STEPS))
+
+
+def over_inputs(table: DwellTable) -> NDArray[np.bool_]:
+    """(n,) all records, when they hold at least three sizes of rate or of load: two make a straight line."""
+    if table.ref_rate is None and table.ref_acc is None:
+        return np.zeros(len(table), dtype=bool)
+    sizes = [
+        len(np.unique(np.round(np.abs(r).max(axis=1) / step)))
+        for r, step in ((table.ref_rate, TURNING), (table.ref_acc, STANDARD_GRAVITY_MPS2))
+        if r is not None
+    ]
+    return np.full(len(table), max(sizes) >= LEAST_STEPS)
+
+
+def over_temperatures(table: DwellTable) -> NDArray[np.bool_]:
+    """(n,) all records, when they hold two temperatures or more."""
+    return np.full(len(table), bool(np.ptp(table.temperature_degc) > GAP_K))
+
+
+BOTH: tuple[Sensor, ...] = ("gyro", "accelerometer")
+_TABLES = ("bias", "bias_temperature", "scale_factor", "scale_factor_temperature", "misalignment")
 METHODS = {
-    "six_position_gyro": Method(("gyro",), ("bias", "g_sensitivity"), resting, "K 2.2.2"),
+    "six_position_gyro": Method(
+        ("gyro",), ("bias", "g_sensitivity"), resting, "K 2.2.2", "rests with every axis up and down"
+    ),
     "six_position_accelerometer": Method(
         ("accelerometer",),
         ("bias", "scale_factor", "scale_factor_asymmetry", "misalignment"),
         resting,
         "K 2.2.3",
+        "rests with every axis up, down and level, with ref_acc",
     ),
     "scale_factor_rotations": Method(
-        ("gyro",), ("bias", "scale_factor", "scale_factor_asymmetry", "misalignment"), turning, "K 2.2.4"
+        ("gyro",),
+        ("bias", "scale_factor", "scale_factor_asymmetry", "misalignment"),
+        turning,
+        "K 2.2.4",
+        "turns about every axis, both ways, and rests, with ref_rate",
     ),
-    "triad_least_squares": Method(("accelerometer",), ("bias", "scale_factor", "misalignment"), resting, "A"),
-    "cube": Method(("gyro", "accelerometer"), ("bias", "scale_factor", "misalignment"), turning, "B, way 1"),
+    "nonlinearity": Method(
+        BOTH,
+        ("bias", "scale_factor", "scale_factor_asymmetry", "scale_factor_nonlinearity", "misalignment"),
+        over_inputs,
+        "K 2.2.5",
+        "three rates or loads at least, both ways, with ref_rate and ref_acc",
+    ),
+    "centrifuge": Method(
+        BOTH,
+        (
+            "bias",
+            "g_sensitivity",
+            "scale_factor",
+            "scale_factor_acceleration",
+            "misalignment",
+            "arm_bending",
+        ),
+        loaded,
+        "K 2.2.6, 4.3.3",
+        "three loads over 1.5 g at least, in several mountings, and rests, with ref_rate and ref_acc",
+    ),
+    "temperature_tables": Method(
+        BOTH, _TABLES, over_temperatures, "K 2.4", "two temperatures at least, with references"
+    ),
+    "temperature_tables_with_rate": Method(
+        BOTH,
+        (*_TABLES, "temperature_rate"),
+        over_temperatures,
+        "K 2.4, 2.11",
+        "the same, with records while the chamber heats and cools",
+    ),
+    "temperature_tables_with_rate_and_time_on": Method(
+        BOTH,
+        (*_TABLES, "temperature_rate", "warm_up"),
+        over_temperatures,
+        "K 2.4",
+        "the same, with records from power-on until the unit is warm",
+    ),
+    "triad_least_squares": Method(
+        ("accelerometer",),
+        ("bias", "scale_factor", "misalignment"),
+        resting,
+        "A",
+        "rests in four orientations at least, with ref_acc",
+    ),
+    "cube": Method(
+        BOTH,
+        ("bias", "scale_factor", "misalignment"),
+        turning,
+        "B, way 1",
+        "rests on six faces and turns by multiples of 90 deg; no references",
+    ),
 }
-NAMES = (DECLARED, "free_orientations", "free_orientations_symmetric", *METHODS)
+NAMES = (DECLARED, "free_orientations", "free_orientations_symmetric", "rests_and_turns", *METHODS)
 ROBUST = ("no", "huber", "bisquare")
 
 
-def fit_options(method: str, robust: str, latitude_deg: float | None) -> FitOptions:
+def fit_options(
+    method: str,
+    robust: str,
+    latitude_deg: float | None,
+    prior: Mapping[Sensor, Tables] | None = None,
+) -> FitOptions:
     """Options from words. Raises InputError for one that we do not know."""
     if method not in NAMES:
         close = difflib.get_close_matches(method, NAMES, 1)
@@ -71,4 +166,6 @@ def fit_options(method: str, robust: str, latitude_deg: float | None) -> FitOpti
     if robust not in ROBUST:
         raise InputError(f"--robust must be one of {', '.join(ROBUST)}, not {robust!r}")
     latitude = None if latitude_deg is None else float(np.radians(latitude_deg))
-    return FitOptions(method, robust, latitude)  # type: ignore[arg-type]
+    if prior is not None and method not in (DECLARED, "cube"):
+        raise InputError(f"--prior recalibrates by the general estimator or the cube, not by {method}")
+    return FitOptions(method, robust, latitude, prior)  # type: ignore[arg-type]

@@ -48,7 +48,7 @@ def mix_ups(triads: Mapping[str, Array]) -> Iterator[tuple[str, str]]:
 
 
 def _by_gravity(field: str, values: Array) -> Iterator[tuple[str, str]]:
-    """At rest the length is 1 g; where hardly any row has it and many have 9.8 or 1000, the unit is another."""
+    """At rest the length is 1 g; where hardly any row has it and many 9.8 or 1000, the unit is wrong."""
     norm = np.linalg.norm(values, axis=1)
     if np.mean(np.abs(norm - 1) < 0.2) > 0.1:
         return
@@ -61,6 +61,7 @@ def _against_reference(sensor: str, measured: Array, reference: Array) -> Iterat
     slopes = response(measured, reference, LEAST_REFERENCE[sensor])
     known = np.flatnonzero(np.isfinite(slopes).all(axis=0))
     if not len(known):
+        yield from _small_reference(sensor, measured, reference)
         return
     size = float(np.median(np.abs(slopes[:, known]).max(axis=0)))
     for factor, said in _FACTORS[sensor]:
@@ -70,8 +71,20 @@ def _against_reference(sensor: str, measured: Array, reference: Array) -> Iterat
     if not 0.5 < size < 2.0:
         yield sensor, f"readings are {size:.4g} times {REFERENCE[sensor]}; give both in {UNIT[sensor]}"
         return
-    for axis in known:
+    for axis in known.tolist():
         yield from _axis(sensor, axis, slopes[:, axis])
+
+
+def _small_reference(sensor: str, measured: Array, reference: Array) -> Iterator[tuple[str, str]]:
+    """A reference in another unit may be too small to be told by: then the readings are the larger ones."""
+    slopes = response(reference, measured, LEAST_REFERENCE[sensor])
+    known = np.flatnonzero(np.isfinite(slopes).all(axis=0))
+    if not len(known):
+        return
+    size = float(np.median(np.abs(slopes[:, known]).max(axis=0)))
+    for factor, said in _FACTORS[sensor]:
+        if said.startswith("the reference") and abs(size * factor - 1) < NEAR:
+            yield sensor, f"readings are {factor:.4g} times {REFERENCE[sensor]}: {said}; give {UNIT[sensor]}"
 
 
 def _axis(sensor: str, axis: int, answers: Array) -> Iterator[tuple[str, str]]:

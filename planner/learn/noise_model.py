@@ -21,6 +21,7 @@ from planner.spec.model import si as si_of
 RATE_NOISE_FROM = {"gyro": 0.5, "accelerometer": 30.0}  # rad/s, m/s²: below, a reading's error is no noise
 _WORTH = 3.3  # gain of log-likelihood that a further variance must bring: one per cent of a χ² with 1
 LEAST_RUN_FREEDOM = 2
+LEAST_WHITE = 1e-8  # of the run-to-run variance: readings without any noise must not make V singular
 OPTIONAL = ("rate_noise", "constant")  # kept only when they are worth it
 
 
@@ -171,7 +172,9 @@ def chosen(noise: Noise, keep: list[int]) -> Noise:
 def spec_variances(noise: Noise, spec: Spec, white: float) -> Variances:
     """Variances when the data cannot give them: run-to-run from the spec, white noise as given (SI²)."""
     theta = np.array([_from_spec(component, spec, white) for component in noise.components])
-    K = len(theta)
+    a, K = len(noise.effects.diagonals), len(theta)
+    between = theta[a:] @ np.mean(noise.effects.slopes**2, axis=1) if a < K else 0.0
+    theta[0] = max(theta[0], LEAST_WHITE * between)
     return Variances(theta, np.zeros((K, K)), theta > 0, float("nan"), True)
 
 

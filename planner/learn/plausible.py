@@ -1,23 +1,44 @@
-"""Whether a recording's readings can be meant: gravity at rest, turns seen by gyros and accelerometers alike."""
+"""Whether a recording's readings can be meant: gravity at rest, turns seen by both kinds of sensor."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 
+from planner.learn.recording import CHANNELS
 from planner.learn.rests import Segment, mean_of
 from planner.learn.windows import Windows
 from planner.units import STANDARD_GRAVITY_MPS2 as G
+from planner.units import ZERO_CELSIUS_K
 
 LARGEST_RATE = np.radians(20_000.0)  # rad/s: five times the fastest gyro on the market
 LEAST_TURN = np.radians(30.0)
+LEAST_SATURATED = 2  # windows that stand at the extreme from their first sample to their last
+KELVIN = (200.0, 400.0)
 
 
-def suspicious(windows: Windows, segments: Sequence[Segment]) -> str:
+def suspicious(windows: Windows, rests: Sequence[Segment]) -> str:
     """A sentence that guesses the mix-up of units, or nothing."""
-    rests = [s for s in segments if s.kind == "rest" and s.last - s.first >= 3]
-    return _gravity(windows, rests) or _rates(windows) or _turns(windows, rests)
+    return _warmth(windows) or _gravity(windows, rests) or _rates(windows) or _turns(windows, rests)
+
+
+def _warmth(windows: Windows) -> str:
+    """Kelvin named degC, or degC named K."""
+    known = windows.temperature_degc[np.isfinite(windows.temperature_degc)]
+    if not len(known):
+        return ""
+    middle = float(np.median(known))
+    if KELVIN[0] < middle < KELVIN[1]:
+        return (
+            f"the temperature is {middle:.1f} degC: it looks like kelvin named degC; write unit: K in the map"
+        )
+    if KELVIN[0] < middle + 2 * ZERO_CELSIUS_K < KELVIN[1] and known.max() < -ZERO_CELSIUS_K + KELVIN[0]:
+        return (
+            f"the temperature is {middle:.1f} degC: it looks like degC named K; write unit: degC in the map"
+        )
+    return ""
 
 
 def _gravity(windows: Windows, rests: Sequence[Segment]) -> str:
@@ -65,7 +86,7 @@ def _pairs(windows: Windows, rests: Sequence[Segment]) -> Iterator[tuple[float, 
     """
     if not np.isfinite(windows.mean).all():
         return
-    for a, b in zip(rests[:-1], rests[1:], strict=True):
+    for a, b in pairwise(rests):
         if not windows.whole[a.last : b.first].all() or windows.start[b.first] - windows.end[a.last - 1] > 60:
             continue
         before, after = mean_of(windows, a), mean_of(windows, b)
@@ -79,10 +100,10 @@ def _pairs(windows: Windows, rests: Sequence[Segment]) -> Iterator[tuple[float, 
 
 
 def jumps_between(windows: Windows, segments: Sequence[Segment]) -> list[str]:
-    """Sentences on bias jumps: the gyros change their level in under 0.5 s while gravity stays where it was."""
+    """Sentences on bias jumps: gyros change their level in under 0.5 s while gravity stays where it was."""
     found = []
     rests = [s for s in segments if s.kind == "rest"]
-    for a, b in zip(rests[:-1], rests[1:], strict=True):
+    for a, b in pairwise(rests):
         if windows.start[b.first] - windows.end[a.last - 1] > 0.5 or min(_used(a), _used(b)) < 5:
             continue
         apart = mean_of(windows, b) - mean_of(windows, a)
@@ -102,3 +123,14 @@ def _used(segment: Segment) -> int:
 def _error(windows: Windows, segment: Segment) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     means = windows.mean[segment.first : segment.last][segment.quiet]
     return np.asarray(means.std(axis=0, ddof=1) / np.sqrt(len(means)))
+
+
+def saturated(windows: Windows) -> Iterator[str]:
+    """Sentences on channels that stand exactly at their extreme for whole windows and scatter elsewhere."""
+    for i, name in enumerate(CHANNELS):
+        variance, peak = windows.variance[:, i], windows.peak[:, i]
+        still = (windows.count >= 8) & (variance == 0) & (peak == np.max(peak, initial=0.0))
+        if LEAST_SATURATED <= still.sum() < 0.5 * len(windows):
+            at = windows.start[np.flatnonzero(still)[0]]
+            samples = int(windows.count[still].sum())
+            yield f"{name} stands at its extreme for {samples} samples, first at {at:.2f} s: saturated"

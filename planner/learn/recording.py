@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import difflib
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +20,10 @@ from planner.records import Array
 from planner.units import ZERO_CELSIUS_K
 
 HEAD_BYTES = 8192
+READ = "read"  # the count of samples that came through
+STANDARD_TRIADS = ("gyro_{}_dps", "acc_{}_g", "ref_rate_{}_dps", "ref_acc_{}_g")
+DWELL_NAMES = ("run", "duration_s")  # of a table that is reduced already
+STANDARD_SINGLES = ("time_s", "temp_degc", "step")
 CHANNELS = tuple(f"{sensor}_{axis}" for sensor in ("gyro", "acc") for axis in AXES)
 
 
@@ -43,20 +49,26 @@ class Samples:
         return len(self.time)
 
     def __getitem__(self, rows: slice | NDArray[np.bool_]) -> Samples:
-        return Samples(*(None if a is None else a[rows] for a in vars(self).values()))
+        columns: list[Any] = [None if a is None else a[rows] for a in vars(self).values()]
+        return Samples(*columns)
 
 
 def joined(parts: Sequence[Samples]) -> Samples:
     """Samples one behind the other."""
-    columns = zip(*(vars(part).values() for part in parts), strict=True)
-    return Samples(*(None if c[0] is None else np.concatenate(c) for c in columns))
+    together = zip(*(vars(part).values() for part in parts), strict=True)
+    columns: list[Any] = [None if c[0] is None else np.concatenate(c) for c in together]
+    return Samples(*columns)
 
 
 @dataclass
 class Account:
-    """What happened to the samples of a recording: reason -> number; remarks: sentences with places."""
+    """What happened to the samples of a recording: reason -> number; remarks: sentences with places.
+
+    repeats: samples that are the one before to the last digit, which stay
+    """
 
     counts: Counter[str] = field(default_factory=Counter)
+    repeats: int = 0
     remarks: list[str] = field(default_factory=list)
 
     def note(self, remark: str, most: int = 5) -> None:
@@ -92,11 +104,13 @@ class Recording:
         self.path = path
         self.reader = reader_of(path, columns.format if columns else None)
         self.names = self.reader.names(path, columns.skip_lines if columns else 0)
+        if columns is None and set(DWELL_NAMES) <= set(self.names):
+            raise InputError(_which(path, self.names))
+        if columns is None:
+            _refuse_near_misses(path, self.names)
         found = columns or standard_map(self.names)
         if found is None:
-            raise InputError(
-                f"{path}: say with --columns which column is what; it has {', '.join(self.names[:30])}"
-            )
+            raise InputError(_which(path, self.names))
         self.columns = found
         self._sources = _sources(path, found, self.names)
 
@@ -109,16 +123,18 @@ class Recording:
         texts = [self.name(self.columns.step)] if self.columns.step is not None else []
         time = self.columns.time
         clock = _Clock(self.path, self.columns, self.name(time.column) if time else "", account)
-        rows = 0
+        rows, last = 0, np.zeros((0, 6))
         for block in self.reader.blocks(self.path, self._sources, texts, self.columns.skip_lines):
             account.counts.update(block.losses)
             for remark in block.remarks:
                 account.note(remark)
             samples = clock.timed(block, self._samples(block))
             rows += len(samples)
+            last = _count_repeats(last, samples, account)
             yield _sound(samples, account)
         if not rows:
             raise InputError(f"{self.path} has no samples")
+        account.counts[READ] += rows
         clock.close(rows)
 
     def name(self, source: str | int) -> str:
@@ -165,6 +181,29 @@ class Recording:
         return value - ZERO_CELSIUS_K if part.unit == "K" else value
 
 
+def _which(path: Path, names: tuple[str, ...]) -> str:
+    if set(DWELL_NAMES) <= set(names):
+        return f"{path} is a dwell table already; `planner calibrate` and `planner diagnose` take it"
+    like = "gyro: {x: …, y: …, z: …, unit: deg/s}"
+    return f"{path}: say with --columns which column is what, as in `{like}`; it has {', '.join(names[:30])}"
+
+
+def _refuse_near_misses(path: Path, names: tuple[str, ...]) -> None:
+    """Without a map a column that is nearly one of ours, or a triad without an axis, would be lost."""
+    known = [pattern.format(axis) for pattern in STANDARD_TRIADS for axis in AXES] + list(STANDARD_SINGLES)
+    for pattern in STANDARD_TRIADS:
+        columns = [pattern.format(axis) for axis in AXES]
+        missing = [name for name in columns if name not in names]
+        if 0 < len(missing) < len(AXES):
+            raise InputError(f"{path} has no column {missing[0]!r} beside its other axes")
+    for name in names:
+        near = difflib.get_close_matches(name, [k for k in known if k not in names], 1, 0.8)
+        if name not in known and near:
+            raise InputError(
+                f"{path}: column {name!r} is nearly {near[0]!r}: is it that? Else give a map with --columns"
+            )
+
+
 def _sources(path: Path, columns: ColumnMap, names: tuple[str, ...]) -> list[str]:
     """Names of the columns that the map needs. Raises InputError for those that the file lacks."""
     wanted: list[str | int] = [] if columns.step is None else [columns.step]
@@ -201,6 +240,17 @@ def _sound(samples: Samples, account: Account) -> Samples:
     account.counts.update({"not_finite": int(broken.sum())} if broken.any() else {})
     account.counts.update({"zero_padding": int(padding.sum())} if padding.any() else {})
     return replace(samples, good=samples.good & ~broken & ~padding)
+
+
+def _count_repeats(last: Array, samples: Samples, account: Account) -> Array:
+    """Counts samples that are the one before to the last digit; returns the last sample, (1, 6)."""
+    values = np.vstack([last, samples.values])
+    if len(values) < 2:
+        return values
+    used = ~np.isnan(values).all(axis=0)
+    same = (values[1:, used] == values[:-1, used]).all(axis=1) & values[1:, used].any(axis=1)
+    account.repeats += int(same.sum()) if used.sum() >= 3 else 0
+    return values[-1:]
 
 
 class _Clock:

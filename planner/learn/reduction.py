@@ -4,10 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from planner.learn.allan import AllanResult
+from planner.learn.recording import Account, Recording
+from planner.learn.rests import Segment
+from planner.learn.windows import Windows
 from planner.measured import DwellTable
+
+
+@dataclass(frozen=True)
+class ScannedFile:
+    """One recording in windows, with its rests and motions; rate in Hz."""
+
+    recording: Recording
+    unit: str
+    run: int
+    rate: float
+    windows: Windows
+    segments: tuple[Segment, ...]
+    account: Account
 
 
 @dataclass(frozen=True)
@@ -35,6 +50,7 @@ class LeftOut:
     kind: str
     start: float
     end: float
+    samples: int
     reason: str
 
 
@@ -42,9 +58,11 @@ class LeftOut:
 class Reduction:
     """The dwell table with its account.
 
-    counts: file -> reason -> number of samples or bytes that the reader had to leave out
+    counts: file -> reason -> number of samples or bytes that were left out while reading, and `read`, the
+        number of samples that came through
     allan: of the longest rest; record: s, the best averaging time of one dwell, None when no rest tells;
     record_is_bound: the recording is too short to show the minimum, so longer may be better
+    snippet: the line of a spec's test that says so, such as `record: 120 s`
     """
 
     table: DwellTable
@@ -54,32 +72,5 @@ class Reduction:
     allan: tuple[AllanResult, ...]
     record: float | None
     record_is_bound: bool
+    snippet: str | None
     rates_hz: Mapping[str, float]
-
-    def document(self) -> dict[str, Any]:
-        """Plain values for JSON."""
-        return {
-            "rows": [vars(row) | {"left_out": dict(row.left_out)} for row in self.rows],
-            "left_out": [vars(part) for part in self.left_out],
-            "counts": {file: dict(counts) for file, counts in self.counts.items()},
-            "rates_hz": dict(self.rates_hz),
-            "record_s": self.record,
-            "record_is_lower_bound": self.record_is_bound,
-            "allan": [_allan(one) for one in self.allan],
-            "notes": list(self.table.notes),
-        }
-
-
-def _allan(one: AllanResult) -> dict[str, Any]:
-    unit = "rad/s" if one.channel.startswith("gyro") else "m/s^2"
-    return {
-        "channel": one.channel,
-        "unit": unit,
-        "tau_s": one.tau.tolist(),
-        "deviation": one.deviation.tolist(),
-        "low": one.low.tolist(),
-        "high": one.high.tolist(),
-        "terms": [vars(term) for term in one.terms],
-        "best_time_s": one.best_time,
-        "best_time_is_lower_bound": one.at_end,
-    }

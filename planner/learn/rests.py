@@ -9,6 +9,7 @@ level while the accelerometers stay is a bias jump.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from planner.learn.windows import Windows
 from planner.records import Array
 
-Kind = Literal["rest", "motion", "step", "gap"]
+Kind = Literal["rest", "turn", "motion", "step"]
 LONGEST_BURST_S = 0.15
 TURNING = np.radians(2.0)  # rad/s: above it a steady gyro reading is a turn; biases of MEMS gyros lie below
 TILTING = np.radians(0.1)  # rad/s of the specific force's direction: the unit turns slowly
@@ -38,7 +39,7 @@ class Segment:
 
 
 def segments_of(windows: Windows, longest_step: float) -> list[Segment]:
-    """Rests, motions and gaps, one behind the other, covering every window."""
+    """Rests, steady turns and motions, one behind the other, covering every window."""
     quiet = _quiet(windows)
     broken = ~windows.whole | (windows.count < 2)
     quiet &= ~broken
@@ -54,7 +55,7 @@ def steps_of(windows: Windows) -> list[Segment]:
     edges = np.flatnonzero(windows.label[1:] != windows.label[:-1]) + 1
     bounds = [0, *edges.tolist(), len(windows)]
     found = []
-    for first, last in zip(bounds[:-1], bounds[1:], strict=True):
+    for first, last in pairwise(bounds):
         label = str(windows.label[first])
         quiet = _undisturbed(windows[first:last])
         found.append(Segment("step" if label else "motion", first, last, quiet, label))
@@ -67,7 +68,7 @@ def steps_of(windows: Windows) -> list[Segment]:
 def used_channels(windows: Windows) -> NDArray[np.bool_]:
     """(6,) channels that the recording has and that are alive."""
     known = np.isfinite(windows.mean).any(axis=0)
-    return known & (np.nan_to_num(windows.variance).max(axis=0, initial=0.0) > 0)
+    return np.asarray(known & (np.nan_to_num(windows.variance).max(axis=0, initial=0.0) > 0))
 
 
 def noise_floor(windows: Windows) -> Array:
@@ -115,7 +116,9 @@ def _steps_between(windows: Windows, still: NDArray[np.bool_], known: NDArray[np
     change = np.abs(windows.mean[2:, known] - windows.mean[:-2, known])
     calm = still[2:] & still[1:-1] & still[:-2]
     usual = np.median(change[calm], axis=0) / 0.6745 if calm.sum() >= 5 else np.full(len(known), np.inf)
-    moved[1:-1] = (change > 8.0 * np.maximum(usual, 1e-12)).any(axis=1)
+    filled = windows.count >= 2  # the mean of an empty window is no level
+    known_change = filled[2:] & filled[:-2]
+    moved[1:-1] = known_change & (change > 8.0 * np.maximum(usual, 1e-12)).any(axis=1)
     return moved
 
 
@@ -137,10 +140,7 @@ def _runs(windows: Windows, quiet: NDArray[np.bool_], longest_step: float) -> li
     gap = windows.start[1:] - windows.end[:-1] > longest_step
     edges = np.flatnonzero((quiet[1:] != quiet[:-1]) | gap) + 1
     bounds = [0, *edges.tolist(), len(windows)]
-    return [
-        Segment("rest" if quiet[a] else "motion", a, b, quiet[a:b])
-        for a, b in zip(bounds[:-1], bounds[1:], strict=True)
-    ]
+    return [Segment("rest" if quiet[a] else "motion", a, b, quiet[a:b]) for a, b in pairwise(bounds)]
 
 
 def _bursts_closed(windows: Windows, found: list[Segment]) -> list[Segment]:
@@ -196,19 +196,19 @@ def _rest_level(windows: Windows, found: list[Segment]) -> Array:
 
 
 def _judged(windows: Windows, segment: Segment, level: Array) -> Segment:
-    """A quiet stretch in which the gyros read a rate, or gravity moves through the axes, is a motion."""
+    """A quiet stretch in which the gyros read a rate is a turn; one in which gravity moves is a motion."""
     if segment.kind != "rest":
         return segment
     rate = float(np.linalg.norm(np.nan_to_num(mean_of(windows, segment)[:3] - level)))
     if rate > TURNING:
-        return Segment("motion", segment.first, segment.last, segment.quiet, note="turns steadily")
+        return Segment("turn", segment.first, segment.last, segment.quiet, note="turns steadily")
     if _tilting(windows, segment) > TILTING:
         return Segment("motion", segment.first, segment.last, segment.quiet, note="tilts slowly")
     return segment
 
 
 def _tilting(windows: Windows, segment: Segment) -> float:
-    """Rad/s by which the specific force turns in body axes between the ends of a segment of over 4 windows."""
+    """Rad/s by which the specific force turns in body axes between the ends of a segment."""
     count = segment.last - segment.first
     if count < 5 or not np.isfinite(windows.mean[segment.first, 3:]).all():
         return 0.0
@@ -217,6 +217,7 @@ def _tilting(windows: Windows, segment: Segment) -> float:
     b = windows.mean[segment.last - quarter : segment.last, 3:].mean(axis=0)
     duration = windows.end[segment.last - 1] - windows.start[segment.first]
     scatter = windows.mean[segment.first : segment.last, 3:].std(axis=0).max() * 4 / np.sqrt(quarter)
-    apart = float(np.linalg.norm(np.cross(a, b)) / max(np.linalg.norm(a) * np.linalg.norm(b), 1e-12))
-    sure = apart * np.linalg.norm(a) > 4 * scatter
+    long_a, long_b = float(np.linalg.norm(a)), float(np.linalg.norm(b))
+    apart = float(np.linalg.norm(np.cross(a, b))) / max(long_a * long_b, 1e-12)
+    sure = apart * long_a > 4 * scatter
     return float(np.arcsin(min(1.0, apart)) / max(0.75 * duration, 1e-9)) if sure else 0.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,11 +45,11 @@ class Row:
 
 
 def cut(windows: Windows, segment: Segment, longest: float) -> Sequence[Segment]:
-    """A rest in equal parts of at most `longest` s and 1 K each, but not under 10 s; a step stays whole.
+    """A rest or turn in equal parts of at most `longest` s and 1 K each, not under 10 s; a step stays whole.
 
     The first and the last window of a rest are not used: the motion may reach into them.
     """
-    if segment.kind != "rest":
+    if segment.kind not in ("rest", "turn"):
         return (segment,)
     quiet = segment.quiet.copy()
     if len(quiet) > 4:
@@ -56,11 +57,13 @@ def cut(windows: Windows, segment: Segment, longest: float) -> Sequence[Segment]
     span = float(windows.end[segment.last - 1] - windows.start[segment.first])
     value = windows.temperature_degc[segment.first : segment.last]
     kelvin = float(np.nanmax(value) - np.nanmin(value)) if np.isfinite(value).any() else 0.0
-    parts = max(int(np.ceil(span / longest)), min(int(np.ceil(kelvin / MOST_KELVIN)), int(span / SHORTEST_PART_S)))
+    parts = max(
+        int(np.ceil(span / longest)), min(int(np.ceil(kelvin / MOST_KELVIN)), int(span / SHORTEST_PART_S))
+    )
     edges = np.linspace(segment.first, segment.last, max(1, parts) + 1).round().astype(int)
     return [
-        Segment("rest", int(a), int(b), quiet[a - segment.first : b - segment.first])
-        for a, b in zip(edges[:-1], edges[1:], strict=True)
+        Segment(segment.kind, int(a), int(b), quiet[a - segment.first : b - segment.first])
+        for a, b in pairwise(edges)
         if b > a
     ]
 
@@ -99,7 +102,7 @@ def row_of(
         reference=None if part.reference is None else part.reference[used].mean(axis=0),
         n_samples=int(weight.sum()),
         left_out=_left_out(part, used),
-        notes=tuple(_oddities(part, used, f"{unit} run {run} {label}", columns)),
+        notes=tuple(_oddities(part, used, columns)),
     )
 
 
@@ -119,7 +122,7 @@ def _left_out(part: Windows, used: NDArray[np.bool_]) -> dict[str, int]:
     return {reason: int(count) for reason, count in counts.items() if count}
 
 
-def _oddities(part: Windows, used: NDArray[np.bool_], where: str, columns: ColumnMap) -> list[str]:
+def _oddities(part: Windows, used: NDArray[np.bool_], columns: ColumnMap) -> list[str]:
     from planner.learn.recording import CHANNELS
 
     notes = []
@@ -128,15 +131,15 @@ def _oddities(part: Windows, used: NDArray[np.bool_], where: str, columns: Colum
         if not np.isfinite(part.mean[:, i]).any():
             continue
         if (part.variance[used, i] == 0).all() and part.count[used].sum() > 100:
-            notes.append(f"{where}: {name} reads the same in every sample: it looks dead or saturated")
+            notes.append(f"{name} reads the same in every sample: it looks dead or saturated")
         limit = limits[i]
         if limit is not None and (part.peak[used, i] >= 0.999 * limit).any():
-            notes.append(f"{where}: {name} reaches its full scale")
+            notes.append(f"{name} reaches its full scale")
     return notes
 
 
 def table_of(rows: Sequence[Row], columns: ColumnMap) -> DwellTable:
-    """The dwell table of rows in their order; what was not measured is None, or neutral and listed as absent."""
+    """The dwell table of rows in order; what was not measured is None, or neutral and listed as absent."""
     n = len(rows)
     mean, spread = np.array([r.mean for r in rows]), np.array([r.spread for r in rows])
     reference = np.array([np.full(6, np.nan) if r.reference is None else r.reference for r in rows])
@@ -152,7 +155,9 @@ def table_of(rows: Sequence[Row], columns: ColumnMap) -> DwellTable:
         day=np.full(n, columns.day or 0.0),
         time_on=np.array([first + (r.start + r.end) / 2 for r in rows]),
         duration=np.array([r.duration for r in rows]),
-        temperature_degc=np.array([ROOM_DEGC if no_temperature else r.temperature_degc for r in rows], dtype=float),
+        temperature_degc=np.array(
+            [ROOM_DEGC if no_temperature else r.temperature_degc for r in rows], dtype=float
+        ),
         temperature_rate=np.array([0.0 if no_rate else r.temperature_rate for r in rows], dtype=float),
         ref_rate=_known(reference[:, :3]),
         ref_acc=_known(reference[:, 3:]),

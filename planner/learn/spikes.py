@@ -1,4 +1,4 @@
-"""Spikes of a millisecond or two, to zero, to full scale or anywhere (K 4.3.3): found against a running median.
+"""Spikes of a millisecond or two, to zero, full scale or anywhere (K 4.3.3), against a running median.
 
 A spike of at most k samples leaves the median of 2k + 1 samples untouched, so x − median stands out against
 the recording's own noise; whatever lasts longer is no spike.
@@ -12,8 +12,14 @@ from numpy.typing import NDArray
 from planner.records import Array
 
 LONGEST_S = 0.002
-THRESHOLD = 7.0  # a false alarm in 4e11 samples of Gaussian noise
-BLOCK = 256  # samples over which the noise is taken: a quarter of a second at 1 kHz
+THRESHOLD = 8.0  # about one sample in 1e10 of Gaussian noise passes it
+# 68 % quantile of |x − median of 2k + 1| for noise of unit spread, at k samples; by drawing 2e6 of them
+QUANTILE = 0.68
+MEDIAN_CHANGE = 0.9539  # median of |x − y| for noise of unit spread: √2 · 0.6745
+SPIKE_LENGTHS = (1, 2, 3, 4, 6, 10, 20)
+QUANTILES = (0.7248, 0.8616, 0.9084, 0.9291, 0.9525, 0.9706, 0.9814)
+BLOCK_S = 0.25  # over which the noise is taken: shorter than a turn
+BLOCK_SAMPLES = (40, 1000)
 
 
 def longest_spike(rate: float) -> int:
@@ -21,16 +27,24 @@ def longest_spike(rate: float) -> int:
     return max(1, min(20, round(LONGEST_S * rate)))
 
 
-def spikes(values: Array, length: int) -> NDArray[np.bool_]:
+def block_length(rate: float) -> int:
+    """The number of samples over which the noise is taken."""
+    return min(max(round(BLOCK_S * rate), BLOCK_SAMPLES[0]), BLOCK_SAMPLES[1])
+
+
+def spikes(values: Array, length: int, block: int = 256) -> NDArray[np.bool_]:
     """(n,) samples of (n, k) channels in which some channel has a spike of at most `length` samples.
 
-    |x − med| > 7 σ, σ from the 68 % quantile of |x − med| over the block around and not under the step of the
-    digits, so that neither a slow motion nor coarse digits count as spikes.
+    |x − med| > 8 σ. σ is the largest of three: the 68 % quantile of |x − med| over the block around; the
+    median change from sample to sample there, which a motion makes large; the step of the digits.
     """
     if len(values) < 2 * length + 1:
         return np.zeros(len(values), dtype=bool)
     residual = np.abs(values - running_median(values, length))
-    limit = THRESHOLD * np.maximum(_noise(residual), _digit(values))
+    unit = float(np.interp(length, SPIKE_LENGTHS, QUANTILES))
+    change = np.abs(np.diff(values, axis=0, prepend=values[:1]))
+    noise = np.maximum(_around(residual, QUANTILE, block) / unit, _around(change, 0.5, block) / MEDIAN_CHANGE)
+    limit = THRESHOLD * np.maximum(noise, _digit(values))
     return np.asarray((residual > limit).any(axis=1))
 
 
@@ -54,16 +68,19 @@ def _median3(a: Array, b: Array, c: Array) -> Array:
     return np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))
 
 
-def _noise(residual: Array) -> Array:
-    """(n, k) the larger of the noise around each sample (block and neighbours) and of the whole piece."""
-    n = len(residual)
-    blocks = max(1, n // BLOCK)
-    cut = residual[: blocks * BLOCK] if n >= BLOCK else residual
-    local = np.quantile(cut.reshape(blocks, -1, residual.shape[1]), 0.68, axis=1)
+def _around(size: Array, share: float, block: int) -> Array:
+    """(n, k) quantile of (n, k) sizes about each sample, the largest of its block and both neighbours.
+
+    Not under what a tenth of the blocks have, so that a block that stands still does not make the next odd.
+    """
+    n = len(size)
+    blocks = max(1, n // block)
+    cut = size[: blocks * block] if n >= block else size
+    local = np.quantile(cut.reshape(blocks, -1, size.shape[1]), share, axis=1)
     near = np.pad(local, ((1, 1), (0, 0)), mode="edge")
     wide = np.maximum(np.maximum(near[:-2], near[1:-1]), near[2:])
     wide = np.maximum(wide, np.quantile(local, 0.1, axis=0))
-    return wide[np.minimum(np.arange(n) // BLOCK, blocks - 1)]
+    return wide[np.minimum(np.arange(n) // block, blocks - 1)]
 
 
 def _digit(values: Array) -> Array:

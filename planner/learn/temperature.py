@@ -35,7 +35,7 @@ def alive(windows: Windows) -> NDArray[np.bool_]:
 
 
 def slope(windows: Windows, living: NDArray[np.bool_], start: float, end: float) -> float | None:
-    """K/s by least squares over start … end, widened to 10 s about its middle; None for less than 5 s known."""
+    """K/s by least squares over start … end, widened to 10 s about its middle; None for under 5 s known."""
     middle, half = (start + end) / 2, max(end - start, SHORTEST_S) / 2
     first = int(np.searchsorted(windows.end, middle - half))
     last = int(np.searchsorted(windows.start, middle + half, side="right"))

@@ -56,3 +56,25 @@ def nodes_with_rows(nodes: Array, temperature_degc: Array) -> Array:
         return nodes
     nearest = np.argmin(np.abs(temperature_degc[:, None] - nodes[None, :]), axis=1)
     return np.asarray(nodes[np.unique(nearest)])
+
+
+def fitting_hats(temperature_degc: Array, nodes: Array, reach: float) -> Array:
+    """(n, N) weights for the fit: the table's, with the mean of both chords' slopes about a soaked node.
+
+    A soaked chamber strays by 0.05 K to both sides. The table has a kink at the node and the unit's curve has
+    none: chord by chord every stray would err to the same side, and the node with them.
+    """
+    weights = hats(temperature_degc, nodes, reach)
+    if len(nodes) < 3:
+        return weights
+    apart = temperature_degc[:, None] - nodes[None, :]
+    nearest = np.argmin(np.abs(apart), axis=1)
+    for k in range(1, len(nodes) - 1):
+        rows = nearest == k
+        if rows.any() and np.abs(apart[rows, k]).max() <= GAP_K:
+            left, right = 0.5 / (nodes[k] - nodes[k - 1]), 0.5 / (nodes[k + 1] - nodes[k])
+            weights[rows] = 0.0
+            weights[rows, k - 1] = -left * apart[rows, k]
+            weights[rows, k] = 1.0 + (left - right) * apart[rows, k]
+            weights[rows, k + 1] = right * apart[rows, k]
+    return weights

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from planner.calibration import Calibration
+from planner.errors import InputError
 from planner.learn.dwells_to_fit import calibrate as calibrate_table
 from planner.learn.fit_options import FitOptions
 from planner.measured import DwellTable
@@ -41,6 +42,19 @@ def simulate(
         hidden=effects,
         settings=settings,
     )
+
+
+def simulation_settings(path: Path) -> dict[str, object]:
+    """The keys and values of a YAML file of settings. Raises InputError when it cannot be read."""
+    from planner.spec.yaml12 import read_yaml
+
+    try:
+        written = read_yaml(path.read_bytes(), str(path)).value
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from error
+    if not isinstance(written, dict):
+        raise InputError(f"{path} must hold `key: value` lines, e.g. in_run: off")
+    return {str(key): value for key, value in written.items()}
 
 
 def calibrate(

@@ -100,7 +100,8 @@ def layout_of(path: Path, skip_lines: int = 0) -> Layout:
     if end < 0:
         raise InputError(f"{path} has a header and no rows")
     after = head[end + 1 :].split(b"\n", 1)[0]
-    return Layout(tuple(cells), True, delimiter, _decimal(after, delimiter), line + 1, end + 1, tuple(comments))
+    decimal = _decimal(after, delimiter)
+    return Layout(tuple(cells), True, delimiter, decimal, line + 1, end + 1, tuple(comments))
 
 
 def _head(path: Path) -> bytes:
@@ -184,9 +185,11 @@ def _block(
         rows = _one_by_one(path, data, first, layout, wanted, texts)
     text = "\n".join("\t".join(row) for row in rows.kept) + "\n"
     plain = Layout(wanted, True, "\t", ".", 1, 0)
-    kept = _fast(text.encode(), plain, wanted, texts) if rows.kept else {
-        name: np.zeros(0, dtype=str if name in texts else float) for name in wanted
-    }
+    kept = (
+        _fast(text.encode(), plain, wanted, texts)
+        if rows.kept
+        else {name: np.zeros(0, dtype=str if name in texts else float) for name in wanted}
+    )
     return TextBlock(kept, np.array(rows.lines, dtype=np.int64), tuple(rows.bad))
 
 
@@ -239,7 +242,8 @@ def _one_by_one(
         if reason:
             rows.bad.append(Fault(str(path), number, 1, "", reason))
             continue
-        rows.kept.append([cells[i] if text else cells[i].replace(layout.decimal, ".") for i, _, text in places])
+        plain = [cells[i] if text else cells[i].replace(layout.decimal, ".") for i, _, text in places]
+        rows.kept.append(plain)
         rows.lines.append(number)
     return rows
 

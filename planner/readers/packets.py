@@ -47,13 +47,13 @@ class Packets:
 @lru_cache(maxsize=1)
 def _pair_table() -> NDArray[np.uint8]:
     """CRC register after two bytes: index (register xor first byte) + 256 · second byte."""
-    one = np.arange(256, dtype=np.uint16)
+    one: NDArray[np.uint16] = np.arange(256, dtype=np.uint16)
     for _ in range(8):
-        one = np.where(one & 0x80, (one << 1) ^ POLYNOMIAL, one << 1) & 0xFF
+        one = (np.where(one & 0x80, (one << 1) ^ POLYNOMIAL, one << 1) & 0xFF).astype(np.uint16)
     first, second = np.meshgrid(np.arange(256), np.arange(256))
     table = one[one[first] ^ second].astype(np.uint8).reshape(-1)
     table.setflags(write=False)
-    return table
+    return np.asarray(table)
 
 
 def crc8(rows: Bytes) -> Bytes:
@@ -68,16 +68,16 @@ def crc8(rows: Bytes) -> Bytes:
     for column in range(1, rows.shape[1], 2):
         pair = (rows[:, column + 1].astype(np.uint16) << 8) | (rows[:, column] ^ register)
         register = table[pair]
-    return register ^ np.uint8(FINAL)
+    return np.asarray(register ^ np.uint8(FINAL))
 
 
 def _whole(rows: Bytes) -> NDArray[np.bool_]:
     """(n,) which of the (n, 34) byte rows are packets: prefix, ready sign, checksum."""
     looks = (rows[:, 0] == PREFIX) & ((rows[:, 32] == READY[0]) | (rows[:, 32] == READY[1]))
     if looks.all():
-        return crc8(rows[:, :33]) == rows[:, 33]
+        return np.asarray(crc8(rows[:, :33]) == rows[:, 33])
     looks[looks] = crc8(rows[looks, :33]) == rows[looks, 33]
-    return looks
+    return np.asarray(looks)
 
 
 def find_packets(data: Bytes, last: bool = True) -> Packets:
@@ -109,7 +109,7 @@ def _candidates(data: Bytes) -> NDArray[np.int64]:
     looks = (data[: len(ready)] == PREFIX) & ((ready == READY[0]) | (ready == READY[1]))
     place = np.flatnonzero(looks)
     rows = data[place[:, None] + np.arange(LENGTH)]
-    return place[crc8(rows[:, :33]) == rows[:, 33]]
+    return np.asarray(place[crc8(rows[:, :33]) == rows[:, 33]])
 
 
 def _apart(place: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -171,7 +171,7 @@ def column(packets: NDArray[np.void], name: str) -> NDArray[np.float64]:
 
 
 def _pieces(path: Path) -> Iterator[tuple[int, Packets]]:
-    """(byte of the piece in the file, its packets); the bytes of an unfinished packet go into the next one."""
+    """(byte of the piece in the file, its packets); bytes of an unfinished packet go into the next one."""
     with path.open("rb") as file:
         rest, start = b"", 0
         while True:

@@ -10,6 +10,8 @@ import numpy as np
 from planner.protocols import RawBlock
 from planner.readers._delimited import TextBlock, layout_of, text_blocks
 
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # taken here, to be refused in words
+
 
 class TextReader:
     """A table in text; rows that cannot be read are left out, counted, and keep their place in time."""
@@ -20,7 +22,7 @@ class TextReader:
     def recognises(self, path: Path, head: bytes) -> bool:
         """Text by its suffix, or whatever has no zero byte and is printable."""
         if path.suffix.lower() in self.suffixes:
-            return b"\0" not in head
+            return b"\0" not in head or head.startswith(UTF_16)
         return bool(head) and sum(byte < 9 for byte in head) == 0 and head.isascii()
 
     def names(self, path: Path, skip_lines: int = 0) -> tuple[str, ...]:

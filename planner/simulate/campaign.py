@@ -18,7 +18,6 @@ from typing import Literal
 import numpy as np
 
 from planner import catalog
-from planner.errors import InputError
 from planner.measured import DwellTable
 from planner.protocols import SENSORS, Effect, Sensor
 from planner.records import Array, Conditions
@@ -40,6 +39,8 @@ class Settings:
     in_run_time: correlation time of the in-run process, s
     temperature_jitter: how far a soaked chamber strays, K; temperature_error: of the unit's thermometer, K
     case: `random` draws sizes within the budget, `worst` takes all of it; signs: `random` or `plus`
+    run_to_run, in_run, storage, temperature_residual: whether the budget's part is drawn at all
+    spikes: share of readings that are `spike_size` sigma off
     """
 
     white: Mapping[Sensor, float] = field(
@@ -56,21 +57,9 @@ class Settings:
     run_to_run: bool = True
     in_run: bool = True
     storage: bool = True
+    temperature_residual: bool = True
     spikes: float = 0.0
-
-
-def settings_of(case: str, signs: str, temperature_error: float, spikes: float) -> Settings:
-    """Settings from words. Raises InputError for one that we do not know."""
-    if case not in ("random", "worst"):
-        raise InputError(f"--case must be random or worst, not {case!r}")
-    if signs not in ("random", "plus"):
-        raise InputError(f"--signs must be random or plus, not {signs!r}")
-    return Settings(
-        case="worst" if case == "worst" else "random",
-        signs="plus" if signs == "plus" else "random",
-        temperature_error=temperature_error,
-        spikes=spikes,
-    )
+    spike_size: float = 40.0
 
 
 @dataclass(frozen=True)
@@ -84,6 +73,7 @@ class TrueTerm:
     hidden: bool = False
     curve: Array | None = None
     temperatures_degc: Array | None = None
+    nonlinear: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -199,32 +189,50 @@ def _measured(
     sized = [
         _Sized(sensor, e, b, unit.families.get((s, e))) for (s, e), b in unit.budgets.items() if s == sensor
     ]
-    drawn = [
-        (catalog.effects()[s.effect], *_coefficients(s, design, conditions, settings, seed)) for s in sized
+    drawn: list[_Drawn] = [
+        _Drawn(catalog.effects()[s.effect], *_coefficients(s, design, conditions, settings, seed))
+        for s in sized
     ]
     for i, extra in enumerate(h for h in hidden if sensor in h.sensors):
         values = coefficients(extra, sensor, _rng(seed, "hidden", sensor, extra.text, str(i)))
         effect = catalog.effects()[extra.effect]
         terms = [
-            TrueTerm(f"{sensor}.{effect.name}", t.name, float(v), effect.units[sensor], hidden=True)
+            TrueTerm(
+                f"{sensor}.{effect.name}",
+                t.name,
+                float(v),
+                effect.units[sensor],
+                hidden=True,
+                nonlinear={**effect.nonlinear, **extra.nonlinear},
+            )
             for t, v in zip(effect.terms(sensor), values, strict=True)
         ]
-        drawn.append((effect, np.broadcast_to(values, (len(design), len(values))), terms))
+        every = np.broadcast_to(values, (len(design), len(values)))
+        drawn.append(_Drawn(effect, every, terms, extra.nonlinear))
     u = conditions.rate if sensor == "gyro" else conditions.specific_force
     v = u + _sum("misalignment", sensor, conditions, drawn)
     leaned = replace(conditions, **{"rate" if sensor == "gyro" else "specific_force": v})
     y = v + _sum("scale_factor", sensor, leaned, drawn) + _sum("bias", sensor, conditions, drawn)
-    return _noisy(y, sensor, design, settings, seed), [t for _, _, terms in drawn for t in terms]
+    return _noisy(y, sensor, design, settings, seed), [t for d in drawn for t in d.terms]
 
 
-def _sum(
-    group: str, sensor: Sensor, conditions: Conditions, drawn: Sequence[tuple[Effect, Array, list[TrueTerm]]]
-) -> Array:
+@dataclass(frozen=True)
+class _Drawn:
+    """One effect of the unit: coefficients (n, n_terms) in every record, the truth, nonlinear parameters."""
+
+    effect: Effect
+    values: Array
+    terms: list[TrueTerm]
+    nonlinear: Mapping[str, float] = field(default_factory=dict)
+
+
+def _sum(group: str, sensor: Sensor, conditions: Conditions, drawn: Sequence[_Drawn]) -> Array:
     """(n, 3) of all effects of one group; their coefficients change from row to row."""
     total = np.zeros((len(conditions.day), 3))
-    for effect, values, _ in drawn:
-        if effect.group == group:
-            total += np.einsum("nct,nt->nc", effect.regressors(sensor, conditions), values)
+    for d in drawn:
+        if d.effect.group == group:
+            regressors = d.effect.regressors(sensor, conditions, d.nonlinear)
+            total += np.einsum("nct,nt->nc", regressors, d.values)
     return total
 
 
@@ -234,7 +242,7 @@ def _noisy(y: Array, sensor: Sensor, design: Design, settings: Settings, seed: i
     y = y + sigma[:, None] * rng.normal(size=y.shape)
     if settings.spikes > 0:
         struck = _rng(seed, "spikes", sensor).uniform(size=y.shape) < settings.spikes
-        y = y + struck * 40.0 * sigma[:, None] * np.sign(rng.normal(size=y.shape))
+        y = y + struck * settings.spike_size * sigma[:, None] * np.sign(rng.normal(size=y.shape))
     return y
 
 
@@ -285,6 +293,8 @@ def _size(largest: float, settings: Settings, rng: np.random.Generator) -> float
 def _curve(sized: _Sized, settings: Settings, rng: np.random.Generator) -> tuple[Array | None, Array | None]:
     """Grid and values of the error's curve over temperature; a measured curve is taken as it is."""
     residual = sized.budget.temperature_residual
+    if not settings.temperature_residual:
+        return None, None
     if isinstance(residual, MeasuredCurve):
         grid = np.array(sorted(residual.curve))
         sign = rng.choice([-1.0, 1.0]) if settings.signs == "random" else 1.0

@@ -3,34 +3,40 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from planner import catalog
 from planner.errors import InputError
 from planner.protocols import SENSORS, Effect, Sensor
-from planner.units import UnitError, parse, unit_factor
+from planner.units import UnitError, parse, to_si, unit_factor
 
 
 @dataclass(frozen=True)
 class HiddenEffect:
-    """size: SI, the largest of its terms (or of the one `term`); sensors: on which it acts."""
+    """size: SI, the largest of its terms (or of the one `term`); sensors: on which it acts.
+
+    nonlinear: its nonlinear parameters that are not at their defaults, SI
+    """
 
     effect: str
     sensors: tuple[Sensor, ...]
     term: str | None
     size: float
     text: str
+    nonlinear: Mapping[str, float] = field(default_factory=dict)
 
 
 def hidden_effect(text: str) -> HiddenEffect:
-    """Read `[sensor.]effect[.term]=value`.
+    """Read `[sensor.]effect[.term]=value[,parameter=value…]`, e.g. `warm_up=0.01 deg/s,time_constant=600 s`.
 
-    Raises InputError for an unknown effect, sensor or term, and a value whose unit fits none of its sensors.
+    Raises InputError for an unknown effect, sensor, term or parameter, and a value whose unit fits none of
+    its sensors.
     """
-    place, equals, value = text.partition("=")
+    first, *others = text.split(",")
+    place, equals, value = first.partition("=")
     if not equals:
         raise InputError(f"--hidden {text!r}: write EFFECT=VALUE, e.g. g_sensitivity=0.01deg/s/g")
     parts = place.strip().split(".")
@@ -54,7 +60,25 @@ def hidden_effect(text: str) -> HiddenEffect:
         raise InputError(f"--hidden {text!r}: the value of {effect.name} must have a unit like {units}")
     term = parts[1] if len(parts) > 1 else None
     _check_term(effect, sensors[0], term, text)
-    return HiddenEffect(effect.name, sensors, term, quantity.si, text)
+    return HiddenEffect(
+        effect.name, sensors, term, quantity.si, text, dict(_parameter(effect, o, text) for o in others)
+    )
+
+
+def _parameter(effect: Effect, written: str, text: str) -> tuple[str, float]:
+    """Name and SI value of one nonlinear parameter; days count as days, as everywhere."""
+    name, _, value = (part.strip() for part in written.partition("="))
+    if name not in effect.nonlinear:
+        known = ", ".join(effect.nonlinear) or "none"
+        raise InputError(f"--hidden {text!r}: {effect.name} has no parameter {name!r}; it has {known}")
+    try:
+        found = float(value) if name == "day" else to_si(value, "s")
+    except (UnitError, ValueError) as error:
+        example = f"{name}=30" if name == "day" else f"{name}=600 s"
+        raise InputError(f"--hidden {text!r}: {error}; write e.g. {example}") from error
+    if not 0.0 < found < 1e9:
+        raise InputError(f"--hidden {text!r}: {name} must be more than zero")
+    return name, found
 
 
 def _known(name: str, text: str) -> Effect:

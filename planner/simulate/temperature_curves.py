@@ -20,13 +20,18 @@ _MODES = 40
 
 @dataclass(frozen=True)
 class CurveFamily:
-    """Curves over one range. amplitude: (m,) of the modes; numbers, residual: the table, SI."""
+    """Curves over one range. amplitude: (m,) of the modes; numbers, residual: the table, SI.
+
+    cosine, sine: (POINTS, m) the modes on the grid
+    """
 
     low_degc: float
     high_degc: float
     amplitude: Array
     numbers: tuple[int, ...]
     residual: Array
+    cosine: Array
+    sine: Array
 
     @property
     def grid(self) -> Array:
@@ -35,10 +40,8 @@ class CurveFamily:
 
     def draw(self, rng: np.random.Generator) -> Array:
         """(POINTS,) one curve, SI."""
-        x = np.linspace(0.0, 1.0, POINTS)
         phase = rng.uniform(0.0, 2.0 * np.pi, _MODES)
-        modes = np.arange(1, _MODES + 1)
-        curve = np.cos(np.pi * modes[:, None] * x + phase[:, None]).T @ self.amplitude
+        curve = self.cosine @ (self.amplitude * np.cos(phase)) - self.sine @ (self.amplitude * np.sin(phase))
         curve -= curve.mean()
         worst = np.array([np.abs(curve - even_table(curve, n)).max() for n in self.numbers])
         scale = float(np.min(self.residual / np.where(worst > 0, worst, np.inf), initial=np.inf))
@@ -76,7 +79,8 @@ def curve_family(table: Mapping[int, float], low_degc: float, high_degc: float) 
     power, _ = nnls(response[keep] / weight[keep, None], np.ones(int(keep.sum())))
     if not power.any():
         power = 1.0 / np.arange(1, _MODES + 1) ** 4.0
-    return CurveFamily(low_degc, high_degc, np.sqrt(power), numbers, residual)
+    waves = np.pi * np.linspace(0.0, 1.0, POINTS)[:, None] * np.arange(1, _MODES + 1)
+    return CurveFamily(low_degc, high_degc, np.sqrt(power), numbers, residual, np.cos(waves), np.sin(waves))
 
 
 def _mode_residual(mode: int, points: int) -> float:

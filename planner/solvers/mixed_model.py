@@ -193,6 +193,19 @@ def _derivatives(y: Array, s: _State) -> tuple[Array, Array, list[Array], list[l
     return 0.5 * (quadratic - trace), 0.5 * information, A, Q
 
 
+def _average_information(y: Array, s: _State) -> tuple[Array, Array]:
+    """Score (K,) and average information (K, K), ½ yᵀPV_kPV_lPy (Gilmour, Thompson, Cullis 1995).
+
+    As good a curvature for the search as the expected one, for K products of matrices in place of K².
+    """
+    e = s.v.effects
+    pulled = np.column_stack([e.times(k, s.Py[:, None]) for k in range(e.count)])
+    projected = s.v.solve(pulled)
+    projected = projected - s.B @ (s.C @ (s.B.T @ pulled))
+    trace = np.array([_trace(s.v, k) - np.sum(s.C * (s.B.T @ e.times(k, s.B))) for k in range(e.count)])
+    return 0.5 * (s.Py @ pulled - trace), 0.5 * (pulled.T @ projected)
+
+
 @dataclass(frozen=True)
 class Variances:
     """REML estimates. theta: (K,) in the order of RandomEffects; error: (K, K) their covariance.
@@ -210,8 +223,9 @@ class Variances:
 def reml(y: Array, X: Array, effects: RandomEffects, start: Array | None = None) -> Variances:
     """Variances θ >= 0 that maximise the restricted likelihood of y (n,) given X (n, p).
 
-    Fisher scoring; components driven below zero are held at zero and released when their score turns
-    positive. Raises ValueError when no degree of freedom is left for the noise.
+    Scoring with the average, at the end the expected information; components driven below zero are held at
+    zero and released when their score turns positive. Raises ValueError when no degree of freedom is left
+    for the noise.
     """
     basis = factors(X).basis
     y = y - basis @ (basis.T @ y)
@@ -229,6 +243,19 @@ def reml(y: Array, X: Array, effects: RandomEffects, start: Array | None = None)
     theta, error, free, loglik, done = _scored(y / np.sqrt(total), basis, scaled, theta)
     factor = total / size
     return Variances(theta * factor, error * np.outer(factor, factor), free, loglik, done)
+
+
+def reml_information(X: Array, effects: RandomEffects, theta: Array) -> Array:
+    """(K, K) expected information on all variances at θ, those at zero too; X (n, p) fixed effects.
+
+    Its inverse is how well the data could tell θ, whatever they told (Variances.error leaves out zeros).
+    """
+    basis = factors(X).basis
+    scaled, size = _unit_sized(effects)
+    total = max(float(np.sum(theta * size)), 1e-300)
+    state = _state(np.zeros(len(basis)), basis, scaled, theta * size / total)
+    _, information, _, _ = _derivatives(np.zeros(len(basis)), state)
+    return np.asarray(information * np.outer(size, size) / total**2)
 
 
 def _unit_sized(effects: RandomEffects) -> tuple[RandomEffects, Array]:
@@ -250,19 +277,20 @@ def _unit_sized(effects: RandomEffects) -> tuple[RandomEffects, Array]:
 def _scored(
     y: Array, X: Array, effects: RandomEffects, theta: Array
 ) -> tuple[Array, Array, NDArray[np.bool_], float, bool]:
-    state, done = _state(y, X, effects, theta), False
+    state, done, expected = _state(y, X, effects, theta), False, False
     for _ in range(_MOST_STEPS):
-        score, information, _, _ = _derivatives(y, state)
+        score, information = _derivatives(y, state)[:2] if expected else _average_information(y, state)
         free = (theta > _LEAST_SHARE) | (score > 0)
         step = np.zeros_like(theta)
         step[free] = np.linalg.lstsq(information[np.ix_(free, free)], score[free], rcond=1e-10)[0]
         new, better = _improved(y, X, effects, theta, step, state)
-        if better is None or better.loglik - state.loglik < _CONVERGED:
+        settled = better is None or better.loglik - state.loglik < _CONVERGED
+        if better is not None:
+            theta, state = new, better
+        if settled and expected:
             done = True
-            if better is not None:
-                theta, state = new, better
             break
-        theta, state = new, better
+        expected = settled  # the average information may be blind to a component; the expected one is not
     theta = np.where(theta > _LEAST_SHARE, theta, 0.0)
     free = theta > 0
     _, information, _, _ = _derivatives(y, state)

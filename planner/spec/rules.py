@@ -5,6 +5,7 @@ from __future__ import annotations
 from planner.spec.review import Review
 from planner.spec.rules_benches import benches
 from planner.spec.rules_plan import plan
+from planner.spec.rules_recalibration import recalibration
 from planner.spec.rules_requirement import effects_declared, requirements, sensitivities, trajectory
 from planner.spec.rules_schedule import schedule
 from planner.spec.rules_tests import tests
@@ -25,5 +26,6 @@ def review(sheet: Review) -> None:
         travel,
         plan,
         schedule,
+        recalibration,
     ):
         rule(sheet)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from planner.errors import InputError
 from planner.physics.earth import EARTH_RATE_RADPS
 from planner.simulate.attitudes import exposure
-from planner.simulate.campaign import Settings, prepared, settings_of, simulate
+from planner.simulate.campaign import Settings, prepared, simulate
 from planner.simulate.design import design, steps_of
 from planner.simulate.hidden import hidden_effect
 from planner.simulate.temperature_curves import curve_family, even_table
@@ -133,7 +133,7 @@ def test_the_measurement_equation_has_its_products() -> None:
 
 @pytest.mark.parametrize("sensor", ["gyro", "accelerometer"])
 def test_spreads_are_those_of_the_budget(sensor: str) -> None:
-    """Run-to-run of the bias over 400 power-ons: its standard deviation is known to 3.5 %; 4 sigma of that."""
+    """Run-to-run of the bias over 400 power-ons: its spread is known to 3.5 %; 4 sigma of that."""
     spec, plan = campaign_of(temperatures=1, repeats=200)
     with_spread, _ = simulate(plan, prepared(spec), 1, settings=Settings(**quiet("run_to_run")))
     without, _ = simulate(plan, prepared(spec), 1, settings=Settings(**quiet()))
@@ -160,7 +160,7 @@ def quiet(*kept: str) -> dict:
 
 def test_a_worst_unit_has_all_of_its_budget() -> None:
     spec, plan = campaign_of(temperatures=1)
-    _, truth = simulate(plan, prepared(spec), 1, settings=settings_of("worst", "plus", 0.0, 0.0))
+    _, truth = simulate(plan, prepared(spec), 1, settings=Settings(case="worst", signs="plus"))
     for term in truth.terms:
         sensor, effect = term.error.split(".")
         assert term.value == getattr(spec.unit, sensor)[effect].systematic.si

@@ -1,0 +1,132 @@
+"""verify.json and sweep files: what the verification found, in display units."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from planner.export.json import number
+from planner.units import from_si
+from planner.verify.outcome import Claim, Part, RequirementOutcome
+from planner.verify.recount import Recount
+from planner.verify.verification import Verification
+
+
+def verify_document(v: Verification) -> dict[str, Any]:
+    """Everything as a tree of plain values; figures that are infinite are null."""
+    return {
+        "planner": v.version,
+        "spec": {"name": v.name, "sha256": v.spec_sha256},
+        "plan_sha256": v.plan_sha256,
+        "verdict": v.verdict,
+        "recount": recount_document(v.recount),
+        "flights": v.flights,
+        "flights_wanted": v.wanted,
+        "stopped": v.stopped,
+        "seed": v.seed,
+        "temperature": v.where,
+        "flight": v.flown,
+        "requirements": [_requirement(o) for o in v.outcomes],
+        "claims": [_claim(c) for c in v.claims],
+        "weak": [{"error": w.error, "axis": w.axis, "why": w.why} for w in v.weak],
+        "linear": [
+            {
+                "times": number(p.factor),
+                "share_of_flight": number(p.share),
+                "apart": _finite(p.apart),
+                "error": _finite(p.size),
+            }
+            for p in v.linear
+        ],
+        "notes": list(v.notes),
+    }
+
+
+def verify_text(v: Verification) -> str:
+    """verify.json."""
+    return json.dumps(verify_document(v), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def recount_document(recount: Recount) -> dict[str, Any]:
+    """The checks, and every fault."""
+    return {
+        "ok": recount.ok,
+        "checks": [
+            {"check": c.name, "what": c.what, "ok": c.ok, "figures": c.figures} for c in recount.checks
+        ],
+        "faults": [{"check": f.check, "where": f.where, "what": f.what} for f in recount.faults],
+        "not_recounted": list(recount.not_recounted),
+    }
+
+
+def _finite(value: float) -> float | int | None:
+    return number(value) if math.isfinite(value) else None
+
+
+def _in(value: float, unit: str) -> float | int | None:
+    return _finite(from_si(value, unit) if math.isfinite(value) else value)
+
+
+def _requirement(o: RequirementOutcome) -> Mapping[str, Any]:
+    return {
+        "error": o.error,
+        "at": o.at,
+        "rule": o.rule,
+        "unit": o.unit,
+        "limit": _in(o.limit, o.unit),
+        "verdict": o.verdict,
+        "promised": o.promised,
+        "share": number(o.share),
+        "ci95": [number(o.low), number(o.high)],
+        "rms": _in(o.rms, o.unit),
+        "rms_ci95": [_in(o.rms_low, o.unit), _in(o.rms_high, o.unit)],
+        "percentiles": {f"{p:g}": _in(value, o.unit) for p, value in o.percentiles},
+        "largest": _in(o.largest, o.unit),
+        "achieved": _in(o.achieved, o.unit),
+        "at_promise": _in(o.at_promise, o.unit),
+        "pessimism": _finite(o.pessimism),
+        "nonlinear_apart": _finite(o.apart),
+        "too_small": list(o.too_small),
+        "parts": [_part(p, o.unit) for p in o.parts],
+    }
+
+
+def _part(p: Part, unit: str) -> Mapping[str, Any]:
+    return {
+        "error": p.error,
+        "part": p.part,
+        "adds": _in(p.adds, unit),
+        "share": _finite(p.share),
+        "size": _in(p.size, p.unit),
+        "largest": _in(p.largest, p.unit),
+        "planned": _in(p.planned, p.unit),
+        "unit": p.unit,
+    }
+
+
+def _claim(c: Claim) -> Mapping[str, Any]:
+    return {
+        "error": c.error,
+        "share": number(c.share),
+        "ci95": [number(c.low), number(c.high)],
+        "claimed": number(c.claimed),
+    }
+
+
+def sweep_text(document: Mapping[str, Any]) -> str:
+    """sweep.json."""
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def sweep_csv(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+    """sweep.csv: one line a point."""
+    import csv
+    import io
+
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(["" if cell is None else cell for cell in row] for row in rows)
+    return out.getvalue()

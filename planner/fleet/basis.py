@@ -1,0 +1,42 @@
+"""What units are held against, and the answer for their recalibration in store."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+
+from planner.fleet.allowed_region import AllowedRegion
+from planner.fleet.recalibration import Growth, ShortestVisit, StorePlan
+from planner.fleet.store import StoreBench
+from planner.records import Constraint, ErrorModel
+from planner.spec.load import LoadedSpec
+
+
+@dataclass(frozen=True)
+class Basis:
+    """What units are held against: the plan's allowed region, the spec's errors and requirements."""
+
+    loaded: LoadedSpec
+    region: AllowedRegion
+    models: tuple[ErrorModel, ...]
+    constraints: tuple[Constraint, ...]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Recalibrated:
+    """Recalibrations in store of every unit: `spec` when there is no history.
+
+    growth, renewable: of the first unit
+    shortest: the shortest visit on the day a unit is due, for later and later days; start: the calendar date
+    of day 0
+    """
+
+    basis: Basis
+    bench: StoreBench
+    growth: Growth
+    plans: tuple[StorePlan, ...]
+    shortest: tuple[ShortestVisit, ...]
+    renewable: tuple[bool, ...]
+    start: date | None
+    notes: tuple[str, ...] = ()

@@ -1,0 +1,150 @@
+"""Dwell table → one linear problem a channel: what the declared model leaves, and the columns it can move.
+
+The declared fit comes off first with its products, y = (1 + κ)(M u) + b, so that scale factor times
+misalignment is no missing effect; what follows is linear in small quantities,
+
+    r = J δ + G γ + noise,
+
+J the Jacobian of the declared model at its fit, G the columns of a candidate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner import catalog
+from planner.learn.channel_model import (
+    TABLES,
+    ChannelModel,
+    channel_model,
+    evaluate,
+    jacobian,
+    sensed,
+)
+from planner.protocols import Sensor
+from planner.records import Array, Conditions
+from planner.solvers.least_squares import least_squares
+
+_ROUNDS = 8  # Gauss-Newton: the products are 1e-3 of the linear part, so three rounds arrive
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One channel of one sensor over n rows that stand run by run.
+
+    theta: (p,) of the fit of the declared effects and those of `found`, products and all
+    y: (n,) reading; r: (n,) what the declared effects leave of it
+    J: (n, q) columns of the declared effects, then the slopes of their tables at the nodes, which are free
+    lean: (n,) 1 + κ, by which a candidate that leans the input is multiplied
+    driven: the conditions with the misaligned input in place of the channel's own, for scale-factor effects
+    """
+
+    sensor: Sensor
+    axis: int
+    model: ChannelModel
+    found: tuple[str, ...]
+    theta: Array
+    y: Array
+    r: Array
+    J: Array
+    lean: Array
+    driven: Conditions
+
+    @property
+    def u(self) -> Array:
+        """(n,) true input along the channel."""
+        return self.model.u
+
+
+def channel(
+    sensor: Sensor,
+    axis: int,
+    conditions: Conditions,
+    y: Array,
+    effects: tuple[str, ...],
+    found: tuple[str, ...] = (),
+) -> Channel:
+    """One channel with the declared effects taken off.
+
+    found: effects that were found strong already. They are fitted along, so that their products with the
+    declared ones are right, and their linear part is then given back: it stays what has to be explained.
+    """
+    model = channel_model(sensor, axis, conditions, (*effects, *found))
+    theta = model.start()
+    parts = evaluate(model, theta)
+    for _ in range(_ROUNDS):
+        J = jacobian(model, theta, parts)
+        step, _ = least_squares(J, y - parts.predicted)
+        theta = theta + step
+        parts = evaluate(model, theta)
+        moved, left = np.abs(J @ step).max(initial=0.0), np.abs(y - parts.predicted).max(initial=0.0)
+        if moved <= 1e-9 * max(left, 1e-300):
+            break
+    return _at(model, found, theta, y)
+
+
+def at_rows(c: Channel, conditions: Conditions, y: Array) -> Channel:
+    """The channel's fit, read at other rows."""
+    return _at(replace(c.model, conditions=conditions), c.found, c.theta, y)
+
+
+def _at(model: ChannelModel, found: tuple[str, ...], theta: Array, y: Array) -> Channel:
+    parts = evaluate(model, theta)
+    driven = sensed(model.sensor, model.conditions).copy()
+    driven[:, model.channel] = parts.v
+    name = "rate" if model.sensor == "gyro" else "specific_force"
+    J, given_back = _declared(model, found, theta, jacobian(model, theta, parts))
+    return Channel(
+        sensor=model.sensor,
+        axis=model.channel,
+        model=model,
+        found=found,
+        theta=theta,
+        y=y,
+        r=y - parts.predicted + given_back,
+        J=np.column_stack([J, _slopes(model, parts.v)]),
+        lean=1.0 + parts.kappa,
+        driven=replace(model.conditions, **{name: driven}),
+    )
+
+
+def _declared(model: ChannelModel, found: tuple[str, ...], theta: Array, J: Array) -> tuple[Array, Array]:
+    """(n, q) columns of the declared effects alone, and (n,) the linear part of those that were found.
+
+    A table that only a found temperature effect has made collapses to its sum, the declared constant.
+    """
+    names = [c.effect for c in model.columns()]
+    linear = [not c.parameter for c in model.columns()]
+    tables = {plain for plain, warm in TABLES.items() if warm in found and plain not in found}
+    extra = [i for i, name in enumerate(names) if (name in found or name in tables) and linear[i]]
+    kept = [i for i, name in enumerate(names) if name not in found and name not in tables]
+    sums = [
+        J[:, [i for i, name in enumerate(names) if name == table]].sum(axis=1)
+        for table in sorted(tables & set(names))
+    ]
+    return np.column_stack([J[:, kept], *sums]), J[:, extra] @ theta[extra]
+
+
+def _slopes(model: ChannelModel, v: Array) -> Array:
+    """(n, k) slope of each table at each node: a soaked chamber strays, and a chord is no tangent.
+
+    Without them the reading's own slope at a node, 1e-5 g from 0.05 K, counts as something missing.
+    """
+    t = model.conditions.temperature_degc
+    found = [np.empty((len(t), 0))]
+    for nodes, driven in ((model.bias_nodes, np.ones(len(t))), (model.scale_nodes, v)):
+        if nodes is not None:
+            nearest = np.argmin(np.abs(t[:, None] - nodes[None, :]), axis=1)
+            near = nearest[:, None] == np.arange(len(nodes))[None, :]
+            found.append(near * ((t - nodes[nearest]) * driven)[:, None])
+    return np.concatenate(found, axis=1)
+
+
+def columns(c: Channel, effect: str, nonlinear: dict[str, float] | None = None) -> Array:
+    """(n, n_terms) what each term of an effect adds to the channel's reading, SI per SI unit."""
+    found = catalog.effects()[effect]
+    conditions = c.driven if found.group == "scale_factor" else c.model.conditions
+    added = np.asarray(found.regressors(c.sensor, conditions, nonlinear)[:, c.axis, :])
+    return added * c.lean[:, None] if found.group == "misalignment" else added

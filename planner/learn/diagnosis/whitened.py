@@ -1,0 +1,97 @@
+"""One channel after whitening: what the declared model leaves of it, and what nothing at all explains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.learn.diagnosis.channels import Channel
+from planner.learn.diagnosis.noise import ChannelNoise
+from planner.records import Array
+
+SEEN = 1e-5  # of a column's whitened length that must be left beside the declared model
+
+
+@dataclass(frozen=True)
+class Whitened:
+    """One channel, whitened. Q: (n, q) declared model, fixed runs; z: (n,) residual clear of Q
+
+    calm: (n,) residual that neither a candidate nor a generic alternative explains, at its full size
+    """
+
+    channel: Channel
+    noise: ChannelNoise
+    Q: Array
+    z: Array
+    calm: Array
+
+    @property
+    def mean_square(self) -> float:
+        """Of the calm residual: 1 when the noise model is right."""
+        return float(np.mean(self.calm**2))
+
+
+def whitened(c: Channel, noise: ChannelNoise, rich: Array) -> Whitened:
+    """The channel with its declared model taken off after whitening; rich: (n, k) all candidates' columns."""
+    white = noise.whiten(np.column_stack([c.r, c.J, noise.fixed_runs]))
+    Q = orthonormal(white[:, 1:])
+    z = clear(Q, white[:, 0])
+    R = np.column_stack([Q, orthonormal(clear(Q, noise.whiten(rich)), 1e-6)])
+    if len(z) - R.shape[1] < len(z) / 4.0:
+        R = Q  # too few rows for all candidates at once: what hides then counts as noise
+    n, g = len(z), len(noise.starts)
+    taken = min(_between_rank(R, noise.starts), g - 1.0)
+    between = max(1.0, g - taken)
+    within = max(1.0, (n - g) - (R.shape[1] - taken))
+    return Whitened(c, noise, Q, z, _full_size(clear(R, z), noise.starts, between, within))
+
+
+def _full_size(left: Array, starts: NDArray[np.int64], between: float, within: float) -> Array:
+    """What the fit took from the means of runs and from within them is given back, each for itself."""
+    n, g = len(left), len(starts)
+    sizes = np.diff(np.append(starts, n))
+    means = np.repeat(np.add.reduceat(left, starts) / sizes, sizes)
+    inside = np.sqrt((n - g) / within) if n > g else 0.0
+    return np.asarray(means * np.sqrt(g / between) + (left - means) * inside)
+
+
+def _between_rank(R: Array, starts: NDArray[np.int64]) -> float:
+    """How many differences between runs a basis takes up: the energy of its columns that is run means."""
+    sizes = np.diff(np.append(starts, len(R)))
+    sums = np.add.reduceat(R, starts, axis=0)
+    return float(np.sum(sums**2 / sizes[:, None]))
+
+
+def orthonormal(A: Array, seen: float = 1e-9) -> Array:
+    """(n, r) basis of the columns of A, scaled first; directions below `seen` of the largest left out."""
+    length = np.linalg.norm(A, axis=0)
+    A = A[:, length > 0] / length[length > 0]
+    if A.shape[1] == 0:
+        return np.empty((len(A), 0))
+    q, r = np.linalg.qr(A)
+    u, s, _ = np.linalg.svd(r)
+    return np.asarray(q @ u[:, : len(s)][:, s > seen * s[0]])
+
+
+def clear(Q: Array, A: Array) -> Array:
+    """(I − QQᵀ) A, twice, because raw values are 1e5 times the noise."""
+    A = A - Q @ (Q.T @ A)
+    return np.asarray(A - Q @ (Q.T @ A))
+
+
+def log_p(values: Array | float, m: int, freedom: float, s2: float) -> Array:
+    """log of the F test's p for Δ of m columns; never −∞."""
+    from scipy.stats import chi2, f
+
+    values = np.asarray(values, dtype=float)
+    if m == 0:
+        return np.zeros_like(values)
+    x = values / m / s2
+    tail = f.logsf(x, m, freedom)
+    far = ~np.isfinite(tail)
+    if np.any(far):
+        tail = np.where(far, -0.5 * freedom * np.log1p(m * x / freedom), tail)
+        tail = np.where(np.isfinite(tail), tail, chi2.logsf(1e3, m))
+    return np.asarray(tail)

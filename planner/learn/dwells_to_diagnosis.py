@@ -1,0 +1,210 @@
+"""One unit's dwell table and a spec → what the declared error model lacks, on what evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from planner import catalog
+from planner.diagnosis import (
+    FoundEffect,
+    FoundTerm,
+    NotFound,
+    Rival,
+    UnitDiagnosis,
+    Unknown,
+    Untestable,
+    Verdict,
+)
+from planner.errors import InputError
+from planner.learn.channel_model import AXES
+from planner.learn.diagnosis.assumptions import assumptions
+from planner.learn.diagnosis.bench_uncertainty import below_bench
+from planner.learn.diagnosis.estimates import Estimate, estimates, parameter_interval, rivals
+from planner.learn.diagnosis.evidence import evidence
+from planner.learn.diagnosis.limits import limits
+from planner.learn.diagnosis.noise import LEAST_RUNS
+from planner.learn.diagnosis.pool import given, score
+from planner.learn.diagnosis.prepared import Prepared, prepared
+from planner.learn.diagnosis.sensor import SensorFound, diagnose_sensor
+from planner.measured import DwellTable
+from planner.protocols import SENSORS, Sensor
+from planner.spec.model import Spec
+
+LEAST_ROWS = 8  # a channel has about as many declared coefficients at one temperature
+
+
+def diagnose(
+    table: DwellTable, spec: Spec, *, seed: int = 1, progress: Callable[[str], None] = lambda _: None
+) -> UnitDiagnosis:
+    """What the data of one unit say beyond the spec's `effects`.
+
+    Every effect of the library that is not declared, and generic alternatives without a name, are tested
+    together (planner.learn.diagnosis); the seed is of the sign flips. Evidence is in the table's own order.
+    Raises InputError when the table has no readings or too few rows.
+    """
+    _check(table)
+    data = prepared(table)
+    found = []
+    for sensor in SENSORS:
+        if sensor in data.sensors:
+            progress(f"{table.unit[0]}: searching the {sensor}s")
+            found.append(diagnose_sensor(data, sensor, tuple(spec.effects), seed))
+    effects = [e for s in found for e in _effects(s, data)]
+    unknown = [u for s in found for u in _unknown(s)]
+    not_found, untestable = _limits(found, data, spec)
+    return UnitDiagnosis(
+        unit=str(table.unit[0]),
+        verdict=_verdict(effects, unknown, not_found),
+        effects=tuple(effects),
+        unknown=tuple(unknown),
+        not_found=tuple(not_found),
+        untestable=tuple(untestable),
+        evidence=tuple(e for s in found for e in evidence(s, data)),
+        assumptions=tuple(a for s in found for a in assumptions(s, spec)),
+        notes=(*data.notes, *_notes(found, data)),
+    )
+
+
+def _check(table: DwellTable) -> None:
+    if table.gyro is None and table.acc is None:
+        raise InputError(f"{table.source}: no readings: neither gyro_x_dps … nor acc_x_g … are there")
+    if len(table) < LEAST_ROWS:
+        raise InputError(
+            f"{table.source}: {len(table)} rows of unit {table.unit[0]} are too few for a diagnosis, "
+            f"which needs {LEAST_ROWS} at least"
+        )
+
+
+def _verdict(
+    effects: Sequence[FoundEffect], unknown: Sequence[Unknown], not_found: Sequence[NotFound]
+) -> Verdict:
+    if effects:
+        return "partly_explained" if unknown else "explained"
+    if unknown:
+        return "unexplained"
+    return "clean" if not_found else "untestable"
+
+
+# ---------------------------------------------------------------- what was found
+
+
+def _channel(sensor: Sensor, axis: int) -> str:
+    return f"{sensor}_{AXES[axis]}"
+
+
+def _effects(s: SensorFound, data: Prepared) -> list[FoundEffect]:
+    """One entry an effect; one a channel where each channel has its own nonlinear parameter."""
+    found, pool = s.found, s.found.pool
+    library = [i for i, b in enumerate(pool.blocks) if not b.generic]
+    groups: dict[tuple[str, int], list[int]] = {}
+    for b in found.library:
+        block = pool.blocks[b]
+        groups.setdefault((block.name, b if block.nonlinear else -1), []).append(b)
+    sizes = estimates(pool, found.all)
+    return [_effect(s, data, blocks, library, sizes) for blocks in groups.values()]
+
+
+def _effect(
+    s: SensorFound,
+    data: Prepared,
+    blocks: Sequence[int],
+    library: Sequence[int],
+    sizes: Sequence[Estimate],
+) -> FoundEffect:
+    found, pool = s.found, s.found.pool
+    effect = catalog.effects()[pool.blocks[blocks[0]].name]
+    nonlinear = dict(pool.blocks[blocks[0]].nonlinear)
+    mine = [e for e in sizes if e.block in blocks]
+    extra: list[FoundTerm] = []
+    if nonlinear:
+        name, value, low, high, freedom, wider, new = parameter_interval(
+            found, blocks[0], s.channels, s.cuts, data.table.day
+        )
+        unit = "d" if name == "day" else "s"
+        axis = next(iter(pool.blocks[blocks[0]].columns))
+        extra = [FoundTerm(name, _channel(s.sensor, axis), value, low, high, freedom, unit, True)]
+        if new >= 0:
+            mine = [e for e in estimates(wider, [*found.all, new]) if e.block in blocks]
+    terms = [_term(s, e, effect.units[s.sensor]) for e in mine]
+    beside = {b: score(given(pool, [i for i in found.all if i != b]), [b]).delta for b in blocks}
+    opposed: dict[str, float] = {}
+    for b in blocks:
+        for name, apart in rivals(found, b, library):
+            opposed[name] = min(apart, opposed.get(name, np.inf))
+    axes = sorted({a for b in blocks for a in pool.blocks[b].columns})
+    return FoundEffect(
+        effect=effect.name,
+        sensor=s.sensor,
+        channels=tuple(_channel(s.sensor, a) for a in axes),
+        terms=(*terms, *extra),
+        p_value=min(found.p[b] for b in blocks),
+        strength=float(np.sqrt(sum(beside.values()))),
+        rivals=tuple(Rival(name, apart) for name, apart in sorted(opposed.items(), key=lambda r: r[1])),
+        below_bench_uncertainty=below_bench(s, blocks, mine),
+        nonlinear=nonlinear,
+    )
+
+
+def _term(s: SensorFound, e: Estimate, unit: str) -> FoundTerm:
+    axes = list(s.found.pool.blocks[e.block].columns)
+    channel = _channel(s.sensor, axes[0]) if len(axes) == 1 else "all"
+    return FoundTerm(e.term, channel, e.value, e.value - e.half, e.value + e.half, e.freedom, unit)
+
+
+def _unknown(s: SensorFound) -> list[Unknown]:
+    found, pool = s.found, s.found.pool
+    out = []
+    for b in found.unknown:
+        block = pool.blocks[b]
+        strength = score(given(pool, [i for i in found.all if i != b]), [b]).delta
+        channels = tuple(_channel(s.sensor, a) for a in block.columns)
+        out.append(Unknown(channels, block.name, found.p[b], float(np.sqrt(strength))))
+    return out
+
+
+# ---------------------------------------------------------------- what was not
+
+
+def _limits(
+    found: Sequence[SensorFound], data: Prepared, spec: Spec
+) -> tuple[list[NotFound], list[Untestable]]:
+    not_found: list[NotFound] = []
+    untestable: list[Untestable] = []
+    for s in found:
+        seen, unseen = limits(s, data, tuple(spec.effects))
+        not_found += seen
+        untestable += unseen
+    judged = {s.sensor for s in found}
+    for name, effect in catalog.effects().items():
+        missing = [sensor for sensor in effect.sensors if sensor not in judged]
+        if name not in spec.effects and missing:
+            untestable += [Untestable(name, sensor, _no_sensor(sensor, data)) for sensor in missing]
+    return not_found, untestable
+
+
+def _no_sensor(sensor: Sensor, data: Prepared) -> str:
+    short = "gyro" if sensor == "gyro" else "acc"
+    there = data.full.gyro if sensor == "gyro" else data.full.acc
+    return f"no columns {short}_x …" if there is None else f"no reference for the {sensor}s"
+
+
+def _notes(found: Sequence[SensorFound], data: Prepared) -> list[str]:
+    notes = []
+    for s in found:
+        far = {_channel(s.sensor, a): int(rows.sum()) for a, rows in s.far.items() if rows.any()}
+        notes += [f"{name}: {count} rows far off the others are left out" for name, count in far.items()]
+        for b in sorted(s.found.misfit):
+            block = s.found.pool.blocks[b]
+            notes += [
+                f"{_channel(s.sensor, a)}: what was found does not have exactly the shape of its equation; a "
+                f"small rest varies with {block.name}"
+                for a in block.columns
+            ]
+    if len(data.starts) < LEAST_RUNS:
+        notes.append(
+            f"{len(data.starts)} power-ons are too few to tell their spread: the level of each is its own, "
+            "and what changes only between power-ons cannot be seen"
+        )
+    return list(dict.fromkeys(notes))

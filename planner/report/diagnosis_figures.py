@@ -1,0 +1,269 @@
+"""Figures of a diagnosis: added-variable plots, residuals against every variable before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnosis import Diagnosis, Evidence, FoundEffect
+from planner.measured import DwellTable
+from planner.records import Array
+from planner.report import theme
+from planner.report.diagnosis_words import plain_name, short
+from planner.report.numbers import digits
+from planner.units import from_si
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+POINTS = 160  # dots a panel: every further one hides behind them, and the page stays small
+BINS = 12
+UNITS = {"gyro": "deg/s", "acc": "g", "accelerometer": "g"}
+_PANEL = 1.9
+_LINEAR = 4.0  # sigma
+
+
+@dataclass(frozen=True)
+class Variable:
+    """Something that the residual may vary with: (n,) values in the unit of its label."""
+
+    name: str
+    label: str
+    values: Array
+
+
+def added_variable_figure(
+    effect: str, found: Sequence[FoundEffect], evidence: Sequence[Evidence]
+) -> str | None:
+    """What the reading says against what the effect adds, both cleared of the declared model."""
+    channels = [c for e in found if e.effect == effect for c in e.channels]
+    shown = [e for e in evidence if effect in e.added and _same(e.channel, channels)]
+    if not shown:
+        return None
+    where = ", ".join(short(e.channel) for e in shown)
+    description = f"Added-variable plot of {plain_name(effect)} on {where}: the reading follows what it adds"
+    return theme.drawn(f"added-{effect}", description, lambda: _draw_added(effect, shown))
+
+
+def residual_figure(evidence: Evidence, table: DwellTable, changed: bool) -> str | None:
+    """Residual of one channel in sigma against every variable, before and after overlaid."""
+    variables = variables_of(evidence.channel, table)
+    if not variables or len(evidence.before) != len(table):
+        return None
+    what = "before and after" if changed else "under the declared model"
+    description = (
+        f"Residual of {short(evidence.channel)} {what} against {', '.join(v.name for v in variables)}"
+    )
+    return theme.drawn(
+        f"residual-{short(evidence.channel)}",
+        description,
+        lambda: _draw_residual(evidence, variables, changed),
+    )
+
+
+def change_figure(diagnosis: Diagnosis) -> str | None:
+    """Residual of every channel before and after with intervals, beside the noise floor, within runs in σ."""
+    if not diagnosis.residual:
+        return None
+    text = "; ".join(
+        f"{short(r.channel)} {from_si(r.before, r.unit):.3g} to {from_si(r.after, r.unit):.3g} {r.unit}"
+        for r in diagnosis.residual
+    )
+    return theme.drawn("change", f"Residual before and after: {text}", lambda: _draw_change(diagnosis))
+
+
+def variables_of(channel: str, table: DwellTable) -> list[Variable]:
+    """Every variable of the table that takes more than one value, in the units of the dwell table."""
+    axis = "xyz".index(channel[-1])
+    conditions = table.conditions()
+    rate = np.degrees(conditions.rate[:, axis])
+    every = [
+        Variable("temperature", "temperature, °C", table.temperature_degc),
+        Variable("rate of temperature", "dT/dt, K/min", table.temperature_rate * 60.0),
+        Variable("time since power-on", "time since power-on, s", table.time_on),
+        Variable("day", "day", table.day),
+        Variable("rate", f"rate about {channel[-1]}, deg/s", rate),
+        *(
+            Variable(f"specific force {a}", f"specific force {a}, g", from_si_array(f))
+            for a, f in zip("xyz", conditions.specific_force.T, strict=True)
+        ),
+    ]
+    return [v for v in every if np.ptp(v.values) > 1e-9 * max(1.0, float(np.abs(v.values).max(initial=0.0)))]
+
+
+def from_si_array(force: Array) -> Array:
+    """m/s² as g."""
+    return np.asarray(force / 9.80665)
+
+
+def _same(channel: str, channels: Sequence[str]) -> bool:
+    return short(channel) in {short(c) for c in channels}
+
+
+# ---------------------------------------------------------------- added variable
+
+
+def _draw_added(effect: str, shown: Sequence[Evidence]) -> Figure:
+    columns = min(3, len(shown))
+    rows = -(-len(shown) // columns)
+    figure = theme.new_figure(2.9 * rows)
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes, evidence in zip(panels, shown, strict=False):
+        _added(axes, evidence, evidence.added[effect])
+    for axes in panels[len(shown) :]:
+        axes.set_visible(False)
+    return figure
+
+
+def _added(axes: Axes, evidence: Evidence, points: Array) -> None:
+    unit = UNITS[evidence.channel.split("_")[0]]
+    x, y = (np.array([from_si(v, unit) for v in column]) for column in points.T)
+    keep = _thinned(x, 4 * POINTS)
+    axes.plot(x[keep], y[keep], "o", color=theme.BLUE, alpha=0.45, markersize=2.6, markeredgewidth=0)
+    ends = np.array([x.min(), x.max()])
+    slope = float(x @ y / (x @ x)) if float(x @ x) > 0 else 0.0
+    axes.plot(ends, slope * ends, color=theme.RED, linewidth=1.4)
+    axes.axhline(0.0, color=theme.MUTED, linewidth=0.7)
+    low, high = np.percentile(y, [0.5, 99.5])  # a spike of 40 sigma must not flatten the rest
+    low, high = min(low, float((slope * ends).min())), max(high, float((slope * ends).max()))
+    room = 0.12 * max(high - low, 1e-6 * abs(high) + 1e-12)
+    axes.set_ylim(low - room, high + room)
+    axes.locator_params(axis="x", nbins=4)
+    axes.set_title(short(evidence.channel))
+    axes.set_xlabel(f"what the effect adds, {unit}")
+    axes.set_ylabel(f"reading, {unit}")
+
+
+# ---------------------------------------------------------------- residual against variables
+
+
+def _draw_residual(evidence: Evidence, variables: Sequence[Variable], changed: bool) -> Figure:
+    columns = 2
+    rows = -(-len(variables) // columns)
+    figure = theme.new_figure(_PANEL * rows + 0.4)
+    panels = figure.subplots(rows, columns, squeeze=False, sharey=True).ravel()
+    sigma = np.where(evidence.expected > 0, evidence.expected, np.nan)
+    before, after = (np.asarray(r / sigma) for r in (evidence.before, evidence.after))
+    reach = max(_LINEAR, 1.1 * _reach(variables, before, after))
+    for i, (axes, variable) in enumerate(zip(panels, variables, strict=False)):
+        _against(axes, variable, before, after, changed)
+        if reach > 3.0 * _LINEAR:
+            _symmetric_logarithm(axes, reach)
+        axes.set_ylim(-reach, reach)
+        if i % columns == 0:
+            axes.set_ylabel("residual, σ")
+    for axes in panels[len(variables) :]:
+        axes.set_visible(False)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper left", ncols=4)
+    return figure
+
+
+def _reach(variables: Sequence[Variable], before: Array, after: Array) -> float:
+    """What the figure must show: nearly all dots, and every mean."""
+    means = [np.abs(_binned(v.values, r)[1]).max(initial=0.0) for v in variables for r in (before, after)]
+    dots = np.abs(np.concatenate([before, after]))
+    return float(max(np.nanpercentile(dots, 99.0) if np.isfinite(dots).any() else 0.0, *means))
+
+
+def _symmetric_logarithm(axes: Axes, reach: float) -> None:
+    """Linear up to four sigma, where noise is; logarithmic beyond, where a missing effect is."""
+    from matplotlib.ticker import FixedLocator, FuncFormatter
+
+    axes.set_yscale("symlog", linthresh=_LINEAR, linscale=1.0)
+    sizes = [t for t in (2.0, 10.0, 30.0, 100.0, 300.0, 1e3, 1e4, 1e5, 1e6) if t <= reach]
+    axes.yaxis.set_major_locator(FixedLocator([*(-t for t in reversed(sizes)), 0.0, *sizes]))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: digits(value)))
+
+
+def _against(axes: Axes, variable: Variable, before: Array, after: Array, changed: bool) -> None:
+    axes.axhspan(-2.0, 2.0, color=theme.PALE, alpha=0.45, linewidth=0, label="±2 σ, pure error")
+    axes.axhline(0.0, color=theme.MUTED, linewidth=0.7)
+    series = [("declared model", before, theme.RED, "s")]
+    if changed:
+        series.append(("with what was found", after, theme.BLUE, "o"))
+    keep = _thinned(variable.values, POINTS)
+    for label, values, colour, marker in series:
+        axes.plot(
+            variable.values[keep],
+            values[keep],
+            marker,
+            color=colour,
+            alpha=0.3,
+            markersize=2.2,
+            markeredgewidth=0,
+        )
+        x, mean = _binned(variable.values, values)
+        axes.plot(
+            x, mean, marker + "-", color=colour, linewidth=1.5, markersize=3.6, label=f"{label} (means: line)"
+        )
+    axes.set_xlabel(variable.label)
+
+
+def _binned(x: Array, y: Array) -> tuple[Array, Array]:
+    """Means of y over groups of like x: the values themselves when they are few, else equal shares."""
+    good = np.isfinite(y)
+    x, y = x[good], y[good]
+    step = max(float(np.ptp(x)) / 100.0, 1e-12) if len(x) else 1.0
+    near = np.round(x / step)
+    levels = np.unique(near)
+    if len(levels) <= BINS:
+        group = np.searchsorted(levels, near)
+    else:
+        edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, BINS + 1)))
+        group = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
+    count = np.bincount(group)
+    some = count > 0
+    return (
+        np.asarray((np.bincount(group, x) / np.maximum(count, 1))[some]),
+        np.asarray((np.bincount(group, y) / np.maximum(count, 1))[some]),
+    )
+
+
+def _thinned(x: Array, most: int) -> NDArray[np.intp]:
+    """Indices of at most `most` points, evenly over the order of x, so that rare values stay."""
+    if len(x) <= most:
+        return np.arange(len(x))
+    picked = np.linspace(0, len(x) - 1, most).astype(int)
+    return np.asarray(np.argsort(x, kind="stable")[picked])
+
+
+# ---------------------------------------------------------------- before and after
+
+
+def _draw_change(diagnosis: Diagnosis) -> Figure:
+    groups = [[r for r in diagnosis.residual if r.unit == unit] for unit in ("deg/s", "g")]
+    groups = [g for g in groups if g]
+    figure = theme.new_figure(2.5)
+    panels = figure.subplots(1, len(groups), squeeze=False)[0]
+    for axes, group in zip(panels, groups, strict=True):
+        at = np.arange(len(group))
+        for offset, colour, label, key in (
+            (-0.12, theme.RED, "before", "before"),
+            (0.12, theme.BLUE, "after", "after"),
+        ):
+            middle, low, high = (
+                np.array([from_si(getattr(r, key + end), r.unit) for r in group])
+                for end in ("", "_low", "_high")
+            )
+            low, high = (np.where(np.isfinite(x), x, middle) for x in (low, high))
+            axes.errorbar(
+                at + offset, middle, yerr=np.stack([middle - low, high - middle]), fmt="o", color=colour,
+                markersize=4.5, capsize=3, linewidth=1.3, label=label,
+            )  # fmt: skip
+        floor = np.array([from_si(r.noise_floor, r.unit) for r in group])
+        axes.hlines(
+            floor, at - 0.3, at + 0.3, color=theme.DARK, linestyle="--", linewidth=1.2, label="noise floor"
+        )
+        axes.set_xticks(at, [short(r.channel) for r in group])
+        axes.set_xlim(-0.5, len(group) - 0.5)
+        axes.set_ylim(bottom=0.0)
+        axes.set_ylabel(f"residual, {group[0].unit}")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper left", ncols=3)
+    return figure

@@ -1,0 +1,292 @@
+"""A diagnosis in sentences and tables, for the page and for the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from planner.diagnosis import (
+    Diagnosis,
+    FoundEffect,
+    FoundTerm,
+    NavigationCost,
+    NextMeasurement,
+    ResidualChange,
+    UnitDiagnosis,
+)
+from planner.report.blocks import Column, Table
+from planner.report.numbers import NOTHING, SPACE, digits, display_unit, hours, in_unit, quantity
+
+MILLI_G = 0.1  # m/s²: smaller residuals are read more easily in mg
+VARIABLES = {
+    "temperature": "temperature",
+    "temperature_rate": "rate of temperature",
+    "time_on": "time since power-on",
+    "day": "day",
+    "rate": "rate",
+    "specific_force": "specific force",
+    "orientation": "orientation",
+    "bench": "bench",
+}
+
+
+def short(channel: str) -> str:
+    """`acc_x` for `accelerometer_x`, as files and pages write it."""
+    return channel.replace("accelerometer_", "acc_")
+
+
+def plain_name(effect: str) -> str:
+    """`g sensitivity`."""
+    return effect.replace("_", " ")
+
+
+def varies_with(name: str) -> str:
+    """The variable of an unnamed part, in words."""
+    return VARIABLES.get(name, name.replace("_", " "))
+
+
+def headline(found: UnitDiagnosis) -> str:
+    """The verdict in a few words."""
+    if found.verdict == "clean":
+        return "Nothing is missing"
+    if found.verdict == "untestable":
+        return "These data cannot tell"
+    names = joined(list(dict.fromkeys(plain_name(e.effect) for e in found.effects)))
+    if not found.effects:
+        return "Something is missing that has no name here"
+    return f"Missing: {names}" + (", and something without a name" if found.unknown else "")
+
+
+def sentence(found: UnitDiagnosis) -> str:
+    """The verdict in one sentence."""
+    on: dict[str, list[str]] = {}
+    for e in found.effects:
+        on.setdefault(e.effect, []).extend(short(c) for c in e.channels)
+    named = joined([f"{plain_name(effect)} ({', '.join(channels)})" for effect, channels in on.items()])
+    rest = joined(
+        [f"{varies_with(u.varies_with)} ({', '.join(map(short, u.channels))})" for u in found.unknown]
+    )
+    if found.verdict == "clean":
+        return "What the declared model leaves is noise; no effect and no other structure stands out."
+    if found.verdict == "untestable":
+        return "No channel has the readings and references that a test needs."
+    if not found.effects:
+        return (
+            f"It varies with {rest}; no effect of the library explains it."
+            if rest
+            else "No effect explains it."
+        )
+    text = f"The declared model lacks {named}"
+    if rest:
+        return f"{text}; something that varies with {rest} is left and has no name."
+    return f"{text}; with it in the model what is left is noise."
+
+
+def joined(parts: Sequence[str]) -> str:
+    """`a, b and c`."""
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else list(parts))
+
+
+# ---------------------------------------------------------------- tables
+
+
+def found_table(found: Sequence[FoundEffect]) -> Table | None:
+    """Every coefficient of every found effect."""
+    rows = tuple(row for effect in found for row in _found_rows(effect))
+    if not rows:
+        return None
+    titles = ("effect", "channel", "term", "value", "95 % interval", "unit", "p", "strength, σ")
+    kinds = [Column(t, "number" if t in ("value", "p", "strength, σ") else "text") for t in titles]
+    return Table(
+        "What the declared model lacks; p is family-wise, over everything looked for", tuple(kinds), rows
+    )
+
+
+def _found_rows(effect: FoundEffect) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
+    for i, t in enumerate(effect.terms):
+        first = i == 0
+        rows.append(
+            (
+                plain_name(effect.effect) if first else "",
+                short(t.channel),
+                t.name.replace("_", " "),
+                *_value(t),
+                digits(effect.p_value, 2) if first else "",
+                digits(effect.strength, 3) if first else "",
+            )
+        )
+    return rows
+
+
+def _value(t: FoundTerm) -> tuple[str, str, str]:
+    low, value, high = (digits(in_unit(x, t.unit), 3) for x in (t.low, t.value, t.high))
+    return value, f"{low} … {high}", display_unit(t.unit)
+
+
+def residual_table(diagnosis: Diagnosis) -> Table | None:
+    """Before and after of every channel."""
+    if not diagnosis.residual:
+        return None
+    titles = ("channel", "before (95 %)", "after (95 %)", "within a run", "noise floor", "in σ", "unit")
+    columns = tuple(Column(t, "text") for t in titles)
+    where = (
+        "on runs that the fit has not seen" if all(r.held_out for r in diagnosis.residual) else "see below"
+    )
+    return Table(
+        f"Residual, root mean square, {where}; in σ: within a run, 1 is noise alone",
+        columns,
+        tuple(_residual_row(r) for r in diagnosis.residual),
+    )
+
+
+def _residual_row(r: ResidualChange) -> tuple[str, ...]:
+    unit = "mg" if r.unit == "g" and r.before < MILLI_G else r.unit
+
+    def shown(x: float) -> str:
+        return digits(in_unit(x, unit), 3)
+
+    return (
+        short(r.channel),
+        f"{shown(r.before)} ({_interval(r.before_low, r.before_high, unit)})",
+        f"{shown(r.after)} ({_interval(r.after_low, r.after_high, unit)})",
+        _arrow(shown(r.within_before), shown(r.within_after)),
+        shown(r.noise_floor),
+        _arrow(digits(r.sigma_before, 3), digits(r.sigma_after, 3)),
+        unit,
+    )
+
+
+def _arrow(before: str, after: str) -> str:
+    return before if before == after else f"{before}{SPACE}→{SPACE}{after}"
+
+
+def _interval(low: float, high: float, unit: str) -> str:
+    return f"{digits(in_unit(low, unit), 2)}{SPACE}…{SPACE}{digits(in_unit(high, unit), 2)}"
+
+
+def how_held_out(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """How the residuals were held out: one sentence for all channels that share it."""
+    groups: dict[str, list[str]] = {}
+    for r in diagnosis.residual:
+        groups.setdefault(r.how, []).append(short(r.channel))
+    whole = len(groups) == 1
+    return tuple(f"{'All channels' if whole else ', '.join(c)}: {how}." for how, c in groups.items())
+
+
+def navigation_table(costs: Sequence[NavigationCost]) -> Table | None:
+    """What it means in flight."""
+    if not costs:
+        return None
+    columns = (
+        Column("requirement", "text"),
+        Column("nobody compensates"),
+        Column("as the declared calibration leaves it"),
+        Column("compensated"),
+        Column("limit"),
+        Column("unit", "text"),
+    )
+    rows = tuple(
+        (
+            c.error.replace("_", " "),
+            *(digits(in_unit(x, c.unit), 3) for x in (c.before, c.as_calibrated, c.after, c.limit)),
+            c.unit,
+        )
+        for c in costs
+    )
+    return Table("Navigation error from what was found", columns, rows)
+
+
+def rivals_table(found: Sequence[FoundEffect]) -> Table | None:
+    """Effects that the data cannot tell from those found."""
+    rows = tuple(
+        (
+            plain_name(e.effect),
+            ", ".join(map(short, e.channels)),
+            plain_name(r.effect),
+            digits(r.separated_by, 2),
+        )
+        for e in found
+        for r in e.rivals
+    )
+    columns = (
+        Column("found", "text"),
+        Column("on", "text"),
+        Column("rival", "text"),
+        Column("separated by, σ"),
+    )
+    return Table("Rivals that these data do not refuse", columns, rows) if rows else None
+
+
+def next_table(wanted: Sequence[NextMeasurement]) -> Table | None:
+    """What to measure next."""
+    rows = tuple(
+        (
+            " or ".join(map(plain_name, m.separates)),
+            m.bench.replace("_", " "),
+            in_words(m),
+            digits(m.separation, 2),
+            hours(m.time_s),
+        )
+        for m in wanted
+    )
+    columns = (
+        Column("to tell", "text"),
+        Column("bench", "text"),
+        Column("do", "text"),
+        Column("separation, σ"),
+        Column("hours"),
+    )
+    return Table("What would tell rivals apart best per hour", columns, rows) if rows else None
+
+
+def in_words(m: NextMeasurement) -> str:
+    """A bench run as a sentence."""
+    c = m.condition
+    repeats = int(float(c.get("repeats", 1)))
+    parts = [str(c.get("do", m.test))]
+    if "temperature_degc" in c:
+        parts.append(f"at {digits(float(c['temperature_degc']), 3)}{SPACE}°C")
+    if "temperature_rate_k_min" in c:
+        parts.append(f"changing by {digits(float(c['temperature_rate_k_min']), 2)}{SPACE}K/min")
+    if "days_later" in c:
+        parts.append(f"{digits(float(c['days_later']), 2)} days later")
+    parts.append("once" if repeats == 1 else f"{repeats} times")
+    return ", ".join(parts)
+
+
+def assumptions_table(found: UnitDiagnosis) -> Table | None:
+    """What the spec assumes beside what the data say."""
+    rows = []
+    for a in found.assumptions:
+        odd = a.assumed is not None and math.isfinite(a.low) and not a.low <= a.assumed <= a.high
+        rows.append(
+            (
+                a.error,
+                a.part.replace("_", " "),
+                NOTHING if a.assumed is None else quantity(a.assumed, a.unit, 3),
+                quantity(a.measured, a.unit, 3) if math.isfinite(a.measured) else "the data cannot tell",
+                _interval(a.low, a.high, a.unit) if math.isfinite(a.measured) else NOTHING,
+                "contradicted" if odd else "",
+            )
+        )
+    columns = tuple(Column(t, "text") for t in ("error", "part", "assumed", "measured", "95 % interval", ""))
+    return (
+        Table("Spreads that the spec assumes, and what the data say", columns, tuple(rows)) if rows else None
+    )
+
+
+def limits_table(found: UnitDiagnosis) -> Table | None:
+    """Effects looked for in vain: no larger than this."""
+    rows = tuple(
+        (plain_name(n.effect), n.sensor, quantity(n.upper_limit, n.unit, 2)) for n in found.not_found
+    )
+    columns = (Column("effect", "text"), Column("sensor", "text"), Column("no larger than", "text"))
+    return Table("Looked for and not found: upper limits, 95 %", columns, rows) if rows else None
+
+
+def untestable_table(found: UnitDiagnosis) -> Table | None:
+    """Effects that these data cannot show."""
+    rows = tuple((plain_name(u.effect), u.sensor or "both", u.why) for u in found.untestable)
+    columns = (Column("effect", "text"), Column("sensor", "text"), Column("why", "text"))
+    return Table("Untestable, and why", columns, rows) if rows else None

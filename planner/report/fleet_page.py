@@ -1,0 +1,51 @@
+"""The page that the reports of accept, forecast and recalibrate share: headline, facts, sections."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from planner import __version__
+from planner.report.blocks import Section
+from planner.report.html import Fact
+
+
+@dataclass(frozen=True)
+class Page:
+    """What stands on the page; kind: what it is and of what; sentence: the answer's reason."""
+
+    title: str
+    kind: str
+    headline: str
+    sentence: str
+    notes: tuple[str, ...]
+    facts: tuple[Fact, ...]
+    sections: Sequence[Section | None]
+
+
+def page_html(page: Page) -> str:
+    """The page as text: the same page gives the same bytes."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("planner.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    return environment.get_template("fleet.html.j2").render(
+        title=page.title,
+        kind=page.kind,
+        headline=page.headline,
+        sentence=page.sentence,
+        notes=page.notes,
+        facts=[*page.facts, Fact("planner", __version__)],
+        sections=[s for s in page.sections if s is not None],
+    )
+
+
+def counted(number: int, one: str, many: str | None = None) -> str:
+    """`1 unit`, `3 units`."""
+    return f"{number} {one if number == 1 else many or f'{one}s'}"

@@ -1,0 +1,145 @@
+"""An updated spec on the terminal: the difference in its text, then hours and metres before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Protocol
+
+from planner.diagnosis import Diagnosis
+from planner.records import Plan
+from planner.report.numbers import digits, hours, in_unit, plain
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+
+class Change(Protocol):
+    """What was changed in a spec."""
+
+    @property
+    def changes(self) -> tuple[str, ...]:
+        """A sentence for each change."""
+        ...
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a person should know."""
+        ...
+
+    @property
+    def diff(self) -> str:
+        """The difference of the texts."""
+        ...
+
+
+class Plans(Protocol):
+    """The plans of the old and of the new spec, where they exist."""
+
+    @property
+    def old(self) -> Plan | None:
+        """Of the old spec."""
+        ...
+
+    @property
+    def new(self) -> Plan | None:
+        """Of the new spec."""
+        ...
+
+    @property
+    def why(self) -> tuple[str, ...]:
+        """Why there is none."""
+        ...
+
+
+def update_document(change: Change, plans: Plans | None, diagnosis: Diagnosis) -> dict[str, Any]:
+    """The same for scripts: hours, and navigation errors in the requirements' units."""
+    document: dict[str, Any] = {
+        "changes": list(change.changes),
+        "notes": list(change.notes),
+        "diff": change.diff,
+    }
+    if plans is not None:
+        rows = list(_rows(plans, diagnosis))
+        document["plans"] = {
+            "old": _figures(plans.old),
+            "new": _figures(plans.new),
+            "why_not": list(plans.why),
+            "really": [
+                {
+                    "error": error,
+                    "unit": unit,
+                    "promised": promised,
+                    "with_what_was_found": really,
+                    "new": new,
+                }
+                for error, unit, promised, really, new in rows
+            ],
+        }
+    return document
+
+
+def _figures(plan: Plan | None) -> dict[str, Any] | None:
+    if plan is None:
+        return None
+    return {
+        "time_s": plan.time_s,
+        "power_on_s": plan.power_on_s,
+        "requirements": [
+            {
+                "error": r.error,
+                "limit": in_unit(r.limit, r.unit),
+                "achieved": in_unit(r.achieved, r.unit),
+                "unit": r.unit,
+            }
+            for r in plan.requirements
+        ],
+    }
+
+
+def _rows(
+    plans: Plans, diagnosis: Diagnosis
+) -> Iterator[tuple[str, str, float | None, float | None, float | None]]:
+    """Per requirement: promised by the old plan, the same with what was found, promised by the new plan."""
+    some = plans.old or plans.new
+    for i, r in enumerate(() if some is None else some.requirements):
+        old = None if plans.old is None else in_unit(plans.old.requirements[i].achieved, r.unit)
+        new = None if plans.new is None else in_unit(plans.new.requirements[i].achieved, r.unit)
+        cost = diagnosis.navigation[i].before if i < len(diagnosis.navigation) else 0.0
+        adds = "worst" in r.rule
+        extra = in_unit(cost, r.unit)
+        really = None if old is None else old + extra if adds else (old**2 + extra**2) ** 0.5
+        yield r.error, r.unit, old, really, new
+
+
+def print_update(change: Change, plans: Plans | None, diagnosis: Diagnosis, console: Console) -> None:
+    """Difference, changes, hours and metres."""
+    for line in change.diff.splitlines():
+        style = "green" if line.startswith("+") else "red" if line.startswith("-") else "dim"
+        console.print(line, style=style, markup=False)
+    if plans is None:
+        return
+    for why in plans.why:
+        console.print(f"note: {why}", markup=False)
+    console.print(_table(plans, diagnosis))
+
+
+def _table(plans: Plans, diagnosis: Diagnosis) -> Table:
+    from rich.table import Table
+
+    table = Table(
+        box=None, pad_edge=False, header_style="dim", title="Before and after", title_justify="left"
+    )
+    for name in ("", "old spec", "with what was found", "new spec"):
+        table.add_column(name, justify="left" if not name else "right")
+    time = [None if p is None else p.time_s for p in (plans.old, plans.old, plans.new)]
+    table.add_row("campaign, h", *("–" if t is None else plain(hours(t)) for t in time))
+    for error, unit, promised, really, new in _rows(plans, diagnosis):
+        cells = ("–" if x is None else plain(digits(x)) for x in (promised, really, new))
+        table.add_row(f"{error.replace('_', ' ')}, {unit}", *cells)
+    limits = plans.old or plans.new
+    for r in () if limits is None else limits.requirements:
+        table.add_row(
+            f"limit of {r.error.replace('_', ' ')}, {r.unit}", *[plain(digits(in_unit(r.limit, r.unit)))] * 3
+        )
+    return table

@@ -1,0 +1,40 @@
+"""Campaigns, calibrations and flights by the thousand: chunks out, one tally in, stopped at any moment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from planner.verify.experiment import CHUNK, Experiment, run_chunk
+from planner.verify.tally import Tally, total
+from planner.verify.workers import Run
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class MonteCarlo:
+    """What the flights found; stopped: by the user, before all of them had flown."""
+
+    tally: Tally
+    wanted: int
+    stopped: bool
+
+
+def chunks_of(flights: int) -> list[tuple[int, int]]:
+    """(number, size): all of CHUNK but the last, whatever the number of workers."""
+    return [(i, min(CHUNK, flights - start)) for i, start in enumerate(range(0, flights, CHUNK))]
+
+
+def fly(e: Experiment, flights: int, run: Run, progress: Progress) -> MonteCarlo | None:
+    """All flights, or those that were done when the user stopped it; None when none was."""
+    done: list[Tally] = []
+    stopped = False
+    try:
+        for tally in run(run_chunk, e, chunks_of(flights)):
+            done.append(tally)
+            flown = sum(t.flights for t in done)
+            progress(f"{flown} of {flights} campaigns with flights")
+    except KeyboardInterrupt:
+        stopped = True
+    return MonteCarlo(total(done), flights, stopped) if done else None

@@ -1,0 +1,227 @@
+"""Is the promise kept? Shares of flights with exact intervals, percentiles, and what the error is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from planner import catalog
+from planner.records import Array
+from planner.spec.model import NAVIGATION_ERRORS, PercentileRule, Requirement, Spec
+from planner.units import to_si, unit_factor
+from planner.verify.experiment import Experiment
+from planner.verify.residuals import FOLDED, PARTS
+from planner.verify.tally import Tally
+
+Verdict = Literal["kept", "broken", "undecided"]
+SURE = 0.95  # confidence of the interval on the share of flights
+PERCENTILES = (50.0, 68.27, 90.0, 95.0, 99.0)
+
+
+@dataclass(frozen=True)
+class Part:
+    """What a part of an error adds to a requirement, and its size beside the plan's.
+
+    adds: root mean square of what it adds to the navigation error, SI; share: of the sum of all squares
+    size, largest: root mean square and largest modulus, SI of the error; planned: the plan's part
+    """
+
+    error: str
+    part: str
+    unit: str
+    adds: float
+    share: float
+    size: float
+    largest: float
+    planned: float
+
+
+@dataclass(frozen=True)
+class Claim:
+    """Estimates at the calibration temperatures: share within the half-width that the plan claims for one."""
+
+    error: str
+    share: float
+    low: float
+    high: float
+    claimed: float
+
+
+@dataclass(frozen=True)
+class RequirementOutcome:
+    """One requirement over all flights, SI.
+
+    promised: share of the flights that the rule promises; None for rss, which promises the root mean square
+    share, low, high: of the flights within the limit, with its exact interval; rms with rms_low, rms_high
+    achieved: what the plan says; at_promise: what it should be compared with, the promised percentile or the
+    rms; pessimism: achieved over at_promise; apart: rms of nonlinear − linear over the rms of the flights
+    """
+
+    index: int
+    error: str
+    at: str
+    rule: str
+    unit: str
+    limit: float
+    promised: float | None
+    share: float
+    low: float
+    high: float
+    rms: float
+    rms_low: float
+    rms_high: float
+    achieved: float
+    at_promise: float
+    percentiles: tuple[tuple[float, float], ...]
+    largest: float
+    apart: float
+    verdict: Verdict
+    too_small: tuple[str, ...]
+    parts: tuple[Part, ...]
+    lengths: Array
+
+    @property
+    def pessimism(self) -> float:
+        """How much more the rule predicted than what the promised share of the flights did."""
+        return self.achieved / self.at_promise if self.at_promise > 0 else float("inf")
+
+
+def share_interval(hits: int, of: int, confidence: float = SURE) -> tuple[float, float]:
+    """Clopper, Pearson (Biometrika 26, 1934): exact interval of a binomial share."""
+    from scipy.stats import beta
+
+    tail = (1.0 - confidence) / 2.0
+    low = 0.0 if hits == 0 else float(beta.ppf(tail, hits, of - hits + 1))
+    high = 1.0 if hits == of else float(beta.ppf(1.0 - tail, hits + 1, of - hits))
+    return low, high
+
+
+def outcomes(
+    e: Experiment, tally: Tally, document: Mapping[str, Any], spec: Spec
+) -> tuple[RequirementOutcome, ...]:
+    """Every requirement of the spec, judged."""
+    return tuple(_outcome(e, tally, document, spec, r) for r in range(len(spec.requirement)))
+
+
+def _outcome(
+    e: Experiment, tally: Tally, document: Mapping[str, Any], spec: Spec, index: int
+) -> RequirementOutcome:
+    wanted = spec.requirement[index]
+    lengths = tally.lengths[index]
+    limit, unit = wanted.limit.si, NAVIGATION_ERRORS[wanted.error]
+    hits, flights = int(np.sum(lengths <= limit)), len(lengths)
+    low, high = share_interval(hits, flights)
+    promised = promised_share(wanted, spec)
+    rms = float(np.sqrt(np.mean(lengths**2)))
+    rms_low, rms_high = _rms_interval(lengths)
+    verdict = _verdict(limit, promised, (low, high), (rms_low, rms_high))
+    parts = _parts(e, tally, document, index)
+    figures = document["requirements"][index]
+    return RequirementOutcome(
+        index=index,
+        error=wanted.error,
+        at=wanted.at if isinstance(wanted.at, str) else f"{wanted.at:g} s",
+        rule=rule_name(wanted),
+        unit=unit,
+        limit=limit,
+        promised=promised,
+        share=hits / flights,
+        low=low,
+        high=high,
+        rms=rms,
+        rms_low=rms_low,
+        rms_high=rms_high,
+        achieved=to_si(f"{figures['achieved']} {figures['unit']}", figures["unit"]),
+        at_promise=rms if promised is None else float(np.quantile(lengths, promised)),
+        percentiles=tuple((p, float(np.percentile(lengths, p))) for p in PERCENTILES),
+        largest=float(lengths.max()),
+        apart=float(np.sqrt(tally.apart[index] / flights)) / rms if rms > 0 else 0.0,
+        verdict=verdict,
+        too_small=_too_small(parts) if verdict == "broken" else (),
+        parts=parts,
+        lengths=lengths,
+    )
+
+
+def promised_share(wanted: Requirement, spec: Spec) -> float | None:
+    """Share of the flights within the limit: the percentile, or the plan's confidence for a worst case."""
+    if isinstance(wanted.rule, PercentileRule):
+        return wanted.rule.percentile
+    return None if wanted.rule == "rss" else spec.plan.confidence
+
+
+def rule_name(wanted: Requirement) -> str:
+    """`worst_case`, `rss` or `percentile 95 %`."""
+    if isinstance(wanted.rule, PercentileRule):
+        return f"percentile {100 * wanted.rule.percentile:g} %"
+    return wanted.rule
+
+
+def _verdict(
+    limit: float, promised: float | None, share: tuple[float, float], rms: tuple[float, float]
+) -> Verdict:
+    if promised is None:
+        return "kept" if rms[1] <= limit else "broken" if rms[0] > limit else "undecided"
+    return "kept" if share[0] >= promised else "broken" if share[1] < promised else "undecided"
+
+
+def _rms_interval(lengths: Array) -> tuple[float, float]:
+    """Of the root mean square: the mean of squares of independent flights is nearly normal."""
+    from scipy.stats import norm
+
+    squares = lengths**2
+    half = float(norm.ppf((1 + SURE) / 2)) * float(squares.std(ddof=1) if len(squares) > 1 else np.inf)
+    mean, half = float(squares.mean()), half / np.sqrt(len(squares))
+    return float(np.sqrt(max(mean - half, 0.0))), float(np.sqrt(mean + half))
+
+
+# ---------------------------------------------------------------- what it is made of
+
+
+def names_of(e: Experiment) -> list[str]:
+    """Errors in the order of the tallies; those of one table are one."""
+    every = set(e.errors)
+    return [f"{s}.{x}" for s, x in e.errors if (s, FOLDED.get(x, "")) not in every]
+
+
+def _parts(e: Experiment, tally: Tally, document: Mapping[str, Any], index: int) -> tuple[Part, ...]:
+    adds = np.sqrt(tally.squares[index] / tally.flights)
+    sizes = np.sqrt(tally.sizes / tally.counts[:, None])
+    whole = float(np.sum(adds**2)) or 1.0
+    found = []
+    for i, name in enumerate(names_of(e)):
+        claimed = document["allowances"].get(name)
+        sensor, effect = name.split(".")
+        unit = catalog.effects()[effect].units[sensor]
+        for p, part in enumerate(PARTS):
+            planned = 0.0 if claimed is None else float(claimed["parts"][part]) * unit_factor(unit)[0]
+            share = float(adds[i, p] ** 2) / whole
+            numbers = (float(adds[i, p]), share, float(sizes[i, p]), float(tally.largest[i, p]), planned)
+            found.append(Part(name, part, unit, *numbers))
+    return tuple(sorted(found, key=lambda part: -part.adds))
+
+
+def _too_small(parts: tuple[Part, ...]) -> tuple[str, ...]:
+    """Parts whose root mean square alone exceeds what the plan allows, those that cost most first."""
+    over = [x for x in parts if x.size > x.planned * (1 + 1e-6) and x.share > 1e-3]
+    cost = {x: x.adds**2 * (1.0 - min(1.0, x.planned / x.size) ** 2) for x in over}
+    return tuple(f"{x.error} {x.part}" for x in sorted(over, key=lambda x: -cost[x])) or ("the rule itself",)
+
+
+def claims_of(e: Experiment, tally: Tally, confidence: float) -> tuple[Claim, ...]:
+    """Every calibrated error's estimates against the half-width that the plan claims for them."""
+    found = []
+    for (inside, every), name in zip(tally.claimed, names_of(e), strict=True):
+        if e.half_widths.get(name, 0.0) > 0 and every > 0:
+            found.append(
+                Claim(name, inside / every, *_units_interval(inside / every, tally.flights), confidence)
+            )
+    return tuple(found)
+
+
+def _units_interval(share: float, units: int) -> tuple[float, float]:
+    """As if a unit were one observation: its nodes and axes are drawn together."""
+    return share_interval(round(share * units), units)

@@ -1,0 +1,348 @@
+"""The plan counted again from plan.json and the spec alone: nothing here comes from `planner.plan`.
+
+Each check compares figures one by one and keeps every fault with its place. What a search found on the way
+(the genetic algorithm's history, prices of limits, savings) cannot be counted again without searching again;
+it is named as such.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from planner.quantities import DAY_S, WEEKDAYS
+from planner.records import Trajectory
+from planner.spec.load import LoadedSpec
+from planner.spec.model import Objective, Spec
+from planner.units import from_si
+from planner.verify.findings import Check, Fault, Findings
+from planner.verify.recount_budget import budgets_of, check_budget, unit_of
+from planner.verify.recount_hours import start_of, windows_of
+from planner.verify.recount_navigation import check_navigation
+from planner.verify.recount_steps import batch_sizes, check_steps
+
+NOT_RECOUNTED = (
+    "genetic: a search's history and front (only its gap is counted again)",
+    "hours_per_limit, savings, trade_off: other plans, which would have to be planned again",
+    "bound_s: that no plan is shorter is proved by the integer program, not by counting",
+    "notes: words",
+)
+Document = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Recount:
+    """Every check, every fault, and what was not counted again."""
+
+    checks: tuple[Check, ...]
+    faults: tuple[Fault, ...]
+    not_recounted: tuple[str, ...] = NOT_RECOUNTED
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing was found."""
+        return not self.faults
+
+    @property
+    def figures(self) -> int:
+        """How many figures were compared."""
+        return sum(check.figures for check in self.checks)
+
+
+def recount(document: Document, loaded: LoadedSpec, trajectory: Trajectory | None = None) -> Recount:
+    """Count a plan's tree (plan.json) again. trajectory: the spec's flight, unless sensitivities are given.
+
+    A tree of another shape than planner's is a fault of its own, and nothing else can be counted then.
+    """
+    seal = _check_seal(document)
+    shape = _check_shape(document)
+    found = [seal, shape]
+    if not shape.faults:
+        spec = loaded.spec
+        found += [_check_origin(document, loaded), _check_benches(document, spec)]
+        names = _check_names(document, spec)
+        found.append(names)
+        if not names.faults:
+            found.append(_check_bound(document, spec))
+            found += check_steps(document, spec)
+            found += check_budget(document, spec)
+            found += check_navigation(document, spec, trajectory)
+            found.append(_check_genetic(document, spec))
+    return Recount(tuple(f.check() for f in found), tuple(fault for f in found for fault in f.faults))
+
+
+def _check_seal(document: Document) -> Findings:
+    """SHA-256 of the canonical JSON without the seal itself."""
+    found = Findings("seal", "the plan is as planner wrote it: its content has the hash that it carries")
+    inside = {k: v for k, v in document.items() if k not in ("plan_sha256", "$schema", "path")}
+    try:
+        text = json.dumps(inside, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    except ValueError as error:
+        found.fault("plan_sha256", f"cannot be taken: {error}")
+        return found
+    found.same("plan_sha256", document.get("plan_sha256"), hashlib.sha256(text.encode()).hexdigest())
+    return found
+
+
+def _check_shape(document: Document) -> Findings:
+    """Every key and type of plan.json."""
+    found = Findings("shape", "every key of plan.json is there, with the type it must have")
+    for key, kind in _SHAPE.items():
+        value = document.get(key)
+        if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
+            found.fault(key, "is missing or of the wrong type")
+        else:
+            found.figures += 1
+    if not found.faults:
+        _check_rows(found, document)
+    return found
+
+
+NUMBER = (int, float)
+_SHAPE: Mapping[str, Any] = {
+    "planner": str,
+    "spec": dict,
+    "seed": int,
+    "objective": dict,
+    "time_s": NUMBER,
+    "bound_s": NUMBER,
+    "gap": NUMBER,
+    "proved": bool,
+    "power_on_s": NUMBER,
+    "benches": dict,
+    "requirements": list,
+    "sensitivities": list,
+    "allowances": dict,
+    "tests": list,
+    "reasons": list,
+    "steps": list,
+    "shifts": list,
+}
+_ROWS: Mapping[str, Mapping[str, Any]] = {
+    "steps": {
+        "id": str,
+        "bench": str,
+        "action": str,
+        "start_s": NUMBER,
+        "end_s": NUMBER,
+        "test": (str, type(None)),
+        "temperature_degc": (*NUMBER, type(None)),
+        "repeat": (int, type(None)),
+        "motion": (dict, type(None)),
+        "units": int,
+        "attended": bool,
+    },
+    "tests": {
+        "test": str,
+        "bench": str,
+        "calibrates": list,
+        "motions": int,
+        "attended": bool,
+        "temperatures_degc": list,
+        "repeats": list,
+        "time_s": NUMBER,
+        "power_on_s": NUMBER,
+    },
+    "reasons": {
+        "error": str,
+        "test": str,
+        "temperature_degc": NUMBER,
+        "repeats": int,
+        "spread": NUMBER,
+        "confidence": NUMBER,
+        "quantile": str,
+        "quantile_value": NUMBER,
+        "half_width": NUMBER,
+        "needed_half_width": NUMBER,
+        "unit": str,
+        "bound_by": str,
+    },
+    "requirements": {
+        "error": str,
+        "at": str,
+        "rule": str,
+        "limit": NUMBER,
+        "achieved": NUMBER,
+        "unit": str,
+        "met": bool,
+        "shares": dict,
+    },
+    "sensitivities": {"error": str, "axis": str, "value": NUMBER, "unit": str, "requirement": int},
+}
+
+
+def _check_rows(found: Findings, document: Document) -> None:
+    for name, keys in _ROWS.items():
+        for i, row in enumerate(document[name]):
+            if not isinstance(row, dict) or not keys.keys() <= row.keys():
+                found.fault(f"{name} {i}", f"must have {', '.join(keys)}")
+                continue
+            for key, kind in keys.items():
+                if not isinstance(row[key], kind) or (isinstance(row[key], bool) and kind is not bool):
+                    found.fault(f"{name} {i}, {key}", "is of the wrong type")
+    for name, a in document["allowances"].items():
+        parts = a.get("parts") if isinstance(a, dict) else None
+        if not isinstance(parts, dict) or set(parts) != set(_PARTS):
+            found.fault(f"allowances, {name}", f"must have the parts {', '.join(_PARTS)}")
+        elif not all(
+            isinstance(v, NUMBER) and not isinstance(v, bool) for v in [a.get("allowed"), *parts.values()]
+        ):
+            found.fault(f"allowances, {name}", "must be numbers")
+
+
+_PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
+
+
+def _check_origin(document: Document, loaded: LoadedSpec) -> Findings:
+    found = Findings("spec", "the plan is of this spec: name, SHA-256, seed, start and shifts")
+    spec = loaded.spec
+    found.same("spec, sha256", document["spec"].get("sha256"), loaded.sha256)
+    found.same("spec, name", document["spec"].get("name"), spec.name)
+    found.same("seed", document["seed"], spec.plan.seed)
+    found.same("objective, minimise", document["objective"].get("minimise"), _minimised(spec))
+    start = None
+    if spec.plan.shifts:
+        day, rest = divmod(start_of(spec), DAY_S)
+        start = f"{WEEKDAYS[int(day)]} {int(rest // 3600):02d}:{int(rest % 3600 // 60):02d}"
+    found.same("start", document.get("start"), start)
+    shifts = [{"opens_s": a, "closes_s": b} for a, b in windows_of(spec)] if spec.plan.shifts else []
+    found.same("shifts", document["shifts"], shifts)
+    return found
+
+
+def _check_names(document: Document, spec: Spec) -> Findings:
+    """Without these nothing else can be compared."""
+    found = Findings("names", "tests and benches of the plan are the spec's; every test is planned once")
+    names = [t["test"] for t in document["tests"]]
+    for name in names:
+        if name not in spec.tests:
+            found.fault("tests", f"the spec has no test {name}")
+        elif names.count(name) > 1:
+            found.fault("tests", f"{name} is there more than once")
+        else:
+            found.figures += 1
+    for t in document["tests"]:
+        figures = [*t["temperatures_degc"], *t["repeats"]]
+        if not all(isinstance(x, NUMBER) and not isinstance(x, bool) for x in figures) or not t["repeats"]:
+            found.fault(f"tests, {t['test']}", "temperatures and repeats must be numbers, and some")
+        elif t["bench"] not in spec.benches:
+            found.fault(f"tests, {t['test']}", f"is not made on {t['bench']}")
+        elif len(t["repeats"]) != len(t["temperatures_degc"]):
+            found.fault(f"tests, {t['test']}", "must have one number of repeats for each temperature")
+    units = {name: unit_of(name) for name in budgets_of(spec)}
+    found.same("allowances", sorted(document["allowances"]), sorted(units))
+    for name, a in document["allowances"].items():
+        found.same(f"allowances, {name}, unit", a.get("unit"), units.get(name))
+    for i, r in enumerate(document["reasons"]):
+        if r["test"] not in spec.tests or r["error"] not in units:
+            found.fault(f"reasons {i}", f"the spec has no {r['test']} or no {r['error']}")
+    return found
+
+
+def _weights(spec: Spec) -> tuple[float, float]:
+    minimise = spec.plan.minimise
+    if isinstance(minimise, Objective):
+        return minimise.time, minimise.power_on
+    return (1.0, 0.0) if minimise == "time" else (1e-6, 1.0)
+
+
+def _minimised(spec: Spec) -> str:
+    fixed = spec.plan.fixed
+    by_hand = all(
+        (test.repeats is not None or (name in fixed and fixed[name].repeats is not None))
+        and (
+            test.temperatures is not None
+            or (name in fixed and fixed[name].temperatures is not None)
+            or spec.benches[test.bench].chamber is None
+        )
+        for name, test in spec.tests.items()
+    )
+    if by_hand:
+        return "nothing: the plan is made by hand"
+    time, power = _weights(spec)
+    if power == 0:
+        return "campaign time"
+    if time <= 1e-6 * power:
+        return "power-on time"
+    return f"{time:g} · campaign time + {power:g} · power-on time"
+
+
+def _check_benches(document: Document, spec: Spec) -> Findings:
+    found = Findings("benches", "benches, their limits and chambers are the spec's")
+    found.same("benches", list(document["benches"]), list(spec.benches))
+    for name, bench in spec.benches.items():
+        chamber = bench.chamber
+        limits = bench.limits
+        wanted = {
+            "kind": bench.kind or name,
+            "axes": bench.axes,
+            "units": bench.units,
+            "room_degc": spec.plan.temperatures.room,
+            "arm_m": bench.arm,
+            "limits": {
+                "rate_dps": _shown(limits.rate, "deg/s"),
+                "angular_acceleration_dps2": _shown(limits.angular_acceleration, "deg/s^2"),
+                "acceleration_g": _shown(limits.acceleration, "g"),
+                "travel_deg": {
+                    str(k): [_shown(a, "deg"), _shown(b, "deg")] for k, (a, b) in limits.travel.items()
+                },
+            },
+            "chamber": None
+            if chamber is None
+            else {
+                "coldest_degc": chamber.range[0],
+                "hottest_degc": chamber.range[1],
+                "heating_k_per_min": _shown(chamber.heating, "K/min"),
+                "cooling_k_per_min": _shown(chamber.cooling, "K/min"),
+                "soak_s": chamber.soak,
+            },
+        }
+        for key, value in wanted.items():
+            found.same(f"benches, {name}, {key}", document["benches"].get(name, {}).get(key), value)
+    return found
+
+
+def _shown(value: float | None, unit: str) -> float | None:
+    return None if value is None else from_si(value, unit)
+
+
+def _check_bound(document: Document, spec: Spec) -> Findings:
+    """value and gap follow from time, power-on and bound; nothing beats the proved bound."""
+    found = Findings("bound", "bound, value and gap belong together; no plan is shorter than the bound")
+    time, power = _weights(spec)
+    value, bound = document["objective"].get("value_s"), document["objective"].get("bound_s")
+    if not isinstance(value, NUMBER) or not isinstance(bound, NUMBER):
+        found.fault("objective", "has no value and bound")
+        return found
+    batches = len(batch_sizes(document, spec))
+    found.same("objective, value_s", value, time * document["time_s"] + power * document["power_on_s"], 1e-7)
+    found.same("bound_s", document["bound_s"], bound)
+    found.at_most("objective, bound_s", bound, value, 1e-8)
+    gap = max(0.0, value - bound) / value if value > 0 else 0.0
+    if abs(document["gap"] - gap) > 1e-8:
+        found.fault("gap", f"is {document['gap']:.9g}, value and bound make {gap:.9g}")
+    if document["proved"] and gap > (1e-6 if batches == 1 and not spec.plan.shifts else 1e-9):
+        found.fault("proved", f"there is a gap of {gap:.3g}")
+    if not document["proved"] and gap == 0:
+        found.fault("proved", "the bound is reached, which proves the plan")
+    return found
+
+
+def _check_genetic(document: Document, spec: Spec) -> Findings:
+    """The genetic algorithm's gap is that of its time, and its points speak of the plan's errors."""
+    found = Findings("genetic", "the genetic algorithm's campaign is no shorter than the exact one")
+    genetic = document.get("genetic")
+    if genetic is None:
+        return found
+    _, power = _weights(spec)
+    if power == 0 and len(batch_sizes(document, spec)) == 1 and not spec.plan.shifts and document["proved"]:
+        found.at_most("genetic, time_s", document["time_s"], genetic["time_s"], 1e-8)
+        found.same("genetic, gap", genetic["gap"], genetic["time_s"] / document["time_s"] - 1.0, 1e-6)
+    for i, point in enumerate(genetic["front"]):
+        for name in point:
+            if name != "time_s" and name not in document["allowances"]:
+                found.fault(f"genetic, front {i}", f"{name} is no error of the plan")
+    return found

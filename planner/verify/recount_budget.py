@@ -1,0 +1,309 @@
+"""The allowances counted again: every part from the spec's budgets and the plan's temperatures and repeats.
+
+estimate = q(n) s / √n,   q the two-sided normal or Student's quantile
+
+(K 2.5.2, eq. 27; K prints 2.96 for 99 %, the value is 2.576.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from planner import catalog
+from planner.protocols import SENSORS
+from planner.spec.model import ErrorBudget, MeasuredCurve, PercentileRule, Spec
+from planner.spec.model import si as si_of
+from planner.units import unit_factor
+from planner.verify.findings import Findings
+from planner.verify.recount_steps import in_room
+
+PART_NAMES = ("run_to_run", "in_run", "storage", "temperature", "estimate")
+TABLE_OF = {  # effect that must be declared for a temperature table to take the variation of another out
+    "bias": "bias_temperature",
+    "scale_factor": "scale_factor_temperature",
+    "misalignment": "misalignment_temperature",
+}
+Document = Mapping[str, Any]
+
+
+def check_budget(document: Document, spec: Spec) -> list[Findings]:
+    """Tests, repeats and why, allowances and their parts."""
+    tests = Findings("tests", "tests, temperatures and repeats are those that the spec allows")
+    repeats = Findings("repeats", "half-widths are q(n) s / √n, and the repeats reach what is needed")
+    parts = Findings("allowances", "parts are those of the budgets, and add up to what is allowed")
+    _check_tests(tests, document, spec)
+    reasons = _check_reasons(repeats, document, spec)
+    _check_allowances(parts, document, spec, reasons)
+    return [tests, repeats, parts]
+
+
+# ---------------------------------------------------------------- tests
+
+
+def _check_tests(found: Findings, document: Document, spec: Spec) -> None:
+    names = [t["test"] for t in document["tests"]]
+    found.same("tests", sorted(names), sorted({*names} & set(spec.tests)))
+    for t in document["tests"]:
+        if t["test"] not in spec.tests:
+            continue
+        where, test = f"tests, {t['test']}", spec.tests[t["test"]]
+        found.same(f"{where}, bench", t["bench"], test.bench)
+        found.same(f"{where}, calibrates", t["calibrates"], list(test.calibrates))
+        found.same(f"{where}, motions", t["motions"], test.motion_count)
+        found.same(f"{where}, attended", t["attended"], _is_attended(document, t["test"]))
+        found.same(f"{where}, temperatures", t["temperatures_degc"], sorted(set(t["temperatures_degc"])))
+        found.same(f"{where}, repeats", len(t["repeats"]), len(t["temperatures_degc"]))
+        _check_fixed(found, where, t, spec)
+    wanted = {
+        name for name, test in spec.tests.items() if test.calibrates or _fixed(spec, name)[1] is not None
+    }
+    served = {e for t in document["tests"] for e in t["calibrates"]}
+    for name in sorted(wanted - set(names)):
+        if not set(spec.tests[name].calibrates) <= served or not spec.tests[name].calibrates:
+            found.fault("tests", f"{name} is missing")
+
+
+def _is_attended(document: Document, name: str) -> bool:
+    return any(s["attended"] for s in document["steps"] if s["test"] == name)
+
+
+def _fixed(spec: Spec, name: str) -> tuple[Any, Any]:
+    """(temperatures, repeats) that the spec fixes, None where the planner chooses."""
+    by_hand, test = spec.plan.fixed.get(name), spec.tests[name]
+    t = (
+        by_hand.temperatures
+        if by_hand is not None and by_hand.temperatures is not None
+        else test.temperatures
+    )
+    n = by_hand.repeats if by_hand is not None and by_hand.repeats is not None else test.repeats
+    return t, n
+
+
+def _check_fixed(found: Findings, where: str, t: Document, spec: Spec) -> None:
+    temperatures, repeats = _fixed(spec, t["test"])
+    low, high = spec.plan.temperatures.range
+    if in_room(spec, t["test"]):
+        found.same(f"{where}, temperatures", t["temperatures_degc"], [spec.plan.temperatures.room])
+    elif isinstance(temperatures, int):
+        even = np.linspace(low, high, temperatures) if temperatures > 1 else np.array([(low + high) / 2])
+        found.same(f"{where}, temperatures", t["temperatures_degc"], even.tolist(), 1e-6)
+    elif isinstance(temperatures, tuple):
+        found.same(f"{where}, temperatures", t["temperatures_degc"], sorted(temperatures))
+    if repeats is not None:
+        wanted = list(repeats) if isinstance(repeats, tuple) else [repeats] * len(t["temperatures_degc"])
+        found.same(f"{where}, repeats", t["repeats"], wanted)
+        return
+    for n in t["repeats"]:
+        found.at_most(f"{where}, repeats", spec.plan.repeats.least, n)
+        found.at_most(f"{where}, repeats", n, spec.plan.repeats.most)
+
+
+# ---------------------------------------------------------------- repeats
+
+
+def _check_reasons(
+    found: Findings, document: Document, spec: Spec
+) -> dict[str, tuple[str, list[float], float]]:
+    """Error -> its test, its temperatures, and the half-width that its repeats reach, SI."""
+    made = {
+        (t["test"], float(x)): n
+        for t in document["tests"]
+        for x, n in zip(t["temperatures_degc"], t["repeats"], strict=False)
+    }
+    reached: dict[str, tuple[str, list[float], float]] = {}
+    for i, r in enumerate(document["reasons"]):
+        where = f"reasons {i}, {r['error']} at {r['temperature_degc']:g} degC"
+        n = made.get((r["test"], float(r["temperature_degc"])))
+        if n is None or r["error"] not in budgets_of(spec) or r["test"] not in spec.tests:
+            found.fault(where, f"no such error is measured there by test {r['test']}")
+            continue
+        width = _check_reason(found, where, r, n, spec)
+        test, points, widest = reached.get(r["error"], (r["test"], [], 0.0))
+        found.same(f"{where}, test", r["test"], test)
+        reached[r["error"]] = (test, [*points, float(r["temperature_degc"])], max(widest, width))
+    for name in _calibrated(spec, document):
+        if name not in reached:
+            found.fault("reasons", f"{name} is calibrated, but no repeats are given for it")
+    for i, r in enumerate(document["reasons"]):
+        _check_needed(found, f"reasons {i}, {r['error']}", r, reached, document, spec)
+    return reached
+
+
+def _check_reason(found: Findings, where: str, r: Document, n: int, spec: Spec) -> float:
+    budget = budgets_of(spec)[r["error"]]
+    unit = unit_of(r["error"])
+    factor = unit_factor(unit)[0]
+    spread = _spread(budget, float(r["temperature_degc"]))
+    q = quantile(spec.plan.confidence, spec.plan.quantile, n)
+    width = q * spread / np.sqrt(n)
+    for key, wanted in (
+        ("unit", unit),
+        ("repeats", n),
+        ("confidence", spec.plan.confidence),
+        ("quantile", spec.plan.quantile),
+        ("quantile_value", q),
+        ("spread", spread / factor),
+        ("half_width", width / factor),
+    ):
+        found.same(f"{where}, {key}", r[key], wanted, 1e-8)
+    if r["error"] not in spec.tests[r["test"]].calibrates:
+        found.fault(where, f"{r['test']} does not calibrate it")
+    return float(width)
+
+
+def _check_needed(
+    found: Findings,
+    where: str,
+    r: Document,
+    reached: Mapping[str, tuple[str, list[float], float]],
+    document: Document,
+    spec: Spec,
+) -> None:
+    """What is needed is reached, is the half-width of a whole number of repeats, and says what binds."""
+    if r["error"] not in reached:
+        return
+    found.at_most(f"{where}, half_width", r["half_width"], r["needed_half_width"], 1e-8 * r["half_width"])
+    _, fixed = _fixed(spec, r["test"])
+    budget, factor = budgets_of(spec)[r["error"]], unit_factor(unit_of(r["error"]))[0]
+    needed = r["needed_half_width"] * factor
+    least = spec.plan.repeats.least
+    kind, confidence = spec.plan.quantile, spec.plan.confidence
+    numbers = np.arange(1, max(spec.plan.repeats.most, r["repeats"]) + 1)
+    widths = np.array([quantile(confidence, kind, int(n)) for n in numbers]) / np.sqrt(numbers)
+    points = reached[r["error"]][1]
+    levels = np.outer([_spread(budget, t) for t in points], widths)
+    figures = levels[np.isfinite(levels)]
+    if not np.any(np.abs(figures - needed) <= 1e-8 * max(needed, 1e-300) + 1e-300):
+        found.fault(f"{where}, needed_half_width", "is not the half-width of any whole number of repeats")
+    own = _spread(budget, float(r["temperature_degc"])) * widths
+    enough = [int(n) for n, w in zip(numbers, own, strict=True) if n >= least and w <= needed * (1 + 1e-9)]
+    wanted = "fixed"
+    if fixed is None:
+        wanted = "shared" if enough and r["repeats"] > enough[0] else "accuracy"
+        if wanted == "accuracy" and r["repeats"] == least:
+            wanted = "least"
+    found.same(f"{where}, bound_by", r["bound_by"], wanted)
+
+
+def quantile(confidence: float, kind: str, n: int) -> float:
+    """Two-sided; Student's with n − 1 degrees of freedom is infinite for a single repeat."""
+    from scipy.special import ndtri, stdtrit
+
+    upper = 0.5 + confidence / 2
+    if kind == "normal":
+        return float(ndtri(upper))
+    return float(stdtrit(n - 1, upper)) if n > 1 else float("inf")
+
+
+def _spread(budget: ErrorBudget, t: float) -> float:
+    spread = budget.run_to_run
+    if not isinstance(spread, Mapping):
+        return si_of(spread)
+    nodes = sorted(spread)
+    return float(np.interp(t, nodes, [spread[x].si for x in nodes]))
+
+
+def budgets_of(spec: Spec) -> dict[str, ErrorBudget]:
+    """Error -> its budget, of both sensors."""
+    return {
+        f"{sensor}.{effect}": budget
+        for sensor in SENSORS
+        for effect, budget in getattr(spec.unit, sensor).items()
+    }
+
+
+def unit_of(error: str) -> str:
+    """Display unit of an error's coefficients."""
+    sensor, effect = error.split(".")
+    return str(catalog.effects()[effect].units[sensor])
+
+
+def _calibrated(spec: Spec, document: Document) -> list[str]:
+    served = {e for t in spec.tests.values() for e in t.calibrates}
+    return [name for name in budgets_of(spec) if name.split(".")[1] in spec.effects and name in served]
+
+
+# ---------------------------------------------------------------- allowances
+
+
+def sums(spec: Spec) -> bool:
+    """Whether `allowed` is the sum of the parts: if any requirement is a worst case; else squares add."""
+    return any(not isinstance(r.rule, PercentileRule) and r.rule == "worst_case" for r in spec.requirement)
+
+
+def _check_allowances(
+    found: Findings, document: Document, spec: Spec, reached: Mapping[str, tuple[str, list[float], float]]
+) -> None:
+    budgets = budgets_of(spec)
+    found.same("allowances", sorted(document["allowances"]), sorted(budgets))
+    calibrated = _calibrated(spec, document)
+    for name, a in document["allowances"].items():
+        if name not in budgets:
+            continue
+        where, unit = f"allowances, {name}", unit_of(name)
+        found.same(f"{where}, unit", a["unit"], unit)
+        found.same(f"{where}, calibrated", a["calibrated"], name in calibrated)
+        wanted = _parts(spec, name, budgets[name], reached.get(name) if name in calibrated else None)
+        factor = unit_factor(unit)[0]
+        for part, value in zip(PART_NAMES, wanted, strict=True):
+            found.same(f"{where}, {part}", a["parts"][part], value / factor, 1e-8)
+        values = np.array(list(a["parts"].values()))
+        size = values.sum() if sums(spec) else np.sqrt((values**2).sum())
+        found.same(f"{where}, allowed", a["allowed"], float(size), 1e-8)
+
+
+def _parts(
+    spec: Spec, name: str, budget: ErrorBudget, reached: tuple[str, list[float], float] | None
+) -> tuple[float, ...]:
+    """The five parts, SI; of an error that nobody calibrates the whole size is the estimate's."""
+    spread = budget.run_to_run
+    largest = max(q.si for q in spread.values()) if isinstance(spread, Mapping) else si_of(spread)
+    constant = (largest, si_of(budget.in_run), si_of(budget.storage))
+    if reached is None:
+        return (*constant, 0.0, _whole(budget))
+    _, points, width = reached
+    return (*constant, _residual(spec, name, budget, sorted(points)), width)
+
+
+def _whole(budget: ErrorBudget) -> float:
+    residual = budget.temperature_residual
+    if residual is None:
+        return si_of(budget.systematic)
+    values = residual.curve.values() if isinstance(residual, MeasuredCurve) else residual.values()
+    return max([si_of(budget.systematic), *(abs(q.si) for q in values)])
+
+
+def _residual(spec: Spec, name: str, budget: ErrorBudget, points: Sequence[float]) -> float:
+    """What a table at these temperatures leaves, by the spec's table or on its measured curve."""
+    residual = budget.temperature_residual
+    if residual is None:
+        return 0.0
+    needed = TABLE_OF.get(name.split(".")[1])
+    if needed in catalog.effects() and needed not in spec.effects:
+        return _whole(budget)
+    if isinstance(residual, MeasuredCurve):
+        return _on_curve(spec, name, residual, points)
+    usable = [n for n in residual if n <= len(points)]
+    if not usable:
+        return _whole(budget)
+    if spec.plan.temperatures.interpolate:
+        numbers = sorted(residual)
+        return float(np.interp(len(points), numbers, [residual[n].si for n in numbers]))
+    return float(residual[max(usable)].si)
+
+
+def _on_curve(spec: Spec, name: str, measured: MeasuredCurve, points: Sequence[float]) -> float:
+    """Largest distance of the table from the curve's points."""
+    x = np.array(sorted(measured.curve))
+    y = np.array([measured.curve[t].si for t in x])
+    low, high = spec.plan.temperatures.range
+    test = next((t for t in spec.tests.values() if name in t.calibrates), None)
+    by_hand = test is not None and any(
+        _fixed(spec, n)[0] is not None for n, t in spec.tests.items() if name in t.calibrates
+    )
+    inside = np.ones(len(x), bool) if by_hand else (x >= low) & (x <= high)
+    table = np.interp(x, points, np.interp(points, x[inside], y[inside]))
+    return float(np.abs(y - table)[inside].max())

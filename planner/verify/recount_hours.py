@@ -1,0 +1,81 @@
+"""When people are there: the spec's shifts as windows of the week, and the first moment that suits them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from planner.quantities import DAY_S, WEEKDAYS
+from planner.spec.model import Spec
+
+WEEK = 7 * DAY_S
+
+
+class Attended(Protocol):
+    """Something that takes time, with people or without."""
+
+    @property
+    def seconds(self) -> float:
+        """How long."""
+        ...
+
+    @property
+    def attended(self) -> bool:
+        """Whether people must be there."""
+        ...
+
+
+def earliest(spec: Spec, block: Sequence[Attended], clock: float) -> float:
+    """The first moment from `clock` on at which all that needs people falls into their hours."""
+    spans, offset = [], 0.0
+    for e in block:
+        if e.attended:
+            spans.append((offset, offset + e.seconds))
+        offset += e.seconds
+    windows = windows_of(spec)
+    if not spans or not windows:
+        return clock
+    start = start_of(spec)
+    first = int((clock + start) // WEEK) - 1
+    openings = [a + k * WEEK for k in range(first, first + 4) for a, _ in windows]
+    candidates = [clock + start, *(o - a for o in openings for a, _ in spans if o - a > clock + start)]
+    for t in sorted(candidates):
+        if all(is_open(windows, t + a, t + b) for a, b in spans):
+            return t - start
+    return clock
+
+
+def windows_of(spec: Spec) -> list[tuple[float, float]]:
+    """(opens, closes) from Monday 00:00, those that touch joined."""
+    every = []
+    for shift in spec.plan.shifts:
+        length = (shift.closes - shift.opens) % DAY_S or DAY_S
+        for day in shift.days:
+            opens = DAY_S * WEEKDAYS.index(day) + shift.opens
+            every += [(opens + k * WEEK, opens + length + k * WEEK) for k in (-1, 0, 1)]
+    joined: list[tuple[float, float]] = []
+    for a, b in sorted(every):
+        if joined and a <= joined[-1][1] + 1e-9:
+            joined[-1] = (joined[-1][0], max(b, joined[-1][1]))
+        else:
+            joined.append((a, b))
+    return [(a, b) for a, b in joined if 0 <= a < WEEK or a < 0 < b]
+
+
+def is_open(windows: Sequence[tuple[float, float]], a: float, b: float) -> bool:
+    """Whether a … b, in seconds from a Monday 00:00, lies in one window."""
+    shift = (a // WEEK) * WEEK
+    return any(
+        o + k * WEEK - 1e-6 <= a - shift and b - shift <= c + k * WEEK + 1e-6
+        for o, c in windows
+        for k in (-1, 0, 1)
+    )
+
+
+def start_of(spec: Spec) -> float:
+    """Second 0 of the campaign from Monday 00:00: as said, else when the first shift opens."""
+    said = [shift.start for shift in spec.plan.shifts if shift.start is not None]
+    if said:
+        return float(said[0])
+    firsts = [DAY_S * WEEKDAYS.index(day) + s.opens for s in spec.plan.shifts for day in s.days]
+    return min(firsts, default=0.0)

@@ -1,0 +1,64 @@
+"""Who runs the chunks: this process, local workers (joblib), or a dask.distributed cluster.
+
+Whoever it is, a chunk's outcome is the same; here they only come back in some order.
+"""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from planner.errors import InputError
+
+Chunked = Callable[[Any, int, int], Any]
+"""A function of what all chunks share, a chunk's number and its size -> the chunk's outcome."""
+Run = Callable[[Chunked, Any, Sequence[tuple[int, int]]], Iterator[Any]]
+
+
+def runner(workers: int, cluster: str | None) -> Run:
+    """How to run chunks: `cluster` is the address of a scheduler, else `workers` local processes."""
+    if cluster is not None:
+        return lambda function, shared, chunks: on_cluster(cluster, function, shared, chunks)
+    if workers == 1:
+        return here
+    return lambda function, shared, chunks: locally(workers, function, shared, chunks)
+
+
+def here(function: Chunked, shared: Any, chunks: Sequence[tuple[int, int]]) -> Iterator[Any]:
+    """One after the other in this process."""
+    for number, size in chunks:
+        yield function(shared, number, size)
+
+
+def locally(workers: int, function: Chunked, shared: Any, chunks: Sequence[tuple[int, int]]) -> Iterator[Any]:
+    """On processes of this machine; -1 takes all its cores."""
+    from joblib import Parallel, delayed
+
+    parallel = Parallel(
+        n_jobs=workers, return_as="generator_unordered", batch_size=1, pre_dispatch="2*n_jobs"
+    )
+    yield from parallel(delayed(function)(shared, number, size) for number, size in chunks)
+
+
+def on_cluster(
+    address: str, function: Chunked, shared: Any, chunks: Sequence[tuple[int, int]], timeout: float = 10.0
+) -> Iterator[Any]:
+    """On a dask.distributed scheduler. What is shared is a task of its own, so that a lost worker's copy is
+    made again. Raises InputError when the package is not there or nobody answers."""
+    try:
+        from distributed import Client, as_completed
+    except ImportError as error:
+        raise InputError("--cluster needs dask.distributed: pip install 'planner[cluster]'") from error
+    try:
+        client = Client(address, timeout=timeout)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(f"no scheduler answers at {address}: {error}") from error
+    with client:
+        common = client.submit(pickle.loads, pickle.dumps(shared), pure=False)
+        futures = [
+            client.submit(function, common, number, size, pure=False, retries=3) for number, size in chunks
+        ]
+        for future in as_completed(futures):  # type: ignore[no-untyped-call]
+            yield future.result()
+            future.release()

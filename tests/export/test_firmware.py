@@ -1,0 +1,180 @@
+"""The firmware's files: the C that comes out corrects as Python does; the image says when it is damaged."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner import __version__
+from planner.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
+from planner.errors import InputError
+from planner.export.binary_image import binary_image, read_image
+from planner.export.c_header import c_header
+from planner.export.firmware import firmware_tables
+from planner.learn.correction import corrected
+from planner.measured import DwellTable
+from planner.protocols import Sensor
+from planner.units import STANDARD_GRAVITY_MPS2 as G
+
+DEG = np.pi / 180.0
+MAIN = """
+#include <stdio.h>
+#include "calibration.h"
+int main(void)
+{
+    float t, r, on, gyro[3], acc[3], w[3], f[3];
+    while (scanf("%f %f %f %f %f %f", &t, &r, &on, gyro, gyro + 1, gyro + 2) == 6
+           && scanf("%f %f %f", acc, acc + 1, acc + 2) == 3)
+    {
+        planner_correct_acc(acc, t, r, on, acc, f);
+        planner_correct_gyro(gyro, t, r, on, f, w);
+        printf("%.9g %.9g %.9g %.9g %.9g %.9g\\n", w[0], w[1], w[2], f[0], f[1], f[2]);
+    }
+    return 0;
+}
+"""
+
+
+def tables(sensor: Sensor, seed: int, nodes: int, effects: bool = True) -> Tables:
+    rng = np.random.default_rng([seed, len(sensor), nodes])
+    unit = DEG if sensor == "gyro" else G
+    extra = []
+    for axis in "xyz" if effects else "":
+        extra += [
+            ExtraTerm("temperature_rate", axis, float(rng.normal() * 1e-3 * unit * 60.0)),
+            ExtraTerm("warm_up", axis, float(rng.normal() * 1e-2 * unit), {"time_constant": 300.0}),
+            ExtraTerm("scale_factor_nonlinearity", axis, float(rng.normal() * 1e-3)),
+        ]
+        if sensor == "gyro":
+            extra += [
+                ExtraTerm("g_sensitivity", axis + a, float(rng.normal() * 1e-2 * DEG / G)) for a in "xyz"
+            ]
+    return Tables(
+        np.linspace(-60.0, 70.0, nodes) + rng.uniform(-2.0, 2.0, nodes),
+        rng.normal(size=(3, nodes)) * 0.03 * unit,
+        rng.normal(size=(3, nodes)) * 5e-3,
+        rng.normal(size=3) * 2e-3,
+        np.eye(3) + rng.normal(size=(3, 3)) * 5e-3 * (1.0 - np.eye(3)),
+        tuple(extra),
+    )
+
+
+def calibration(seed: int = 0, nodes: int = 6, effects: bool = True) -> Calibration:
+    sensors = tuple(
+        SensorCalibration(s, "declared_effects", (), {}, {}, tables(s, seed, nodes, effects), (), ())
+        for s in ("gyro", "accelerometer")
+    )
+    return Calibration("u1", __version__, "data */ int evil; /*", "spec", "", sensors)  # type: ignore[arg-type]
+
+
+def readings(seed: int, n: int = 400) -> DwellTable:
+    """Readings far beyond the tables' ends, of either sign, at rest and on the move."""
+    rng = np.random.default_rng([seed, 9])
+    return DwellTable(
+        unit=np.full(n, "u1"),
+        run=np.ones(n, dtype=np.int64),
+        day=np.zeros(n),
+        time_on=rng.uniform(0.0, 2000.0, n),
+        duration=np.ones(n),
+        temperature_degc=rng.uniform(-90.0, 100.0, n),
+        temperature_rate=rng.uniform(-0.05, 0.05, n),
+        ref_rate=None,
+        ref_acc=None,
+        gyro=rng.uniform(-500.0, 500.0, (n, 3)) * DEG * rng.choice([1.0, 1e-3], (n, 1)),
+        acc=rng.uniform(-20.0, 20.0, (n, 3)) * G * rng.choice([1.0, 0.05], (n, 1)),
+    )
+
+
+def through_c(header: str, table: DwellTable, folder: Path) -> np.ndarray:
+    """(n, 6) deg/s and g from the compiled header."""
+    compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+    if compiler is None:
+        pytest.skip("no C compiler on this system")
+    (folder / "calibration.h").write_text(header)
+    (folder / "main.c").write_text(MAIN)
+    program = folder / "correct"
+    strict = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
+    made = subprocess.run(
+        [compiler, *strict, "-o", program, folder / "main.c", "-lm"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert made.returncode == 0, made.stderr
+    columns = np.column_stack(
+        [
+            table.temperature_degc,
+            table.temperature_rate * 60.0,
+            table.time_on,
+            table.gyro / DEG,
+            table.acc / G,
+        ]
+    )
+    lines = "\n".join(" ".join(f"{x:.9g}" for x in row) for row in columns)
+    out = subprocess.run([program], input=lines, capture_output=True, text=True, check=True).stdout
+    return np.array(out.split(), dtype=float).reshape(len(table), 6)
+
+
+@pytest.mark.parametrize(
+    ("seed", "nodes", "effects"), [(0, 6, True), (1, 1, True), (2, 15, True), (3, 4, False)]
+)
+def test_compiled_arrays_correct_as_python_does(seed: int, nodes: int, effects: bool, tmp_path: Path) -> None:
+    found, table = calibration(seed, nodes, effects), readings(seed)
+    here = corrected(table, {s.sensor: s.tables for s in found.sensors})
+    there = through_c(c_header(found), table, tmp_path)
+    # a float keeps 24 bits of the reading; a few roundings of 500 deg/s and 20 g: 6e-8 times eight
+    for ours, theirs, largest in ((here.gyro / DEG, there[:, :3], 500.0), (here.acc / G, there[:, 3:], 20.0)):
+        np.testing.assert_allclose(theirs, ours, rtol=0, atol=8 * 6e-8 * largest)
+
+
+def test_small_readings_keep_their_digits(tmp_path: Path) -> None:
+    """At rest the error of a float is that of the bias, not that of full scale."""
+    found, table = calibration(4, 6, effects=False), readings(4)
+    rest = table.gyro / 500.0
+    table = DwellTable(**{**vars(table), "gyro": rest})
+    here = corrected(table, {s.sensor: s.tables for s in found.sensors})
+    there = through_c(c_header(found), table, tmp_path)
+    np.testing.assert_allclose(there[:, :3], here.gyro / DEG, rtol=0, atol=8 * 6e-8)
+
+
+def test_a_name_cannot_leave_its_comment() -> None:
+    text = c_header(calibration())
+    assert text == c_header(calibration())
+    for comment in text.split("/*")[1:]:
+        assert comment.count("*/") == 1
+
+
+def test_the_image_holds_the_arrays_of_the_header() -> None:
+    found = calibration(5)
+    image = binary_image(found)
+    back = read_image(image)
+    for sensor in firmware_tables(found):
+        for name, values in sensor.arrays().items():
+            assert back[sensor.sensor][name].tobytes() == values.astype("<f4").tobytes()
+
+
+@pytest.mark.parametrize("byte", [0, 5, 9, 40, -3])
+def test_one_flipped_bit_is_seen(byte: int) -> None:
+    image = bytearray(binary_image(calibration(6)))
+    image[byte] ^= 0x10
+    with pytest.raises(InputError, match=r"IMUC|CRC-32"):
+        read_image(bytes(image))
+
+
+@pytest.mark.parametrize("size", [0, 3, 11, 60])
+def test_a_cut_image_is_refused(size: int) -> None:
+    with pytest.raises(InputError, match=r"IMUC|CRC-32"):
+        read_image(binary_image(calibration(7))[:size])
+
+
+def test_what_the_arrays_cannot_hold_is_said() -> None:
+    found = calibration(8, effects=False)
+    gyro = found.sensors[0]
+    bent = Tables(**{**vars(gyro.tables), "extra": (ExtraTerm("ageing", "x", 1e-9),)})
+    odd = SensorCalibration(**{**vars(gyro), "tables": bent})
+    found = Calibration(**{**vars(found), "sensors": (odd, found.sensors[1])})
+    assert "Not in these arrays: ageing" in c_header(found)

@@ -1,0 +1,213 @@
+"""accept, forecast and recalibrate from outside: exit codes, files, words."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import dataclass, replace
+from datetime import date, timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from planner.cli import main
+from planner.learn.dwell_files import write_dwells
+from tests.fleet.fleets import DEG, G, check_table
+from tests.specs import small, with_limit
+
+
+@dataclass(frozen=True)
+class Outcome:
+    code: int
+    out: str
+    err: str
+
+    @property
+    def json(self) -> Any:
+        return json.loads(self.out, parse_constant=pytest.fail)
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    def call(*arguments: object) -> Outcome:
+        monkeypatch.setattr(sys, "argv", ["planner", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        printed = capsys.readouterr()
+        assert "Traceback" not in printed.err
+        assert "internal error" not in printed.err
+        return Outcome(int(ended.value.code or 0), printed.out, printed.err)
+
+    return call
+
+
+@pytest.fixture
+def spec(tmp_path: Path) -> Path:
+    path = tmp_path / "spec.yaml"
+    text = with_limit(small(recalibration={"rest": "1 min", "repeats": 6}), "9.2 m")
+    path.write_text(yaml.safe_dump(text, sort_keys=False))
+    return path
+
+
+def table(tmp_path: Path, worst: float = 0.0) -> Path:
+    rng = np.random.default_rng(3)
+    gyro, acc = rng.normal(size=(5, 3)) * 0.0005 * DEG, rng.normal(size=(5, 3)) * 0.0005 * G
+    acc[3, 1] += worst
+    path = tmp_path / "check.csv"
+    write_dwells(check_table(gyro, acc, rng), path)
+    return path
+
+
+def history(tmp_path: Path, weeks: int = 16, drift: float = 0.00015) -> Path:
+    rng = np.random.default_rng(4)
+    rows = ["unit,date,error,term,value,uncertainty"]
+    for unit in ("a", "b"):
+        rate = drift * rng.normal()
+        for week in range(weeks):
+            day = date(2026, 1, 5) + timedelta(days=7 * week)
+            value = rate * week + 0.0002 * rng.normal()
+            rows.append(f"{unit},{day},accelerometer.bias,x,{value:.6f} g,0.0002 g")
+    path = tmp_path / "history.csv"
+    path.write_text("\n".join(rows) + "\n")
+    return path
+
+
+def test_a_good_batch_is_accepted_with_a_report(run, spec, tmp_path):
+    done = run("accept", table(tmp_path), "--spec", spec, "-o", tmp_path / "out")
+    assert done.code == 0
+    assert "Of 5 units: 5 accepted" in done.out
+    page = (tmp_path / "out/report.html").read_text()
+    assert "Of 5 units" in page
+    assert "http" not in page.replace("http://www.w3.org", "")  # opens offline
+    tree = json.loads((tmp_path / "out/accept.json").read_text())
+    assert tree["counts"] == {"accepted": 5, "rejected": 0, "undecided": 0}
+
+
+def test_one_bad_unit_ends_with_exit_1_and_names_its_channel(run, spec, tmp_path):
+    done = run("accept", table(tmp_path, 0.09 * G), "--spec", spec, "--json")
+    assert done.code == 1
+    bad = [u for u in done.json["units"] if u["verdict"] == "rejected"]
+    assert [u["unit"] for u in bad] == ["u0003"]
+    worst = max(bad[0]["channels"], key=lambda c: c["share_of_limit"])
+    assert worst["channel"] == "accelerometer_y"
+    assert worst["residual"] == pytest.approx(0.09, abs=0.003)
+    assert bad[0]["binds"]["unit"] == "m"
+
+
+def test_the_plan_that_is_given_is_the_one_that_counts(run, spec, tmp_path):
+    assert run("plan", spec, "-o", tmp_path / "plan").code == 0
+    data = table(tmp_path)
+    with_plan = run("accept", data, "--spec", spec, "--plan", tmp_path / "plan", "--json").json
+    without = run("accept", data, "--spec", spec, "--json").json
+    # the same campaign is chosen again, so the same region
+    loads = [[u["load"] for u in tree["units"]] for tree in (with_plan, without)]
+    assert loads[0] == pytest.approx(loads[1], rel=1e-6)
+
+
+def test_calibrations_are_judged_too(run, spec, tmp_path):
+    write_dwells(
+        replace(check_table(np.zeros((1, 3)), np.zeros((1, 3)), np.random.default_rng(1))), tmp_path / "c.csv"
+    )
+    assert run("calibrate", tmp_path / "c.csv", "--spec", spec, "-o", tmp_path / "cal").code == 0
+    alone = run("accept", tmp_path / "cal", "--spec", spec, "--json")
+    assert alone.code == 0
+    assert "what their intervals leave" in " ".join(alone.json["notes"])
+    assert all(c["residual"] == 0 for c in alone.json["units"][0]["channels"])
+    as_residual = run("accept", tmp_path / "cal", "--spec", spec, "--json", "--residual")
+    assert any(c["residual"] != 0 for c in as_residual.json["units"][0]["channels"])
+    two = [f"{tmp_path / 'cal/calibration.json'}@{day}" for day in ("2026-01-01", "2026-03-01", "2026-05-01")]
+    drift = run("forecast", *two, "--spec", spec, "--json", "--today", "2026-06-01")
+    assert drift.code == 0
+    assert drift.json["corrected_by"] == "last"
+
+
+def test_a_forecast_writes_report_and_calendar(run, spec, tmp_path):
+    data = history(tmp_path)
+    out = tmp_path / "out"
+    done = run("forecast", data, "--spec", spec, "--today", "2026-06-01", "--until", "900", "-o", out)
+    assert done.code == 0
+    tree = json.loads((out / "forecast.json").read_text())
+    assert {s["method"] for s in tree["validation"]} >= {"naive", "local_trend", "neural", "gaussian_process"}
+    dated = [u for u in tree["units"] if u["outcome"] == "date"]
+    assert dated
+    calendar = (out / "calibrations.ics").read_bytes().decode()
+    for unit in dated:
+        assert f"DTSTART;VALUE=DATE:{unit['date'].replace('-', '')}" in calendar
+    assert calendar.count("BEGIN:VEVENT") == len(dated)
+    first = {f.name: f.read_bytes() for f in out.iterdir()}
+    run("forecast", data, "--spec", spec, "--today", "2026-06-01", "--until", "900", "-o", out)
+    assert {f.name: f.read_bytes() for f in out.iterdir()} == first  # same input, same bytes
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--method", "magic"], "known are naive"),
+        (["--until", "soon"], "--until"),
+        (["--confidence", "120"], "--confidence"),
+        (["--today", "yesterday"], "no date"),
+        (["--today", "2026-02-01"], "after today"),
+        (["--start", "2026-01-01"], "this one has dates"),
+        (["--corrected-by", "me"], "--corrected-by"),
+    ],
+)
+def test_wrong_options_are_explained(run, spec, tmp_path, more, said):
+    options = more if "--today" in more else ["--today", "2026-06-01", *more]
+    done = run("forecast", history(tmp_path), "--spec", spec, *options)
+    assert done.code == 2
+    assert said in done.err
+
+
+def test_files_of_several_kinds_and_missing_ones_are_refused(run, spec, tmp_path):
+    mixed = run("forecast", history(tmp_path), table(tmp_path), "--spec", spec)
+    assert mixed.code == 2
+    assert "files of one kind" in mixed.err
+    assert run("forecast", tmp_path / "nothing.csv", "--spec", spec).code == 2
+    assert run("accept", tmp_path / "nothing.csv", "--spec", spec).code == 2
+
+
+def test_one_point_is_an_answer_with_a_warning(run, spec, tmp_path):
+    done = run("forecast", history(tmp_path, weeks=1), "--spec", spec, "--today", "2026-06-01")
+    assert done.code == 0
+    assert "one point tells no drift" in done.err
+    assert "storage of the spec" in done.out
+
+
+def test_recalibrations_are_planned_and_put_on_a_calendar(run, spec, tmp_path):
+    out = tmp_path / "store"
+    done = run("recalibrate", spec, "--start", "2026-12-01", "-o", out)
+    assert done.code == 0
+    tree = json.loads((out / "recalibration.json").read_text())
+    (unit,) = tree["units"]
+    assert unit["whole"]
+    assert unit["visits"]
+    assert max(unit["load"]["with"]) <= 1 + 1e-6
+    assert (out / "recalibrations.ics").read_bytes().count(b"BEGIN:VEVENT") == len(unit["visits"])
+    assert "What the store can renew" in (out / "report.html").read_text()
+
+
+def test_what_the_store_cannot_carry_ends_with_exit_3_and_says_what_binds(run, spec, tmp_path):
+    tight = tmp_path / "tight.yaml"
+    tight.write_text(spec.read_text().replace("9.2 m", "8.1 m").replace("repeats: 6", "repeats: 1"))
+    done = run("recalibrate", tight)
+    assert done.code == 3
+    assert "what takes most of the limit then" in done.err
+
+
+def test_recalibration_follows_a_history(run, spec, tmp_path):
+    done = run(
+        "recalibrate",
+        spec,
+        "--history",
+        history(tmp_path),
+        "--today",
+        "2026-06-01",
+        "--until",
+        "120",
+        "--json",
+    )
+    assert done.code in (0, 3)
+    assert [u["unit"] for u in done.json["units"]] == ["a", "b"]

@@ -1,0 +1,159 @@
+"""The recommended date is late in at most 5 % of units, and not because it is absurdly early."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.errors import InputError
+from planner.fleet.allowed_region import PARTS
+from planner.fleet.drift import drifting_reserve, forecast_channels, unit_dates
+from planner.fleet.history import History, Series
+from tests.fleet.fleets import DEG, G, drifting, small_basis
+
+WEEKS, LATER = 26, 104
+SCALE = {"gyro.bias": 0.0015 * DEG, "accelerometer.bias": 0.003 * G}
+
+
+def fleet(units: int, seed: int, weeks: int = WEEKS, **kind) -> tuple[History, np.ndarray]:
+    """A history of both biases, and the true residuals (units, weeks + later, 6) in the region's order."""
+    rng = np.random.default_rng(seed)
+    region = small_basis().region
+    true = np.zeros((units, weeks + LATER, len(region.terms)))
+    series = []
+    for place, term in enumerate(region.terms):
+        actual, seen = drifting(units, weeks, LATER, rng, **kind)
+        true[:, :, place] = SCALE[term.error] * actual
+        series += [
+            Series(
+                f"u{u:03d}",
+                term.error,
+                term.term,
+                term.unit,
+                7.0 * np.arange(weeks),
+                SCALE[term.error] * seen[u, :weeks],
+                np.full(weeks, np.nan),
+            )
+            for u in range(units)
+        ]
+    return History(tuple(series), "drawn"), true
+
+
+def late_and_early(units: int, seed: int, method: str = "auto", **kind) -> tuple[float, float, int]:
+    """Share of units late, median of (date − last value) / (true time left), number of dates."""
+    basis = small_basis()
+    weeks = kind.pop("weeks", WEEKS)
+    history, true = fleet(units, seed, weeks, **kind)
+    until = 7.0 * (weeks - 1 + LATER)
+    models = {m.name: m for m in basis.models}
+    channels, _, _ = forecast_channels(history, models, until, 0.95, method, "none", lambda m: None)
+    dates = unit_dates(channels, basis.region, until, history.last_day, 0.95)
+    reserve = drifting_reserve(basis.region, np.arange(len(basis.region.terms)))
+    late, used = [], []
+    for u, date in enumerate(dates):
+        load = basis.region.load(true[u, weeks - 1 :], reserve)
+        over = np.flatnonzero(load > 1.0)
+        end = 7.0 * (weeks - 1 + (over[0] if len(over) else LATER))
+        if date.outcome == "kept":
+            late.append(len(over) > 0 and end < until)
+            continue
+        promised = date.day if date.day is not None else np.inf
+        late.append(date.outcome == "date" and end < promised)
+        if date.outcome == "date" and len(over):
+            used.append((promised - history.last_day) / max(end - history.last_day, 1.0))
+    return float(np.mean(late)), float(np.median(used)) if used else 0.0, len(used)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_dates_are_rarely_late(seed):
+    late, used, count = late_and_early(100, seed, "local_trend")
+    # three sigma of 5 % among 100 units
+    assert late <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / 100)
+    assert count > 25
+    assert used > 0.4  # of the time that there was
+
+
+def test_dates_from_few_points_are_rarely_late():
+    late, _, _ = late_and_early(100, 3, "local_trend", weeks=6)
+    assert late <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / 100)
+
+
+def test_the_choice_by_rolling_origins_keeps_the_promise():
+    """Fleets of two units with 12 weeks: what they show in rolling origins proves no interval of a year."""
+    late = np.mean([late_and_early(2, seed, "auto", weeks=12)[0] for seed in range(4)])
+    # two of eight units late would have a probability of 6 % at a rate of 5 %
+    assert late <= 0.25
+
+
+def test_a_steady_drift_is_dated_where_the_line_meets_the_limit():
+    """Without noise the date is that of a straight line, to the step of the grid."""
+    basis = small_basis()
+    region = basis.region
+    place = region.index("accelerometer.bias", "x")
+    day = 7.0 * np.arange(20)
+    rate = 3e-5 * G
+    series = Series("u", "accelerometer.bias", "x", "g", day, rate * day, np.full(20, np.nan))
+    models = {m.name: m for m in basis.models}
+    history = History((series,), "drawn")
+    channels, _, _ = forecast_channels(history, models, 1000.0, 0.95, "local_trend", "none", lambda m: None)
+    (date,) = unit_dates(channels, region, 1000.0, history.last_day, 0.95)
+    reserve = drifting_reserve(region, np.array([place]))
+    c = region.constraints[0]
+    room = (c.limit - float(c.lengths @ reserve.sums)) / c.lengths[place]
+    assert date.outcome == "date"
+    step = (1000.0 - history.last_day) / 120
+    assert room / rate - 2 * step <= date.day <= room / rate
+    assert date.terms[0][0] == "accelerometer.bias x"
+
+
+def test_one_point_is_forecast_by_the_storage_of_the_spec():
+    basis = small_basis()
+    series = Series("u", "gyro.bias", "x", "deg/s", np.zeros(1), np.zeros(1), np.full(1, np.nan))
+    channels, _, _ = forecast_channels(
+        History((series,), "drawn"),
+        {m.name: m for m in basis.models},
+        120.0,
+        0.95,
+        "auto",
+        "none",
+        lambda m: None,
+    )
+    assert channels[0].method == "storage of the spec"
+    # storage is what two months do
+    assert np.interp(60.0, channels[0].ahead, channels[0].forecast.scale) == pytest.approx(
+        0.001 * DEG, rel=1e-3
+    )
+
+
+def test_a_term_without_history_keeps_what_the_plan_left_it():
+    region = small_basis().region
+    reserve = drifting_reserve(region, np.array([0]))
+    assert reserve.sums[1] == pytest.approx(region.parts[1].sum())
+    lost = region.parts[0, [PARTS.index("estimate"), PARTS.index("storage")]].sum()
+    assert reserve.sums[0] == pytest.approx(region.parts[0].sum() - lost)
+
+
+def test_a_horizon_in_the_past_is_refused():
+    with pytest.raises(InputError, match="before the last value"):
+        unit_dates((), small_basis().region, 5.0, 5.0, 0.95)
+
+
+@pytest.mark.parametrize("method", ["naive", "gaussian_process"])
+def test_a_chosen_method_never_promises_more_than_the_trend_that_it_cannot_exclude(method, monkeypatch):
+    """Whatever the rolling origins prefer, the interval that counts holds that of local_trend."""
+    from planner.fleet import drift
+
+    monkeypatch.setattr(drift, "chosen", lambda found: dict.fromkeys({s.kind for s in found}, method))
+    history, _ = fleet(2, 9, 12)
+    models = {m.name: m for m in small_basis().models}
+    until = history.last_day + 365.0
+
+    def made(name: str):
+        return forecast_channels(history, models, until, 0.95, name, "none", lambda m: None)[0]
+
+    for wide, trend in zip(made("auto"), made("local_trend"), strict=True):
+        a, b = wide.forecast, trend.forecast
+        half, other = (f.half_width(0.95, measured=False) for f in (a, b))
+        assert wide.method == method
+        assert np.all(a.mean - half <= b.mean - other + 1e-12)
+        assert np.all(a.mean + half >= b.mean + other - 1e-12)

@@ -1,0 +1,197 @@
+"""A plan counted again: as planner wrote it everything agrees; any edit that is sealed again is found."""
+
+from __future__ import annotations
+
+import ast
+import copy
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import planner.verify
+from planner.verify.recount import recount
+from planner.verify.recount_navigation import length_quantile
+from tests.verify.plans import SPECS, plan_of, sealed_again
+
+UNCOUNTED = {  # what a search found on the way, and words (planner.verify.recount.NOT_RECOUNTED)
+    ("planner",),
+    ("notes",),
+    ("savings",),
+    ("trade_off",),
+    ("hours_per_limit",),
+    ("genetic",),
+    ("schema_version",),
+    ("plan_sha256",),
+}
+
+
+def places(tree: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """The place of every figure and word in a tree."""
+    if isinstance(tree, dict):
+        return [p for key, value in tree.items() for p in places(value, (*at, key))]
+    if isinstance(tree, list):
+        return [p for i, value in enumerate(tree) for p in places(value, (*at, i))]
+    return [at]
+
+
+def value_at(tree: Any, place: tuple[Any, ...]) -> Any:
+    for part in place:
+        tree = tree[part]
+    return tree
+
+
+def changed(document: dict[str, Any], place: tuple[Any, ...], value: Any) -> dict[str, Any]:
+    edited = copy.deepcopy(document)
+    value_at(edited, place[:-1])[place[-1]] = value
+    return sealed_again(edited)
+
+
+def is_rounding(document: dict[str, Any], place: tuple[Any, ...]) -> bool:
+    """A coefficient that is zero but for rounding, 1e-15 m: a hundred thousandth of it is not compared."""
+    value = value_at(document, place)
+    return isinstance(value, float) and 0.0 < abs(value) < 1e-9
+
+
+@st.composite
+def other(draw: st.DrawFn, value: Any) -> Any:
+    """Something else of the same kind; numbers from a part in a hundred thousand to a factor of three."""
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, int) and not isinstance(value, bool):
+        return value + draw(st.sampled_from([-2, -1, 1, 2, 7]))
+    if isinstance(value, float):
+        factor = draw(st.sampled_from([1 - 1e-5, 1 + 1e-5, 0.9, 1.1, 0.3, 3.0, -1.0]))
+        return value * factor if value else 0.125
+    if value is None:
+        return draw(st.sampled_from([1, 0.5]))
+    return value + draw(st.sampled_from(["x", "/1", " "]))
+
+
+@pytest.mark.parametrize("name", SPECS)
+def test_a_plan_as_planner_wrote_it_agrees_in_every_figure(name):
+    plan = plan_of(name)
+    found = recount(plan.document, plan.loaded, plan.trajectory)
+    assert found.ok, found.faults[:5]
+    assert found.figures > 6 * len(plan.document["steps"])
+
+
+@pytest.mark.parametrize("name", SPECS)
+@settings(deadline=None, max_examples=30)
+@given(data=st.data())
+def test_any_edit_that_is_sealed_again_is_found(name, data):
+    plan = plan_of(name)
+    every = [p for p in places(plan.document) if p[:1] not in UNCOUNTED and not is_rounding(plan.document, p)]
+    # steps are most of a plan: without a choice of its own the rest would hardly ever be edited
+    group = data.draw(st.sampled_from(sorted({p[0] for p in every})))
+    place = data.draw(st.sampled_from([p for p in every if p[0] == group]))
+    edited = changed(plan.document, place, data.draw(other(value_at(plan.document, place))))
+    assert not recount(edited, plan.loaded, plan.trajectory).ok, place
+
+
+@pytest.mark.parametrize("name", SPECS)
+@settings(deadline=None, max_examples=15)
+@given(data=st.data())
+def test_steps_taken_out_doubled_or_swapped_are_found(name, data):
+    plan = plan_of(name)
+    steps = copy.deepcopy(plan.document["steps"])
+    i = data.draw(st.integers(0, len(steps) - 1))
+    how = data.draw(st.sampled_from(["out", "twice", "swapped"]))
+    if how == "out":
+        del steps[i]
+    elif how == "twice":
+        steps.insert(i, copy.deepcopy(steps[i]))
+    else:
+        j = data.draw(st.integers(0, len(steps) - 1).filter(lambda j: j != i))
+        steps[i], steps[j] = steps[j], steps[i]
+    assert not recount(sealed_again(plan.document | {"steps": steps}), plan.loaded, plan.trajectory).ok
+
+
+@pytest.mark.parametrize("name", ["small", "flown"])
+def test_a_repeat_taken_out_everywhere_is_found(name):
+    """Steps, tests and sums all agree with each other: only the spec's quantile tells."""
+    plan = plan_of(name)
+    document = copy.deepcopy(plan.document)
+    test = document["tests"][0]
+    last = test["repeats"][0]
+    gone = [
+        s
+        for s in document["steps"]
+        if s["test"] == test["test"]
+        and s["temperature_degc"] == test["temperatures_degc"][0]
+        and s["repeat"] == last
+    ]
+    seconds = sum(s["end_s"] - s["start_s"] for s in gone)
+    end = max(s["end_s"] for s in gone)
+    document["steps"] = [s for s in document["steps"] if s not in gone]
+    for s in document["steps"]:
+        if s["start_s"] >= end - 1e-6:
+            s["start_s"] -= seconds
+            s["end_s"] -= seconds
+    test["repeats"][0] = last - 1
+    test["time_s"] -= seconds
+    document["time_s"] -= seconds
+    found = recount(sealed_again(document), plan.loaded, plan.trajectory)
+    assert {f.check for f in found.faults} & {"repeats", "tests", "allowances"}
+
+
+def test_an_edit_that_is_not_sealed_again_breaks_the_seal():
+    plan = plan_of("small")
+    edited = copy.deepcopy(plan.document)
+    edited["notes"] = ["all is well"]
+    assert [f.check for f in recount(edited, plan.loaded, plan.trajectory).faults] == ["seal"]
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [{"steps": None}, {"steps": [1]}, {"allowances": {"gyro.bias": 1}}, {"time_s": "1"}, {"tests": [{}]}],
+)
+def test_another_shape_is_a_fault_and_no_crash(broken):
+    plan = plan_of("small")
+    found = recount(sealed_again(plan.document | broken), plan.loaded, plan.trajectory)
+    assert {f.check for f in found.faults} == {"shape"}
+
+
+def test_a_plan_of_another_spec_is_found():
+    plan, other_plan = plan_of("small"), plan_of("shared")
+    found = recount(plan.document, other_plan.loaded, other_plan.trajectory)
+    assert any(f.where == "spec, sha256" for f in found.faults)
+
+
+def test_the_recount_imports_nothing_of_the_planner():
+    """Sharing no arithmetic: neither the stages nor their solvers."""
+    folder = Path(planner.verify.__file__).parent
+    seen, waiting = set(), ["planner.verify.recount"]
+    while waiting:
+        module = waiting.pop()
+        if module in seen:
+            continue
+        seen.add(module)
+        tree = ast.parse((folder / f"{module.rsplit('.', 1)[1]}.py").read_text())
+        names = [n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)]
+        names += [a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names]
+        assert not [
+            n for n in names if n.startswith(("planner.plan", "planner.solvers", "planner.pipelines"))
+        ]
+        if module.startswith("planner.verify.recount"):
+            waiting += [n for n in names if n.startswith("planner.verify.recount")]
+    assert len(seen) > 2
+
+
+@pytest.mark.parametrize(
+    ("variances", "probability", "length"),
+    [
+        ([1.0], 0.95, 1.959963984540054),
+        ([1.0, 1.0], 0.95, math.sqrt(-2.0 * math.log(0.05))),  # Rayleigh
+        ([1.0, 1.0, 1.0], 0.95, 2.7954834829151074),  # Maxwell: root of the chi-squared quantile 7.814728
+        ([4.0, 1e-9, 0.0], 0.9, 2.0 * 1.6448536269514722),
+    ],
+)
+def test_the_length_quantile_is_that_of_the_closed_form(variances, probability, length):
+    import numpy as np
+
+    # 1e-9 of variance beside 4 moves the length by 1e-10; the integral is good to 1e-9
+    assert length_quantile(np.diag(variances), probability) == pytest.approx(length, rel=2e-9)
