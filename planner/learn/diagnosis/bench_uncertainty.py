@@ -14,7 +14,7 @@ SHARE = 1e-5  # of the rate, and of a centrifuge's load
 
 
 def below_bench(s: SensorFound, blocks: Sequence[int], sizes: Sequence[Estimate]) -> bool:
-    """Whether the effect adds less than the bench's uncertainty, root mean square over the records.
+    """Whether the effect adds less than the bench's uncertainty, weighted mean square over the records.
 
     Uncertainty of a record: ANGLE times what lies across the channel, SHARE times what lies along it.
     """
@@ -30,6 +30,7 @@ def below_bench(s: SensorFound, blocks: Sequence[int], sizes: Sequence[Estimate]
             u = s.sensed(c)
             across = np.linalg.norm(np.delete(u, c.axis, axis=1), axis=1)
             bench = np.hypot(ANGLE * across, SHARE * np.abs(u[:, c.axis]))
-            if float(np.mean(adds**2)) > float(np.mean(bench**2)):
+            weight = 1.0 / pool.state[c.axis].noise.covariance.diagonal  # records that tell most count most
+            if float(weight @ adds**2) > float(weight @ bench**2):
                 return False
     return True
