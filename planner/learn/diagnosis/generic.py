@@ -18,6 +18,7 @@ from planner.records import Array
 from planner.units import STANDARD_GRAVITY_MPS2
 
 MOST_LEVELS = 12
+MOST_RATES = 24  # a table and a centrifuge together have some twenty rates
 COARSE, FINE = 9, 25
 A_NODE = 5  # observations: rows for what varies within a power-on, power-ons for what varies between them
 _REST_RATE = np.radians(1.0)  # the Earth turns 240 times slower, tables do not turn slower than this
@@ -98,7 +99,8 @@ def _rate(c: Channel, table: DwellTable) -> list[Array]:
         return []
     rate = c.model.conditions.rate
     others = np.concatenate([_hats(rate[:, j], _REST_RATE, 7) for j in range(3) if j != c.axis], axis=1)
-    return [_hats(c.u, _REST_RATE), _hats(np.linalg.norm(rate, axis=1), _REST_RATE), others]
+    own = _hats(c.u, _REST_RATE, MOST_RATES)
+    return [own, _hats(np.linalg.norm(rate, axis=1), _REST_RATE, MOST_RATES), others]
 
 
 def _orientation(c: Channel, table: DwellTable) -> list[Array]:
