@@ -27,7 +27,8 @@ from planner.diagnosis import (
     Unknown,
     Untestable,
 )
-from planner.errors import Fault, InputError
+from planner.errors import InputError
+from planner.export.documents import json_tree
 from planner.units import UnitError, from_si, unit_factor
 
 SCHEMA_VERSION = 1
@@ -204,29 +205,11 @@ def read_diagnosis(path: Path) -> Diagnosis:
         several = sorted(p.parent.name for p in path.glob("*/diagnosis.json"))
         if several:
             raise InputError(f"{path} holds the diagnoses of {', '.join(several)}; name one of these folders")
-    document = _tree(file)
+    document = json_tree(file, "is no diagnosis", REQUIRED, "diagnosis.json of `planner diagnose`")
     try:
         return _diagnosis(document)
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, UnitError) as error:
         raise InputError(f"{file} is no diagnosis.json of planner: {error!r}") from error
-
-
-def _tree(file: Path) -> Mapping[str, Any]:
-    try:
-        document = json.loads(file.read_bytes())
-    except OSError as error:
-        raise InputError(f"cannot read {file}: {error.strerror}") from error
-    except json.JSONDecodeError as error:
-        fault = Fault(str(file), error.lineno, error.colno, "", f"not JSON: {error.msg}")
-        raise InputError(f"{file} is no diagnosis", [fault]) from error
-    except (UnicodeDecodeError, RecursionError, ValueError) as error:
-        raise InputError(f"{file} is no diagnosis: {error}") from error
-    missing = [key for key in REQUIRED if not isinstance(document, dict) or key not in document]
-    if missing:
-        raise InputError(
-            f"{file} is no diagnosis: {', '.join(missing)} missing; give diagnosis.json of `planner diagnose`"
-        )
-    return dict(document)
 
 
 def _diagnosis(d: Mapping[str, Any]) -> Diagnosis:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ def read_plan(path: Path) -> dict[str, Any]:
 
     Raises InputError for a file that cannot be read, is not JSON, or is no plan.
     """
-    return {**_tree(_file(path)), "path": str(path)}
+    return {**_plan(_file(path)), "path": str(path)}
 
 
 def read_sealed_plan(path: Path) -> dict[str, Any]:
@@ -25,7 +26,7 @@ def read_sealed_plan(path: Path) -> dict[str, Any]:
 
     Raises InputError also when the content is not that of its `plan_sha256`.
     """
-    document = _tree(_file(path))
+    document = _plan(_file(path))
     check_seal(document, str(_file(path)))
     return document
 
@@ -34,19 +35,25 @@ def _file(path: Path) -> Path:
     return path / "plan.json" if path.is_dir() else path
 
 
-def _tree(file: Path) -> dict[str, Any]:
+def _plan(file: Path) -> dict[str, Any]:
+    return json_tree(file, "is not a plan", REQUIRED, "plan.json of `planner plan`")
+
+
+def json_tree(file: Path, fault_said: str, required: Sequence[str], give: str) -> dict[str, Any]:
+    """The tree of a JSON file of ours. fault_said: `is not a plan`; give: what the user should have given.
+
+    Raises InputError for a file that cannot be read, is not JSON, or lacks a required key.
+    """
     try:
         document = json.loads(file.read_bytes())
     except OSError as error:
         raise InputError(f"cannot read {file}: {error.strerror}") from error
     except json.JSONDecodeError as error:
         fault = Fault(str(file), error.lineno, error.colno, "", f"not JSON: {error.msg}")
-        raise InputError(f"{file} is not a plan", [fault]) from error
+        raise InputError(f"{file} {fault_said}", [fault]) from error
     except (UnicodeDecodeError, RecursionError, ValueError) as error:
-        raise InputError(f"{file} is not a plan: {error}") from error
-    missing = [key for key in REQUIRED if not isinstance(document, dict) or key not in document]
+        raise InputError(f"{file} {fault_said}: {error}") from error
+    missing = [key for key in required if not isinstance(document, dict) or key not in document]
     if missing:
-        raise InputError(
-            f"{file} is not a plan: {', '.join(missing)} missing; give plan.json of `planner plan`"
-        )
+        raise InputError(f"{file} {fault_said}: {', '.join(missing)} missing; give {give}")
     return dict(document)

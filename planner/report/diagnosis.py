@@ -14,6 +14,7 @@ from planner.report import diagnosis_words as words
 from planner.report.blocks import Block, Items, Picture, Section, Text, section
 from planner.report.html import Fact
 from planner.report.numbers import digits, level, plain, quantity
+from planner.report.page_template import page_template
 from planner.report.summary import rich_table
 from planner.report.terminal import room
 
@@ -41,17 +42,7 @@ def diagnosis_html(diagnosis: Diagnosis, table: DwellTable) -> str:
 
     table: the unit's rows, in the order of the evidence
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("planner.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    return environment.get_template("diagnosis.html.j2").render(
+    return page_template("diagnosis.html.j2").render(
         unit=diagnosis.found.unit,
         name=diagnosis.spec_name,
         verdict=words.headline(diagnosis.found),

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from planner import __version__
 from planner.report.blocks import Section
 from planner.report.html import Fact
+from planner.report.page_template import page_template
 
 
 @dataclass(frozen=True)
@@ -25,17 +26,7 @@ class Page:
 
 def page_html(page: Page) -> str:
     """The page as text: the same page gives the same bytes."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("planner.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    return environment.get_template("fleet.html.j2").render(
+    return page_template("fleet.html.j2").render(
         title=page.title,
         kind=page.kind,
         headline=page.headline,

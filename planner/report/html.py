@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from planner.records import Achieved, AllowedErrors, Constraint, Plan, Sensitivities
 from planner.report.numbers import days, hours, quantity, when
+from planner.report.page_template import page_template
 from planner.report.proof import proof
 from planner.report.readable import allowed_in, plan_in, sensitivities_in, units_of
 from planner.report.sections import all_sections, what_binds
-
-if TYPE_CHECKING:
-    from jinja2 import Template
 
 
 @dataclass(frozen=True)
@@ -56,7 +53,7 @@ def report_html(
     sections = all_sections(
         plan, allowed, sensitivities, constraints, spec_text, trajectory_name, service_life_s
     )
-    return _template().render(
+    return page_template("report.html.j2").render(
         name=plan.name,
         hours=hours(plan.time_s),
         days=days(plan.time_s),
@@ -68,20 +65,6 @@ def report_html(
         notes=plan.notes,
         sections=sections,
     )
-
-
-def _template() -> Template:
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("planner.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    return environment.get_template("report.html.j2")
 
 
 def verdict(achieved: Achieved) -> Verdict:

@@ -9,6 +9,7 @@ from typing import Any
 from planner.report.blocks import Block, Column, Items, Picture, Section, Table, Text, section
 from planner.report.html import Fact
 from planner.report.numbers import digits, in_unit, percent, quantity
+from planner.report.page_template import page_template
 from planner.report.verify_figures import flights_figure, linear_figure, parts_figure
 from planner.report.verify_words import (
     VERDICTS,
@@ -57,17 +58,7 @@ def verify_html(v: Verification) -> str:
 
 def page(**content: Any) -> str:
     """The template with its content."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("planner.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    return environment.get_template("verify.html.j2").render(**content)
+    return page_template("verify.html.j2").render(**content)
 
 
 def _bar(o: RequirementOutcome) -> Outcome:
