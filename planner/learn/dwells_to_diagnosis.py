@@ -25,7 +25,6 @@ from planner.learn.diagnosis.estimates import Estimate, estimates, parameter_int
 from planner.learn.diagnosis.evidence import evidence
 from planner.learn.diagnosis.limits import limits
 from planner.learn.diagnosis.noise import LEAST_RUNS
-from planner.learn.diagnosis.pool import given, score
 from planner.learn.diagnosis.prepared import Prepared, prepared
 from planner.learn.diagnosis.sensor import SensorFound, diagnose_sensor
 from planner.measured import DwellTable
@@ -119,16 +118,14 @@ def _effect(
     mine = [e for e in sizes if e.block in blocks]
     extra: list[FoundTerm] = []
     if nonlinear:
-        name, value, low, high, freedom, wider, new = parameter_interval(
-            found, blocks[0], s.channels, s.cuts, data.table.day
-        )
-        unit = "d" if name == "day" else "s"
+        p = parameter_interval(found, blocks[0], s.channels, s.cuts, data.table.day)
+        unit = "d" if p.name == "day" else "s"
         axis = next(iter(pool.blocks[blocks[0]].columns))
-        extra = [FoundTerm(name, _channel(s.sensor, axis), value, low, high, freedom, unit, True)]
-        if new >= 0:
-            mine = [e for e in estimates(wider, [*found.all, new]) if e.block in blocks]
+        extra = [FoundTerm(p.name, _channel(s.sensor, axis), p.value, p.low, p.high, p.freedom, unit, True)]
+        if p.wider is not None:
+            mine = [e for e in estimates(p.wider, [*found.all, p.block]) if e.block in blocks]
     terms = [_term(s, e, effect.units[s.sensor]) for e in mine]
-    beside = {b: score(given(pool, [i for i in found.all if i != b]), [b]).delta for b in blocks}
+    beside = {b: found.share(b).delta for b in blocks}
     opposed: dict[str, float] = {}
     for b in blocks:
         for name, apart in rivals(found, b, library):
@@ -158,7 +155,7 @@ def _unknown(s: SensorFound) -> list[Unknown]:
     out = []
     for b in found.unknown:
         block = pool.blocks[b]
-        strength = score(given(pool, [i for i in found.all if i != b]), [b]).delta
+        strength = found.share(b).delta
         channels = tuple(_channel(s.sensor, a) for a in block.columns)
         out.append(Unknown(channels, block.name, found.p[b], float(np.sqrt(strength))))
     return out

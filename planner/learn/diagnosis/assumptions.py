@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from planner.diagnosis import Assumption
-from planner.learn.channel_model import AXES
 from planner.learn.diagnosis.sensor import SensorFound
 from planner.learn.diagnosis.whitened import Whitened
 from planner.records import Array
@@ -28,17 +27,16 @@ def assumptions(s: SensorFound, spec: Spec) -> list[Assumption]:
     """One entry a channel and part that the spec budgets."""
     budgets: Mapping[str, ErrorBudget] = getattr(spec.unit, s.sensor)
     found = []
-    for axis, w in s.found.pool.state.items():
-        name = f"{s.sensor}_{AXES[axis]}"
+    for w in s.found.pool.state.values():
         for component, error, part in PARTS:
             if error in budgets and component in w.noise.components:
-                found.append(_spread(s, w, name, component, error, part, budgets[error]))
+                found.append(_spread(s, w, component, error, part, budgets[error]))
     found += list(_residuals(s, budgets))
     return found
 
 
 def _spread(
-    s: SensorFound, w: Whitened, channel: str, component: str, error: str, part: str, budget: ErrorBudget
+    s: SensorFound, w: Whitened, component: str, error: str, part: str, budget: ErrorBudget
 ) -> Assumption:
     """√θ with the interval of a χ² of Satterthwaite's freedom, 2 θ² / var θ."""
     from scipy.stats import chi2

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from planner.learn.diagnosis.candidates import Block, effect_blocks
 from planner.learn.diagnosis.channels import Channel
-from planner.learn.diagnosis.pool import Pool, extended, given, score
-from planner.learn.diagnosis.search import ALPHA, Found, free
+from planner.learn.diagnosis.found import ALPHA, Found, free
+from planner.learn.diagnosis.pool import Pool, extended, given, mean_square, satterthwaite, score
 from planner.records import Array
 
 CONFIDENCE = 0.95
@@ -63,45 +63,44 @@ def estimates(pool: Pool, believed: Sequence[int]) -> list[Estimate]:
 
 def _freedom(pool: Pool, block: int, k: NDArray[np.int64], q: Array) -> tuple[float, float]:
     """Satterthwaite's freedom of a coefficient, the contrast q of the believed columns; its channels' s²."""
-    R = pool.beside[:, k] @ q
-    total, spread = float(q @ pool.gram[np.ix_(k, k)] @ q), 0.0
-    axes = sorted(pool.blocks[block].columns)
-    for axis in pool.axes:
-        mine = R[pool.axes[axis]]
-        share = np.array([mine @ A @ mine for A in pool.shares[axis]]) / max(total, 1e-300)
-        spread += float(share @ pool.state[axis].noise.relative_error @ share)
-    s2 = max(float(np.mean([pool.state[a].mean_square for a in axes])), 1e-3)
-    return float(np.clip(2.0 / max(spread, 1e-12), 1.0, 1e6)), max(s2, 1.0)
+    total = float(q @ pool.gram[np.ix_(k, k)] @ q)
+    R = pool.beside[:, k] @ q / np.sqrt(max(total, 1e-300))
+    return satterthwaite(pool, pool.axes, R), max(mean_square(pool, [block]), 1.0)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A nonlinear parameter with its 95 % interval; wider: the pool with its derivative as block `block`."""
+
+    name: str
+    value: float
+    low: float
+    high: float
+    freedom: float
+    wider: Pool | None = None
+    block: int = -1
 
 
 def parameter_interval(
     found: Found, b: int, channels: Sequence[Channel], cuts: NDArray[np.int64], days: Array
-) -> tuple[str, float, float, float, float, Pool, int]:
-    """(name, value, low, high, freedom, pool with the derivative, its block) of a nonlinear parameter.
+) -> Parameter:
+    """A nonlinear parameter by the derivative with respect to its logarithm.
 
-    By the derivative with respect to its logarithm; a step's day lies between two days of the table.
+    A step's day lies between two days of the table.
     """
     block = found.pool.blocks[b]
     ((name, value),) = block.nonlinear.items()
     if name == "day":
         before, after = days[days < value], days[days >= value]
-        low, high = float(before.max(initial=value)), float(after.min(initial=np.inf))
-        return (
-            name,
-            value,
-            low,
-            min(high, 2 * value) if not np.isfinite(high) else high,
-            np.inf,
-            found.pool,
-            -1,
-        )
+        high = float(after.min()) if len(after) else 2.0 * value
+        return Parameter(name, value, float(before.max(initial=value)), high, np.inf)
     derivative = _derivative(found, b, name, value, channels)
     pool = extended(found.pool, derivative, cuts)
     new = len(found.pool.blocks)
-    (found_term,) = [e for e in estimates(pool, [*found.all, new]) if e.block == new]
-    half = min(found_term.half, 10.0)
-    low, high = value * float(np.exp(-half)), value * float(np.exp(half))
-    return name, value, low, high, found_term.freedom, pool, new
+    (log,) = [e for e in estimates(pool, [*found.all, new]) if e.block == new]
+    half = min(log.half, 10.0)
+    ends = value * float(np.exp(-half)), value * float(np.exp(half))
+    return Parameter(name, value, *ends, log.freedom, pool, new)
 
 
 def _derivative(found: Found, b: int, name: str, value: float, channels: Sequence[Channel]) -> Block:
@@ -127,10 +126,10 @@ def _derivative(found: Found, b: int, name: str, value: float, channels: Sequenc
 def rivals(found: Found, b: int, library: Sequence[int]) -> list[tuple[str, float]]:
     """(effect, √Δ(b | rival)) of the effects of the library that could stand in b's place."""
     pool = found.pool
-    others = [i for i in found.all if i != b]
+    others = found.others(b)
     here = given(pool, others)
     mine = score(here, [b])
-    axes = set(pool.blocks[b].columns)
+    axes = found.axes(b)
     best: dict[str, tuple[float, int]] = {}
     for c in free(pool, library, [*others, b]):
         name = pool.blocks[c].name

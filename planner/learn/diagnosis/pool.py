@@ -128,17 +128,21 @@ def given(pool: Pool, found: Iterable[int]) -> Pool:
     if len(e) == 0:
         return pool
     A = _inverse(pool.gram[np.ix_(e, e)]) @ pool.gram[e, :]
-    M = np.eye(len(pool.h))
-    M[e, :] -= A
-    gram = M.T @ pool.gram @ M
-    left = np.diag(gram) > APART * np.maximum(np.diag(pool.gram), 1e-300)
-    M[:, ~left] = 0.0
+    square = np.maximum(np.diag(pool.gram), 1e-300)
+    left = square - np.einsum("ek,ek->k", pool.gram[e, :], A) > APART * square
+    left[e] = False
+
+    def cleared(X: Array) -> Array:
+        """X M with M = I − E A, and nothing where nothing is left."""
+        return np.where(left, X - X[:, e] @ A, 0.0)
+
+    gram = cleared(pool.gram)
     return replace(
         pool,
-        gram=M.T @ pool.gram @ M,
-        h=M.T @ pool.h,
-        segments=pool.segments @ M,
-        beside=pool.beside @ M,
+        gram=np.where(left[:, None], gram, 0.0),
+        h=cleared(pool.h[None, :])[0],
+        segments=cleared(pool.segments),
+        beside=cleared(pool.beside),
     )
 
 
@@ -170,17 +174,20 @@ def score(pool: Pool, chosen: Sequence[int]) -> Score:
     root, m = _root(pool.gram[np.ix_(k, k)])
     if m == 0:
         return NOTHING
-    delta = float(np.sum((root.T @ pool.h[k]) ** 2))
+    found = _square(root, pool.h[k])
     freedom, rows = _freedom(pool, chosen, k, root, m)
-    s2 = _mean_square(pool, chosen)
-    return Score(delta, m, freedom, s2, float(log_p(delta, m, freedom, s2)), delta / s2 - m * np.log(rows))
+    s2 = mean_square(pool, chosen)
+    return Score(found, m, freedom, s2, float(log_p(found, m, freedom, s2)), found / s2 - m * np.log(rows))
 
 
 def delta(pool: Pool, chosen: Sequence[int]) -> float:
     """Δ of some blocks together."""
     k = pool.columns(chosen)
-    root, _ = _root(pool.gram[np.ix_(k, k)])
-    return float(np.sum((root.T @ pool.h[k]) ** 2))
+    return _square(_root(pool.gram[np.ix_(k, k)])[0], pool.h[k])
+
+
+def _square(root: Array, h: Array) -> float:
+    return float(np.sum((root.T @ h) ** 2))
 
 
 def _root(G: Array) -> tuple[Array, int]:
@@ -199,20 +206,27 @@ def _freedom(
 
     The columns' variance is made of those of white noise, of runs, …, each known as well as REML knows it.
     """
-    R = pool.beside[:, k] @ root
-    spread = 0.0
-    for axis in sorted({a for b in chosen for a in pool.blocks[b].columns}):
-        mine = R[pool.axes[axis]]
-        w = pool.state[axis]
-        share = np.array([np.sum(mine * (A @ mine)) for A in pool.shares[axis]]) / m
-        spread += float(share @ w.noise.relative_error @ share)
-    freedom = float(np.clip(2.0 / max(spread, 1e-12), 1.0, 1e6))
+    freedom = satterthwaite(pool, _axes(pool, chosen), pool.beside[:, k] @ root / np.sqrt(m))
     return freedom, max(freedom, 3.0)
 
 
-def _mean_square(pool: Pool, chosen: Sequence[int]) -> float:
-    axes = sorted({a for b in chosen for a in pool.blocks[b].columns})
-    return max(float(np.mean([pool.state[a].mean_square for a in axes])), 1e-3)
+def satterthwaite(pool: Pool, axes: Iterable[int], R: Array) -> float:
+    """2 / relative variance of what REML says of the variance of contrasts R (K, m) with Σ Rᵀ Gram R = 1."""
+    spread = 0.0
+    for axis in axes:
+        mine = R[pool.axes[axis]]
+        share = np.array([np.sum(mine * (A @ mine)) for A in pool.shares[axis]])
+        spread += float(share @ pool.state[axis].noise.relative_error @ share)
+    return float(np.clip(2.0 / max(spread, 1e-12), 1.0, 1e6))
+
+
+def mean_square(pool: Pool, chosen: Sequence[int]) -> float:
+    """Mean square of the calm residual on the channels of some blocks: 1 when the noise model is right."""
+    return max(float(np.mean([pool.state[a].mean_square for a in _axes(pool, chosen)])), 1e-3)
+
+
+def _axes(pool: Pool, chosen: Sequence[int]) -> list[int]:
+    return sorted({a for b in chosen for a in pool.blocks[b].columns})
 
 
 # ---------------------------------------------------------------- chance
@@ -228,7 +242,7 @@ def null_of(pool: Pool, tested: Iterable[int], signs: Array) -> Array:
         if m:
             values = np.sum((H[:, k] @ root) ** 2, axis=1)
             freedom, _ = _freedom(pool, [b], k, root, m)
-            least = np.minimum(least, _log_p_of_many(values, m, freedom, _mean_square(pool, [b])))
+            least = np.minimum(least, _log_p_of_many(values, m, freedom, mean_square(pool, [b])))
     return least
 
 

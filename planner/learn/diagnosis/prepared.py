@@ -21,7 +21,7 @@ FEW_WAYS = 10  # rows a way, below which the accelerometers cannot be their own 
 
 @dataclass(frozen=True)
 class Prepared:
-    """table: rows run by run; starts: (g,) first row of every run; rows: (n,) their numbers in the full table
+    """table: rows run by run; starts: (g,) first row of every run; where: which row each of the full table is
 
     full: the table as it came, with references; sensors: those that can be judged; notes: sentences
     """

@@ -16,10 +16,11 @@ from planner.learn.diagnosis.candidates import (
     library_blocks,
 )
 from planner.learn.diagnosis.channels import Channel, channel
+from planner.learn.diagnosis.found import Found, Question
 from planner.learn.diagnosis.noise import LEAST_RUNS, channel_noise
 from planner.learn.diagnosis.pool import Pool, extended, given, pool_of, score
 from planner.learn.diagnosis.prepared import Prepared
-from planner.learn.diagnosis.search import Found, search
+from planner.learn.diagnosis.search import search
 from planner.learn.diagnosis.whitened import Whitened, whitened
 from planner.protocols import Sensor
 from planner.records import Array
@@ -74,8 +75,7 @@ def _strong(found: Found) -> list[str]:
     names = []
     for b in found.library:
         block = found.pool.blocks[b]
-        here = given(found.pool, [i for i in found.all if i != b])
-        if not block.nonlinear and score(here, [b]).delta > STRONG**2:
+        if not block.nonlinear and found.share(b).delta > STRONG**2:
             names.append(block.name)
     return names
 
@@ -102,7 +102,10 @@ def _searched(
     def refine(p: Pool, believed: Sequence[int], b: int) -> tuple[Pool, int]:
         return refined(p, believed, b, mine, cuts)
 
-    return SensorFound(sensor, mine, search(pool, signs, refine), far, cuts)
+    library = tuple(i for i, b in enumerate(blocks) if not b.generic)
+    generic = tuple(i for i, b in enumerate(blocks) if b.generic)
+    found = search(pool, Question(library, generic, signs, refine))
+    return SensorFound(sensor, mine, found, far, cuts)
 
 
 def _coarse(blocks: Sequence[Block], axis: int) -> list[Array]:
