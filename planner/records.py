@@ -127,6 +127,7 @@ class ErrorModel:
     run_to_run: (temperature_degc, one sigma) pairs, one pair with NaN temperature when it is constant
     whole_variation: what remains without any temperature table (systematic size or largest residual)
     calibrated: whether the spec declares the effect and a test serves it
+    within: test -> sigma that the records of one repeat add to run_to_run; infinite where they cannot tell
     """
 
     name: str
@@ -137,6 +138,7 @@ class ErrorModel:
     storage: float
     whole_variation: float
     calibrated: bool
+    within: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def largest_run_to_run(self) -> float:
@@ -310,7 +312,7 @@ class Campaign:
 
 @dataclass(frozen=True)
 class RepeatReason:
-    """Why this number: the repeats of one error at one temperature, with every figure that went in (SI)."""
+    """Why this number: the repeats of one error at one temperature, in SI; spread: sigma of one repeat."""
 
     error: str
     test: str

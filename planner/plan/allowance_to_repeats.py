@@ -8,6 +8,7 @@ import numpy as np
 
 from planner.plan.by_hand import fixed_repeats
 from planner.plan.confidence import half_widths, quantile, spread_at
+from planner.plan.records_to_observability import refuse_the_undetermined
 from planner.records import ErrorMenu, ErrorModel, PointMenu, RepeatLevels, TemperaturePoints
 from planner.spec.model import Spec
 
@@ -15,7 +16,11 @@ from planner.spec.model import Spec
 def error_menus(
     spec: Spec, models: Sequence[ErrorModel], menus: Sequence[PointMenu]
 ) -> tuple[ErrorMenu, ...]:
-    """Every number of repeats that each error may choose, for each of its temperature points."""
+    """Every number of repeats that each error may choose, for each of its temperature points.
+
+    A test whose records cannot tell an error is no choice for it. Raises InputError when none can.
+    """
+    refuse_the_undetermined(spec, models)
     by_name = {model.name: model for model in models}
     return tuple(
         ErrorMenu(
@@ -25,15 +30,16 @@ def error_menus(
             tuple(_levels(spec, by_name[menu.error], menu.test, points) for points in menu.points),
         )
         for menu in menus
+        if np.isfinite(by_name[menu.error].within.get(menu.test, 0.0))
     )
 
 
 def _levels(spec: Spec, model: ErrorModel, test: str, points: TemperaturePoints) -> RepeatLevels:
-    plan, spread = spec.plan, spread_at(model, points.temperatures_degc)
+    plan, spread = spec.plan, spread_at(model, points.temperatures_degc, test)
     by_hand = fixed_repeats(spec, test)
     if by_hand is not None:
         repeats = np.broadcast_to(np.asarray(by_hand, dtype=np.int64), spread.shape)
-        widths = half_widths(spec, model, points.temperatures_degc, repeats.tolist())
+        widths = half_widths(spec, model, test, points.temperatures_degc, repeats.tolist())
         return RepeatLevels(np.array([widths.max()]), repeats[None, :].copy())
     candidates = np.arange(plan.repeats.least, plan.repeats.most + 1)
     sigma, point_of = np.unique(spread, return_inverse=True)

@@ -11,6 +11,7 @@ from planner.plan.budget import common_rule, reached, size
 from planner.plan.by_hand import fixed_repeats, is_hand_made
 from planner.plan.confidence import half_width, half_widths, quantile, spread_at
 from planner.plan.costs import repeat_power_on, repeat_time, weights_of
+from planner.plan.records_to_observability import mixed_up_in_calibration
 from planner.plan.spec_to_benches import planned_benches
 from planner.plan.task import Task, allowances
 from planner.records import (
@@ -30,6 +31,8 @@ from planner.records import (
 from planner.solvers.linear_combination import shares, weights
 from planner.spec.model import PercentileRule, Requirement, Spec
 from planner.units import unit_factor
+
+WEAK = 0.25  # share of the uncalibrated size above which a half-width is worth a remark
 
 
 def plan_of(
@@ -72,9 +75,29 @@ def plan_of(
         proved=chosen.proved,
         hours_per_limit={} if timed_only else _hours_per_limit(task, chosen, allowed, constraints),
         genetic=genetic,
-        notes=(*notes, *_worn_out(spec, power_on)),
+        notes=(
+            *notes,
+            *_hardly_known(task, chosen),
+            *mixed_up_in_calibration(spec, task.models),
+            *_worn_out(spec, power_on),
+        ),
         benches=planned_benches(spec),
     )
+
+
+def _hardly_known(task: Task, chosen: Campaign) -> Iterator[str]:
+    """Remarks on errors that their records determine weakly: the motions decide, not the power-ons."""
+    models = {model.name: model for model in task.models}
+    for choice in chosen.choices:
+        model = models[choice.error]
+        added, whole = model.within.get(choice.test, 0.0), model.whole_variation
+        if added > model.largest_run_to_run and choice.half_width > WEAK * whole > 0:
+            factor = unit_factor(model.unit)[0]
+            yield (
+                f"tests.{choice.test}: its motions determine {choice.error} weakly: it is known to "
+                f"±{choice.half_width / factor:.3g} {model.unit}, uncalibrated it is up to "
+                f"{whole / factor:.3g} {model.unit}; other motions tell more than more repeats"
+            )
 
 
 def _worn_out(spec: Spec, power_on: float) -> Iterator[str]:
@@ -164,7 +187,7 @@ def _reasons(task: Task, chosen: Campaign, choice: ErrorChoice) -> Iterator[Repe
     made = dict(zip(visit.temperatures_degc, visit.repeats, strict=True))
     by_hand = fixed_repeats(task.spec, choice.test) is not None
     points = choice.points.temperatures_degc
-    spreads = spread_at(model, points)
+    spreads = spread_at(model, points, choice.test)
     for t, spread, needed in zip(points, spreads, choice.needed_repeats, strict=True):
         n = made[t]
         bound_by = "fixed" if by_hand else "shared" if n > needed else "accuracy"
@@ -179,7 +202,7 @@ def _reasons(task: Task, chosen: Campaign, choice: ErrorChoice) -> Iterator[Repe
             quantile_name=plan.quantile,
             quantile=float(quantile(plan.confidence, plan.quantile, np.array([n]))[0]),
             repeats=n,
-            half_width=float(half_widths(task.spec, model, [t], [n])[0]),
+            half_width=float(half_widths(task.spec, model, choice.test, [t], [n])[0]),
             needed_half_width=choice.needed_half_width,
             bound_by=bound_by,  # type: ignore[arg-type]
         )

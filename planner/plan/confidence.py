@@ -2,9 +2,11 @@
 
     d = q(n) · s / √n
 
-with s the run-to-run standard deviation at the temperature, and q the two-sided quantile: of Student's t with
-n − 1 degrees of freedom, or the normal one as published (1.960 for 95 %; K prints 2.96 for 99 %, the value is
-2.576). d falls strictly with n in both cases, so the smallest n for a given d is unique.
+with s the standard deviation of what one repeat measures: run-to-run at the temperature, and beside it what
+the records of the repeat add (`planner.plan.records_to_spread`; nothing in K's own formula). q is the
+two-sided quantile: of Student's t with n − 1 degrees of freedom, or the normal one as published (1.960 for
+95 %; K prints 2.96 for 99 %, the value is 2.576). d falls strictly with n in both cases, so the smallest n
+for a given d is unique.
 """
 
 from __future__ import annotations
@@ -43,18 +45,23 @@ def needed_repeats(confidence: float, kind: str, spread: float, allowed: float, 
     return int(enough[0]) + 1 if len(enough) else None
 
 
-def spread_at(model: ErrorModel, temperatures: Sequence[float]) -> Array:
-    """Run-to-run sigma at each temperature: linear between the table's points, constant outside them."""
+def spread_at(model: ErrorModel, temperatures: Sequence[float], test: str | None = None) -> Array:
+    """Sigma of one repeat of a test at each temperature: s² = run-to-run² + what its records add².
+
+    Run-to-run is linear between the table's points, constant outside them; without a test it stands alone.
+    """
     known, sigma = (np.array(column) for column in zip(*model.run_to_run, strict=True))
-    if len(known) == 1:
-        return np.full(len(temperatures), sigma[0])
-    return np.asarray(np.interp(np.array(temperatures), known, sigma))
+    alone = np.full(len(temperatures), sigma[0])
+    if len(known) > 1:
+        alone = np.interp(np.array(temperatures), known, sigma)
+    added = model.within.get(test, 0.0) if test is not None else 0.0
+    return np.asarray(np.hypot(alone, added))
 
 
 def half_widths(
-    spec: Spec, model: ErrorModel, temperatures: Sequence[float], repeats: Sequence[int]
+    spec: Spec, model: ErrorModel, test: str, temperatures: Sequence[float], repeats: Sequence[int]
 ) -> Array:
-    """d at each temperature for given repeats."""
+    """d at each temperature for given repeats of a test."""
     n = np.asarray(repeats, dtype=np.int64)
     q = quantile(spec.plan.confidence, spec.plan.quantile, n)
-    return np.asarray(q * spread_at(model, temperatures) / np.sqrt(n))
+    return np.asarray(q * spread_at(model, temperatures, test) / np.sqrt(n))

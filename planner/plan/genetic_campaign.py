@@ -32,7 +32,7 @@ SURFACE_TOLERANCE = 1e-5
 # A population that has converged sits on one choice of temperatures. A fresh one starts as long as there are
 # generations left, until IDLE_RUNS in a row have found nothing shorter.
 PATIENCE = 20
-IDLE_RUNS = 3
+IDLE_RUNS = 4
 DECADES = 4  # between the slowest and the fastest rising error
 
 

@@ -173,5 +173,5 @@ def _explain(task: Task, e: int, row: int, visits: Sequence[TestVisits]) -> Erro
         points=points,
         needed_repeats=rows.repeats(row),
         needed_half_width=float(rows.half_width[row]),
-        half_width=float(half_widths(task.spec, model, points.temperatures_degc, repeats).max()),
+        half_width=float(half_widths(task.spec, model, visit.test, points.temperatures_degc, repeats).max()),
     )

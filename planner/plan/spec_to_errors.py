@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from planner import catalog
+from planner.plan.records_to_spread import with_spreads
 from planner.protocols import SENSORS
 from planner.records import ErrorModel
 from planner.spec.model import ErrorBudget, Spec, si
@@ -16,12 +17,13 @@ def error_models(spec: Spec) -> tuple[ErrorModel, ...]:
     An error whose effect the spec does not declare, or that no test serves, is not calibrated and stays whole
     in the budget (`calibrated` False; the spec's warnings say why).
     """
-    return tuple(
+    found = [
         _error_model(spec, sensor, effect, getattr(spec.unit, sensor)[effect])
         for effect in catalog.effects()
         for sensor in SENSORS
         if effect in getattr(spec.unit, sensor)
-    )
+    ]
+    return with_spreads(spec, found)
 
 
 def _error_model(spec: Spec, sensor: str, effect: str, budget: ErrorBudget) -> ErrorModel:

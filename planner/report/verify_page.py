@@ -168,9 +168,10 @@ def _claims(v: Verification) -> Iterator[Block | None]:
     yield Table("Estimates at the calibration temperatures, over all units", columns, rows)
     if any(c.high < c.claimed for c in v.claims):
         yield Text(
-            "Fewer than claimed: the planner's half-width t·s/√n knows the run-to-run spread of the error "
-            "itself; a simulated campaign also has in-run drift between the records, noise, and what the "
-            "other coefficients of the same records take along."
+            "Fewer than claimed: with the normal quantile the half-width t·s/√n is the published one, which "
+            "knows the run-to-run spread alone; a simulated campaign also has in-run drift between the "
+            "records, noise, and what the other coefficients of the same records take along. With Student's "
+            "quantile s has them too; then noise that the spec does not give (unit.noise) may be what lacks."
         )
 
 

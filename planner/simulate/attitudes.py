@@ -3,7 +3,8 @@
 Rate table of two axes or more (planner.benches.rate_table): at zero body x points north, y west (axis 2), z
 up (axis 1); a bench vector r is R_z(−p1) R_y(−p2) r in the body. A unit on a table of one axis, which stands
 upright, is remounted between its motions: x, y, z up in turn for every full set of motions.
-Centrifuge: the arm turns about the vertical body z and loads the unit with f = −R ω² r_out.
+Centrifuge: the arm turns about the vertical body z and loads the unit with f = −R ω² r_out. On an arm of one
+axis the unit is remounted like on a table of one axis: x, y, z up, so that y, z, x lie along the arm in turn.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def exposure(
     """
     asked = motion or {}
     if "acceleration_g" in asked:
-        return _centrifuge(asked, latitude, DEFAULT_ARM_M if arm is None else arm)
+        return _centrifuge(asked, latitude, DEFAULT_ARM_M if arm is None else arm, _mounted(mount))
     p1, p2 = (np.radians(asked.get(f"position_{k}_deg", 0.0)) for k in (1, 2))
     w1, w2 = (np.radians(asked.get(f"rate_{k}_dps", 0.0)) for k in (1, 2))
     earth = EARTH_RATE_RADPS * np.array([np.cos(latitude), 0.0, np.sin(latitude)])
@@ -52,6 +53,14 @@ def exposure(
     driven = w1 * UP + w2 * _mean_in_body(AXIS_2, p1, p2, w1, 0.0, duration)
     turned = _mounted(mount)
     return Exposure(turned @ (turn + driven), STANDARD_GRAVITY_MPS2 * (turned @ up))
+
+
+def mounting(number: int, count: int, axes: int) -> int:
+    """Body axis (0, 1, 2) along axis 1 at motion `number` (from 0) of `count`.
+
+    z on a bench of several axes; on one axis x, y, z for a third of the motions each, if there are three.
+    """
+    return 2 if axes > 1 or count < 3 else min(2, 3 * number // count)
 
 
 def _mean_in_body(r: Array, p1: float, p2: float, w1: float, w2: float, duration: float) -> Array:
@@ -62,15 +71,14 @@ def _mean_in_body(r: Array, p1: float, p2: float, w1: float, w2: float, duration
     if w1 and w2:
         t = (np.arange(20_000) + 0.5) / 20_000 * duration
         tilted = _about(AXIS_2, -(p2 + w2 * t)[:, None], r)
-        spun = np.stack([_about(UP, -np.array([a]), b) for a, b in zip(p1 + w1 * t, tilted, strict=True)])
-        return np.asarray(spun.mean(axis=0))
+        return np.asarray(_about(UP, -(p1 + w1 * t)[:, None], tilted).mean(axis=0))
     tilted = _mean_about(AXIS_2, -p2, -w2 * duration, r)
     return _mean_about(UP, -p1, -w1 * duration, tilted)
 
 
 def _about(axis: Array, angle: Array, r: Array) -> Array:
-    """Rodrigues: r turned about a unit axis."""
-    along = axis * (axis @ r)
+    """Rodrigues: r (3,) or (n, 3) turned about a unit axis (3,) by angles (1,) or (n, 1)."""
+    along = axis * np.asarray(r @ axis)[..., None]
     return np.asarray(along + (r - along) * np.cos(angle) + np.cross(axis, r) * np.sin(angle))
 
 
@@ -86,8 +94,8 @@ def _mounted(mount: int) -> Array:
     return np.roll(np.eye(3), (mount + 1) % 3, axis=0)
 
 
-def _centrifuge(asked: Mapping[str, float], latitude: float, arm: float) -> Exposure:
-    """Load along the mounted axis; a signed load on a one-axis centrifuge is f along x."""
+def _centrifuge(asked: Mapping[str, float], latitude: float, arm: float, turned: Array) -> Exposure:
+    """Load along the mounted axis; a signed load on a one-axis centrifuge is f along x with z up."""
     load = asked["acceleration_g"] * STANDARD_GRAVITY_MPS2
     rate = np.sqrt(abs(load) / arm)
     if "position_2_deg" in asked:
@@ -96,4 +104,4 @@ def _centrifuge(asked: Mapping[str, float], latitude: float, arm: float) -> Expo
     else:
         force = np.array([load, 0.0, 0.0])
     earth = EARTH_RATE_RADPS * np.sin(latitude) * UP  # its horizontal part turns round with the arm
-    return Exposure(rate * UP + earth, force + STANDARD_GRAVITY_MPS2 * UP)
+    return Exposure(turned @ (rate * UP + earth), turned @ (force + STANDARD_GRAVITY_MPS2 * UP))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from planner.errors import InputError
 from planner.records import Array, Conditions, Step
-from planner.simulate.attitudes import Exposure, exposure
+from planner.simulate.attitudes import Exposure, exposure, mounting
 from planner.spec.model import Spec
 
 SECONDS_A_DAY = 86400.0
@@ -112,9 +112,9 @@ def _exposed(step: Step, spec: Spec, latitude: float) -> Exposure:
 
 
 def _mount(step: Step, spec: Spec, axes: int) -> int:
-    """Which body axis lies along axis 1: z; on a table of one axis x, y, z for a third of the motions."""
+    """Which body axis lies along axis 1."""
     number = re.search(r"/m(\d+)$", step.id)
     test = spec.tests.get(step.test or "")
-    if axes > 1 or number is None or test is None or test.motion_count < 3:
+    if number is None or test is None:
         return 2
-    return min(2, 3 * (int(number[1]) - 1) // test.motion_count)
+    return mounting(int(number[1]) - 1, test.motion_count, axes)

@@ -17,7 +17,9 @@ from dataclasses import replace
 from typing import Any
 
 from planner.errors import InputError
+from planner.protocols import SENSORS
 from planner.simulate.campaign import Settings
+from planner.spec.model import Spec
 from planner.units import UnitError, to_si
 
 _ON = {"on": True, "true": True, "yes": True, "off": False, "false": False, "no": False}
@@ -40,6 +42,13 @@ def settings_from(written: Mapping[str, object], start: Settings | None = None) 
         except (UnitError, ValueError) as error:
             raise InputError(f"simulation setting {key}: {error}") from error
     return found
+
+
+def settings_of(spec: Spec) -> Settings:
+    """Settings with the spec's noise in place of the default; a sensor for which it has none keeps it."""
+    start = Settings()
+    given = {s: spec.unit.white(s) for s in SENSORS if getattr(spec.unit.noise, s) is not None}
+    return replace(start, white={**start.white, **given})
 
 
 def pairs(texts: list[str] | tuple[str, ...]) -> dict[str, object]:

@@ -11,6 +11,7 @@ Sources: Patterson, Thompson, Biometrika 58 (1971) 545 (REML); Kenward, Roger, B
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,12 +79,18 @@ class Covariance:
         return np.asarray(direct - np.einsum("nb,nbm->nm", self.U, self.effects.spread(self.S @ inner)))
 
     def whiten(self, A: Array) -> Array:
-        """V^(−1/2) A for A (n, m), with the symmetric root of every block."""
-        root = np.sqrt(self.diagonal)[:, None]
-        A = A / root
+        """W A for A (n, m), W = (I + D^(−½)Z ZᵀD^(−½))^(−½) D^(−½) block by block: W V Wᵀ = I."""
+        return self._root_times(A / np.sqrt(self.diagonal)[:, None])
+
+    def whiten_transposed(self, A: Array) -> Array:
+        """Wᵀ A for A (n, m); W is not symmetric where the noise differs within a group."""
+        return np.asarray(self._root_times(A) / np.sqrt(self.diagonal)[:, None])
+
+    def _root_times(self, A: Array) -> Array:
+        """(I + D^(−½)Z ZᵀD^(−½))^(−½) A."""
         if self.Z.shape[1] == 0:
             return np.asarray(A)
-        Z = self.Z / root
+        Z = self.Z / np.sqrt(self.diagonal)[:, None]
         value, vector = np.linalg.eigh(self.gram)
         shrink = -1.0 / (np.sqrt(1.0 + value) * (1.0 + np.sqrt(1.0 + value)))  # ((1+λ)^(−1/2) − 1)/λ
         inner = np.einsum("gbk,gk,gck->gbc", vector, shrink, vector)
@@ -220,6 +227,15 @@ class Variances:
     converged: bool
 
 
+@dataclass(frozen=True)
+class Sample:
+    """One data set for the variances: y (n,) given X (n, p), with what its V is made of."""
+
+    y: Array
+    X: Array
+    effects: RandomEffects
+
+
 def reml(y: Array, X: Array, effects: RandomEffects, start: Array | None = None) -> Variances:
     """Variances θ >= 0 that maximise the restricted likelihood of y (n,) given X (n, p).
 
@@ -227,22 +243,39 @@ def reml(y: Array, X: Array, effects: RandomEffects, start: Array | None = None)
     zero and released when their score turns positive. Raises ValueError when no degree of freedom is left
     for the noise.
     """
-    basis = factors(X).basis
-    y = y - basis @ (basis.T @ y)
-    freedom = len(y) - basis.shape[1]
-    if freedom < 1:
+    return reml_together([Sample(y, X, effects)], start)
+
+
+def reml_together(samples: Sequence[Sample], start: Array | None = None) -> Variances:
+    """Variances that several independent samples share, each with coefficients of its own.
+
+    The likelihoods are multiplied. Raises ValueError as `reml`.
+    """
+    count = samples[0].effects.count
+    bases = [factors(s.X).basis for s in samples]
+    y = [s.y - basis @ (basis.T @ s.y) for s, basis in zip(samples, bases, strict=True)]
+    freedom = sum(len(basis) - basis.shape[1] for basis in bases)
+    if any(len(basis) - basis.shape[1] < 1 for basis in bases):
         raise ValueError("as many coefficients as rows: nothing is left to estimate the noise from")
-    total = float(y @ y) / freedom
+    total = sum(float(part @ part) for part in y) / freedom
     if total <= 0.0:
-        return Variances(
-            np.zeros(effects.count), np.zeros((effects.count,) * 2), np.zeros(effects.count, bool), 0.0, True
-        )
-    scaled, size = _unit_sized(effects)
-    theta = np.full(effects.count, 1.0 / effects.count) if start is None else start * size / total
-    theta = np.maximum(theta, 1e-3 * (np.arange(effects.count) == 0))
-    theta, error, free, loglik, done = _scored(y / np.sqrt(total), basis, scaled, theta)
+        return Variances(np.zeros(count), np.zeros((count, count)), np.zeros(count, bool), 0.0, True)
+    size = np.mean([_sizes(s.effects) for s in samples], axis=0)
+    parts = [
+        Sample(part / np.sqrt(total), basis, _divided(s.effects, size))
+        for s, part, basis in zip(samples, y, bases, strict=True)
+    ]
+    theta = np.full(count, 1.0 / count) if start is None else start * size / total
+    theta = np.maximum(theta, 1e-3 * (np.arange(count) == 0))
+    theta, error, free, loglik, done = _scored(parts, theta)
     factor = total / size
     return Variances(theta * factor, error * np.outer(factor, factor), free, loglik, done)
+
+
+def restricted_loglik(sample: Sample, theta: Array) -> float:
+    """−½ (log|V| + log|QᵀV⁻¹Q| + yᵀPy) at θ, Q an orthonormal basis of X: differences over θ count."""
+    basis = factors(sample.X).basis
+    return _state(sample.y - basis @ (basis.T @ sample.y), basis, sample.effects, theta).loglik
 
 
 def reml_information(X: Array, effects: RandomEffects, theta: Array) -> Array:
@@ -251,64 +284,77 @@ def reml_information(X: Array, effects: RandomEffects, theta: Array) -> Array:
     Its inverse is how well the data could tell θ, whatever they told (Variances.error leaves out zeros).
     """
     basis = factors(X).basis
-    scaled, size = _unit_sized(effects)
+    size = _sizes(effects)
+    scaled = _divided(effects, size)
     total = max(float(np.sum(theta * size)), 1e-300)
     state = _state(np.zeros(len(basis)), basis, scaled, theta * size / total)
     _, information, _, _ = _derivatives(np.zeros(len(basis)), state)
     return np.asarray(information * np.outer(size, size) / total**2)
 
 
-def _unit_sized(effects: RandomEffects) -> tuple[RandomEffects, Array]:
-    """The same components with a mean diagonal of one, so that one tolerance serves all; their sizes."""
-    squares = np.concatenate([effects.diagonals, effects.slopes**2])
-    size = squares.mean(axis=1)
-    size = np.where(size > 0, size, 1.0)
+def _sizes(effects: RandomEffects) -> Array:
+    """(K,) mean diagonal of every component; divided by it one tolerance serves all."""
+    size = np.concatenate([effects.diagonals, effects.slopes**2]).mean(axis=1)
+    return np.asarray(np.where(size > 0, size, 1.0))
+
+
+def _divided(effects: RandomEffects, size: Array) -> RandomEffects:
     a = len(effects.diagonals)
-    return (
-        RandomEffects(
-            effects.starts,
-            effects.diagonals / size[:a, None],
-            effects.slopes / np.sqrt(size[a:, None]),
-        ),
-        size,
+    return RandomEffects(
+        effects.starts, effects.diagonals / size[:a, None], effects.slopes / np.sqrt(size[a:, None])
     )
 
 
-def _scored(
-    y: Array, X: Array, effects: RandomEffects, theta: Array
-) -> tuple[Array, Array, NDArray[np.bool_], float, bool]:
-    state, done, expected = _state(y, X, effects, theta), False, False
+def _scored(samples: Sequence[Sample], theta: Array) -> tuple[Array, Array, NDArray[np.bool_], float, bool]:
+    states, done, expected = _states(samples, theta), False, False
     for _ in range(_MOST_STEPS):
-        score, information = _derivatives(y, state)[:2] if expected else _average_information(y, state)
+        score, information = _slope(samples, states, expected)
         free = (theta > _LEAST_SHARE) | (score > 0)
         step = np.zeros_like(theta)
         step[free] = np.linalg.lstsq(information[np.ix_(free, free)], score[free], rcond=1e-10)[0]
-        new, better = _improved(y, X, effects, theta, step, state)
-        settled = better is None or better.loglik - state.loglik < _CONVERGED
+        new, better = _improved(samples, theta, step, _total(states))
+        settled = better is None or _total(better) - _total(states) < _CONVERGED
         if better is not None:
-            theta, state = new, better
+            theta, states = new, better
         if settled and expected:
             done = True
             break
         expected = settled  # the average information may be blind to a component; the expected one is not
     theta = np.where(theta > _LEAST_SHARE, theta, 0.0)
     free = theta > 0
-    _, information, _, _ = _derivatives(y, state)
-    error = np.zeros((effects.count, effects.count))
+    _, information = _slope(samples, states, True)
+    error = np.zeros((len(theta), len(theta)))
     error[np.ix_(free, free)] = np.linalg.pinv(information[np.ix_(free, free)])
-    return theta, error, free, state.loglik, done
+    return theta, error, free, _total(states), done
+
+
+def _states(samples: Sequence[Sample], theta: Array) -> list[_State]:
+    return [_state(s.y, s.X, s.effects, theta) for s in samples]
+
+
+def _total(states: Sequence[_State]) -> float:
+    return sum(s.loglik for s in states)
+
+
+def _slope(samples: Sequence[Sample], states: Sequence[_State], expected: bool) -> tuple[Array, Array]:
+    """Score (K,) and information (K, K) of all samples together."""
+    parts = [
+        _derivatives(sample.y, state)[:2] if expected else _average_information(sample.y, state)
+        for sample, state in zip(samples, states, strict=True)
+    ]
+    return np.sum([p[0] for p in parts], axis=0), np.sum([p[1] for p in parts], axis=0)
 
 
 def _improved(
-    y: Array, X: Array, effects: RandomEffects, theta: Array, step: Array, now: _State
-) -> tuple[Array, _State | None]:
+    samples: Sequence[Sample], theta: Array, step: Array, now: float
+) -> tuple[Array, list[_State] | None]:
     """The longest halved step that raises the likelihood; the noise keeps a tenth of what it was."""
     floor = np.where(np.arange(len(theta)) == 0, 0.1 * theta[0], 0.0)
     for halving in range(12):
         new = np.maximum(theta + step * 0.5**halving, floor)
-        state = _state(y, X, effects, new)
-        if np.isfinite(state.loglik) and state.loglik > now.loglik:
-            return new, state
+        states = _states(samples, new)
+        if np.isfinite(_total(states)) and _total(states) > now:
+            return new, states
     return theta, None
 
 

@@ -43,6 +43,7 @@ from planner.spec.forms import (
     one_or_many,
     table_or_curve,
 )
+from planner.spec.noise_density import AccelerometerNoise, GyroNoise
 from planner.units import Quantity
 
 NAVIGATION_ERRORS = {
@@ -150,16 +151,31 @@ class ErrorBudget(SpecPart):
         return max(si(self.systematic), max(abs(q.si) for q in given))
 
 
+class Noise(SpecPart):
+    """White noise of the sensors; a record of t seconds scatters by it over √t. Left out: none is planned."""
+
+    gyro: GyroNoise | None = Field(None, description="angle random walk, e.g. 0.1 deg/sqrt(h)")
+    accelerometer: AccelerometerNoise | None = Field(
+        None, description="velocity random walk, e.g. 0.05 m/s/sqrt(h), or 100 micro-g/sqrt(Hz)"
+    )
+
+
 class Unit(SpecPart):
     """The inertial unit: sensor -> effect name -> budget."""
 
     service_life: PositiveSeconds | None = Field(
         None, description="power-on hours the sensors live, e.g. 500 h"
     )
+    noise: Noise = Field(Noise(), description="white noise of the sensors, e.g. {gyro: 0.1 deg/sqrt(h)}")
     gyro: dict[str, ErrorBudget] = Field(default_factory=dict, description="effect: budget, of each gyro")
     accelerometer: dict[str, ErrorBudget] = Field(
         default_factory=dict, description="effect: budget, of each accelerometer"
     )
+
+    def white(self, sensor: str) -> float:
+        """Noise density of a sensor, SI per √Hz; 0 where the spec has none."""
+        found = self.noise.gyro if sensor == "gyro" else self.noise.accelerometer
+        return 0.0 if found is None else found
 
 
 class Chamber(SpecPart):
@@ -327,7 +343,9 @@ class PlanChoice(SpecPart):
 
     confidence: Share = Field(0.95, description="of the interval that the repeats must give, e.g. 95 %")
     quantile: Literal["student", "normal"] = Field(
-        "student", description="student: right for few repeats; normal: as published"
+        "student",
+        description="student: right for few repeats, with drift and noise between the records; "
+        "normal: as published, with the run-to-run spread alone",
     )
     temperatures: TemperatureChoice = Field(
         TemperatureChoice(), description="temperature points to choose from"

@@ -16,6 +16,7 @@ from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Trajectory
 from planner.simulate.campaign import STORAGE_DAYS, Settings, Unit, prepared
 from planner.simulate.design import DEFAULT_LATITUDE, Design, design, steps_of
+from planner.simulate.settings import settings_of
 from planner.spec.model import ErrorBudget, Given, Requirement, Spec
 from planner.units import unit_factor
 from planner.verify.calibrations import (
@@ -85,7 +86,7 @@ def experiment(
     Without a day of its own the flight comes two months after the calibration, which is what a budget's
     storage part says. Raises InputError for a plan without records, or with fewer than coefficients.
     """
-    settings = settings or Settings()
+    settings = settings or settings_of(spec)
     laid = design(steps_of(document), spec, DEFAULT_LATITUDE)
     unit = _with_declared(prepared(spec), spec)
     given = spec.sensitivities.given if isinstance(spec.sensitivities, Given) else {}

@@ -1,12 +1,13 @@
 """The allowances counted again: every part from the spec's budgets and the plan's temperatures and repeats.
 
-estimate = q(n) s / √n,   q the two-sided normal or Student's quantile
+estimate = q(n) s / √n,   q the two-sided normal or Student's quantile, s of one repeat (recount_spread)
 
 (K 2.5.2, eq. 27; K prints 2.96 for 99 %, the value is 2.576.)
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -18,6 +19,7 @@ from planner.spec.model import ErrorBudget, MeasuredCurve, PercentileRule, Spec
 from planner.spec.model import si as si_of
 from planner.units import unit_factor
 from planner.verify.findings import Findings
+from planner.verify.recount_spread import spreads_of_records
 from planner.verify.recount_steps import in_room
 
 PART_NAMES = ("run_to_run", "in_run", "storage", "temperature", "estimate")
@@ -114,13 +116,17 @@ def _check_reasons(
         for x, n in zip(t["temperatures_degc"], t["repeats"], strict=False)
     }
     reached: dict[str, tuple[str, list[float], float]] = {}
+    added = spreads_of_records(spec)
     for i, r in enumerate(document["reasons"]):
         where = f"reasons {i}, {r['error']} at {r['temperature_degc']:g} degC"
         n = made.get((r["test"], float(r["temperature_degc"])))
         if n is None or r["error"] not in budgets_of(spec) or r["test"] not in spec.tests:
             found.fault(where, f"no such error is measured there by test {r['test']}")
             continue
-        width = _check_reason(found, where, r, n, spec)
+        if n < 1:  # no mean, so no half-width: √0 would be divided by
+            found.fault(where, f"test {r['test']} is made {n} times there")
+            continue
+        width = _check_reason(found, where, r, n, spec, added.get((r["error"], r["test"]), 0.0))
         test, points, widest = reached.get(r["error"], (r["test"], [], 0.0))
         found.same(f"{where}, test", r["test"], test)
         reached[r["error"]] = (test, [*points, float(r["temperature_degc"])], max(widest, width))
@@ -128,15 +134,16 @@ def _check_reasons(
         if name not in reached:
             found.fault("reasons", f"{name} is calibrated, but no repeats are given for it")
     for i, r in enumerate(document["reasons"]):
-        _check_needed(found, f"reasons {i}, {r['error']}", r, reached, document, spec)
+        within = added.get((r["error"], r["test"]), 0.0)
+        _check_needed(found, f"reasons {i}, {r['error']}", r, reached, spec, within)
     return reached
 
 
-def _check_reason(found: Findings, where: str, r: Document, n: int, spec: Spec) -> float:
+def _check_reason(found: Findings, where: str, r: Document, n: int, spec: Spec, added: float) -> float:
     budget = budgets_of(spec)[r["error"]]
     unit = unit_of(r["error"])
     factor = unit_factor(unit)[0]
-    spread = _spread(budget, float(r["temperature_degc"]))
+    spread = _spread(budget, float(r["temperature_degc"]), added)
     q = quantile(spec.plan.confidence, spec.plan.quantile, n)
     width = q * spread / np.sqrt(n)
     for key, wanted in (
@@ -159,8 +166,8 @@ def _check_needed(
     where: str,
     r: Document,
     reached: Mapping[str, tuple[str, list[float], float]],
-    document: Document,
     spec: Spec,
+    added: float,
 ) -> None:
     """What is needed is reached, is the half-width of a whole number of repeats, and says what binds."""
     if r["error"] not in reached:
@@ -174,11 +181,11 @@ def _check_needed(
     numbers = np.arange(1, max(spec.plan.repeats.most, r["repeats"]) + 1)
     widths = np.array([quantile(confidence, kind, int(n)) for n in numbers]) / np.sqrt(numbers)
     points = reached[r["error"]][1]
-    levels = np.outer([_spread(budget, t) for t in points], widths)
+    levels = np.outer([_spread(budget, t, added) for t in points], widths)
     figures = levels[np.isfinite(levels)]
     if not np.any(np.abs(figures - needed) <= 1e-8 * max(needed, 1e-300) + 1e-300):
         found.fault(f"{where}, needed_half_width", "is not the half-width of any whole number of repeats")
-    own = _spread(budget, float(r["temperature_degc"])) * widths
+    own = _spread(budget, float(r["temperature_degc"]), added) * widths
     enough = [int(n) for n, w in zip(numbers, own, strict=True) if n >= least and w <= needed * (1 + 1e-9)]
     wanted = "fixed"
     if fixed is None:
@@ -198,12 +205,13 @@ def quantile(confidence: float, kind: str, n: int) -> float:
     return float(stdtrit(n - 1, upper)) if n > 1 else float("inf")
 
 
-def _spread(budget: ErrorBudget, t: float) -> float:
+def _spread(budget: ErrorBudget, t: float, added: float) -> float:
+    """Of one repeat, SI: run-to-run at a temperature, and in squares what its records add."""
     spread = budget.run_to_run
     if not isinstance(spread, Mapping):
-        return si_of(spread)
+        return math.hypot(si_of(spread), added)
     nodes = sorted(spread)
-    return float(np.interp(t, nodes, [spread[x].si for x in nodes]))
+    return math.hypot(float(np.interp(t, nodes, [spread[x].si for x in nodes])), added)
 
 
 def budgets_of(spec: Spec) -> dict[str, ErrorBudget]:

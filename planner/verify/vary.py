@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import copy
 import hashlib
-import itertools
+import json
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Any, overload
 
 import numpy as np
 import yaml
 
 from planner.errors import InputError
+from planner.spec.places import did_you_mean
 
 MOST_POINTS = 10_000
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -31,7 +34,7 @@ class Variation:
 
 @dataclass(frozen=True)
 class GridPoint:
-    """One spec of the grid. values: key -> value; text: its YAML; digest: of the text and the version."""
+    """One spec of the grid. values: key -> value; text: its YAML; digest: of all that its plan depends on."""
 
     values: Mapping[str, Any]
     text: str
@@ -59,12 +62,14 @@ def _between(text: str, ends: tuple[str, str, str, str], points: int) -> tuple[A
     unit = high_unit or low_unit
     if low_unit and low_unit != high_unit:
         raise InputError(f"--vary {text!r}: both ends must have one unit, not {low_unit!r} and {high_unit!r}")
-    a, b = float(low), float(high)
     whole = all(re.fullmatch(r"[+-]?\d+", x) for x in (low, high)) and not unit
-    values = np.linspace(a, b, points) if points > 1 else np.array([a])
+    with np.errstate(over="ignore", invalid="ignore"):
+        values = np.linspace(float(low), float(high), points) if points > 1 else np.array([float(low)])
+    if not np.isfinite(values).all():
+        raise InputError(f"--vary {text!r}: A and B must be numbers that can be counted with, e.g. 5..50m")
     if whole:
-        values = np.unique(np.rint(values))
-    return tuple(_value(f"{x:.10g}", unit) for x in values)
+        values = np.rint(values)
+    return tuple(dict.fromkeys(_value(f"{x:.10g}", unit) for x in values))
 
 
 def _listed(parts: Sequence[str], text: str) -> tuple[Any, ...]:
@@ -83,61 +88,128 @@ def _value(number: str, unit: str) -> Any:
     """As YAML would read it."""
     if unit:
         return f"{number} {unit}"
-    return int(number) if re.fullmatch(r"[+-]?\d+", number) else float(number)
+    return int(number) if re.fullmatch(r"[+-]?\d{1,18}", number) else float(number)
 
 
 # ---------------------------------------------------------------- the grid
 
 
-def grid(tree: Mapping[str, Any], variations: Sequence[Variation], version: str) -> list[GridPoint]:
-    """Every combination of values put into the spec's tree, the last key fastest.
+@dataclass(frozen=True)
+class Grid(Sequence[GridPoint]):
+    """Every combination of values put into a spec's tree, the last key fastest; made when asked for.
 
-    Raises InputError for a key that leads nowhere, and for too many points.
+    salt: of the digests, whatever else a plan depends on: the program's version, the flight's file.
     """
-    count = int(np.prod([len(v.values) for v in variations]))
-    if count > MOST_POINTS:
+
+    tree: Mapping[str, Any]
+    variations: tuple[Variation, ...]
+    salt: str
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The keys that vary."""
+        return tuple(v.key for v in self.variations)
+
+    def __len__(self) -> int:
+        return math.prod(len(v.values) for v in self.variations)
+
+    @overload
+    def __getitem__(self, number: int) -> GridPoint: ...
+    @overload
+    def __getitem__(self, number: slice) -> list[GridPoint]: ...
+    def __getitem__(self, number: int | slice) -> GridPoint | list[GridPoint]:
+        if isinstance(number, slice):
+            return [self[i] for i in range(*number.indices(len(self)))]
+        values = self.values_at(number)
+        changed = copy.deepcopy(dict(self.tree))
+        for key, value in values.items():
+            _put(changed, key.split("."), value, key)
+        return GridPoint(values, _text(changed), self.digest_at(number))
+
+    def values_at(self, number: int) -> dict[str, Any]:
+        """Key -> value of a point. Raises IndexError behind the last."""
+        if not 0 <= number < len(self):
+            raise IndexError(number)
+        found = {}
+        for v in reversed(self.variations):
+            number, k = divmod(number, len(v.values))
+            found[v.key] = v.values[k]
+        return dict(reversed(found.items()))
+
+    def having(self, number: int, k: int) -> Iterator[int]:
+        """Numbers of the points in which the key of variation `number` has its k-th value."""
+        behind = math.prod(len(v.values) for v in self.variations[number + 1 :])
+        all_values = behind * len(self.variations[number].values)
+        for first in range(k * behind, len(self), all_values):
+            yield from range(first, first + behind)
+
+    def digest_at(self, number: int) -> str:
+        """Of a point, without making its spec."""
+        told = json.dumps(list(self.values_at(number).items()), ensure_ascii=False)
+        return hashlib.sha256(f"{self._base}\n{told}".encode()).hexdigest()
+
+    @cached_property
+    def _base(self) -> str:
+        return hashlib.sha256(f"{self.salt}\n{_text(self.tree)}".encode()).hexdigest()
+
+
+def grid(tree: Mapping[str, Any], variations: Sequence[Variation], salt: str) -> Grid:
+    """The grid of the variations over a spec's tree.
+
+    Raises InputError for a key that leads nowhere, one that is given twice, and for too many points.
+    """
+    found = Grid(tree, tuple(variations), salt)
+    if len(found) > MOST_POINTS:
         raise InputError(
-            f"{count} points are too many, the most is {MOST_POINTS}; give fewer values or --points"
+            f"{len(found)} points are too many, the most is {MOST_POINTS}; give fewer values or --points"
         )
-    keys = [v.key for v in variations]
+    keys = found.keys
     if len(set(keys)) < len(keys):
         raise InputError(f"--vary: {next(k for k in keys if keys.count(k) > 1)} is given twice")
-    return list(_points(tree, variations, version))
+    found[0]  # every key leads somewhere
+    return found
 
 
-def _points(tree: Mapping[str, Any], variations: Sequence[Variation], version: str) -> Iterator[GridPoint]:
-    for values in itertools.product(*(v.values for v in variations)):
-        changed = copy.deepcopy(dict(tree))
-        named = dict(zip((v.key for v in variations), values, strict=True))
-        for key, value in named.items():
-            _put(changed, key, value)
-        text = yaml.safe_dump(changed, sort_keys=False, allow_unicode=True)
-        yield GridPoint(named, text, hashlib.sha256(f"{version}\n{text}".encode()).hexdigest())
+class _Dumper(yaml.SafeDumper):
+    """Texts in quotes: YAML 1.1, which writes, leaves `1e5` bare, which YAML 1.2, which reads, counts."""
 
 
-def _put(tree: Any, key: str, value: Any) -> None:
-    """Set a value in place; the part before the last must be there, so that no typing error plans nothing."""
-    *path, last = key.split(".")
-    at = tree
-    for depth, part in enumerate(path):
-        at = _part(at, part, ".".join(path[: depth + 1]))
-    if isinstance(at, list):
-        _part(at, last, key)
-        at[int(last)] = value
-    elif isinstance(at, dict):
-        at[last] = value
+_Dumper.add_representer(
+    str, lambda self, text: self.represent_scalar("tag:yaml.org,2002:str", text, style="'")
+)
+
+
+def _text(tree: Mapping[str, Any]) -> str:
+    return yaml.dump(dict(tree), Dumper=_Dumper, sort_keys=False, allow_unicode=True)
+
+
+def _put(at: Any, path: Sequence[str], value: Any, key: str) -> None:
+    """Set a value in place; all before the last part must be there, so that no typing error plans nothing."""
+    here, rest = _child(at, path, key)
+    if rest:
+        _put(at[here], rest, value, key)
     else:
-        raise InputError(
-            f"--vary {key}: {'.'.join(path)} is a single value in the spec, not a mapping or a list"
-        )
+        at[here] = value
 
 
-def _part(at: Any, part: str, where: str) -> Any:
-    if isinstance(at, list) and part.isdigit() and int(part) < len(at):
-        return at[int(part)]
-    if isinstance(at, dict):
-        found = next((k for k in at if str(k) == part), None)
-        if found is not None:
-            return at[found]
-        raise InputError(f"--vary: the spec has no {where}; it has {', '.join(map(str, at))} there")
-    raise InputError(f"--vary: the spec has no {where}")
+def _child(at: Any, path: Sequence[str], key: str) -> tuple[Any, Sequence[str]]:
+    """Which item or key the path goes to from here, and what is left of the path.
+
+    A key may itself have points, as `gyro.bias` under `sensitivities.given`: the longest one counts.
+    """
+    place = ".".join(key.split(".")[: -len(path)])
+    if isinstance(at, list):
+        if path[0] not in map(str, range(len(at))):
+            last = f" to {place}.{len(at) - 1}" if len(at) > 1 else ""
+            raise InputError(f"--vary {key}: {place} is a list in the spec; its items are {place}.0{last}")
+        return int(path[0]), path[1:]
+    if not isinstance(at, dict):
+        raise InputError(f"--vary {key}: {place} is a single value in the spec, not a mapping or a list")
+    names = {str(name): name for name in at}
+    for n in range(len(path), 0, -1):
+        if ".".join(path[:n]) in names:
+            return names[".".join(path[:n])], path[n:]
+    if len(path) == 1 and path[0]:
+        return path[0], ()
+    where = f"{place}.{path[0]}" if place else path[0]
+    raise InputError(f"--vary {key}: the spec has no {where!r}{did_you_mean(path[0], names)}")

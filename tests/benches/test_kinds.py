@@ -96,6 +96,18 @@ def test_no_load_is_more_than_the_centrifuge_can_give(axes: int) -> None:
         assert sum(loads) == 0.0  # each load in both directions
 
 
+@pytest.mark.parametrize("count", [6, 20, 24, 30])
+def test_on_an_arm_of_one_axis_every_mounting_has_loads_both_ways(count: int) -> None:
+    """As many loads as possible in each third of the motions, after which the unit is remounted."""
+    loads = np.array([m["acceleration_g"] for m in benches()["centrifuge"].motions(count, 1)])
+    third = np.array([3 * k // count for k in range(count)])
+    assert len(loads) == count
+    for mounting in range(3):
+        own = loads[third == mounting]
+        assert own.max() > 0 > own.min()
+        assert len(set(np.abs(own))) == min(8, -(-len(own) // 2))
+
+
 def test_what_a_test_calibrates_chooses_between_turns_and_rests() -> None:
     table = benches()["rate_table"]
     turns = table.motions(6, 2, calibrates=("gyro.scale_factor", "gyro.misalignment"))

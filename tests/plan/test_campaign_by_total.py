@@ -4,7 +4,7 @@ from itertools import product
 
 import pytest
 
-from planner.pipelines.planning import _task, navigate
+from planner.pipelines.planning import navigate, task_of
 from planner.plan.campaign_by_total import by_total, least_batches, total
 from planner.plan.repeats_to_schedule import campaign, visits_of
 from tests.specs import loaded, planned, small, with_limit, with_plan
@@ -39,7 +39,7 @@ def every_total(task) -> list[float]:
 @pytest.mark.parametrize("seed", range(12))
 def test_the_bound_holds_for_every_campaign_and_none_that_was_tried_is_shorter(seed):
     source = loaded(raw(seed))
-    task = _task(source.spec, navigate(source, lambda message: None))
+    task = task_of(source.spec, navigate(source, lambda message: None))
     first = campaign(task)
     best = by_total(task, first)
     reached, totals = total(source.spec, best.visits), every_total(task)
@@ -62,7 +62,7 @@ def test_the_bottleneck_of_many_batches_decides():
     spec["tests"]["gyro_drift"]["record"] = "20 min"
     plan = planned(spec).plan
     source = loaded(spec)
-    task = _task(source.spec, navigate(source, lambda message: None))
+    task = task_of(source.spec, navigate(source, lambda message: None))
     by_work = total(source.spec, campaign(task).visits)
     assert plan.by_total
     assert plan.time_s < 0.75 * by_work
@@ -80,13 +80,13 @@ def test_as_many_batches_as_the_smallest_bench_that_is_always_used_asks_for():
     also = spec["tests"]["gyro_drift"] | {"bench": "little"}
     either = spec | {"tests": spec["tests"] | {"also": also}}
     only = spec | {"tests": spec["tests"] | {"gyro_drift": also}}
-    found = [_task(s.spec, navigate(s, lambda message: None)) for s in map(loaded, (either, only))]
+    found = [task_of(s.spec, navigate(s, lambda message: None)) for s in map(loaded, (either, only))]
     assert [least_batches(task) for task in found] == [2, 6]
 
 
 def test_without_shifts_and_batches_nothing_is_looked_for():
     source = loaded(small())
-    task = _task(source.spec, navigate(source, lambda message: None))
+    task = task_of(source.spec, navigate(source, lambda message: None))
     first = campaign(task)
     assert by_total(task, first) is first
 

@@ -75,6 +75,15 @@ def test_a_centrifuge_loads_along_the_arm() -> None:
 
 
 @pytest.mark.parametrize("mount", [0, 1, 2])
+def test_a_remounted_unit_is_loaded_along_the_next_axis(mount: int) -> None:
+    seen = exposure({"acceleration_g": -50.0}, 20.0, 0.0, arm=0.4, mount=mount)
+    assert np.argmax(np.abs(seen.rate)) == mount  # the axis of the turn stands upright
+    along = (mount + 1) % 3
+    np.testing.assert_allclose(seen.specific_force[along], -50.0 * G)
+    np.testing.assert_allclose(seen.specific_force[mount], G)
+
+
+@pytest.mark.parametrize("mount", [0, 1, 2])
 def test_a_remounted_unit_stands_on_another_axis(mount: int) -> None:
     seen = exposure({"rate_1_dps": 10.0}, 36.0, LATITUDE, mount=mount)
     assert np.argmax(seen.specific_force) == mount

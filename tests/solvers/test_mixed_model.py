@@ -11,11 +11,14 @@ from scipy.stats import t as student
 from planner.solvers.least_squares import least_squares
 from planner.solvers.mixed_model import (
     RandomEffects,
+    Sample,
     Variances,
     covariance,
     generalised_least_squares,
     mixed_fit,
     reml,
+    reml_together,
+    restricted_loglik,
 )
 
 # ---------------------------------------------------------------- NIST StRD, linear least squares
@@ -117,7 +120,28 @@ def test_the_factored_covariance_is_the_dense_one(seed: int, runs: int, rows: in
     root = v.whiten(np.eye(n))
     np.testing.assert_allclose(v.solve(np.eye(n)) @ V, np.eye(n), atol=1e-9)
     np.testing.assert_allclose(root @ V @ root.T, np.eye(n), atol=1e-9)
+    np.testing.assert_allclose(v.whiten_transposed(np.eye(n)), root.T, atol=1e-9)
     np.testing.assert_allclose(v.log_determinant, np.linalg.slogdet(V)[1], atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_samples_that_share_their_variances_are_one_sample_with_coefficients_of_their_own(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    parts = [effects_of(rng, 8, 5) for _ in range(2)]
+    y, X = rng.normal(size=(2, 40)), rng.normal(size=(2, 40, 3))
+    both = RandomEffects(
+        np.concatenate([parts[0].starts, parts[1].starts + 40]),
+        np.concatenate([p.diagonals for p in parts], axis=1),
+        np.concatenate([p.slopes for p in parts], axis=1),
+    )
+    stacked = np.zeros((80, 6))
+    stacked[:40, :3], stacked[40:, 3:] = X
+    together = reml_together([Sample(y[i], X[i], parts[i]) for i in range(2)])
+    one = reml(y.ravel(), stacked, both)
+    # the scales of the two problems differ by rounding only, so they stop within the same tolerance
+    np.testing.assert_allclose(together.theta, one.theta, rtol=1e-3, atol=1e-4)
+    log = sum(restricted_loglik(Sample(y[i], X[i], parts[i]), together.theta) for i in range(2))
+    np.testing.assert_allclose(log, restricted_loglik(Sample(y.ravel(), stacked, both), together.theta))
 
 
 @pytest.mark.parametrize("seed", range(3))

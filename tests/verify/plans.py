@@ -10,7 +10,7 @@ from typing import Any
 
 from planner.export.header import plan_sha256
 from planner.export.json import plan_text
-from planner.pipelines.sweep import _plan
+from planner.pipelines.planning import exact_plan
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.records import Trajectory
 from planner.spec.load import LoadedSpec
@@ -90,7 +90,7 @@ def plan_of(name: str) -> Planned:
 def planned_from(spec: dict[str, Any], *, with_genetic: bool = False) -> Planned:
     """Any spec, planned; without the genetic algorithm beside it the same campaign is found in less time."""
     one = loaded(spec)
-    document = json.loads(plan_text(planned(spec).plan if with_genetic else _plan(one)))
+    document = json.loads(plan_text(planned(spec).plan if with_genetic else exact_plan(one)))
     return Planned(one, document, trajectory_of(one.spec.trajectory, one.folder))
 
 

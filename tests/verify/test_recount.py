@@ -195,3 +195,24 @@ def test_the_length_quantile_is_that_of_the_closed_form(variances, probability, 
 
     # 1e-9 of variance beside 4 moves the length by 1e-10; the integral is good to 1e-9
     assert length_quantile(np.diag(variances), probability) == pytest.approx(length, rel=2e-9)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_test_made_no_times_is_found_without_dividing_by_zero() -> None:
+    one = plan_of("several")
+    reason = next(i for i, r in enumerate(one.document["reasons"]) if r["error"] == "gyro.bias")
+    edited = changed(one.document, ("reasons", reason, "repeats"), 0)
+    for test in edited["tests"]:
+        test["repeats"] = [0 for _ in test["repeats"]]
+    found = recount(sealed_again(edited), one.loaded, one.trajectory)
+    assert any("is made 0 times there" in str(fault) for fault in found.faults)
+
+
+def test_a_spread_that_leaves_the_drift_between_records_out_is_found() -> None:
+    one = plan_of("several")
+    place, reason = next(
+        (i, r) for i, r in enumerate(one.document["reasons"]) if r["error"] == "accelerometer.bias"
+    )
+    assert reason["spread"] > 0.001  # g; the budget's run-to-run alone
+    edited = changed(one.document, ("reasons", place, "spread"), 0.001)
+    assert not recount(edited, one.loaded, one.trajectory).ok

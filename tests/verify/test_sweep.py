@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import json
+from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from typer.testing import CliRunner
 
 import planner.commands.sweeping as sweeping
-from planner.cli import app
-from planner.errors import InputError
+from planner.errors import InputError, StoppedEarly
 from planner.pipelines.planning import plan as plan_fully
 from planner.pipelines.sweep import points_of, sweep
 from planner.spec.load import load_spec
+from planner.spec.yaml12 import read_yaml
 from planner.verify.vary import Variation, grid, variation
 from tests.specs import small
 
@@ -26,10 +27,6 @@ def _spec(tmp_path):
     file = tmp_path / "spec.yaml"
     file.write_bytes(yaml.safe_dump(small(), sort_keys=False).encode())
     return file
-
-
-def run(*arguments):
-    return CliRunner().invoke(app, list(map(str, arguments)))
 
 
 @pytest.mark.parametrize(
@@ -43,6 +40,8 @@ def run(*arguments):
         ("plan.quantile=normal,student", 9, ("normal", "student")),
         ("unit.gyro.bias.run_to_run=1e-3..2e-3 deg/s", 2, ("0.001 deg/s", "0.002 deg/s")),
         ("plan.temperatures.room=-10..10 degC", 3, ("-10 degC", "0 degC", "10 degC")),
+        ("plan.repeats.most=20..8", 3, (20, 14, 8)),
+        ("requirement.0.limit=8..8m", 3, ("8 m",)),
     ],
 )
 def test_what_vary_means(text, points, values):
@@ -51,7 +50,9 @@ def test_what_vary_means(text, points, values):
     assert found.values == values
 
 
-@pytest.mark.parametrize("text", ["", "a", "a=", "=5", "a=5..b", "a=5m..6s", "a=1,,2", "a=x..y"])
+@pytest.mark.parametrize(
+    "text", ["", "a", "a=", "=5", "a=5..b", "a=5m..6s", "a=1,,2", "a=x..y", "a=1e308..-1e308"]
+)
 def test_what_vary_does_not_mean(text):
     with pytest.raises(InputError, match="--vary"):
         variation(text, 3)
@@ -74,6 +75,53 @@ def test_any_text_is_a_variation_or_is_refused(text):
 def test_a_key_that_leads_nowhere_is_refused(key):
     with pytest.raises(InputError, match="spec"):
         grid(small(), [Variation(key, (1, 2))], "1")
+
+
+@pytest.mark.parametrize(
+    ("key", "says"),
+    [
+        ("requirement.7.limit", "a list in the spec; its items are requirement.0"),
+        ("requirement.00.limit", "a list in the spec"),
+        ("unit.gyro.bais.run_to_run", "no 'unit.gyro.bais'; did you mean 'bias'"),
+        ("plan.confidence.x", "plan.confidence is a single value"),
+        (".", "no ''"),
+    ],
+)
+def test_a_refused_key_says_what_stands_there(key, says):
+    with pytest.raises(InputError) as refused:
+        grid(small(), [Variation(key, (1, 2))], "1")
+    assert key in str(refused.value)
+    assert says in str(refused.value)
+
+
+def test_a_key_may_have_points_in_its_name():
+    found = grid(small(), [Variation("sensitivities.given.gyro.bias", ("500 m/(deg/s)",))], "1")
+    assert yaml.safe_load(found[0].text)["sensitivities"]["given"]["gyro.bias"] == "500 m/(deg/s)"
+
+
+TEXTS = st.one_of(
+    st.sampled_from(["1e5", "no", "12:30", "2026-03-01", "0o17", "~", "'"]), st.text(max_size=9)
+)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.dictionaries(st.sampled_from("abc"), st.one_of(TEXTS, st.integers(), st.booleans()), min_size=1))
+def test_a_point_reads_back_as_what_it_was_made_of(tree):
+    """PyYAML writes YAML 1.1, in which 1e5 is a text; specs are read as YAML 1.2, in which it is a number."""
+    printable = {k: v for k, v in tree.items() if not isinstance(v, str) or v.isprintable()}
+    text = grid({"z": 1, **printable}, [Variation("z", ("1e5",))], "1")[0].text
+    assert read_yaml(text.encode(), "point").value == {"z": "1e5", **printable}
+
+
+@given(st.lists(st.integers(1, 5), min_size=1, max_size=4))
+def test_a_point_knows_its_values_and_every_value_its_points(sizes):
+    varied = [Variation(f"k{i}", tuple(range(n))) for i, n in enumerate(sizes)]
+    found = grid({}, varied, "1")
+    wanted = [dict(zip(found.keys, values, strict=True)) for values in itertools.product(*map(range, sizes))]
+    assert [dict(p.values) for p in found] == wanted
+    for i, v in enumerate(varied):
+        for k, value in enumerate(v.values):
+            assert list(found.having(i, k)) == [n for n, w in enumerate(wanted) if w[v.key] == value]
 
 
 def test_the_grid_is_every_combination_the_last_key_fastest():
@@ -101,16 +149,16 @@ def test_a_grid_that_never_ends_is_refused():
 def test_every_point_is_what_plan_says_of_it(spec, tmp_path):
     """The sweep leaves the genetic algorithm out; the exact campaign is the same."""
     points = points_of(spec, ["requirement.0.limit=9,12m"], 3)
-    for point, found in sweep(spec, points, 1, None, lambda message: None):
+    for number, found in sweep(spec, points, range(len(points)), 1, None):
         file = tmp_path / "one.yaml"
-        file.write_text(point.text)
+        file.write_text(points[number].text)
         wanted = plan_fully(load_spec(file), lambda message: None).plan
         assert found["time_s"] == pytest.approx(wanted.time_s, rel=1e-12)
         assert found["proved"] == wanted.proved
         assert [t["repeats"] for t in found["tests"]] == [list(t.repeats) for t in wanted.tests]
 
 
-def test_a_looser_limit_never_takes_longer_and_more_confidence_never_less(spec, tmp_path):
+def test_a_looser_limit_never_takes_longer_and_more_confidence_never_less(run, spec, tmp_path):
     out = tmp_path / "out"
     result = run(
         "sweep",
@@ -125,8 +173,8 @@ def test_a_looser_limit_never_takes_longer_and_more_confidence_never_less(spec, 
         out,
         "--json",
     )
-    assert result.exit_code == 0, result.output
-    points = json.loads(result.stdout)["points"]
+    assert result.code == 0, result.err
+    points = result.json["points"]
     for confidence in ("90 %", "99 %"):
         times = [p["time_s"] for p in points if p["values"]["plan.confidence"] == confidence]
         assert times == sorted(times, reverse=True)
@@ -138,23 +186,43 @@ def test_a_looser_limit_never_takes_longer_and_more_confidence_never_less(spec, 
     assert "svg" in (out / "report.html").read_text()
 
 
-def test_points_that_cannot_be_met_or_read_are_marked_and_the_rest_is_planned(spec, tmp_path):
-    out = tmp_path / "out"
-    result = run("sweep", spec, "--vary", "requirement.0.limit=1 m,10 m,3 s", "-o", out, "--json")
-    assert result.exit_code == 0, result.output
-    points = json.loads(result.stdout)["points"]
-    assert [p["status"] for p in points] == ["infeasible", "planned", "invalid"]
-    assert points[0]["nearest_limit"] > 1.0
-    assert points[0]["binds"]
+@pytest.mark.parametrize(
+    "vary", ["requirement.0.limit=9 m,3 s", "plan.confidence=90..200%", "plan.quantile=normal,foo"]
+)
+def test_a_value_that_no_point_can_have_is_refused_before_anything_is_planned(run, spec, tmp_path, vary):
+    result = run("sweep", spec, "--vary", vary, "--points", 3, "--vary", "plan.seed=1,2", "-o", "out")
+    assert result.code == 2
+    assert f"--vary {vary.partition('=')[0]}=" in result.err
+    assert "spec.yaml:" not in result.err  # the lines of a point's spec are those of no file
+    assert not (tmp_path / "out").exists()
 
 
-def test_a_sweep_without_any_spec_is_refused(spec, tmp_path):
+def test_points_that_cannot_be_met_or_read_are_marked_and_the_rest_is_planned(run, spec, tmp_path):
+    """A fifth repeat is refused only beside at most four: each value alone is fine somewhere."""
+    vary = ("requirement.0.limit=1 m,10 m", "plan.repeats.least=2,5", "plan.repeats.most=4,40")
+    arguments = [word for text in vary for word in ("--vary", text)]
+    result = run("sweep", spec, *arguments, "-o", tmp_path / "out", "--json")
+    assert result.code == 0, result.err
+    points = result.json["points"]
+    told = {tuple(p["values"].values()): p for p in points}
+    assert told["10 m", 2, 40]["status"] == told["10 m", 5, 40]["status"] == "planned"
+    assert told["10 m", 2, 40]["time_s"] <= told["10 m", 5, 40]["time_s"]
+    assert {p["status"] for (limit, *_), p in told.items() if limit == "1 m"} == {"infeasible", "invalid"}
+    assert told["1 m", 2, 40]["nearest_limit"] > 1.0
+    assert told["1 m", 2, 40]["binds"]
+    invalid = [values for values, p in told.items() if p["status"] == "invalid"]
+    assert invalid == [("1 m", 5, 4), ("10 m", 5, 4)]
+    assert "note: requirement.0.limit=10 m, plan.repeats.least=5, plan.repeats.most=4: no plan" in result.err
+    assert "spec.yaml:" not in result.err  # the lines of a point's spec are those of no file
+
+
+def test_a_sweep_without_any_spec_is_refused(run, spec, tmp_path):
     result = run("sweep", spec, "--vary", "requirement.0.limit=1,2 s", "-o", tmp_path / "out")
-    assert result.exit_code != 0
-    assert "requirement[0].limit" in str(result.exception)
+    assert result.code == 2
+    assert "requirement[0].limit" in result.err
 
 
-def test_a_stopped_sweep_goes_on_where_it_was(spec, tmp_path, monkeypatch):
+def test_a_stopped_sweep_goes_on_where_it_was(run, spec, tmp_path, monkeypatch):
     import planner.pipelines.sweep as pipeline
 
     out = tmp_path / "out"
@@ -174,36 +242,131 @@ def test_a_stopped_sweep_goes_on_where_it_was(spec, tmp_path, monkeypatch):
 
     monkeypatch.setattr(pipeline, "sweep", stops)
     result = run(*arguments)
-    assert result.exit_code == 4
-    assert len(json.loads(result.stdout)["points"]) == 2
+    assert result.code == 4
+    assert len(result.json["points"]) == 2
     broken = next((out / "points").iterdir())
     broken.write_text("{")  # as a crash of the disk would leave it: planned again
     monkeypatch.setattr(pipeline, "sweep", counts)
     result = run(*arguments)
-    assert result.exit_code == 0
+    assert result.code == 0
     assert len(planned) == 3
-    assert len(json.loads(result.stdout)["points"]) == 4
+    assert len(result.json["points"]) == 4
+    assert "note: 1 of 4 points were finished before" in result.err
+    monkeypatch.setattr(pipeline, "sweep", whole)
+    at_once = run(*arguments[:-2], tmp_path / "at_once", "--json")
+    assert at_once.out == result.out
+    for name in ("sweep.csv", "sweep.json", "report.html"):
+        assert (tmp_path / "at_once" / name).read_bytes() == (out / name).read_bytes()
 
 
-def test_workers_find_the_same(spec, tmp_path):
+def test_a_killed_worker_is_replaced_and_nothing_is_planned_twice(spec, monkeypatch):
+    import planner.pipelines.sweep as pipeline
+
+    asked, points = [], points_of(spec, ["requirement.0.limit=9..12m"], 4)
+
+    def dies_after_two(function, task, chunks):
+        asked.append([number for number, _ in chunks])
+        for done, chunk in enumerate(chunks):
+            if done == 2:
+                raise BrokenProcessPool("killed")
+            yield function(task, *chunk)
+
+    monkeypatch.setattr(pipeline, "runner", lambda workers, cluster: dies_after_two)
+    found = dict(sweep(spec, points, range(4), 2, None))
+    assert asked == [[0, 1, 2, 3], [2, 3]]
+    monkeypatch.undo()
+    assert found == dict(sweep(spec, points, range(4), 1, None))
+
+
+def test_workers_that_die_again_and_again_end_the_sweep(spec, monkeypatch):
+    import planner.pipelines.sweep as pipeline
+
+    def dies(function, task, chunks):
+        raise BrokenProcessPool("killed")
+
+    monkeypatch.setattr(pipeline, "runner", lambda workers, cluster: dies)
+    with pytest.raises(StoppedEarly, match="fewer --workers"):
+        list(sweep(spec, points_of(spec, ["plan.seed=1,2"], 2), [0, 1], 2, None))
+
+
+def test_a_point_without_an_answer_in_time_is_told_and_tried_again(run, spec, monkeypatch):
+    import planner.pipelines.sweep as pipeline
+
+    def late(loaded):
+        raise StoppedEarly("nothing found within 1 s; give plan.time_limit more")
+
+    real = pipeline.exact_plan
+    monkeypatch.setattr(pipeline, "exact_plan", late)
+    arguments = ("sweep", spec, "--vary", "requirement.0.limit=9,10m", "-o", "out", "--json")
+    result = run(*arguments)
+    assert result.code == 4
+    assert [p["status"] for p in result.json["points"]] == ["stopped", "stopped"]
+    assert "requirement.0.limit=9 m: no plan: nothing found within 1 s" in result.err
+    monkeypatch.setattr(pipeline, "exact_plan", real)
+    again = run(*arguments)
+    assert again.code == 0
+    assert [p["status"] for p in again.json["points"]] == ["planned", "planned"]
+
+
+def test_another_sweep_in_the_folder_keeps_its_points(run, spec, tmp_path):
+    first = ("sweep", spec, "--vary", "requirement.0.limit=9,10m", "-o", "out", "--json")
+    told = run(*first).out
+    other = run("sweep", spec, "--vary", "plan.confidence=90,99%", "-o", "out")
+    assert other.code == 0
+    assert "note: out held a sweep of spec over requirement.0.limit; its 2 points stay" in other.err
+    again = run(*first)
+    assert again.out == told
+    assert "2 of 2 points were finished before" in again.err
+
+
+@pytest.mark.parametrize(("name", "content"), [("report.html", "of a plan"), ("sweep.json", "[]")])
+def test_files_of_no_sweep_are_not_replaced(run, spec, tmp_path, name, content):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / name).write_text(content)
+    result = run("sweep", spec, "--vary", "requirement.0.limit=9,10m", "-o", "out")
+    assert result.code == 2
+    assert f"out/{name} is of no sweep" in result.err
+    assert (tmp_path / "out" / name).read_text() == content
+    assert not (tmp_path / "out/points").exists()
+
+
+def test_another_flight_under_the_same_name_is_another_sweep(tmp_path):
+    file = tmp_path / "spec.yaml"
+    file.write_text(yaml.safe_dump(small(trajectory={"file": "flight.csv"}), sort_keys=False))
+    digests = set()
+    for content in ("time_s\n1\n", "time_s\n2\n"):
+        (tmp_path / "flight.csv").write_text(content)
+        digests.add(points_of(file, ["requirement.0.limit=9m"], 1)[0].digest)
+    assert len(digests) == 2
+
+
+@pytest.mark.parametrize("command", ["sweep", "verify"])
+def test_no_workers_are_refused(run, spec, command):
+    more = ("--vary", "plan.seed=1,2") if command == "sweep" else (spec,)
+    result = run(command, spec, *more, "--workers", 0)
+    assert result.code == 2
+    assert "--workers 0" in result.err
+
+
+def test_workers_find_the_same(run, spec, tmp_path):
     vary = ("--vary", "requirement.0.limit=9..12m", "--points", 3, "--json")
     one, two = (run("sweep", spec, *vary, "-o", tmp_path / str(n), "--workers", n) for n in (1, 2))
-    assert one.exit_code == two.exit_code == 0
-    assert one.stdout == two.stdout
+    assert one.code == two.code == 0
+    assert one.out == two.out
     assert (tmp_path / "1" / "report.html").read_bytes() == (tmp_path / "2" / "report.html").read_bytes()
 
 
-def test_a_wrong_spec_is_refused_with_its_place(tmp_path):
+def test_a_wrong_spec_is_refused_with_its_place(run, tmp_path):
     file = tmp_path / "spec.yaml"
     file.write_text("planner: 1\nname: 5\n")
     result = run("sweep", file, "--vary", "name=1,2", "-o", tmp_path / "out")
-    assert result.exit_code != 0
+    assert result.code == 2
     assert not (tmp_path / "out").exists()
 
 
 def test_kept_points_are_of_their_own_spec(spec, tmp_path):
     (point,) = points_of(spec, ["requirement.0.limit=9m"], 1)
-    file = sweeping._file(tmp_path, point)
+    file = sweeping._file(tmp_path, point.digest)
     file.parent.mkdir()
     file.write_text(json.dumps({"digest": "another"}))
-    assert sweeping._kept(tmp_path, point) is None
+    assert sweeping._kept(tmp_path, point.digest) is None

@@ -1,0 +1,53 @@
+"""A test of the spec → the records of one repeat: one power-on of one unit, with what it is exposed to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.records import Array, Conditions
+from planner.simulate.attitudes import exposure, mounting
+from planner.simulate.design import DEFAULT_LATITUDE
+from planner.spec.model import Spec, Test
+from planner.spec.motions import motions_of
+
+ANY_DEGC = 20.0  # of a repeat; effects of temperature are not told apart within one
+
+
+@dataclass(frozen=True)
+class RepeatRecords:
+    """The m records of one repeat of a test. duration: (m,) s."""
+
+    test: str
+    conditions: Conditions
+    duration: Array
+
+
+def repeat_records(spec: Spec, name: str) -> RepeatRecords | None:
+    """One repeat of a test; None on a bench of a kind whose motions we do not know."""
+    test = spec.tests[name]
+    bench = spec.benches[test.bench]
+    motions = motions_of(test.bench, bench, test)
+    if any(motion is None for motion in motions):
+        return None
+    m = len(motions)
+    seen = [
+        exposure(motion, test.record, DEFAULT_LATITUDE, arm=bench.arm, mount=mounting(k, m, bench.axes))
+        for k, motion in enumerate(motions)
+    ]
+    conditions = Conditions(
+        rate=np.array([e.rate for e in seen]),
+        specific_force=np.array([e.specific_force for e in seen]),
+        temperature_degc=np.full(m, ANY_DEGC),
+        temperature_rate=np.zeros(m),
+        time_on=_middles(test, bench.move, m),
+        day=np.zeros(m),
+    )
+    return RepeatRecords(name, conditions, np.full(m, test.record))
+
+
+def _middles(test: Test, move: float, count: int) -> Array:
+    """(m,) seconds since power-on at the middle of every record: each has a move before it, a gap after."""
+    step = move + test.record + test.gap
+    return np.asarray(test.power_on + move + test.record / 2.0 + step * np.arange(count))

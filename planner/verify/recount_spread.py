@@ -1,0 +1,136 @@
+"""The spread of one repeat counted again: what its records add, by least squares on unit errors.
+
+s² = s_run² + Σ of squares of what a standard draw of every other error (one of this power-on, one of its own
+estimate), of the drift between the records and of their noise does to the estimate of one repeat. The
+estimate is solved for, column by column of the square root of the covariance; the planner's own matrices are
+not used. Nothing is added under the normal quantile.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner import catalog
+from planner.protocols import SENSORS
+from planner.records import Array, Conditions
+from planner.simulate.attitudes import exposure, mounting
+from planner.simulate.campaign import Settings
+from planner.simulate.design import DEFAULT_LATITUDE
+from planner.spec.model import ErrorBudget, Given, Spec
+from planner.spec.model import si as si_of
+from planner.spec.motions import motions_of
+
+OVER_TIME = {  # effects that the records of one repeat, at one temperature, do not show
+    "ageing",
+    "bias_step",
+    "bias_temperature",
+    "misalignment_temperature",
+    "scale_factor_temperature",
+    "temperature_rate",
+    "warm_up",
+}
+
+
+@dataclass(frozen=True)
+class _Column:
+    """One coefficient on one channel: its output (m,), and the sigmas of its error."""
+
+    error: str
+    served: bool
+    output: Array
+    run: float
+    drift: float
+
+
+def spreads_of_records(spec: Spec) -> dict[tuple[str, str], float]:
+    """(error, test) -> sigma, SI, that the records of one repeat of the test add."""
+    if spec.plan.quantile == "normal":
+        return {}
+    found: dict[tuple[str, str], float] = {}
+    for name, test in spec.tests.items():
+        if test.calibrates and (seen := _conditions(spec, name)) is not None:
+            found |= {(error, name): sigma for error, sigma in _of_test(spec, name, seen).items()}
+    return found
+
+
+def _conditions(spec: Spec, name: str) -> Conditions | None:
+    """The records of one repeat; None where the bench's motions are unknown."""
+    test = spec.tests[name]
+    bench = spec.benches[test.bench]
+    clock, rate, force, middle = test.power_on, [], [], []
+    for k, motion in enumerate(motions_of(test.bench, bench, test)):
+        if motion is None:
+            return None
+        mount = mounting(k, test.motion_count, bench.axes)
+        seen = exposure(motion, test.record, DEFAULT_LATITUDE, arm=bench.arm, mount=mount)
+        rate.append(seen.rate)
+        force.append(seen.specific_force)
+        middle.append(clock + bench.move + test.record / 2)
+        clock += bench.move + test.record + test.gap
+    m = len(middle)
+    return Conditions(
+        np.array(rate), np.array(force), np.full(m, 20.0), np.zeros(m), np.array(middle), np.zeros(m)
+    )
+
+
+def _of_test(spec: Spec, name: str, seen: Conditions) -> dict[str, float]:
+    own: dict[str, list[float]] = {}
+    for sensor in SENSORS:
+        for channel in range(3):
+            columns = _columns(spec, name, seen, sensor, channel)
+            for column, sigma in _added(columns, seen, spec.tests[name].record, spec.unit.white(sensor)):
+                own.setdefault(column.error, []).append(sigma)
+    given = isinstance(spec.sensitivities, Given)  # one axis stands for all: the best one
+    return {error: (min if given else max)(sigmas) for error, sigmas in own.items()}
+
+
+def _columns(spec: Spec, name: str, seen: Conditions, sensor: str, channel: int) -> list[_Column]:
+    found = []
+    budgets: Mapping[str, ErrorBudget] = getattr(spec.unit, sensor)
+    for effect, budget in budgets.items():
+        if effect in OVER_TIME:
+            continue
+        error = f"{sensor}.{effect}"
+        served = error in spec.tests[name].calibrates and effect in spec.effects
+        spread = budget.run_to_run
+        run = max(q.si for q in spread.values()) if isinstance(spread, Mapping) else si_of(spread)
+        outputs = catalog.effects()[effect].regressors(sensor, seen)[:, channel]
+        found += [
+            _Column(error, served, output, run, si_of(budget.in_run)) for output in outputs.T if output.any()
+        ]
+    return found
+
+
+def _added(
+    columns: list[_Column], seen: Conditions, record: float, white: float
+) -> list[tuple[_Column, float]]:
+    served = [c for c in columns if c.served]
+    if not served:
+        return []
+    blocks = [c.run * c.output[:, None] for c in columns if not c.served and c.run > 0] * 2
+    keep = np.exp(-np.abs(np.subtract.outer(seen.time_on, seen.time_on)) / Settings().in_run_time)
+    values, vectors = np.linalg.eigh(keep)
+    root = vectors * np.sqrt(np.clip(values, 0.0, None))
+    blocks += [c.drift * c.output[:, None] * root for c in columns if c.drift > 0]
+    m = len(seen.time_on)
+    blocks.append(white / np.sqrt(record) * np.eye(m))
+    unit_errors = np.concatenate(blocks, axis=1)
+    estimates = _weighed(served, columns, white / np.sqrt(record), m) @ unit_errors
+    return list(zip(served, np.linalg.norm(estimates, axis=1).tolist(), strict=True))
+
+
+def _weighed(served: list[_Column], columns: list[_Column], noise: float, m: int) -> Array:
+    """(p, m) the estimator: least squares on records made white, drift taken as their own each time."""
+    U = np.diag(sum((c.drift * c.output) ** 2 for c in columns) + np.full(m, noise**2))
+    for c in columns:
+        if not c.served:
+            U = U + 2.0 * c.run**2 * np.outer(c.output, c.output)
+    largest = max(c.run**2 * float(np.mean(c.output**2)) for c in columns)
+    values, vectors = np.linalg.eigh(U + 1e-10 * max(largest, 1e-300) * np.eye(m))
+    white = (vectors / np.sqrt(values)) @ vectors.T
+    X = white @ np.array([c.output for c in served]).T
+    size = np.linalg.norm(X, axis=0)
+    return np.asarray((np.linalg.pinv(X / size, rcond=1e-10) / size[:, None]) @ white)
