@@ -38,6 +38,11 @@ def effects() -> dict[str, Any]:
     return plugins("planner.effects", "EFFECT")
 
 
+def bench_only() -> frozenset[str]:
+    """Names of the effects of the bench or of its references: none of them flies."""
+    return frozenset(name for name, effect in effects().items() if effect.bench_only)
+
+
 def trajectories() -> dict[str, Any]:
     """All trajectory families by name."""
     return plugins("planner.trajectories", "FAMILY")

@@ -13,12 +13,17 @@ from typing import Literal
 from planner.protocols import Sensor
 from planner.records import Array
 
+Split = Literal["runs", "branches", "blocks", "none"]
+LEAST_P = 0.001  # what a thousand sign flips can tell; a family-wise p below is extrapolated
 Verdict = Literal["clean", "explained", "partly_explained", "unexplained", "untestable"]
 
 
 @dataclass(frozen=True)
 class FoundTerm:
-    """One coefficient of a found effect, SI, with 95 % interval; `parameter`: a nonlinear one (τ in s)."""
+    """One coefficient of a found effect, SI, with 95 % interval.
+
+    parameter: a nonlinear one, in `unit` as the effect takes it: τ in s, the day of a step in days
+    """
 
     name: str
     channel: str
@@ -96,7 +101,7 @@ class ResidualChange:
     noise_floor: from replicates in different runs; noise_floor_within: the same about the mean of each run
     sigma_*: within runs, in units of what the noise model expects of each row: 1 is noise alone
     white: noise of a record at rest; stray: share of the input that adds to it; record: mean duration, s
-    how: how it was held out, in words; held_out: False when nothing could be
+    how: how it was held out, in words; held_out: False when nothing could be; split: what was held out
     """
 
     channel: str
@@ -120,6 +125,7 @@ class ResidualChange:
     white: float = float("nan")
     stray: float = float("nan")
     record: float = float("nan")
+    split: Split = "runs"
 
 
 @dataclass(frozen=True)
@@ -143,7 +149,7 @@ class Evidence:
 class Assumption:
     """A spread that the spec assumes, and what the data say of it, SI (NaN: the data cannot tell).
 
-    error: `gyro.bias`; part: `run_to_run`, `in_run`, `temperature_residual` …; channel: `gyro_x` or all
+    error: `gyro.bias`; part: `run_to_run`, `in_run`, `temperature_residual` …; channel: `gyro_x`, "" for all
     """
 
     error: str
@@ -154,6 +160,7 @@ class Assumption:
     low: float
     high: float
     freedom: float
+    channel: str = ""
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,8 @@ class Effect(Protocol):
     group: how the effect enters y_i = (1 + kappa_i)(M u)_i + b_i + noise: `bias`, `scale_factor`
         or `misalignment`
     nonlinear: parameter name -> default in SI, for effects such as warm_up that need one to be linear
+    bench_only: the bench or its references do this, not the sensor: it does not fly, no reading is corrected
+        for it, and no budget speaks of it
     """
 
     name: str
@@ -39,6 +41,7 @@ class Effect(Protocol):
     units: Mapping[Sensor, str]
     group: Literal["bias", "scale_factor", "misalignment"]
     nonlinear: Mapping[str, float]
+    bench_only: bool
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """The effect's coefficients, in the order of the regressors' last axis."""

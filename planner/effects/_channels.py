@@ -44,6 +44,7 @@ class ChannelEffect:
     units: Mapping[Sensor, str]
     group: Group
     nonlinear: Mapping[str, float] = {}
+    bench_only = False
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """One per channel: x, y, z."""

@@ -28,6 +28,7 @@ class ArmBending:
     units: Mapping[Sensor, str] = {"gyro": "deg/g", "accelerometer": "deg/g"}
     group: Group = "misalignment"
     nonlinear: Mapping[str, float] = {}
+    bench_only = True
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """The three axes of the tilt."""

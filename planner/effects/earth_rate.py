@@ -28,6 +28,7 @@ class EarthRate:
     units: Mapping[Sensor, str] = {"gyro": "deg/s"}
     group: Group = "bias"
     nonlinear: Mapping[str, float] = {}
+    bench_only = True
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """The vertical and the horizontal part."""

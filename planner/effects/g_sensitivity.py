@@ -19,6 +19,7 @@ class GSensitivity:
     units: Mapping[Sensor, str] = {"gyro": "deg/s/g"}
     group: Group = "bias"
     nonlinear: Mapping[str, float] = {}
+    bench_only = False
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """xx, xy, xz, yx, … zz: channel, then the axis of the specific force."""

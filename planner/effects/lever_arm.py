@@ -25,6 +25,7 @@ class LeverArm:
     units: Mapping[Sensor, str] = {"accelerometer": "m"}
     group: Group = "bias"
     nonlinear: Mapping[str, float] = {}
+    bench_only = True
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """x, y, z of r."""

@@ -25,6 +25,7 @@ class Misalignment:
     units: Mapping[Sensor, str] = {"gyro": "deg", "accelerometer": "deg"}
     group: Group = "misalignment"
     nonlinear: Mapping[str, float] = {}
+    bench_only = False
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """xy, xz, yx, yz, zx, zy: channel, then the axis that it leans towards."""

@@ -18,14 +18,19 @@ def calibration_files(calibrations: Sequence[Calibration], folder: Path) -> dict
     Several units have a folder each, of their name.
     """
     found: dict[Path, str | bytes] = {}
-    for calibration in calibrations:
-        place = folder if len(calibrations) == 1 else folder / folder_name(calibration.unit)
+    places = unit_folders(folder, [c.unit for c in calibrations])
+    for calibration, place in zip(calibrations, places, strict=True):
         found[place / "calibration.json"] = calibration_text(calibration)
         found[place / "random.json"] = random_text(calibration)
         if calibration.sensors:
             found[place / "calibration.h"] = c_header(calibration)
             found[place / "calibration.bin"] = binary_image(calibration)
     return found
+
+
+def unit_folders(folder: Path, units: Sequence[str]) -> list[Path]:
+    """The folder itself for one unit; for several a folder of its name for each."""
+    return [folder] if len(units) == 1 else [folder / folder_name(unit) for unit in units]
 
 
 def folder_name(unit: str) -> str:

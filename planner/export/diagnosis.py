@@ -101,11 +101,12 @@ def _effect(e: FoundEffect) -> dict[str, Any]:
 
 
 def _term(t: FoundTerm) -> dict[str, Any]:
+    value, low, high = (_number(x) if t.parameter else _shown(x, t.unit) for x in (t.value, t.low, t.high))
     return {
         "name": t.name,
-        "value": _shown(t.value, t.unit),
+        "value": value,
         "unit": t.unit,
-        "ci95": [_shown(t.low, t.unit), _shown(t.high, t.unit)],
+        "ci95": [low, high],
         "channel": channel(t.channel),
         "degrees_of_freedom": _number(t.freedom),
         "nonlinear": t.parameter,
@@ -132,6 +133,7 @@ def _residual(r: ResidualChange) -> dict[str, Any]:
             "record_s": _number(r.record),
         },
         "held_out": r.held_out,
+        "held_out_by": r.split,
         "rows": r.rows,
         "runs": r.runs,
         "how": r.how,
@@ -175,6 +177,7 @@ def _measurement(m: NextMeasurement) -> dict[str, Any]:
 def _assumption(a: Assumption) -> dict[str, Any]:
     return {
         "error": a.error,
+        "channel": channel(a.channel) or None,
         "part": a.part,
         "unit": a.unit,
         "assumed": None if a.assumed is None else _shown(a.assumed, a.unit),
@@ -258,24 +261,22 @@ def _effect_from(e: Mapping[str, Any]) -> FoundEffect:
         effect=e["effect"],
         sensor=e["sensor"],
         channels=tuple(e["channels"]),
-        terms=tuple(
-            FoundTerm(
-                t["name"],
-                t["channel"],
-                _si(t["value"], t["unit"]),
-                _si(t["ci95"][0], t["unit"]),
-                _si(t["ci95"][1], t["unit"]),
-                _float(t["degrees_of_freedom"]),
-                t["unit"],
-                bool(t["nonlinear"]),
-            )
-            for t in e["terms"]
-        ),
+        terms=tuple(_term_from(t) for t in e["terms"]),
         p_value=_float(e["p_value"]),
         strength=_float(e["strength_sigma"]),
         rivals=tuple(Rival(r["effect"], _float(r["separated_by"])) for r in e["rivals"]),
         below_bench_uncertainty=bool(e["below_bench_uncertainty"]),
         nonlinear={name: _float(v) for name, v in e["nonlinear"].items()},
+    )
+
+
+def _term_from(t: Mapping[str, Any]) -> FoundTerm:
+    parameter = bool(t["nonlinear"])
+    value, low, high = (
+        _float(x) if parameter else _si(x, t["unit"]) for x in (t["value"], t["ci95"][0], t["ci95"][1])
+    )
+    return FoundTerm(
+        t["name"], t["channel"], value, low, high, _float(t["degrees_of_freedom"]), t["unit"], parameter
     )
 
 
@@ -304,6 +305,7 @@ def _residual_from(name: str, r: Mapping[str, Any]) -> ResidualChange:
         white=_si(r["record"]["noise"], unit),
         stray=_float(r["record"]["share_of_input"]),
         record=_float(r["record"]["record_s"]),
+        split=r.get("held_out_by", "runs"),
     )
 
 
@@ -345,6 +347,7 @@ def _assumption_from(a: Mapping[str, Any]) -> Assumption:
         _si(a["ci95"][0], unit),
         _si(a["ci95"][1], unit),
         _float(a["degrees_of_freedom"]),
+        a.get("channel") or "",
     )
 
 

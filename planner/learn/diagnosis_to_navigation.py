@@ -31,11 +31,10 @@ from planner.solvers.gaussian_length import percentile
 from planner.solvers.least_squares import least_squares
 from planner.spec.model import Given, Spec
 
-BENCH_ONLY = frozenset({"arm_bending", "earth_rate", "lever_arm"})
-"""Effects of the bench or of its references: none of them flies."""
-
 OF_THE_DAY = frozenset({"ageing", "bias_step"})
 """Effects that depend on the day: the flight comes after the campaign, not before it."""
+
+_ROUNDING = 1e-9  # of a requirement's limit: what the integration leaves of nothing
 
 Column = Callable[[Conditions], Array]
 
@@ -71,7 +70,7 @@ def navigation_costs(
         how += "; the spec's published coefficients say nothing of them"
     if last_day > trajectory.day and {e.effect for e in found} & OF_THE_DAY:
         how += f"; on the last day of the data, {last_day:.3g}"
-    bench = sorted({e.effect for e in found} & BENCH_ONLY)
+    bench = sorted({e.effect for e in found} & catalog.bench_only())
     if bench:
         how += f"; {', '.join(bench)} does not fly: what counts is how it bends the declared coefficients"
     return tuple(
@@ -85,11 +84,11 @@ def _cost(bound: Sequence[Constraint], terms: Sequence[_Term], confidence: float
     half = np.array([t.half for t in terms])
     flight, taken = (np.array([_vectors(c, terms, kind) for c in bound]) for kind in ("flight", "taken"))
     as_calibrated = np.linalg.norm(np.einsum("itk,t->ik", flight - taken, values), axis=1)
-    bench = np.array([t.error.split(".")[1] in BENCH_ONLY for t in terms])
+    bench = np.array([t.error.split(".")[1] in catalog.bench_only() for t in terms])
     own = np.where(bench[None, :, None], -taken, flight)
-    if not own.any():
-        how += "; nothing on this flight excites them"
     before = np.linalg.norm(np.einsum("itk,t->ik", own, values), axis=1)
+    if before.max() <= _ROUNDING * bound[0].limit:
+        how += "; nothing on this flight excites them"
     after = np.array([_left(c, v, half, confidence) for c, v in zip(bound, own, strict=True)])
     return NavigationCost(
         error=bound[0].error,
@@ -146,7 +145,7 @@ def _linear(
         added = _regressor(found, term.name, conditions, found.nonlinear)
         return added * (np.array(list(AXES)) == term.channel[-1]) if shared else added
 
-    if found.effect in BENCH_ONLY:
+    if found.effect in catalog.bench_only():
         own: Column = _nothing
     else:
         own = flight
@@ -169,7 +168,7 @@ def _nonlinear(
     found: FoundEffect, term: FoundTerm, linear: Sequence[FoundTerm], confidence: float
 ) -> _Term | None:
     """What half the parameter's interval changes in flight, as a term of unit half-width and no value."""
-    if found.effect in BENCH_ONLY or not np.isfinite([term.low, term.high]).all():
+    if found.effect in catalog.bench_only() or not np.isfinite([term.low, term.high]).all():
         return None
     share = _half(term, confidence) / max(abs(term.high - term.low) / 2.0, 1e-300)
 

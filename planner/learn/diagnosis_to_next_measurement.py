@@ -10,7 +10,7 @@ factor of [J, G_B, G_A c]; the last entry of the diagonal is then √Δ with the
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,17 +29,22 @@ ENOUGH = 6.0  # sigma that the new run shall bring by itself: a rival is then re
 REPEATS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 LEAST_GAIN = 0.1  # sigma; a run that adds less separates nothing
 _FAINT = 1e-6  # of a column's length: a prior that no data notice
-_GRID = (0.3, 1.0, 3.0)  # of a rival's nonlinear parameter: it may take the one that mimics best
+_GRID = (0.1, 0.3, 1.0, 3.0, 10.0)  # of a rival's nonlinear parameter: it may take the one that mimics best
+_DAYS = 8
 
 
 @dataclass(frozen=True)
 class _Problem:
-    """One channel: the triangular factor of what is known, and how a run's rows extend it."""
+    """One channel: triangular factors of what is known, and how a run's rows extend them.
+
+    shapes: values of the rival's nonlinear parameters, with a factor each; it may take what mimics best
+    """
 
     fits: ChannelFits
     found: FoundEffect
     rival: str
-    factor: Array
+    shapes: tuple[Mapping[str, float], ...]
+    factors: tuple[Array, ...]
     record: float
 
 
@@ -77,12 +82,16 @@ def _pairs(found: tuple[FoundEffect, ...]) -> Iterator[tuple[FoundEffect, str]]:
 
 
 def _problem(fits: ChannelFits, found: FoundEffect, rival: str, record: float) -> _Problem:
-    conditions = fits.before.model.conditions
-    white = fits.after.v.whiten(_columns(fits, found, rival, conditions))
+    shapes = _shapes(rival, found, fits.before.model.conditions)
+    factors = tuple(_known(fits, found, rival, shape) for shape in shapes)
+    return _Problem(fits, found, rival, shapes, factors, max(record, 1.0))
+
+
+def _known(fits: ChannelFits, found: FoundEffect, rival: str, shape: Mapping[str, float]) -> Array:
+    white = fits.after.v.whiten(_columns(fits, found, rival, shape, fits.before.model.conditions))
     length = np.linalg.norm(white, axis=0)
     faint = np.diag(_FAINT * np.where(length > 0, length, 1.0))[:-1]  # keeps what nobody knows well-defined
-    factor = _triangle(np.concatenate([white, faint]))
-    return _Problem(fits, found, rival, factor, max(record, 1.0))
+    return _triangle(np.concatenate([white, faint]))
 
 
 def _triangle(rows: Array) -> Array:
@@ -90,7 +99,9 @@ def _triangle(rows: Array) -> Array:
     return np.asarray(np.linalg.qr(rows, mode="r"))
 
 
-def _columns(fits: ChannelFits, found: FoundEffect, rival: str, conditions: Conditions) -> Array:
+def _columns(
+    fits: ChannelFits, found: FoundEffect, rival: str, shape: Mapping[str, float], conditions: Conditions
+) -> Array:
     """(n, p + q + 1): the declared model's derivative, the rival's columns, and what was found."""
     axis = AXES.index(fits.channel[-1])
     model = replace(fits.before.model, conditions=conditions)
@@ -106,19 +117,24 @@ def _columns(fits: ChannelFits, found: FoundEffect, rival: str, conditions: Cond
         ),
         np.zeros(len(conditions.day)),
     )
-    others = [
-        catalog.effects()[rival].regressors(found.sensor, conditions, nonlinear)[:, axis, :]
-        for nonlinear in _shapes(rival, found)
-    ]
-    return np.column_stack([J, *others, added])
+    other = catalog.effects()[rival].regressors(found.sensor, conditions, shape)[:, axis, :]
+    return np.column_stack([J, other, added])
 
 
-def _shapes(rival: str, found: FoundEffect) -> list[Mapping[str, float]]:
-    """Values of the rival's nonlinear parameters: around the found one of the same name, or its default."""
+def _shapes(rival: str, found: FoundEffect, conditions: Conditions) -> tuple[Mapping[str, float], ...]:
+    """Values of the rival's nonlinear parameters: around the found one of the same name, or its default.
+
+    The day of a step: between the days of the data.
+    """
     defaults = catalog.effects()[rival].nonlinear
     if not defaults:
-        return [{}]
-    return [{p: k * found.nonlinear.get(p, v) for p, v in defaults.items()} for k in _GRID]
+        return ({},)
+    if "day" in defaults:
+        days = np.unique(np.round(conditions.day, 1))
+        middles = (days[1:] + days[:-1]) / 2.0 if len(days) > 1 else days
+        middles = np.unique(np.quantile(middles, np.linspace(0.0, 1.0, min(_DAYS, len(middles)))))
+        return tuple({"day": float(day)} for day in middles)
+    return tuple({p: k * found.nonlinear.get(p, v) for p, v in defaults.items()} for k in _GRID)
 
 
 # ---------------------------------------------------------------- what a run adds
@@ -142,32 +158,43 @@ class _Priced:
 
 
 def _priced(problems: list[_Problem], run: BenchRun) -> _Priced:
-    before = float(sum(_squared(p.factor) for p in problems))
+    before = float(sum(min(map(_squared, p.factors)) for p in problems))
     rows = [_run_rows(p, run) for p in problems]
     total, repeats = before, 0
     for repeats in REPEATS:
-        more = [np.concatenate([p.factor, np.sqrt(repeats) * r]) for p, r in zip(problems, rows, strict=True)]
-        total = float(sum(_squared(_triangle(m)) for m in more))
+        total = float(sum(_with(p, r, repeats) for p, r in zip(problems, rows, strict=True)))
         if total - before >= ENOUGH**2:
             break
     time = run.once_s + repeats * run.repeat_s
     return _Priced(run, repeats, float(np.sqrt(total)), float(total - before), time)
 
 
+def _with(problem: _Problem, rows: Sequence[Array], repeats: int) -> float:
+    """Δ of a channel with a run made so often, the rival at the shape that then mimics best."""
+    weight = np.sqrt(repeats)
+    return min(
+        _squared(_triangle(np.concatenate([factor, weight * more])))
+        for factor, more in zip(problem.factors, rows, strict=True)
+    )
+
+
 def _squared(factor: Array) -> float:
     return float(factor[-1, -1] ** 2) if factor.shape[0] >= factor.shape[1] else 0.0
 
 
-def _run_rows(problem: _Problem, run: BenchRun) -> Array:
-    """Whitened rows of one power-on: its own offset costs it a row."""
+def _run_rows(problem: _Problem, run: BenchRun) -> list[Array]:
+    """Whitened rows of one power-on for every shape of the rival: its own offset costs it a row."""
     fit = problem.fits.after
-    columns = _columns(problem.fits, problem.found, problem.rival, run.conditions)
     u = columns_input(problem.fits, run.conditions)
     diagonal = fit.white**2 * problem.record / run.duration + (fit.rate * u) ** 2
     effects = RandomEffects(
         np.zeros(1, dtype=np.int64), diagonal[None, :], np.ones((1, len(u))) * (fit.run > 0)
     )
-    return covariance(effects, np.array([1.0, fit.run**2])).whiten(columns)
+    v = covariance(effects, np.array([1.0, fit.run**2]))
+    return [
+        v.whiten(_columns(problem.fits, problem.found, problem.rival, shape, run.conditions))
+        for shape in problem.shapes
+    ]
 
 
 def columns_input(fits: ChannelFits, conditions: Conditions) -> Array:

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from planner.diagnosis import FoundEffect, ResidualChange, UnitDiagnosis
 from planner.learn.channel_model import AXES, channel_model
+from planner.learn.diagnosis.prepared import prepared
 from planner.learn.dwells_to_fit import readings_of
 from planner.learn.moment_fit import MomentFit, moment_fit
-from planner.learn.reference_table import with_references
 from planner.learn.table_rows import by_run, rows_of
 from planner.learn.unseen_runs import Folds, block_folds, cells_of, folds_of
 from planner.measured import DwellTable
@@ -57,18 +57,18 @@ class UnitFits:
 def unit_fits(table: DwellTable, spec: Spec, found: UnitDiagnosis) -> UnitFits:
     """Fit every channel of one unit's table under the declared model, and with what was found.
 
-    Nonlinear parameters (τ, the time of a step) are held at the values that were found.
+    Nonlinear parameters (τ, the time of a step) are held at the values that were found. References that the
+    table lacks are those of the search.
     """
-    ordered, starts = by_run(_fewer_runs(with_references(table)))
+    data = prepared(table)
+    ordered, starts = by_run(_fewer_runs(data.full))
     return UnitFits(
         ordered,
         starts,
         tuple(
             _channel_fits(ordered, starts, sensor, i, spec, found)
             for sensor in SENSORS
-            if readings_of(ordered, sensor) is not None
-            and (ordered.ref_rate if sensor == "gyro" else ordered.ref_acc) is not None
-            and not (sensor == "accelerometer" and table.ref_acc is None)
+            if sensor in data.sensors
             for i in range(3)
         ),
         len(ordered) / len(table),
@@ -99,11 +99,13 @@ def _channel_fits(
     name = f"{sensor}_{AXES[i]}"
     here = tuple(e for e in found.effects if e.sensor == sensor and any(c[-1] == AXES[i] for c in e.channels))
     y, conditions = readings[:, i], table.conditions()
-    before = moment_fit(channel_model(sensor, i, conditions, spec.effects), y, starts)
+    model = channel_model(sensor, i, conditions, spec.effects)
+    before = moment_fit(model, y, starts, duration=table.duration)
     after = before
     if here:
         wider = (*spec.effects, *(e.effect for e in here))
-        after = moment_fit(channel_model(sensor, i, conditions, wider), y, starts, _held(here))
+        model = channel_model(sensor, i, conditions, wider)
+        after = moment_fit(model, y, starts, _held(here), table.duration)
     return ChannelFits(sensor, name, y, before, after, here)
 
 
@@ -126,7 +128,7 @@ def residual_changes(fits: UnitFits) -> tuple[ResidualChange, ...]:
 
 
 def _change(fits: ChannelFits, folds: Folds, cells: NDArray[np.int64], record: float) -> ResidualChange:
-    if fits.found and folds.branches and not _told_by_others(fits, folds):
+    if fits.found and folds.split == "branches" and not _told_by_others(fits, folds):
         folds = block_folds(len(fits.y), "the other branches cannot tell what was found")
     left = {"before": _unseen_residual(fits.before, folds)}
     left["after"] = left["before"] if fits.after is fits.before else _unseen_residual(fits.after, folds)
@@ -161,6 +163,7 @@ def _change(fits: ChannelFits, folds: Folds, cells: NDArray[np.int64], record: f
         white=fits.after.white,
         stray=fits.after.rate,
         record=record,
+        split=folds.split if held_out else "none",
     )
 
 
@@ -201,7 +204,7 @@ def _unseen_residual(fit: MomentFit, folds: Folds) -> Array:
         out = folds.fold == k
         if out.all() or not out.any():
             continue
-        white = _whitened(fit, ~out, folds.by_run)
+        white = _whitened(fit, ~out, folds.split == "runs")
         known = factors(white[:, :-1], tolerance=1e-9)
         step = known.to_coefficients @ (known.basis.T @ white[:, -1])
         inside = _determined(fit.J[out], known.scale, known.null_space)

@@ -16,11 +16,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from planner import __version__, catalog
-from planner.diagnosis import Assumption, Diagnosis, FoundEffect
+from planner.diagnosis import LEAST_P, Assumption, Diagnosis, FoundEffect
 from planner.errors import InputError
 from planner.learn.calibration_cost import CalibratingTest, RecordNoise, Target, calibrating_test
 from planner.learn.channel_model import AXES
-from planner.learn.diagnosis_to_navigation import BENCH_ONLY
 from planner.learn.spec_edit import SpecText
 from planner.spec.load import LoadedSpec
 from planner.spec.model import ErrorBudget, Given, MeasuredCurve, Spec
@@ -140,7 +139,7 @@ def _enter(
     """Budget and test of one found effect: what was changed, what to know."""
     error = f"{found.sensor}.{found.effect}"
     notes = _doubts(found)
-    if found.effect in BENCH_ONLY:
+    if found.effect in catalog.bench_only():
         return [], [*notes, f"{error} is an effect of the bench: it is fitted, and has no budget in flight"]
     if found.effect in PLAIN:
         return [], notes + _table_needed(spec, found)
@@ -224,7 +223,8 @@ def _short(channel: str) -> str:
 
 def _reason(found: FoundEffect) -> str:
     channels = ", ".join(map(_short, found.channels))
-    return f"found by diagnosis on {channels}, p = {found.p_value:.2g}"
+    p = f"= {found.p_value:.2g}" if found.p_value >= LEAST_P else f"< {LEAST_P:g}"
+    return f"found by diagnosis on {channels}, p {p}"
 
 
 def _calibrated(edits: SpecText, spec: Spec, error: str, test: CalibratingTest) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.errors import Fault, InputError
-from planner.learn.dwell_columns import AXES, COLUMNS, RawDwells
+from planner.learn.dwell_columns import AXES, COLUMNS, SINGLES, TRIADS, RawDwells
 from planner.learn.mix_ups import mix_ups
 from planner.measured import DwellTable
 from planner.records import Array
@@ -18,6 +18,9 @@ MOST_FAULTS = 20
 HOTTEST_DEGC = 200.0  # no inertial unit is calibrated hotter; room temperature in kelvin is 293
 COLDEST_DEGC = -200.0
 SECONDS_PER_DAY = 86400.0
+LEAST_COPY = 2  # rows; one that is the same may be chance where readings are coarse
+TURNS_DPS = 5.0  # ten times the largest bias of a MEMS gyro: what reads more than that apart is turned
+_WITHOUT = {c.name: c.without for c in SINGLES} | {c.name: t.without for t in TRIADS for c in t.columns()}
 
 
 def check_values(raw: RawDwells) -> None:
@@ -25,11 +28,12 @@ def check_values(raw: RawDwells) -> None:
 
     Cells that are no finite numbers, counts that are not whole, impossible temperatures and times, padding
     with zeros, another unit or axis than the column says, doubled rows, time that runs back within a run,
-    one run number for several power-ons.
+    one run number for several power-ons, one power-on under several run numbers.
     """
     faults = list(_not_numbers(raw))
     if not faults:
         faults = [*_impossible(raw), *_padding(raw), *_order(raw)]
+        faults += [] if faults else _copies(raw)
         faults += [Fault(raw.file, 0, 0, *said) for said in mix_ups(_triads(raw))]
     if faults:
         kept = faults[:MOST_FAULTS]
@@ -139,7 +143,48 @@ def _backwards(raw: RawDwells, first: int, second: int, run: NDArray[Any], time:
     )
 
 
+def _copies(raw: RawDwells) -> Iterator[Fault]:
+    """Power-ons that repeat another one's records in every column that is measured: they fake certainty."""
+    run = raw.columns.get("run")
+    numbers = [c.name for c in COLUMNS if c.kind == "number" and c.name != "day" and c.name in raw.columns]
+    if run is None or not any(name.startswith(("gyro", "acc")) for name in numbers):
+        return
+    values = np.column_stack([np.asarray(raw.columns[name], dtype=np.float64) for name in numbers])
+    group = _groups(raw, run)
+    order = np.argsort(group, kind="stable")
+    unit = raw.columns.get("unit", np.full(len(group), ""))
+    seen: dict[tuple[str, bytes], int] = {}
+    for rows in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
+        first = seen.setdefault((str(unit[rows[0]]), values[rows].tobytes()), int(rows[0]))
+        if first != rows[0] and len(rows) >= LEAST_COPY:
+            said = f"run {run[rows[0]]:.0f} repeats run {run[first]:.0f} in every reading; remove one of them"
+            yield raw.fault(int(rows[0]), "run", said)
+
+
 # ---------------------------------------------------------------- notes
+
+
+def absent_notes(absent: Sequence[str]) -> list[str]:
+    """What cannot be told without the columns that a file lacks, one sentence a consequence."""
+    groups: dict[str, list[str]] = {}
+    for name in absent:
+        groups.setdefault(_WITHOUT[name], []).append(name)
+    return [f"the file has no {', '.join(names)}: {said}" for said, names in groups.items()]
+
+
+def check_rests(table: DwellTable) -> None:
+    """Without ref_rate the unit is at rest in every row: raises InputError when its gyros say otherwise."""
+    if table.ref_rate is not None or table.gyro is None or not len(table):
+        return
+    rate = np.degrees(table.gyro)
+    about = np.abs(rate - np.median(rate, axis=0)).max(axis=0)
+    if about.max() > TURNS_DPS:
+        axis = int(np.argmax(about))
+        low, high = rate[:, axis].min(), rate[:, axis].max()
+        raise InputError(
+            f"{table.source}: no ref_rate_{{x,y,z}}_dps, so every row is taken as a rest, but "
+            f"gyro_{AXES[axis]} reads {low:.4g} to {high:.4g} deg/s; give the rates, or leave out what turns"
+        )
 
 
 def odd_notes(table: DwellTable) -> list[str]:
@@ -168,6 +213,8 @@ def _saturated(name: str, values: Array, reference: Array) -> Sequence[str]:
     """A channel is saturated when it repeats its extreme exactly while the reference moves (by over 2 %)."""
     notes: list[str] = []
     for axis, letter in enumerate(AXES):
+        if np.ptp(values[:, axis]) == 0:
+            continue  # dead, which is said already
         for extreme in (values[:, axis].max(), values[:, axis].min()):
             rows = values[:, axis] == extreme
             moved = np.ptp(reference[rows, axis])

@@ -19,7 +19,7 @@ AXES = ("x", "y", "z")
 class DwellColumn:
     """One column: `field` of DwellTable, its axis (0, 1, 2; None for a column of its own), the file's unit.
 
-    expected: a table without it is worth a note, because some effect cannot be told without it
+    expected: a table without it is worth a note, which says `without`: what cannot be told then
     absent: what stands in the record when the file lacks it; None where the record holds None
     """
 
@@ -30,16 +30,18 @@ class DwellColumn:
     kind: Kind = "number"
     expected: bool = True
     absent: float | str | None = None
+    without: str = ""
 
 
 @dataclass(frozen=True)
 class AxisTriad:
-    """Three columns that belong together, `pattern` with {} for the axis."""
+    """Three columns that belong together, `pattern` with {} for the axis; without: as for one column."""
 
     field: str
     pattern: str
     unit: str
     expected: bool = True
+    without: str = ""
 
     def columns(self) -> tuple[DwellColumn, ...]:
         """The three columns x, y, z."""
@@ -50,21 +52,29 @@ class AxisTriad:
 
 
 TRIADS = (
-    AxisTriad("ref_rate", "ref_rate_{}_dps", "deg/s"),
-    AxisTriad("ref_acc", "ref_acc_{}_g", "g"),
-    AxisTriad("gyro", "gyro_{}_dps", "deg/s"),
-    AxisTriad("acc", "acc_{}_g", "g"),
+    AxisTriad("ref_rate", "ref_rate_{}_dps", "deg/s", without="the unit is taken as at rest"),
+    AxisTriad("ref_acc", "ref_acc_{}_g", "g", without="the calibrated accelerometers are the reference"),
+    AxisTriad("gyro", "gyro_{}_dps", "deg/s", without="nothing is said of the gyros"),
+    AxisTriad("acc", "acc_{}_g", "g", without="nothing is said of the accelerometers"),
     AxisTriad("gyro_std", "gyro_{}_std_dps", "deg/s", expected=False),
     AxisTriad("acc_std", "acc_{}_std_g", "g", expected=False),
 )
 SINGLES = (
-    DwellColumn("unit", "unit", kind="text", absent="1"),
-    DwellColumn("run", "run", kind="count", absent=1),
-    DwellColumn("day", "day", absent=0.0),
-    DwellColumn("time_on_s", "time_on", "s", absent=0.0),
-    DwellColumn("duration_s", "duration", "s", absent=0.0),
-    DwellColumn("temp_degc", "temperature_degc", absent=20.0),
-    DwellColumn("temp_rate_degc_min", "temperature_rate", "K/min", absent=0.0),
+    DwellColumn("unit", "unit", kind="text", absent="1", without="all rows are one unit's"),
+    DwellColumn("run", "run", kind="count", absent=1, without="a power-on ends where time_on_s falls"),
+    DwellColumn("day", "day", absent=0.0, without="ageing and bias_step cannot be tested"),
+    DwellColumn("time_on_s", "time_on", "s", absent=0.0, without="warm_up cannot be tested"),
+    DwellColumn("duration_s", "duration", "s", absent=0.0, without="all records last equally long"),
+    DwellColumn(
+        "temp_degc", "temperature_degc", absent=20.0, without="no effect of temperature can be tested"
+    ),
+    DwellColumn(
+        "temp_rate_degc_min",
+        "temperature_rate",
+        "K/min",
+        absent=0.0,
+        without="temperature_rate cannot be tested",
+    ),
     DwellColumn("step", "step", kind="text", expected=False),
     DwellColumn("bench", "bench", kind="text", expected=False),
     DwellColumn("n_samples", "n_samples", kind="count", expected=False),

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.errors import Fault, InputError
-from planner.learn.dwell_checks import check_values, odd_notes
+from planner.learn.dwell_checks import absent_notes, check_values, odd_notes
 from planner.learn.dwell_columns import AXES, BY_NAME, COLUMNS, SINGLES, TRIADS, DwellColumn, RawDwells
 from planner.measured import DwellTable
 from planner.units import unit_factor
@@ -179,6 +179,8 @@ def _table(raw: RawDwells) -> DwellTable:
         elif column.absent is not None:
             fields[column.field] = np.full(rows, column.absent)
             absent.append(column.name)
+    if "run" in absent and "time_on_s" not in absent:
+        fields["run"] = _power_ons(fields["unit"], fields["time_on"])
     for triad in TRIADS:
         parts = [raw.columns.get(c.name) for c in triad.columns()]
         known = [_values(c, p) for c, p in zip(triad.columns(), parts, strict=True) if p is not None]
@@ -187,11 +189,15 @@ def _table(raw: RawDwells) -> DwellTable:
             absent += [c.name for c in triad.columns()]
     unused = [name for name in raw.names if name not in BY_NAME]
     notes = list(raw.notes)
-    notes += (
-        [f"the file has no {', '.join(absent)}, so effects that need it cannot be tested"] if absent else []
-    )
+    notes += absent_notes(absent)
     notes += [f"columns that mean nothing here: {', '.join(unused)}"] if unused else []
     return DwellTable(**fields, source=raw.file, notes=tuple(dict.fromkeys(notes)), absent=tuple(absent))
+
+
+def _power_ons(unit: NDArray[np.str_], time_on: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(n,) number of the power-on of every row: a new one where the time since power-on falls."""
+    begins = (np.diff(time_on) <= 0) | (unit[1:] != unit[:-1])
+    return np.concatenate([[1], 1 + np.cumsum(begins)])
 
 
 def _values(column: DwellColumn, values: NDArray[Any]) -> NDArray[Any]:

@@ -192,13 +192,17 @@ def _notes(found: Sequence[SensorFound], data: Prepared) -> list[str]:
     for s in found:
         far = {_channel(s.sensor, a): int(rows.sum()) for a, rows in s.far.items() if rows.any()}
         notes += [f"{name}: {count} rows far off the others are left out" for name, count in far.items()]
+        rest: dict[str, list[str]] = {}
         for b in sorted(s.found.misfit):
             block = s.found.pool.blocks[b]
-            notes += [
-                f"{_channel(s.sensor, a)}: what was found does not have exactly the shape of its equation; a "
-                f"small rest varies with {block.name}"
-                for a in block.columns
-            ]
+            for a in block.columns:
+                names = rest.setdefault(_channel(s.sensor, a), [])
+                names += [block.name] if block.name not in names else []
+        notes += [
+            f"{name}: what was found does not have exactly the shape of its equation; a small rest "
+            f"varies with {', '.join(variables)}"
+            for name, variables in rest.items()
+        ]
     if len(data.starts) < LEAST_RUNS:
         notes.append(
             f"{len(data.starts)} power-ons are too few to tell their spread: the level of each is its own, "

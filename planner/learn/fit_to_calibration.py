@@ -25,11 +25,6 @@ from planner.records import Array
 from planner.spec.model import Spec
 
 CONFIDENCE = 0.95
-OF_THE_BENCH = (
-    "arm_bending",
-    "earth_rate",
-    "lever_arm",
-)  # the bench does this: no reading is corrected for it
 _LINEAR = ("bias", "scale_factor", "misalignment", "scale_factor_asymmetry")
 
 
@@ -131,6 +126,7 @@ def tables_of(fits: Sequence[ChannelFit]) -> Tables:
     bias, scale = np.zeros((3, len(nodes))), np.zeros((3, len(nodes)))
     asymmetry, misalignment = np.zeros(3), np.eye(3)
     extra: list[ExtraTerm] = []
+    uncorrected = catalog.bench_only().union(_LINEAR)
     for fit in fits:
         i = fit.model.channel
         bias[i] = _table(fit, "bias", fit.model.bias_nodes, nodes)
@@ -141,7 +137,7 @@ def tables_of(fits: Sequence[ChannelFit]) -> Tables:
                 asymmetry[i] = value
             elif column.effect == "misalignment":
                 misalignment[i, AXES.index(column.term[1])] = value
-            elif column.effect not in _LINEAR and column.effect not in OF_THE_BENCH and not column.parameter:
+            elif column.effect not in uncorrected and not column.parameter:
                 extra.append(
                     ExtraTerm(column.effect, column.term, float(value), shapes.get(column.effect, {}))
                 )

@@ -16,6 +16,7 @@ EARTH_RATE_RADPS = 7.292115e-5  # WGS-84
 NEAR = 0.15  # a scale factor before calibration is right to a few per cent
 REFERENCE = {"gyro": "ref_rate", "acc": "ref_acc"}
 UNIT = {"gyro": "deg/s", "acc": "g"}
+_NO_ANSWER = 1e-5  # times the reference, below every unit that a sensor is read in
 _FACTORS = {
     "gyro": (
         (math.radians(1.0), "the gyros look like rad/s"),
@@ -68,6 +69,9 @@ def _against_reference(sensor: str, measured: Array, reference: Array) -> Iterat
         if abs(size / factor - 1) < NEAR:
             yield sensor, f"readings are {size:.4g} times {REFERENCE[sensor]}: {said}; give {UNIT[sensor]}"
             return
+    if size < _NO_ANSWER:
+        yield sensor, f"no reading answers to {REFERENCE[sensor]}: was the sensor connected?"
+        return
     if not 0.5 < size < 2.0:
         yield sensor, f"readings are {size:.4g} times {REFERENCE[sensor]}; give both in {UNIT[sensor]}"
         return
@@ -90,7 +94,8 @@ def _small_reference(sensor: str, measured: Array, reference: Array) -> Iterator
 def _axis(sensor: str, axis: int, answers: Array) -> Iterator[tuple[str, str]]:
     strongest = int(np.argmax(np.abs(answers)))
     name, reference = f"{sensor}_{AXES[axis]}", f"{REFERENCE[sensor]}_{AXES[axis]}"
-    if strongest != axis and abs(answers[axis]) < 0.3 * abs(answers[strongest]):
+    # a dead channel answers to nothing, and then any other one's misalignment is the strongest
+    if strongest != axis and abs(answers[axis]) < 0.3 * abs(answers[strongest]) > 0.15:
         yield f"{sensor}_{AXES[strongest]}", f"follows {reference}, not {name}: are axes swapped?"
     elif strongest == axis and answers[axis] < 0:
         yield name, f"reads {answers[axis]:.3g} times {reference}: is its sign turned?"

@@ -1,6 +1,6 @@
 """One channel under a given error model, with its variances by moments: ten times as fast as REML.
 
-    V = (σ² + ρ² u²) I + τ² 1 1ᵀ per power-on
+    V = diag(σ² T̄/T + ρ² u²) + τ² 1 1ᵀ per power-on,   T the duration of a record, T̄ their mean
 
 Good enough to weigh rows when an error model is judged on runs that it has not seen; intervals of
 coefficients come from elsewhere (planner.learn.fit_channel). Spreads are medians of moduli, so rows that are
@@ -32,7 +32,8 @@ _MAD = 1.4826  # standard deviation of a normal law over its median modulus
 class MomentFit:
     """theta: (p,) as in ChannelModel; J: (n, q) derivative by its linear coefficients; residual: (n,) SI.
 
-    v: covariance of the rows; white, run, rate: σ and τ in SI, ρ as a share of the input
+    v: covariance of the rows; white, run, rate: σ (of a record of mean duration) and τ in SI, ρ as a share of
+        the input
     far: (n,) rows that are outliers; linear: how many coefficients of theta are linear
     """
 
@@ -58,26 +59,37 @@ def moment_fit(
     y: Array,
     starts: NDArray[np.int64],
     nonlinear: Mapping[str, Mapping[str, float]] | None = None,
+    duration: Array | None = None,
 ) -> MomentFit:
     """Fit one channel's readings y (n,); rows stand run by run from `starts` (g,).
 
     nonlinear: effect -> parameter -> value in SI; they are held, at their defaults when not given
+    duration: (n,) s of every record; alike when not given
     """
     theta = _start(model, nonlinear or {})
-    v = _covariance(model, starts, np.ones(len(y)), (1.0, 0.0, 0.0))
+    share = _noise_share(np.ones(len(y)) if duration is None else duration)
+    v = _covariance(model, starts, share, np.ones(len(y)), (1.0, 0.0, 0.0))
     far = np.zeros(len(y), dtype=bool)
     sizes = (1.0, 0.0, 0.0)
     for _ in range(_ROUNDS + 1):
         theta = _gauss_newton(model, theta, y, v)
         residual = y - evaluate(model, theta).predicted
-        sizes = _moments(model, residual, starts, len(theta))
-        v = _covariance(model, starts, np.ones(len(y)), sizes)
+        sizes = _moments(model, residual, starts, len(theta), np.sqrt(share))
+        v = _covariance(model, starts, share, np.ones(len(y)), sizes)
         far = _outliers(residual, v)
-        v = _covariance(model, starts, np.where(far, 1e6, 1.0), sizes)
+        v = _covariance(model, starts, share, np.where(far, 1e6, 1.0), sizes)
     theta = _gauss_newton(model, theta, y, v)
     parts = evaluate(model, theta)
     J = linear_jacobian(model, theta, parts)
     return MomentFit(model, theta, parts, J, y - parts.predicted, v, *sizes, far)
+
+
+def _noise_share(duration: Array) -> Array:
+    """(n,) T̄/T, the variance of a record's white noise over that of a record of mean duration."""
+    known = np.where(duration > 0, duration, 0.0)
+    if not known.all():
+        return np.ones(len(duration))
+    return np.asarray(known.mean() / known)
 
 
 def linear_jacobian(model: ChannelModel, theta: Array, parts: Parts) -> Array:
@@ -110,9 +122,12 @@ def _gauss_newton(model: ChannelModel, theta: Array, y: Array, v: Covariance) ->
 
 
 def _moments(
-    model: ChannelModel, residual: Array, starts: NDArray[np.int64], coefficients: int
+    model: ChannelModel, residual: Array, starts: NDArray[np.int64], coefficients: int, root: Array
 ) -> tuple[float, float, float]:
-    """σ, τ and ρ from the spread within runs, of slow and fast rows, and between the means of runs."""
+    """σ, τ and ρ from the spread within runs, of slow and fast rows, and between the means of runs.
+
+    root: (n,) √(T̄/T) of every record
+    """
     sizes = np.diff(np.append(starts, len(residual)))
     means = np.add.reduceat(residual, starts) / sizes
     several = np.repeat(sizes > 1, sizes)
@@ -123,11 +138,13 @@ def _moments(
         within, several = residual, np.ones(len(residual), dtype=bool)
     size = np.abs(model.u)
     slow = several & (size < FAST[model.sensor])
-    white = _spread(within[slow] if slow.sum() > 10 else within[several])
+    calm = slow if slow.sum() > 10 else several
+    white = _spread(within[calm] / root[calm])
     fast = several & ~slow
     rate = 0.0
     if fast.sum() > 10 and slow.sum() > 10:
-        more = max(0.0, _spread(within[fast] / size[fast]) ** 2 - white**2 / np.median(size[fast]) ** 2)
+        noise = white * float(np.median(root[fast] / size[fast]))
+        more = max(0.0, _spread(within[fast] / size[fast]) ** 2 - noise**2)
         rate = float(np.sqrt(more))
     between = 0.0
     if len(starts) > 3 and (sizes > 1).any():
@@ -144,10 +161,14 @@ def _spread(x: Array) -> float:
 
 
 def _covariance(
-    model: ChannelModel, starts: NDArray[np.int64], inflate: Array, sizes: tuple[float, float, float]
+    model: ChannelModel,
+    starts: NDArray[np.int64],
+    share: Array,
+    inflate: Array,
+    sizes: tuple[float, float, float],
 ) -> Covariance:
     white, between, rate = sizes
-    diagonal = (white**2 + (rate * model.u) ** 2) * inflate
+    diagonal = (white**2 * share + (rate * model.u) ** 2) * inflate
     slopes = np.ones((1, len(inflate))) if between > 0 else np.empty((0, len(inflate)))
     effects = RandomEffects(starts, diagonal[None, :], slopes)
     return covariance(effects, np.array([1.0, between**2][: 1 + len(slopes)]))

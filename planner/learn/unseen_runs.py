@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.diagnosis import Split
 from planner.learn.temperature_nodes import temperature_nodes
 from planner.records import Array, Conditions
 from planner.units import STANDARD_GRAVITY_MPS2
@@ -21,14 +22,13 @@ TURN_K = 8.0  # kelvins that a temperature must come back before a branch ends
 class Folds:
     """fold: (n,) of every row, −1 for a row that stays in every fit; group: (n,) what a row belongs to.
 
-    by_run, branches: whether whole power-ons, or branches of the temperature, are held out; how: in words
+    split: whether whole power-ons, branches of the temperature or blocks of time are held out; how: in words
     """
 
     fold: NDArray[np.int64]
     group: NDArray[np.int64]
-    by_run: bool
+    split: Split
     how: str
-    branches: bool = False
 
 
 def folds_of(conditions: Conditions, starts: NDArray[np.int64]) -> Folds:
@@ -45,14 +45,14 @@ def folds_of(conditions: Conditions, starts: NDArray[np.int64]) -> Folds:
         what = "power-on" if alone == 1 else "power-ons"
         stay = f"; {alone} {what} without a repeat in every fit" if alone else ""
         count = int(of_run.max()) + 1
-        return Folds(of_run[run], run, True, f"{count} folds of whole power-ons held out{stay}")
+        return Folds(of_run[run], run, "runs", f"{count} folds of whole power-ons held out{stay}")
     branch = _branches(conditions.temperature_degc)
     if branch.max(initial=0) > 0:
         how = (
             f"too few power-ons to hold any out: {branch.max() + 1} branches of the temperature instead, "
             "each predicted from the others"
         )
-        return Folds(branch, branch, False, how, branches=True)
+        return Folds(branch, branch, "branches", how)
     return block_folds(n, "too few power-ons to hold any out")
 
 
@@ -63,7 +63,7 @@ def block_folds(rows: int, why: str) -> Folds:
         f"{why}: {FOLDS} folds of blocks of time instead, whose neighbours are in the fit, so these figures "
         "flatter"
     )
-    return Folds(blocks % FOLDS, blocks, False, how)
+    return Folds(blocks % FOLDS, blocks, "blocks", how)
 
 
 def cells_of(conditions: Conditions) -> NDArray[np.int64]:

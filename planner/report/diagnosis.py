@@ -13,7 +13,7 @@ from planner.report import diagnosis_figures as figures
 from planner.report import diagnosis_words as words
 from planner.report.blocks import Block, Items, Picture, Section, Text, section
 from planner.report.html import Fact
-from planner.report.numbers import digits, level, plain, quantity
+from planner.report.numbers import digits, level, plain
 from planner.report.page_template import page_template
 from planner.report.summary import rich_table
 from planner.report.terminal import room
@@ -55,16 +55,22 @@ def diagnosis_html(diagnosis: Diagnosis, table: DwellTable) -> str:
 
 
 def cost(c: NavigationCost) -> Cost:
-    """The headline of one requirement; the bar ends at the largest of limit and error."""
-    end = 1.05 * max(c.before, c.after, c.limit if c.limit > 0 else 0.0) or 1.0
-    before, after, limit = (quantity(x, c.unit, 3) for x in (c.before, c.after, c.limit))
+    """The headline of one requirement; the bar ends at the largest of limit and error.
+
+    An effect that the flight does not excite still costs what it has bent in the declared calibration.
+    """
+    bent = c.as_calibrated > c.before
+    before = c.as_calibrated if bent else c.before
+    when = "as the declared calibration leaves it" if bent else "if nobody compensates it"
+    end = 1.05 * max(before, c.after, c.limit if c.limit > 0 else 0.0) or 1.0
     return Cost(
-        f"{c.error.replace('_', ' ')}: {before} if nobody compensates it, {after} once it is",
-        f"of a limit of {limit}",
-        f"{100 * c.before / end:.2f}%",
+        f"{c.error.replace('_', ' ')}: {words.length(before, c)} {when}, "
+        f"{words.length(c.after, c)} once it is compensated",
+        f"of a limit of {words.length(c.limit, c)}",
+        f"{100 * before / end:.2f}%",
         f"{100 * c.after / end:.2f}%",
         f"{100 * c.limit / end:.2f}%",
-        c.before <= 0.1 * c.limit,
+        before <= 0.1 * c.limit,
     )
 
 
@@ -86,8 +92,8 @@ def sections(diagnosis: Diagnosis, table: DwellTable) -> tuple[Section, ...]:
     """The numbered parts of the page."""
     found = diagnosis.found
     every = (
-        section("found", "What was found", *_found(diagnosis)),
-        section("change", "Before and after, on runs the fit has not seen", *_change(diagnosis)),
+        section("found", "What was found", *_found(diagnosis, table)),
+        section("change", f"Before and after, {words.where_held_out(diagnosis)}", *_change(diagnosis)),
         section("residual", "What is left, against every variable", *_against(diagnosis, table)),
         section("flight", "What it means in flight", *_flight(diagnosis)),
         section(
@@ -99,7 +105,7 @@ def sections(diagnosis: Diagnosis, table: DwellTable) -> tuple[Section, ...]:
         section("assumptions", "What the spec assumes", words.assumptions_table(found)),
         section("limits", "What was looked for in vain", words.limits_table(found)),
         section("untestable", "What these data cannot show", words.untestable_table(found)),
-        section("basis", "How to read this", Items(BASIS)),
+        section("basis", "How to read this", Items(tuple(_basis(diagnosis)))),
     )
     return tuple(part for part in every if part is not None)
 
@@ -107,24 +113,35 @@ def sections(diagnosis: Diagnosis, table: DwellTable) -> tuple[Section, ...]:
 BASIS = (
     "The declared model is fitted with its products: a scale factor acts on the misaligned input.",
     "Every effect that the spec does not declare, and smooth or stepped alternatives without a physical "
-    "name, compete for what is left; p counts all of them together (sign flips of whole power-ons).",
+    "name, compete for what is left; p counts all of them together (sign flips of whole power-ons, or of "
+    "stretches of time where these are few).",
     "σ is the spread that replicates show for a record under its conditions: more at high rates.",
-    "Held out: whole power-ons that have a repeat among the others, from which the coefficients then come.",
     "Within a run: about the mean of each power-on, without the turn-on bias, which none removes.",
+    "Noise floor: the spread of records made alike, their pure error; no model of the unit leaves less.",
     "Metres are those of the linear error equations on the spec's trajectory; what varies without a name is "
     "not in them.",
 )
+HELD_OUT = (
+    "Held out: whole power-ons that have a repeat among the others, from which the coefficients then come."
+)
 
 
-def _found(diagnosis: Diagnosis) -> Iterator[Block | None]:
+def _basis(diagnosis: Diagnosis) -> Iterator[str]:
+    yield from BASIS
+    if any(r.split == "runs" for r in diagnosis.residual):
+        yield HELD_OUT
+
+
+def _found(diagnosis: Diagnosis, table: DwellTable) -> Iterator[Block | None]:
     found = diagnosis.found
     yield words.found_table(found.effects)
-    for u in found.unknown:
-        channels = ", ".join(map(words.short, u.channels))
-        yield Text(
-            f"Unnamed: on {channels} something varies with {words.varies_with(u.varies_with)} "
-            f"(p = {digits(u.p_value, 2)}, {digits(u.strength, 3)} σ) that no effect of the library explains."
-        )
+    for variable in dict.fromkeys(u.varies_with for u in found.unknown):
+        mine = [u for u in found.unknown if u.varies_with == variable]
+        what = words.varies_with(variable)
+        yield Text(f"Unnamed: something varies with {what} that no effect explains: {words.unnamed(mine)}.")
+        channels = [c for u in mine for c in u.channels]
+        svg = figures.unnamed_figure(variable, channels, found.evidence, table)
+        yield None if svg is None else Picture(svg, f"What is left against {what}, over its expected spread.")
     doubtful = [words.plain_name(e.effect) for e in found.effects if e.below_bench_uncertainty]
     if doubtful:
         yield Text(f"Below the bench's own uncertainty, so it may be the bench: {words.joined(doubtful)}.")
@@ -132,7 +149,8 @@ def _found(diagnosis: Diagnosis) -> Iterator[Block | None]:
         svg = figures.added_variable_figure(effect, found.effects, found.evidence)
         caption = (
             f"{words.plain_name(effect).capitalize()}: each dot is a record. Across: what the effect "
-            "adds to it; up: what was read; both after the declared model took what it can explain."
+            "adds to it; up: what was read; both after the declared model took what it can explain. Dark: "
+            "means with two standard errors, which lie on the line when the effect is the whole truth."
         )
         yield None if svg is None else Picture(svg, caption)
     if not found.effects and not found.unknown:
@@ -145,6 +163,12 @@ def _change(diagnosis: Diagnosis) -> Iterator[Block | None]:
     yield None if svg is None else Picture(svg, caption)
     yield words.residual_table(diagnosis)
     how = words.how_held_out(diagnosis)
+    unnamed = sorted({words.short(c) for u in diagnosis.found.unknown for c in u.channels})
+    if unnamed:
+        how = (
+            *how,
+            f"What has no name is in no model: on {words.joined(unnamed)} it is left after as before.",
+        )
     yield Items(how) if how else None
 
 

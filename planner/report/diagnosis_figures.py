@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 
 POINTS = 160  # dots a panel: every further one hides behind them, and the page stays small
 BINS = 12
+LEVELS = 24  # of a variable that is set, not swept: a table and a centrifuge have some twenty rates
+FAR_APART = 15.0
+STRETCH = 0.1  # of a variable's range
+LEAST_DOTS = 5  # whose mean and its error are worth drawing
 UNITS = {"gyro": "deg/s", "acc": "g", "accelerometer": "g"}
 _PANEL = 1.9
 _LINEAR = 4.0  # sigma
@@ -30,11 +34,17 @@ _LINEAR = 4.0  # sigma
 
 @dataclass(frozen=True)
 class Variable:
-    """Something that the residual may vary with: (n,) values in the unit of its label."""
+    """Something that the residual may vary with: (n,) values in the unit of its label.
+
+    key: the variable of an unnamed part that follows it; linear: up to here its scale is, and then
+        logarithmic: rates and loads go by factors (None: linear throughout)
+    """
 
     name: str
     label: str
     values: Array
+    key: str
+    linear: float | None = None
 
 
 def added_variable_figure(
@@ -66,6 +76,27 @@ def residual_figure(evidence: Evidence, table: DwellTable, changed: bool) -> str
     )
 
 
+def unnamed_figure(
+    varies_with: str, channels: Sequence[str], evidence: Sequence[Evidence], table: DwellTable
+) -> str | None:
+    """What is left of the channels once what was found is in the model, against the variable."""
+    shown = [
+        (e, v)
+        for e in evidence
+        if _same(e.channel, channels) and len(e.after) == len(table)
+        for v in variables_of(e.channel, table)
+        if v.key == varies_with
+    ]
+    if not shown:
+        return None
+    where = ", ".join(dict.fromkeys(short(e.channel) for e, _ in shown))
+    return theme.drawn(
+        f"unnamed-{varies_with}",
+        f"Residual of {where} against {plain_name(varies_with)}",
+        lambda: _draw_unnamed(shown),
+    )
+
+
 def change_figure(diagnosis: Diagnosis) -> str | None:
     """Residual of every channel before and after with intervals, beside the noise floor, within runs in σ."""
     if not diagnosis.residual:
@@ -81,15 +112,16 @@ def variables_of(channel: str, table: DwellTable) -> list[Variable]:
     """Every variable of the table that takes more than one value, in the units of the dwell table."""
     axis = "xyz".index(channel[-1])
     conditions = table.conditions()
-    rate = np.degrees(conditions.rate[:, axis])
+    rate = np.degrees(conditions.rate)
     every = [
-        Variable("temperature", "temperature, °C", table.temperature_degc),
-        Variable("rate of temperature", "dT/dt, K/min", table.temperature_rate * 60.0),
-        Variable("time since power-on", "time since power-on, s", table.time_on),
-        Variable("day", "day", table.day),
-        Variable("rate", f"rate about {channel[-1]}, deg/s", rate),
+        Variable("temperature", "temperature, °C", table.temperature_degc, "temperature"),
+        Variable("rate of temperature", "dT/dt, K/min", table.temperature_rate * 60.0, "temperature_rate"),
+        Variable("time since power-on", "time since power-on, s", table.time_on, "time_on"),
+        Variable("day", "day", table.day, "day"),
+        Variable("rate", f"rate about {channel[-1]}, deg/s", rate[:, axis], "rate", 5.0),
+        Variable("whole rate", "rate about any axis, deg/s", np.linalg.norm(rate, axis=1), "rate", 5.0),
         *(
-            Variable(f"specific force {a}", f"specific force {a}, g", from_si_array(f))
+            Variable(f"specific force {a}", f"specific force {a}, g", from_si_array(f), "specific_force", 1.0)
             for a, f in zip("xyz", conditions.specific_force.T, strict=True)
         ),
     ]
@@ -122,12 +154,17 @@ def _draw_added(effect: str, shown: Sequence[Evidence]) -> Figure:
 
 def _added(axes: Axes, evidence: Evidence, points: Array) -> None:
     unit = UNITS[evidence.channel.split("_")[0]]
+    points = points[np.isfinite(points).all(axis=1)]  # rows that were not judged have none
     x, y = (np.array([from_si(v, unit) for v in column]) for column in points.T)
     keep = _thinned(x, 4 * POINTS)
     axes.plot(x[keep], y[keep], "o", color=theme.BLUE, alpha=0.45, markersize=2.6, markeredgewidth=0)
     ends = np.array([x.min(), x.max()])
     slope = float(x @ y / (x @ x)) if float(x @ x) > 0 else 0.0
     axes.plot(ends, slope * ends, color=theme.RED, linewidth=1.4)
+    at, mean, error = _groups_of(x, y)
+    axes.errorbar(
+        at, mean, yerr=2.0 * error, fmt="o", color=theme.DARK, markersize=3.6, capsize=2, linewidth=1.0
+    )
     axes.axhline(0.0, color=theme.MUTED, linewidth=0.7)
     low, high = np.percentile(y, [0.5, 99.5])  # a spike of 40 sigma must not flatten the rest
     low, high = min(low, float((slope * ends).min())), max(high, float((slope * ends).max()))
@@ -140,6 +177,23 @@ def _added(axes: Axes, evidence: Evidence, points: Array) -> None:
 
 
 # ---------------------------------------------------------------- residual against variables
+
+
+def _draw_unnamed(shown: Sequence[tuple[Evidence, Variable]]) -> Figure:
+    columns = min(2, len(shown))
+    rows = -(-len(shown) // columns)
+    figure = theme.new_figure(2.4 * rows + 0.3)
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes, (evidence, variable) in zip(panels, shown, strict=False):
+        left = np.asarray(evidence.after / np.where(evidence.expected > 0, evidence.expected, np.nan))
+        _against(axes, variable, left, left, False)
+        reach = max(_LINEAR, 1.1 * _reach([variable], left, left))
+        axes.set_ylim(-reach, reach)
+        axes.set_title(short(evidence.channel))
+        axes.set_ylabel("residual, σ")
+    for axes in panels[len(shown) :]:
+        axes.set_visible(False)
+    return figure
 
 
 def _draw_residual(evidence: Evidence, variables: Sequence[Variable], changed: bool) -> Figure:
@@ -203,18 +257,29 @@ def _against(axes: Axes, variable: Variable, before: Array, after: Array, change
             x, mean, marker + "-", color=colour, linewidth=1.5, markersize=3.6, label=f"{label} (means: line)"
         )
     axes.set_xlabel(variable.label)
+    if variable.linear is not None and np.abs(variable.values).max() > 10.0 * variable.linear:
+        _by_factors(axes, variable)
+
+
+def _by_factors(axes: Axes, variable: Variable) -> None:
+    """Rates and loads from small to large on one axis."""
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+    size = float(np.abs(variable.values).max())
+    axes.set_xscale("symlog", linthresh=variable.linear, linscale=0.4)
+    some = [t for t in (1.0, 10.0, 100.0, 1e3, 1e4) if (variable.linear or 0.0) <= t <= size]
+    below = [-t for t in reversed(some)] if variable.values.min() < 0 else []
+    axes.xaxis.set_major_locator(FixedLocator([*below, 0.0, *some]))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: digits(value)))
 
 
 def _binned(x: Array, y: Array) -> tuple[Array, Array]:
     """Means of y over groups of like x: the values themselves when they are few, else equal shares."""
     good = np.isfinite(y)
     x, y = x[good], y[good]
-    step = max(float(np.ptp(x)) / 100.0, 1e-12) if len(x) else 1.0
-    near = np.round(x / step)
-    levels = np.unique(near)
-    if len(levels) <= BINS:
-        group = np.searchsorted(levels, near)
-    else:
+    group = _levels(x)
+    if group.max(initial=-1) >= LEVELS or _swept(x, group):
         edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, BINS + 1)))
         group = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(edges) - 2)
     count = np.bincount(group)
@@ -223,6 +288,34 @@ def _binned(x: Array, y: Array) -> tuple[Array, Array]:
         np.asarray((np.bincount(group, x) / np.maximum(count, 1))[some]),
         np.asarray((np.bincount(group, y) / np.maximum(count, 1))[some]),
     )
+
+
+def _levels(x: Array) -> NDArray[np.intp]:
+    """(n,) number of the level of each value: a level ends where the next is further off than its spread."""
+    order = np.argsort(x, kind="stable")
+    ordered = x[order]
+    gap = np.maximum(float(np.ptp(x)) / 400.0 if len(x) else 1.0, 0.03 * np.abs(ordered[1:]))
+    number = np.concatenate([[0], np.cumsum(np.diff(ordered) > np.maximum(gap, 1e-12))])[: len(x)]
+    out = np.empty(len(x), dtype=np.intp)
+    out[order] = number
+    return out
+
+
+def _swept(x: Array, group: NDArray[np.intp]) -> bool:
+    """Whether a level is no point but a stretch of the range: the variable goes through all its values."""
+    widths = [float(np.ptp(x[group == k])) for k in range(int(group.max(initial=-1)) + 1)]
+    return max(widths, default=0.0) > STRETCH * float(np.ptp(x))
+
+
+def _groups_of(x: Array, y: Array) -> tuple[Array, Array, Array]:
+    """Means of x and y, and the standard errors of y's, over groups of equal width in x with enough dots."""
+    edges = np.linspace(x.min(), x.max(), BINS + 1)
+    group = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, BINS - 1)
+    rows = [np.flatnonzero(group == k) for k in range(BINS)]
+    rows = [r for r in rows if len(r) >= LEAST_DOTS]
+    means = [(x[r].mean(), y[r].mean(), y[r].std(ddof=1) / np.sqrt(len(r))) for r in rows]
+    at, mean, error = np.array(means).reshape(-1, 3).T
+    return at, mean, error
 
 
 def _thinned(x: Array, most: int) -> NDArray[np.intp]:
@@ -262,8 +355,21 @@ def _draw_change(diagnosis: Diagnosis) -> Figure:
         )
         axes.set_xticks(at, [short(r.channel) for r in group])
         axes.set_xlim(-0.5, len(group) - 0.5)
-        axes.set_ylim(bottom=0.0)
+        _scale_of_change(axes, [x for r in group for x in (r.before, r.after)])
         axes.set_ylabel(f"residual, {group[0].unit}")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper left", ncols=3)
     return figure
+
+
+def _scale_of_change(axes: Axes, sizes: Sequence[float]) -> None:
+    """From zero; logarithmic where the smallest would lie on the axis beside the largest."""
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
+    known = [x for x in sizes if np.isfinite(x) and x > 0]
+    if not known or max(known) < FAR_APART * min(known):
+        axes.set_ylim(bottom=0.0)
+        return
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: digits(value)))
+    axes.yaxis.set_minor_formatter(NullFormatter())

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from planner.diagnosis import (
+    LEAST_P,
     Diagnosis,
     FoundEffect,
     FoundTerm,
@@ -13,11 +14,19 @@ from planner.diagnosis import (
     NextMeasurement,
     ResidualChange,
     UnitDiagnosis,
+    Unknown,
 )
 from planner.report.blocks import Column, Table
 from planner.report.numbers import NOTHING, SPACE, digits, display_unit, hours, in_unit, quantity
 
+MOST_DIGITS = 7
 MILLI_G = 0.1  # m/s²: smaller residuals are read more easily in mg
+HELD_OUT = {
+    "runs": "on power-ons that the fit has not seen",
+    "branches": "on branches of the temperature that the fit has not seen",
+    "blocks": "on blocks of time left out of the fit, which flatters",
+    "none": "on the rows that were fitted",
+}
 VARIABLES = {
     "temperature": "temperature",
     "temperature_rate": "rate of temperature",
@@ -48,7 +57,8 @@ def varies_with(name: str) -> str:
 def headline(found: UnitDiagnosis) -> str:
     """The verdict in a few words."""
     if found.verdict == "clean":
-        return "Nothing is missing"
+        looked, unseen = _looked_for(found)
+        return "Nothing is missing" + ("" if looked > unseen else ", as far as these data can tell")
     if found.verdict == "untestable":
         return "These data cannot tell"
     names = joined(list(dict.fromkeys(plain_name(e.effect) for e in found.effects)))
@@ -63,11 +73,9 @@ def sentence(found: UnitDiagnosis) -> str:
     for e in found.effects:
         on.setdefault(e.effect, []).extend(short(c) for c in e.channels)
     named = joined([f"{plain_name(effect)} ({', '.join(channels)})" for effect, channels in on.items()])
-    rest = joined(
-        [f"{varies_with(u.varies_with)} ({', '.join(map(short, u.channels))})" for u in found.unknown]
-    )
+    rest = joined([f"{name} ({', '.join(channels)})" for name, channels in _unnamed(found).items()])
     if found.verdict == "clean":
-        return "What the declared model leaves is noise; no effect and no other structure stands out."
+        return _clean(found)
     if found.verdict == "untestable":
         return "No channel has the readings and references that a test needs."
     if not found.effects:
@@ -79,7 +87,44 @@ def sentence(found: UnitDiagnosis) -> str:
     text = f"The declared model lacks {named}"
     if rest:
         return f"{text}; something that varies with {rest} is left and has no name."
-    return f"{text}; with it in the model what is left is noise."
+    return f"{text}; with it in the model nothing else stands out."
+
+
+def _unnamed(found: UnitDiagnosis) -> dict[str, list[str]]:
+    """Variable, in words -> the channels on which something without a name varies with it."""
+    on: dict[str, list[str]] = {}
+    for u in found.unknown:
+        on.setdefault(varies_with(u.varies_with), []).extend(map(short, u.channels))
+    return on
+
+
+def unnamed(parts: Sequence[Unknown]) -> str:
+    """Channels of what has no name with chance and strength: `gyro_x (p < 0.001, 29.3 σ)`."""
+    return joined(
+        [
+            f"{', '.join(map(short, u.channels))} (p {compared(u.p_value)}, {digits(u.strength, 3)}{SPACE}σ)"
+            for u in parts
+        ]
+    )
+
+
+def _looked_for(found: UnitDiagnosis) -> tuple[int, int]:
+    """How many undeclared effects the data can show on some channel, and how many on none."""
+    looked = {n.effect for n in found.not_found}
+    return len(looked), len({u.effect for u in found.untestable} - looked)
+
+
+def _clean(found: UnitDiagnosis) -> str:
+    looked, unseen = _looked_for(found)
+    effects = "1 undeclared effect" if looked == 1 else f"{looked} undeclared effects"
+    text = (
+        f"What the declared model leaves is noise: of the {effects} that these data can show none stands "
+        "out, nor does anything without a name"
+    )
+    sensors = {n.sensor for n in found.not_found}
+    if len(sensors) == 1:
+        text += f"; only the {next(iter(sensors))}s could be judged"
+    return f"{text}; {unseen} effects cannot be seen in them." if unseen else f"{text}."
 
 
 def joined(parts: Sequence[str]) -> str:
@@ -109,10 +154,10 @@ def _found_rows(effect: FoundEffect) -> list[tuple[str, ...]]:
         rows.append(
             (
                 plain_name(effect.effect) if first else "",
-                short(t.channel),
+                f"all {effect.sensor}s" if t.channel == "all" else short(t.channel),
                 t.name.replace("_", " "),
                 *_value(t),
-                digits(effect.p_value, 2) if first else "",
+                chance(effect.p_value) if first else "",
                 digits(effect.strength, 3) if first else "",
             )
         )
@@ -120,24 +165,43 @@ def _found_rows(effect: FoundEffect) -> list[tuple[str, ...]]:
 
 
 def _value(t: FoundTerm) -> tuple[str, str, str]:
-    low, value, high = (digits(in_unit(x, t.unit), 3) for x in (t.low, t.value, t.high))
-    return value, f"{low} … {high}", display_unit(t.unit)
+    """Value, interval and unit, with as many digits as the interval leaves meaning to."""
+    unit = t.unit if t.parameter else display_unit(t.unit)
+    low, value, high = (x if t.parameter else in_unit(x, t.unit) for x in (t.low, t.value, t.high))
+    size, half = max(abs(low), abs(value), abs(high)), (high - low) / 2.0
+    most = 3
+    if math.isfinite(size) and 0.0 < half < size:
+        most = min(MOST_DIGITS, max(most, 2 + math.floor(math.log10(size)) - math.floor(math.log10(half))))
+    return digits(value, most), f"{digits(low, most)} … {digits(high, most)}", unit
+
+
+def compared(p: float) -> str:
+    """`= 0.004` or `< 0.001`."""
+    return chance(p) if p < LEAST_P else f"= {chance(p)}"
+
+
+def chance(p: float) -> str:
+    """A family-wise p. The sign flips are a thousand, so that below one in a thousand it is extrapolated."""
+    return f"<{SPACE}{digits(LEAST_P)}" if p < LEAST_P else digits(p, 2)
 
 
 def residual_table(diagnosis: Diagnosis) -> Table | None:
     """Before and after of every channel."""
     if not diagnosis.residual:
         return None
-    titles = ("channel", "before (95 %)", "after (95 %)", "within a run", "noise floor", "in σ", "unit")
-    columns = tuple(Column(t, "text") for t in titles)
-    where = (
-        "on runs that the fit has not seen" if all(r.held_out for r in diagnosis.residual) else "see below"
-    )
+    first = ("channel", "before (95 %)", "after (95 %)", "noise floor")
+    columns = tuple(Column(t, "text") for t in (*first, "within a run", "its floor", "in σ", "unit"))
     return Table(
-        f"Residual, root mean square, {where}; in σ: within a run, 1 is noise alone",
+        f"Residual, root mean square, {where_held_out(diagnosis)}; in σ: within a run, 1 is noise alone",
         columns,
         tuple(_residual_row(r) for r in diagnosis.residual),
     )
+
+
+def where_held_out(diagnosis: Diagnosis) -> str:
+    """On which rows the residuals are, plainly; several ways where the channels differ."""
+    ways = dict.fromkeys(HELD_OUT[r.split] for r in diagnosis.residual)
+    return joined(list(ways)) if ways else HELD_OUT["runs"]
 
 
 def _residual_row(r: ResidualChange) -> tuple[str, ...]:
@@ -150,8 +214,9 @@ def _residual_row(r: ResidualChange) -> tuple[str, ...]:
         short(r.channel),
         f"{shown(r.before)} ({_interval(r.before_low, r.before_high, unit)})",
         f"{shown(r.after)} ({_interval(r.after_low, r.after_high, unit)})",
-        _arrow(shown(r.within_before), shown(r.within_after)),
         shown(r.noise_floor),
+        _arrow(shown(r.within_before), shown(r.within_after)),
+        shown(r.noise_floor_within),
         _arrow(digits(r.sigma_before, 3), digits(r.sigma_after, 3)),
         unit,
     )
@@ -189,12 +254,18 @@ def navigation_table(costs: Sequence[NavigationCost]) -> Table | None:
     rows = tuple(
         (
             c.error.replace("_", " "),
-            *(digits(in_unit(x, c.unit), 3) for x in (c.before, c.as_calibrated, c.after, c.limit)),
+            *(length(x, c, "") for x in (c.before, c.as_calibrated, c.after, c.limit)),
             c.unit,
         )
         for c in costs
     )
     return Table("Navigation error from what was found", columns, rows)
+
+
+def length(si: float, cost: NavigationCost, unit: str | None = None) -> str:
+    """An error of a requirement with its unit; what is a millionth of the limit is rounding, and 0."""
+    size = 0.0 if abs(si) < 1e-6 * abs(cost.limit) else si
+    return digits(in_unit(size, cost.unit), 3) if unit == "" else quantity(size, cost.unit, 3)
 
 
 def rivals_table(found: Sequence[FoundEffect]) -> Table | None:
@@ -259,10 +330,13 @@ def assumptions_table(found: UnitDiagnosis) -> Table | None:
     """What the spec assumes beside what the data say."""
     rows = []
     for a in found.assumptions:
+        if a.assumed is None and not math.isfinite(a.measured):
+            continue
         odd = a.assumed is not None and math.isfinite(a.low) and not a.low <= a.assumed <= a.high
         rows.append(
             (
                 a.error,
+                short(a.channel),
                 a.part.replace("_", " "),
                 NOTHING if a.assumed is None else quantity(a.assumed, a.unit, 3),
                 quantity(a.measured, a.unit, 3) if math.isfinite(a.measured) else "the data cannot tell",
@@ -270,7 +344,8 @@ def assumptions_table(found: UnitDiagnosis) -> Table | None:
                 "contradicted" if odd else "",
             )
         )
-    columns = tuple(Column(t, "text") for t in ("error", "part", "assumed", "measured", "95 % interval", ""))
+    titles = ("error", "channel", "part", "assumed", "measured", "95 % interval", "")
+    columns = tuple(Column(t, "text") for t in titles)
     return (
         Table("Spreads that the spec assumes, and what the data say", columns, tuple(rows)) if rows else None
     )

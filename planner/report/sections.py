@@ -83,10 +83,10 @@ def repeats(plan: Plan) -> Section | None:
         "repeats",
         "Why this number of repeats",
         Text(
-            "The mean of n power-ons is known to d = t·s/√n. s: spread from power-on to power-on; "
-            "t: quantile; d: the half-width that the budget leaves for the estimate. What sets n: the "
-            "accuracy asked for; the spec's least; a record shared with an error that needs more; or the "
-            "spec, fixed by hand."
+            "The mean of n power-ons is known to d = t·s/√n. s: spread of what one power-on measures, "
+            "from power-on to power-on and between its records; t: quantile; d: the half-width that the "
+            "budget leaves for the estimate. What sets n: the accuracy asked for; the spec's least; a record "
+            "shared with an error that needs more; or the spec, fixed by hand."
         )
         if plan.reasons
         else None,

@@ -77,7 +77,8 @@ def _row(sweep: Document, p: Document) -> tuple[str, ...]:
 
 def _why(p: Document) -> str:
     if p["status"] != "infeasible":
-        return f"not a spec: {' '.join(str(p.get('why', '')).split())}"[:120]
+        what = "no answer in time" if p["status"] == "stopped" else "not a spec"
+        return f"{what}: {' '.join(str(p.get('why', '')).split())}"[:120]
     binds = ", ".join(b["part"] for b in p.get("binds", [])[:2])
     return f"cannot be met: {binds} bind" if binds else "cannot be met"
 

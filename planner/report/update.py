@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import isfinite
 from typing import TYPE_CHECKING, Any, Protocol
 
-from planner.diagnosis import Diagnosis
+from planner.diagnosis import Diagnosis, NavigationCost
 from planner.records import Plan
 from planner.report.numbers import digits, hours, in_unit, plain
 
@@ -100,16 +101,23 @@ def _figures(plan: Plan | None) -> dict[str, Any] | None:
 def _rows(
     plans: Plans, diagnosis: Diagnosis
 ) -> Iterator[tuple[str, str, float | None, float | None, float | None]]:
-    """Per requirement: promised by the old plan, the same with what was found, promised by the new plan."""
+    """Per requirement: promised by the old plan, flown by it, promised by the new plan.
+
+    Flown: with what was found as the old calibration leaves it, its own coefficients bent by it included.
+    """
     some = plans.old or plans.new
     for i, r in enumerate(() if some is None else some.requirements):
         old = None if plans.old is None else in_unit(plans.old.requirements[i].achieved, r.unit)
         new = None if plans.new is None else in_unit(plans.new.requirements[i].achieved, r.unit)
-        cost = diagnosis.navigation[i].before if i < len(diagnosis.navigation) else 0.0
+        cost = _flown(diagnosis.navigation[i]) if i < len(diagnosis.navigation) else 0.0
         adds = "worst" in r.rule
         extra = in_unit(cost, r.unit)
         really = None if old is None else old + extra if adds else (old**2 + extra**2) ** 0.5
         yield r.error, r.unit, old, really, new
+
+
+def _flown(cost: NavigationCost) -> float:
+    return cost.as_calibrated if isfinite(cost.as_calibrated) else cost.before
 
 
 def print_update(change: Change, plans: Plans | None, diagnosis: Diagnosis, console: Console) -> None:
@@ -130,7 +138,7 @@ def _table(plans: Plans, diagnosis: Diagnosis) -> Table:
     table = Table(
         box=None, pad_edge=False, header_style="dim", title="Before and after", title_justify="left"
     )
-    for name in ("", "old spec", "with what was found", "new spec"):
+    for name in ("", "old plan, promised", "old plan, flown", "new plan, promised"):
         table.add_column(name, justify="left" if not name else "right")
     time = [None if p is None else p.time_s for p in (plans.old, plans.old, plans.new)]
     table.add_row("campaign, h", *("–" if t is None else plain(hours(t)) for t in time))

@@ -14,8 +14,8 @@ from planner import catalog
 from planner.calibration import ExtraTerm, Tables
 from planner.learn.apply_calibration import COLUMNS, correct_recording
 from planner.learn.column_map import ColumnMap
-from tests.learn.conftest import Command
 from tests.learn.recordings import HEADER, Array, G, save
+from tests.outcome import Run
 
 NODES = np.array([-20.0, 20.0, 60.0])
 
@@ -156,13 +156,13 @@ def document(gyro: Tables) -> dict[str, object]:
     }
 
 
-def test_the_command_corrects_a_recording(tmp_path, command: Command):
+def test_the_command_corrects_a_recording(tmp_path, run: Run):
     rate, force, t = world(8)
     gyro = tables(8, np.radians(1.0))
     y = np.degrees(measured(np.radians(rate), t, gyro))
     save(tmp_path / "a.csv", np.column_stack([np.arange(500) / 100, y, force, t]), fmt="%.17g")
     (tmp_path / "calibration.json").write_text(json.dumps(document(gyro)))
-    outcome = command("apply", "calibration.json", "a.csv", "-o", "out.csv", "--json")
+    outcome = run("apply", "calibration.json", "a.csv", "-o", "out.csv", "--json")
     assert outcome.code == 0, outcome.err
     assert outcome.json["rows"] == 500
     np.testing.assert_allclose(back(tmp_path / "out.csv")[:, 2:5], rate, atol=1e-9)
@@ -180,13 +180,13 @@ def test_the_command_corrects_a_recording(tmp_path, command: Command):
         (("calibration.json", "b.csv", "-o", "out.csv"), "say with --columns"),
     ],
 )
-def test_bad_input_is_refused_in_words(tmp_path, command: Command, arguments, said):
+def test_bad_input_is_refused_in_words(tmp_path, run: Run, arguments, said):
     rate, force, t = world(9, 50)
     save(tmp_path / "a.csv", np.column_stack([np.arange(50) / 100, rate, force, t]))
     save(tmp_path / "b.csv", rate, "p,q,r")
     (tmp_path / "calibration.json").write_text(json.dumps(document(tables(9, 0.01))))
     before = (tmp_path / "a.csv").read_bytes()
-    outcome = command("apply", *arguments)
+    outcome = run("apply", *arguments)
     assert outcome.code == 2
     assert said in outcome.err
     assert (tmp_path / "a.csv").read_bytes() == before

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from planner.errors import InputError
 from planner.learn.column_map import read_map
 from planner.learn.raw_to_dwells import reduce_recordings
-from tests.learn.conftest import Command
 from tests.learn.recordings import HEADER, Array, G, save, tumbled
+from tests.outcome import Run
 
 GOOD = tumbled(turns=(0, 1, 2, 0, 1)).readings(0.05, 0.002, 1)
 MAP = """\
@@ -70,35 +70,35 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("fault", REFUSED)
-def test_a_mix_up_is_refused_with_a_guess(tmp_path, command: Command, fault):
+def test_a_mix_up_is_refused_with_a_guess(tmp_path, run: Run, fault):
     change, said = REFUSED[fault]
     save(tmp_path / "a.csv", changed(change))
-    outcome = command("reduce", "a.csv", "-o", "data.csv")
+    outcome = run("reduce", "a.csv", "-o", "data.csv")
     assert outcome.code == 2
     assert re.search(said, outcome.err), outcome.err
     assert not (tmp_path / "data.csv").exists()
 
 
-def test_a_recording_without_a_fault_passes(tmp_path, command: Command):
+def test_a_recording_without_a_fault_passes(tmp_path, run: Run):
     """Else the refusals here would tell nothing."""
     save(tmp_path / "a.csv", GOOD)
     (tmp_path / "map.yaml").write_text(MAP)
-    assert command("reduce", "a.csv", "--columns", "map.yaml", "-o", "data.csv").code == 0
-    assert command("reduce", "a.csv", "-o", "data.csv").code == 0
+    assert run("reduce", "a.csv", "--columns", "map.yaml", "-o", "data.csv").code == 0
+    assert run("reduce", "a.csv", "-o", "data.csv").code == 0
 
 
-def test_degrees_named_radians_are_refused(tmp_path, command: Command):
+def test_degrees_named_radians_are_refused(tmp_path, run: Run):
     save(tmp_path / "a.csv", GOOD)
     (tmp_path / "map.yaml").write_text(MAP.replace("unit: deg/s", "unit: rad/s"))
-    outcome = command("reduce", "a.csv", "--columns", "map.yaml", "-o", "data.csv")
+    outcome = run("reduce", "a.csv", "--columns", "map.yaml", "-o", "data.csv")
     assert outcome.code == 2
     assert "deg/s named rad/s" in outcome.err
 
 
-def test_gravity_named_metres_is_refused(tmp_path, command: Command):
+def test_gravity_named_metres_is_refused(tmp_path, run: Run):
     save(tmp_path / "a.csv", GOOD)
     (tmp_path / "map.yaml").write_text(MAP.replace("unit: g}", "unit: m/s^2}"))
-    outcome = command("reduce", "a.csv", "--columns", "map.yaml", "-o", "data.csv")
+    outcome = run("reduce", "a.csv", "--columns", "map.yaml", "-o", "data.csv")
     assert outcome.code == 2
     assert "g named m/s^2" in outcome.err
 
@@ -107,7 +107,7 @@ def test_gravity_named_metres_is_refused(tmp_path, command: Command):
     ("columns", "said"),
     [([0, 2, 1], "axes swapped"), ([0, -1, 2], "sign turned"), ("m/s", "look like m/s")],
 )
-def test_references_show_what_the_turns_do_not(tmp_path, command: Command, columns, said):
+def test_references_show_what_the_turns_do_not(tmp_path, run: Run, columns, said):
     """Both sensors with the same wrong axes, or without turns in the record."""
     up = np.repeat(np.vstack([np.eye(3), -np.eye(3)]), 1200, axis=0)
     rng = np.random.default_rng(1)
@@ -116,7 +116,7 @@ def test_references_show_what_the_turns_do_not(tmp_path, command: Command, colum
     values = np.column_stack([time, acc, up])
     names = ",".join(["time_s", *(f"acc_{a}_g" for a in "xyz"), *(f"ref_acc_{a}_g" for a in "xyz")])
     save(tmp_path / "a.csv", values, names)
-    outcome = command("reduce", "a.csv", "-o", "data.csv")
+    outcome = run("reduce", "a.csv", "-o", "data.csv")
     assert outcome.code == 2
     assert said in outcome.err
 
@@ -206,10 +206,10 @@ def test_repeated_samples_are_told_without_a_clock(tmp_path):
     assert any("199 samples repeat the one before" in note for note in found.table.notes)
 
 
-def test_a_clock_that_was_set_back_is_refused(tmp_path, command: Command):
+def test_a_clock_that_was_set_back_is_refused(tmp_path, run: Run):
     values = changed(lambda v: v.__setitem__((slice(4000, None), 0), v[4000:, 0] - 15.0))
     save(tmp_path / "a.csv", values)
-    outcome = command("reduce", "a.csv", "-o", "data.csv")
+    outcome = run("reduce", "a.csv", "-o", "data.csv")
     assert outcome.code == 2
     assert "was the clock set" in outcome.err
 
@@ -236,7 +236,7 @@ def test_a_full_scale_of_the_map_is_watched(tmp_path):
 # ---------------------------------------------------------------- files, maps, options
 
 
-def test_every_other_bad_input_ends_with_code_2_and_a_sentence(tmp_path, command: Command):
+def test_every_other_bad_input_ends_with_code_2_and_a_sentence(tmp_path, run: Run):
     save(tmp_path / "good.csv", GOOD)
     save(tmp_path / "unnamed.csv", GOOD, "a,b,c,d,e,f,g,h")
     save(tmp_path / "moving.csv", changed(lambda v: v.__setitem__((slice(None), slice(1, 7)), jerk(len(v)))))
@@ -272,7 +272,7 @@ def test_every_other_bad_input_ends_with_code_2_and_a_sentence(tmp_path, command
         (("good.csv", "--plan", "absent.json"), "cannot read absent.json"),
         (("good.csv", "--latitude", "50"), "give the plan"),
     ]:
-        outcome = command("reduce", *arguments, "-o", "data.csv", "--json")
+        outcome = run("reduce", *arguments, "-o", "data.csv", "--json")
         assert outcome.code == 2, (arguments, outcome.err)
         assert re.search(said, outcome.err), (arguments, outcome.err)
         assert "Traceback" not in outcome.err
@@ -288,19 +288,19 @@ def jerk(rows: int) -> Array:
 
 
 @pytest.mark.parametrize("out", ["good.csv", "map.yaml", "data.txt2"])
-def test_no_input_is_overwritten(tmp_path, command: Command, out):
+def test_no_input_is_overwritten(tmp_path, run: Run, out):
     save(tmp_path / "good.csv", GOOD)
     (tmp_path / "map.yaml").write_text(MAP)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    outcome = command("reduce", "good.csv", "--columns", "map.yaml", "-o", out)
+    outcome = run("reduce", "good.csv", "--columns", "map.yaml", "-o", out)
     assert outcome.code == 2
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
-def test_one_recording_under_two_names_is_refused(tmp_path, command: Command):
+def test_one_recording_under_two_names_is_refused(tmp_path, run: Run):
     save(tmp_path / "a.csv", GOOD)
     save(tmp_path / "b.csv", GOOD)
-    outcome = command("reduce", "a.csv", "b.csv", "-o", "data.csv")
+    outcome = run("reduce", "a.csv", "b.csv", "-o", "data.csv")
     assert outcome.code == 2
     assert "b.csv holds the same samples as a.csv" in outcome.err
 

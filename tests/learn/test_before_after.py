@@ -103,7 +103,7 @@ def test_a_power_on_is_never_split_and_its_condition_stays_in_the_fit(seed, repe
     layout = replace(SMALL, static_repeats=repeats, rate_repeats=repeats, ramps=False, centrifuge=False)
     table, starts = by_run(campaign(seed, (), layout))
     folds = folds_of(table.conditions(), starts)
-    if not folds.by_run:
+    if folds.split != "runs":
         return
     cells = cells_of(table.conditions())
     for rows in np.split(folds.fold, starts[1:]):
@@ -117,7 +117,7 @@ def test_a_single_power_on_is_held_out_by_branches_of_its_temperature_and_says_s
     folds = folds_of(table.conditions(), starts)
     assert folds.fold.max() == 1
     assert "branches of the temperature" in folds.how
-    assert not folds.by_run
+    assert folds.split == "branches"
     for change in changes(sweep(up_and_down=True)).values():
         assert change.held_out
         assert "branches" in change.how
@@ -146,10 +146,13 @@ def sweep(up_and_down: bool) -> DwellTable:
     )
 
 
-def test_a_table_without_references_has_the_gyros_alone():
+@pytest.mark.parametrize(("rows", "sensors"), [(12, {"gyro"}), (None, {"gyro", "accelerometer"})])
+def test_accelerometers_without_a_reference_have_figures_where_many_rows_share_an_attitude(rows, sensors):
+    """Twelve rows in six attitudes are their own reference, so nothing is left to judge them by."""
     table = campaign(2, (), replace(SMALL, rate_temperatures=(), centrifuge=False))
-    found = changes(replace(table, ref_acc=None, ref_rate=None))
-    assert set(found) == {"gyro_x", "gyro_y", "gyro_z"}
+    some = rows_of(table, np.arange(len(table) if rows is None else rows))
+    found = changes(replace(some, ref_acc=None, ref_rate=None))
+    assert {name.split("_")[0] for name in found} == sensors
 
 
 def test_a_table_too_large_for_matrices_is_thinned_by_whole_power_ons_and_says_so(monkeypatch):

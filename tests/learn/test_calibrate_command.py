@@ -2,40 +2,30 @@
 
 from __future__ import annotations
 
-import io
 import json
-import sys
 from collections.abc import Callable
-from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from planner.cli import main
 from planner.learn.dwell_files import write_dwells
 from planner.learn.table_rows import rows_of
 from planner.measured import DwellTable
 from tests.learn import world
 from tests.learn.truths import LAYOUT
+from tests.outcome import Run
 from tests.specs import SHIPPED
 
 SPEC = str(SHIPPED / "small_uav.yaml")
 Spoil = Callable[[DwellTable], DwellTable]
 
 
-def run(data: Path, *more: str) -> tuple[int, str, str]:
-    """Exit code, stdout, stderr of the program itself."""
-    out, err = io.StringIO(), io.StringIO()
-    words = ["planner", "calibrate", str(data), "--spec", SPEC, "-o", str(data.parent / "out"), *more]
-    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
-        patch.setattr(sys, "argv", words)
-        try:
-            main()
-        except SystemExit as end:
-            return int(end.code or 0), out.getvalue(), err.getvalue()
-    return 0, out.getvalue(), err.getvalue()
+@pytest.fixture
+def calibrate(run: Run) -> Run:
+    """`planner calibrate` on a table, into the folder `out` beside it."""
+    return lambda data, *more: run("calibrate", data, "--spec", SPEC, "-o", data.parent / "out", *more)
 
 
 def written(folder: Path, spoil: Spoil = lambda t: t) -> Path:
@@ -44,10 +34,10 @@ def written(folder: Path, spoil: Spoil = lambda t: t) -> Path:
     return path
 
 
-def test_every_number_says_how_well_it_is_known(tmp_path: Path) -> None:
-    code, out, _ = run(written(tmp_path), "--json")
-    assert code == 0
-    document = json.loads(out)
+def test_every_number_says_how_well_it_is_known(calibrate: Run, tmp_path: Path) -> None:
+    done = calibrate(written(tmp_path), "--json")
+    assert done.code == 0
+    document = done.json
     for sensor in document["sensors"].values():
         for c in sensor["coefficients"]:
             assert c["ci95"][0] < c["value"] < c["ci95"][1]
@@ -58,7 +48,7 @@ def test_every_number_says_how_well_it_is_known(tmp_path: Path) -> None:
             assert r["after"] < r["before"] / 3.0
     again = (tmp_path / "out/calibration.json").read_bytes()
     figure = (tmp_path / "out/before_after.svg").read_bytes()
-    run(tmp_path / "data.csv")
+    calibrate(tmp_path / "data.csv")
     assert (tmp_path / "out/calibration.json").read_bytes() == again
     assert (tmp_path / "out/before_after.svg").read_bytes() == figure
     assert figure.startswith(b"<svg")
@@ -66,7 +56,7 @@ def test_every_number_says_how_well_it_is_known(tmp_path: Path) -> None:
     assert {"white", "white_density", "run_to_run"} <= kinds
 
 
-def test_several_units_have_a_folder_each(tmp_path: Path) -> None:
+def test_several_units_have_a_folder_each(calibrate: Run, tmp_path: Path) -> None:
     a = world.campaign(3, layout=LAYOUT)
     both = {
         name: np.concatenate([value, value if name != "unit" else np.full(len(a), "u/2")])
@@ -75,8 +65,7 @@ def test_several_units_have_a_folder_each(tmp_path: Path) -> None:
     }
     path = tmp_path / "data.csv"
     write_dwells(replace(a, **both), path)
-    code, _, _ = run(path)
-    assert code == 0
+    assert calibrate(path).code == 0
     assert (tmp_path / "out/u1/calibration.json").exists()
     assert (tmp_path / "out/u_2/calibration.h").exists()
 
@@ -94,10 +83,10 @@ def at_rest(t: DwellTable) -> DwellTable:
     ],
     ids=["one power-on", "no turns", "no reference rate"],
 )
-def test_what_the_data_cannot_tell_is_said(tmp_path: Path, spoil: Spoil, says: str) -> None:
-    code, out, err = run(written(tmp_path, spoil), "--json")
-    assert code == 0, err
-    document = json.loads(out)
+def test_what_the_data_cannot_tell_is_said(calibrate: Run, tmp_path: Path, spoil: Spoil, says: str) -> None:
+    done = calibrate(written(tmp_path, spoil), "--json")
+    assert done.code == 0, done.err
+    document = done.json
     notes = [*document["notes"], *(n for s in document["sensors"].values() for n in s["notes"])]
     assert any(says in note for note in notes), notes
     for sensor in document["sensors"].values():
@@ -121,12 +110,12 @@ def test_what_the_data_cannot_tell_is_said(tmp_path: Path, spoil: Spoil, says: s
     ],
     ids=["rad/s", "m/s2", "kelvin", "swapped", "sign", "time", "doubled", "one row", "stuck"],
 )  # fmt: skip
-def test_bad_tables_are_refused_in_words(tmp_path: Path, spoil: Spoil, says: str) -> None:
+def test_bad_tables_are_refused_in_words(calibrate: Run, tmp_path: Path, spoil: Spoil, says: str) -> None:
     import re
 
-    code, _, err = run(written(tmp_path, spoil))
-    assert code == 2
-    assert re.search(says, err), err
+    done = calibrate(written(tmp_path, spoil))
+    assert done.code == 2
+    assert re.search(says, done.err), done.err
     assert not (tmp_path / "out").exists()
 
 
@@ -141,30 +130,33 @@ def test_bad_tables_are_refused_in_words(tmp_path: Path, spoil: Spoil, says: str
     ],
     ids=["empty", "header", "nan", "column", "zeros"],
 )  # fmt: skip
-def test_bad_files_are_refused_in_words(tmp_path: Path, spoil: Callable[[str], str], says: str) -> None:
+def test_bad_files_are_refused_in_words(
+    calibrate: Run, tmp_path: Path, spoil: Callable[[str], str], says: str
+) -> None:
     import re
 
     path = written(tmp_path)
     path.write_text(spoil(path.read_text()))
-    code, _, err = run(path)
-    assert code == 2
-    assert re.search(says, err), err
+    done = calibrate(path)
+    assert done.code == 2
+    assert re.search(says, done.err), done.err
 
 
 @pytest.mark.parametrize("cut", [2, 40, 120])
-def test_a_torn_last_line_is_refused_or_left_out_and_said(tmp_path: Path, cut: int) -> None:
+def test_a_torn_last_line_is_refused_or_left_out_and_said(calibrate: Run, tmp_path: Path, cut: int) -> None:
     path = written(tmp_path)
     path.write_text(path.read_text()[:-cut])
-    code, _, err = run(path)
-    assert (code == 0 and "left out" in err) or (code == 2 and "cells where the table has" in err), err
+    done = calibrate(path)
+    left_out = done.code == 0 and "left out" in done.err
+    assert left_out or (done.code == 2 and "cells where the table has" in done.err), done.err
 
 
-def test_bad_options_are_refused(tmp_path: Path) -> None:
+def test_bad_options_are_refused(calibrate: Run, tmp_path: Path) -> None:
     path = written(tmp_path)
-    assert run(path, "--method", "cub")[0] == 2
-    assert run(path, "--robust", "very")[0] == 2
-    assert run(path, "--prior", str(tmp_path / "none"))[0] == 2
+    assert calibrate(path, "--method", "cub").code == 2
+    assert calibrate(path, "--robust", "very").code == 2
+    assert calibrate(path, "--prior", str(tmp_path / "none")).code == 2
     (tmp_path / "calibration.json").write_text('{"sensors": {"gyro": {"tables": {}}}}')
-    code, _, err = run(path, "--prior", str(tmp_path))
-    assert code == 2
-    assert "no calibration.json" in err
+    done = calibrate(path, "--prior", str(tmp_path))
+    assert done.code == 2
+    assert "no calibration.json" in done.err

@@ -12,8 +12,8 @@ from planner.learn.plan_records import records_of
 from planner.learn.plan_references import references_of
 from planner.physics.earth import EARTH_RATE_RADPS
 from planner.units import STANDARD_GRAVITY_MPS2 as G
-from tests.learn.conftest import Command
 from tests.learn.recordings import save
+from tests.outcome import Run
 
 
 def step(number: int, start: float, motion: dict[str, float], bench: str = "table") -> dict[str, object]:
@@ -79,12 +79,10 @@ def recording(rate_z: float = 50.0) -> np.ndarray:
     return np.column_stack([time, gyro, acc, np.full(8000, 20.0)])
 
 
-def test_the_command_names_steps_and_takes_references(tmp_path, command: Command):
+def test_the_command_names_steps_and_takes_references(tmp_path, run: Run):
     save(tmp_path / "a.csv", recording())
     (tmp_path / "plan.json").write_text(json.dumps(plan(FLAT, TURNING)))
-    outcome = command(
-        "reduce", "a.csv", "--plan", "plan.json", "--latitude", "50", "-o", "data.csv", "--json"
-    )
+    outcome = run("reduce", "a.csv", "--plan", "plan.json", "--latitude", "50", "-o", "data.csv", "--json")
     assert outcome.code == 0, outcome.err
     assert [row["step"] for row in outcome.json["rows"]] == [FLAT["id"], TURNING["id"]]
     header = (tmp_path / "data.csv").read_text().splitlines()
@@ -94,18 +92,18 @@ def test_the_command_names_steps_and_takes_references(tmp_path, command: Command
     assert float(row[names.index("ref_acc_z_g")]) == pytest.approx(1.0)
 
 
-def test_a_table_that_turned_the_other_way_is_refused(tmp_path, command: Command):
+def test_a_table_that_turned_the_other_way_is_refused(tmp_path, run: Run):
     save(tmp_path / "a.csv", recording(-50.0))
     (tmp_path / "plan.json").write_text(json.dumps(plan(FLAT, TURNING)))
-    outcome = command("reduce", "a.csv", "--plan", "plan.json", "--latitude", "50", "-o", "data.csv")
+    outcome = run("reduce", "a.csv", "--plan", "plan.json", "--latitude", "50", "-o", "data.csv")
     assert outcome.code == 2
     assert "sign turned" in outcome.err
 
 
-def test_without_latitude_there_are_no_references(tmp_path, command: Command):
+def test_without_latitude_there_are_no_references(tmp_path, run: Run):
     save(tmp_path / "a.csv", recording())
     (tmp_path / "plan.json").write_text(json.dumps(plan(FLAT, TURNING)))
-    outcome = command("reduce", "a.csv", "--plan", "plan.json", "-o", "data.csv", "--json")
+    outcome = run("reduce", "a.csv", "--plan", "plan.json", "-o", "data.csv", "--json")
     assert outcome.code == 0, outcome.err
     assert "ref_rate" not in (tmp_path / "data.csv").read_text()
     assert any("--latitude" in note for note in outcome.json["notes"])

@@ -16,8 +16,8 @@ from planner.learn.plan_records import PlannedRecord
 from planner.learn.raw_to_dwells import reduce_recordings
 from planner.learn.reduction import Reduction
 from planner.units import from_si
-from tests.learn.conftest import Command
 from tests.learn.recordings import ACC_BIAS, GYRO_BIAS, HEADER, Recorded, save, tumbled
+from tests.outcome import Run
 
 RECORDED = tumbled()
 # tactical to consumer: 0.002 … 0.5 deg/s and 0.1 … 20 mg in one sample at 200 Hz
@@ -305,9 +305,9 @@ def test_the_table_reads_back(tmp_path, suffix):
     assert set(table.notes) <= set(back.notes)
 
 
-def test_the_command_writes_the_table_and_the_account(tmp_path, command: Command):
+def test_the_command_writes_the_table_and_the_account(tmp_path, run: Run):
     save(tmp_path / "unit7.csv", RECORDED.readings(*NOISES[1], 1))
-    outcome = command("reduce", "unit7.csv", "-o", "data.csv", "--json")
+    outcome = run("reduce", "unit7.csv", "-o", "data.csv", "--json")
     assert outcome.code == 0, outcome.err
     assert outcome.json["written"] == ["data.csv", "data.account.json"]
     account = json.loads((tmp_path / "data.account.json").read_text())
@@ -320,32 +320,32 @@ def test_the_command_writes_the_table_and_the_account(tmp_path, command: Command
     assert len(table) == len(account["rows"]) == 6
 
 
-def test_the_same_recording_gives_the_same_bytes(tmp_path, command: Command):
+def test_the_same_recording_gives_the_same_bytes(tmp_path, run: Run):
     save(tmp_path / "unit7.csv", RECORDED.readings(*NOISES[1], 1))
     for name in ("a", "b"):
-        assert command("reduce", "unit7.csv", "-o", f"{name}.csv").code == 0
+        assert run("reduce", "unit7.csv", "-o", f"{name}.csv").code == 0
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
     assert (tmp_path / "a.account.json").read_bytes() == (tmp_path / "b.account.json").read_bytes()
 
 
-def test_the_recommended_record_is_a_line_that_the_spec_takes(tmp_path, command: Command):
+def test_the_recommended_record_is_a_line_that_the_spec_takes(tmp_path, run: Run):
     rng = np.random.default_rng(1)
     n = 120_000
     walk = np.cumsum(rng.normal(size=(n, 3)), axis=0) * 0.0005
     values = tumbled(turns=(), rest=600.0).readings(0.05, 0.002, 1)
     values[:, 1:4] += walk
     save(tmp_path / "a.csv", values)
-    outcome = command("reduce", "a.csv", "-o", "data.csv", "--json")
+    outcome = run("reduce", "a.csv", "-o", "data.csv", "--json")
     snippet = outcome.json["spec_snippet"]
     assert not outcome.json["record_is_lower_bound"]
-    assert command("init", "spec.yaml").code == 0
+    assert run("init", "spec.yaml").code == 0
     text = (tmp_path / "spec.yaml").read_text()
     line = next(
         line for line in text.splitlines() if "record:" in line and "#" not in line.split("record:")[0]
     )
     value = line.split("record:")[1].split(",")[0].split("}")[0].split("#")[0].strip()
     (tmp_path / "spec.yaml").write_text(text.replace(line, line.replace(f"record: {value}", snippet)))
-    checked = command("check", "spec.yaml")
+    checked = run("check", "spec.yaml")
     assert checked.code == 0, checked.err
     # white N = 0.05/sqrt(200), walk K = 0.0005·sqrt(200): the least lies at sqrt(3)·N/K = 0.87 s, under 10 s
     assert snippet == "record: 10 s"
@@ -353,9 +353,9 @@ def test_the_recommended_record_is_a_line_that_the_spec_takes(tmp_path, command:
     assert best == pytest.approx(np.sqrt(3) * 0.05 / 0.0005 / 200, rel=0.2)  # K is known to a tenth
 
 
-def test_display_units_of_the_account(tmp_path, command: Command):
+def test_display_units_of_the_account(tmp_path, run: Run):
     save(tmp_path / "a.csv", tumbled(turns=(), rest=60.0).readings(0.05, 0.002, 1))
-    outcome = command("reduce", "a.csv", "-o", "data.csv", "--json")
+    outcome = run("reduce", "a.csv", "-o", "data.csv", "--json")
     gyro = outcome.json["allan"][0]
     assert gyro["unit"] == "deg/s"
     assert gyro["deviation"][0] == pytest.approx(0.05, rel=0.05)  # σ(τ0) of white noise is its spread

@@ -12,8 +12,8 @@ from planner.learn.column_map import ColumnMap, read_map
 from planner.learn.dwell_files import read_dwells
 from planner.learn.raw_to_dwells import reduce_recordings
 from planner.units import STANDARD_GRAVITY_MPS2 as G
-from tests.learn.conftest import Command
 from tests.learn.test_reduce import samples_told
+from tests.outcome import Run
 
 DATA = Path(__file__).parents[2].parent / "shared/data"
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="the shared data are not here")
@@ -42,10 +42,10 @@ def map_of(tmp_path: Path, text: str) -> ColumnMap:
     return read_map(tmp_path / "map.yaml")
 
 
-def test_the_thermal_sweep_is_one_rest_cut_by_temperature(tmp_path, command: Command):
+def test_the_thermal_sweep_is_one_rest_cut_by_temperature(tmp_path, run: Run):
     map_of(tmp_path, THERMAL)
     raw = DATA / "thermal_sweep/imu_raw_data.csv"
-    outcome = command("reduce", raw, "--columns", "map.yaml", "-o", "data.csv", "--json")
+    outcome = run("reduce", raw, "--columns", "map.yaml", "-o", "data.csv", "--json")
     assert outcome.code == 0, outcome.err
     table = read_dwells(tmp_path / "data.csv")
     text = np.genfromtxt(raw, delimiter="\t", skip_header=1)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,27 +14,10 @@ from planner.learn.raw_to_dwells import reduce_recordings
 from planner.learn.recording import Recording
 from planner.learn.windows import halved, windows_of
 from planner.readers.packets import PACKET, crc8
+from tests.learn.measured_command import PACKET_MAP, measured
 from tests.learn.recordings import save, tumbled
 from tests.learn.test_apply import document, tables
 from tests.learn.test_reduce import samples_told
-
-MAP = """\
-unit: imu7
-rate: 1000 Hz
-gyro: {x: W1, y: W2, z: W3, unit: deg/s}
-acc: {x: A1, y: A2, z: A3, unit: g}
-temperature: {column: T1, unit: degC, scale: 0.01}
-"""
-MEASURED = """\
-import sys
-sys.argv = ["planner", *sys.argv[1:]]
-from planner.cli import main
-try:
-    main()
-except SystemExit as end:
-    assert not end.code, end.code
-print(next(line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM")))
-"""
 
 
 def stream(path: Path, seconds: int) -> Path:
@@ -56,17 +37,13 @@ def stream(path: Path, seconds: int) -> Path:
 
 
 def peak_kilobytes(folder: Path, *arguments: str) -> int:
-    """Of the process after exec; getrusage would count what it was forked from."""
     if not Path("/proc/self/status").exists():
         pytest.skip("the peak of a process is read from /proc")
-    done = subprocess.run(
-        [sys.executable, "-c", MEASURED, *arguments], cwd=folder, capture_output=True, text=True, check=True
-    )
-    return int(done.stdout.split()[-1])
+    return measured(folder, *arguments)[1]
 
 
 def test_memory_does_not_grow_with_the_file(tmp_path):
-    (tmp_path / "map.yaml").write_text(MAP)
+    (tmp_path / "map.yaml").write_text(PACKET_MAP)
     stream(tmp_path / "small.bin", 120)
     stream(tmp_path / "large.bin", 1200)  # 41 MB, as doubles in memory 100 MB
     tail = ("--columns", "map.yaml", "-o", "out.csv")
@@ -77,7 +54,7 @@ def test_memory_does_not_grow_with_the_file(tmp_path):
 
 
 def test_memory_of_apply_does_not_grow_with_the_file(tmp_path):
-    (tmp_path / "map.yaml").write_text(MAP)
+    (tmp_path / "map.yaml").write_text(PACKET_MAP)
     (tmp_path / "calibration.json").write_text(json.dumps(document(tables(1, np.radians(1.0)))))
     stream(tmp_path / "small.bin", 300)
     stream(tmp_path / "large.bin", 900)
@@ -125,7 +102,7 @@ def test_joined_windows_have_the_moments_of_all_samples(tmp_path, count):
 
 
 def test_a_damaged_stream_reduces_with_its_losses_told(tmp_path):
-    (tmp_path / "map.yaml").write_text(MAP)
+    (tmp_path / "map.yaml").write_text(PACKET_MAP)
     clean = reduce_recordings([stream(tmp_path / "a.bin", 60)], read_map(tmp_path / "map.yaml"))
     data = np.fromfile(tmp_path / "a.bin", np.uint8)
     hit = np.random.default_rng(1).choice(60_000, 300, replace=False)

@@ -58,6 +58,7 @@ def _spread(
         low=low,
         high=high,
         freedom=float(freedom),
+        channel=w.channel.name,
     )
 
 

@@ -126,17 +126,31 @@ def grid(effect: Effect, table: DwellTable) -> list[dict[str, float]]:
 def _values(name: str, effect: Effect, table: DwellTable) -> Array:
     if name == "day":
         return _between(table.day)
-    low = max(20.0, float(np.min(table.time_on, initial=np.inf)))
-    high = max(3.0 * float(np.max(table.time_on, initial=0.0)), 2.0 * low)
+    low, high = seen_time_constants(table)
     if not np.isfinite(low):
         return np.array([effect.nonlinear[name]])
     return np.geomspace(low, high, GRID)
 
 
+def seen_time_constants(table: DwellTable) -> tuple[float, float]:
+    """The time constants that the records can show, s: two records of a run feel the shortest."""
+    same = np.diff(table.run) == 0
+    gaps = np.diff(table.time_on)[same]
+    gap = float(np.median(gaps[gaps > 0])) if (gaps > 0).any() else 0.0
+    low = max(20.0, float(np.min(table.time_on, initial=np.inf)), gap / 2.0)
+    return low, max(3.0 * float(np.max(table.time_on, initial=0.0)), 2.0 * low)
+
+
 def _between(day: Array) -> Array:
     """Middles between the days of the table, thinned to 16."""
-    days = np.unique(np.round(day, 3))
-    middles = (days[1:] + days[:-1]) / 2.0
+    middles = middles_of_days(day)
     if len(middles) == 0:
-        return np.array([days[0]]) if len(days) else np.zeros(1)
-    return middles if len(middles) <= 16 else np.quantile(middles, np.linspace(0.0, 1.0, 16))
+        return day[:1] if len(day) else np.zeros(1)
+    kept = np.linspace(0, len(middles) - 1, min(len(middles), 16)).round().astype(int)
+    return np.asarray(middles[np.unique(kept)])
+
+
+def middles_of_days(day: Array) -> Array:
+    """(k,) every day of a step that the table's days can tell from others."""
+    days = np.unique(np.round(day, 3))
+    return np.asarray((days[1:] + days[:-1]) / 2.0)

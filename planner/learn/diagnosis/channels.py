@@ -16,6 +16,9 @@ import numpy as np
 
 from planner import catalog
 from planner.learn.channel_model import (
+    AXES,
+    EXCITING,
+    REACH_K,
     TABLES,
     ChannelModel,
     channel_model,
@@ -23,6 +26,7 @@ from planner.learn.channel_model import (
     jacobian,
     sensed,
 )
+from planner.learn.temperature_nodes import nodes_with_rows, temperature_nodes
 from planner.protocols import Sensor
 from planner.records import Array, Conditions
 from planner.solvers.least_squares import least_squares
@@ -37,6 +41,7 @@ class Channel:
     theta: (p,) of the fit of the declared effects and those of `found`, products and all
     y: (n,) reading; r: (n,) what the declared effects leave of it
     J: (n, q) columns of the declared effects, then the slopes of their tables at the nodes, which are free
+    most: (q,) the largest coefficient that a column can have: of a slope the steepest chord beside its node
     lean: (n,) 1 + κ, by which a candidate that leans the input is multiplied
     driven: the conditions with the misaligned input in place of the channel's own, for scale-factor effects
     """
@@ -49,13 +54,25 @@ class Channel:
     y: Array
     r: Array
     J: Array
+    most: Array
     lean: Array
     driven: Conditions
+
+    @property
+    def name(self) -> str:
+        """`gyro_x` …"""
+        return f"{self.sensor}_{AXES[self.axis]}"
 
     @property
     def u(self) -> Array:
         """(n,) true input along the channel."""
         return self.model.u
+
+    @property
+    def across(self) -> Array:
+        """(n,) size of the true input across the channel."""
+        both = np.delete(sensed(self.sensor, self.model.conditions), self.axis, axis=1)
+        return np.asarray(np.linalg.norm(both, axis=1))
 
 
 def channel(
@@ -65,9 +82,11 @@ def channel(
     y: Array,
     effects: tuple[str, ...],
     found: tuple[str, ...] = (),
+    free: Array | None = None,
 ) -> Channel:
     """One channel with the declared effects taken off.
 
+    free: (n, k) columns that may have any size, beside those of the declared effects
     found: effects that were found strong already. They are fitted along, so that their products with the
     declared ones are right, and their linear part is then given back: it stays what has to be explained.
     """
@@ -82,20 +101,22 @@ def channel(
         moved, left = np.abs(J @ step).max(initial=0.0), np.abs(y - parts.predicted).max(initial=0.0)
         if moved <= 1e-9 * max(left, 1e-300):
             break
-    return _at(model, found, theta, y)
+    return _at(model, found, theta, y, free)
 
 
-def at_rows(c: Channel, conditions: Conditions, y: Array) -> Channel:
+def at_rows(c: Channel, conditions: Conditions, y: Array, free: Array | None = None) -> Channel:
     """The channel's fit, read at other rows."""
-    return _at(replace(c.model, conditions=conditions), c.found, c.theta, y)
+    return _at(replace(c.model, conditions=conditions), c.found, c.theta, y, free)
 
 
-def _at(model: ChannelModel, found: tuple[str, ...], theta: Array, y: Array) -> Channel:
+def _at(model: ChannelModel, found: tuple[str, ...], theta: Array, y: Array, free: Array | None) -> Channel:
     parts = evaluate(model, theta)
     driven = sensed(model.sensor, model.conditions).copy()
     driven[:, model.channel] = parts.v
     name = "rate" if model.sensor == "gyro" else "specific_force"
     J, given_back = _declared(model, found, theta, jacobian(model, theta, parts))
+    slopes, most = _slopes(model, parts.v, theta)
+    free = np.empty((len(y), 0)) if free is None else free
     return Channel(
         sensor=model.sensor,
         axis=model.channel,
@@ -104,7 +125,8 @@ def _at(model: ChannelModel, found: tuple[str, ...], theta: Array, y: Array) -> 
         theta=theta,
         y=y,
         r=y - parts.predicted + given_back,
-        J=np.column_stack([J, _slopes(model, parts.v)]),
+        J=np.column_stack([J, slopes, free]),
+        most=np.concatenate([np.full(J.shape[1], np.inf), most, np.full(free.shape[1], np.inf)]),
         lean=1.0 + parts.kappa,
         driven=replace(model.conditions, **{name: driven}),
     )
@@ -127,19 +149,48 @@ def _declared(model: ChannelModel, found: tuple[str, ...], theta: Array, J: Arra
     return np.column_stack([J[:, kept], *sums]), J[:, extra] @ theta[extra]
 
 
-def _slopes(model: ChannelModel, v: Array) -> Array:
+def _slopes(model: ChannelModel, v: Array, theta: Array) -> tuple[Array, Array]:
     """(n, k) slope of each table at each node: a soaked chamber strays, and a chord is no tangent.
 
     Without them the reading's own slope at a node, 1e-5 g from 0.05 K, counts as something missing.
+    Also (k,) the steepest chord of the table beside the node; a table of one node may have any slope.
     """
     t = model.conditions.temperature_degc
-    found = [np.empty((len(t), 0))]
-    for nodes, driven in ((model.bias_nodes, np.ones(len(t))), (model.scale_nodes, v)):
+    found, most = [np.empty((len(t), 0))], [np.empty(0)]
+    tables = (("bias", model.bias_nodes, np.ones(len(t))), ("scale_factor", model.scale_nodes, v))
+    for name, nodes, driven in tables:
         if nodes is not None:
             nearest = np.argmin(np.abs(t[:, None] - nodes[None, :]), axis=1)
             near = nearest[:, None] == np.arange(len(nodes))[None, :]
             found.append(near * ((t - nodes[nearest]) * driven)[:, None])
-    return np.concatenate(found, axis=1)
+            most.append(_steepest(model, name, nodes, theta))
+    if model.scale_nodes is not None:
+        found.append(_untold(model, v, model.scale_nodes))
+        most.append(np.full(found[-1].shape[1], np.inf))
+    return np.concatenate(found, axis=1), np.concatenate(most)
+
+
+def _untold(model: ChannelModel, v: Array, told: Array) -> Array:
+    """(n, k) scale factor at temperatures where only other axes turned: no table says what it is there.
+
+    It acts on what leans in: at 500 deg/s about the next axis its error of 1e-5 is a lean over temperature.
+    """
+    t = model.conditions.temperature_degc
+    u = np.linalg.norm(sensed(model.sensor, model.conditions), axis=1)
+    nodes = nodes_with_rows(temperature_nodes(t), t[u > EXCITING[model.sensor]])
+    nearest = np.argmin(np.abs(t[:, None] - nodes[None, :]), axis=1)
+    off = np.abs(nodes[:, None] - told[None, :]).min(axis=1)
+    untold = np.flatnonzero(off > REACH_K)
+    return np.asarray((nearest[:, None] == untold[None, :]) * v[:, None])
+
+
+def _steepest(model: ChannelModel, name: str, nodes: Array, theta: Array) -> Array:
+    """(N,) the larger of the two chords at each node of a table, per kelvin."""
+    place = [i for i, c in enumerate(model.columns()) if c.effect == name and np.isfinite(c.node_degc)]
+    if len(nodes) < 2 or len(place) != len(nodes):
+        return np.full(len(nodes), np.inf)
+    chords = np.abs(np.diff(theta[place]) / np.diff(nodes))
+    return np.asarray(np.maximum(np.append(chords, 0.0), np.append(0.0, chords)))
 
 
 def columns(c: Channel, effect: str, nonlinear: dict[str, float] | None = None) -> Array:

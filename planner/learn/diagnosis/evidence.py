@@ -30,7 +30,8 @@ def _of(s: SensorFound, data: Prepared, c: Channel) -> Evidence:
     blocks = [b for b in s.found.library if c.axis in s.found.pool.blocks[b].columns]
     readings = data.full.gyro if s.sensor == "gyro" else data.full.acc
     assert readings is not None  # the sensor was searched
-    whole = at_rows(c, data.full.conditions(), readings[:, c.axis])
+    free = data.attitudes()[1] if s.sensor == "accelerometer" else None
+    whole = at_rows(c, data.full.conditions(), readings[:, c.axis], free)
     small = [s.found.pool.blocks[b].columns[c.axis] for b in blocks]
     full = [_columns(s, whole, b) for b in blocks]
     return Evidence(
@@ -70,6 +71,7 @@ def _expected(w: Whitened, whole: Channel, data: Prepared) -> Array:
     usual = np.where(data.table.duration > 0, data.table.duration, 1.0).mean()
     total = theta["white"] * usual / duration + theta.get("constant", 0.0)
     total = total + (theta.get("rate_noise", 0.0) + theta.get("run_to_run_scale_factor", 0.0)) * whole.u**2
+    total = total + theta.get("cross_noise", 0.0) * whole.across**2
     return np.asarray(np.sqrt(total + theta.get("run_to_run_bias", 0.0)))
 
 
@@ -92,5 +94,5 @@ def _added(s: SensorFound, w: Whitened, blocks: Sequence[int], data: Prepared) -
         basis = orthonormal(np.concatenate([np.empty((len(w.z), 0)), *others], axis=1), 1e-6)
         adds = clear(basis, parts[b][:, named] @ gamma)
         pair = np.column_stack([adds, adds + rest]) * w.noise.spread[:, None]
-        out[pool.blocks[b].name] = pair[data.where]
+        out[pool.blocks[b].name] = np.where(data.where[:, None] >= 0, pair[data.where], np.nan)
     return out

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from planner import catalog
 from planner.learn.diagnosis.pool import Pool, Score, delta, family_wise, given, null_of, score
 from planner.records import Array
 
-ALPHA = 0.005  # false claims per sensor: half of what is allowed a channel
+ALPHA = 0.01  # false claims per sensor, of three channels
 FEW = 60.0  # degrees of freedom, below which tails are longer than F's: ALPHA_FEW for those
-ALPHA_FEW = 0.003
+ALPHA_FEW = 0.007
+SINGLE = 1e-3  # p of one test at which an effect may stand for a generic alternative that is significant
+TIE = 0.1  # of the criterion, that is no difference
+GROUPS = ("bias", "scale_factor", "misalignment")  # the simplest first
+Key = tuple[str, tuple[int, ...]]
 Refine = Callable[[Pool, Sequence[int], int], tuple[Pool, int]]
 
 
@@ -19,17 +26,24 @@ class Question:
     """What is asked of a pool. library, generic: its blocks; signs: (flips, segments) of ±1
 
     refine: (pool, believed, block) -> pool with the block at its best nonlinear parameter, and its number
+    few_runs: the colour of the noise is then not known, and one long record's variables all go together
     """
 
     library: tuple[int, ...]
     generic: tuple[int, ...]
     signs: Array
     refine: Refine
+    few_runs: bool
 
     @property
     def every(self) -> tuple[int, ...]:
         """All blocks that are tested together."""
         return (*self.library, *self.generic)
+
+    @property
+    def least_p(self) -> float:
+        """The smallest p that is said: with few power-ons none beyond what the flips can tell."""
+        return 1.0 / (1.0 + len(self.signs)) if self.few_runs else float(np.finfo(float).tiny)
 
 
 @dataclass
@@ -37,6 +51,8 @@ class Found:
     """pool: with refined blocks at its end; library, unknown: blocks believed; p: block -> family-wise p
 
     misfit: generic blocks that are left beside a much stronger effect of the bench
+    aliased: library effects (their keys) that stand although an unknown of their channel could take them up
+    stood_for: library effects -> p of the generic alternative that was significant where they stand now
     """
 
     pool: Pool
@@ -44,6 +60,8 @@ class Found:
     unknown: list[int]
     p: dict[int, float] = field(default_factory=dict)
     misfit: set[int] = field(default_factory=set)
+    aliased: set[Key] = field(default_factory=set)
+    stood_for: dict[Key, float] = field(default_factory=dict)
 
     @property
     def all(self) -> list[int]:
@@ -59,8 +77,13 @@ class Found:
         return given(self.pool, self.others(*blocks))
 
     def share(self, block: int) -> Score:
-        """What a block explains beside everything else that is believed."""
-        return score(self.without(block), [block])
+        """What a block explains beside everything else that is believed, but not beside its alias."""
+        alias = on(self.pool, self.unknown, self.axes(block)) if self.stands(block) else []
+        return score(self.without(block, *alias), [block])
+
+    def stands(self, block: int) -> bool:
+        """Whether a library effect stands although an unknown of its channel could take it up."""
+        return self.pool.blocks[block].key in self.aliased
 
     def on(self, axes: set[int]) -> list[int]:
         """The library effects that are believed on some channels."""
@@ -76,7 +99,8 @@ class Found:
 
     def tried(self, library: Sequence[int]) -> Found:
         """The same with other library effects, to be kept or thrown away."""
-        return replace(self, library=list(library), unknown=list(self.unknown))
+        return replace(self, library=list(library), unknown=list(self.unknown), aliased=set(self.aliased),
+                       stood_for=dict(self.stood_for))  # fmt: skip
 
     def refine(self, question: Question) -> None:
         """Every nonlinear parameter at its best value, between the values of the grid."""
@@ -87,7 +111,9 @@ class Found:
     def drop_needless(self, null: Array) -> None:
         """Backward elimination: library effects that are not significant beside the others go."""
         for b in list(self.library):
-            if not significant(self.share(b), null):
+            s = self.share(b)
+            stands = self.pool.blocks[b].key in self.stood_for and s.log_p < np.log(SINGLE)
+            if not (stands or significant(s, null)):
                 self.library.remove(b)
 
 
@@ -101,7 +127,18 @@ def significant(s: Score, null: Array) -> bool:
     return bool(s.m and family_wise(s.log_p, null) <= (ALPHA if s.freedom > FEW else ALPHA_FEW))
 
 
-def keys(pool: Pool, blocks: Iterable[int]) -> set[tuple[str, tuple[int, ...]]]:
+def best_of(pool: Pool, scores: Mapping[int, float]) -> int:
+    """The best criterion; of those that are as good the simplest, a bias before what an input drives."""
+    most = max(scores.values()) - TIE
+    return min((b for b in scores if scores[b] >= most), key=lambda b: (_driven(pool, b), -scores[b]))
+
+
+def _driven(pool: Pool, block: int) -> int:
+    effect = catalog.effects().get(pool.blocks[block].name)
+    return 0 if effect is None else GROUPS.index(effect.group)
+
+
+def keys(pool: Pool, blocks: Iterable[int]) -> set[Key]:
     """Effect and channels of some blocks: the same for all values of a nonlinear parameter."""
     return {pool.blocks[b].key for b in blocks}
 

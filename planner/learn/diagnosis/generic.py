@@ -74,11 +74,19 @@ def _smooth(values: Array, least: float, most: int) -> list[Array]:
     for count in sorted({min(COARSE, most), min(FINE, most)}):
         if count < 2:
             continue
-        nodes = np.unique(np.quantile(different, np.linspace(0.0, 1.0, min(count, len(different)))))
+        nodes = np.quantile(different, np.linspace(0.0, 1.0, min(count, len(different))))
+        nodes = np.unique(np.clip(nodes, *_carried(values)))
         found.append(hats(values, nodes, 0.0)[:, 1:])
         if len(different) <= count:
             break
     return found
+
+
+def _carried(values: Array) -> tuple[float, float]:
+    """The ends that several rows carry: a node of one row alone would follow it wherever it lies."""
+    rows = np.sort(values)
+    k = min(A_NODE, len(rows)) - 1
+    return float(rows[k]), float(rows[-1 - k])
 
 
 def _time_on(c: Channel, table: DwellTable) -> list[Array]:
@@ -108,7 +116,7 @@ def _orientation(c: Channel, table: DwellTable) -> list[Array]:
 
 
 def _ways_up(c: Channel) -> Array:
-    """The six ways up, at one g; five contrasts."""
+    """The six ways up, at one g; one less where they are all there is, for the constant has their sum."""
     f = c.model.conditions.specific_force
     size = np.linalg.norm(f, axis=1)
     along = np.argmax(np.abs(f), axis=1)
@@ -116,7 +124,9 @@ def _ways_up(c: Channel) -> Array:
     rest = (size > _ONE_G[0]) & (size < _ONE_G[1])
     bins = [(rest & (along == j) & (up == s)).astype(float) for j in range(3) for s in (True, False)]
     kept = [b for b in bins if b.any()]
-    return np.array(kept[1:]).T if len(kept) > 1 else np.empty((len(f), 0))
+    if len(kept) < 2:
+        return np.empty((len(f), 0))
+    return np.array(kept[1:] if np.all(np.sum(kept, axis=0) == 1.0) else kept).T
 
 
 def _specific_force(c: Channel, table: DwellTable) -> list[Array]:

@@ -12,13 +12,25 @@ from itertools import combinations
 
 import numpy as np
 
-from planner.learn.diagnosis.found import Found, Question, free, keys, null_beside, on, significant
-from planner.learn.diagnosis.pool import Pool, delta, given, null_of, score
+from planner.learn.diagnosis.found import (
+    SINGLE,
+    Found,
+    Question,
+    best_of,
+    free,
+    keys,
+    null_beside,
+    on,
+    significant,
+)
+from planner.learn.diagnosis.pool import Pool, Score, delta, family_wise, given, null_of, score
 
-SINGLE = 1e-3  # p of one test at which an effect may stand for a generic alternative that is significant
 STAYS = 0.5  # share of its Δ that a library effect must keep beside an unknown
 # share of the unknown's Δ that it must have: bins follow no curve exactly, and their rest fits anything
 LEAST = 0.3
+MOST_OF_BOTH = 0.9  # of what library and generic explain together, from which the library is right
+CHAIN = 3  # library effects on one channel, from which one variable may be the simpler explanation
+ONE_VARIABLE = 0.95  # of what it and the library effects explain together, from which it is
 MISFIT = 0.03  # of the Δ of a bench's effect: its geometry is known roughly, less than that names no other
 
 
@@ -44,6 +56,37 @@ def _only_misfit(found: Found, generic: int, left: float) -> bool:
     return bool(bench) and left < MISFIT * max(found.share(b).delta for b in bench)
 
 
+def stands_beside(found: Found, b: int, s: Score) -> bool:
+    """Beside an unknown on its channel a library effect must keep most of what it explains alone."""
+    beside = on(found.pool, found.unknown, found.axes(b))
+    if not beside:
+        return True
+    alone = score(found.without(*beside), [b])
+    unnamed = max(found.size_of(u, found.axes(b)) for u in beside)
+    return bool(s.delta >= max(STAYS * alone.delta, LEAST * unnamed))
+
+
+def cut_chains(found: Found, question: Question) -> None:
+    """Many library effects on a channel where one variable explains as much are the bends of one curve.
+
+    A strong effect that the library does not have looks like one that it has, and its misfit like others.
+    """
+    for axis in found.pool.axes:
+        mine = found.on({axis})
+        unnamed = free(found.pool, on(found.pool, question.generic, {axis}), found.unknown)
+        if len(mine) < CHAIN or not unnamed:
+            continue
+        before = on(found.pool, found.unknown, {axis})
+        here = found.without(*mine, *before)
+        best = max(unnamed, key=lambda g: delta(here, [g]))
+        both = delta(here, [*mine, best])
+        if delta(here, [best]) >= ONE_VARIABLE * both:
+            found.unknown = [*(u for u in found.unknown if u not in before), best]
+            _only_what_counts(found, best, mine, both)
+            here = given(found.pool, found.all)
+            found.drop_needless(null_beside(here, found.all, question.every, question.signs))
+
+
 def explained(found: Found, lacking: Sequence[int], question: Question) -> None:
     """Take up what explains the strongest lack: one more library effect, two others, or an unknown."""
     if not (_named(found, lacking, question) or _pair(found, lacking, question)):
@@ -60,21 +103,30 @@ def _named(found: Found, lacking: Sequence[int], question: Question) -> bool:
     candidates = free(found.pool, on(found.pool, question.library, axes), found.all)
     scores = {b: score(here, [b]) for b in candidates}
     scores = {b: s for b, s in scores.items() if s.m and s.log_p < np.log(SINGLE)}
+    scores = {b: s for b, s in scores.items() if stands_beside(found, b, s)}
     if not scores:
         return False
-    best = max(scores, key=lambda b: scores[b].criterion)
+    best = best_of(found.pool, {b: s.criterion for b, s in scores.items()})
     if _unnamed_is_better(found, axes, [*found.on(axes), best], question):
         return False
     tried = found.tried([*found.library, best])
+    tried.stood_for[found.pool.blocks[best].key] = _p_beside(found, lacking[0], question)
     tried.refine(question)
     return _taken(found, tried, axes, question)
+
+
+def _p_beside(found: Found, generic: int, question: Question) -> float:
+    """Family-wise p of what is lacking beside everything believed."""
+    here = given(found.pool, found.all)
+    null = null_beside(here, found.all, question.every, question.signs)
+    return family_wise(score(here, [generic]).log_p, null)
 
 
 def _taken(found: Found, tried: Found, axes: set[int], question: Question) -> bool:
     """Whether what was tried leaves nothing generic on the channel; if so it is believed."""
     if on(tried.pool, lack_of_fit(tried, question), axes):
         return False
-    found.pool, found.library = tried.pool, tried.library
+    found.pool, found.library, found.stood_for = tried.pool, tried.library, tried.stood_for
     return True
 
 
@@ -96,7 +148,7 @@ def _pair(found: Found, lacking: Sequence[int], question: Question) -> bool:
     """Whether two library effects in place of what is believed on the channel leave nothing generic."""
     axes = found.axes(lacking[0])
     mine = found.on(axes)
-    if len(mine) > 2 or not mine:
+    if len(mine) > 2 or not mine or on(found.pool, found.unknown, axes):
         return False
     best = _best_pair(found, axes, question)
     if best is None or _unnamed_is_better(found, axes, best, question):
@@ -138,7 +190,24 @@ def _unknown(found: Found, lacking: Sequence[int], question: Question) -> None:
         found.unknown.append(max(lacking, key=lambda g: score(left, [g]).criterion))
         return
     found.unknown.append(best)
-    _only_what_stands(found, best, mine, question)
+    both = delta(here, [*mine, best])
+    if mine and question.few_runs and delta(here, mine) >= MOST_OF_BOTH * both:
+        _only_what_counts(found, best, mine, both)
+    else:
+        _only_what_stands(found, best, mine, question)
+
+
+def _only_what_counts(found: Found, unknown: int, mine: Sequence[int], both: float) -> None:
+    """Library effects that explain nearly all that the unknown does are aliased with it, and stand.
+
+    In one long record temperature, its rate and time all go together, and fine bins of time follow anything.
+    Only those that count go in: each has a share of its own beside the other library effects.
+    """
+    for b in sorted(mine, key=lambda i: delta(found.without(i, unknown), [i])):
+        if delta(found.without(b, unknown), [b]) >= LEAST * both:
+            found.aliased.add(found.pool.blocks[b].key)
+        else:
+            found.library.remove(b)
 
 
 def _only_what_stands(found: Found, unknown: int, mine: Sequence[int], question: Question) -> None:

@@ -26,6 +26,8 @@ NEEDS: Mapping[str, tuple[str, ...]] = {
     "temperature_rate": ("temp_rate_degc_min",),
 }
 
+IMPOSSIBLE = "what looks like it is more than the Earth turns"
+
 
 def limits(
     s: SensorFound, data: Prepared, declared: tuple[str, ...]
@@ -38,7 +40,7 @@ def limits(
     for name, effect in catalog.effects().items():
         if name in declared or name in known or s.sensor not in effect.sensors:
             continue
-        why = _missing(name, data)
+        why = IMPOSSIBLE if name in s.impossible else _missing(name, data)
         most = 0.0 if why else _upper(here, name, effect)
         if most > 0.0 and np.isfinite(most):
             not_found.append(NotFound(name, s.sensor, most, effect.units[s.sensor]))

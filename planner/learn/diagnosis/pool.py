@@ -256,10 +256,13 @@ def _log_p_of_many(values: Array, m: int, freedom: float, s2: float) -> Array:
 
 
 def family_wise(found: float, null: Array) -> float:
-    """p over the whole family: by rank among the flips, beyond them by the number of tests they amount to."""
-    beyond = int(np.sum(null <= found))
-    if beyond > 0:
-        return (1.0 + beyond) / (1.0 + len(null))
+    """p over the whole family: by rank among the flips, and by the number of tests that they amount to.
+
+    The larger of both: flips keep the residual's square and so have lighter tails than F with few degrees of
+    freedom, and beyond the flips there is no rank.
+    """
     median = float(np.exp(np.median(null)))
     tests = np.log(0.5) / np.log1p(-min(max(median, 1e-300), 0.999))
-    return float(min(1.0 / (1.0 + len(null)), max(tests, 1.0) * np.exp(max(found, -700.0))))
+    by_number = min(1.0, max(tests, 1.0) * float(np.exp(max(found, -700.0))))
+    beyond = int(np.sum(null <= found))
+    return float(by_number if beyond == 0 else max(by_number, (1.0 + beyond) / (1.0 + len(null))))

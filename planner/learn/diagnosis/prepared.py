@@ -16,14 +16,18 @@ from planner.units import STANDARD_GRAVITY_MPS2
 
 MOST_ROWS = 30_000  # more tell no other verdict, they are averaged in place
 ONE_WAY_UP = 0.9995  # cosine, 2 deg: rows whose accelerometers agree to that have one attitude
+LEAST_OF_MANY = 60  # power-ons that stay when not all are judged
+FINE = 0.9  # distinct values of a channel a distinct row, from which equal readings are copies
+ONE_G = 0.05  # share of g within which a mean reading at rest is gravity alone
 FEW_WAYS = 10  # rows a way, below which the accelerometers cannot be their own reference
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """table: rows run by run; starts: (g,) first row of every run; where: which row each of the full table is
+    """table: rows run by run; starts: (g,) first row of every run; where: (N,) row of each full row or −1
 
     full: the table as it came, with references; sensors: those that can be judged; notes: sentences
+    attitude: (N,) number of each full row's attitude when the accelerometers are their own reference
     """
 
     table: DwellTable
@@ -32,93 +36,133 @@ class Prepared:
     where: NDArray[np.int64]
     sensors: tuple[str, ...]
     notes: tuple[str, ...]
+    attitude: NDArray[np.int64] | None = None
+
+    def attitudes(self) -> tuple[Array, Array]:
+        """(n, k) and (N, k) indicators of the attitudes, whose means are unseen; k = 0 with a reference."""
+        if self.attitude is None:
+            return np.empty((len(self.table), 0)), np.empty((len(self.full), 0))
+        mine = np.zeros(len(self.table), dtype=np.int64)
+        mine[self.where[self.where >= 0]] = self.attitude[self.where >= 0]
+        every = np.eye(self.attitude.max() + 1)
+        return every[mine], every[self.attitude]
 
 
 def prepared(table: DwellTable) -> Prepared:
     """What the diagnosis works on. Raises InputError when nothing can be made of the accelerometers."""
-    full, sensors, notes = _referenced(table)
+    full, sensors, notes, attitude = _referenced(table)
     kept, again = _once(full)
     if len(kept) < len(full):
         notes.append(f"{len(full) - len(kept)} rows are the same as others and count once")
-    once = rows_of(full, kept)
-    order = np.lexsort((once.time_on, once.run))
-    ordered, starts = by_run(once)
-    where = np.argsort(order)[again]
-    block = _blocks(ordered, starts)
-    if block.max(initial=0) + 1 < len(ordered):
-        notes.append(f"{len(ordered)} rows averaged to {block.max() + 1} of neighbours under one condition")
-        ordered, starts = by_run(_averaged(ordered, block))
-        where = block[where]
-    return Prepared(ordered, starts, full, where, sensors, tuple(notes))
+    table, where = rows_of(full, kept), again
+    block = _blocks(table)
+    if block.max(initial=0) + 1 < len(table):
+        notes.append(f"{len(table)} rows averaged to {block.max() + 1} of one condition in a run each")
+        table, where = _averaged(table, block), block[where]
+    chosen = _some_runs(table)
+    if len(chosen) < len(table):
+        runs = len(np.unique(table.run[chosen])), len(np.unique(table.run))
+        notes.append(
+            f"{runs[0]} of {runs[1]} power-ons are judged, evenly chosen; more tell no other verdict"
+        )
+        place = np.full(len(table), -1)
+        place[chosen] = np.arange(len(chosen))
+        table, where = rows_of(table, chosen), place[where]
+    order = np.lexsort((table.time_on, table.run))
+    ordered, starts = by_run(table)
+    where = np.where(where >= 0, np.argsort(order)[where], -1)
+    return Prepared(ordered, starts, full, where, sensors, tuple(notes), attitude)
 
 
-def _referenced(table: DwellTable) -> tuple[DwellTable, tuple[str, ...], list[str]]:
+def _referenced(
+    table: DwellTable,
+) -> tuple[DwellTable, tuple[str, ...], list[str], NDArray[np.int64] | None]:
     notes: list[str] = []
     sensors = [s for s, y in (("gyro", table.gyro), ("accelerometer", table.acc)) if y is not None]
     if table.ref_acc is not None or table.acc is None:
         full = with_references(table)
         if full.ref_acc is None and "accelerometer" in sensors:
             sensors.remove("accelerometer")
-        return full, tuple(sensors), notes
+        return full, tuple(sensors), notes, None
     way = _ways_up(table.acc)
     if way.max() + 1 <= len(table) / FEW_WAYS:
         notes.append(
             f"no ref_acc: each of the {way.max() + 1} attitudes is taken as constant, |f| = g along the mean "
             "reading; what is common to all rows of an attitude cannot be seen"
         )
-        return (
-            with_references(replace(table, ref_acc=_mean_directions(table.acc, way))),
-            tuple(sensors),
-            notes,
-        )
+        full = with_references(replace(table, ref_acc=_mean_directions(table.acc, way)))
+        return full, tuple(sensors), notes, way
     notes.append("no ref_acc: the calibrated accelerometers are the reference and cannot be judged by it")
     sensors.remove("accelerometer")
-    return with_references(table), tuple(sensors), notes
+    return with_references(table), tuple(sensors), notes, None
 
 
 def _ways_up(acc: Array) -> NDArray[np.int64]:
-    """(n,) number of the attitude: rows whose readings have one direction."""
-    direction = acc / np.maximum(np.linalg.norm(acc, axis=1, keepdims=True), 1e-300)
+    """(n,) number of the attitude: rows whose readings have one direction, and one size on a centrifuge."""
+    size = np.maximum(np.linalg.norm(acc, axis=1), 1e-300)
+    direction = acc / size[:, None]
     way = np.full(len(acc), -1, dtype=np.int64)
     count = 0
     while (way < 0).any() and count <= len(acc) / FEW_WAYS:
         first = int(np.argmax(way < 0))
-        way[(way < 0) & (direction @ direction[first] > ONE_WAY_UP)] = count
+        alike = np.abs(size / size[first] - 1.0) < ONE_G
+        way[(way < 0) & alike & (direction @ direction[first] > ONE_WAY_UP)] = count
         count += 1
     way[way < 0] = np.arange(count, count + int((way < 0).sum()))
     return way
 
 
 def _mean_directions(acc: Array, way: NDArray[np.int64]) -> Array:
-    sums = np.array([np.bincount(way, acc[:, k]) for k in range(3)]).T
-    unit = sums / np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-300)
-    return np.asarray(STANDARD_GRAVITY_MPS2 * unit[way])
+    """(n, 3) mean reading of each attitude, of size g where it is near; a centrifuge's stays as it reads."""
+    means = np.array([np.bincount(way, acc[:, k]) for k in range(3)]).T / np.bincount(way)[:, None]
+    size = np.maximum(np.linalg.norm(means, axis=1), 1e-300)
+    near = np.abs(size / STANDARD_GRAVITY_MPS2 - 1.0) < ONE_G
+    return np.asarray((means * np.where(near, STANDARD_GRAVITY_MPS2 / size, 1.0)[:, None])[way])
 
 
 def _once(table: DwellTable) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows that are not the same as an earlier one in run, time and readings; which of them each row is."""
-    parts = [table.run, table.time_on]
-    parts += [y[:, k] for y in (table.gyro, table.acc) if y is not None for k in range(3)]
-    _, first, again = np.unique(np.column_stack(parts), axis=0, return_index=True, return_inverse=True)
+    """Rows whose readings are not those of an earlier one; which of them each row is.
+
+    Coarse readings of many rows are the same by chance: there run and time must be the same too.
+    """
+    readings = np.column_stack([y for y in (table.gyro, table.acc) if y is not None])
+    rows = np.column_stack([readings, table.temperature_degc])
+    _, first, again = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    if max(len(np.unique(y)) for y in readings.T) < FINE * len(first):
+        rows = np.column_stack([rows, table.run, table.time_on])
+        _, first, again = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     kept = np.sort(first)
     return kept, np.argsort(np.argsort(first))[again.ravel()]
 
 
-def _blocks(table: DwellTable, starts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(n,) block of every row: neighbours in one run that share their references to a part in a thousand."""
+def _blocks(table: DwellTable) -> NDArray[np.int64]:
+    """(n,) block of every row: neighbours in time among the rows of one run with one reference, to 1e-3."""
     if len(table) <= MOST_ROWS:
         return np.arange(len(table))
     size = -(-len(table) // MOST_ROWS)
-    changed = np.zeros(len(table), dtype=bool)
-    changed[starts] = True
-    for reference in (table.ref_rate, table.ref_acc):
-        if reference is not None:
-            level = np.round(reference / (1e-3 * max(float(np.abs(reference).max()), 1e-9)))
-            changed[1:] |= np.any(np.diff(level, axis=0) != 0, axis=1)
-    segment = np.cumsum(changed) - 1
-    within = np.arange(len(table)) - np.flatnonzero(changed)[segment]
-    new = changed | (within % size == 0)
-    return np.asarray(np.cumsum(new) - 1)
+    levels = [
+        np.round(reference / (1e-3 * max(float(np.abs(reference).max()), 1e-9)))
+        for reference in (table.ref_rate, table.ref_acc)
+        if reference is not None
+    ]
+    condition = np.unique(np.column_stack([table.run, *levels]), axis=0, return_inverse=True)[1].ravel()
+    order = np.lexsort((table.time_on, condition))
+    first = np.flatnonzero(np.diff(condition[order], prepend=-1))
+    rank = np.arange(len(table)) - np.repeat(first, np.diff(np.append(first, len(table))))
+    new = rank % size == 0
+    block = np.empty(len(table), dtype=np.int64)
+    block[order] = np.cumsum(new) - 1
+    return block
+
+
+def _some_runs(table: DwellTable) -> NDArray[np.int64]:
+    """Rows of evenly chosen power-ons, about MOST_ROWS; of all where they are no more or too few runs."""
+    runs = np.unique(table.run)
+    keep = max(LEAST_OF_MANY, int(len(runs) * MOST_ROWS / len(table)))
+    if len(table) <= 1.5 * MOST_ROWS or keep >= len(runs):
+        return np.arange(len(table))
+    chosen = runs[np.unique(np.linspace(0, len(runs) - 1, keep).round().astype(int))]
+    return np.flatnonzero(np.isin(table.run, chosen))
 
 
 def _averaged(table: DwellTable, block: NDArray[np.int64]) -> DwellTable:

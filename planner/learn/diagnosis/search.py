@@ -8,11 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from planner.learn.diagnosis.found import Found, Question, free, keys, null_beside, on, significant
-from planner.learn.diagnosis.lack_of_fit import LEAST, STAYS, explained, lack_of_fit
-from planner.learn.diagnosis.pool import Pool, Score, family_wise, given, null_of, score
+from planner.learn.diagnosis.found import (
+    TIE,
+    Found,
+    Key,
+    Question,
+    best_of,
+    free,
+    keys,
+    null_beside,
+    significant,
+)
+from planner.learn.diagnosis.lack_of_fit import cut_chains, explained, lack_of_fit, stands_beside
+from planner.learn.diagnosis.pool import Pool, family_wise, given, score
 
 MOST = 8  # effects a sensor; a unit that lacks more has another problem
 ROUNDS = 6  # of search and lack of fit
@@ -23,6 +31,7 @@ def search(pool: Pool, question: Question) -> Found:
     found = Found(pool, [], [])
     for _ in range(ROUNDS):
         _forward(found, question)
+        cut_chains(found, question)
         lacking = lack_of_fit(found, question)
         if not lacking:
             break
@@ -42,10 +51,10 @@ def _forward(found: Found, question: Question) -> None:
         null = null_beside(here, found.all, question.every, question.signs)
         scores = {b: score(here, [b]) for b in free(found.pool, question.library, found.all)}
         good = {b: s for b, s in scores.items() if significant(s, null)}
-        good = {b: s for b, s in good.items() if _stands_beside(found, b, s)}
+        good = {b: s for b, s in good.items() if stands_beside(found, b, s)}
         if not good:
             return
-        found.library.append(max(good, key=lambda b: good[b].criterion))
+        found.library.append(best_of(found.pool, {b: s.criterion for b, s in good.items()}))
         found.refine(question)
         _swap(found, question.library)
         found.refine(question)
@@ -55,19 +64,9 @@ def _forward(found: Found, question: Question) -> None:
         seen.add(_state(found))
 
 
-def _state(found: Found) -> frozenset[tuple[str, tuple[int, ...]]]:
+def _state(found: Found) -> frozenset[Key]:
     """What is believed, whatever the nonlinear parameters: a search that returns to it goes in circles."""
     return frozenset(keys(found.pool, found.library))
-
-
-def _stands_beside(found: Found, b: int, s: Score) -> bool:
-    """Beside an unknown on its channel a library effect must keep most of what it explains alone."""
-    beside = on(found.pool, found.unknown, found.axes(b))
-    if not beside:
-        return True
-    alone = score(found.without(*beside), [b])
-    unnamed = max(found.size_of(u, found.axes(b)) for u in beside)
-    return bool(s.delta >= max(STAYS * alone.delta, LEAST * unnamed))
 
 
 def _swap(found: Found, library: Sequence[int]) -> None:
@@ -75,11 +74,13 @@ def _swap(found: Found, library: Sequence[int]) -> None:
     for _ in range(3):
         changed = False
         for i, b in enumerate(found.library):
+            if found.stands(b):
+                continue
             others = [*found.library[:i], *found.library[i + 1 :], *found.unknown]
             here = given(found.pool, others)
             rivals = {c: score(here, [c]).criterion for c in [*free(found.pool, library, others), b]}
-            best = max(rivals, key=lambda c: rivals[c])
-            if rivals[best] > rivals[b] + 1e-6:
+            best = best_of(found.pool, rivals)
+            if rivals[best] > rivals[b] + TIE:
                 found.library[i], changed = best, True
         if not changed:
             return
@@ -89,16 +90,20 @@ def _swap(found: Found, library: Sequence[int]) -> None:
 
 
 def _needless(found: Found, question: Question) -> None:
-    """An unknown that a library effect, found later, explains away is none."""
+    """An unknown that a library effect, found later, explains away is none; nor an effect beside others."""
     for b in list(found.unknown):
         here = found.without(b)
         null = null_beside(here, found.others(b), question.every, question.signs)
         if not significant(score(here, [b]), null):
             found.unknown.remove(b)
+    here = given(found.pool, found.all)
+    found.drop_needless(null_beside(here, found.all, question.every, question.signs))
 
 
 def _judge(found: Found, question: Question) -> None:
-    """Family-wise p of everything believed, each beside the others, under the null of the bare model."""
-    null = null_of(found.pool, question.every, question.signs)
+    """Family-wise p of everything believed, each beside the others, among all that was not believed."""
+    here = given(found.pool, found.all)
+    null = null_beside(here, found.all, question.every, question.signs)
     for b in found.all:
-        found.p[b] = max(family_wise(found.share(b).log_p, null), float(np.finfo(float).tiny))
+        own = family_wise(found.share(b).log_p, null)
+        found.p[b] = max(min(own, found.stood_for.get(found.pool.blocks[b].key, 1.0)), question.least_p)

@@ -3,32 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.learn.channel_model import EXCITING
 from planner.learn.diagnosis.candidates import (
     Block,
-    effect_blocks,
     generic_blocks,
     library_blocks,
+    middles_of_days,
+    seen_time_constants,
 )
 from planner.learn.diagnosis.channels import Channel, channel
+from planner.learn.diagnosis.estimates import estimates
 from planner.learn.diagnosis.found import Found, Question
-from planner.learn.diagnosis.noise import LEAST_RUNS, channel_noise
-from planner.learn.diagnosis.pool import Pool, extended, given, pool_of, score
+from planner.learn.diagnosis.noise import LEAST_RUNS, Readings, triad_noise
+from planner.learn.diagnosis.nonlinear import Values, refined
+from planner.learn.diagnosis.outliers import outliers
+from planner.learn.diagnosis.pool import Pool, pool_of
 from planner.learn.diagnosis.prepared import Prepared
 from planner.learn.diagnosis.search import search
 from planner.learn.diagnosis.whitened import Whitened, whitened
+from planner.physics.earth import EARTH_RATE_RADPS
 from planner.protocols import Sensor
 from planner.records import Array
-from planner.solvers.least_squares import least_squares
 
 FLIPS = 999
-FAR = 8.0  # sigma, beyond which a row is no reading of this campaign
-MOST_FAR = 0.02  # share of the rows; more are a structure, not accidents
 STRONG = 60.0  # sigma; products are about 1 % of an effect
 AGAIN = 2
 MOST_SHARE = 0.4  # columns a row when the noise is judged
@@ -40,34 +41,45 @@ _OUT = 1e-4  # weight of a row that is far off: 40 sigma then count as 0.4
 
 @dataclass(frozen=True)
 class SensorFound:
-    """What was found on one sensor, with what it rests on. far: axis -> (n,) rows that were left out."""
+    """What was found on one sensor, with what it rests on.
+
+    channels: those that move at all; far: axis -> (n,) rows that were left out
+    impossible: candidates that would have explained something by more than nature has of it
+    """
 
     sensor: Sensor
     channels: tuple[Channel, ...]
     found: Found
     far: dict[int, NDArray[np.bool_]]
     cuts: NDArray[np.int64]
-
-    def sensed(self, c: Channel) -> Array:
-        """(n, 3) true input of the triad on the prepared rows."""
-        conditions = c.model.conditions
-        return conditions.rate if self.sensor == "gyro" else conditions.specific_force
+    impossible: tuple[str, ...] = ()
 
 
 def diagnose_sensor(data: Prepared, sensor: Sensor, declared: tuple[str, ...], seed: int) -> SensorFound:
-    """Search one sensor of a prepared table; again where what was found is so strong that products count."""
+    """Search one sensor of a prepared table; again where what was found is so strong that products count,
+
+    and again without what cannot be.
+    """
     from threadpoolctl import threadpool_limits
 
     strong: tuple[str, ...] = ()
+    impossible: tuple[str, ...] = ()
     with threadpool_limits(limits=1, user_api="blas"):  # small matrices: threads cost more than they give
-        s = _searched(data, sensor, declared, strong, seed)
+        s = _searched(data, sensor, declared, strong, impossible, seed)
         for _ in range(AGAIN):
-            now = _strong(s.found)
-            if set(now) <= set(strong):
+            now, cannot = _strong(s.found), _impossible(s.found)
+            if set(now) <= set(strong) and not cannot:
                 break
-            strong = tuple(dict.fromkeys((*strong, *now)))
-            s = _searched(data, sensor, declared, strong, seed)
-    return s
+            impossible = (*impossible, *cannot)
+            strong = tuple(n for n in dict.fromkeys((*strong, *now)) if n not in impossible)
+            s = _searched(data, sensor, declared, strong, impossible, seed)
+    return replace(s, impossible=impossible)
+
+
+def _impossible(found: Found) -> list[str]:
+    """Earth's rate where more than the Earth turns would be needed, beyond the interval."""
+    sizes = [e for e in estimates(found.pool, found.all) if found.pool.blocks[e.block].name == "earth_rate"]
+    return ["earth_rate"] if any(abs(e.value) - e.half > EARTH_RATE_RADPS for e in sizes) else []
 
 
 def _strong(found: Found) -> list[str]:
@@ -81,30 +93,45 @@ def _strong(found: Found) -> list[str]:
 
 
 def _searched(
-    data: Prepared, sensor: Sensor, declared: tuple[str, ...], strong: tuple[str, ...], seed: int
+    data: Prepared,
+    sensor: Sensor,
+    declared: tuple[str, ...],
+    strong: tuple[str, ...],
+    impossible: tuple[str, ...],
+    seed: int,
 ) -> SensorFound:
     table = data.table
     readings = table.gyro if sensor == "gyro" else table.acc
     assert readings is not None  # the caller asks for sensors that are there
     conditions = table.conditions()
-    mine = tuple(channel(sensor, a, conditions, readings[:, a], declared, strong) for a in range(3))
-    blocks = [*library_blocks(mine, table, declared, sensor), *generic_blocks(mine, table, sensor)]
-    state, far = {}, {}
+    alive = [a for a in range(3) if np.ptp(readings[:, a]) > 0]  # a dead channel has no noise to judge by
+    free = data.attitudes()[0] if sensor == "accelerometer" else None
+    mine = tuple(channel(sensor, a, conditions, readings[:, a], declared, strong, free) for a in alive)
+    library = library_blocks(mine, table, (*declared, *impossible), sensor)
+    blocks = [*library, *generic_blocks(mine, table, sensor)]
+    nothing = np.empty((len(table), 0))
+    triad, far = [], {}
     for c in mine:
-        rich = np.column_stack([np.empty((len(c.r), 0)), *_rich(blocks, c.axis, len(c.r), len(data.starts))])
-        far[c.axis] = outliers(c, np.column_stack([rich[:, :0], *_coarse(blocks, c.axis)]), data.starts)
+        rich = np.column_stack([nothing, *_rich(blocks, c.axis, len(c.r), len(data.starts))])
+        far[c.axis] = outliers(c, np.column_stack([nothing, *_coarse(blocks, c.axis)]), data.starts)
         weights = np.where(far[c.axis], _OUT, 1.0)
-        state[c.axis] = whitened(c, channel_noise(c, data.starts, table.duration, rich, weights), rich)
+        triad.append(Readings(c, data.starts, table.duration, rich, weights))
+    state = {
+        r.channel.axis: whitened(r.channel, noise, r.rich)
+        for r, noise in zip(triad, triad_noise(triad), strict=True)
+    }
     cuts = segments(state, data.starts)
     pool = pool_of(state, blocks, cuts)
     signs = np.random.default_rng([seed, 17]).choice([-1.0, 1.0], size=(FLIPS, len(cuts)))
 
-    def refine(p: Pool, believed: Sequence[int], b: int) -> tuple[Pool, int]:
-        return refined(p, believed, b, mine, cuts)
+    values = Values(seen_time_constants(table), middles_of_days(table.day))
 
-    library = tuple(i for i, b in enumerate(blocks) if not b.generic)
-    generic = tuple(i for i, b in enumerate(blocks) if b.generic)
-    found = search(pool, Question(library, generic, signs, refine))
+    def refine(p: Pool, believed: Sequence[int], b: int) -> tuple[Pool, int]:
+        return refined(p, believed, b, mine, cuts, values)
+
+    named, unnamed = range(len(library)), range(len(library), len(blocks))
+    question = Question(tuple(named), tuple(unnamed), signs, refine, len(data.starts) < LEAST_RUNS)
+    found = search(pool, question)
     return SensorFound(sensor, mine, found, far, cuts)
 
 
@@ -138,58 +165,6 @@ def _rich(blocks: Sequence[Block], axis: int, rows: int, runs: int) -> list[Arra
     return [b.columns[axis] for b in (*kept, *thin)]
 
 
-# ---------------------------------------------------------------- rows far off
-
-
-def outliers(c: Channel, rich: Array, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """(n,) rows that lie far off even where every candidate may bend; none when they are too many."""
-    columns = np.column_stack([c.J, rich])
-    far = np.zeros(len(c.r), dtype=bool)
-    if len(c.r) < 20:
-        return far
-    for _ in range(4):
-        seen = ~far
-        share, coefficients = _fit(columns[seen], c.r[seen])
-        if seen.sum() - share.sum() < seen.sum() / 4.0:
-            columns = c.J
-            share, coefficients = _fit(columns[seen], c.r[seen])
-        left = c.r - columns @ coefficients
-        left[seen] /= np.sqrt(1.0 - np.minimum(share, 0.97))
-        now = _far(left, c, starts)
-        if np.array_equal(now, far):
-            break
-        far = now
-    return far if far.mean() <= MOST_FAR else np.zeros(len(far), dtype=bool)
-
-
-def _fit(columns: Array, r: Array) -> tuple[Array, Array]:
-    """(n,) leverage and the coefficients, least where the rows do not determine them."""
-    coefficients, found = least_squares(columns, r, 1e-7)
-    return np.einsum("nk,nk->n", found.basis, found.basis), coefficients
-
-
-def _far(left: Array, c: Channel, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Beyond FAR robust sigma about the middle of the run; sigma grows with the input as the rows do."""
-    sizes = np.diff(np.append(starts, len(left)))
-    middle = np.array([np.median(part) for part in np.split(left, starts[1:])])
-    about = np.where(np.repeat(sizes > 2, sizes), left - np.repeat(middle, sizes), left)
-    size = np.abs(c.u)
-    slow = size < 1.5 * EXCITING[c.sensor]
-    rest = about[slow] if slow.sum() >= 20 else about
-    spread = 1.4826 * float(np.median(np.abs(rest)))
-    fast = ~slow & (size > 0)
-    share = 1.4826 * float(np.median(np.abs(about[fast]) / size[fast])) if fast.sum() >= 10 else 0.0
-    return np.asarray(np.abs(about) > FAR * np.maximum(np.hypot(spread, share * size), _least(c)))
-
-
-def _least(c: Channel) -> float:
-    """What a reading cannot be finer than: the step of its numbers, or rounding."""
-    steps = np.diff(np.unique(c.y))
-    step = float(np.min(steps[steps > 0], initial=np.inf))
-    coarse = step if np.isfinite(step) and len(steps) < len(c.y) / 2 else 0.0
-    return float(max(coarse / np.sqrt(12.0), 1e-12 * np.abs(c.y).max(initial=0.0)))
-
-
 # ---------------------------------------------------------------- segments that change sign together
 
 
@@ -217,55 +192,3 @@ def _correlation_rows(calm: Array) -> int:
         if float(calm[:-lag] @ calm[lag:]) < 0.2 * power:
             return lag
     return n // 10
-
-
-# ---------------------------------------------------------------- nonlinear parameters
-
-
-def refined(
-    pool: Pool, believed: Sequence[int], b: int, channels: Sequence[Channel], cuts: NDArray[np.int64]
-) -> tuple[Pool, int]:
-    """The block at the best value of its parameter between the neighbours of the grid (variable projection).
-
-    A step's day is known to lie between two days of the table and stays at their middle.
-    """
-    from scipy.optimize import minimize_scalar
-
-    block = pool.blocks[b]
-    ((name, value),) = block.nonlinear.items()
-    if name == "day":
-        return pool, b
-    here = given(pool, [i for i in believed if i != b])
-    others = [i for i in believed if i != b]
-    near = 1.9  # the grid's ratio is smaller
-
-    def missing(log: float) -> float:
-        one = pool_of(pool.state, [_at(block, name, float(np.exp(log)), channels)], cuts)
-        return -_gain(pool, others, one)
-
-    best = minimize_scalar(missing, bounds=(np.log(value / near), np.log(value * near)), method="bounded",
-                           options={"xatol": 1e-3})  # fmt: skip
-    if -best.fun <= score(here, [b]).delta + 1e-9:
-        return pool, b
-    return extended(pool, _at(block, name, float(np.exp(best.x)), channels), cuts), len(pool.blocks)
-
-
-def _at(block: Block, name: str, value: float, channels: Sequence[Channel]) -> Block:
-    mine = [c for c in channels if c.axis in block.columns]
-    (found,) = [x for x in effect_blocks(mine, block.name, {name: value}) if x.key == block.key]
-    return found
-
-
-def _gain(pool: Pool, others: Sequence[int], one: Pool) -> float:
-    """Δ of a block of another pool beside some blocks of this one."""
-    k = pool.columns(others)
-    cross = np.zeros((len(k), len(one.h)))
-    for axis, C in one.parts.items():
-        place = {int(g): i for i, g in enumerate(pool.axes[axis])}
-        for row, column in enumerate(k):
-            if int(column) in place:
-                cross[row, one.axes[axis]] += pool.parts[axis][:, place[int(column)]] @ C
-    inverse = np.linalg.pinv(pool.gram[np.ix_(k, k)], rcond=1e-8, hermitian=True)
-    h = one.h - cross.T @ inverse @ pool.h[k]
-    gram = one.gram - cross.T @ inverse @ cross
-    return float(h @ np.linalg.pinv(gram, rcond=1e-8, hermitian=True) @ h)

@@ -11,6 +11,7 @@ from planner.learn.diagnosis.channels import Channel
 from planner.learn.diagnosis.noise import ChannelNoise
 from planner.records import Array
 
+SMALL = 0.5  # sigma, that a slope can amount to in all rows, below which it takes no degree of freedom
 SEEN = 1e-5  # of a column's whitened length that must be left beside the declared model
 
 
@@ -29,14 +30,15 @@ class Whitened:
 
     @property
     def mean_square(self) -> float:
-        """Of the calm residual: 1 when the noise model is right."""
+        """Of the calm residual: 1 when the noise model is right, more when it is too small."""
         return float(np.mean(self.calm**2))
 
 
 def whitened(c: Channel, noise: ChannelNoise, rich: Array) -> Whitened:
     """The channel with its declared model taken off after whitening; rich: (n, k) all candidates' columns."""
     white = noise.whiten(np.column_stack([c.r, c.J, noise.fixed_runs]))
-    Q = orthonormal(white[:, 1:])
+    least = SMALL / np.append(np.maximum(c.most, 1e-300), np.full(noise.fixed_runs.shape[1], np.inf))
+    Q = orthonormal(white[:, 1:][:, np.linalg.norm(white[:, 1:], axis=0) >= least])
     z = clear(Q, white[:, 0])
     R = np.column_stack([Q, orthonormal(clear(Q, noise.whiten(rich)), 1e-6)])
     if len(z) - R.shape[1] < len(z) / 4.0:
@@ -45,7 +47,9 @@ def whitened(c: Channel, noise: ChannelNoise, rich: Array) -> Whitened:
     taken = min(_between_rank(R, noise.starts), g - 1.0)
     between = max(1.0, g - taken)
     within = max(1.0, (n - g) - (R.shape[1] - taken))
-    return Whitened(c, noise, Q, z, _full_size(clear(R, z), noise.starts, between, within))
+    calm = _full_size(clear(R, z), noise.starts, between, within)
+    less = float(np.mean(calm**2))  # than the noise model says is chance: no reason to believe more
+    return Whitened(c, noise, Q, z, calm / np.sqrt(less) if 0.0 < less < 1.0 else calm)
 
 
 def _full_size(left: Array, starts: NDArray[np.int64], between: float, within: float) -> Array:
