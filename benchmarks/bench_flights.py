@@ -1,8 +1,8 @@
 """Flights of a verification: nonlinear flights a second against python-ins in a loop, campaigns on two cores.
 
-Run as `python benchmarks/bench_flights.py [FLIGHTS]`. Asserted before any time: python-ins finds the same
-errors for the same corrected readings to 0.1 % of the largest; every number of workers finds the same to the
-last bit. Numba's compilation is not counted.
+Run as `python benchmarks/bench_flights.py [FLIGHTS] [--workers]`; with --workers only their efficiency is
+measured. Asserted before any time: python-ins finds the same errors for the same corrected readings to 0.1 %
+of the largest; every number of workers finds the same to the last bit. Numba's compilation is not counted.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from bench_sensitivities import python_ins_run
 from pyins import transform
 
 from planner.export.json import plan_document
-from planner.pipelines.sweep import _plan
+from planner.pipelines.planning import exact_plan
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.records import Array
 from planner.spec.load import load_spec
@@ -31,12 +31,13 @@ from planner.verify.workers import runner
 SPEC = Path(__file__).parents[1] / "requirements_specs/small_uav.yaml"
 LEAST_RATIO = 100.0
 FEW = 10
+ROUNDS = 10  # chunks that each of four workers has
 
 
 def prepared() -> Experiment:
     loaded = load_spec(SPEC)
     trajectory = trajectory_of(loaded.spec.trajectory, loaded.folder)
-    return experiment(plan_document(_plan(loaded)), loaded.spec, trajectory, seed=1)
+    return experiment(plan_document(exact_plan(loaded)), loaded.spec, trajectory, seed=1)
 
 
 def theirs(e: Experiment, coefficients: Array) -> tuple[float, Array]:
@@ -83,32 +84,45 @@ def flown(e: Experiment, flights: int, workers: int) -> tuple[float, MonteCarlo]
     return time.perf_counter() - start, found
 
 
-def of_campaigns(e: Experiment, flights: int) -> None:
-    """Campaign, calibration and flight; workers, efficiency and memory."""
-    few = 4 * CHUNK
-    reference = flown(e, few, 1)[1]
+def of_workers(e: Experiment) -> None:
+    """Efficiency of 1, 2, 4 workers, on so many chunks that none waits long for the last one."""
+    flights = ROUNDS * 4 * CHUNK
+    reference = flown(e, 4 * CHUNK, 1)[1]
     for workers in (2, 4):
-        other = flown(e, few, workers)[1]  # also starts the workers, which is not counted below
+        other = flown(e, 4 * CHUNK, workers)[1]  # also starts the workers, which is not counted below
         assert np.array_equal(other.tally.lengths, reference.tally.lengths), "workers change the result"
     print(f"campaign of {len(e.design)} records, calibration and flight; the same bits for 1, 2, 4 workers")
-    alone, _ = flown(e, flights // 10, 1)
-    for workers in (1, 2, 4):
-        spent, found = flown(e, flights // 10, workers)
-        busy = alone / (spent * workers)
-        print(f"  {workers} workers {found.tally.flights / spent:8.0f} campaigns/s   efficiency {busy:.0%}")
+    spent = {workers: flown(e, flights, workers)[0] for workers in (1, 2, 4)}
+    for workers, seconds in spent.items():
+        busy = spent[1] / (seconds * workers)
+        print(f"  {workers} workers {flights / seconds:8.0f} campaigns/s   efficiency {busy:.0%}")
+    load()
+
+
+def of_campaigns(e: Experiment, flights: int) -> None:
+    """Campaign, calibration and flight on two workers; memory."""
     spent, found = flown(e, flights, 2)
     here, worker = (
         resource.getrusage(who).ru_maxrss / 1024 for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
     )
     print(f"  {found.tally.flights} campaigns with flights on 2 workers: {spent:.1f} s")
     print(f"  peak memory {here:.0f} MB here, {worker:.0f} MB a worker")
+    load()
+
+
+def load() -> None:
     print(f"  {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}: what others take is missing above")
 
 
 def main() -> int:
     e = prepared()
+    numbers = [int(word) for word in sys.argv[1:] if word != "--workers"]
+    if "--workers" in sys.argv:
+        of_workers(e)
+        return 0
     ratio = of_flights(e)
-    of_campaigns(e, int(sys.argv[1]) if len(sys.argv) > 1 else 10_000)
+    of_workers(e)
+    of_campaigns(e, numbers[0] if numbers else 10_000)
     return 0 if ratio >= LEAST_RATIO else 1
 
 

@@ -10,6 +10,7 @@ again. Then the time, and how it grows with temperatures, errors and repeats.
 from __future__ import annotations
 
 import itertools
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,13 +19,14 @@ from typing import Any
 import numpy as np
 import yaml
 
-from planner.pipelines.planning import navigate
-from planner.plan.allowance_to_repeats import error_menus
-from planner.plan.errors_to_points import point_menus
+sys.path.insert(0, str(Path(__file__).parents[1]))  # the benches are the tests' own
+
+from planner.pipelines import planning
 from planner.plan.repeats_to_schedule import campaign
-from planner.plan.task import Task, planning_task
+from planner.plan.task import Task
 from planner.records import Campaign
 from planner.spec.load import spec_from_bytes
+from tests.specs import small
 
 ERRORS = ("bias", "scale_factor", "scale_factor_asymmetry")  # of both sensors: six
 UNITS = {"bias": ("deg/s", "g"), "scale_factor": ("%", "%"), "scale_factor_asymmetry": ("%", "%")}
@@ -71,17 +73,7 @@ def synthetic(temperatures: int, errors: int, repeats: int, seed: int) -> dict[s
         "sensitivities": {"given": given},
         "unit": unit,
         "effects": [*ERRORS, "bias_temperature", "scale_factor_temperature"],
-        "benches": {
-            "rate_table": {
-                "install": "30 min",
-                "chamber": {
-                    "range": ["-65 degC", "85 degC"],
-                    "heating": "4 K/min",
-                    "cooling": "2 K/min",
-                    "soak": "30 min",
-                },
-            }
-        },
+        "benches": small()["benches"],
         "tests": tests,
         "plan": {
             "quantile": "normal",
@@ -93,9 +85,8 @@ def synthetic(temperatures: int, errors: int, repeats: int, seed: int) -> dict[s
 
 def task_of(document: dict[str, Any]) -> Task:
     loaded = spec_from_bytes(yaml.safe_dump(document, sort_keys=False).encode(), Path("synthetic.yaml"))
-    navigation = navigate(loaded, lambda message: None)
-    menus = error_menus(loaded.spec, navigation.models, point_menus(loaded.spec))
-    return planning_task(loaded.spec, navigation.models, menus, navigation.constraints)
+    navigation = planning.navigate(loaded, lambda message: None)
+    return planning.task_of(loaded.spec, navigation)
 
 
 def timed(task: Task) -> tuple[Campaign, float]:

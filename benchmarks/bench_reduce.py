@@ -7,39 +7,21 @@ the stream was made with, within five sigma of their noise, and every sample is 
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).parents[1]))  # the map is the tests' own
+
 from planner.learn.dwell_files import read_dwells
 from planner.readers.packets import LENGTH, PACKET, crc8
+from tests.learn.measured_command import PACKET_MAP, measured
 
 RATE, CYCLE, REST = 1000, 60, 50  # Hz, s: rests of 50 s, turns of 10 s
 BIAS = np.array([0.01, -0.02, 0.03])  # deg/s
 NOISE = 0.05  # deg/s
-MAP = """\
-unit: u1
-rate: 1000 Hz
-gyro: {x: W1, y: W2, z: W3, unit: deg/s}
-acc: {x: A1, y: A2, z: A3, unit: g}
-temperature: {column: T1, unit: degC, scale: 0.01}
-"""
-MEASURED = """\
-import sys, time
-sys.argv = ["planner", *sys.argv[1:]]
-from planner.cli import main
-start = time.perf_counter()
-try:
-    main()
-except SystemExit as end:
-    assert not end.code, end.code
-seconds = time.perf_counter() - start
-peak = next(line for line in open("/proc/self/status") if line.startswith("VmHWM"))
-print(seconds, int(peak.split()[1]) / 1000)
-"""
 
 
 def stream(hours: float) -> np.ndarray:
@@ -97,20 +79,14 @@ def main() -> int:
     print(f"{'format':10}{'hours':>6}{'MB':>7}{'s':>8}{'MB/s':>7}{'peak MB':>9}{'rows':>6}")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "map.yaml").write_text(MAP)
+        (folder / "map.yaml").write_text(PACKET_MAP)
         for form, hours in (("bin", 0.25), ("bin", 1), ("bin", 4), ("bin", 8), ("parquet", 1), ("csv", 1)):
             rows = stream(hours)
             path = write(folder, rows, form)
             arguments = ["reduce", path.name, "--columns", "map.yaml", "-o", "out.csv"]
-            done = subprocess.run(
-                [sys.executable, "-c", MEASURED, *arguments],
-                cwd=folder,
-                capture_output=True,
-                text=True,
-                check=True,
-            )
+            seconds, kilobytes = measured(folder, *arguments)
             found = check(folder, len(rows))
-            seconds, peak = map(float, done.stdout.splitlines()[-1].split())
+            peak = kilobytes / 1000
             size = path.stat().st_size / 1e6
             print(
                 f"{form:10}{hours:6g}{size:7.0f}{seconds:8.2f}{size / seconds:7.0f}{peak:9.0f}{found:6}",

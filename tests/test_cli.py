@@ -11,52 +11,19 @@ import math
 import os
 import subprocess
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
-from planner.cli import app, main
+from planner.cli import app
+from tests.outcome import Run
 from tests.specs import planned, small, with_limit, with_plan
 
 COMMANDS = sorted(command.callback.__name__ for command in app.registered_commands if command.callback)
 NAMED_IN_THE_INTERFACES = ("init", "check", "schema", "plan", "sensitivity", "allow", "compare")
 FILES = {"plan.json", "steps.csv", "report.html"}
-
-
-@dataclass(frozen=True)
-class Outcome:
-    code: int
-    out: str
-    err: str
-
-    @property
-    def json(self) -> Any:
-        """stdout as JSON; NaN and Infinity are not JSON."""
-        return json.loads(self.out, parse_constant=pytest.fail)
-
-
-Run = Callable[..., Outcome]
-
-
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Run:
-    """Call `planner` with arguments, in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: str | Path) -> Outcome:
-        monkeypatch.setattr(sys, "argv", ["planner", *map(str, arguments)])
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as end:
-            main()
-        out, err = capsys.readouterr()
-        code = end.value.code
-        return Outcome(code if isinstance(code, int) else 0, out, err)
-
-    return call
 
 
 def written(path: Path, spec: dict[str, Any]) -> Path:

@@ -5,51 +5,23 @@ from __future__ import annotations
 import json
 import re
 import shlex
-import sys
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
-from planner.cli import main
 from planner.spec.load import load_spec
+from tests.outcome import Run
 from tests.specs import ROOT, SHIPPED
 
 SPEC = SHIPPED / "close_the_loop.yaml"
 
 
-@dataclass(frozen=True)
-class Outcome:
-    code: int
-    out: str
-    err: str
-
-    @property
-    def json(self) -> Any:
-        return json.loads(self.out, parse_constant=pytest.fail)
-
-
-Run = Callable[..., Outcome]
-
-
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Run:
-    """Call `planner` in a folder that has the shipped specs."""
+@pytest.fixture(autouse=True)
+def _shipped_specs(tmp_path: Path) -> None:
+    """The folder of the test has the shipped specs, as the README's lines want them."""
     (tmp_path / "requirements_specs").symlink_to(SHIPPED)
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: str | Path) -> Outcome:
-        monkeypatch.setattr(sys, "argv", ["planner", *map(str, arguments)])
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as end:
-            main()
-        out, err = capsys.readouterr()
-        return Outcome(end.value.code if isinstance(end.value.code, int) else 0, out, err)
-
-    return call
 
 
 def lines_of_the_readme() -> list[list[str]]:

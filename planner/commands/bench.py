@@ -2,13 +2,56 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from planner.commands.output import AsJson, answer, listed, progress_line
+from planner.commands.options import AsJson, PlanFile
+from planner.commands.output import answer, listed, notes, progress_line
 from planner.errors import InputError
+
+if TYPE_CHECKING:
+    from planner.run.job import Job
+    from planner.run.session import Request
+
+
+Tables = Annotated[
+    list[str] | None,
+    typer.Option(metavar="RESOURCE", help="VISA resource of the table; BENCH=RESOURCE for several."),
+]
+Chamber = Annotated[str | None, typer.Option(metavar="RESOURCE", help="VISA resource of the chamber.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Check the limits and print what would be sent.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on where the journal ends.")]
+Journal = Annotated[Path | None, typer.Option(metavar="FILE", help="Journal [run.jsonl beside the plan].")]
+Recorder = Annotated[
+    str | None,
+    typer.Option(metavar="COMMAND", help="Program called with power_on, start, stop, void, power_off."),
+]
+Unattended = Annotated[
+    bool, typer.Option("--unattended", help="Wait the planned time instead of asking somebody.")
+]
+OneBench = Annotated[
+    str | None,
+    typer.Option(metavar="BENCH", help="Run the part on this bench alone, with its own journal."),
+]
+AnyTime = Annotated[
+    bool, typer.Option("--any-time", help="People are there at any time, whatever the plan's shifts.")
+]
+Arm = Annotated[
+    float | None, typer.Option(metavar="METRES", help="Arm of a centrifuge that the plan does not know.")
+]
+Travel = Annotated[
+    list[str] | None, typer.Option(metavar="AXIS=LEAST..MOST", help="Stops of an axis in deg.")
+]
+Baud = Annotated[int, typer.Option(metavar="BAUD", help="Of serial resources.")]
+Speed = Annotated[
+    float | None, typer.Option(metavar="FACTOR", help="Simulators only: waits are shorter by this.")
+]
+ClockPort = Annotated[
+    int | None, typer.Option(metavar="PORT", help="Simulators only: bench-simulator's clock.")
+]
 
 
 def register(app: typer.Typer) -> None:
@@ -19,9 +62,7 @@ def register(app: typer.Typer) -> None:
 
 
 def export(
-    plan: Annotated[
-        Path, typer.Argument(metavar="PLAN", help="plan.json or its folder.", show_default=False)
-    ],
+    plan: PlanFile,
     form: Annotated[
         str, typer.Option("--format", metavar="acutrol|csv|json|ics|chamber", help="In what form.")
     ],
@@ -51,75 +92,36 @@ def export(
     made = exported_file(plan, form, ExportOptions(dialect, start, timezone))
     placed = places(made.files, out or (plan if plan.is_dir() else plan.parent) / f"export_{form}")
     write_all_whole(placed)
-    for note in made.notes:
-        typer.echo(f"note: {note}", err=True)
+    notes(made.notes)
     written = [str(path) for path in placed]
     answer({"format": form, "written": written, "notes": list(made.notes)}, listed(written), as_json)
 
 
 def run(
-    plan: Annotated[
-        Path, typer.Argument(metavar="PLAN", help="plan.json or its folder.", show_default=False)
-    ],
-    table: Annotated[
-        list[str] | None,
-        typer.Option(metavar="RESOURCE", help="VISA resource of the table; BENCH=RESOURCE for several."),
-    ] = None,
-    chamber: Annotated[
-        str | None, typer.Option(metavar="RESOURCE", help="VISA resource of the chamber.")
-    ] = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Check the limits and print what would be sent.")
-    ] = False,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on where the journal ends.")] = False,
-    journal: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Journal [run.jsonl beside the plan].")
-    ] = None,
-    recorder: Annotated[
-        str | None,
-        typer.Option(metavar="COMMAND", help="Program called with power_on, start, stop, void, power_off."),
-    ] = None,
-    unattended: Annotated[
-        bool, typer.Option("--unattended", help="Wait the planned time instead of asking somebody.")
-    ] = False,
-    bench: Annotated[
-        str | None,
-        typer.Option(metavar="BENCH", help="Run the part on this bench alone, with its own journal."),
-    ] = None,
-    any_time: Annotated[
-        bool, typer.Option("--any-time", help="People are there at any time, whatever the plan's shifts.")
-    ] = False,
-    arm: Annotated[
-        float | None, typer.Option(metavar="METRES", help="Arm of a centrifuge that the plan does not know.")
-    ] = None,
-    travel: Annotated[
-        list[str] | None, typer.Option(metavar="AXIS=LEAST..MOST", help="Stops of an axis in deg.")
-    ] = None,
-    baud: Annotated[int, typer.Option(metavar="BAUD", help="Of serial resources.")] = 19200,
-    speed: Annotated[
-        float | None, typer.Option(metavar="FACTOR", help="Simulators only: waits are shorter by this.")
-    ] = None,
-    clock_port: Annotated[
-        int | None, typer.Option(metavar="PORT", help="Simulators only: bench-simulator's clock.")
-    ] = None,
+    plan: PlanFile,
+    table: Tables = None,
+    chamber: Chamber = None,
+    dry_run: DryRun = False,
+    resume: Resume = False,
+    journal: Journal = None,
+    recorder: Recorder = None,
+    unattended: Unattended = False,
+    bench: OneBench = None,
+    any_time: AnyTime = False,
+    arm: Arm = None,
+    travel: Travel = None,
+    baud: Baud = 19200,
+    speed: Speed = None,
+    clock_port: ClockPort = None,
     as_json: AsJson = False,
 ) -> None:
     """Execute a plan on a bench over PyVISA; every finished step goes to a journal.
 
     Example: planner run plans/small_uav --table TCPIP::192.168.0.10::5025::SOCKET --chamber ASRL1::INSTR
     """
-    from planner.export._scripts import file_name
-    from planner.export.documents import read_sealed_plan
-    from planner.export.plan_schema import typed_plan
     from planner.run import session
-    from planner.run.job import job_from
 
-    document = read_sealed_plan(plan)
-    typed_plan(document)
-    if arm is not None and not 0 < arm < 1000:
-        raise InputError(f"--arm must be a length in metres, not {arm:g}")
-    job = job_from(document, arm_m=arm, travel=session.travel_from(travel or ()), any_time=any_time)
-    job, name = (job, "run.jsonl") if bench is None else (job.on(bench), f"run.{file_name(bench)}.jsonl")
+    job, name = _job(plan, bench, arm, travel or (), any_time)
     request = session.Request(
         tables=tuple(table or ()),
         chamber=chamber,
@@ -133,7 +135,31 @@ def run(
     )
     if dry_run:
         session.rehearse(job, request, typer.echo)
-        return
+    else:
+        _execute(job, request, as_json)
+
+
+def _job(
+    plan: Path, bench: str | None, arm: float | None, travel: Sequence[str], any_time: bool
+) -> tuple[Job, str]:
+    """What is to be done, of the plan or of its part on one bench; and its journal's usual name."""
+    from planner.export._scripts import file_name
+    from planner.export.documents import read_sealed_plan
+    from planner.export.plan_schema import typed_plan
+    from planner.run import session
+    from planner.run.job import job_from
+
+    document = read_sealed_plan(plan)
+    typed_plan(document)
+    if arm is not None and not 0 < arm < 1000:
+        raise InputError(f"--arm must be a length in metres, not {arm:g}")
+    job = job_from(document, arm_m=arm, travel=session.travel_from(travel), any_time=any_time)
+    return (job, "run.jsonl") if bench is None else (job.on(bench), f"run.{file_name(bench)}.jsonl")
+
+
+def _execute(job: Job, request: Request, as_json: bool) -> None:
+    from planner.run import session
+
     with progress_line() as progress:
         done = session.run(
             job, request, lambda text: typer.echo(text, err=True), lambda step: progress(f"making {step.id}")

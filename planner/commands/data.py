@@ -2,18 +2,50 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from planner.commands.output import AsJson, answer, console, listed, progress_line
+from planner.commands.options import AsJson, DataTable, Seed, SpecFile, SpecOption
+from planner.commands.output import answer, deliver, notes, of_units, progress_line
 
 Hidden = Annotated[
     list[str] | None,
     typer.Option(metavar="EFFECT=VALUE", help="An undeclared effect; may be given several times."),
 ]
+Case = Annotated[str, typer.Option(metavar="random|worst", help="Sizes within the budget, or all of it.")]
+Signs = Annotated[str, typer.Option(metavar="random|plus", help="Signs of the errors.")]
+ThermometerError = Annotated[
+    float, typer.Option(min=0.0, max=50.0, metavar="KELVIN", help="One sigma of the unit's thermometer.")
+]
+Spikes = Annotated[
+    float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="Of readings that are 40 sigma off.")
+]
+SettingsFile = Annotated[
+    Path | None, typer.Option(metavar="FILE.yaml", help="Terms of the error model, as for --set.")
+]
+Assigned = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="white_gyro, white_accelerometer (of a 1 s record), in_run_time, temperature_jitter, "
+        "spike_size; run_to_run, in_run, storage, temperature_residual: on|off.",
+    ),
+]
+MethodName = Annotated[
+    str,
+    typer.Option(
+        metavar="NAME",
+        help="declared_effects (the spec's), or one of those below.",
+    ),
+]
+Prior = Annotated[
+    Path | None,
+    typer.Option(metavar="CALIBRATION", help="Old calibration.json that these few records renew."),
+]
+Robust = Annotated[str, typer.Option(metavar="no|huber|bisquare", help="Resist outliers.")]
 Latitude = Annotated[float, typer.Option(min=-90.0, max=90.0, metavar="DEG", help="Of the bench.")]
 
 
@@ -27,35 +59,19 @@ def register(app: typer.Typer) -> None:
 
 
 def simulate(
-    spec: Annotated[Path, typer.Argument(metavar="SPEC", help="YAML spec.", show_default=False)],
+    spec: SpecFile,
     out: Annotated[Path, typer.Option("-o", "--out", metavar="DATA", help="Dwell table to write.")],
     plan: Annotated[
         Path | None, typer.Option(metavar="PLAN", help="plan.json or its folder [the spec's tests].")
     ] = None,
     hidden: Hidden = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of every random number.")] = 1,
-    case: Annotated[
-        str, typer.Option(metavar="random|worst", help="Sizes within the budget, or all of it.")
-    ] = "random",
-    signs: Annotated[str, typer.Option(metavar="random|plus", help="Signs of the errors.")] = "random",
-    temperature_error: Annotated[
-        float, typer.Option(min=0.0, max=50.0, metavar="KELVIN", help="One sigma of the unit's thermometer.")
-    ] = 0.0,
-    spikes: Annotated[
-        float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="Of readings that are 40 sigma off.")
-    ] = 0.0,
-    settings: Annotated[
-        Path | None, typer.Option(metavar="FILE.yaml", help="Terms of the error model, as for --set.")
-    ] = None,
-    assign: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            help="white_gyro, white_accelerometer (of a 1 s record), in_run_time, temperature_jitter, "
-            "spike_size; run_to_run, in_run, storage, temperature_residual: on|off.",
-        ),
-    ] = None,
+    seed: Seed = 1,
+    case: Case = "random",
+    signs: Signs = "random",
+    temperature_error: ThermometerError = 0.0,
+    spikes: Spikes = 0.0,
+    settings: SettingsFile = None,
+    assign: Assigned = None,
     latitude: Latitude = 45.0,
     as_json: AsJson = False,
 ) -> None:
@@ -70,15 +86,16 @@ def simulate(
     from planner.export.truth import truth_path, truth_text
     from planner.learn.dwell_files import write_dwells
     from planner.pipelines import data as data_pipeline
-    from planner.simulate.settings import pairs, settings_from
+    from planner.simulate.settings import pairs, settings_from, settings_of
     from planner.spec.load import load_spec
 
     shown = {"case": case, "signs": signs, "temperature_error": f"{temperature_error} K", "spikes": spikes}
     chosen = {key: value for key, value in shown.items() if value != _DEFAULTS[key]}
     written = {} if settings is None else data_pipeline.simulation_settings(settings)
-    drawn = settings_from({**written, **chosen, **pairs(assign or [])})
+    loaded = load_spec(spec)
+    drawn = settings_from({**written, **chosen, **pairs(assign or [])}, settings_of(loaded.spec))
     document = None if plan is None else read_plan(plan)
-    table, truth = data_pipeline.simulate(load_spec(spec), document, hidden or (), seed, drawn, latitude)
+    table, truth = data_pipeline.simulate(loaded, document, hidden or (), seed, drawn, latitude)
     write_dwells(table, out)
     beside = truth_path(out)
     write_whole(beside, truth_text(truth, out.name))
@@ -91,23 +108,14 @@ def simulate(
 
 
 def calibrate(
-    data: Annotated[Path, typer.Argument(metavar="DATA", help="Dwell table.", show_default=False)],
-    spec: Annotated[Path, typer.Option("--spec", metavar="SPEC", help="YAML spec.", show_default=False)],
+    data: DataTable,
+    spec: SpecOption,
     out: Annotated[
         Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder [calibrations/<data name>/].")
     ] = None,
-    method: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help="declared_effects (the spec's), or one of those below.",
-        ),
-    ] = "declared_effects",
-    prior: Annotated[
-        Path | None,
-        typer.Option(metavar="CALIBRATION", help="Old calibration.json that these few records renew."),
-    ] = None,
-    robust: Annotated[str, typer.Option(metavar="no|huber|bisquare", help="Resist outliers.")] = "no",
+    method: MethodName = "declared_effects",
+    prior: Prior = None,
+    robust: Robust = "no",
     latitude: Annotated[
         float | None, typer.Option(min=-90.0, max=90.0, metavar="DEG", help="Of the bench.")
     ] = None,
@@ -125,8 +133,7 @@ def calibrate(
     Example: planner calibrate data.csv --spec spec.yaml -o calibrations/data
     """
     from planner.export.calibration import calibration_document, read_tables
-    from planner.export.calibration_files import calibration_files, folder_name
-    from planner.export.files import write_all_whole
+    from planner.export.calibration_files import calibration_files, unit_folders
     from planner.learn.methods import fit_options
     from planner.pipelines import data as data_pipeline
     from planner.report.calibration import print_calibration
@@ -139,19 +146,16 @@ def calibrate(
         found = data_pipeline.calibrate(data, load_spec(spec), options, say)
     folder = out or Path("calibrations") / data.stem
     files = calibration_files(found, folder)
-    for calibration in found:
-        place = folder if len(found) == 1 else folder / folder_name(calibration.unit)
+    for calibration, place in zip(found, unit_folders(folder, [c.unit for c in found]), strict=True):
         if calibration.sensors:
             files[place / "before_after.svg"] = before_after_svg(calibration)
-    write_all_whole(files)
-    for note in (note for calibration in found for note in calibration.notes):
-        typer.echo(f"note: {note}", err=True)
-    if as_json:
-        documents = [calibration_document(calibration) for calibration in found]
-        typer.echo(json.dumps(documents[0] if len(found) == 1 else {"units": documents}, ensure_ascii=False))
-    else:
-        print_calibration(found, console())
-        typer.echo("\n" + listed([str(path) for path in files]))
+    deliver(
+        files,
+        [note for calibration in found for note in calibration.notes],
+        of_units([calibration_document(calibration) for calibration in found]),
+        lambda to: print_calibration(found, to),
+        as_json,
+    )
 
 
 def apply(
@@ -172,7 +176,6 @@ def apply(
     """
     from planner.pipelines import data as data_pipeline
 
-    rows, notes = data_pipeline.apply(calibration, raw, out, columns)
-    for note in notes:
-        typer.echo(f"note: {note}", err=True)
-    answer({"written": str(out), "rows": rows, "notes": notes}, f"wrote {out}, {rows} rows", as_json)
+    rows, remarks = data_pipeline.apply(calibration, raw, out, columns)
+    notes(remarks)
+    answer({"written": str(out), "rows": rows, "notes": remarks}, f"wrote {out}, {rows} rows", as_json)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from planner.commands.output import AsJson, SpecFile, console, listed, progress_line
+from planner.commands.options import AsJson, DataTable, Seed, SpecFile, SpecOption
+from planner.commands.output import deliver, notes, of_units, progress_line, result
 from planner.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,12 +22,12 @@ def register(app: typer.Typer) -> None:
 
 
 def diagnose(
-    data: Annotated[Path, typer.Argument(metavar="DATA", help="Dwell table.", show_default=False)],
-    spec: Annotated[Path, typer.Option("--spec", metavar="SPEC", help="YAML spec.", show_default=False)],
+    data: DataTable,
+    spec: SpecOption,
     out: Annotated[
         Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder [diagnoses/<data name>/].")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of every random number.")] = 1,
+    seed: Seed = 1,
     as_json: AsJson = False,
 ) -> None:
     """Find what the declared error model lacks; writes diagnosis.json and report.html.
@@ -38,7 +38,6 @@ def diagnose(
     Example: planner diagnose data.csv --spec spec.yaml -o diagnoses/data
     """
     from planner.export.diagnosis import diagnosis_document
-    from planner.export.files import write_all_whole
     from planner.pipelines import diagnosis as pipeline
     from planner.report.diagnosis import print_diagnosis
     from planner.spec.load import load_spec
@@ -48,26 +47,25 @@ def diagnose(
         found = pipeline.diagnose(data, loaded, seed, progress)
         progress("drawing the report")
         files = _files(found, out or Path("diagnoses") / data.stem)
-    write_all_whole(files)
-    for note in (note for each in found for note in (*each.diagnosis.notes, *each.diagnosis.found.notes)):
-        typer.echo(f"note: {note}", err=True)
-    documents = [diagnosis_document(each.diagnosis) for each in found]
-    if as_json:
-        typer.echo(json.dumps(documents[0] if len(found) == 1 else {"units": documents}, ensure_ascii=False))
-    else:
-        print_diagnosis([each.diagnosis for each in found], console())
-        typer.echo("\n" + listed([str(path) for path in files]))
+    diagnoses = [each.diagnosis for each in found]
+    deliver(
+        files,
+        [note for each in diagnoses for note in (*each.notes, *each.found.notes)],
+        of_units([diagnosis_document(each) for each in diagnoses]),
+        lambda to: print_diagnosis(diagnoses, to),
+        as_json,
+    )
 
 
 def _files(found: tuple[Diagnosed, ...], folder: Path) -> dict[Path, str | bytes]:
     """diagnosis.json and report.html; several units have a folder each, of their name."""
-    from planner.export.calibration_files import folder_name
+    from planner.export.calibration_files import unit_folders
     from planner.export.diagnosis import diagnosis_text
     from planner.report.diagnosis import diagnosis_html
 
     files: dict[Path, str | bytes] = {}
-    for each in found:
-        place = folder if len(found) == 1 else folder / folder_name(each.diagnosis.found.unit)
+    places = unit_folders(folder, [each.diagnosis.found.unit for each in found])
+    for each, place in zip(found, places, strict=True):
         if place / "diagnosis.json" in files:
             raise InputError(f"two units would both write {place}; give them names that differ in letters")
         files[place / "diagnosis.json"] = diagnosis_text(each.diagnosis)
@@ -102,15 +100,14 @@ def update(
     found = read_diagnosis(diagnosis)
     made, loaded = pipeline.update(spec, found, out)
     write_whole(out, made.text)
-    for note in (*made.notes, *map(str, loaded.warnings)):
-        typer.echo(f"note: {note}", err=True)
+    notes([*made.notes, *map(str, loaded.warnings)])
     plans: Replanned | None = None
     if plan:
         with progress_line() as progress:
             plans = pipeline.replanned(load_spec(spec), loaded, progress)
-    if as_json:
-        document: dict[str, Any] = update_document(made, plans, found)
-        typer.echo(json.dumps({"written": str(out), **document}, ensure_ascii=False))
-    else:
-        print_update(made, plans, found, console())
-        typer.echo(f"\nwrote {out}; next: planner plan {out}")
+    result(
+        {"written": str(out), **update_document(made, plans, found)},
+        lambda to: print_update(made, plans, found, to),
+        as_json,
+        f"wrote {out}; next: planner plan {out}",
+    )

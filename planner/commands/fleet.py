@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from planner.commands.output import AsJson, SpecFile, console, listed, progress_line
+from planner.commands.options import AsJson, SpecFile, SpecOption
+from planner.commands.output import deliver, progress_line
 
-SpecOption = Annotated[Path, typer.Option("--spec", metavar="SPEC", help="YAML spec.", show_default=False)]
+if TYPE_CHECKING:
+    from planner.fleet.basis import Recalibrated
+    from planner.pipelines.fleet import Forecasted
+    from planner.spec.load import LoadedSpec
+
 PlanOption = Annotated[
     Path | None,
     typer.Option("--plan", metavar="PLAN", help="plan.json or its folder [planned now from the spec]."),
@@ -18,11 +22,51 @@ PlanOption = Annotated[
 Folder = Annotated[
     Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder for the files [none are written].")
 ]
+Checks = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="DATA|CALIBRATION…",
+        help="Dwell tables of checks after calibration, calibration.json files or folders.",
+        show_default=False,
+    ),
+]
+GoodRejected = Annotated[
+    float, typer.Option(metavar="PERCENT", help="Of good units, at most so many may be rejected.")
+]
+BadAccepted = Annotated[
+    float, typer.Option(metavar="PERCENT", help="Of bad units, at most so many may be accepted.")
+]
+AsResidual = Annotated[
+    bool,
+    typer.Option("--residual", help="Coefficients of calibrations are residuals: of corrected readings."),
+]
+Histories = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="HISTORY…",
+        help="CSV of a history, dwell tables with day, or calibration.json@DATE.",
+        show_default=False,
+    ),
+]
+HistoryOption = Annotated[
+    list[str] | None,
+    typer.Option(metavar="FILE", help="History as for `planner forecast`; may be given several times."),
+]
+Earlier = Annotated[
+    list[str] | None,
+    typer.Option(metavar="FILE@DATE", help="Earlier calibration.json; may be given several times."),
+]
 Today = Annotated[str | None, typer.Option(metavar="DATE", help="What counts as today, e.g. 2026-03-01.")]
 Start = Annotated[
     str | None, typer.Option(metavar="DATE", help="Date of day 0, for histories that count days.")
 ]
 Until = Annotated[str | None, typer.Option(metavar="DATE|DAYS", help="How far to look [365 days].")]
+Carried = Annotated[
+    str | None,
+    typer.Option(metavar="DATE|DAYS", help="How long the store must carry [recalibration.period]."),
+]
+OfIntervals = Annotated[float, typer.Option(metavar="PERCENT", help="Of the intervals and of the date.")]
+OfRenewed = Annotated[float, typer.Option(metavar="PERCENT", help="Of what is renewed.")]
 MethodName = Annotated[
     str,
     typer.Option(
@@ -47,27 +91,13 @@ def register(app: typer.Typer) -> None:
 
 
 def accept(
-    data: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="DATA|CALIBRATION…",
-            help="Dwell tables of checks after calibration, calibration.json files or folders.",
-            show_default=False,
-        ),
-    ],
+    data: Checks,
     spec: SpecOption,
     plan: PlanOption = None,
     out: Folder = None,
-    good_rejected: Annotated[
-        float, typer.Option(metavar="PERCENT", help="Of good units, at most so many may be rejected.")
-    ] = 5.0,
-    bad_accepted: Annotated[
-        float, typer.Option(metavar="PERCENT", help="Of bad units, at most so many may be accepted.")
-    ] = 5.0,
-    as_residual: Annotated[
-        bool,
-        typer.Option("--residual", help="Coefficients of calibrations are residuals: of corrected readings."),
-    ] = False,
+    good_rejected: GoodRejected = 5.0,
+    bad_accepted: BadAccepted = 5.0,
+    as_residual: AsResidual = False,
     as_json: AsJson = False,
 ) -> None:
     """Accept units: is the measured residual inside the plan's allowed region, all errors together?
@@ -80,52 +110,33 @@ def accept(
 
     Example: planner accept check.csv --spec spec.yaml --plan plans/spec -o accepted
     """
-    from planner.export.documents import read_plan
-    from planner.export.files import write_all_whole
     from planner.export.fleet import accept_document, fleet_text
     from planner.fleet.judge import ErrorRates
-    from planner.pipelines import fleet as fleet_pipeline
+    from planner.pipelines import fleet as pipeline
     from planner.report.accept import accept_html, print_accepted
-    from planner.spec.load import load_spec
 
     rates = ErrorRates(good_rejected / 100, bad_accepted / 100)
-    loaded = load_spec(spec)
-    document = None if plan is None else read_plan(plan)
+    loaded, planned = _read(spec, plan)
     with progress_line() as say:
-        found = fleet_pipeline.accept(data, loaded, document, rates, say, as_residual=as_residual)
-    source = {"name": loaded.spec.name, "sha256": loaded.sha256}
-    answer = accept_document(found.units, found.basis.region, rates, source, found.notes)
+        found = pipeline.accept(data, loaded, planned, rates, say, as_residual=as_residual)
+    units, region = found.units, found.basis.region
+    document = accept_document(units, region, rates, _source(loaded), found.notes)
+    files: dict[Path, str | bytes] = {}
     if out is not None:
-        page = accept_html(found.units, found.basis.region, rates, loaded.spec.name, found.notes)
-        write_all_whole({out / "accept.json": fleet_text(answer), out / "report.html": page})
-    for note in found.notes:
-        typer.echo(f"note: {note}", err=True)
-    if as_json:
-        typer.echo(json.dumps(answer, ensure_ascii=False))
-    else:
-        print_accepted(found.units, found.basis.region, rates, console())
-        if out is not None:
-            typer.echo("\n" + listed([str(out / "accept.json"), str(out / "report.html")]))
-    if any(u.verdict == "rejected" for u in found.units):
+        files[out / "accept.json"] = fleet_text(document)
+        files[out / "report.html"] = accept_html(units, region, rates, loaded.spec.name, found.notes)
+    deliver(files, found.notes, document, lambda to: print_accepted(units, region, rates, to), as_json)
+    if any(u.verdict == "rejected" for u in units):
         raise typer.Exit(1)
 
 
 def forecast(
-    history: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="HISTORY…",
-            help="CSV of a history, dwell tables with day, or calibration.json@DATE.",
-            show_default=False,
-        ),
-    ],
+    history: Histories,
     spec: SpecOption,
     plan: PlanOption = None,
     until: Until = None,
     method: MethodName = "auto",
-    confidence: Annotated[
-        float, typer.Option(metavar="PERCENT", help="Of the intervals and of the date.")
-    ] = 95.0,
+    confidence: OfIntervals = 95.0,
     corrected_by: CorrectedBy = "auto",
     start: Start = None,
     today: Today = None,
@@ -142,57 +153,49 @@ def forecast(
 
     Example: planner forecast history.csv --spec spec.yaml --until 365 -o forecasts/fleet
     """
-    from planner.export.documents import read_plan
-    from planner.export.files import write_all_whole
-    from planner.export.fleet import fleet_text, forecast_document
-    from planner.export.fleet_calendar import calendar_bytes
-    from planner.pipelines import fleet as fleet_pipeline
-    from planner.report.forecast import appointments, forecast_html, print_forecast
-    from planner.spec.load import load_spec
+    from planner.export.fleet import forecast_document
+    from planner.pipelines import fleet as pipeline
+    from planner.report.forecast import print_forecast
 
-    options = fleet_pipeline.options_of(until, method, confidence, corrected_by, today, start)
-    loaded = load_spec(spec)
-    document = None if plan is None else read_plan(plan)
+    options = pipeline.options_of(until, method, confidence, corrected_by, today, start)
+    loaded, planned = _read(spec, plan)
     with progress_line() as say:
-        found = fleet_pipeline.forecast(history, loaded, document, options, say)
+        found = pipeline.forecast(history, loaded, planned, options, say)
         fleet, region = found.fleet, found.basis.region
-        answer = forecast_document(fleet, region, {"name": loaded.spec.name, "sha256": loaded.sha256})
+        document = forecast_document(fleet, region, _source(loaded))
         files: dict[Path, str | bytes] = {}
         if out is not None:
             say("drawing the report")
-            files[out / "forecast.json"] = fleet_text(answer)
-            files[out / "report.html"] = forecast_html(fleet, region, loaded.spec.name)
-            days = appointments(fleet, region)
-            if days:
-                files[out / "calibrations.ics"] = calendar_bytes(f"{loaded.spec.name}: calibrations", days)
-    write_all_whole(files)
-    for note in fleet.notes:
-        typer.echo(f"note: {note}", err=True)
-    if as_json:
-        typer.echo(json.dumps(answer, ensure_ascii=False))
-    else:
-        print_forecast(fleet, region, console())
-        if files:
-            typer.echo("\n" + listed([str(path) for path in files]))
+            files = _forecast_files(found, document, loaded.spec.name, out)
+    deliver(files, fleet.notes, document, lambda to: print_forecast(fleet, region, to), as_json)
+
+
+def _forecast_files(
+    found: Forecasted, document: dict[str, Any], name: str, folder: Path
+) -> dict[Path, str | bytes]:
+    from planner.export.fleet import fleet_text
+    from planner.export.fleet_calendar import calendar_bytes
+    from planner.report.forecast import appointments, forecast_html
+
+    fleet, region = found.fleet, found.basis.region
+    files: dict[Path, str | bytes] = {
+        folder / "forecast.json": fleet_text(document),
+        folder / "report.html": forecast_html(fleet, region, name),
+    }
+    days = appointments(fleet, region)
+    if days:
+        files[folder / "calibrations.ics"] = calendar_bytes(f"{name}: calibrations", days)
+    return files
 
 
 def recalibrate(
     spec: SpecFile,
-    history: Annotated[
-        list[str] | None,
-        typer.Option(metavar="FILE", help="History as for `planner forecast`; may be given several times."),
-    ] = None,
-    calibration: Annotated[
-        list[str] | None,
-        typer.Option(metavar="FILE@DATE", help="Earlier calibration.json; may be given several times."),
-    ] = None,
+    history: HistoryOption = None,
+    calibration: Earlier = None,
     plan: PlanOption = None,
-    until: Annotated[
-        str | None,
-        typer.Option(metavar="DATE|DAYS", help="How long the store must carry [recalibration.period]."),
-    ] = None,
+    until: Carried = None,
     method: MethodName = "auto",
-    confidence: Annotated[float, typer.Option(metavar="PERCENT", help="Of what is renewed.")] = 95.0,
+    confidence: OfRenewed = 95.0,
     corrected_by: CorrectedBy = "auto",
     start: Start = None,
     today: Today = None,
@@ -207,46 +210,49 @@ def recalibrate(
 
     Example: planner recalibrate requirements_specs/recalibration.yaml --start 2026-12-01 -o store
     """
-    from planner.export.documents import read_plan
-    from planner.export.files import write_all_whole
-    from planner.export.fleet import fleet_text
-    from planner.export.fleet_calendar import calendar_bytes
     from planner.export.recalibration import recalibration_document
-    from planner.pipelines import fleet as fleet_pipeline
-    from planner.report.recalibration import (
-        print_recalibration,
-        recalibration_html,
-        store_appointments,
-        why_not,
-    )
-    from planner.spec.load import load_spec
+    from planner.pipelines import fleet as pipeline
+    from planner.report.recalibration import print_recalibration, why_not
 
-    options = fleet_pipeline.options_of(until, method, confidence, corrected_by, today, start)
-    loaded = load_spec(spec)
-    document = None if plan is None else read_plan(plan)
+    options = pipeline.options_of(until, method, confidence, corrected_by, today, start)
+    loaded, planned = _read(spec, plan)
+    inputs = [*(history or ()), *(calibration or ())]
     with progress_line() as say:
-        found = fleet_pipeline.recalibrate(
-            loaded, document, [*(history or ()), *(calibration or ())], options, say
-        )
-    source = {"name": loaded.spec.name, "sha256": loaded.sha256}
-    answer = recalibration_document(found.plans, found.shortest, found.start, source, found.notes)
-    files: dict[Path, str | bytes] = {}
-    if out is not None:
-        files[out / "recalibration.json"] = fleet_text(answer)
-        files[out / "report.html"] = recalibration_html(found, loaded.spec.name)
-        days = store_appointments(found)
-        if days:
-            files[out / "recalibrations.ics"] = calendar_bytes(f"{loaded.spec.name}: recalibrations", days)
-    write_all_whole(files)
-    for note in found.notes:
-        typer.echo(f"note: {note}", err=True)
-    if as_json:
-        typer.echo(json.dumps(answer, ensure_ascii=False))
-    else:
-        print_recalibration(found, console())
-        if files:
-            typer.echo("\n" + listed([str(path) for path in files]))
+        found = pipeline.recalibrate(loaded, planned, inputs, options, say)
+    document = recalibration_document(found.plans, found.shortest, found.start, _source(loaded), found.notes)
+    files = {} if out is None else _recalibration_files(found, document, loaded.spec.name, out)
+    deliver(files, found.notes, document, lambda to: print_recalibration(found, to), as_json)
     lacking = why_not(found)
     if lacking:
         typer.echo(f"error: {lacking}", err=True)
         raise typer.Exit(3)
+
+
+def _recalibration_files(
+    found: Recalibrated, document: dict[str, Any], name: str, folder: Path
+) -> dict[Path, str | bytes]:
+    from planner.export.fleet import fleet_text
+    from planner.export.fleet_calendar import calendar_bytes
+    from planner.report.recalibration import recalibration_html, store_appointments
+
+    files: dict[Path, str | bytes] = {
+        folder / "recalibration.json": fleet_text(document),
+        folder / "report.html": recalibration_html(found, name),
+    }
+    days = store_appointments(found)
+    if days:
+        files[folder / "recalibrations.ics"] = calendar_bytes(f"{name}: recalibrations", days)
+    return files
+
+
+def _read(spec: Path, plan: Path | None) -> tuple[LoadedSpec, dict[str, Any] | None]:
+    """The spec, and the plan if one is given."""
+    from planner.export.documents import read_plan
+    from planner.spec.load import load_spec
+
+    return load_spec(spec), None if plan is None else read_plan(plan)
+
+
+def _source(loaded: LoadedSpec) -> dict[str, str]:
+    """Which spec a document is of."""
+    return {"name": loaded.spec.name, "sha256": loaded.sha256}

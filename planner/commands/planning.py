@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from planner.commands.output import AsJson, SpecFile, answer, console, progress_line
+from planner.commands.options import AsJson, SpecFile
+from planner.commands.output import answer, deliver, progress_line, result
 from planner.errors import InputError
 
 
@@ -73,7 +74,6 @@ def plan(
     Example: planner plan requirements_specs/small_uav.yaml -o plans/small_uav
     """
     from planner.export.csv import steps_text
-    from planner.export.files import write_all_whole
     from planner.export.json import plan_document, plan_text
     from planner.pipelines import planning as pipeline
     from planner.report.html import report_html
@@ -94,21 +94,20 @@ def plan(
             trajectory_name=planned.navigation.trajectory,
             service_life_s=loaded.spec.unit.service_life,
         )
-    write_all_whole(
+    made = planned.plan
+    deliver(
         {
-            folder / "plan.json": plan_text(planned.plan),
-            folder / "steps.csv": steps_text(planned.plan),
+            folder / "plan.json": plan_text(made),
+            folder / "steps.csv": steps_text(made),
             folder / "report.html": report,
-        }
+        },
+        made.notes,
+        plan_document(made),
+        lambda to: print_summary(made, to),
+        as_json,
+        f"wrote {folder / 'plan.json'}, steps.csv, report.html",
     )
-    for note in planned.plan.notes:
-        typer.echo(f"note: {note}", err=True)
-    if as_json:
-        typer.echo(json.dumps(plan_document(planned.plan), ensure_ascii=False))
-    else:
-        print_summary(planned.plan, console())
-        typer.echo(f"\nwrote {folder / 'plan.json'}, steps.csv, report.html")
-    if not (planned.plan.proved or planned.plan.work_proved):
+    if not (made.proved or made.work_proved):
         typer.echo("stopped at plan.time_limit before the proof was complete: see bound_s and gap", err=True)
         raise typer.Exit(4)
 
@@ -141,10 +140,7 @@ def sensitivity(
     with progress_line() as progress:
         found = pipeline.sensitivity(load_spec(spec), trajectory, progress, at=time)
     rows = sensitivity_rows(found, at if time is None else time)  # type: ignore[arg-type]
-    if as_json:
-        typer.echo(json.dumps(sensitivity_document(rows)))
-    else:
-        print_sensitivities(rows, console())
+    result(sensitivity_document(rows), lambda to: print_sensitivities(rows, to), as_json)
 
 
 def allow(spec: SpecFile, as_json: AsJson = False) -> None:
@@ -159,10 +155,7 @@ def allow(spec: SpecFile, as_json: AsJson = False) -> None:
 
     with progress_line() as progress:
         _, allowed = pipeline.allow(load_spec(spec), progress)
-    if as_json:
-        typer.echo(json.dumps(allowed_document(allowed)))
-    else:
-        print_allowed(allowed, console())
+    result(allowed_document(allowed), lambda to: print_allowed(allowed, to), as_json)
 
 
 def compare(
@@ -181,9 +174,6 @@ def compare(
     if len(plans) < 2:
         raise InputError("compare needs two plans or more")
     found = compare_plans([read_plan(path) for path in plans])
-    if as_json:
-        typer.echo(json.dumps(comparison_document(found), ensure_ascii=False))
-    else:
-        print_comparison(found, console())
+    result(comparison_document(found), lambda to: print_comparison(found, to), as_json)
     if exit_code and found.differ:
         raise typer.Exit(1)

@@ -2,16 +2,38 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from planner.commands.output import AsJson, SpecFile, console, progress_line
+from planner.commands.options import AsJson, PlanFile, Seed, SpecFile
+from planner.commands.output import deliver, notes, progress_line, result
+from planner.errors import InputError
+
+Flights = Annotated[
+    int, typer.Option(min=0, max=10_000_000, help="Campaigns with flights; 0: count again only.")
+]
+FlightTemperature = Annotated[
+    str,
+    typer.Option(
+        metavar="flight|range",
+        help="Of the spec's flight, or anywhere in plan.temperatures.range.",
+    ),
+]
+
+
+def _some(workers: int) -> int:
+    if workers == 0:
+        raise InputError("--workers 0: nobody would work; give 1 or more, or -1 for all cores")
+    return workers
+
 
 Workers = Annotated[
-    int, typer.Option(min=-1, metavar="N", help="Local processes; -1 takes all cores. Changes no result.")
+    int,
+    typer.Option(
+        min=-1, metavar="N", callback=_some, help="Local processes; -1 takes all cores. Changes no result."
+    ),
 ]
 Cluster = Annotated[
     str | None,
@@ -27,20 +49,10 @@ def register(app: typer.Typer) -> None:
 
 def verify(
     spec: SpecFile,
-    plan: Annotated[
-        Path, typer.Argument(metavar="PLAN", help="plan.json or its folder.", show_default=False)
-    ],
-    flights: Annotated[
-        int, typer.Option(min=0, max=10_000_000, help="Campaigns with flights; 0: count again only.")
-    ] = 2000,
-    seed: Annotated[int, typer.Option(min=0, help="Of every random number.")] = 1,
-    temperature: Annotated[
-        str,
-        typer.Option(
-            metavar="flight|range",
-            help="Of the spec's flight, or anywhere in plan.temperatures.range.",
-        ),
-    ] = "flight",
+    plan: PlanFile,
+    flights: Flights = 2000,
+    seed: Seed = 1,
+    temperature: FlightTemperature = "flight",
     workers: Workers = 1,
     cluster: Cluster = None,
     out: Annotated[
@@ -57,7 +69,6 @@ def verify(
     Example: planner verify requirements_specs/small_uav.yaml plans/small_uav --flights 10000 --workers 2
     """
     from planner.export.documents import read_plan
-    from planner.export.files import write_all_whole
     from planner.export.verify import verify_document, verify_text
     from planner.pipelines import promise as pipeline
     from planner.report.verify import print_verification
@@ -68,16 +79,17 @@ def verify(
     loaded, document = load_spec(spec), read_plan(plan)
     with progress_line() as progress:
         found = pipeline.verify(loaded, document, options, progress)
+    files: dict[Path, str | bytes] = {}
     if out is not None:
-        write_all_whole({out / "verify.json": verify_text(found), out / "report.html": verify_html(found)})
-    for note in found.notes:
-        typer.echo(f"note: {note}", err=True)
-    if as_json:
-        typer.echo(json.dumps(verify_document(found), ensure_ascii=False, allow_nan=False))
-    else:
-        print_verification(found, console())
-        if out is not None:
-            typer.echo(f"\nwrote {out / 'verify.json'}, report.html")
+        files = {out / "verify.json": verify_text(found), out / "report.html": verify_html(found)}
+    deliver(
+        files,
+        found.notes,
+        verify_document(found),
+        lambda to: print_verification(found, to),
+        as_json,
+        "" if out is None else f"wrote {out / 'verify.json'}, report.html",
+    )
     if found.stopped:
         typer.echo(f"stopped after {found.flights} of {found.wanted} flights", err=True)
     raise typer.Exit(_exit_code(found.verdict, found.stopped))
@@ -116,14 +128,17 @@ def sweep(
     folder = out or Path("sweeps") / spec.stem
     with progress_line() as progress:
         done = sweeping.run(spec, vary, points, folder, workers, cluster, progress)
-    sweeping.write(done, spec, folder)
-    if as_json:
-        typer.echo(json.dumps(done.document, ensure_ascii=False))
-    else:
-        sweeping.show(done, console())
-        typer.echo(f"\nwrote {folder / 'sweep.csv'}, sweep.json, report.html")
+    sweeping.write(done, folder)
+    notes(done.notes)
+    result(
+        done.document,
+        lambda to: sweeping.show(done, to),
+        as_json,
+        f"wrote {folder / 'sweep.csv'}, sweep.json, report.html",
+    )
     if done.stopped:
         typer.echo(
             f"stopped after {len(done.rows)} of {done.wanted} points; the same command goes on", err=True
         )
+    if done.stopped or done.unanswered:
         raise typer.Exit(4)

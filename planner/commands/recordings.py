@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from planner.commands.output import AsJson, answer, console, listed, progress_line
+from planner.commands.options import AsJson
+from planner.commands.output import deliver, progress_line
 
 
 def register(app: typer.Typer) -> None:
@@ -43,7 +44,6 @@ def reduce(
 
     Example: planner reduce recording.csv --columns map.yaml -o data.csv
     """
-    from planner.export.files import write_all_whole
     from planner.export.reduction import account_text, reduction_document, refuse_overwriting
     from planner.learn.dwell_files import dwell_form, dwells_bytes
     from planner.pipelines import recordings as recordings_pipeline
@@ -53,11 +53,10 @@ def reduce(
     refuse_overwriting((out, beside), (*raw, *(path for path in (columns, plan) if path is not None)))
     with progress_line() as say:
         found = recordings_pipeline.reduce(raw, columns, plan, latitude, say)
-    write_all_whole({out: dwells_bytes(found.table, form), beside: account_text(found)})
-    for note in found.table.notes:
-        typer.echo(f"note: {note}", err=True)
-    if as_json:
-        answer({"written": [str(out), str(beside)], **reduction_document(found)}, "", True)
-    else:
-        print_reduction(found, console())
-        typer.echo("\n" + listed([str(out), str(beside)]))
+    deliver(
+        {out: dwells_bytes(found.table, form), beside: account_text(found)},
+        found.table.notes,
+        {"written": [str(out), str(beside)], **reduction_document(found)},
+        lambda to: print_reduction(found, to),
+        as_json,
+    )

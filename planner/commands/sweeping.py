@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from planner.commands.output import notes
 from planner.errors import InputError
 from planner.export.files import write_all_whole, write_whole
 
@@ -16,18 +17,24 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from planner.verify.vary import GridPoint
+SHOWN = 10  # notes on points without a plan
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """Finished points in the order of the grid; wanted: how many there are to be."""
+    """Finished points in the order of the grid; wanted: how many there are to be; notes: on odd points."""
 
     name: str
     keys: tuple[str, ...]
     rows: tuple[dict[str, Any], ...]
     wanted: int
     stopped: bool
+    notes: tuple[str, ...] = ()
+
+    @property
+    def unanswered(self) -> int:
+        """Points for which nothing was found within plan.time_limit."""
+        return sum(row["status"] == "stopped" for row in self.rows)
 
     @property
     def document(self) -> dict[str, Any]:
@@ -56,40 +63,74 @@ def run(
     from planner.pipelines import sweep as pipeline
 
     grid = pipeline.points_of(spec, vary, points)
-    found = {p.digest: kept for p in grid if (kept := _kept(folder, p)) is not None}
-    left = [p for p in grid if p.digest not in found]
+    remarks = _held_before(folder, spec.stem, grid.keys)
+    found = {i: kept for i in range(len(grid)) if (kept := _kept(folder, grid.digest_at(i))) is not None}
+    if found:
+        remarks.append(f"{len(found)} of {len(grid)} points were finished before")
+    notes(remarks)
+    left = [i for i in range(len(grid)) if i not in found]
     stopped = False
     try:
-        for point, result in pipeline.sweep(spec, left, workers, cluster, progress):
-            found[point.digest] = row = pipeline.row_of(point, result)
-            write_whole(_file(folder, point), json.dumps(row, ensure_ascii=False) + "\n")
+        for number, result in pipeline.sweep(spec, grid, left, workers, cluster):
+            row = pipeline.row_of(grid.values_at(number), grid.digest_at(number), result)
+            write_whole(_file(folder, row["digest"]), json.dumps(row, ensure_ascii=False) + "\n")
+            found[number] = row
+            progress(f"{len(found)} of {len(grid)} points")
     except KeyboardInterrupt:
         stopped = True
-    if found and all(row["status"] == "invalid" for row in found.values()):
-        raise InputError(f"no point of the sweep is a spec; the first: {next(iter(found.values()))['why']}")
-    rows = tuple(found[p.digest] for p in grid if p.digest in found)
-    return Sweep(spec.stem, tuple(grid[0].values), rows, len(grid), stopped)
+    rows = tuple(found[i] for i in sorted(found))
+    return Sweep(spec.stem, grid.keys, rows, len(grid), stopped, tuple(_without_plan(rows)))
 
 
-def _file(folder: Path, point: GridPoint) -> Path:
-    return folder / "points" / f"{point.digest[:32]}.json"
-
-
-def _kept(folder: Path, point: GridPoint) -> dict[str, Any] | None:
-    """A point that was finished before; what cannot be read, or is another's, is planned again."""
+def _held_before(folder: Path, name: str, keys: Sequence[str]) -> list[str]:
+    """What the folder has from another sweep: its points stay. Raises InputError for what is of no sweep."""
+    held = folder / "sweep.json"
+    foreign = next((f for f in (folder / "report.html", folder / "sweep.csv") if f.exists()), None)
+    if not held.exists():
+        if foreign is None:
+            return []
+        raise InputError(f"{foreign} is of no sweep and would be replaced; give another folder with -o")
     try:
-        row = json.loads(_file(folder, point).read_bytes())
+        before = json.loads(held.read_bytes())
+        told = (str(before["spec"]), tuple(map(str, before["keys"])), len(before["points"]))
+    except (OSError, ValueError, RecursionError, KeyError, TypeError):
+        raise InputError(f"{held} is of no sweep and would be replaced; give another folder") from None
+    if told[:2] == (name, tuple(keys)):
+        return []
+    return [
+        f"{folder} held a sweep of {told[0]} over {', '.join(told[1])}; its {told[2]} points stay in "
+        f"{folder / 'points'}, and its own command brings its table back"
+    ]
+
+
+def _file(folder: Path, digest: str) -> Path:
+    return folder / "points" / f"{digest[:32]}.json"
+
+
+def _kept(folder: Path, digest: str) -> dict[str, Any] | None:
+    """A point that was finished before; what cannot be read, is another's, or had no answer, is not."""
+    try:
+        row = json.loads(_file(folder, digest).read_bytes())
     except (OSError, ValueError, RecursionError):
         return None
-    return row if isinstance(row, dict) and row.get("digest") == point.digest else None
+    whole = isinstance(row, dict) and row.get("digest") == digest
+    return row if whole and row.get("status") in ("planned", "infeasible", "invalid") else None
 
 
-def write(done: Sweep, spec: Path, folder: Path) -> None:
+def _without_plan(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Points that are no spec, or had no answer in time; the table has room for a few words only."""
+    odd = [row for row in rows if row["status"] in ("invalid", "stopped")]
+    for row in odd[:SHOWN]:
+        yield f"{', '.join(f'{k}={v}' for k, v in row['values'].items())}: no plan: {row['why']}"
+    if len(odd) > SHOWN:
+        yield f"and {len(odd) - SHOWN} more points without a plan; sweep.csv says why"
+
+
+def write(done: Sweep, folder: Path) -> None:
     """sweep.csv, sweep.json and the page."""
     from planner.export.verify import sweep_csv, sweep_text
     from planner.report.sweep import csv_columns, csv_rows, sweep_html
 
-    del spec
     write_all_whole(
         {
             folder / "sweep.csv": sweep_csv(csv_columns(done.document), csv_rows(done.document)),

@@ -16,6 +16,7 @@ from planner.learn.diagnosis_to_navigation import navigation_costs
 from planner.learn.diagnosis_to_next_measurement import next_measurements
 from planner.learn.diagnosis_to_residual import UnitFits, residual_changes, unit_fits
 from planner.learn.diagnosis_to_spec import SpecUpdate, updated_spec
+from planner.learn.dwell_checks import check_rests
 from planner.learn.dwell_files import read_dwells
 from planner.learn.dwells_to_diagnosis import diagnose as diagnose_unit
 from planner.learn.table_rows import rows_of
@@ -51,6 +52,7 @@ def diagnose(data: Path, loaded: LoadedSpec, seed: int, progress: Progress) -> t
 def _diagnosed(
     table: DwellTable, loaded: LoadedSpec, seed: int, digest: str, progress: Progress
 ) -> Diagnosed:
+    check_rests(table)
     found = diagnose_unit(table, loaded.spec, seed=seed, progress=progress)
     progress(f"{found.unit}: before and after on runs held out")
     fits = unit_fits(table, loaded.spec, found)

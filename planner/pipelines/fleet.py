@@ -36,12 +36,9 @@ from planner.fleet.recalibration import (
 from planner.fleet.store import StoreBench
 from planner.learn.dwell_files import read_dwells
 from planner.pipelines import planning
-from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.budget import common_rule
-from planner.plan.errors_to_points import point_menus
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.task import allowances as allowances_of
-from planner.plan.task import planning_task
 from planner.spec.load import LoadedSpec
 
 Progress = Callable[[str], None]
@@ -76,8 +73,7 @@ def basis_of(loaded: LoadedSpec, plan: Mapping[str, Any] | None, progress: Progr
             notes.append("the plan was made from another state of the spec; its allowances were taken")
     else:
         progress("choosing temperatures and repeats, as there is no plan")
-        menus = error_menus(loaded.spec, navigation.models, point_menus(loaded.spec))
-        task = planning_task(loaded.spec, navigation.models, menus, navigation.constraints)
+        task = planning.task_of(loaded.spec, navigation)
         allowances = allowances_of(task, campaign(task), common_rule(navigation.constraints))
     region = allowed_region(navigation.constraints, allowances)
     if not region.terms:

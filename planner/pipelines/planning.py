@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,7 +25,16 @@ from planner.plan.spec_to_sensitivity import sensitivities as sensitivities_of
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.plan.task import Task, extreme_allowances, planning_task
 from planner.plan.trade_off import trade_off
-from planner.records import AllowedErrors, Constraint, ErrorModel, Plan, Sensitivities, TradeOffPoint
+from planner.records import (
+    AllowedErrors,
+    Campaign,
+    Constraint,
+    ErrorModel,
+    GeneticPlan,
+    Plan,
+    Sensitivities,
+    TradeOffPoint,
+)
 from planner.solvers.genetic import GeneticSettings
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, Spec
@@ -68,7 +77,7 @@ def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
 def allow(loaded: LoadedSpec, progress: Progress) -> tuple[Navigation, AllowedErrors]:
     """Spec → the region of allowed sensor errors: genetic algorithm and exact optimum."""
     navigation = navigate(loaded, progress)
-    task = _task(loaded.spec, navigation)
+    task = task_of(loaded.spec, navigation)
     return navigation, _allowed(loaded.spec, task, navigation, progress)
 
 
@@ -76,7 +85,7 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
     """Spec → the shortest campaign that suffices, with its proof and its reasons."""
     spec = loaded.spec
     navigation = navigate(loaded, progress)
-    task = _task(spec, navigation)
+    task = task_of(spec, navigation)
     progress("choosing temperatures and repeats")
     chosen = campaign(task)
     rule = common_rule(navigation.constraints)
@@ -88,23 +97,43 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
         genetic = genetic_plan(task, chosen, rule, _settings(spec), spec.plan.seed)
     progress("the same with waiting and batches in sight")
     chosen = by_total(task, chosen)
-    timeline = steps(spec, chosen)
-    made = plan_of(
+    made = _timed(loaded, navigation, task, chosen, genetic, [*_notes(loaded), *notes])
+    curve: tuple[TradeOffPoint, ...] = ()
+    if spec.plan.trade_off and not is_hand_made(spec):
+        progress("trade-off of campaign time and power-on time")
+        curve = trade_off(spec, lambda other: campaign(task_of(other, navigation)), [chosen])
+    return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, allowed)
+
+
+def exact_plan(loaded: LoadedSpec) -> Plan:
+    """Spec → campaign and steps as of `plan`; no genetic algorithm beside them, no trade-off, no notes."""
+    navigation = navigate(loaded, lambda message: None)
+    task = task_of(loaded.spec, navigation)
+    chosen = by_total(task, campaign(task))
+    return with_schedule_figures(_timed(loaded, navigation, task, chosen), loaded.spec, chosen)
+
+
+def _timed(
+    loaded: LoadedSpec,
+    navigation: Navigation,
+    task: Task,
+    chosen: Campaign,
+    genetic: GeneticPlan | None = None,
+    notes: Sequence[str] = (),
+) -> Plan:
+    """The campaign with its steps on the benches."""
+    timeline = steps(loaded.spec, chosen)
+    return plan_of(
         task,
         navigation.constraints,
         chosen,
         timeline,
-        planned_tests(spec, chosen, timeline),
+        planned_tests(loaded.spec, chosen, timeline),
         version=__version__,
         sha256=loaded.sha256,
         genetic=genetic,
-        notes=[*_notes(loaded), *notes],
+        notes=notes,
     )
-    curve: tuple[TradeOffPoint, ...] = ()
-    if spec.plan.trade_off and not is_hand_made(spec):
-        progress("trade-off of campaign time and power-on time")
-        curve = trade_off(spec, lambda other: campaign(_task(other, navigation)), [chosen])
-    return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, allowed)
 
 
 def sensitivity(
@@ -133,7 +162,8 @@ def _instants(spec: Spec) -> list[float]:
     return [float(r.at) for r in spec.requirement if not isinstance(r.at, str)]
 
 
-def _task(spec: Spec, navigation: Navigation) -> Task:
+def task_of(spec: Spec, navigation: Navigation) -> Task:
+    """What may be chosen, temperatures and repeats, and what each choice costs and leaves of the errors."""
     menus = error_menus(spec, navigation.models, point_menus(spec))
     return planning_task(spec, navigation.models, menus, navigation.constraints)
 

@@ -121,13 +121,22 @@ def _words(loaded: LoadedSpec, e: Experiment | None, trajectory: Trajectory | No
     return f"{trajectory.name}, {duration:g} s, nonlinear, on day {e.day:g}"
 
 
+def _whose(loaded: LoadedSpec) -> str:
+    """Where the noise comes from, which plans count only if the spec has it."""
+    given = loaded.spec.unit.noise.model_fields_set
+    if len(given) == 2:
+        return "as the spec says"
+    left = "" if not given else f" for the {'gyro' if 'accelerometer' in given else 'accelerometer'}"
+    return f"as `planner simulate` has it, since unit.noise says nothing{left} and the plan counts none"
+
+
 def _notes(loaded: LoadedSpec, e: Experiment | None) -> list[str]:
     if e is None:
         return []
     noise = e.settings.white
     notes = [
         f"noise of the records: gyro {from_si(noise['gyro'], 'deg/s'):.3g} deg/s/√Hz, accelerometer "
-        f"{from_si(noise['accelerometer'], 'mg'):.3g} mg/√Hz, as `planner simulate` has it; a spec has none"
+        f"{from_si(noise['accelerometer'], 'mg'):.3g} mg/√Hz, {_whose(loaded)}; the flights have none"
     ]
     if isinstance(loaded.spec.sensitivities, Given):
         notes.append(

@@ -2,69 +2,108 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from planner import __version__
-from planner.errors import InfeasibleError, InputError
-from planner.pipelines.planning import Navigation, navigate
-from planner.plan.allowance_to_repeats import error_menus
-from planner.plan.campaign_by_total import by_total
-from planner.plan.campaign_to_plan import plan_of
-from planner.plan.errors_to_points import point_menus
-from planner.plan.plan_to_schedule_figures import with_schedule_figures
-from planner.plan.repeats_to_schedule import campaign
-from planner.plan.schedule_to_steps import planned_tests, steps
-from planner.plan.task import planning_task
+from planner.errors import InfeasibleError, InputError, StoppedEarly
+from planner.pipelines.planning import exact_plan
 from planner.records import Plan
-from planner.spec.load import LoadedSpec, spec_from_bytes
+from planner.spec.load import load_spec, spec_from_bytes
 from planner.spec.yaml12 import read_yaml
 from planner.units import from_si
-from planner.verify.vary import GridPoint, grid, variation
+from planner.verify.vary import Grid, GridPoint, Variation, grid, variation
 from planner.verify.workers import runner
 
-Progress = Callable[[str], None]
+LIVES = 5  # so often may local workers die
+MOST_TRIED = 500  # combinations, of 5 to 25 ms each, before a value passes unseen and is marked in the table
 
 
 @dataclass(frozen=True)
 class SweepTask:
-    """What the workers share: the points to plan, and the file that they come from."""
+    """What the workers share: the grid, and the file that its spec comes from."""
 
-    points: tuple[GridPoint, ...]
+    grid: Grid
     path: Path
 
 
-def points_of(spec: Path, vary: Sequence[str], points: int) -> list[GridPoint]:
-    """The grid over a spec's file. Raises InputError for a spec or a variation that is wrong."""
-    from planner.spec.load import load_spec
+def points_of(spec: Path, vary: Sequence[str], points: int) -> Grid:
+    """The grid over a spec's file.
 
+    Raises InputError for a spec or a variation that is wrong, and for a value that no point can have.
+    """
     load_spec(spec)  # every fault of the spec itself, with its place in the file
-    tree = read_yaml(spec.read_bytes(), str(spec)).value
-    return grid(dict(tree), [variation(text, points) for text in vary], __version__)
+    tree = dict(read_yaml(spec.read_bytes(), str(spec)).value)
+    variations = [variation(text, points) for text in vary]
+    found = grid(tree, variations, f"{__version__}\n{_flights(tree, variations, spec.parent)}")
+    _refuse_impossible_values(found, spec)
+    return found
+
+
+def _flights(tree: Mapping[str, Any], variations: Sequence[Variation], folder: Path) -> str:
+    """Digests of the flights' files: another flight under the same name is another sweep."""
+    chosen = tree.get("trajectory")
+    files = [chosen.get("file")] if isinstance(chosen, Mapping) else []
+    files += [value for v in variations if v.key == "trajectory.file" for value in v.values]
+    paths = [folder / str(file) for file in files if file is not None]
+    return "\n".join(hashlib.sha256(p.read_bytes()).hexdigest() for p in paths if p.is_file())
+
+
+def _refuse_impossible_values(points: Grid, path: Path) -> None:
+    """Before hours of planning: every value is that of some point that is a spec."""
+    for i, v in enumerate(points.variations):
+        for k, value in enumerate(v.values):
+            first, *others = islice(points.having(i, k), MOST_TRIED)
+            why = _fault(points[first], path)
+            if why and all(_fault(points[number], path) for number in others):
+                raise InputError(f"--vary {v.key}={value}: {why}")
+
+
+def _fault(point: GridPoint, path: Path) -> str:
+    """Why it is no spec; nothing if it is one."""
+    try:
+        spec_from_bytes(point.text.encode(), path)
+    except InputError as error:
+        return _words(error)
+    return ""
 
 
 def sweep(
-    spec: Path, points: Sequence[GridPoint], workers: int, cluster: str | None, progress: Progress
-) -> Iterator[tuple[GridPoint, dict[str, Any]]]:
-    """Each point with what its plan says, in the order in which they are finished."""
-    task = SweepTask(tuple(points), spec)
-    run = runner(workers, cluster)
-    for done, (number, found) in enumerate(
-        run(plan_point, task, [(i, 1) for i in range(len(points))]), start=1
-    ):
-        progress(f"{done} of {len(points)} plans")
-        yield points[number], found
+    spec: Path,
+    points: Grid,
+    numbers: Sequence[int],
+    workers: int,
+    cluster: str | None,
+) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Points of the grid with what their plans say, in the order in which they are finished.
+
+    Raises StoppedEarly when local workers die again and again.
+    """
+    run, left = runner(workers, cluster), set(numbers)
+    for _ in range(LIVES):
+        try:
+            for number, found in run(plan_point, SweepTask(points, spec), [(i, 1) for i in sorted(left)]):
+                left.remove(number)
+                yield number, found
+            return
+        except BrokenProcessPool:  # one was killed: what it had is planned again
+            continue
+    raise StoppedEarly(
+        f"workers died {LIVES} times, of too little memory? Give fewer --workers; the same command goes on"
+    )
 
 
 def plan_point(task: SweepTask, number: int, size: int) -> tuple[int, dict[str, Any]]:
-    """One point: planned, infeasible (and what binds) or invalid."""
+    """One point: planned, infeasible (and what binds), stopped (no answer in time) or invalid."""
     del size
-    point = task.points[number]
     try:
-        loaded = spec_from_bytes(point.text.encode(), task.path)
-        return number, _planned(_plan(loaded))
+        loaded = spec_from_bytes(task.grid[number].text.encode(), task.path)
+        return number, _planned(exact_plan(loaded))
     except InfeasibleError as error:
         binds = [{"part": part, "share": share} for part, share in error.binds]
         return number, {
@@ -73,30 +112,15 @@ def plan_point(task: SweepTask, number: int, size: int) -> tuple[int, dict[str, 
             "binds": binds,
             "nearest_limit": error.nearest_limit,
         }
+    except StoppedEarly as error:
+        return number, {"status": "stopped", "why": str(error)}
     except InputError as error:
-        return number, {"status": "invalid", "why": str(error)}
+        return number, {"status": "invalid", "why": _words(error)}
 
 
-def _plan(loaded: LoadedSpec) -> Plan:
-    """The exact campaign alone: no genetic algorithm beside it, no figures."""
-    spec = loaded.spec
-    navigation: Navigation = navigate(loaded, lambda message: None)
-    menus = error_menus(spec, navigation.models, point_menus(spec))
-    task = planning_task(spec, navigation.models, menus, navigation.constraints)
-    chosen = by_total(task, campaign(task))
-    timeline = steps(spec, chosen)
-    made = plan_of(
-        task,
-        navigation.constraints,
-        chosen,
-        timeline,
-        planned_tests(spec, chosen, timeline),
-        version=__version__,
-        sha256=loaded.sha256,
-        genetic=None,
-        notes=(),
-    )
-    return with_schedule_figures(made, spec, chosen)
+def _words(error: InputError) -> str:
+    """What is wrong, by keys: lines of a point's spec are those of no file."""
+    return "; ".join(f"{f.path}: {f.message}" for f in error.faults) or error.message
 
 
 def _planned(plan: Plan) -> dict[str, Any]:
@@ -129,6 +153,6 @@ def _planned(plan: Plan) -> dict[str, Any]:
     }
 
 
-def row_of(point: GridPoint, found: Mapping[str, Any]) -> dict[str, Any]:
+def row_of(values: Mapping[str, Any], digest: str, found: Mapping[str, Any]) -> dict[str, Any]:
     """A point as sweep.json holds it."""
-    return {"values": dict(point.values), "digest": point.digest, **found}
+    return {"values": dict(values), "digest": digest, **found}

@@ -29,7 +29,19 @@ def column_names(arrays: Mapping[str, tuple[int, ...]]) -> dict[str, tuple[str, 
     return found
 
 
-def same_length(path: Path, lengths: Mapping[str, int]) -> int:
+def wanted_blocks(
+    path: Path, columns: Mapping[str, Any], wanted: Sequence[str], texts: Sequence[str]
+) -> Iterator[RawBlock]:
+    """The wanted ones of a file's columns, name -> (rows,), in blocks.
+
+    Raises InputError when their lengths differ, when there are no rows, and for what is no number.
+    """
+    chosen = {name: columns[name] for name in wanted}
+    rows = _same_length(path, {name: len(column) for name, column in chosen.items()})
+    yield from _blocks(path, chosen, texts, rows)
+
+
+def _same_length(path: Path, lengths: Mapping[str, int]) -> int:
     """The number of rows that all wanted columns have. Raises InputError when they differ, or it is none."""
     if len(set(lengths.values())) > 1:
         told = ", ".join(f"{name} {length}" for name, length in lengths.items())
@@ -40,12 +52,10 @@ def same_length(path: Path, lengths: Mapping[str, int]) -> int:
     return rows
 
 
-def array_blocks(
-    path: Path, columns: Mapping[str, Any], texts: Sequence[str], rows: int, block_rows: int = BLOCK_ROWS
-) -> Iterator[RawBlock]:
-    """Blocks of `rows` rows from things that can be sliced, name -> (rows,)."""
-    for start in range(0, rows, block_rows):
-        stop = min(start + block_rows, rows)
+def _blocks(path: Path, columns: Mapping[str, Any], texts: Sequence[str], rows: int) -> Iterator[RawBlock]:
+    """Blocks from things that can be sliced, name -> (rows,)."""
+    for start in range(0, rows, BLOCK_ROWS):
+        stop = min(start + BLOCK_ROWS, rows)
         block = {name: as_column(path, name, c[start:stop], name in texts) for name, c in columns.items()}
         yield RawBlock(block, np.arange(start, stop), {})
 

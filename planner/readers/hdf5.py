@@ -8,7 +8,7 @@ from typing import Any
 
 from planner.errors import InputError
 from planner.protocols import RawBlock
-from planner.readers._arrays import array_blocks, column_names, same_length
+from planner.readers._arrays import column_names, wanted_blocks
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 
@@ -33,10 +33,8 @@ class Hdf5Reader:
     ) -> Iterator[RawBlock]:
         """The wanted columns in blocks. Raises InputError for lengths that differ and for a damaged file."""
         with _opened(path) as file:
-            columns = _columns(file)
-            rows = same_length(path, {name: len(columns[name]) for name in wanted})
             try:
-                yield from array_blocks(path, {name: columns[name] for name in wanted}, texts, rows)
+                yield from wanted_blocks(path, _columns(file), wanted, texts)
             except OSError as error:
                 raise InputError(f"{path} is not a whole HDF5 file: {error}") from error
 

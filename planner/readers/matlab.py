@@ -10,7 +10,7 @@ import numpy as np
 
 from planner.errors import InputError
 from planner.protocols import RawBlock
-from planner.readers._arrays import array_blocks, column_names, same_length
+from planner.readers._arrays import column_names, wanted_blocks
 
 
 class MatlabReader:
@@ -35,9 +35,7 @@ class MatlabReader:
         self, path: Path, wanted: Sequence[str], texts: Sequence[str] = (), skip_lines: int = 0
     ) -> Iterator[RawBlock]:
         """The wanted columns in blocks. Raises InputError when their lengths differ."""
-        columns = _columns(path)
-        rows = same_length(path, {name: len(columns[name]) for name in wanted})
-        yield from array_blocks(path, {name: columns[name] for name in wanted}, texts, rows)
+        yield from wanted_blocks(path, _columns(path), wanted, texts)
 
 
 def _columns(path: Path) -> dict[str, Any]:

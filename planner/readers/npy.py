@@ -8,7 +8,7 @@ from typing import Any
 
 from planner.errors import InputError
 from planner.protocols import RawBlock
-from planner.readers._arrays import array_blocks, same_length
+from planner.readers._arrays import wanted_blocks
 
 
 class NpyReader:
@@ -29,9 +29,7 @@ class NpyReader:
         self, path: Path, wanted: Sequence[str], texts: Sequence[str] = (), skip_lines: int = 0
     ) -> Iterator[RawBlock]:
         """The wanted columns in blocks."""
-        columns = _columns(path)
-        rows = same_length(path, {name: len(columns[name]) for name in wanted})
-        yield from array_blocks(path, {name: columns[name] for name in wanted}, texts, rows)
+        yield from wanted_blocks(path, _columns(path), wanted, texts)
 
 
 def _columns(path: Path) -> dict[str, Any]:

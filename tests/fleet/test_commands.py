@@ -3,43 +3,26 @@
 from __future__ import annotations
 
 import json
-import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import date, timedelta
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 import yaml
 
-from planner.cli import main
 from planner.learn.dwell_files import write_dwells
 from tests.fleet.fleets import DEG, G, check_table
+from tests.outcome import Outcome, Run
 from tests.specs import small, with_limit
 
 
-@dataclass(frozen=True)
-class Outcome:
-    code: int
-    out: str
-    err: str
-
-    @property
-    def json(self) -> Any:
-        return json.loads(self.out, parse_constant=pytest.fail)
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
+@pytest.fixture(name="run")
+def _run_without_a_fault_of_ours(run: Run) -> Run:
     def call(*arguments: object) -> Outcome:
-        monkeypatch.setattr(sys, "argv", ["planner", *map(str, arguments)])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        printed = capsys.readouterr()
-        assert "Traceback" not in printed.err
-        assert "internal error" not in printed.err
-        return Outcome(int(ended.value.code or 0), printed.out, printed.err)
+        done = run(*arguments)
+        assert "internal error" not in done.err
+        return done
 
     return call
 
