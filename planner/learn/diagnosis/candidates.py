@@ -15,6 +15,7 @@ import numpy as np
 from planner import catalog
 from planner.learn.diagnosis.channels import Channel, columns
 from planner.learn.diagnosis.generic import generics
+from planner.learn.diagnosis.orthogonal import clear, orthonormal
 from planner.learn.temperature_nodes import hats, temperature_nodes
 from planner.measured import DwellTable
 from planner.protocols import Effect, Sensor
@@ -94,13 +95,17 @@ def effect_blocks(channels: Sequence[Channel], name: str, nonlinear: Mapping[str
 
 
 def _bent(c: Channel, block: Block) -> Block:
-    """A temperature effect as it is calibrated: a table over the data's temperatures, not only a slope."""
+    """A temperature effect as it is calibrated: a table over the data's temperatures, not only a slope.
+
+    The table's bends are clear of a straight line, so that the effect's coefficient is the mean slope.
+    """
     driven = {"bias_temperature": np.ones(len(c.r)), "scale_factor_temperature": c.u}.get(block.name)
     t = c.model.conditions.temperature_degc
     nodes = temperature_nodes(t)
     if driven is None or len(nodes) < 3:
         return block
-    table = hats(t, nodes, 0.0)[:, 1:-1] * driven[:, None]
+    line = np.column_stack([driven, block.columns[c.axis]])
+    table = clear(orthonormal(line), hats(t, nodes, 0.0)[:, 1:-1] * driven[:, None])
     terms = (*block.terms, *([""] * table.shape[1]))
     return replace(block, columns={c.axis: np.column_stack([block.columns[c.axis], table])}, terms=terms)
 

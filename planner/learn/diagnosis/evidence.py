@@ -12,10 +12,11 @@ from planner.learn.channel_model import AXES
 from planner.learn.diagnosis.candidates import effect_blocks
 from planner.learn.diagnosis.channels import Channel, at_rows, columns
 from planner.learn.diagnosis.estimates import estimates
+from planner.learn.diagnosis.orthogonal import clear, orthonormal
 from planner.learn.diagnosis.pool import Pool
 from planner.learn.diagnosis.prepared import Prepared
 from planner.learn.diagnosis.sensor import SensorFound
-from planner.learn.diagnosis.whitened import Whitened, clear, orthonormal
+from planner.learn.diagnosis.whitened import Whitened
 from planner.records import Array
 from planner.solvers.least_squares import least_squares
 

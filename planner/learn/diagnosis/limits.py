@@ -8,6 +8,7 @@ import numpy as np
 
 from planner import catalog
 from planner.diagnosis import NotFound, Untestable
+from planner.learn.channel_model import EXCITING
 from planner.learn.diagnosis.candidates import LEAST_DAYS, OF_THE_DAYS, lasts
 from planner.learn.diagnosis.estimates import estimates
 from planner.learn.diagnosis.noise import LEAST_RUNS
@@ -26,6 +27,7 @@ NEEDS: Mapping[str, tuple[str, ...]] = {
     "temperature_rate": ("temp_rate_degc_min",),
 }
 
+A_COEFFICIENT = 3  # rows for each coefficient of the declared model, below which nothing more is told
 IMPOSSIBLE = "what looks like it is more than the Earth turns"
 
 
@@ -40,13 +42,25 @@ def limits(
     for name, effect in catalog.effects().items():
         if name in declared or name in known or s.sensor not in effect.sensors:
             continue
-        why = IMPOSSIBLE if name in s.impossible else _missing(name, data)
+        why = IMPOSSIBLE if name in s.impossible else _missing(name, data) or _unseen(s, data, effect)
         most = 0.0 if why else _upper(here, name, effect)
         if most > 0.0 and np.isfinite(most):
             not_found.append(NotFound(name, s.sensor, most, effect.units[s.sensor]))
         else:
             untestable.append(Untestable(name, s.sensor, why or _why(name, data)))
     return not_found, untestable
+
+
+def _unseen(s: SensorFound, data: Prepared, effect: Effect) -> str:
+    """Why a limit would be a number without meaning: no turn drives the effect, or the rows are too few."""
+    fitted = max(w.Q.shape[1] for w in s.found.pool.state.values())
+    if len(data.table) < A_COEFFICIENT * fitted:
+        return f"{len(data.table)} rows are too few beside the {fitted} coefficients of the declared model"
+    if s.sensor == "gyro" and effect.group != "bias":
+        fastest = float(np.abs(s.channels[0].model.conditions.rate).max())
+        if fastest < EXCITING["gyro"]:
+            return f"the gyros turn at {np.degrees(fastest):.2g} deg/s at most"
+    return ""
 
 
 def _upper(here: Pool, name: str, effect: Effect) -> float:

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.learn.diagnosis.candidates import Block
-from planner.learn.diagnosis.whitened import SEEN, Whitened, clear, log_p
+from planner.learn.diagnosis.orthogonal import clear
+from planner.learn.diagnosis.whitened import SEEN, Whitened, log_p
 from planner.records import Array
 
 RANK = 1e-8  # of the largest eigenvalue: directions below are what is there already

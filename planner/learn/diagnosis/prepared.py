@@ -84,7 +84,7 @@ def _referenced(
         if full.ref_acc is None and "accelerometer" in sensors:
             sensors.remove("accelerometer")
         return full, tuple(sensors), notes, None
-    way = _ways_up(table.acc)
+    way = _ways_up(table, table.acc)
     if way.max() + 1 <= len(table) / FEW_WAYS:
         notes.append(
             f"no ref_acc: each of the {way.max() + 1} attitudes is taken as constant, |f| = g along the mean "
@@ -97,13 +97,32 @@ def _referenced(
     return with_references(table), tuple(sensors), notes, None
 
 
-def _ways_up(acc: Array) -> NDArray[np.int64]:
-    """(n,) number of the attitude: rows whose readings have one direction, and one size on a centrifuge."""
-    size = np.maximum(np.linalg.norm(acc, axis=1), 1e-300)
-    direction = acc / size[:, None]
-    way = np.full(len(acc), -1, dtype=np.int64)
+def _ways_up(table: DwellTable, acc: Array) -> NDArray[np.int64]:
+    """(n,) number of the attitude: rows whose readings have one direction, and one size on a centrifuge.
+
+    Rows that follow each other without a jump have one attitude however far a reading drifts meanwhile.
+    """
+    order = np.lexsort((table.time_on, table.run))
+    y = acc[order]
+    size = np.maximum(np.linalg.norm(y, axis=1), 1e-300)
+    direction = y / size[:, None]
+    near = np.sum(direction[1:] * direction[:-1], axis=1) > ONE_WAY_UP
+    near &= np.abs(size[1:] / size[:-1] - 1.0) < ONE_G
+    stay = np.concatenate([[0], np.cumsum(~(near & (np.diff(table.run[order]) == 0)))])
+    counts = np.bincount(stay)
+    means = np.array([np.bincount(stay, y[:, k]) for k in range(3)]).T / counts[:, None]
+    way = np.empty(len(acc), dtype=np.int64)
+    way[order] = _alike(means, len(acc) // FEW_WAYS)[stay]
+    return way
+
+
+def _alike(means: Array, most: int) -> NDArray[np.int64]:
+    """(m,) clusters of mean readings of one direction and size; each its own beyond `most` clusters."""
+    size = np.maximum(np.linalg.norm(means, axis=1), 1e-300)
+    direction = means / size[:, None]
+    way = np.full(len(means), -1, dtype=np.int64)
     count = 0
-    while (way < 0).any() and count <= len(acc) / FEW_WAYS:
+    while (way < 0).any() and count <= most:
         first = int(np.argmax(way < 0))
         alike = np.abs(size / size[first] - 1.0) < ONE_G
         way[(way < 0) & alike & (direction @ direction[first] > ONE_WAY_UP)] = count

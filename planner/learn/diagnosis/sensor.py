@@ -16,8 +16,8 @@ from planner.learn.diagnosis.candidates import (
     seen_time_constants,
 )
 from planner.learn.diagnosis.channels import Channel, channel
-from planner.learn.diagnosis.estimates import estimates
-from planner.learn.diagnosis.found import Found, Question
+from planner.learn.diagnosis.estimates import estimates, parameter_interval
+from planner.learn.diagnosis.found import Found, Question, on
 from planner.learn.diagnosis.noise import LEAST_RUNS, Readings, triad_noise
 from planner.learn.diagnosis.nonlinear import Values, refined
 from planner.learn.diagnosis.outliers import outliers
@@ -132,7 +132,25 @@ def _searched(
     named, unnamed = range(len(library)), range(len(library), len(blocks))
     question = Question(tuple(named), tuple(unnamed), signs, refine, len(data.starts) < LEAST_RUNS)
     found = search(pool, question)
+    _unname_the_undetermined(found, mine, cuts, values)
     return SensorFound(sensor, mine, found, far, cuts)
+
+
+def _unname_the_undetermined(
+    found: Found, channels: Sequence[Channel], cuts: NDArray[np.int64], values: Values
+) -> None:
+    """An exponential of any time constant, from the shortest seen to the longest, is no warm-up."""
+    shortest, longest = values.time_constants
+    for b in [b for b in found.library if "time_constant" in found.pool.blocks[b].nonlinear]:
+        p = parameter_interval(found, b, channels, cuts, values.days)
+        if p.low > shortest or p.high < longest:
+            continue
+        found.library.remove(b)
+        same = on(found.pool, range(len(found.pool.blocks)), found.axes(b))
+        unnamed = [g for g in same if found.pool.blocks[g].name == "time_on"]
+        if unnamed and not set(unnamed) & set(found.unknown):
+            found.unknown.append(unnamed[0])
+            found.p[unnamed[0]] = found.p[b]
 
 
 def _coarse(blocks: Sequence[Block], axis: int) -> list[Array]:

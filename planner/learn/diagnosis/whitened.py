@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from planner.learn.diagnosis.channels import Channel
 from planner.learn.diagnosis.noise import ChannelNoise
+from planner.learn.diagnosis.orthogonal import clear, orthonormal
 from planner.records import Array
 
 SMALL = 0.5  # sigma, that a slope can amount to in all rows, below which it takes no degree of freedom
@@ -66,23 +67,6 @@ def _between_rank(R: Array, starts: NDArray[np.int64]) -> float:
     sizes = np.diff(np.append(starts, len(R)))
     sums = np.add.reduceat(R, starts, axis=0)
     return float(np.sum(sums**2 / sizes[:, None]))
-
-
-def orthonormal(A: Array, seen: float = 1e-9) -> Array:
-    """(n, r) basis of the columns of A, scaled first; directions below `seen` of the largest left out."""
-    length = np.linalg.norm(A, axis=0)
-    A = A[:, length > 0] / length[length > 0]
-    if A.shape[1] == 0:
-        return np.empty((len(A), 0))
-    q, r = np.linalg.qr(A)
-    u, s, _ = np.linalg.svd(r)
-    return np.asarray(q @ u[:, : len(s)][:, s > seen * s[0]])
-
-
-def clear(Q: Array, A: Array) -> Array:
-    """(I − QQᵀ) A, twice, because raw values are 1e5 times the noise."""
-    A = A - Q @ (Q.T @ A)
-    return np.asarray(A - Q @ (Q.T @ A))
 
 
 def log_p(values: Array | float, m: int, freedom: float, s2: float) -> Array:
