@@ -55,7 +55,9 @@ def lack_of_fit(found: Found, question: Question) -> list[int]:
     scores = {g: score(here, [g]) for g in generic}
     good = []
     for g, s in scores.items():
-        if significant(s, null):
+        if (
+            significant(s, null) and s.criterion > 0.0
+        ):  # no table is exact: many rows make its bends significant
             if _only_misfit(found, g, s.delta):
                 found.misfit.add(g)
             else:

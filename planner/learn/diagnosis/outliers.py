@@ -15,7 +15,7 @@ MOST_FAR = 0.02  # share of the rows; more are a structure, not accidents
 
 
 def outliers(c: Channel, rich: Array, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """(n,) rows that lie far off even where every candidate may bend; none when they are too many.
+    """(n,) rows that lie far off even where every candidate may bend; the worst when they are too many.
 
     All about the means of power-ons, whose spread is ten times that of the rows within one.
     """
@@ -28,11 +28,12 @@ def outliers(c: Channel, rich: Array, starts: NDArray[np.int64]) -> NDArray[np.b
         if freedom < (~far).sum() / 4.0:
             columns = c.J
             left, _ = _left(*_within(columns, c.r, starts, ~far), ~far)
-        now = _far(left, c, starts)
+        sigma = _sigma(left, c, starts)
+        now = sigma > max(FAR, float(np.quantile(sigma, 1.0 - MOST_FAR)))
         if np.array_equal(now, far):
             break
         far = now
-    return far if far.mean() <= MOST_FAR else np.zeros(len(far), dtype=bool)
+    return far
 
 
 def _left(columns: Array, r: Array, seen: NDArray[np.bool_]) -> tuple[Array, float]:
@@ -56,8 +57,8 @@ def _within(
     return A[:, :-1], A[:, -1]
 
 
-def _far(left: Array, c: Channel, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Beyond FAR robust sigma about the middle of the run; sigma grows with the input as the rows do."""
+def _sigma(left: Array, c: Channel, starts: NDArray[np.int64]) -> Array:
+    """(n,) robust sigma from the middle of the run; sigma grows with the input as the rows do."""
     sizes = np.diff(np.append(starts, len(left)))
     middle = np.array([np.median(part) for part in np.split(left, starts[1:])])
     about = np.where(np.repeat(sizes > 2, sizes), left - np.repeat(middle, sizes), left)
@@ -67,7 +68,7 @@ def _far(left: Array, c: Channel, starts: NDArray[np.int64]) -> NDArray[np.bool_
     spread = 1.4826 * float(np.median(np.abs(rest)))
     fast = ~slow & (size > 0)
     share = 1.4826 * float(np.median(np.abs(about[fast]) / size[fast])) if fast.sum() >= 10 else 0.0
-    return np.asarray(np.abs(about) > FAR * np.maximum(np.hypot(spread, share * size), _least(c)))
+    return np.asarray(np.abs(about) / np.maximum(np.hypot(spread, share * size), _least(c)))
 
 
 def _least(c: Channel) -> float:
