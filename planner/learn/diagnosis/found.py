@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from planner import catalog
-from planner.learn.diagnosis.pool import Pool, Score, delta, family_wise, given, null_of, score
-from planner.records import Array
+from planner.learn.diagnosis.pool import Flips, Null, Pool, Score, delta, family_wise, given, null_of, score
 
 ALPHA = 0.01  # false claims per sensor, of three channels
+ALPHA_UNKNOWN = 0.002  # for what has no name: wide blocks, to which noise of another colour looks like much
 FEW = 60.0  # degrees of freedom, below which tails are longer than F's: ALPHA_FEW for those
 ALPHA_FEW = 0.007
 SINGLE = 1e-3  # p of one test at which an effect may stand for a generic alternative that is significant
@@ -23,7 +23,7 @@ Refine = Callable[[Pool, Sequence[int], int], tuple[Pool, int]]
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked of a pool. library, generic: its blocks; signs: (flips, segments) of ±1
+    """What is asked of a pool. library, generic: its blocks; flips: of the calm residual
 
     refine: (pool, believed, block) -> pool with the block at its best nonlinear parameter, and its number
     few_runs: the colour of the noise is then not known, and one long record's variables all go together
@@ -31,7 +31,7 @@ class Question:
 
     library: tuple[int, ...]
     generic: tuple[int, ...]
-    signs: Array
+    flips: Flips
     refine: Refine
     few_runs: bool
 
@@ -43,7 +43,7 @@ class Question:
     @property
     def least_p(self) -> float:
         """The smallest p that is said: with few power-ons none beyond what the flips can tell."""
-        return 1.0 / (1.0 + len(self.signs)) if self.few_runs else float(np.finfo(float).tiny)
+        return 1.0 / (1.0 + len(self.flips.signs)) if self.few_runs else float(np.finfo(float).tiny)
 
 
 @dataclass
@@ -108,7 +108,7 @@ class Found:
             if self.pool.blocks[b].nonlinear:
                 self.pool, self.library[i] = question.refine(self.pool, self.all, b)
 
-    def drop_needless(self, null: Array) -> None:
+    def drop_needless(self, null: Null) -> None:
         """Backward elimination: library effects that are not significant beside the others go."""
         for b in list(self.library):
             s = self.share(b)
@@ -117,14 +117,14 @@ class Found:
                 self.library.remove(b)
 
 
-def null_beside(here: Pool, taken: Sequence[int], family: Sequence[int], signs: Array) -> Array:
-    """(flips,) smallest log p of what is still a candidate beside what is taken."""
-    return null_of(here, free(here, family, taken), signs)
+def null_beside(here: Pool, taken: Sequence[int], question: Question) -> Null:
+    """What chance does among all that is still a candidate beside what is taken."""
+    return null_of(here, free(here, question.every, taken), question.flips)
 
 
-def significant(s: Score, null: Array) -> bool:
+def significant(s: Score, null: Null, alpha: float = ALPHA) -> bool:
     """Whether a block's p over the whole family is small enough."""
-    return bool(s.m and family_wise(s.log_p, null) <= (ALPHA if s.freedom > FEW else ALPHA_FEW))
+    return bool(s.m and family_wise(s.log_p, null) <= (alpha if s.freedom > FEW else min(alpha, ALPHA_FEW)))
 
 
 def best_of(pool: Pool, scores: Mapping[int, float]) -> int:

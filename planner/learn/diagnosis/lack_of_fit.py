@@ -51,7 +51,7 @@ def lack_of_fit(found: Found, question: Question) -> list[int]:
     """The generic alternatives that are still significant, the strongest first."""
     here = given(found.pool, found.all)
     generic = free(found.pool, question.generic, found.unknown)
-    null = null_of(here, [*free(found.pool, question.library, found.all), *generic], question.signs)
+    null = null_of(here, [*free(found.pool, question.library, found.all), *generic], question.flips)
     scores = {g: score(here, [g]) for g in generic}
     good = []
     for g, s in scores.items():
@@ -109,7 +109,7 @@ def cut_chains(found: Found, question: Question) -> None:
             found.unknown = [*(u for u in found.unknown if u not in before), best]
             _only_what_counts(found, best, mine, both)
             here = given(found.pool, found.all)
-            found.drop_needless(null_beside(here, found.all, question.every, question.signs))
+            found.drop_needless(null_beside(here, found.all, question))
 
 
 def explained(found: Found, lacking: Sequence[int], question: Question) -> None:
@@ -143,7 +143,7 @@ def _named(found: Found, lacking: Sequence[int], question: Question) -> bool:
 def _p_beside(found: Found, generic: int, question: Question) -> float:
     """Family-wise p of what is lacking beside everything believed."""
     here = given(found.pool, found.all)
-    null = null_beside(here, found.all, question.every, question.signs)
+    null = null_beside(here, found.all, question)
     return family_wise(score(here, [generic]).log_p, null)
 
 
@@ -182,7 +182,7 @@ def _pair(found: Found, lacking: Sequence[int], question: Question) -> bool:
     tried.refine(question)
     if keys(tried.pool, tried.library) == keys(found.pool, found.library):
         return False
-    null = null_of(given(tried.pool, tried.all), question.every, question.signs)
+    null = null_of(given(tried.pool, tried.all), question.every, question.flips)
     size = len(tried.library)
     tried.drop_needless(null)
     return len(tried.library) == size and _taken(found, tried, axes, question)
@@ -244,7 +244,7 @@ def _only_what_stands(found: Found, unknown: int, mine: Sequence[int], question:
     for b in sorted(mine, key=lambda i: alone[i]):
         here = found.without(b)
         beside = score(here, [b])
-        null = null_beside(here, found.others(b), question.every, question.signs)
+        null = null_beside(here, found.others(b), question)
         least = max(STAYS * alone[b], LEAST * found.size_of(unknown, axes))
         if not (significant(beside, null) and beside.delta >= least):
             found.library.remove(b)

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from planner.learn.channel_model import EXCITING
 from planner.learn.diagnosis.channels import Channel
+from planner.learn.diagnosis.orthogonal import clear, orthonormal
 from planner.records import Array
 from planner.solvers.least_squares import factors
 from planner.solvers.mixed_model import (
@@ -36,6 +37,8 @@ from planner.solvers.mixed_model import (
 )
 
 LEAST_RUNS = 20
+LEVEL = "run_to_run_bias"  # fixed where power-ons are few
+APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
 MOST_ROWS = 4000  # for the variances; more rows tell nothing that a campaign's decision needs
 ROUNDING = 1e-9  # of the largest reading: data without any noise still have this much
 WELL_KNOWN = 40.0  # degrees of freedom, from which a channel's own variance is as good as the triad's
@@ -127,7 +130,7 @@ def _judged(given: Readings) -> _Judged:
     fixed = _indicators(starts, len(c.r)) if few else np.empty((len(c.r), 0))
     alone = len(starts) == len(c.r)  # one row a run: its spread is the noise
     diagonals = _diagonals(c, given.duration, given.weights)
-    slopes = {} if few or alone else _slopes(c)
+    slopes = {} if alone else {name: z for name, z in _slopes(c).items() if not (few and name == LEVEL)}
     effects = _effects(starts, diagonals, slopes)
     rows, firsts = _chosen(starts, len(c.r))
     part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows])
@@ -220,7 +223,7 @@ def _of_the_triad(
     out = []
     for t, s, information in zip(thetas, sizes, own, strict=True):
         error = common * np.outer(s, s)
-        alone = np.sqrt(np.diag(_inverse(information)) / np.maximum(np.diag(error), 1e-300))
+        alone = np.sqrt(np.maximum(np.diag(_inverse(information)), 0.0) / np.maximum(np.diag(error), 1e-300))
         wider = np.where(poor, 1.0, alone)
         out.append(Variances(t, error * np.outer(wider, wider), t > 0, 0.0, True))
     return out
@@ -242,19 +245,23 @@ def _effects(
 
 
 def _diagonals(c: Channel, duration: Array, weights: Array) -> dict[str, Array]:
+    """The components of each row's own noise that the rows can tell apart, the most usual first."""
     duration = np.where(duration > 0, duration, 1.0)
-    found = {"white": duration.mean() / duration / weights}
-    if duration.max() > 1.5 * duration.min():
-        found["constant"] = 1.0 / weights
+    exciting = (EXCITING[c.sensor] * (1.0 if c.sensor == "gyro" else 6.0)) ** 2
+    found = {"white": duration.mean() / duration}
     inputs = {"rate_noise": c.u**2, "cross_noise": c.across**2}
-    for name, square in inputs.items():
-        if square.max(initial=0.0) > (EXCITING[c.sensor] * (1.0 if c.sensor == "gyro" else 6.0)) ** 2:
-            found[name] = square / weights
-    return found
+    other = {name: x for name, x in inputs.items() if x.max(initial=0.0) > exciting}
+    if duration.max() > 1.5 * duration.min():
+        other["constant"] = np.ones(len(duration))
+    for name, x in other.items():
+        Q = orthonormal(np.array([*found.values()]).T)
+        if np.linalg.norm(clear(Q, x[:, None])) > APART * np.linalg.norm(x):
+            found[name] = x
+    return {name: x / weights for name, x in found.items()}
 
 
 def _slopes(c: Channel) -> dict[str, Array]:
-    found = {"run_to_run_bias": np.ones(len(c.r))}
+    found = {LEVEL: np.ones(len(c.r))}
     if np.ptp(np.abs(c.u)) > EXCITING[c.sensor]:
         found["run_to_run_scale_factor"] = c.u
     return found

@@ -233,10 +233,31 @@ def _axes(pool: Pool, chosen: Sequence[int]) -> list[int]:
 # ---------------------------------------------------------------- chance
 
 
-def null_of(pool: Pool, tested: Iterable[int], signs: Array) -> Array:
-    """(flips,) smallest log p over the tested blocks in every flip; signs: (flips, segments) of ±1."""
-    H = signs @ pool.segments
-    least = np.zeros(len(signs))
+@dataclass(frozen=True)
+class Flips:
+    """Random signs of segments. signs: (flips, segments) of ±1
+
+    every_test: blocks count as so many independent tests at least. In one long record the calm residual has
+    no slow part left, the candidates took it, and its flips look like fewer tests than there are.
+    """
+
+    signs: Array
+    every_test: bool
+
+
+@dataclass(frozen=True)
+class Null:
+    """What chance does. least: (flips,) smallest log p over the family; tests: how many at least."""
+
+    least: Array
+    tests: float = 1.0
+
+
+def null_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Null:
+    """The smallest log p over the tested blocks in every flip."""
+    tested = list(tested)
+    H = flips.signs @ pool.segments
+    least = np.zeros(len(flips.signs))
     for b in tested:
         k = pool.places[b]
         root, m = _root(pool.gram[np.ix_(k, k)])
@@ -244,7 +265,7 @@ def null_of(pool: Pool, tested: Iterable[int], signs: Array) -> Array:
             values = np.sum((H[:, k] @ root) ** 2, axis=1)
             freedom, _ = _freedom(pool, [b], k, root, m)
             least = np.minimum(least, _log_p_of_many(values, m, freedom, mean_square(pool, [b])))
-    return least
+    return Null(least, float(len({pool.blocks[b].key for b in tested})) if flips.every_test else 1.0)
 
 
 def _log_p_of_many(values: Array, m: int, freedom: float, s2: float) -> Array:
@@ -256,14 +277,14 @@ def _log_p_of_many(values: Array, m: int, freedom: float, s2: float) -> Array:
     return np.interp(values, grid, log_p(grid, m, freedom, s2))
 
 
-def family_wise(found: float, null: Array) -> float:
+def family_wise(found: float, null: Null) -> float:
     """p over the whole family: by rank among the flips, and by the number of tests that they amount to.
 
     The larger of both: flips keep the residual's square and so have lighter tails than F with few degrees of
     freedom, and beyond the flips there is no rank.
     """
-    median = float(np.exp(np.median(null)))
+    median = float(np.exp(np.median(null.least)))
     tests = np.log(0.5) / np.log1p(-min(max(median, 1e-300), 0.999))
-    by_number = min(1.0, max(tests, 1.0) * float(np.exp(max(found, -700.0))))
-    beyond = int(np.sum(null <= found))
-    return float(by_number if beyond == 0 else max(by_number, (1.0 + beyond) / (1.0 + len(null))))
+    by_number = min(1.0, max(tests, null.tests) * float(np.exp(max(found, -700.0))))
+    beyond = int(np.sum(null.least <= found))
+    return float(by_number if beyond == 0 else max(by_number, (1.0 + beyond) / (1.0 + len(null.least))))

@@ -16,6 +16,7 @@ from planner.units import STANDARD_GRAVITY_MPS2
 
 MOST_ROWS = 30_000  # more tell no other verdict, they are averaged in place
 ONE_WAY_UP = 0.9995  # cosine, 2 deg: rows whose accelerometers agree to that have one attitude
+A_LEVEL = 0.3 / 60.0  # K/s, 0.3 K/min: chambers hold a ramp to that
 LEAST_OF_MANY = 60  # power-ons that stay when not all are judged
 FINE = 0.9  # distinct values of a channel a distinct row, from which equal readings are copies
 ONE_G = 0.05  # share of g within which a mean reading at rest is gravity alone
@@ -50,7 +51,7 @@ class Prepared:
 
 def prepared(table: DwellTable) -> Prepared:
     """What the diagnosis works on. Raises InputError when nothing can be made of the accelerometers."""
-    full, sensors, notes, attitude = _referenced(table)
+    full, sensors, notes, attitude = _referenced(_ramps_levelled(table))
     kept, again = _once(full)
     if len(kept) < len(full):
         notes.append(f"{len(full) - len(kept)} rows are the same as others and count once")
@@ -72,6 +73,25 @@ def prepared(table: DwellTable) -> Prepared:
     ordered, starts = by_run(table)
     where = np.where(where >= 0, np.argsort(order)[where], -1)
     return Prepared(ordered, starts, full, where, sensors, tuple(notes), attitude)
+
+
+def _ramps_levelled(table: DwellTable) -> DwellTable:
+    """Rates of temperature that stand at a few levels are taken as these: the readings of them are noisy.
+
+    Within a power-on a sensitive sensor would otherwise say that it does not follow the noise, and deny the
+    effect. A rate that changes all the time stays as it was read.
+    """
+    rate = table.temperature_rate
+    order = np.argsort(rate)
+    cluster = np.cumsum(np.diff(rate[order], prepend=rate[order[:1]]) > A_LEVEL)
+    firsts = np.flatnonzero(np.diff(cluster, prepend=-1))
+    ends = np.append(firsts[1:], len(rate)) - 1
+    if len(rate) == 0 or np.any(rate[order][ends] - rate[order][firsts] > 2.0 * A_LEVEL):
+        return table
+    levelled = np.empty_like(rate)
+    middles = [float(np.median(part)) for part in np.split(rate[order], firsts[1:])]
+    levelled[order] = np.array(middles)[cluster - cluster[0]]
+    return replace(table, temperature_rate=levelled)
 
 
 def _referenced(

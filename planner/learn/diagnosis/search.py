@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from planner.learn.diagnosis.found import (
+    ALPHA_UNKNOWN,
     TIE,
     Found,
     Key,
@@ -48,7 +49,7 @@ def _forward(found: Found, question: Question) -> None:
     seen = {_state(found)}
     while len(found.library) < MOST:
         here = given(found.pool, found.all)
-        null = null_beside(here, found.all, question.every, question.signs)
+        null = null_beside(here, found.all, question)
         scores = {b: score(here, [b]) for b in free(found.pool, question.library, found.all)}
         good = {b: s for b, s in scores.items() if significant(s, null)}
         good = {b: s for b, s in good.items() if stands_beside(found, b, s)}
@@ -93,17 +94,17 @@ def _needless(found: Found, question: Question) -> None:
     """An unknown that a library effect, found later, explains away is none; nor an effect beside others."""
     for b in list(found.unknown):
         here = found.without(b)
-        null = null_beside(here, found.others(b), question.every, question.signs)
-        if not significant(score(here, [b]), null):
+        null = null_beside(here, found.others(b), question)
+        if not significant(score(here, [b]), null, ALPHA_UNKNOWN):
             found.unknown.remove(b)
     here = given(found.pool, found.all)
-    found.drop_needless(null_beside(here, found.all, question.every, question.signs))
+    found.drop_needless(null_beside(here, found.all, question))
 
 
 def _judge(found: Found, question: Question) -> None:
     """Family-wise p of everything believed, each beside the others, among all that was not believed."""
     here = given(found.pool, found.all)
-    null = null_beside(here, found.all, question.every, question.signs)
+    null = null_beside(here, found.all, question)
     for b in found.all:
         own = family_wise(found.share(b).log_p, null)
         found.p[b] = max(min(own, found.stood_for.get(found.pool.blocks[b].key, 1.0)), question.least_p)

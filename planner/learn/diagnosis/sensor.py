@@ -21,7 +21,7 @@ from planner.learn.diagnosis.found import Found, Question, on
 from planner.learn.diagnosis.noise import LEAST_RUNS, Readings, triad_noise
 from planner.learn.diagnosis.nonlinear import Values, refined
 from planner.learn.diagnosis.outliers import outliers
-from planner.learn.diagnosis.pool import Pool, pool_of
+from planner.learn.diagnosis.pool import Flips, Pool, pool_of
 from planner.learn.diagnosis.prepared import Prepared
 from planner.learn.diagnosis.search import search
 from planner.learn.diagnosis.whitened import Whitened, whitened
@@ -130,7 +130,8 @@ def _searched(
         return refined(p, believed, b, mine, cuts, values)
 
     named, unnamed = range(len(library)), range(len(library), len(blocks))
-    question = Question(tuple(named), tuple(unnamed), signs, refine, len(data.starts) < LEAST_RUNS)
+    few = len(data.starts) < LEAST_RUNS
+    question = Question(tuple(named), tuple(unnamed), Flips(signs, few), refine, few)
     found = search(pool, question)
     _unname_the_undetermined(found, mine, cuts, values)
     return SensorFound(sensor, mine, found, far, cuts)
