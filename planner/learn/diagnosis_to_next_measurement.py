@@ -22,7 +22,7 @@ from planner.learn.channel_model import AXES, evaluate
 from planner.learn.diagnosis_to_residual import ChannelFits, UnitFits
 from planner.learn.moment_fit import linear_jacobian
 from planner.records import Array, Conditions
-from planner.solvers.mixed_model import RandomEffects, covariance
+from planner.solvers.random_effects import RandomEffects, covariance
 from planner.spec.model import Spec
 
 ENOUGH = 6.0  # sigma that the new run shall bring by itself: a rival is then refused for good

@@ -19,7 +19,7 @@ from planner.measured import DwellTable
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array
 from planner.solvers.least_squares import factors
-from planner.solvers.mixed_model import RandomEffects, covariance
+from planner.solvers.random_effects import RandomEffects, covariance
 from planner.spec.model import Spec
 
 CONFIDENCE = 0.95

@@ -20,7 +20,8 @@ from planner.learn.noise_model import (
 )
 from planner.records import Array
 from planner.solvers.least_squares import least_squares
-from planner.solvers.mixed_model import MixedFit, Variances, mixed_fit, reml
+from planner.solvers.mixed_model import MixedFit, mixed_fit
+from planner.solvers.reml import Variances, reml
 from planner.spec.model import Spec
 
 _GAUSS_NEWTON = 12

@@ -12,7 +12,8 @@ from planner.learn.channel_model import AXES, jacobian
 from planner.learn.fit_channel import ChannelFit
 from planner.learn.temperature_nodes import temperature_nodes
 from planner.records import Array
-from planner.solvers.mixed_model import RandomEffects, generalised_least_squares
+from planner.solvers.mixed_model import generalised_least_squares
+from planner.solvers.random_effects import RandomEffects
 from planner.units import STANDARD_GRAVITY_MPS2
 
 FOLDS = 5

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from planner.learn.channel_model import ChannelModel, Parts, evaluate, jacobian
 from planner.records import Array
 from planner.solvers.least_squares import least_squares
-from planner.solvers.mixed_model import Covariance, RandomEffects, covariance
+from planner.solvers.random_effects import Covariance, RandomEffects, covariance
 
 FAR = 8.0  # sigma; further off lies no row of a normal or Student-t campaign
 MOST_FAR = 0.01  # share of the rows; more are no outliers but a structure

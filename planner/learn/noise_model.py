@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from planner.learn.channel_model import ChannelModel, Parts
 from planner.records import Array
-from planner.solvers.mixed_model import RandomEffects, Variances, reml
+from planner.solvers.random_effects import RandomEffects
+from planner.solvers.reml import Variances, reml
 from planner.spec.model import ErrorBudget, Spec
 from planner.spec.model import si as si_of
 

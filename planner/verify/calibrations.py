@@ -25,7 +25,7 @@ from planner.records import Array, Conditions
 from planner.simulate.campaign import Settings
 from planner.simulate.design import Design
 from planner.solvers.least_squares import factors
-from planner.solvers.mixed_model import covariance
+from planner.solvers.random_effects import covariance
 from planner.spec.model import ErrorBudget, Spec
 from planner.spec.model import si as si_of
 from planner.verify.draws import DrawnError, generator

@@ -9,17 +9,9 @@ from hypothesis import strategies as st
 from scipy.stats import t as student
 
 from planner.solvers.least_squares import least_squares
-from planner.solvers.mixed_model import (
-    RandomEffects,
-    Sample,
-    Variances,
-    covariance,
-    generalised_least_squares,
-    mixed_fit,
-    reml,
-    reml_together,
-    restricted_loglik,
-)
+from planner.solvers.mixed_model import generalised_least_squares, mixed_fit
+from planner.solvers.random_effects import RandomEffects, covariance
+from planner.solvers.reml import Sample, Variances, reml, reml_together, restricted_loglik
 
 # ---------------------------------------------------------------- NIST StRD, linear least squares
 

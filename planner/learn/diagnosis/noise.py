@@ -24,17 +24,8 @@ from planner.learn.diagnosis.channels import Channel
 from planner.learn.diagnosis.orthogonal import clear, orthonormal
 from planner.records import Array
 from planner.solvers.least_squares import factors
-from planner.solvers.mixed_model import (
-    Covariance,
-    RandomEffects,
-    Sample,
-    Variances,
-    covariance,
-    reml,
-    reml_information,
-    reml_together,
-    restricted_loglik,
-)
+from planner.solvers.random_effects import Covariance, RandomEffects, covariance
+from planner.solvers.reml import Sample, Variances, reml, reml_information, reml_together, restricted_loglik
 
 LEAST_RUNS = 20
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few

@@ -1,0 +1,261 @@
+"""Variances θ of random effects by restricted maximum likelihood (REML).
+
+X enters through an orthonormal basis of its columns, so that the inverse of XᵀV⁻¹X is one of a
+well-conditioned matrix however ill-conditioned X is. Source: Patterson, Thompson, Biometrika 58 (1971) 545.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.records import Array
+from planner.solvers.least_squares import factors
+from planner.solvers.random_effects import Covariance, RandomEffects, covariance
+
+_MOST_STEPS = 60
+_CONVERGED = 1e-7  # of the REML log-likelihood; θ is then within 0.05 % of a standard error
+_LEAST_SHARE = 1e-9  # of the total variance, below which a component counts as none
+
+
+# ---------------------------------------------------------------- traces that scoring needs
+
+
+def _trace(v: Covariance, k: int) -> float:
+    """tr V⁻¹ V_k."""
+    a = len(v.effects.diagonals)
+    if k >= a:
+        z = v.effects.slopes[k - a]
+        return float(z @ v.solve(z[:, None])[:, 0])
+    return float(np.sum(v.effects.diagonals[k] * (1.0 / v.diagonal - _taken(v))))
+
+
+def _taken(v: Covariance) -> Array:
+    """(n,) diagonal of U S Uᵀ."""
+    return np.asarray(np.einsum("nb,nbc,nc->n", v.U, v.effects.spread(v.S), v.U))
+
+
+def _double_traces(v: Covariance) -> Array:
+    """(K, K) tr V⁻¹ V_k V⁻¹ V_l."""
+    e, a = v.effects, len(v.effects.diagonals)
+    out = np.zeros((e.count, e.count))
+    solved = v.solve(e.slopes.T)
+    taken = _taken(v)
+    inner = [v.S @ e.sums(np.einsum("n,nb,nc->nbc", d, v.U, v.U)) for d in e.diagonals]
+    for k in range(e.count):
+        for m in range(k, e.count):
+            if m < a:
+                product = e.diagonals[k] * e.diagonals[m] / v.diagonal
+                both = np.einsum("gbc,gcb->", inner[k], inner[m])
+                out[k, m] = np.sum(product * (1.0 / v.diagonal - 2.0 * taken)) + both
+            elif k < a:
+                out[k, m] = np.sum(e.diagonals[k] * solved[:, m - a] ** 2)
+            else:
+                out[k, m] = np.sum(e.sums(e.slopes[k - a] * solved[:, m - a]) ** 2)
+            out[m, k] = out[k, m]
+    return out
+
+
+# ---------------------------------------------------------------- the restricted likelihood
+
+
+@dataclass(frozen=True)
+class _State:
+    """Everything at one θ: log-likelihood, score, and the matrices of the fixed effects' basis."""
+
+    v: Covariance
+    B: Array  # V⁻¹ X
+    C: Array  # (Xᵀ V⁻¹ X)⁻¹
+    Py: Array
+    loglik: float
+
+
+def _state(y: Array, X: Array, effects: RandomEffects, theta: Array) -> _State:
+    """REML log-likelihood −½ (log|V| + log|XᵀV⁻¹X| + yᵀPy) at θ; y (n,), X (n, r) orthonormal."""
+    v = covariance(effects, theta)
+    solved = v.solve(np.column_stack([X, y]))
+    B, Vy = solved[:, :-1], solved[:, -1]
+    information = X.T @ B
+    information = (information + information.T) / 2.0
+    C = np.asarray(np.linalg.inv(information))
+    Py = Vy - B @ (C @ (X.T @ Vy))
+    log = v.log_determinant + np.linalg.slogdet(information)[1] + float(y @ Py)
+    return _State(v, B, C, Py, -0.5 * float(log))
+
+
+def _derivatives(y: Array, s: _State) -> tuple[Array, Array]:
+    """Score (K,) and expected information (K, K)."""
+    e = s.v.effects
+    images = [e.times(k, s.B) for k in range(e.count)]
+    CA = [s.C @ (s.B.T @ image) for image in images]
+    weighted = [image @ s.C for image in images]
+    solved = [s.v.solve(image) for image in images]
+    Py = s.Py[:, None]
+    quadratic = np.array([float(s.Py @ e.times(k, Py)[:, 0]) for k in range(e.count)])
+    trace = np.array([_trace(s.v, k) - np.trace(CA[k]) for k in range(e.count)])
+    information = _double_traces(s.v)
+    for k in range(e.count):
+        for m in range(e.count):
+            information[k, m] += np.sum(CA[k] * CA[m].T) - 2.0 * np.sum(weighted[k] * solved[m])
+    return 0.5 * (quadratic - trace), 0.5 * information
+
+
+def _average_information(y: Array, s: _State) -> tuple[Array, Array]:
+    """Score (K,) and average information (K, K), ½ yᵀPV_kPV_lPy (Gilmour, Thompson, Cullis 1995).
+
+    As good a curvature for the search as the expected one, for K products of matrices in place of K².
+    """
+    e = s.v.effects
+    pulled = np.column_stack([e.times(k, s.Py[:, None]) for k in range(e.count)])
+    projected = s.v.solve(pulled)
+    projected = projected - s.B @ (s.C @ (s.B.T @ pulled))
+    trace = np.array([_trace(s.v, k) - np.sum(s.C * (s.B.T @ e.times(k, s.B))) for k in range(e.count)])
+    return 0.5 * (s.Py @ pulled - trace), 0.5 * (pulled.T @ projected)
+
+
+@dataclass(frozen=True)
+class Variances:
+    """REML estimates. theta: (K,) in the order of RandomEffects; error: (K, K) their covariance.
+
+    free: (K,) False where the estimate is zero and held there (its row of `error` is zero)
+    """
+
+    theta: Array
+    error: Array
+    free: NDArray[np.bool_]
+    loglik: float
+    converged: bool
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One data set for the variances: y (n,) given X (n, p), with what its V is made of."""
+
+    y: Array
+    X: Array
+    effects: RandomEffects
+
+
+def reml(y: Array, X: Array, effects: RandomEffects, start: Array | None = None) -> Variances:
+    """Variances θ >= 0 that maximise the restricted likelihood of y (n,) given X (n, p).
+
+    Scoring with the average, at the end the expected information; components driven below zero are held at
+    zero and released when their score turns positive. Raises ValueError when no degree of freedom is left
+    for the noise.
+    """
+    return reml_together([Sample(y, X, effects)], start)
+
+
+def reml_together(samples: Sequence[Sample], start: Array | None = None) -> Variances:
+    """Variances that several independent samples share, each with coefficients of its own.
+
+    The likelihoods are multiplied. Raises ValueError as `reml`.
+    """
+    count = samples[0].effects.count
+    bases = [factors(s.X).basis for s in samples]
+    y = [s.y - basis @ (basis.T @ s.y) for s, basis in zip(samples, bases, strict=True)]
+    freedom = sum(len(basis) - basis.shape[1] for basis in bases)
+    if any(len(basis) - basis.shape[1] < 1 for basis in bases):
+        raise ValueError("as many coefficients as rows: nothing is left to estimate the noise from")
+    total = sum(float(part @ part) for part in y) / freedom
+    if total <= 0.0:
+        return Variances(np.zeros(count), np.zeros((count, count)), np.zeros(count, bool), 0.0, True)
+    size = np.mean([_sizes(s.effects) for s in samples], axis=0)
+    parts = [
+        Sample(part / np.sqrt(total), basis, _divided(s.effects, size))
+        for s, part, basis in zip(samples, y, bases, strict=True)
+    ]
+    theta = np.full(count, 1.0 / count) if start is None else start * size / total
+    theta = np.maximum(theta, 1e-3 * (np.arange(count) == 0))
+    theta, error, free, loglik, done = _scored(parts, theta)
+    factor = total / size
+    return Variances(theta * factor, error * np.outer(factor, factor), free, loglik, done)
+
+
+def restricted_loglik(sample: Sample, theta: Array) -> float:
+    """−½ (log|V| + log|QᵀV⁻¹Q| + yᵀPy) at θ, Q an orthonormal basis of X: differences over θ count."""
+    basis = factors(sample.X).basis
+    return _state(sample.y - basis @ (basis.T @ sample.y), basis, sample.effects, theta).loglik
+
+
+def reml_information(X: Array, effects: RandomEffects, theta: Array) -> Array:
+    """(K, K) expected information on all variances at θ, those at zero too; X (n, p) fixed effects.
+
+    Its inverse is how well the data could tell θ, whatever they told (Variances.error leaves out zeros).
+    """
+    basis = factors(X).basis
+    size = _sizes(effects)
+    scaled = _divided(effects, size)
+    total = max(float(np.sum(theta * size)), 1e-300)
+    state = _state(np.zeros(len(basis)), basis, scaled, theta * size / total)
+    _, information = _derivatives(np.zeros(len(basis)), state)
+    return np.asarray(information * np.outer(size, size) / total**2)
+
+
+def _sizes(effects: RandomEffects) -> Array:
+    """(K,) mean diagonal of every component; divided by it one tolerance serves all."""
+    size = np.concatenate([effects.diagonals, effects.slopes**2]).mean(axis=1)
+    return np.asarray(np.where(size > 0, size, 1.0))
+
+
+def _divided(effects: RandomEffects, size: Array) -> RandomEffects:
+    a = len(effects.diagonals)
+    return RandomEffects(
+        effects.starts, effects.diagonals / size[:a, None], effects.slopes / np.sqrt(size[a:, None])
+    )
+
+
+def _scored(samples: Sequence[Sample], theta: Array) -> tuple[Array, Array, NDArray[np.bool_], float, bool]:
+    states, done, expected = _states(samples, theta), False, False
+    for _ in range(_MOST_STEPS):
+        score, information = _slope(samples, states, expected)
+        free = (theta > _LEAST_SHARE) | (score > 0)
+        step = np.zeros_like(theta)
+        step[free] = np.linalg.lstsq(information[np.ix_(free, free)], score[free], rcond=1e-10)[0]
+        new, better = _improved(samples, theta, step, _total(states))
+        settled = better is None or _total(better) - _total(states) < _CONVERGED
+        if better is not None:
+            theta, states = new, better
+        if settled and expected:
+            done = True
+            break
+        expected = settled  # the average information may be blind to a component; the expected one is not
+    theta = np.where(theta > _LEAST_SHARE, theta, 0.0)
+    free = theta > 0
+    _, information = _slope(samples, states, True)
+    error = np.zeros((len(theta), len(theta)))
+    error[np.ix_(free, free)] = np.linalg.pinv(information[np.ix_(free, free)])
+    return theta, error, free, _total(states), done
+
+
+def _states(samples: Sequence[Sample], theta: Array) -> list[_State]:
+    return [_state(s.y, s.X, s.effects, theta) for s in samples]
+
+
+def _total(states: Sequence[_State]) -> float:
+    return sum(s.loglik for s in states)
+
+
+def _slope(samples: Sequence[Sample], states: Sequence[_State], expected: bool) -> tuple[Array, Array]:
+    """Score (K,) and information (K, K) of all samples together."""
+    parts = [
+        _derivatives(sample.y, state) if expected else _average_information(sample.y, state)
+        for sample, state in zip(samples, states, strict=True)
+    ]
+    return np.sum([p[0] for p in parts], axis=0), np.sum([p[1] for p in parts], axis=0)
+
+
+def _improved(
+    samples: Sequence[Sample], theta: Array, step: Array, now: float
+) -> tuple[Array, list[_State] | None]:
+    """The longest halved step that raises the likelihood; the noise keeps a tenth of what it was."""
+    floor = np.where(np.arange(len(theta)) == 0, 0.1 * theta[0], 0.0)
+    for halving in range(12):
+        new = np.maximum(theta + step * 0.5**halving, floor)
+        states = _states(samples, new)
+        if np.isfinite(_total(states)) and _total(states) > now:
+            return new, states
+    return theta, None
