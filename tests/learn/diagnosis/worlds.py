@@ -7,8 +7,9 @@ from functools import cache
 from pathlib import Path
 
 from planner.diagnosis import UnitDiagnosis
+from planner.learn.diagnosis.estimates import rivals
+from planner.learn.diagnosis.found import Found
 from planner.learn.diagnosis.prepared import prepared
-from planner.learn.diagnosis.search import Found
 from planner.learn.diagnosis.sensor import SensorFound, diagnose_sensor
 from planner.learn.dwells_to_diagnosis import diagnose
 from planner.measured import DwellTable
@@ -17,6 +18,19 @@ from planner.spec.load import spec_from_bytes
 from planner.spec.model import Spec
 from tests.learn.world import Hidden, Layout, Noise, campaign, sized
 
+# an effect and a channel on which to hide it
+ON_GYROS = (
+    ("g_sensitivity", "gyro_x"),
+    ("g_squared_sensitivity", "gyro_y"),
+    ("scale_factor_nonlinearity", "gyro_z"),
+    ("scale_factor_asymmetry", "gyro_x"),
+    ("scale_factor_acceleration", "gyro_y"),
+    ("temperature_rate", "gyro_z"),
+    ("warm_up", "gyro_x"),
+    ("ageing", "gyro_y"),
+    ("bias_step", "gyro_z"),
+    ("misalignment_temperature", "gyro_x"),
+)
 DECLARED = ("bias", "bias_temperature", "scale_factor", "scale_factor_temperature", "misalignment")
 SPEC = b"""
 planner: 1
@@ -87,6 +101,22 @@ def named(found: Found) -> set[tuple[str, str]]:
 def unnamed(found: Found) -> set[tuple[str, str]]:
     """(variable, channels) of what has no name."""
     return {_label(found, b) for b in found.unknown}
+
+
+def named_on(s: SensorFound, axis: str) -> set[str]:
+    """Effects of the library that are believed on a channel."""
+    return {name for name, channels in named(s.found) if axis in channels}
+
+
+def unnamed_on(s: SensorFound, axis: str) -> set[str]:
+    """Variables of what has no name on a channel."""
+    return {name for name, channels in unnamed(s.found) if axis in channels}
+
+
+def rivals_of(s: SensorFound) -> set[str]:
+    """Effects that are said to be able to stand in the place of those believed."""
+    library = [i for i, b in enumerate(s.found.pool.blocks) if not b.generic]
+    return {name for b in s.found.library for name, _ in rivals(s.found, b, library)}
 
 
 def _label(found: Found, b: int) -> tuple[str, str]:
