@@ -40,11 +40,15 @@ def init(
 def check(spec: SpecFile, as_json: AsJson = False) -> None:
     """Validate a spec: every fault at once, each with file:line:column.
 
+    Then whether the tests' records can tell every error that they calibrate, as `planner plan` asks.
+
     Example: planner check spec.yaml
     """
+    from planner.pipelines import planning as pipeline
     from planner.spec.load import load_spec
 
     loaded = load_spec(spec)
+    pipeline.refuse_unplannable(loaded)
     warnings = [str(w) for w in loaded.warnings]
     for warning in warnings:
         typer.echo(f"warning: {warning}", err=True)

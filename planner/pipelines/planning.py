@@ -16,6 +16,7 @@ from planner.plan.campaign_to_plan import plan_of
 from planner.plan.errors_to_points import point_menus
 from planner.plan.genetic_campaign import genetic_plan
 from planner.plan.plan_to_schedule_figures import with_schedule_figures
+from planner.plan.records_to_observability import refuse_the_undetermined
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.schedule_to_steps import planned_tests, steps
 from planner.plan.sensitivity_to_allowance import allowed_errors
@@ -59,6 +60,11 @@ class Planned:
     plan: Plan
     navigation: Navigation
     allowed: AllowedErrors | None
+
+
+def refuse_unplannable(loaded: LoadedSpec) -> None:
+    """What `plan` refuses before it plans: raises InputError when the tests' records cannot tell an error."""
+    refuse_the_undetermined(loaded.spec, error_models(loaded.spec))
 
 
 def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -20,7 +19,6 @@ from planner.units import from_si
 from planner.verify.vary import Grid, GridPoint, Variation, grid, variation
 from planner.verify.workers import runner
 
-LIVES = 5  # so often may local workers die
 MOST_TRIED = 500  # combinations, of 5 to 25 ms each, before a value passes unseen and is marked in the table
 
 
@@ -82,20 +80,13 @@ def sweep(
 ) -> Iterator[tuple[int, dict[str, Any]]]:
     """Points of the grid with what their plans say, in the order in which they are finished.
 
-    Raises StoppedEarly when local workers die again and again.
+    Raises StoppedEarly when workers die again and again.
     """
-    run, left = runner(workers, cluster), set(numbers)
-    for _ in range(LIVES):
-        try:
-            for number, found in run(plan_point, SweepTask(points, spec), [(i, 1) for i in sorted(left)]):
-                left.remove(number)
-                yield number, found
-            return
-        except BrokenProcessPool:  # one was killed: what it had is planned again
-            continue
-    raise StoppedEarly(
-        f"workers died {LIVES} times, of too little memory? Give fewer --workers; the same command goes on"
-    )
+    run = runner(workers, cluster)
+    try:
+        yield from run(plan_point, SweepTask(points, spec), [(number, 1) for number in numbers])
+    except StoppedEarly as error:
+        raise StoppedEarly(f"{error}; the same command goes on") from None
 
 
 def plan_point(task: SweepTask, number: int, size: int) -> tuple[int, dict[str, Any]]:

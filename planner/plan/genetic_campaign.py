@@ -183,7 +183,10 @@ class _Decoder:
         group, best = self.folded.groups[e], np.full(allowed.shape[1], np.inf)
         rows = np.zeros(allowed.shape[1], dtype=np.int64)
         for option in allowed:
-            added = np.maximum(group.amounts[option] - others, 0.0) @ self.folded.prices + group.cost[option]
+            more = group.amounts[option]
+            np.subtract(more, others, out=more)
+            np.maximum(more, 0.0, out=more)  # in place: fresh arrays would take longer than the arithmetic
+            added = more @ self.folded.prices + group.cost[option]
             better = (option >= 0) & (added < best)
             rows[better], best[better] = option[better], added[better]
         return rows

@@ -1,15 +1,20 @@
 """Who runs the chunks: this process, local workers (joblib), or a dask.distributed cluster.
 
-Whoever it is, a chunk's outcome is the same; here they only come back in some order.
+Whoever it is, a chunk's outcome is the same; here they only come back in some order. A worker that is killed
+in the middle costs the time of its chunks and nothing else: they are worked again.
 """
 
 from __future__ import annotations
 
 import pickle
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
 from typing import Any
 
-from planner.errors import InputError
+from planner.errors import InputError, StoppedEarly
+
+LIVES = 5  # so often may workers die
 
 Chunked = Callable[[Any, int, int], Any]
 """A function of what all chunks share, a chunk's number and its size -> the chunk's outcome."""
@@ -31,14 +36,44 @@ def here(function: Chunked, shared: Any, chunks: Sequence[tuple[int, int]]) -> I
         yield function(shared, number, size)
 
 
+@dataclass(frozen=True)
+class _Numbered:
+    """The function's outcome with the chunk's number, which tells what is left when a worker has died."""
+
+    function: Chunked
+
+    def __call__(self, shared: Any, number: int, size: int) -> tuple[int, Any]:
+        return number, self.function(shared, number, size)
+
+
 def locally(workers: int, function: Chunked, shared: Any, chunks: Sequence[tuple[int, int]]) -> Iterator[Any]:
-    """On processes of this machine; -1 takes all its cores."""
+    """On processes of this machine; -1 takes all its cores. Every chunk comes back once.
+
+    Raises StoppedEarly when workers die again and again.
+    """
+    left = dict(chunks)
+    for _ in range(LIVES):
+        try:
+            for number, outcome in _pool(workers, _Numbered(function), shared, list(left.items())):
+                del left[number]
+                yield outcome
+            return
+        except BrokenProcessPool:  # all that were at work are gone with the one that was killed
+            continue
+    raise _died(f"workers died {LIVES} times")
+
+
+def _pool(workers: int, function: Chunked, shared: Any, chunks: Sequence[tuple[int, int]]) -> Iterator[Any]:
     from joblib import Parallel, delayed
 
     parallel = Parallel(
         n_jobs=workers, return_as="generator_unordered", batch_size=1, pre_dispatch="2*n_jobs"
     )
     yield from parallel(delayed(function)(shared, number, size) for number, size in chunks)
+
+
+def _died(what: str) -> StoppedEarly:
+    return StoppedEarly(f"{what}, of too little memory? Give fewer --workers")
 
 
 def on_cluster(

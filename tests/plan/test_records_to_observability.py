@@ -149,7 +149,7 @@ def test_the_shipped_specs_can_be_calibrated(name: str) -> None:
     assert mixed_up_in_calibration(spec, models) == []
 
 
-def test_the_command_says_so_with_exit_code_2(run: Run, tmp_path: Any) -> None:
+def test_plan_and_check_say_so_with_exit_code_2(run: Run, tmp_path: Any) -> None:
     text = (SHIPPED / "small_uav.yaml").read_text(encoding="utf-8")
     short = text.replace("motions: 6\n    power_on: 30 s\n    record: 20 s", "motions: 2\n    record: 20 s")
     assert short != text
@@ -158,6 +158,14 @@ def test_the_command_says_so_with_exit_code_2(run: Run, tmp_path: Any) -> None:
     assert found.code == 2
     assert "tests.rates: the records cannot tell gyro.misalignment" in found.err
     assert "the unit never turns about" in found.err
+    checked = run("check", "short.yaml")
+    assert (checked.code, checked.out) == (2, "")
+    assert _error(checked.err) == _error(found.err)
+
+
+def _error(err: str) -> str:
+    """What stands on stderr, without the warnings and the progress before it."""
+    return err[err.index("error:") :]
 
 
 def test_a_weak_determination_is_remarked_upon_in_the_plan() -> None:

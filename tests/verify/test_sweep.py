@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import planner.commands.sweeping as sweeping
+import planner.verify.workers as workers
 from planner.errors import InputError, StoppedEarly
 from planner.pipelines.planning import plan as plan_fully
 from planner.pipelines.sweep import points_of, sweep
@@ -260,32 +261,27 @@ def test_a_stopped_sweep_goes_on_where_it_was(run, spec, tmp_path, monkeypatch):
 
 
 def test_a_killed_worker_is_replaced_and_nothing_is_planned_twice(spec, monkeypatch):
-    import planner.pipelines.sweep as pipeline
-
     asked, points = [], points_of(spec, ["requirement.0.limit=9..12m"], 4)
 
-    def dies_after_two(function, task, chunks):
+    def dies_after_two(count, function, task, chunks):
         asked.append([number for number, _ in chunks])
         for done, chunk in enumerate(chunks):
             if done == 2:
                 raise BrokenProcessPool("killed")
             yield function(task, *chunk)
 
-    monkeypatch.setattr(pipeline, "runner", lambda workers, cluster: dies_after_two)
+    monkeypatch.setattr(workers, "_pool", dies_after_two)
     found = dict(sweep(spec, points, range(4), 2, None))
     assert asked == [[0, 1, 2, 3], [2, 3]]
-    monkeypatch.undo()
     assert found == dict(sweep(spec, points, range(4), 1, None))
 
 
 def test_workers_that_die_again_and_again_end_the_sweep(spec, monkeypatch):
-    import planner.pipelines.sweep as pipeline
-
-    def dies(function, task, chunks):
+    def dies(count, function, task, chunks):
         raise BrokenProcessPool("killed")
 
-    monkeypatch.setattr(pipeline, "runner", lambda workers, cluster: dies)
-    with pytest.raises(StoppedEarly, match="fewer --workers"):
+    monkeypatch.setattr(workers, "_pool", dies)
+    with pytest.raises(StoppedEarly, match="fewer --workers; the same command goes on"):
         list(sweep(spec, points_of(spec, ["plan.seed=1,2"], 2), [0, 1], 2, None))
 
 
