@@ -112,7 +112,8 @@ def _average_information(y: Array, s: _State) -> tuple[Array, Array]:
     pulled = np.column_stack([e.times(k, s.Py[:, None]) for k in range(e.count)])
     projected = s.v.solve(pulled)
     projected = projected - s.B @ (s.C @ (s.B.T @ pulled))
-    trace = np.array([_trace(s.v, k) - np.sum(s.C * (s.B.T @ e.times(k, s.B))) for k in range(e.count)])
+    BC = s.B @ s.C
+    trace = np.array([_trace(s.v, k) - np.sum(BC * e.times(k, s.B)) for k in range(e.count)])
     return 0.5 * (s.Py @ pulled - trace), 0.5 * (pulled.T @ projected)
 
 

@@ -30,7 +30,7 @@ from planner.solvers.reml import Sample, Variances, reml, reml_information, reml
 LEAST_RUNS = 20
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
-MOST_ROWS = 4000  # for the variances; more rows tell nothing that a campaign's decision needs
+MOST_ROWS = 2000  # for the variances; more rows tell nothing that a campaign's decision needs
 ROUNDING = 1e-9  # of the largest reading: data without any noise still have this much
 WELL_KNOWN = 40.0  # degrees of freedom, from which a channel's own variance is as good as the triad's
 UNLIKE = 0.05  # p of the likelihood ratio, below which the channels of a triad are judged each for itself
@@ -182,7 +182,8 @@ def _shared(judged: Sequence[_Judged], own: Sequence[Variances]) -> list[Varianc
         for j, size in zip(judged, sizes, strict=True)
     ]
     try:
-        together = reml_together(scaled)
+        middle = np.mean([v.theta / size for v, size in zip(own, sizes, strict=True)], axis=0)
+        together = reml_together(scaled, middle)
         shared = sum(restricted_loglik(s, together.theta) for s in scaled)
     except ValueError:
         return None
