@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from planner.solvers.calendar import SLACK, Calendar, calendar, constant
@@ -15,7 +15,8 @@ spans = st.lists(st.tuples(st.integers(0, 25), st.integers(0, 4)), min_size=1, m
 
 
 def open_at(opening, moment):
-    return any(a <= moment + k * PERIOD <= b for a, b in opening for k in range(-3, 4))
+    # the latest moment asked for is 39.5 ready + 60 searched + 29 into the work
+    return any(a <= moment + k * PERIOD <= b for a, b in opening for k in range(-7, 4))
 
 
 def fits(opening, start, attended):
@@ -35,6 +36,7 @@ def searched(opening, ready, attended, seconds):
 
 @settings(deadline=None, max_examples=300)
 @given(windows, spans, st.integers(0, 79), st.integers(0, 30))
+@example([(0, 1)], [(23, 1)], 75, 0)
 def test_work_waits_until_people_are_there_for_all_of_it(shifts, attended, half_ready, seconds):
     opening = [(a, a + length) for a, length in shifts]
     attended = [(a, a + length) for a, length in attended]
