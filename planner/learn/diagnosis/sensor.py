@@ -140,7 +140,13 @@ def _searched(
 def _unname_the_undetermined(
     found: Found, channels: Sequence[Channel], cuts: NDArray[np.int64], values: Values
 ) -> None:
-    """An exponential of any time constant, from the shortest seen to the longest, is no warm-up."""
+    """An exponential of any time constant, from the shortest seen to the longest, is no warm-up.
+
+    Nor is that an effect of which the data determine no coefficient: what rounding leaves of its columns.
+    """
+    sizes = estimates(found.pool, found.all)
+    told = {e.block for e in sizes if np.isfinite(e.half)}
+    found.library = [b for b in found.library if b in told]
     shortest, longest = values.time_constants
     for b in [b for b in found.library if "time_constant" in found.pool.blocks[b].nonlinear]:
         p = parameter_interval(found, b, channels, cuts, values.days)

@@ -83,6 +83,15 @@ def test_eighteen_rows_of_one_power_on_name_nothing_by_chance() -> None:
     assert claims <= 3
 
 
+def test_readings_without_any_noise_lack_nothing() -> None:
+    # the declared misalignment takes the Earth's rate up but for the digits that were not printed
+    table = campaign(87, layout=Layout(temperatures=(20.0,), ramps=False, centrifuge=False))
+    rests = rows_of(table, np.flatnonzero(np.abs(table.ref_rate).max(axis=1) < 0.01))
+    printed = np.radians(np.round(np.degrees(rests.ref_rate) + np.array([0.02, -0.01, 0.03]), 9))
+    found = whole(replace(rests, gyro=printed, acc=None))
+    assert (found.effects, found.unknown) == ((), ())
+
+
 # ---------------------------------------------------------------- rows made ready
 
 
