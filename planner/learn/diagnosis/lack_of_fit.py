@@ -13,6 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from planner.learn.diagnosis.found import (
+    ALPHA_UNKNOWN,
     SINGLE,
     Found,
     Question,
@@ -55,9 +56,8 @@ def lack_of_fit(found: Found, question: Question) -> list[int]:
     scores = {g: score(here, [g]) for g in generic}
     good = []
     for g, s in scores.items():
-        if (
-            significant(s, null) and s.criterion > 0.0
-        ):  # no table is exact: many rows make its bends significant
+        # no table over temperature is exact: many rows make its bends significant, the criterion does not
+        if s.criterion > 0.0 and significant(s, null, ALPHA_UNKNOWN):
             if _only_misfit(found, g, s.delta):
                 found.misfit.add(g)
             else:
