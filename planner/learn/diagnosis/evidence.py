@@ -8,7 +8,6 @@ import numpy as np
 
 from planner import catalog
 from planner.diagnosis import Evidence
-from planner.learn.channel_model import AXES
 from planner.learn.diagnosis.candidates import effect_blocks
 from planner.learn.diagnosis.channels import Channel, at_rows, columns
 from planner.learn.diagnosis.estimates import estimates
@@ -36,7 +35,7 @@ def _of(s: SensorFound, data: Prepared, c: Channel) -> Evidence:
     small = [s.found.pool.blocks[b].columns[c.axis] for b in blocks]
     full = [_columns(s, whole, b) for b in blocks]
     return Evidence(
-        channel=f"{s.sensor}_{AXES[c.axis]}",
+        channel=c.name,
         before=_residual(w, c, whole, [], []),
         after=_residual(w, c, whole, small, full),
         expected=_expected(w, whole, data),

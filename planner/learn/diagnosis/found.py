@@ -26,14 +26,12 @@ class Question:
     """What is asked of a pool. library, generic: its blocks; flips: of the calm residual
 
     refine: (pool, believed, block) -> pool with the block at its best nonlinear parameter, and its number
-    few_runs: the colour of the noise is then not known, and one long record's variables all go together
     """
 
     library: tuple[int, ...]
     generic: tuple[int, ...]
     flips: Flips
     refine: Refine
-    few_runs: bool
 
     @property
     def every(self) -> tuple[int, ...]:
@@ -43,7 +41,7 @@ class Question:
     @property
     def least_p(self) -> float:
         """The smallest p that is said: with few power-ons none beyond what the flips can tell."""
-        return 1.0 / (1.0 + len(self.flips.signs)) if self.few_runs else float(np.finfo(float).tiny)
+        return 1.0 / (1.0 + len(self.flips.signs)) if self.flips.few_runs else float(np.finfo(float).tiny)
 
 
 @dataclass
@@ -75,6 +73,11 @@ class Found:
     def without(self, *blocks: int) -> Pool:
         """The pool beside everything believed but these."""
         return given(self.pool, self.others(*blocks))
+
+    def chance(self, question: Question, *blocks: int) -> Null:
+        """What chance does among all that is still a candidate beside everything believed but these."""
+        taken = self.others(*blocks)
+        return null_of(self.without(*blocks), free(self.pool, question.every, taken), question.flips)
 
     def share(self, block: int) -> Score:
         """What a block explains beside everything else that is believed, but not beside its alias."""
@@ -115,11 +118,6 @@ class Found:
             stands = self.pool.blocks[b].key in self.stood_for and s.log_p < np.log(SINGLE)
             if not (stands or significant(s, null)):
                 self.library.remove(b)
-
-
-def null_beside(here: Pool, taken: Sequence[int], question: Question) -> Null:
-    """What chance does among all that is still a candidate beside what is taken."""
-    return null_of(here, free(here, question.every, taken), question.flips)
 
 
 def significant(s: Score, null: Null, alpha: float = ALPHA) -> bool:

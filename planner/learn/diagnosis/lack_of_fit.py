@@ -20,11 +20,10 @@ from planner.learn.diagnosis.found import (
     best_of,
     free,
     keys,
-    null_beside,
     on,
     significant,
 )
-from planner.learn.diagnosis.pool import Pool, Score, delta, family_wise, given, null_of, score
+from planner.learn.diagnosis.pool import Pool, Score, delta, family_wise, null_of, score
 
 STAYS = 0.5  # share of its Δ that a library effect must keep beside an unknown
 # share of the unknown's Δ that it must have: bins follow no curve exactly, and their rest fits anything
@@ -50,7 +49,7 @@ OWN_VARIABLE = {
 
 def lack_of_fit(found: Found, question: Question) -> list[int]:
     """The generic alternatives that are still significant, the strongest first."""
-    here = given(found.pool, found.all)
+    here = found.without()
     generic = free(found.pool, question.generic, found.unknown)
     null = null_of(here, [*free(found.pool, question.library, found.all), *generic], question.flips)
     scores = {g: score(here, [g]) for g in generic}
@@ -108,8 +107,7 @@ def cut_chains(found: Found, question: Question) -> None:
         if delta(here, [best]) >= ONE_VARIABLE * both:
             found.unknown = [*(u for u in found.unknown if u not in before), best]
             _only_what_counts(found, best, mine, both)
-            here = given(found.pool, found.all)
-            found.drop_needless(null_beside(here, found.all, question))
+            found.drop_needless(found.chance(question))
 
 
 def explained(found: Found, lacking: Sequence[int], question: Question) -> None:
@@ -124,7 +122,7 @@ def _named(found: Found, lacking: Sequence[int], question: Question) -> bool:
     It must explain as much by the criterion, be significant as a single test, and leave nothing generic.
     """
     axes = found.axes(lacking[0])
-    here = given(found.pool, found.all)
+    here = found.without()
     candidates = free(found.pool, on(found.pool, question.library, axes), found.all)
     scores = {b: score(here, [b]) for b in candidates}
     scores = {b: s for b, s in scores.items() if s.m and s.log_p < np.log(SINGLE)}
@@ -142,9 +140,7 @@ def _named(found: Found, lacking: Sequence[int], question: Question) -> bool:
 
 def _p_beside(found: Found, generic: int, question: Question) -> float:
     """Family-wise p of what is lacking beside everything believed."""
-    here = given(found.pool, found.all)
-    null = null_beside(here, found.all, question)
-    return family_wise(score(here, [generic]).log_p, null)
+    return family_wise(score(found.without(), [generic]).log_p, found.chance(question))
 
 
 def _taken(found: Found, tried: Found, axes: set[int], question: Question) -> bool:
@@ -182,16 +178,16 @@ def _pair(found: Found, lacking: Sequence[int], question: Question) -> bool:
     tried.refine(question)
     if keys(tried.pool, tried.library) == keys(found.pool, found.library):
         return False
-    null = null_of(given(tried.pool, tried.all), question.every, question.flips)
+    null = null_of(tried.without(), question.every, question.flips)
     size = len(tried.library)
     tried.drop_needless(null)
     return len(tried.library) == size and _taken(found, tried, axes, question)
 
 
 def _best_pair(found: Found, axes: set[int], question: Question) -> tuple[int, int] | None:
-    others = found.others(*found.on(axes))
-    here = given(found.pool, others)
-    candidates = free(found.pool, on(found.pool, question.library, axes), others)
+    mine = found.on(axes)
+    here = found.without(*mine)
+    candidates = free(found.pool, on(found.pool, question.library, axes), found.others(*mine))
     penalty = {b: _penalty(here, b) for b in candidates if score(here, [b]).m}
     pairs = {
         (a, b): delta(here, [a, b]) - penalty[a] - penalty[b]
@@ -211,13 +207,13 @@ def _unknown(found: Found, lacking: Sequence[int], question: Question) -> None:
     best = max(scores, key=lambda g: scores[g])
     if mine and score(here, mine).criterion >= scores[best]:
         # the library was right, and something comes on top
-        left = given(found.pool, found.all)
+        left = found.without()
         found.unknown.append(max(lacking, key=lambda g: score(left, [g]).criterion))
         return
     found.unknown.append(best)
     both = delta(here, [*mine, best])
     own = any(OWN_VARIABLE.get(found.pool.blocks[b].name) == found.pool.blocks[best].name for b in mine)
-    if mine and (question.few_runs or own) and delta(here, mine) >= MOST_OF_BOTH * both:
+    if mine and (question.flips.few_runs or own) and delta(here, mine) >= MOST_OF_BOTH * both:
         _only_what_counts(found, best, mine, both)
     else:
         _only_what_stands(found, best, mine, question)
@@ -242,9 +238,8 @@ def _only_what_stands(found: Found, unknown: int, mine: Sequence[int], question:
     axes = found.axes(unknown)
     alone = {b: score(found.without(b, unknown), [b]).delta for b in mine}
     for b in sorted(mine, key=lambda i: alone[i]):
-        here = found.without(b)
-        beside = score(here, [b])
-        null = null_beside(here, found.others(b), question)
+        beside = score(found.without(b), [b])
+        null = found.chance(question, b)
         least = max(STAYS * alone[b], LEAST * found.size_of(unknown, axes))
         if not (significant(beside, null) and beside.delta >= least):
             found.library.remove(b)

@@ -237,12 +237,13 @@ def _axes(pool: Pool, chosen: Sequence[int]) -> list[int]:
 class Flips:
     """Random signs of segments. signs: (flips, segments) of ±1
 
-    every_test: blocks count as so many independent tests at least. In one long record the calm residual has
-    no slow part left, the candidates took it, and its flips look like fewer tests than there are.
+    few_runs: the colour of the noise is then not known, and one long record's variables all go together. Its
+    calm residual has no slow part left, the candidates took it, and the flips look like fewer tests than
+    there are: blocks count as so many independent ones at least.
     """
 
     signs: Array
-    every_test: bool
+    few_runs: bool
 
 
 @dataclass(frozen=True)
@@ -265,7 +266,7 @@ def null_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Null:
             values = np.sum((H[:, k] @ root) ** 2, axis=1)
             freedom, _ = _freedom(pool, [b], k, root, m)
             least = np.minimum(least, _log_p_of_many(values, m, freedom, mean_square(pool, [b])))
-    return Null(least, float(len({pool.blocks[b].key for b in tested})) if flips.every_test else 1.0)
+    return Null(least, float(len({pool.blocks[b].key for b in tested})) if flips.few_runs else 1.0)
 
 
 def _log_p_of_many(values: Array, m: int, freedom: float, s2: float) -> Array:

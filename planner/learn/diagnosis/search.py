@@ -17,7 +17,6 @@ from planner.learn.diagnosis.found import (
     best_of,
     free,
     keys,
-    null_beside,
     significant,
 )
 from planner.learn.diagnosis.lack_of_fit import cut_chains, explained, lack_of_fit, stands_beside
@@ -48,8 +47,8 @@ def search(pool: Pool, question: Question) -> Found:
 def _forward(found: Found, question: Question) -> None:
     seen = {_state(found)}
     while len(found.library) < MOST:
-        here = given(found.pool, found.all)
-        null = null_beside(here, found.all, question)
+        here = found.without()
+        null = found.chance(question)
         scores = {b: score(here, [b]) for b in free(found.pool, question.library, found.all)}
         good = {b: s for b, s in scores.items() if significant(s, null)}
         good = {b: s for b, s in good.items() if stands_beside(found, b, s)}
@@ -93,18 +92,14 @@ def _swap(found: Found, library: Sequence[int]) -> None:
 def _needless(found: Found, question: Question) -> None:
     """An unknown that a library effect, found later, explains away is none; nor an effect beside others."""
     for b in list(found.unknown):
-        here = found.without(b)
-        null = null_beside(here, found.others(b), question)
-        if not significant(score(here, [b]), null, ALPHA_UNKNOWN):
+        if not significant(score(found.without(b), [b]), found.chance(question, b), ALPHA_UNKNOWN):
             found.unknown.remove(b)
-    here = given(found.pool, found.all)
-    found.drop_needless(null_beside(here, found.all, question))
+    found.drop_needless(found.chance(question))
 
 
 def _judge(found: Found, question: Question) -> None:
     """Family-wise p of everything believed, each beside the others, among all that was not believed."""
-    here = given(found.pool, found.all)
-    null = null_beside(here, found.all, question)
+    null = found.chance(question)
     for b in found.all:
         own = family_wise(found.share(b).log_p, null)
         found.p[b] = max(min(own, found.stood_for.get(found.pool.blocks[b].key, 1.0)), question.least_p)

@@ -123,15 +123,14 @@ def _searched(
     cuts = segments(state, data.starts)
     pool = pool_of(state, blocks, cuts)
     signs = np.random.default_rng([seed, 17]).choice([-1.0, 1.0], size=(FLIPS, len(cuts)))
-
     values = Values(seen_time_constants(table), middles_of_days(table.day))
 
     def refine(p: Pool, believed: Sequence[int], b: int) -> tuple[Pool, int]:
         return refined(p, believed, b, mine, cuts, values)
 
     named, unnamed = range(len(library)), range(len(library), len(blocks))
-    few = len(data.starts) < LEAST_RUNS
-    question = Question(tuple(named), tuple(unnamed), Flips(signs, few), refine, few)
+    flips = Flips(signs, len(data.starts) < LEAST_RUNS)
+    question = Question(tuple(named), tuple(unnamed), flips, refine)
     found = search(pool, question)
     _unname_the_undetermined(found, mine, cuts, values)
     return SensorFound(sensor, mine, found, far, cuts)

@@ -10,10 +10,10 @@ import pytest
 from planner.learn.diagnosis import noise
 from planner.learn.diagnosis import prepared as rows
 from planner.learn.diagnosis.prepared import prepared
-from planner.learn.diagnosis.sensor import SensorFound
+from planner.learn.diagnosis.sensor import SensorFound, diagnose_sensor
 from planner.learn.table_rows import rows_of
 from planner.measured import DwellTable
-from tests.learn.diagnosis.worlds import searched, whole
+from tests.learn.diagnosis.worlds import DECLARED, searched, whole
 from tests.learn.world import Layout, Noise, campaign
 
 G = 9.80665
@@ -61,9 +61,6 @@ def test_channels_that_differ_are_judged_each_for_itself() -> None:
     rng = np.random.default_rng(1)
     stray = 3e-4 * rng.normal(size=table.run.max() + 1)[table.run]
     gyro = table.gyro + np.outer(turn * stray * table.ref_rate[:, 2], [0.0, 0.0, 1.0])
-    from planner.learn.diagnosis.sensor import diagnose_sensor
-    from tests.learn.diagnosis.worlds import DECLARED
-
     s = diagnose_sensor(prepared(replace(table, gyro=gyro)), "gyro", DECLARED, 1)
     k = s.found.pool.state[0].noise.components.index("run_to_run_scale_factor")
     sizes = [float(np.sqrt(w.noise.variances.theta[k])) for w in s.found.pool.state.values()]
