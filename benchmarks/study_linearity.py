@@ -17,35 +17,19 @@ from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
 from planner.physics.error_dynamics import propagate_errors
 from planner.physics.perturbed import navigate_with_errors
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.records import Array, Trajectory
 from planner.verify.flights import forcing
+from tests.verify.random_flights import random_flight
 
 LIMIT = 0.01
 UNITS = 50
 FACTORS = (1.0, 2.0, 5.0, 10.0, 30.0, 100.0)
 SIZES = np.concatenate([[b] * 3 + [1e-4] * 9 for b in (np.radians(0.005), 5e-3 * 9.80665)])
-NAMES = ("level", "turn", "helicopter", "small_uav_1", "small_uav_2")
-
-
-def random_flight(seed: int) -> Trajectory:
-    """A built-in flight with parameters at random."""
-    rng = np.random.default_rng([seed, 77])
-    name = NAMES[seed % len(NAMES)]
-    settings = {
-        "name": name,
-        "latitude": f"{rng.uniform(-70, 70):.3f} deg",
-        "longitude": f"{rng.uniform(-180, 180):.3f} deg",
-        "heading": f"{rng.uniform(0, 360):.3f} deg",
-        "sampling_rate": "50 Hz",
-    }
-    if name in ("level", "turn"):
-        settings |= {"duration": f"{rng.uniform(30, 90):.1f} s", "speed": f"{rng.uniform(20, 250):.1f} m/s"}
-    if name == "small_uav_1":
-        settings |= {"elevation": f"{rng.uniform(45, 70):.1f} deg", "duration": "50 s"}
-    return trajectory_of(settings, Path())
 
 
 def apart(trajectory: Trajectory, factors: Sequence[float], seed: int) -> Array:

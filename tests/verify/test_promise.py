@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,10 +16,10 @@ from planner.export.verify import verify_document
 from planner.physics.error_dynamics import propagate_errors
 from planner.physics.perturbed import navigate_with_errors
 from planner.pipelines.promise import FlightOptions, verify
-from planner.plan.spec_to_trajectory import trajectory_of
 from planner.report.verify_page import verify_html
 from planner.verify.flights import forcing, moments
 from tests.verify.plans import Planned, flown, plan_of, planned_from, sealed_again
+from tests.verify.random_flights import random_flight
 
 
 def say_nothing(message: str) -> None:
@@ -142,23 +141,6 @@ def test_linear_and_nonlinear_agree_within_a_per_cent_on_random_flights(seed):
 
 def _sizes(bias: float) -> np.ndarray:
     return np.array([bias] * 3 + [1e-4] * 9)
-
-
-def random_flight(seed: int):
-    """A built-in flight with parameters at random: length, speed, heading, place."""
-    rng = np.random.default_rng([seed, 77])
-    name = ["level", "turn", "helicopter", "small_uav_1"][seed % 4]
-    place = {
-        "name": name,
-        "latitude": f"{rng.uniform(-70, 70):.3f} deg",
-        "heading": f"{rng.uniform(0, 360):.3f} deg",
-        "sampling_rate": "50 Hz",
-    }
-    if name in ("level", "turn"):
-        place |= {"duration": f"{rng.uniform(30, 90):.1f} s", "speed": f"{rng.uniform(20, 250):.1f} m/s"}
-    if name == "small_uav_1":
-        place |= {"elevation": f"{rng.uniform(45, 70):.1f} deg", "duration": "50 s"}
-    return trajectory_of(place, Path())
 
 
 # ---------------------------------------------------------------- from the command line
