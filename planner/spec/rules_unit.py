@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
 from planner import catalog
+from planner.sensor import ErrorName
 from planner.spec.model import ErrorBudget, MeasuredCurve
 from planner.spec.places import did_you_mean
 from planner.spec.review import Review
@@ -133,7 +134,7 @@ def _covers(sheet: Review, path: Path, measured: MeasuredCurve) -> None:
 
 def _uses(sheet: Review, error: str, path: Path, budget: ErrorBudget) -> None:
     """What a budget says must be of use to the plan: is the error calibrated, and over temperature?"""
-    effect = error.split(".")[1]
+    effect = ErrorName(error).effect
     if not (sheet.readable(("effects",)) and sheet.whole("tests")):
         return
     declared = set(sheet.spec.effects)
