@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from planner import catalog
 from planner.learn.bench_runs import BenchRun, run_of_test, run_of_trial
-from planner.learn.channel_model import channel_model, evaluate, sensed
+from planner.campaign.channel_model import channel_model, evaluate, sensed
 from planner.learn.moment_fit import linear_jacobian
 from planner.protocols import Sensor
 from planner.records import Array, Conditions

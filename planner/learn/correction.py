@@ -12,7 +12,7 @@ import numpy as np
 
 from planner import catalog
 from planner.calibration import ExtraTerm, Tables
-from planner.learn.temperature_nodes import hats
+from planner.temperature_table import hats
 from planner.measured import DwellTable
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Conditions

@@ -20,7 +20,7 @@ import numpy as np
 
 from planner import catalog
 from planner.diagnosis import FoundEffect, FoundTerm, NavigationCost
-from planner.learn.channel_model import AXES, evaluate
+from planner.campaign.channel_model import AXES, evaluate
 from planner.learn.diagnosis_to_residual import ChannelFits, UnitFits
 from planner.learn.moment_fit import linear_jacobian
 from planner.physics.error_dynamics import propagate_errors

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnosis import FoundEffect, ResidualChange, UnitDiagnosis
-from planner.learn.channel_model import AXES, channel_model
+from planner.campaign.channel_model import AXES, channel_model
 from planner.learn.diagnosis.prepared import prepared
 from planner.learn.dwells_to_fit import readings_of
 from planner.learn.moment_fit import MomentFit, moment_fit

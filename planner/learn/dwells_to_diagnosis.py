@@ -18,7 +18,7 @@ from planner.diagnosis import (
     Verdict,
 )
 from planner.errors import InputError
-from planner.learn.channel_model import AXES
+from planner.campaign.channel_model import AXES
 from planner.learn.diagnosis.assumptions import assumptions
 from planner.learn.diagnosis.bench_uncertainty import below_bench
 from planner.learn.diagnosis.estimates import Estimate, estimates, parameter_interval, rivals

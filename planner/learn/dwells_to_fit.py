@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from planner import __version__
 from planner.calibration import Calibration, SensorCalibration, Tables
 from planner.errors import InputError
-from planner.learn.channel_model import channel_model
+from planner.campaign.channel_model import channel_model
 from planner.learn.correction import true_input
-from planner.learn.fit_channel import ChannelFit, fit_channel
+from planner.campaign.estimate import ChannelFit, fit_channel
 from planner.learn.fit_options import DECLARED, FitOptions, Robust
 from planner.learn.fit_to_calibration import sensor_calibration
 from planner.learn.held_out import residual_of

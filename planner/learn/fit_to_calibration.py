@@ -16,10 +16,10 @@ from planner.calibration import (
     Status,
     Tables,
 )
-from planner.learn.channel_model import AXES, REACH_K, Column
-from planner.learn.fit_channel import ChannelFit
-from planner.learn.noise_model import Component
-from planner.learn.temperature_nodes import hats
+from planner.campaign.channel_model import AXES, REACH_K, Column
+from planner.campaign.estimate import ChannelFit
+from planner.campaign.noise import Component
+from planner.temperature_table import hats
 from planner.protocols import Sensor
 from planner.records import Array
 from planner.sensor import ErrorName

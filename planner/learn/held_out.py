@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.calibration import Residual
-from planner.learn.channel_model import AXES, jacobian
-from planner.learn.fit_channel import ChannelFit
-from planner.learn.temperature_nodes import temperature_nodes
+from planner.campaign.channel_model import AXES, jacobian
+from planner.campaign.estimate import ChannelFit
+from planner.temperature_table import temperature_nodes
 from planner.records import Array
 from planner.solvers.mixed_model import generalised_least_squares
 from planner.solvers.random_effects import RandomEffects

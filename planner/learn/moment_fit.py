@@ -3,7 +3,7 @@
     V = diag(σ² T̄/T + ρ² u²) + τ² 1 1ᵀ per power-on,   T the duration of a record, T̄ their mean
 
 Good enough to weigh rows when an error model is judged on runs that it has not seen; intervals of
-coefficients come from elsewhere (planner.learn.fit_channel). Spreads are medians of moduli, so rows that are
+coefficients come from elsewhere (planner.campaign.estimate). Spreads are medians of moduli, so rows that are
 far off have no say.
 """
 
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.learn.channel_model import ChannelModel, Parts, evaluate, jacobian
+from planner.campaign.channel_model import ChannelModel, Parts, evaluate, jacobian
 from planner.records import Array
 from planner.solvers.least_squares import least_squares
 from planner.solvers.random_effects import Covariance, RandomEffects, covariance

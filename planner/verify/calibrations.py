@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from planner import catalog
 from planner.errors import InputError
-from planner.learn.channel_model import ChannelModel, channel_model, evaluate, jacobian, sensed
-from planner.learn.noise_model import Noise, noise_model, spec_variances
+from planner.campaign.channel_model import ChannelModel, channel_model, evaluate, jacobian, sensed
+from planner.campaign.noise import Noise, noise_model, spec_variances
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Conditions
 from planner.sensor import ErrorName

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.effects._channels import REFERENCE_DEGC
-from planner.learn.channel_model import AXES, REACH_K
-from planner.learn.temperature_nodes import hats
+from planner.campaign.channel_model import AXES, REACH_K
+from planner.temperature_table import hats
 from planner.protocols import Sensor
 from planner.records import Array
 from planner.verify.calibrations import ChannelEstimator

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.calibration import Coefficient
-from planner.learn.channel_model import channel_model
-from planner.learn.fit_channel import ChannelFit, fit_channel
+from planner.campaign.channel_model import channel_model
+from planner.campaign.estimate import ChannelFit, fit_channel
 from planner.learn.fit_to_calibration import coefficients_of
 from planner.learn.table_rows import by_run
 from planner.measured import DwellTable

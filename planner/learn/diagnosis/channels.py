@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import catalog
-from planner.learn.channel_model import (
+from planner.campaign.channel_model import (
     AXES,
     EXCITING,
     REACH_K,
@@ -26,7 +26,7 @@ from planner.learn.channel_model import (
     jacobian,
     sensed,
 )
-from planner.learn.temperature_nodes import nodes_with_rows, temperature_nodes
+from planner.temperature_table import nodes_with_rows, temperature_nodes
 from planner.protocols import Sensor
 from planner.records import Array, Conditions
 from planner.solvers.least_squares import least_squares

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.learn.channel_model import EXCITING
+from planner.campaign.channel_model import EXCITING
 from planner.learn.diagnosis.channels import Channel
 from planner.learn.diagnosis.orthogonal import clear, orthonormal
 from planner.records import Array

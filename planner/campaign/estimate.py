@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.learn.channel_model import ChannelModel, Parts, evaluate, jacobian
+from planner.campaign.channel_model import ChannelModel, Parts, evaluate, jacobian
 from planner.learn.fit_options import Robust
-from planner.learn.noise_model import (
+from planner.campaign.noise import (
     LEAST_RUN_FREEDOM,
     Noise,
     noise_model,

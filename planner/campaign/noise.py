@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.learn.channel_model import ChannelModel, Parts
+from planner.campaign.channel_model import ChannelModel, Parts
 from planner.records import Array
 from planner.solvers.random_effects import RandomEffects
 from planner.solvers.reml import Variances, reml
