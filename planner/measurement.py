@@ -2,10 +2,10 @@
 
     y_i = (1 + κ_i)(M u)_i + b_i + noise
 
-u is the true rate or specific force, M = I + small misalignments, κ all scale-factor effects of a channel, b all
-its bias effects (K 2.1, eq. 5 and 6). Every effect enters by its group: those of `misalignment` lean the input,
-v = M u; those of `scale_factor` are asked with the leaned input, κ v = S(v) k; those of `bias` add, b = B β. So
-the product of scale factor and misalignment is exact.
+u is the true rate or specific force, M = I + small misalignments, κ all scale-factor effects of a channel, b
+all its bias effects (K 2.1, eq. 5 and 6). Every effect enters by its group: those of `misalignment` lean the
+input, v = M u; those of `scale_factor` are asked with the leaned input, κ v = S(v) k; those of `bias` add,
+b = B β. So the product of scale factor and misalignment is exact.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def driven_by(sensor: Sensor, conditions: Conditions, u: Array) -> Conditions:
 
 @dataclass(frozen=True)
 class Acting:
-    """An effect at work. values: (t,) coefficients, or (n, t) in every record, SI; parameters: of the effect."""
+    """An effect at work. values: (t,) coefficients, or (n, t) in every record, SI; parameters: its own."""
 
     effect: Effect
     values: Array
@@ -108,7 +108,7 @@ def _added(group: Group, sensor: Sensor, conditions: Conditions, acting: Sequenc
     return total
 
 
-# ---------------------------------------------------------------- one channel as a function of its coefficients
+# ---------------------------------------------------------------- one channel by its coefficients
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Carried:
-    """The terms of one effect on a channel; nodes: (N,) degC of the table that carries it, None: constants."""
+    """The terms of one effect on a channel; nodes: (N,) degC of the table that carries it, or None."""
 
     effect: Effect
     terms: tuple[int, ...]
@@ -172,6 +172,12 @@ class ChannelModel:
     def linear(self) -> int:
         """How many coefficients are linear; the parameters stand behind them."""
         return sum(len(c.terms) * (1 if c.nodes is None else len(c.nodes)) for c in self.carried)
+
+    def with_input(self, v: Array) -> Conditions:
+        """The conditions with the leaned input v (n,) in place of the channel's own."""
+        driven = sensed(self.sensor, self.conditions).copy()
+        driven[:, self.channel] = v
+        return driven_by(self.sensor, self.conditions, driven)
 
     def start(self) -> Array:
         """(p,) no error at all; parameters, as they are carried, at their defaults."""
@@ -222,7 +228,7 @@ def evaluate(model: ChannelModel, theta: Array) -> Parts:
     )
     b, k, m = _split(model, theta, B.shape[1], L.shape[1])
     v = model.u + L @ m
-    S = _group(model, "scale_factor", _with_input(model, v), parameters)
+    S = _group(model, "scale_factor", model.with_input(v), parameters)
     bent = S @ k
     kappa = np.divide(bent, v, out=np.zeros_like(v), where=np.abs(v) > 1e-9 * np.abs(v).max(initial=1e-30))
     return Parts(v, kappa, B, S, L, v + bent + B @ b)
@@ -247,13 +253,6 @@ def jacobian(model: ChannelModel, theta: Array, parts: Parts) -> Array:
 def _split(model: ChannelModel, theta: Array, biases: int, leans: int) -> tuple[Array, Array, Array]:
     scales = model.linear - biases - leans
     return theta[:biases], theta[biases : biases + scales], theta[biases + scales : model.linear]
-
-
-def _with_input(model: ChannelModel, v: Array) -> Conditions:
-    """The conditions with the leaned input v in place of the channel's own."""
-    driven = sensed(model.sensor, model.conditions).copy()
-    driven[:, model.channel] = v
-    return driven_by(model.sensor, model.conditions, driven)
 
 
 def _group(

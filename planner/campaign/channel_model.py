@@ -1,4 +1,4 @@
-"""The declared error model of one channel over the rows of a campaign: which effects, which tables, which nodes.
+"""The declared error model of one channel over the rows of a campaign: its effects, their tables, the nodes.
 
 An effect that changes over temperature and is `tabled` is no coefficient of its own: the table of the effect
 whose temperature it is carries it, with a node at every temperature of the campaign that tells it.

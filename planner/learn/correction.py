@@ -12,10 +12,10 @@ import numpy as np
 
 from planner import catalog
 from planner.calibration import ExtraTerm, Tables
-from planner.temperature_table import hats
 from planner.measured import DwellTable
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Conditions
+from planner.temperature_table import hats
 
 _ROUNDS = 4  # κ is 1e-2 at most, so every round wins two digits
 _RATE, _FORCE = "rate", "specific_force"

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.campaign.channel_model import ChannelModel, Parts, evaluate, jacobian
+from planner.measurement import ChannelModel, Parts, evaluate, jacobian
 from planner.records import Array
 from planner.solvers.least_squares import least_squares
 from planner.solvers.random_effects import Covariance, RandomEffects, covariance
@@ -95,16 +95,15 @@ def _noise_share(duration: Array) -> Array:
 def linear_jacobian(model: ChannelModel, theta: Array, parts: Parts) -> Array:
     """(n, q) derivative of the prediction by the linear coefficients alone."""
     full = jacobian(model, theta, parts)
-    return full[:, : full.shape[1] - len(model.parameters())]
+    return full[:, : full.shape[1] - len(model.fitted_parameters)]
 
 
 def _start(model: ChannelModel, nonlinear: Mapping[str, Mapping[str, float]]) -> Array:
     theta = model.start()
-    names = model.parameters()
-    for i, (effect, parameter) in enumerate(names):
-        value = nonlinear.get(effect, {}).get(parameter)
-        if value is not None and value > 0:
-            theta[len(theta) - len(names) + i] = np.log(value)
+    for i, (effect, parameter) in enumerate(model.fitted_parameters):
+        value = nonlinear.get(effect, {}).get(parameter.name)
+        if value is not None:
+            theta[model.linear + i] = parameter.carried(value)
     return theta
 
 

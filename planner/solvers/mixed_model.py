@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.records import Array
+from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import Factors, factors
 from planner.solvers.random_effects import Covariance, RandomEffects, covariance
 from planner.solvers.reml import Variances
@@ -53,7 +54,9 @@ def mixed_fit(y: Array, X: Array, effects: RandomEffects, variances: Variances) 
     )
 
 
-def _small_sample(v: Covariance, B: Array, variances: Variances, T: Array) -> tuple[Array, Array]:
+def _small_sample(
+    v: Covariance | BlockCovariance, B: Array, variances: Variances, T: Array
+) -> tuple[Array, Array]:
     """Covariance (p, p) and degrees of freedom (p,); in the basis T, with B = V⁻¹XT, Φ is the identity."""
     A, Q = _products(v, B)
     W = variances.error
@@ -70,7 +73,7 @@ def _small_sample(v: Covariance, B: Array, variances: Variances, T: Array) -> tu
     return adjusted, freedom
 
 
-def _products(v: Covariance, B: Array) -> tuple[list[Array], list[list[Array]]]:
+def _products(v: Covariance | BlockCovariance, B: Array) -> tuple[list[Array], list[list[Array]]]:
     """A_k = BᵀV_kB and Q_kl = BᵀV_kV⁻¹V_lB (Kenward, Roger)."""
     images = [v.effects.times(k, B) for k in range(v.effects.count)]
     solved = [v.solve(image) for image in images]

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.errors import InputError
 from planner.campaign.channel_model import ChannelModel, channel_model, evaluate, jacobian, sensed
 from planner.campaign.noise import Noise, noise_model, spec_variances
+from planner.errors import InputError
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Conditions
 from planner.sensor import ErrorName

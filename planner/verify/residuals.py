@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.effects._channels import REFERENCE_DEGC
 from planner.campaign.channel_model import AXES, REACH_K
-from planner.temperature_table import hats
+from planner.effects._channels import REFERENCE_DEGC
 from planner.protocols import Sensor
 from planner.records import Array
+from planner.temperature_table import hats
 from planner.verify.calibrations import ChannelEstimator
 from planner.verify.draws import DrawnError, Exposed
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from planner.calibration import Coefficient
 from planner.campaign.channel_model import channel_model
-from planner.campaign.estimate import ChannelFit, fit_channel
+from planner.campaign.estimate import Estimate, estimate
+from planner.campaign.power_ons import of_table
 from planner.learn.fit_to_calibration import coefficients_of
 from planner.learn.table_rows import by_run
 from planner.measured import DwellTable
@@ -60,12 +61,12 @@ class WorldTruth:
 
 def fitted(
     table: DwellTable, sensor: Sensor, channel: int, spec: Spec, effects: tuple[str, ...] = EFFECTS
-) -> ChannelFit:
+) -> Estimate:
     """One channel's fit."""
-    ordered, starts = by_run(table)
+    ordered, _ = by_run(table)
     readings = ordered.gyro if sensor == "gyro" else ordered.acc
     model = channel_model(sensor, channel, ordered.conditions(), effects)
-    return fit_channel(model, readings[:, channel], starts, ordered.duration, spec)
+    return estimate(model, readings[:, channel], of_table(ordered), spec)
 
 
 def coverage(

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from planner.campaign.channel_model import evaluate, jacobian
-from planner.learn.dwells_to_fit import calibrate
 from planner.campaign.noise import noise_model, spec_variances
+from planner.learn.dwells_to_fit import calibrate
 from planner.measured import DwellTable
 from planner.physics.strapdown import NavigationState, integrate
 from planner.protocols import SENSORS
