@@ -39,7 +39,7 @@ _TUNING = {"huber": 1.345, "bisquare": 4.685}  # 95 % efficiency at the normal (
 SLOW = 0.5  # correlation of neighbours that white noise of 30 records reaches once in 400
 LEAST_NEIGHBOURS = 30
 FAR = 6.0  # sigma; one normal row in 5e8 lies further out
-CHANGED = 0.02  # of a variance, by which it must move before the coefficients are fitted again
+CHANGED = 0.02  # of a standard error, by which a parameter moves before the variances are asked again
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def _fitted(
         J = jacobian(model, theta, parts)
         left = y - parts.predicted
         prior = prior_of(model, theta, parts, runs, spec)
-        if given is None and (turn < 2 or robust != "no" or _moved(step, error)):
+        if given is None and (turn == 0 or robust != "no" or _moved(model, step, error)):
             every = noise_model(model, parts, runs, spec.unit, weights)
             before, notes = measured_variances(left, J, prior, every, spec, before)
         noise, variances = before  # type: ignore[misc]
@@ -124,10 +124,7 @@ def _fitted(
     parts = evaluate(model, theta)
     far = int(np.sum(np.abs(fit.whitened) > FAR))
     if far and robust == "no":
-        notes = [
-            *notes,
-            f"{far} rows lie more than {FAR:g} sigma off; the robust fit (--robust) resists them",
-        ]
+        notes += [f"{far} rows lie more than {FAR:g} sigma off; the robust fit (--robust) resists them"]
     notes = [*notes, *_slow(fit.whitened, runs)]
     residual = y - parts.predicted
     return Estimate(model, theta, parts, J, fit, noise, variances, prior, weights, residual, tuple(notes))
@@ -152,9 +149,9 @@ def solved(y: Array, J: Array, prior: Prior, noise: Noise, variances: Variances)
     )
 
 
-def _moved(step: Array, error: Array) -> bool:
-    """Whether the last step was far enough to change what the residuals say of the variances."""
-    return bool(np.any(np.abs(step) > CHANGED * error + 1e-15))
+def _moved(model: ChannelModel, step: Array, error: Array) -> bool:
+    """Whether a parameter moved: a step of linear coefficients alone does not change what REML is asked."""
+    return bool(np.any(np.abs(step) > CHANGED * error + 1e-15, where=np.arange(len(step)) >= model.linear))
 
 
 # ---------------------------------------------------------------- start and weights

@@ -18,7 +18,7 @@ from planner.spec.model import Spec
 _WORTH = 3.3  # gain of log-likelihood that a further variance must bring: one per cent of a χ² with 1
 LEAST_RUN_FREEDOM = 2
 OPTIONAL = ("rate_noise", "constant")  # kept only when they are worth it
-MOST_ROWS = 12_000  # of evenly chosen whole power-ons: a variance is then known to 2 %, and 2 % is enough
+MOST_ROWS = 6_000  # of evenly chosen whole power-ons: a spread is then known to some 3 %, and that is enough
 
 
 def measured_variances(

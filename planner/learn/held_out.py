@@ -11,7 +11,8 @@ from planner.calibration import Residual
 from planner.campaign.estimate import Estimate
 from planner.measurement import AXES
 from planner.records import Array
-from planner.solvers.mixed_model import generalised_least_squares
+from planner.solvers.least_squares import factors
+from planner.solvers.random_effects import covariance
 from planner.temperature_table import temperature_nodes
 from planner.units import STANDARD_GRAVITY_MPS2
 
@@ -43,15 +44,15 @@ def residual_of(fit: Estimate, y: Array) -> Residual:
 
 
 def _predicted_from_others(fit: Estimate, y: Array, rows: NDArray[np.int64]) -> Array:
-    J = fit.J
-    target = fit.residual + J @ fit.theta
+    """(n,) residuals, each by the other folds; V is block by power-on, so rows are whitened once for all."""
+    target = fit.residual + fit.J @ fit.theta
+    white = covariance(fit.noise.effects, fit.variances.theta).whiten(np.column_stack([fit.J, target]))
     left = np.zeros(len(y))
     for k in range(rows.max() + 1):
         out = rows == k
-        beta = generalised_least_squares(
-            target[~out], J[~out], fit.noise.effects.at(~out[fit.noise.effects.starts]), fit.variances.theta
-        )
-        left[out] = target[out] - J[out] @ beta
+        found = factors(white[~out, :-1])
+        beta = found.to_coefficients @ (found.basis.T @ white[~out, -1])
+        left[out] = target[out] - fit.J[out] @ beta
     return left
 
 

@@ -77,9 +77,9 @@ class BlockCovariance:
         out = np.zeros((K, K))
         for b in self.batches:
             products = [b.inverse @ block(self.effects, k, b.rows) for k in range(K)]
-            turned = [np.swapaxes(p, 1, 2).ravel() for p in products]
-            flat = [p.ravel() for p in products]
-            out += np.array([[flat[k] @ turned[m] for m in range(K)] for k in range(K)])
+            flat = np.array([p.ravel() for p in products])
+            turned = np.array([np.swapaxes(p, 1, 2).ravel() for p in products])
+            out += flat @ turned.T
         return out
 
 
