@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from planner import catalog
 from planner.spec.model import Bench
-from planner.spec.places import did_you_mean
 from planner.spec.motions import motions_of
+from planner.spec.places import did_you_mean
 from planner.spec.review import Review
 from planner.spec.yaml12 import Path
 
