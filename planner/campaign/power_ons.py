@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.campaign.design import Design
 from planner.measured import DwellTable
 from planner.records import Array, Conditions
 
@@ -57,3 +58,11 @@ def of_table(table: DwellTable) -> PowerOns:
     """The power-ons of a dwell table whose rows stand power-on by power-on, in the order of their time."""
     starts = np.flatnonzero(np.append(True, np.diff(table.run) != 0)).astype(np.int64)
     return PowerOns(table.conditions(), table.duration, starts, np.ones(len(starts)), table.bench)
+
+
+def of_design(design: Design) -> PowerOns:
+    """The power-ons that a plan's steps make of one unit, each once."""
+    starts = design.starts.astype(np.int64)
+    return PowerOns(
+        design.conditions, design.duration, starts, np.ones(len(starts)), design.bench, design.installation
+    )

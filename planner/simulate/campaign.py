@@ -18,10 +18,10 @@ from typing import Literal
 import numpy as np
 
 from planner import catalog
+from planner.campaign.design import Design
 from planner.measured import DwellTable
 from planner.protocols import SENSORS, Effect, Sensor
 from planner.records import Array, Conditions
-from planner.simulate.design import Design
 from planner.simulate.hidden import HiddenEffect, coefficients
 from planner.simulate.processes import gauss_markov, generator, power_on_draws, walk
 from planner.simulate.references import drawn_references

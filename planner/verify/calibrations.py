@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 
 from planner import catalog
 from planner.campaign.channel_model import ChannelModel, channel_model, evaluate, jacobian, sensed
+from planner.campaign.design import Design
 from planner.campaign.noise import Noise, noise_model, spec_variances
 from planner.errors import InputError
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Conditions
 from planner.sensor import ErrorName
 from planner.simulate.campaign import Settings
-from planner.simulate.design import Design
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import covariance
 from planner.spec.budget import ErrorBudget

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
+from planner.campaign.design import Design
 from planner.protocols import Sensor
 from planner.records import Array
 from planner.simulate.campaign import Settings, Unit
-from planner.simulate.design import Design
 from planner.simulate.temperature_curves import POINTS, CurveFamily
 from planner.spec.budget import STORAGE_DAYS, ErrorBudget
 

@@ -12,10 +12,10 @@ from typing import Any, Literal
 import numpy as np
 
 from planner import catalog
+from planner.campaign.design import DEFAULT_LATITUDE, Design, design, steps_of
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Trajectory
 from planner.simulate.campaign import Settings, Unit, prepared
-from planner.simulate.design import DEFAULT_LATITUDE, Design, design, steps_of
 from planner.simulate.settings import settings_of
 from planner.spec.budget import STORAGE_DAYS, ErrorBudget
 from planner.spec.model import Given, Requirement, Spec

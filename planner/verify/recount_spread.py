@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import catalog
+from planner.campaign.design import DEFAULT_LATITUDE
+from planner.campaign.exposure import exposure, mounting
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Conditions
-from planner.simulate.attitudes import exposure, mounting
-from planner.simulate.design import DEFAULT_LATITUDE
 from planner.spec.budget import IN_RUN_TIME_S, ErrorBudget
 from planner.spec.model import Given, Spec
 from planner.spec.motions import motions_of
