@@ -19,6 +19,7 @@ from planner.solvers.random_effects import Covariance, RandomEffects, covariance
 
 _MOST_STEPS = 60
 _CONVERGED = 1e-7  # of the REML log-likelihood; θ is then within 0.05 % of a standard error
+_LEAST_CURVATURE = 1e-8  # of a combination of variances that the data hardly tell, relative to each alone
 _LEAST_SHARE = 1e-9  # of the total variance, below which a component counts as none
 
 
@@ -168,9 +169,7 @@ def _scored(
     states, done, expected = _states(samples, theta), False, False
     for _ in range(_MOST_STEPS):
         score, information = _slope(samples, states, expected)
-        free = ((theta > _LEAST_SHARE) | (score > 0)) & sought
-        step = np.zeros_like(theta)
-        step[free] = np.linalg.lstsq(information[np.ix_(free, free)], score[free], rcond=1e-10)[0]
+        step = _step(theta, score, information, sought)
         new, better = _improved(samples, theta, step, _total(states))
         settled = better is None or _total(better) - _total(states) < _CONVERGED
         if better is not None:
@@ -185,6 +184,26 @@ def _scored(
     error = np.zeros((len(theta), len(theta)))
     error[np.ix_(free, free)] = np.linalg.pinv(information[np.ix_(free, free)])
     return theta, error, free, _total(states), done
+
+
+def _step(theta: Array, score: Array, information: Array, free: NDArray[np.bool_]) -> Array:
+    """(K,) to the maximum of the quadratic sᵀd − ½ dᵀI d with θ + d >= 0: uphill, whatever is at its bound.
+
+    Every variance in units of its own error, or a large one would count as unseen. Least squares with bounds:
+    Lawson, Hanson, Solving Least Squares Problems, 1974, 23.
+    """
+    from scipy.optimize import nnls
+
+    unit = np.sqrt(np.maximum(np.diag(information)[free], 1e-300))
+    curvature = information[np.ix_(free, free)] / np.outer(unit, unit)
+    value, vector = np.linalg.eigh(curvature)
+    root = np.sqrt(np.maximum(value, _LEAST_CURVATURE))
+    at = theta[free] * unit
+    target = (vector / root).T @ (score[free] / unit) + (vector * root).T @ at
+    found, _ = nnls((vector * root).T, target, maxiter=30 * len(at))
+    step = np.zeros_like(score)
+    step[free] = (found - at) / unit
+    return step
 
 
 def _states(samples: Sequence[Sample], theta: Array) -> list[_State]:
