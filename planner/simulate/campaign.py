@@ -41,8 +41,8 @@ class Settings:
     temperature_jitter: how far a soaked chamber strays, K; temperature_error: of the unit's thermometer, K
     case: `random` draws sizes within the budget, `worst` takes all of it; signs: `random` or `plus`
     run_to_run, in_run, storage, temperature_residual: whether the budget's part is drawn at all
-    references: whether the bench's references are off by their stated accuracy, or perfect
     spikes: share of readings that are `spike_size` sigma off
+    references: whether the bench's references are off by their stated accuracy, or perfect
     """
 
     white: Mapping[Sensor, float] = field(
@@ -60,9 +60,9 @@ class Settings:
     in_run: bool = True
     storage: bool = True
     temperature_residual: bool = True
-    references: bool = True
     spikes: float = 0.0
     spike_size: float = 40.0
+    references: bool = True
 
     def correlation_time(self, budget: ErrorBudget) -> float:
         """Of the in-run process of an error, s."""
