@@ -119,7 +119,7 @@ REFUSALS = {
         "run_to_run: 1 mg", "run_to_run: {value: 1 mg, temperature_correlation: 40 degC}", "40 degC", "unit.accelerometer.bias.run_to_run.temperature_correlation", "difference in K",
     ),
     "zero spread in the longer form": (
-        "run_to_run: 1 mg", "run_to_run: {value: {0 degC: 0 mg}, temperature_correlation: 4 K}", "0 mg", "unit.accelerometer.bias.run_to_run.value[0 degC]", "repeats",
+        "run_to_run: 1 mg", "run_to_run: {value: {0 degC: 0 milli-g}, temperature_correlation: 4 K}", "0 milli-g", "unit.accelerometer.bias.run_to_run.value[0 degC]", "repeats",
     ),
     "a spread as a list": ("run_to_run: 1 mg", "run_to_run: [1 mg]", "[1 mg]", "unit.accelerometer.bias.run_to_run", "temperature_correlation: 40 K}"),
     "unknown figure": (
@@ -130,7 +130,7 @@ REFUSALS = {
     "a figure of a curve": (
         CURVE, "{curve: {0 degC: 1 mg, 9 degC: 2 mg}, figure: sigma}", "{curve: {0", "unit.accelerometer.bias.temperature_residual", "for a table",
     ),
-    "a residual of no form": (RESIDUAL, "0.03 deg/s\n      storage: 1 deg/s", "0.03 deg/s\n      storage", "unit.gyro.bias.temperature_residual", "{curve: …}"),
+    "a residual of no form": (RESIDUAL, "[0.03 deg/s]", "[0.03 deg/s]", "unit.gyro.bias.temperature_residual", "{curve: …}"),
     # accuracy and alignment
     "accuracy without unit": ("    axes: 2", "    axes: 2\n    accuracy: {rate: 20}", "20}\n", "benches.rate_table.accuracy.rate", "'20 ppm'"),
     "accuracy of another dimension": ("    axes: 2", "    axes: 2\n    accuracy: {rate: 2 deg/s}", "2 deg/s}", "benches.rate_table.accuracy.rate", "ppm"),
