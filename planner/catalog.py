@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
+
+from planner.protocols import Effect
 
 
 @cache
@@ -33,7 +36,7 @@ def plugins(package: str, constant: str, *, every: bool = True) -> dict[str, Any
     return dict(sorted(found.items()))
 
 
-def effects() -> dict[str, Any]:
+def effects() -> Mapping[str, Effect]:
     """All effects by name."""
     return plugins("planner.effects", "EFFECT")
 
@@ -61,9 +64,3 @@ def exports() -> dict[str, Any]:
 def readers() -> dict[str, Any]:
     """All formats of raw recordings by name."""
     return plugins("planner.readers", "READER")
-
-
-def effect_order(names: list[str]) -> list[str]:
-    """The names in the catalogue's order, which every table and file follows."""
-    order = list(effects())
-    return sorted(names, key=lambda name: order.index(name.split(".")[-1]))

@@ -11,37 +11,132 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.records import Array, Conditions, Trajectory
+from planner.sensor import SENSORS, Sensor
 
-Sensor = Literal["gyro", "accelerometer"]
-SENSORS: tuple[Sensor, ...] = ("gyro", "accelerometer")
+__all__ = [
+    "SENSORS",
+    "BenchKind",
+    "Condition",
+    "Effect",
+    "ExportFormat",
+    "ExportOptions",
+    "Exported",
+    "Group",
+    "Parameter",
+    "RawBlock",
+    "RawReader",
+    "Sensor",
+    "Term",
+    "TrajectoryFamily",
+]
+
+Group = Literal["bias", "scale_factor", "misalignment"]
+Condition = Literal["rate", "specific_force", "temperature_degc", "temperature_rate", "time_on", "day"]
+AXES = "xyz"
 
 
 @dataclass(frozen=True)
 class Term:
-    """One coefficient of an effect: `x`, `y`, `z` for a channel, `xy` for channel x driven by axis y."""
+    """One coefficient of an effect: `x`, `y`, `z` for a channel, `xy` for channel x driven by axis y.
+
+    channels: indices of the channels that it acts on; left out, the one that its name begins with. Channels
+        that have a term in common are fitted together.
+    Raises ValueError when the name begins with no channel and none are given.
+    """
 
     name: str
+    channels: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.channels:
+            if self.name[:1] not in AXES or not self.name:
+                raise ValueError(
+                    f"term {self.name!r}: say on which channels it acts, e.g. channels=(0, 1, 2)"
+                )
+            object.__setattr__(self, "channels", (AXES.index(self.name[0]),))
+
+    @property
+    def shared(self) -> bool:
+        """Whether several channels have this coefficient in common."""
+        return len(self.channels) > 1
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter that does not enter linearly, such as a time constant.
+
+    unit: `s`, `degC`, `day`, `1` …; default, low, high: in SI, temperatures in degC, days in days
+    scale: `logarithmic` for what is positive and known to a factor, `linear` for what may have any sign
+    Raises ValueError for a range that does not hold the default, or reaches zero on a logarithmic scale.
+    """
+
+    name: str
+    unit: str
+    default: float
+    low: float
+    high: float
+    scale: Literal["linear", "logarithmic"] = "logarithmic"
+
+    def __post_init__(self) -> None:
+        if not self.low <= self.default <= self.high or self.low == self.high:
+            raise ValueError(
+                f"parameter {self.name}: {self.low:g} … {self.high:g} must hold {self.default:g}"
+            )
+        if self.scale == "logarithmic" and self.low <= 0.0:
+            raise ValueError(f"parameter {self.name}: a logarithmic scale must lie above zero")
+
+    def carried(self, value: float) -> float:
+        """The value as a fit carries it: its logarithm on a logarithmic scale."""
+        return float(np.log(value)) if self.scale == "logarithmic" else value
+
+    def value(self, carried: float) -> float:
+        """The value of what a fit carries."""
+        return float(np.exp(min(carried, 700.0))) if self.scale == "logarithmic" else carried
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Low and high as a fit carries them."""
+        return self.carried(self.low), self.carried(self.high)
 
 
 @runtime_checkable
 class Effect(Protocol):
     """An effect answers: what do you add to the sensor's output per unit of your coefficients?
 
-    name: one of the names of the interfaces; sensors: on which it exists
+    What else anybody must know of it, it says itself:
+    name: one of the names of the interfaces, or a package's own; sensors: on which it exists
     units: sensor -> display unit of the coefficient, e.g. `deg/s/g`; coefficients are SI inside
     group: how the effect enters y_i = (1 + kappa_i)(M u)_i + b_i + noise: `bias`, `scale_factor`
         or `misalignment`
-    nonlinear: parameter name -> default in SI, for effects such as warm_up that need one to be linear
+    parameters: those that do not enter linearly, any number of them
+    needs: fields of Conditions that its regressors depend on; variable: the one that its curve runs along
+    temperature_of: the effect whose change over temperature this one is; tabled: a calibration carries it in
+        that effect's temperature table instead of by a coefficient of its own
     bench_only: the bench or its references do this, not the sensor: it does not fly, no reading is corrected
         for it, and no budget speaks of it
+    misfit: share of itself that its regressors cannot follow, because the records do not say all it needs
+    title, equation, source: for people
     """
 
     name: str
     sensors: tuple[Sensor, ...]
     units: Mapping[Sensor, str]
-    group: Literal["bias", "scale_factor", "misalignment"]
-    nonlinear: Mapping[str, float]
+    group: Group
+    parameters: tuple[Parameter, ...]
+    needs: frozenset[Condition]
+    variable: Condition | None
+    temperature_of: str | None
+    tabled: bool
     bench_only: bool
+    misfit: float
+    title: str
+    equation: str
+    source: str
+
+    @property
+    def nonlinear(self) -> Mapping[str, float]:
+        """Parameter -> its default."""
+        ...
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """The effect's coefficients, in the order of the regressors' last axis."""
@@ -50,7 +145,10 @@ class Effect(Protocol):
     def regressors(
         self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
     ) -> Array:
-        """(n, 3, n_terms) output in SI (rad/s or m/s^2) on x, y, z per SI unit of each coefficient."""
+        """(n, 3, n_terms) output in SI (rad/s or m/s^2) on x, y, z per SI unit of each coefficient.
+
+        nonlinear: parameter -> value; those left out are at their defaults.
+        """
         ...
 
 

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
 
 import numpy as np
 
-from planner.protocols import Sensor, Term
+from planner.protocols import Condition, Group, Parameter, Sensor, Term
 from planner.records import Array, Conditions
 
 AXES = ("x", "y", "z")
 CHANNELS = tuple(Term(axis) for axis in AXES)
 REFERENCE_DEGC = 20.0  # bench room temperature: the point at which temperature effects are zero
 BOTH: tuple[Sensor, ...] = ("gyro", "accelerometer")
-
-Group = Literal["bias", "scale_factor", "misalignment"]
 
 
 def sensed(sensor: Sensor, conditions: Conditions) -> Array:
@@ -36,15 +33,32 @@ def every_channel(drive: Array) -> Array:
     return per_channel(np.broadcast_to(drive[:, np.newaxis], (len(drive), 3)))
 
 
-class ChannelEffect:
-    """Base of effects with one coefficient a channel, y_i += k_i · drive_i; a subclass offers `drive`."""
+class BaseEffect:
+    """What an effect says of itself unless it says otherwise; a subclass offers `terms` and `regressors`."""
 
     name: str
     sensors: tuple[Sensor, ...] = BOTH
     units: Mapping[Sensor, str]
     group: Group
-    nonlinear: Mapping[str, float] = {}
+    parameters: tuple[Parameter, ...] = ()
+    needs: frozenset[Condition] = frozenset()
+    variable: Condition | None = None
+    temperature_of: str | None = None
+    tabled = False
     bench_only = False
+    misfit = 0.0
+    title: str
+    equation: str
+    source: str = ""
+
+    @property
+    def nonlinear(self) -> Mapping[str, float]:
+        """Parameter -> its default."""
+        return {p.name: p.default for p in self.parameters}
+
+
+class ChannelEffect(BaseEffect):
+    """Base of effects with one coefficient a channel, y_i += k_i · drive_i; a subclass offers `drive`."""
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """One per channel: x, y, z."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from planner.effects._channels import ChannelEffect, Group
-from planner.protocols import Sensor
+from planner.effects._channels import ChannelEffect
+from planner.protocols import Condition, Group, Sensor
 from planner.records import Array, Conditions
 
 SECONDS_A_DAY = 86_400.0
@@ -17,6 +17,11 @@ class Ageing(ChannelEffect):
     name = "ageing"
     units: Mapping[Sensor, str] = {"gyro": "deg/s/day", "accelerometer": "g/day"}
     group: Group = "bias"
+    needs = frozenset[Condition](("day",))
+    variable: Condition | None = "day"
+    title = "ageing"
+    equation = "y_i += k_i · day"
+    source = "K 2.5.3, 3.5"
 
     def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
         """Seconds since the calibration: (n,)."""

@@ -15,24 +15,28 @@ from collections.abc import Mapping
 import numpy as np
 
 from planner.effects._bench_frame import load, upwards
-from planner.effects._channels import BOTH, Group, sensed
-from planner.protocols import Sensor, Term
+from planner.effects._channels import BOTH, BaseEffect, sensed
+from planner.protocols import Condition, Group, Sensor, Term
 from planner.records import Array, Conditions
 
 
-class ArmBending:
+class ArmBending(BaseEffect):
     """Angles per load of arm, face and twist, shared by the three channels; K finds 0.1 deg at 50 g."""
 
     name = "arm_bending"
     sensors: tuple[Sensor, ...] = BOTH
     units: Mapping[Sensor, str] = {"gyro": "deg/g", "accelerometer": "deg/g"}
     group: Group = "misalignment"
-    nonlinear: Mapping[str, float] = {}
+    needs = frozenset[Condition](("rate", "specific_force"))
+    variable: Condition | None = "specific_force"
+    title = "bending of the centrifuge's arm"
+    equation = "y += θ × u, θ proportional to the load"
+    source = "K 2.2.6, eq. 4"
     bench_only = True
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """The three axes of the tilt."""
-        return (Term("arm"), Term("face"), Term("twist"))
+        return tuple(Term(part, channels=(0, 1, 2)) for part in ("arm", "face", "twist"))
 
     def regressors(
         self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None

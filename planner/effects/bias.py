@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import ChannelEffect, Group
-from planner.protocols import Sensor
+from planner.effects._channels import ChannelEffect
+from planner.protocols import Group, Sensor
 from planner.records import Array, Conditions
 
 
@@ -17,6 +17,9 @@ class Bias(ChannelEffect):
     name = "bias"
     units: Mapping[Sensor, str] = {"gyro": "deg/s", "accelerometer": "g"}
     group: Group = "bias"
+    title = "bias"
+    equation = "y_i += b_i"
+    source = "K 2.1, eq. 5"
 
     def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
         """One at every instant: (n,)."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from planner.effects._channels import ChannelEffect, Group
-from planner.protocols import Sensor
+from planner.effects._channels import ChannelEffect
+from planner.protocols import Condition, Group, Parameter, Sensor
 from planner.records import Array, Conditions
 
 
@@ -15,7 +15,12 @@ class BiasStep(ChannelEffect):
     name = "bias_step"
     units: Mapping[Sensor, str] = {"gyro": "deg/s", "accelerometer": "g"}
     group: Group = "bias"
-    nonlinear: Mapping[str, float] = {"day": 30.0}
+    parameters = (Parameter("day", "day", 30.0, low=1.5, high=600.0),)
+    needs = frozenset[Condition](("day",))
+    variable: Condition | None = "day"
+    title = "step of the bias"
+    equation = "y_i += k_i [day >= d]"
+    source = "K 3.5"
 
     def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
         """1 from day d on, 0 before: (n,)."""

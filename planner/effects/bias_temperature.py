@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from planner.effects._channels import REFERENCE_DEGC, ChannelEffect, Group
-from planner.protocols import Sensor
+from planner.effects._channels import REFERENCE_DEGC, ChannelEffect
+from planner.protocols import Condition, Group, Sensor
 from planner.records import Array, Conditions
 
 
@@ -15,6 +15,13 @@ class BiasTemperature(ChannelEffect):
     name = "bias_temperature"
     units: Mapping[Sensor, str] = {"gyro": "deg/s/K", "accelerometer": "g/K"}
     group: Group = "bias"
+    needs = frozenset[Condition](("temperature_degc",))
+    variable: Condition | None = "temperature_degc"
+    temperature_of = "bias"
+    tabled = True
+    title = "bias over temperature"
+    equation = "y_i += k_i (T − 20 °C)"
+    source = "K 2.1, eq. 6 and 2.4"
 
     def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
         """T − 20 °C: (n,)."""

@@ -6,20 +6,23 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import AXES, Group
-from planner.protocols import Sensor, Term
+from planner.effects._channels import AXES, BaseEffect
+from planner.protocols import Condition, Group, Sensor, Term
 from planner.records import Array, Conditions
 
 
-class GSensitivity:
+class GSensitivity(BaseEffect):
     """k_ij, the bias of gyro i per specific force along body axis j."""
 
     name = "g_sensitivity"
     sensors: tuple[Sensor, ...] = ("gyro",)
     units: Mapping[Sensor, str] = {"gyro": "deg/s/g"}
     group: Group = "bias"
-    nonlinear: Mapping[str, float] = {}
-    bench_only = False
+    needs = frozenset[Condition](("specific_force",))
+    variable: Condition | None = "specific_force"
+    title = "g-sensitivity"
+    equation = "y_i += k_ix f_x + k_iy f_y + k_iz f_z"
+    source = "K 2.2.6, eq. 21"
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """xx, xy, xz, yx, … zz: channel, then the axis of the specific force."""

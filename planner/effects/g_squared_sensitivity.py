@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import ChannelEffect, Group
-from planner.protocols import Sensor
+from planner.effects._channels import ChannelEffect
+from planner.protocols import Condition, Group, Sensor
 from planner.records import Array, Conditions
 
 
@@ -18,6 +18,11 @@ class GSquaredSensitivity(ChannelEffect):
     sensors: tuple[Sensor, ...] = ("gyro",)
     units: Mapping[Sensor, str] = {"gyro": "deg/s/g**2"}
     group: Group = "bias"
+    needs = frozenset[Condition](("specific_force",))
+    variable: Condition | None = "specific_force"
+    title = "g²-sensitivity"
+    equation = "y_i += k_i f_i²"
+    source = "IEEE Std 528"
 
     def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
         """f_i²: (n, 3)."""

@@ -12,24 +12,28 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import AXES, Group
-from planner.protocols import Sensor, Term
+from planner.effects._channels import AXES, BaseEffect
+from planner.protocols import Condition, Group, Sensor, Term
 from planner.records import Array, Conditions
 
 
-class LeverArm:
+class LeverArm(BaseEffect):
     """r, body axes: from the reference's point to the accelerometers."""
 
     name = "lever_arm"
     sensors: tuple[Sensor, ...] = ("accelerometer",)
     units: Mapping[Sensor, str] = {"accelerometer": "m"}
     group: Group = "bias"
-    nonlinear: Mapping[str, float] = {}
+    needs = frozenset[Condition](("rate",))
+    variable: Condition | None = "rate"
+    title = "lever arm of the accelerometers"
+    equation = "y += ω (ω·r) − |ω|² r"
+    source = "K 2.2.6"
     bench_only = True
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """x, y, z of r."""
-        return tuple(Term(axis) for axis in AXES)
+        return tuple(Term(axis, channels=(0, 1, 2)) for axis in AXES)
 
     def regressors(
         self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None

@@ -10,22 +10,25 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import AXES, BOTH, Group, sensed
-from planner.protocols import Sensor, Term
+from planner.effects._channels import AXES, BOTH, BaseEffect, sensed
+from planner.protocols import Condition, Group, Sensor, Term
 from planner.records import Array, Conditions
 
 PAIRS = tuple((i, j) for i in range(3) for j in range(3) if i != j)
 
 
-class Misalignment:
+class Misalignment(BaseEffect):
     """m_ij, the angle by which channel i leans towards body axis j."""
 
     name = "misalignment"
     sensors: tuple[Sensor, ...] = BOTH
     units: Mapping[Sensor, str] = {"gyro": "deg", "accelerometer": "deg"}
     group: Group = "misalignment"
-    nonlinear: Mapping[str, float] = {}
-    bench_only = False
+    needs = frozenset[Condition](("rate", "specific_force"))
+    variable: Condition | None = "rate"
+    title = "misalignment"
+    equation = "y_i += m_ij u_j, i ≠ j"
+    source = "K 2.2.4"
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """xy, xz, yx, yz, zx, zy: channel, then the axis that it leans towards."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.effects._channels import REFERENCE_DEGC
 from planner.effects.misalignment import Misalignment
-from planner.protocols import Sensor
+from planner.protocols import Condition, Sensor
 from planner.records import Array, Conditions
 
 
@@ -20,6 +20,12 @@ class MisalignmentTemperature(Misalignment):
 
     name = "misalignment_temperature"
     units: Mapping[Sensor, str] = {"gyro": "deg/K", "accelerometer": "deg/K"}
+    needs = frozenset[Condition](("rate", "specific_force", "temperature_degc"))
+    variable: Condition | None = "temperature_degc"
+    temperature_of = "misalignment"
+    title = "misalignment over temperature"
+    equation = "y_i += m_ij (T − 20 °C) u_j, i ≠ j"
+    source = "K 2.2.4 and 2.4"
 
     def regressors(
         self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from planner.effects._channels import ChannelEffect, Group, sensed
-from planner.protocols import Sensor
+from planner.effects._channels import ChannelEffect, sensed
+from planner.protocols import Condition, Group, Sensor
 from planner.records import Array, Conditions
 
 
@@ -15,6 +15,11 @@ class ScaleFactor(ChannelEffect):
     name = "scale_factor"
     units: Mapping[Sensor, str] = {"gyro": "1", "accelerometer": "1"}
     group: Group = "scale_factor"
+    needs = frozenset[Condition](("rate", "specific_force"))
+    variable: Condition | None = "rate"
+    title = "scale factor"
+    equation = "y_i += κ_i u_i"
+    source = "K 2.1, eq. 5"
 
     def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
         """u_i, the rate or the specific force along the channel: (n, 3)."""

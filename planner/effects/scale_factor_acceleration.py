@@ -12,8 +12,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import ChannelEffect, Group
-from planner.protocols import Sensor
+from planner.effects._channels import ChannelEffect
+from planner.protocols import Condition, Group, Sensor
 from planner.records import Array, Conditions
 
 
@@ -24,6 +24,11 @@ class ScaleFactorAcceleration(ChannelEffect):
     sensors: tuple[Sensor, ...] = ("gyro",)
     units: Mapping[Sensor, str] = {"gyro": "1/g"}
     group: Group = "scale_factor"
+    needs = frozenset[Condition](("rate", "specific_force"))
+    variable: Condition | None = "specific_force"
+    title = "scale factor over acceleration"
+    equation = "y_i += k_i |f| ω_i"
+    source = "K 2.2.6, eq. 4"
 
     def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
         """|f| ω_i: (n, 3)."""

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import ChannelEffect, Group, sensed
-from planner.protocols import Sensor
+from planner.effects._channels import ChannelEffect, sensed
+from planner.protocols import Condition, Group, Sensor
 from planner.records import Array, Conditions
 
 
@@ -17,6 +17,11 @@ class ScaleFactorAsymmetry(ChannelEffect):
     name = "scale_factor_asymmetry"
     units: Mapping[Sensor, str] = {"gyro": "1", "accelerometer": "1"}
     group: Group = "scale_factor"
+    needs = frozenset[Condition](("rate", "specific_force"))
+    variable: Condition | None = "rate"
+    title = "scale-factor asymmetry"
+    equation = "y_i += a_i |u_i| / 2"
+    source = "IEEE Std 528; K 2.2.4"
 
     def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
         """|u_i| / 2: (n, 3)."""

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import ChannelEffect, Group, sensed
-from planner.protocols import Sensor
+from planner.effects._channels import ChannelEffect, sensed
+from planner.protocols import Condition, Group, Sensor
 from planner.records import Array, Conditions
 from planner.units import STANDARD_GRAVITY_MPS2
 
@@ -27,6 +27,11 @@ class ScaleFactorNonlinearity(ChannelEffect):
     name = "scale_factor_nonlinearity"
     units: Mapping[Sensor, str] = {"gyro": "1", "accelerometer": "1"}
     group: Group = "scale_factor"
+    needs = frozenset[Condition](("rate", "specific_force"))
+    variable: Condition | None = "rate"
+    title = "scale-factor nonlinearity"
+    equation = "y_i += c_i u_i (u_i / U)²"
+    source = "K 2.2.5, table 2.4; IEEE Std 528"
 
     def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
         """u_i (u_i / U)²: (n, 3)."""

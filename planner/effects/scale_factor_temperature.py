@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import REFERENCE_DEGC, ChannelEffect, Group, sensed
-from planner.protocols import Sensor
+from planner.effects._channels import REFERENCE_DEGC, ChannelEffect, sensed
+from planner.protocols import Condition, Group, Sensor
 from planner.records import Array, Conditions
 
 
@@ -17,6 +17,13 @@ class ScaleFactorTemperature(ChannelEffect):
     name = "scale_factor_temperature"
     units: Mapping[Sensor, str] = {"gyro": "1/K", "accelerometer": "1/K"}
     group: Group = "scale_factor"
+    needs = frozenset[Condition](("rate", "specific_force", "temperature_degc"))
+    variable: Condition | None = "temperature_degc"
+    temperature_of = "scale_factor"
+    tabled = True
+    title = "scale factor over temperature"
+    equation = "y_i += k_i (T − 20 °C) u_i"
+    source = "K 2.1, eq. 6 and 2.4"
 
     def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
         """(T − 20 °C) u_i: (n, 3)."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from planner.effects._channels import ChannelEffect, Group
-from planner.protocols import Sensor
+from planner.effects._channels import ChannelEffect
+from planner.protocols import Condition, Group, Sensor
 from planner.records import Array, Conditions
 
 
@@ -15,6 +15,11 @@ class TemperatureRate(ChannelEffect):
     name = "temperature_rate"
     units: Mapping[Sensor, str] = {"gyro": "deg/s/(K/min)", "accelerometer": "g/(K/min)"}
     group: Group = "bias"
+    needs = frozenset[Condition](("temperature_rate",))
+    variable: Condition | None = "temperature_rate"
+    title = "bias over the rate of temperature"
+    equation = "y_i += k_i dT/dt"
+    source = "K 2.4, tables 2.11 and 2.12"
 
     def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
         """dT/dt in K/s: (n,)."""

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import ChannelEffect, Group
-from planner.protocols import Sensor
+from planner.effects._channels import ChannelEffect
+from planner.protocols import Condition, Group, Parameter, Sensor
 from planner.records import Array, Conditions
 
 
@@ -17,7 +17,12 @@ class WarmUp(ChannelEffect):
     name = "warm_up"
     units: Mapping[Sensor, str] = {"gyro": "deg/s", "accelerometer": "g"}
     group: Group = "bias"
-    nonlinear: Mapping[str, float] = {"time_constant": 600.0}
+    parameters = (Parameter("time_constant", "s", 600.0, low=30, high=12000.0),)
+    needs = frozenset[Condition](("time_on",))
+    variable: Condition | None = "time_on"
+    title = "warm-up"
+    equation = "y_i += k_i exp(−t / τ)"
+    source = "K 2.1"
 
     def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
         """exp(−t / τ), t since power-on: (n,)."""

@@ -20,6 +20,7 @@ import numpy as np
 
 from planner import catalog
 from planner.records import Allowance, Array, Constraint, Rule
+from planner.sensor import ErrorName
 from planner.solvers.gaussian_length import percentile
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
@@ -43,7 +44,7 @@ class RegionTerm:
     @property
     def channel(self) -> str:
         """`gyro_x`: the sensor and the axis that the coefficient belongs to."""
-        sensor = self.error.split(".")[0]
+        sensor = ErrorName(self.error).sensor
         return f"{sensor}_{self.term[0] if self.term != ALL_AXES else ALL_AXES}"
 
 
@@ -154,7 +155,7 @@ def allowed_region(constraints: Sequence[Constraint], allowances: Sequence[Allow
 
 
 def _term_names(error: str) -> tuple[str, ...]:
-    sensor, effect = error.split(".")
+    sensor, effect = ErrorName(error).parts
     return tuple(term.name for term in catalog.effects()[effect].terms(sensor))
 
 

@@ -26,6 +26,7 @@ from planner.measured import DwellTable
 from planner.plan.confidence import spread_at
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Conditions, ErrorModel
+from planner.sensor import ErrorName
 
 AXES = ("x", "y", "z")
 CONTRADICTED = 0.01  # probability below which the spread of the budgets is not believed
@@ -154,9 +155,9 @@ def _columns(
     known = {m.name for m in models}
     columns: dict[int, Array] = {}
     for error in dict.fromkeys(t.error for t in region.terms):
-        if error.split(".")[0] != sensor or error not in known:
+        if ErrorName(error).sensor != sensor or error not in known:
             continue
-        effect = catalog.effects()[error.split(".")[1]]
+        effect = catalog.effects()[ErrorName(error).effect]
         values = effect.regressors(sensor, conditions)
         for i, term in enumerate(effect.terms(sensor)):
             place = region.index(error, term.name)
@@ -251,7 +252,7 @@ def _identified(information: Array, terms: Indices, region: AllowedRegion) -> ND
 
 
 def _rank(error: str) -> int:
-    effect = error.split(".")[1]
+    effect = ErrorName(error).effect
     return _PRIORITY.index(effect) if effect in _PRIORITY else len(_PRIORITY)
 
 

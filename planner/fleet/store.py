@@ -27,6 +27,7 @@ from planner.physics.earth import EARTH_RATE_RADPS
 from planner.plan.confidence import spread_at
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Conditions, ErrorModel
+from planner.sensor import ErrorName
 from planner.simulate.campaign import Settings
 from planner.spec.model import Recalibration
 from planner.units import STANDARD_GRAVITY_MPS2
@@ -221,7 +222,7 @@ class _Sensor:
         names: list[tuple[str, str]] = []
         parts, spread, whole = [], [], []
         for m in self.models:
-            sensor, effect = m.name.split(".")
+            sensor, effect = ErrorName(m.name).parts
             if sensor != self.sensor:
                 continue
             one = catalog.effects()[effect]

@@ -27,6 +27,7 @@ from planner.physics.error_dynamics import propagate_errors
 from planner.plan.spec_to_sensitivity import conditions_of, constraints
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Conditions, Constraint, Sensitivities, SensitivityColumn, Trajectory
+from planner.sensor import ErrorName
 from planner.solvers.gaussian_length import percentile
 from planner.solvers.least_squares import least_squares
 from planner.spec.model import Given, Spec
@@ -84,7 +85,7 @@ def _cost(bound: Sequence[Constraint], terms: Sequence[_Term], confidence: float
     half = np.array([t.half for t in terms])
     flight, taken = (np.array([_vectors(c, terms, kind) for c in bound]) for kind in ("flight", "taken"))
     as_calibrated = np.linalg.norm(np.einsum("itk,t->ik", flight - taken, values), axis=1)
-    bench = np.array([t.error.split(".")[1] in catalog.bench_only() for t in terms])
+    bench = np.array([ErrorName(t.error).effect in catalog.bench_only() for t in terms])
     own = np.where(bench[None, :, None], -taken, flight)
     before = np.linalg.norm(np.einsum("itk,t->ik", own, values), axis=1)
     if before.max() <= _ROUNDING * bound[0].limit:

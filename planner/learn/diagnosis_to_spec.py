@@ -21,6 +21,7 @@ from planner.errors import InputError
 from planner.learn.calibration_cost import CalibratingTest, RecordNoise, Target, calibrating_test
 from planner.learn.channel_model import AXES
 from planner.learn.spec_edit import SpecText
+from planner.sensor import ErrorName
 from planner.spec.budget import ErrorBudget, InRun, RunToRun
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, Spec
@@ -279,7 +280,7 @@ def _contradicted(assumptions: Sequence[Assumption]) -> list[Assumption]:
 
 def _corrected(edits: SpecText, spec: Spec, a: Assumption) -> list[str]:
     """Replace one spread; a table over temperature or points keeps its shape and is scaled."""
-    sensor, effect = a.error.split(".")
+    sensor, effect = ErrorName(a.error).parts
     budget: ErrorBudget | None = getattr(spec.unit, sensor).get(effect)
     value = getattr(budget, a.part, None)
     path: tuple[str, ...] = ("unit", sensor, effect, a.part)

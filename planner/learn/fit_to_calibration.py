@@ -22,6 +22,7 @@ from planner.learn.noise_model import Component
 from planner.learn.temperature_nodes import hats
 from planner.protocols import Sensor
 from planner.records import Array
+from planner.sensor import ErrorName
 from planner.spec.model import Spec
 
 CONFIDENCE = 0.95
@@ -201,7 +202,7 @@ def _characteristic(
 ) -> RandomCharacteristic:
     from scipy.stats import chi2
 
-    effect = component.error.split(".")[1]
+    effect = ErrorName(component.error).effect
     low, high = float("nan"), float("nan")
     if freedom >= 1.0:  # below, the data say next to nothing of this spread
         low, high = (float(np.sqrt(variance * freedom / chi2.ppf(q, freedom))) for q in (0.975, 0.025))

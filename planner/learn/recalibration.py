@@ -20,6 +20,7 @@ from planner.learn.correction import corrected
 from planner.measured import DwellTable
 from planner.protocols import Sensor
 from planner.records import Array
+from planner.sensor import ErrorName
 
 EFFECTS = ("bias", "scale_factor")
 
@@ -43,7 +44,7 @@ def renewed(change: SensorCalibration, old: Tables) -> SensorCalibration:
     """The calibration with whole tables: the old ones and the change on top of them."""
     bias, scale = np.zeros(3), np.zeros(3)
     for c in change.coefficients:
-        target = {"bias": bias, "scale_factor": scale}[c.error.split(".")[1]]
+        target = {"bias": bias, "scale_factor": scale}[ErrorName(c.error).effect]
         if c.status != "undetermined":
             target["xyz".index(c.term)] = c.value
     note = "the coefficients are the changes against the old calibration; the tables are whole, both together"

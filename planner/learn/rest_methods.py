@@ -13,6 +13,7 @@ from planner.learn.free_orientations import Form, FreeFit, free_orientations
 from planner.learn.table_rows import rows_of
 from planner.measured import DwellTable
 from planner.records import Array
+from planner.sensor import ErrorName
 from planner.units import STANDARD_GRAVITY_MPS2
 
 _LOWER = (("yx", 1, 0), ("zx", 2, 0), ("zy", 2, 1))
@@ -39,7 +40,7 @@ def accelerometers_by_free_orientations(table: DwellTable, form: Form = "triangu
     except ValueError as error:
         raise InputError(f"free orientations: {error}") from error
     coefficients = _coefficients(fit)
-    names = [c.error.split(".")[1] + "." + c.term for c in coefficients if c.status == "undetermined"]
+    names = [ErrorName(c.error).effect + "." + c.term for c in coefficients if c.status == "undetermined"]
     notes = [f"accelerometer: {len(a)} rests cannot tell {', '.join(names)}"] if names else []
     notes.append("the body's axes are those of the accelerometers: lean of y and z alone can be told")
     if form == "symmetric":

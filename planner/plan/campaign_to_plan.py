@@ -28,6 +28,7 @@ from planner.records import (
     Step,
     TestVisits,
 )
+from planner.sensor import ErrorName
 from planner.solvers.linear_combination import shares, weights
 from planner.spec.model import PercentileRule, Requirement, Spec
 from planner.units import unit_factor
@@ -174,7 +175,7 @@ def _figures(
 
 def _axes(error: str, count: int) -> Sequence[str]:
     """Names of an error's terms; `all` for one published coefficient of all axes together."""
-    sensor, effect = error.split(".")
+    sensor, effect = ErrorName(error).parts
     names = [term.name for term in catalog.effects()[effect].terms(sensor)]
     return names if count == len(names) else ["all"] * count
 

@@ -11,6 +11,7 @@ import numpy as np
 from planner import catalog
 from planner.protocols import SENSORS, Effect, Sensor
 from planner.records import Array, Conditions, ErrorModel
+from planner.sensor import ErrorName
 
 _PROBES = 6
 
@@ -67,14 +68,14 @@ def terms_on(sensor: Sensor, channel: int, models: Sequence[ErrorModel]) -> list
     return [
         ChannelTerm(model.name, effect.name, effect.terms(sensor)[i].name, i)
         for model in models
-        if model.name.split(".")[0] == sensor
+        if ErrorName(model.name).sensor == sensor
         for effect in [_effect(model)]
         for i in acts_on(effect.name, sensor, channel)
     ]
 
 
 def _effect(model: ErrorModel) -> Effect:
-    found: Effect = catalog.effects()[model.name.split(".")[1]]
+    found: Effect = catalog.effects()[ErrorName(model.name).effect]
     return found
 
 

@@ -14,6 +14,7 @@ from planner import catalog
 from planner.errors import InputError
 from planner.plan.by_hand import chosen_by_hand, even_points, temperatures_of
 from planner.records import PointMenu, TemperaturePoints
+from planner.sensor import ErrorName
 from planner.solvers.breakpoints import optimal_breakpoints, table_residual
 from planner.spec.budget import ErrorBudget, MeasuredCurve
 from planner.spec.model import Spec
@@ -36,7 +37,7 @@ def point_menus(spec: Spec) -> tuple[PointMenu, ...]:
         (error, test)
         for test in spec.tests
         for error in spec.tests[test].calibrates
-        if error.split(".")[1] in spec.effects
+        if ErrorName(error).effect in spec.effects
     ]
     own = {pair: _points(spec, *pair) for pair in pairs}
     return tuple(
@@ -100,14 +101,14 @@ def residual_at(spec: Spec, error: str, temperatures: tuple[float, ...]) -> floa
 
 
 def _budget(spec: Spec, error: str) -> ErrorBudget:
-    sensor, effect = error.split(".")
+    sensor, effect = ErrorName(error).parts
     found: ErrorBudget = getattr(spec.unit, sensor)[effect]
     return found
 
 
 def _removable(spec: Spec, error: str) -> bool:
     """Whether the declared model has the temperature table that takes the variation of this error out."""
-    needed = TEMPERATURE_EFFECT.get(error.split(".")[1])
+    needed = TEMPERATURE_EFFECT.get(ErrorName(error).effect)
     return needed is None or needed not in catalog.effects() or needed in spec.effects
 
 

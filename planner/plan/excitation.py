@@ -11,6 +11,7 @@ from planner import catalog
 from planner.plan.channel_terms import probe
 from planner.protocols import Sensor
 from planner.records import Array, Conditions
+from planner.sensor import ErrorName
 from planner.units import STANDARD_GRAVITY_MPS2
 
 AXES = "xyz"
@@ -24,7 +25,7 @@ def excitation(error: str, channel: int, term: str, seen: Sequence[Conditions]) 
 
     e.g. `about x the unit turns at 100 deg/s only`, `give them motions at several speeds`
     """
-    sensor, name = error.split(".")
+    sensor, name = ErrorName(error).parts
     axis = AXES.index(term[-1]) if term[-1] in AXES else channel
     offers, needs = [], []
     if _feels(name, sensor, "rate"):

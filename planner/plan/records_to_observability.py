@@ -24,6 +24,7 @@ from planner.plan.motions_to_records import RepeatRecords, repeat_records
 from planner.plan.records_to_spread import DEGENERATE, covariances, root_of
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, ErrorModel
+from planner.sensor import ErrorName
 from planner.solvers.least_squares import factors
 from planner.spec.model import Given, Spec
 
@@ -76,7 +77,7 @@ def _told_once(found: Sequence[Untold]) -> list[str]:
 
 
 def _effect(error: str) -> str:
-    return error.split(".")[1]
+    return ErrorName(error).effect
 
 
 def mixed_up_in_calibration(spec: Spec, models: Sequence[ErrorModel]) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from planner import catalog
 from planner.plan.records_to_spread import with_spreads
-from planner.protocols import SENSORS
+from planner.protocols import SENSORS, Sensor
 from planner.records import ErrorModel
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Spec
@@ -25,7 +25,7 @@ def error_models(spec: Spec) -> tuple[ErrorModel, ...]:
     return with_spreads(spec, found)
 
 
-def _error_model(spec: Spec, sensor: str, effect: str, budget: ErrorBudget) -> ErrorModel:
+def _error_model(spec: Spec, sensor: Sensor, effect: str, budget: ErrorBudget) -> ErrorModel:
     name = f"{sensor}.{effect}"
     served = any(name in test.calibrates for test in spec.tests.values())
     declared = effect in spec.effects

@@ -8,7 +8,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from planner.errors import Fault
-from planner.protocols import SENSORS
+from planner.protocols import SENSORS, Sensor
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Bench, Requirement, Spec, Test
 from planner.spec.places import fault_at
@@ -73,7 +73,7 @@ class Review:
             if requirement is not None:  # a draft has gaps
                 yield index, requirement
 
-    def budgets(self) -> Iterator[tuple[str, str, Path, ErrorBudget]]:
+    def budgets(self) -> Iterator[tuple[Sensor, str, Path, ErrorBudget]]:
         """(sensor, effect, path, budget) of every readable budget."""
         for sensor in SENSORS:
             for effect, budget in getattr(self.spec.unit, sensor).items():

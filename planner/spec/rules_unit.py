@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 from planner import catalog
+from planner.sensor import ErrorName
 from planner.spec.budget import ErrorBudget, InRun, MeasuredCurve, ResidualTable, RunToRun
 from planner.spec.places import did_you_mean
 from planner.spec.review import Review
@@ -142,7 +143,7 @@ def _covers(sheet: Review, path: Path, measured: MeasuredCurve) -> None:
 
 def _uses(sheet: Review, error: str, path: Path, budget: ErrorBudget) -> None:
     """What a budget says must be of use to the plan: is the error calibrated, and over temperature?"""
-    effect = error.split(".")[1]
+    effect = ErrorName(error).effect
     if not (sheet.readable(("effects",)) and sheet.whole("tests")):
         return
     declared = set(sheet.spec.effects)

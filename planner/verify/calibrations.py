@@ -22,6 +22,7 @@ from planner.learn.channel_model import ChannelModel, channel_model, evaluate, j
 from planner.learn.noise_model import Noise, noise_model, spec_variances
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Conditions
+from planner.sensor import ErrorName
 from planner.simulate.campaign import Settings
 from planner.simulate.design import Design
 from planner.solvers.least_squares import factors
@@ -90,7 +91,7 @@ def _variances(noise: Noise, spec: Spec, white: float) -> Array:
     found = spec_variances(noise, spec, white).theta.copy()
     for i, component in enumerate(noise.components):
         if component.kind == "rate_noise":
-            sensor, effect = component.error.split(".")
+            sensor, effect = ErrorName(component.error).parts
             budget: ErrorBudget | None = getattr(spec.unit, sensor).get(effect)
             found[i] = 0.0 if budget is None else budget.in_run_sigma**2
     return np.asarray(found)

@@ -10,6 +10,7 @@ import numpy as np
 
 from planner import catalog
 from planner.records import Array
+from planner.sensor import ErrorName
 from planner.spec.model import NAVIGATION_ERRORS, PercentileRule, Requirement, Spec
 from planner.units import to_si, unit_factor
 from planner.verify.experiment import Experiment
@@ -194,7 +195,7 @@ def _parts(e: Experiment, tally: Tally, document: Mapping[str, Any], index: int)
     found = []
     for i, name in enumerate(names_of(e)):
         claimed = document["allowances"].get(name)
-        sensor, effect = name.split(".")
+        sensor, effect = ErrorName(name).parts
         unit = catalog.effects()[effect].units[sensor]
         for p, part in enumerate(PARTS):
             planned = 0.0 if claimed is None else float(claimed["parts"][part]) * unit_factor(unit)[0]

@@ -15,6 +15,7 @@ import numpy as np
 
 from planner import catalog
 from planner.protocols import SENSORS
+from planner.sensor import ErrorName
 from planner.spec.budget import ErrorBudget, MeasuredCurve
 from planner.spec.model import PercentileRule, Spec
 from planner.units import unit_factor
@@ -221,13 +222,13 @@ def budgets_of(spec: Spec) -> dict[str, ErrorBudget]:
 
 def unit_of(error: str) -> str:
     """Display unit of an error's coefficients."""
-    sensor, effect = error.split(".")
+    sensor, effect = ErrorName(error).parts
     return str(catalog.effects()[effect].units[sensor])
 
 
 def _calibrated(spec: Spec, document: Document) -> list[str]:
     served = {e for t in spec.tests.values() for e in t.calibrates}
-    return [name for name in budgets_of(spec) if name.split(".")[1] in spec.effects and name in served]
+    return [name for name in budgets_of(spec) if ErrorName(name).effect in spec.effects and name in served]
 
 
 # ---------------------------------------------------------------- allowances
@@ -280,7 +281,7 @@ def _residual(spec: Spec, name: str, budget: ErrorBudget, points: Sequence[float
     """What a table at these temperatures leaves, by the spec's table or on its measured curve."""
     if budget.temperature_residual is None:
         return 0.0
-    needed = TABLE_OF.get(name.split(".")[1])
+    needed = TABLE_OF.get(ErrorName(name).effect)
     if needed in catalog.effects() and needed not in spec.effects:
         return _whole(budget)
     if budget.measured_curve is not None:

@@ -15,6 +15,7 @@ from planner import catalog
 from planner.physics.error_dynamics import propagate_errors
 from planner.protocols import SENSORS
 from planner.records import Array, Trajectory
+from planner.sensor import ErrorName
 from planner.spec.model import NAVIGATION_ERRORS, Given, PercentileRule, Requirement, Spec
 from planner.units import unit_factor
 from planner.verify.findings import Findings
@@ -212,7 +213,7 @@ def _check_columns(
     """One coefficient for every term: length per display unit."""
     wanted = []
     for name, a in document["allowances"].items():
-        sensor, effect = name.split(".")
+        sensor, effect = ErrorName(name).parts
         lengths = np.linalg.norm(vectors[name], axis=1) if name in vectors else np.zeros(0)
         terms = [t.name for t in catalog.effects()[effect].terms(sensor)]
         axes = terms if len(terms) == len(lengths) else ["all"] * len(lengths)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import catalog
-from planner.protocols import SENSORS
+from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Conditions
 from planner.simulate.attitudes import exposure, mounting
 from planner.simulate.design import DEFAULT_LATITUDE
@@ -86,7 +86,7 @@ def _of_test(spec: Spec, name: str, seen: Conditions) -> dict[str, float]:
     return {error: (min if given else max)(sigmas) for error, sigmas in own.items()}
 
 
-def _columns(spec: Spec, name: str, seen: Conditions, sensor: str, channel: int) -> list[_Column]:
+def _columns(spec: Spec, name: str, seen: Conditions, sensor: Sensor, channel: int) -> list[_Column]:
     found = []
     budgets: Mapping[str, ErrorBudget] = getattr(spec.unit, sensor)
     for effect, budget in budgets.items():
