@@ -90,7 +90,7 @@ def curve_family(
     # squares of amplitudes, each equation relative to its own residual
     weight = (residual / (_PEAK_OVER_RMS if figure == "largest" else 1.0)) ** 2
     keep = weight > 0
-    power = np.zeros(_MODES)
+    power: Array = np.zeros(_MODES)
     if keep.any():
         power, _ = nnls(response[keep] / weight[keep, None], np.ones(int(keep.sum())))
     if figure == "largest" and not power.any():
