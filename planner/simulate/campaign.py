@@ -20,6 +20,7 @@ import numpy as np
 from planner import catalog
 from planner.campaign.design import Design
 from planner.measured import DwellTable
+from planner.measurement import Acting, response
 from planner.protocols import SENSORS, Effect, Sensor
 from planner.records import Array, Conditions
 from planner.simulate.hidden import HiddenEffect, coefficients
@@ -41,8 +42,8 @@ class Settings:
     temperature_jitter: how far a soaked chamber strays, K; temperature_error: of the unit's thermometer, K
     case: `random` draws sizes within the budget, `worst` takes all of it; signs: `random` or `plus`
     run_to_run, in_run, storage, temperature_residual: whether the budget's part is drawn at all
-    references: whether the bench's references are off by their stated accuracy, or perfect
     spikes: share of readings that are `spike_size` sigma off
+    references: whether the bench's references are off by their stated accuracy, or perfect
     """
 
     white: Mapping[Sensor, float] = field(
@@ -60,9 +61,9 @@ class Settings:
     in_run: bool = True
     storage: bool = True
     temperature_residual: bool = True
-    references: bool = True
     spikes: float = 0.0
     spike_size: float = 40.0
+    references: bool = True
 
     def correlation_time(self, budget: ErrorBudget) -> float:
         """Of the in-run process of an error, s."""
@@ -218,10 +219,7 @@ def _measured(
         ]
         every = np.broadcast_to(values, (len(design), len(values)))
         drawn.append(_Drawn(effect, every, terms, extra.nonlinear))
-    u = conditions.rate if sensor == "gyro" else conditions.specific_force
-    v = u + _sum("misalignment", sensor, conditions, drawn)
-    leaned = replace(conditions, **{"rate" if sensor == "gyro" else "specific_force": v})
-    y = v + _sum("scale_factor", sensor, leaned, drawn) + _sum("bias", sensor, conditions, drawn)
+    y = response(sensor, conditions, [Acting(d.effect, d.values, d.nonlinear) for d in drawn])
     return _noisy(y, sensor, design, settings, seed), [t for d in drawn for t in d.terms]
 
 
@@ -233,16 +231,6 @@ class _Drawn:
     values: Array
     terms: list[TrueTerm]
     nonlinear: Mapping[str, float] = field(default_factory=dict)
-
-
-def _sum(group: str, sensor: Sensor, conditions: Conditions, drawn: Sequence[_Drawn]) -> Array:
-    """(n, 3) of all effects of one group; their coefficients change from row to row."""
-    total = np.zeros((len(conditions.day), 3))
-    for d in drawn:
-        if d.effect.group == group:
-            regressors = d.effect.regressors(sensor, conditions, d.nonlinear)
-            total += np.einsum("nct,nt->nc", regressors, d.values)
-    return total
 
 
 def _noisy(y: Array, sensor: Sensor, design: Design, settings: Settings, seed: int) -> Array:
