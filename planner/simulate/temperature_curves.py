@@ -94,7 +94,7 @@ def curve_family(
     if keep.any():
         power, _ = nnls(response[keep] / weight[keep, None], np.ones(int(keep.sum())))
     if figure == "largest" and not power.any():
-        power = 1.0 / np.arange(1, _MODES + 1) ** 4.0
+        power = np.arange(1.0, _MODES + 1) ** -4.0
     waves = np.pi * np.linspace(0.0, 1.0, POINTS)[:, None] * np.arange(1, _MODES + 1)
     modes = np.cos(waves), np.sin(waves)
     return CurveFamily(low_degc, high_degc, np.sqrt(power), numbers, residual, *modes, figure)

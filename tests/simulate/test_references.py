@@ -55,6 +55,20 @@ def test_at_rest_level_turns_the_world_before_the_table_and_mounting_everything_
     np.testing.assert_allclose(seen.rate, whole.apply(EARTH), atol=1e-11 * EARTH_RATE_RADPS)
 
 
+@pytest.mark.parametrize("mount", [0, 1, 2])
+def test_mounting_is_in_body_axes_however_the_unit_stands(mount: int) -> None:
+    mounting = np.array([0.01, 0.03, -0.02])
+    seen = exposure({"position_1_deg": 40.0}, 60.0, LATITUDE, mount=mount, references=_mounted(mounting))
+    x, y, z = Rotation.from_euler("z", -40.0, degrees=True).apply(EARTH)
+    body = np.zeros(3)
+    body[[mount, (mount + 1) % 3, (mount + 2) % 3]] = z, x, y
+    np.testing.assert_allclose(seen.rate, Rotation.from_rotvec(mounting).apply(body), atol=1e-16)
+
+
+def _mounted(mounting: np.ndarray) -> Misplaced:
+    return Misplaced(np.zeros(2), mounting, 0.0)
+
+
 @pytest.mark.parametrize(
     "motion", [{"rate_1_dps": 17.0, "position_2_deg": 30.0}, {"rate_2_dps": -41.0, "position_1_deg": 70.0}]
 )
