@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from planner.campaign.noise import budget_of, columns_of_errors
 from planner.campaign.power_ons import PowerOns
-from planner.measurement import ChannelModel, Parts, evaluate
+from planner.measurement import ChannelModel, Parts, evaluate, sensed
 from planner.records import Array
 from planner.spec.budget import STORAGE_DAYS
 from planner.spec.model import Spec
@@ -87,9 +87,8 @@ def _references(
         accuracy = spec.benches[bench].accuracy
         if accuracy is None:
             continue
-        if model.sensor == "gyro" and accuracy.rate > 0.0:
-            turns = np.linalg.norm(model.conditions.rate, axis=1) > TURNING
-            yield f"rate of {bench}", model.u * (rows & turns), accuracy.rate
+        if accuracy.rate > 0.0:
+            yield f"rate of {bench}", _driven(model) * rows, accuracy.rate
         if model.sensor == "accelerometer" and accuracy.level > 0.0:
             for name, z in _tilts(model):
                 yield f"level of {bench} about {name}", z * rows, accuracy.level
@@ -118,14 +117,19 @@ def _mountings(
         mine = rows & (installation == number)
         for k in range(3):
             if k != i:
-                z = np.cross(np.eye(3)[k], _sensed(model))[:, i]
+                z = np.cross(np.eye(3)[k], sensed(model.sensor, model.conditions))[:, i]
                 yield f"mounting {number} on {bench} about {'xyz'[k]}", z * mine, accuracy.mounting
 
 
-def _sensed(model: ChannelModel) -> Array:
-    from planner.measurement import sensed
-
-    return sensed(model.sensor, model.conditions)
+def _driven(model: ChannelModel) -> Array:
+    """(n,) what the table's rate adds, all of it for gyros; a centrifuge's load goes with its square."""
+    c, i = model.conditions, model.channel
+    turns = np.linalg.norm(c.rate, axis=1) > TURNING
+    if model.sensor == "gyro":
+        return np.where(turns, c.rate[:, i], 0.0)
+    axis = c.rate / np.maximum(np.linalg.norm(c.rate, axis=1, keepdims=True), TURNING)
+    across = c.specific_force - axis * np.sum(axis * c.specific_force, axis=1, keepdims=True)
+    return np.where(turns, 2.0 * across[:, i], 0.0)
 
 
 def _tilts(model: ChannelModel) -> Iterator[tuple[str, Array]]:

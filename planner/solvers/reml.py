@@ -19,6 +19,8 @@ from planner.solvers.random_effects import Covariance, RandomEffects, covariance
 
 _MOST_STEPS = 60
 _CONVERGED = 1e-7  # of the REML log-likelihood; θ is then within 0.05 % of a standard error
+_LEAST_INFORMATION = 1e-12  # on a variance in units of the total: below it the rows do not tell it
+_MOST = 1e4  # times the total variance of the rows that a component may be
 _LEAST_CURVATURE = 1e-8  # of a combination of variances that the data hardly tell, relative to each alone
 _LEAST_SHARE = 1e-9  # of the total variance, below which a component counts as none
 
@@ -194,15 +196,18 @@ def _step(theta: Array, score: Array, information: Array, free: NDArray[np.bool_
     """
     from scipy.optimize import nnls
 
-    unit = np.sqrt(np.maximum(np.diag(information)[free], 1e-300))
+    free = free & (np.diag(information) > _LEAST_INFORMATION)
+    step = np.zeros_like(score)
+    if not free.any():
+        return step
+    unit = np.sqrt(np.diag(information)[free])
     curvature = information[np.ix_(free, free)] / np.outer(unit, unit)
     value, vector = np.linalg.eigh(curvature)
     root = np.sqrt(np.maximum(value, _LEAST_CURVATURE))
     at = theta[free] * unit
     target = (vector / root).T @ (score[free] / unit) + (vector * root).T @ at
     found, _ = nnls((vector * root).T, target, maxiter=30 * len(at))
-    step = np.zeros_like(score)
-    step[free] = (found - at) / unit
+    step[free] = np.minimum(found / unit, _MOST) - theta[free]
     return step
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from planner.simulate.attitudes import Misplaced, exposure, rotation
-from planner.simulate.design import DEFAULT_LATITUDE, Design
+from planner.campaign.exposure import Misplaced, exposure, rotation
+from planner.campaign.design import DEFAULT_LATITUDE, Design
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
