@@ -18,7 +18,7 @@ import numpy as np
 from planner import catalog
 from planner.protocols import Sensor
 from planner.records import Array, Conditions
-from planner.spec.model import ErrorBudget, si
+from planner.spec.budget import ErrorBudget
 
 STORAGE_DAYS = 60.0
 
@@ -27,7 +27,7 @@ STORAGE_DAYS = 60.0
 class Size:
     """Sizes of one error. constant: prior sigma (infinite: flat); run_to_run: sigma at temperatures (n,).
 
-    correlation_k: over which the draw of one power-on stays the same, exp(−|ΔT|/correlation_k)
+    correlation_k: over which the draw of one power-on stays the same, exp(−ΔT² / (2 correlation_k²))
     grid, kernel: (G,), (G, G) temperatures of the curve and its covariance; storage: sigma after 60 days
     """
 
@@ -42,14 +42,14 @@ class Size:
 
 
 def size_of(budget: ErrorBudget, **more: object) -> Size:
-    """Run-to-run, in-run and storage of a spec's budget; `more` says the rest (curve, constant, times)."""
-    spread = budget.run_to_run
-    nodes = np.array(sorted(spread) if isinstance(spread, Mapping) else [0.0])
-    values = np.array([spread[t].si if isinstance(spread, Mapping) else si(spread) for t in nodes])
+    """Run-to-run, in-run and storage of a spec's budget; `more` says the rest (curve, constant)."""
+    length = budget.temperature_correlation
     said = {
-        "run_to_run": lambda t: np.interp(t, nodes, values),
-        "in_run": si(budget.in_run),
-        "storage": si(budget.storage),
+        "run_to_run": budget.run_to_run_sigma,
+        "correlation_k": np.inf if length is None else length,
+        "in_run": budget.in_run_sigma,
+        "in_run_time": budget.in_run_time,
+        "storage": budget.storage_sigma,
     }
     return Size(**{**said, **more})  # type: ignore[arg-type]
 
@@ -122,12 +122,12 @@ def covariance(
     n = len(run)
     same = (run[:, None] == run[None, :]).astype(float)
     apart = np.abs(conditions.time_on[:, None] - conditions.time_on[None, :])
-    warmer = np.abs(conditions.temperature_degc[:, None] - conditions.temperature_degc[None, :])
+    warmer = conditions.temperature_degc[:, None] - conditions.temperature_degc[None, :]
     V = np.diag(np.broadcast_to(np.reshape(white, (n, -1)), (n, 3)).ravel() ** 2)
     for effect, size in sizes.items():
         x = catalog.effects()[effect].regressors(sensor, conditions)
         s = size.run_to_run(conditions.temperature_degc)
-        drawn = np.outer(s, s) * np.exp(-warmer / size.correlation_k)
+        drawn = np.outer(s, s) * np.exp(-0.5 * (warmer / size.correlation_k) ** 2)
         drawn = same * (drawn + size.in_run**2 * np.exp(-apart / size.in_run_time))
         V += np.einsum("ict,ij,jdt->icjd", x, drawn, x).reshape(3 * n, 3 * n)
     return V
