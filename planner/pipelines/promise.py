@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from planner import __version__
+from planner import __version__, catalog
 from planner.errors import InputError, StoppedEarly
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.records import Trajectory
@@ -130,18 +130,25 @@ def _whose(loaded: LoadedSpec) -> str:
     return f"as `planner simulate` has it, since unit.noise says nothing{left} and the plan counts none"
 
 
+def _in_flight(e: Experiment) -> str:
+    """Whose noise acts in flight."""
+    if e.flight is None or not e.flight.beside.noise:
+        return "the flights have none"
+    return f"in flight, too, that of the {' and the '.join(e.flight.beside.noise)}"
+
+
 def _notes(loaded: LoadedSpec, e: Experiment | None) -> list[str]:
     if e is None:
         return []
-    noise = e.settings.white
+    noise = e.chance.white
     notes = [
         f"noise of the records: gyro {from_si(noise['gyro'], 'deg/s'):.3g} deg/s/√Hz, accelerometer "
-        f"{from_si(noise['accelerometer'], 'mg'):.3g} mg/√Hz, {_whose(loaded)}; the flights have none"
+        f"{from_si(noise['accelerometer'], 'mg'):.3g} mg/√Hz, {_whose(loaded)}; {_in_flight(e)}"
     ]
     if isinstance(loaded.spec.sensitivities, Given):
         notes.append(
             "sensitivities are given: nothing is flown; each error adds its published metres, all axes as one"
         )
-    if any(c.model.parameters() for channels in e.estimators.values() for c in channels):
+    if any(catalog.effects()[name].parameters for name in loaded.spec.effects):
         notes.append("nonlinear parameters (time constants) are taken as known in the calibrations")
     return notes

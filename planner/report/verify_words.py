@@ -16,6 +16,8 @@ PART_NAMES = {
     "storage": "storage",
     "temperature": "temperature",
     "estimate": "estimate",
+    "noise": "white noise",
+    "alignment": "initial alignment",
 }
 MOST_PARTS = 10
 LEAST_SHARE = 1e-3
