@@ -18,8 +18,9 @@ from planner import catalog
 from planner.physics.error_dynamics import ErrorHistory, propagate_errors
 from planner.physics.perturbed import navigate_with_errors
 from planner.protocols import SENSORS, Sensor
-from planner.records import Array, Conditions, Trajectory
+from planner.records import Array, Trajectory
 from planner.spec.model import Requirement
+from planner.verify.along_flight import COMPONENTS, conditions_of
 from planner.verify.beside import ALIGNMENT, Beside, noise_name
 from planner.verify.residuals import Left
 from planner.verify.structure import affine
@@ -29,17 +30,6 @@ MOMENT_S = 60.0  # a tenth of the in-run process's usual correlation time
 MOMENT_K = 2.0
 INSTANTS = 60  # of a flight at which a requirement that holds at any moment is looked at
 BASIC = 12  # columns of A and c
-COMPONENTS = {
-    "position": ("position", slice(0, 3)),
-    "horizontal": ("position", slice(0, 2)),
-    "north": ("position", slice(0, 1)),
-    "east": ("position", slice(1, 2)),
-    "up": ("position", slice(2, 3)),
-    "velocity": ("velocity", slice(0, 3)),
-    "attitude": ("attitude", slice(0, 3)),
-    "roll_pitch": ("attitude", slice(0, 2)),
-    "heading": ("attitude", slice(2, 3)),
-}
 _NOTHING = Beside({}, np.array([0.0, 1.0]), None)
 
 
@@ -110,23 +100,6 @@ def instants_of(trajectory: Trajectory, requirements: Sequence[Requirement]) -> 
     if any(r.at == "any" for r in requirements):
         wanted |= {float(t) for t in np.linspace(0.0, end, INSTANTS + 1)[1:]}
     return np.array(sorted(wanted))
-
-
-def conditions_of(trajectory: Trajectory, start: int, stop: int) -> Conditions:
-    """Means over the sampling intervals start..stop of the flight."""
-    step = trajectory.time_s[1] - trajectory.time_s[0]
-    warm, on = (
-        (x[start:stop] + x[start + 1 : stop + 1]) / 2.0
-        for x in (trajectory.temperature_degc, trajectory.time_on)
-    )
-    return Conditions(
-        rate=trajectory.angle_increment[start:stop] / step,
-        specific_force=trajectory.velocity_increment[start:stop] / step,
-        temperature_degc=warm,
-        temperature_rate=np.diff(trajectory.temperature_degc[start : stop + 1]) / step,
-        time_on=on,
-        day=np.full(stop - start, trajectory.day),
-    )
 
 
 def forcing(
