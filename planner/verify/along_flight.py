@@ -1,10 +1,13 @@
-"""What a flight exposes the sensors to, and which of its errors a requirement asks for."""
+"""What a flight exposes the sensors to, how far two are apart, and what of it a requirement asks for."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from planner.records import Conditions, Trajectory
+from planner.physics.attitude import rph_from_dcm
+from planner.physics.earth import principal_radii
+from planner.physics.strapdown import NavigationState
+from planner.records import Array, Conditions, Trajectory
 
 COMPONENTS = {
     "position": ("position", slice(0, 3)),
@@ -34,3 +37,27 @@ def conditions_of(trajectory: Trajectory, start: int, stop: int) -> Conditions:
         time_on=on,
         day=np.full(stop - start, trajectory.day),
     )
+
+
+def start_of(trajectory: Trajectory) -> NavigationState:
+    """Where the flight begins."""
+    t = trajectory
+    return NavigationState(t.latitude[0], t.longitude[0], t.altitude[0], t.velocity[0], t.attitude[0])
+
+
+def apart(computed: NavigationState, true: NavigationState) -> tuple[Array, Array, Array]:
+    """(..., 3) each, computed − true: position and velocity north, east, up; roll, pitch, heading."""
+    meridian, transverse = principal_radii(true.latitude)
+    position = [
+        (computed.latitude - true.latitude) * (meridian + true.altitude),
+        _wrapped(computed.longitude - true.longitude) * (transverse + true.altitude) * np.cos(true.latitude),
+        computed.altitude - true.altitude,
+    ]
+    pairs = zip(rph_from_dcm(computed.attitude), rph_from_dcm(true.attitude), strict=True)
+    angles = [_wrapped(a - b) for a, b in pairs]
+    velocity = (computed.velocity - true.velocity) * np.array([1.0, 1.0, -1.0])
+    return np.stack(position, axis=-1), velocity, np.stack(angles, axis=-1)
+
+
+def _wrapped(angle: Array) -> Array:
+    return np.asarray(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)

@@ -84,6 +84,9 @@ class Beside:
         return np.stack([-east / g, north / g, np.zeros_like(north)], axis=1)
 
 
+NOTHING = Beside({}, np.array([0.0, 1.0]), None)
+
+
 def beside_of(spec: Spec, chance: Chance, trajectory: Trajectory, instants: Array) -> Beside:
     """What the spec says; instants at which errors are wanted begin a stretch."""
     start, end = float(trajectory.time_s[0]), float(trajectory.time_s[-1])

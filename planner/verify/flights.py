@@ -21,7 +21,7 @@ from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Trajectory
 from planner.spec.model import Requirement
 from planner.verify.along_flight import COMPONENTS, conditions_of
-from planner.verify.beside import ALIGNMENT, Beside, noise_name
+from planner.verify.beside import ALIGNMENT, NOTHING, Beside, noise_name
 from planner.verify.residuals import Left
 from planner.verify.structure import affine
 
@@ -30,7 +30,6 @@ MOMENT_S = 60.0  # a tenth of the in-run process's usual correlation time
 MOMENT_K = 2.0
 INSTANTS = 60  # of a flight at which a requirement that holds at any moment is looked at
 BASIC = 12  # columns of A and c
-_NOTHING = Beside({}, np.array([0.0, 1.0]), None)
 
 
 def moments(trajectory: Trajectory, shortest_s: float = 10.0 * MOMENT_S) -> Array:
@@ -59,7 +58,7 @@ class FlightModel:
     extras: tuple[tuple[Sensor, str], ...]
     instants: Array
     linear: ErrorHistory
-    beside: Beside = field(default=_NOTHING)
+    beside: Beside = field(default=NOTHING)
 
     def forcing(self, start: int, stop: int) -> tuple[list[Array], list[Array]]:
         """Columns of both sensors over the samples start..stop."""
@@ -77,7 +76,7 @@ def flight_model(
     trajectory: Trajectory,
     errors: Sequence[tuple[Sensor, str]],
     instants: Array,
-    beside: Beside = _NOTHING,
+    beside: Beside = NOTHING,
     shortest_s: float = 10.0 * MOMENT_S,
 ) -> FlightModel:
     """The flight of a spec with errors (sensor, effect), looked at at instants (s)."""
@@ -108,7 +107,7 @@ def forcing(
     extras: Sequence[tuple[Sensor, str]],
     start: int,
     stop: int,
-    beside: Beside = _NOTHING,
+    beside: Beside = NOTHING,
 ) -> tuple[list[Array], list[Array]]:
     """Columns of both sensors: for every moment c (3), A − I (9), the extras; then noise and alignment."""
     c = conditions_of(trajectory, start, stop)

@@ -15,12 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import catalog
-from planner.physics.attitude import rph_from_dcm
-from planner.physics.earth import principal_radii
-from planner.physics.strapdown import NavigationState, integrate
+from planner.physics.strapdown import integrate
 from planner.protocols import Sensor
 from planner.records import Array, Trajectory
-from planner.verify.along_flight import conditions_of
+from planner.verify.along_flight import apart, conditions_of, start_of
 
 _TURN = 1e-5  # rad
 _PUSH = 0.1  # m/s
@@ -66,7 +64,7 @@ def _flown(trajectory: Trajectory, sensor: Sensor, columns: Array, instants: Arr
     angle, velocity = trajectory.angle_increment, trajectory.velocity_increment
     ends = [
         integrate(
-            _start(trajectory),
+            start_of(trajectory),
             angle + sign * more if sensor == "gyro" else angle,
             velocity if sensor == "gyro" else velocity + sign * more,
             step,
@@ -74,33 +72,4 @@ def _flown(trajectory: Trajectory, sensor: Sensor, columns: Array, instants: Arr
         )
         for sign in (1.0, -1.0)
     ]
-    position, speed, attitude = _between(*ends)
-    return Slopes(instants, *(x / (2.0 * size) for x in (position, speed, attitude)))
-
-
-def _start(trajectory: Trajectory) -> NavigationState:
-    t = trajectory
-    return NavigationState(t.latitude[0], t.longitude[0], t.altitude[0], t.velocity[0], t.attitude[0])
-
-
-def _between(plus: NavigationState, minus: NavigationState) -> tuple[Array, Array, Array]:
-    """(m, 3, p) north, east, up; the velocities; roll, pitch, heading: of states (p, m), plus − minus."""
-    meridian, transverse = principal_radii(minus.latitude)
-    longitude = _wrapped(plus.longitude - minus.longitude)
-    position = [
-        (plus.latitude - minus.latitude) * (meridian + minus.altitude),
-        longitude * (transverse + minus.altitude) * np.cos(minus.latitude),
-        plus.altitude - minus.altitude,
-    ]
-    speed = np.moveaxis((plus.velocity - minus.velocity) * np.array([1.0, 1.0, -1.0]), (0, 1, 2), (2, 0, 1))
-    pairs = zip(rph_from_dcm(plus.attitude), rph_from_dcm(minus.attitude), strict=True)
-    angles = [_wrapped(a - b) for a, b in pairs]
-    return (
-        np.moveaxis(np.stack(position), (0, 1, 2), (1, 2, 0)),
-        speed,
-        np.moveaxis(np.stack(angles), (0, 1, 2), (1, 2, 0)),
-    )
-
-
-def _wrapped(angle: Array) -> Array:
-    return np.asarray(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)
+    return Slopes(instants, *(np.moveaxis(x, 0, 2) / (2.0 * size) for x in apart(ends[0], ends[1])))
