@@ -131,8 +131,8 @@ INDEPENDENT = (
     "the spread of one repeat (least squares on unit errors), allowances, repeats, schedule, hours, sums.",
     "The flights' own: the draws, power-on by power-on and day by day; the errors of the benches' "
     "references; the measurement equation; the design matrix and the estimator, which knows the spec's "
-    "variances; the corrected readings. Which part of the navigation error comes from what, and how far the linear "
-    "combination holds, is told by the same linear error equations that the planner solves.",
+    "variances; the corrected readings. Which part of the navigation error comes from what, and how far the "
+    "linear combination holds, is told by the same linear error equations that the planner solves.",
     "Through files, a few units are calibrated and corrected by the planner's own `calibrate` and `apply`.",
 )
 

@@ -184,7 +184,7 @@ def _flight_readings(
     n = len(trajectory.angle_increment)
     middle = (trajectory.time_s[:-1] + trajectory.time_s[1:]) / 2.0
     hat = np.array([np.interp(middle, flight.moments, row) for row in np.eye(len(flight.moments))])
-    warmth = np.broadcast_to(exposed.temperature_degc, (unit + 1, len(hat)))[unit]
+    warmth = np.broadcast_to(exposed.temperature_degc, (len(left[0].true), len(hat)))[unit]
     c = replace(conditions_of(trajectory, 0, n), temperature_degc=warmth @ hat)
     none = np.zeros((0,))
     errors = [
