@@ -35,7 +35,7 @@ DEGENERATE = 1e-9  # share of the largest singular value at which a combination 
 class Known:
     """What a campaign tells of the coefficients of one channel.
 
-    columns: which they are (p,); sigma: (p,) standard deviation, infinite where no record tells it from others
+    columns: which they are (p,); sigma: (p,) standard deviation, infinite where no record tells it apart
     covariance: (p, p) of what is told; undetermined: (p,) takes part in a combination that no record sees
     """
 
@@ -86,8 +86,7 @@ class ChannelCampaign:
     @cached_property
     def white(self) -> Array:
         """(n, p + q) columns and shared unknowns with the noise made white, power-on by power-on."""
-        v = covariance(self.noise.effects, self.variances.theta)
-        return v.whiten(np.column_stack([self.columns, self.prior.columns]))
+        return self.whiten(np.column_stack([self.columns, self.prior.columns]))
 
     @cached_property
     def per_run(self) -> Array:
@@ -100,7 +99,7 @@ class ChannelCampaign:
     def information(self, counts: Array | None = None) -> Array:
         """(p + q, p + q) M for counts (g,), those of the campaign by default."""
         n = self.runs.counts if counts is None else counts
-        return np.diag(self._prior_precision) + np.einsum("g,gab->ab", n, self.per_run)
+        return np.asarray(np.diag(self._prior_precision) + np.einsum("g,gab->ab", n, self.per_run))
 
     @property
     def _prior_precision(self) -> Array:
@@ -116,7 +115,8 @@ class ChannelCampaign:
 
     def whiten(self, rows: Array) -> Array:
         """W r for rows (n, m), W V Wᵀ = I."""
-        return covariance(self.noise.effects, self.variances.theta).whiten(rows)
+        v = covariance(self.noise.effects, self.variances.theta)
+        return np.asarray(v.whiten(rows))
 
     def revised(self, *, variances: Variances | None = None, counts: Array | None = None) -> ChannelCampaign:
         """The same with other variances or counts; what does not depend on them is handed on."""

@@ -143,7 +143,9 @@ def _stacked_noise(found: Sequence[Estimate]) -> tuple[Noise, Variances]:
 
     n = len(found[0].residual)
     kinds: list[tuple[Component, float]] = []
-    diagonals, slopes, drifts, order = [], [], [], []
+    diagonals: list[Array] = []
+    slopes: list[Array] = []
+    drifts, order = [], []
     for number, e in enumerate(found):
         rows = slice(number * n, (number + 1) * n)
         effects = e.noise.effects

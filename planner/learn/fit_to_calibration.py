@@ -190,7 +190,7 @@ def random_of(fit: Estimate) -> list[RandomCharacteristic]:
     for i, component in enumerate(fit.noise.components):
         theta, error = float(variances.theta[i]), float(variances.error[i, i])
         freedom = 2.0 * theta * theta / error if error > 0 else float("nan")
-        kinds = [(component.kind, 1.0)]
+        kinds: list[tuple[str, float]] = [(component.kind, 1.0)]
         if component.kind == "white":
             kinds.append(("white_density", duration))
         for kind, factor in kinds:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from planner.measurement import ChannelModel, Parts, evaluate, jacobian
 from planner.records import Array
 from planner.solvers.least_squares import least_squares
-from planner.solvers.random_effects import Covariance, RandomEffects, covariance
+from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
 
 FAR = 8.0  # sigma; further off lies no row of a normal or Student-t campaign
 MOST_FAR = 0.01  # share of the rows; more are no outliers but a structure
@@ -170,7 +170,7 @@ def _covariance(
     diagonal = (white**2 * share + (rate * model.u) ** 2) * inflate
     slopes = np.ones((1, len(inflate))) if between > 0 else np.empty((0, len(inflate)))
     effects = RandomEffects(starts, diagonal[None, :], slopes)
-    return covariance(effects, np.array([1.0, between**2][: 1 + len(slopes)]))
+    return woodbury(effects, np.array([1.0, between**2][: 1 + len(slopes)]))
 
 
 def _outliers(residual: Array, v: Covariance) -> NDArray[np.bool_]:

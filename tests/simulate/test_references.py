@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from planner.campaign.exposure import Misplaced, exposure, rotation
-from planner.campaign.design import DEFAULT_LATITUDE, Design
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
+from planner.campaign.design import DEFAULT_LATITUDE, Design
+from planner.campaign.exposure import Misplaced, exposure, rotation
 from planner.export.truth import truth_text
 from planner.physics.earth import EARTH_RATE_RADPS
 from planner.simulate.campaign import Settings, Unit, prepared, simulate
