@@ -456,6 +456,16 @@ class TradeOffPoint:
 
 
 @dataclass(frozen=True)
+class UsedPlugin:
+    """A plug-in of another package that the spec names. kind: `effects`, `trajectories` or `benches`."""
+
+    kind: str
+    name: str
+    distribution: str
+    version: str
+
+
+@dataclass(frozen=True)
 class Plan:
     """The answer: a campaign, why it suffices, and the proof that none is shorter.
 
@@ -465,6 +475,7 @@ class Plan:
     start: when second 0 falls in the week of the shifts, `mon 08:00`; None without shifts
     by_total: temperatures and repeats were chosen for a shorter `time_s`, at the price of more work
     shifts: (opens, closes) in seconds from Monday 00:00, disjoint; empty when people are always there
+    plugins: what of other packages went in
     work_proved: no temperatures and repeats take less working time; `proved` is false all the same when
     waiting or several batches make `time_s` longer than its bound
     """
@@ -497,3 +508,4 @@ class Plan:
     by_total: bool = False
     start: str | None = None
     shifts: tuple[tuple[float, float], ...] = ()
+    plugins: tuple[UsedPlugin, ...] = ()
