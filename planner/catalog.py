@@ -64,7 +64,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a plug-in comes from: its distribution and that one's version; target: `package.module:OBJECT`."""
+    """Where a plug-in comes from: a distribution and its version; target: `package.module:OBJECT`."""
 
     kind: Kind
     name: str
@@ -96,7 +96,7 @@ class Unloadable:
 
 
 class Plugins(Mapping[str, T], Generic[T]):
-    """The plug-ins of one kind by name, in the order of the names; a plug-in is imported when it is asked for.
+    """The plug-ins of one kind by name, in the order of the names; each is imported when it is asked for.
 
     Names, `in` and `len` import nothing. `items` and `values` import all and pass over those that do not
     load: `unloadable` tells which. Asking for one of those raises InputError.
@@ -176,7 +176,7 @@ def temperature_effects(effect: str) -> tuple[str, ...]:
 
 
 def varies_as_declared(effect: str, declared: Collection[str]) -> bool:
-    """Whether the declared effects say how this one changes over temperature, or no effect is there to do so."""
+    """Whether the declared effects say how this one changes over temperature, or none there is does."""
     known = effects()
     if any(known[name].temperature_of == effect for name in declared if name in known):
         return True
@@ -195,7 +195,7 @@ def unloadable(*kinds: Kind) -> list[Unloadable]:
 
 
 def wrong_with(kind: Kind, name: str) -> str:
-    """Why the plug-in of that name cannot be used, in a sentence; empty when it can, or when there is none."""
+    """Why the plug-in of that name cannot be used, in a sentence; empty when it can, or is not there."""
     if name not in origins(kind):
         return ""
     reason = _loaded(kind, name)[1]
@@ -254,7 +254,9 @@ def _distribution(entry: importlib.metadata.EntryPoint) -> tuple[str, str]:
 
 def plugins(package: str, constant: str) -> dict[str, Any]:
     """What every module of a package of ours offers by `constant`, by name; imports them all."""
-    return {name: getattr(importlib.import_module(f"{package}.{name}"), constant) for name in modules(package)}
+    return {
+        name: getattr(importlib.import_module(f"{package}.{name}"), constant) for name in modules(package)
+    }
 
 
 @cache

@@ -120,7 +120,7 @@ class Parameter:
 
     def shown(self, value: float) -> str:
         """A value with its unit: `600 s`."""
-        return f"{self.displayed(value):.4g} {self.unit}".removesuffix(" 1")
+        return f"{self.displayed(value):.6g} {self.unit}".removesuffix(" 1")
 
     @property
     def bounds(self) -> tuple[float, float]:

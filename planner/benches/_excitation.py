@@ -54,9 +54,7 @@ class Observable(Set[str]):
 @cache
 def _shown(excites: frozenset[str], sensor: Sensor, name: str) -> bool:
     effect = effects()[name]
-    return sensor in effect.sensors and _shows(
-        _reachable(excites), _reachable(_EVERYTHING), sensor, effect
-    )
+    return sensor in effect.sensors and _shows(_reachable(excites), _reachable(_EVERYTHING), sensor, effect)
 
 
 def _shows(here: Conditions, anywhere: Conditions, sensor: Sensor, effect: Effect) -> bool:

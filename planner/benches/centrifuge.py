@@ -12,7 +12,7 @@ from itertools import cycle, islice, product
 
 import numpy as np
 
-from planner.benches._excitation import LOADS_G, chosen, Observable
+from planner.benches._excitation import LOADS_G, Observable, chosen
 
 Motion = Mapping[str, float]
 

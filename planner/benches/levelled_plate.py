@@ -7,7 +7,7 @@ from itertools import cycle, islice
 
 import numpy as np
 
-from planner.benches._excitation import directions, Observable, pointing_up
+from planner.benches._excitation import Observable, directions, pointing_up
 
 Motion = Mapping[str, float]
 

@@ -13,7 +13,7 @@ from itertools import cycle, islice, product
 
 import numpy as np
 
-from planner.benches._excitation import RATES_DPS, chosen, directions, Observable, pointing_up
+from planner.benches._excitation import RATES_DPS, Observable, chosen, directions, pointing_up
 from planner.catalog import effects
 
 Motion = Mapping[str, float]

@@ -85,9 +85,7 @@ def plan_of(
             *_worn_out(spec, power_on),
         ),
         benches=planned_benches(spec),
-        plugins=tuple(
-            UsedPlugin(o.kind, o.name, o.distribution, o.version) for o in foreign_plugins(spec)
-        ),
+        plugins=tuple(UsedPlugin(o.kind, o.name, o.distribution, o.version) for o in foreign_plugins(spec)),
     )
 
 

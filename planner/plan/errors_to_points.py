@@ -19,6 +19,7 @@ from planner.solvers.breakpoints import optimal_breakpoints, table_residual
 from planner.spec.model import ErrorBudget, MeasuredCurve, Spec
 from planner.units import Quantity
 
+
 def point_menus(spec: Spec) -> tuple[PointMenu, ...]:
     """What every calibrated error may choose in every test that serves it.
 

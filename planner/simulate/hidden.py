@@ -70,13 +70,14 @@ def _parameter(effect: Effect, written: str, text: str) -> tuple[str, float]:
     name, _, value = (part.strip() for part in written.partition("="))
     known = {p.name: p for p in effect.parameters}
     if name not in known:
-        hint = did_you_mean(name, known) if known else "; it has none"
-        raise InputError(f"--hidden {text!r}: {effect.name} has no parameter {name!r}{hint}")
+        there = ", ".join(known) or "none"
+        raise InputError(f"--hidden {text!r}: {effect.name} has no parameter {name!r}; it has {there}")
     p = known[name]
     try:
         return name, p.read(value)
     except UnitError as error:
-        raise InputError(f"--hidden {text!r}: {error}; write e.g. {name}={p.shown(p.default)}") from error
+        advice = "" if "write" in str(error) else f"; write e.g. {name}={p.shown(p.default)}"
+        raise InputError(f"--hidden {text!r}: {error}{advice}") from error
 
 
 def _known(name: str, text: str) -> Effect:

@@ -1,4 +1,4 @@
-"""Which plug-ins a spec names: those that cannot be used are faults, those of other packages go into the plan."""
+"""Which plug-ins a spec names: what cannot be used is a fault, what is not ours goes into the plan."""
 
 from __future__ import annotations
 
