@@ -14,11 +14,12 @@ from planner.protocols import Condition, Effect, Sensor
 from planner.records import Conditions
 
 CONDITIONS: tuple[Condition, ...] = get_args(Condition)
+IN_USE_DEGC = (-60.0, 85.0)
 _SEED = 20_261  # any rows will do, the same every time
 
 
 def random_conditions(
-    rng: np.random.Generator, n: int, degc: tuple[float, float] = (-60.0, 85.0)
+    rng: np.random.Generator, n: int, degc: tuple[float, float] = IN_USE_DEGC
 ) -> Conditions:
     """n rows over all that a bench and a flight can be: rests on faces of a cube among turns under load.
 
