@@ -22,9 +22,10 @@ import pkgutil
 from collections.abc import Callable, Collection, ItemsView, Iterator, Mapping, ValuesView
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Generic, Literal, TypeVar
+from typing import Any, Generic, TypeVar, get_args
 
 from planner.errors import InputError
+from planner.origin import OURS, Kind, Origin
 from planner.protocols import (
     BenchKind,
     Effect,
@@ -38,47 +39,25 @@ from planner.protocols import (
 from planner.sensor import SENSORS
 
 T = TypeVar("T")
-Kind = Literal["effects", "trajectories", "benches", "readers", "exports"]
-KINDS: tuple[Kind, ...] = ("effects", "trajectories", "benches", "readers", "exports")
-OURS = "planner"  # our distribution
+KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 @dataclass(frozen=True)
 class _Shelf:
     """Where plug-ins of one kind stand with us, what they offer themselves by, and what they must be."""
 
-    noun: str
     package: str
     constant: str
     protocol: type
 
 
 _SHELVES: Mapping[Kind, _Shelf] = {
-    "effects": _Shelf("effect", "planner.effects", "EFFECT", Effect),
-    "trajectories": _Shelf("trajectory", "planner.trajectories", "FAMILY", TrajectoryFamily),
-    "benches": _Shelf("kind of bench", "planner.benches", "KIND", BenchKind),
-    "readers": _Shelf("reader", "planner.readers", "READER", RawReader),
-    "exports": _Shelf("export format", "planner.export.formats", "FORMAT", ExportFormat),
+    "effects": _Shelf("planner.effects", "EFFECT", Effect),
+    "trajectories": _Shelf("planner.trajectories", "FAMILY", TrajectoryFamily),
+    "benches": _Shelf("planner.benches", "KIND", BenchKind),
+    "readers": _Shelf("planner.readers", "READER", RawReader),
+    "exports": _Shelf("planner.export.formats", "FORMAT", ExportFormat),
 }
-
-
-@dataclass(frozen=True)
-class Origin:
-    """Where a plug-in comes from: a distribution and its version; target: `package.module:OBJECT`."""
-
-    kind: Kind
-    name: str
-    distribution: str
-    version: str
-    target: str
-
-    @property
-    def foreign(self) -> bool:
-        """Whether another package than planner brings it."""
-        return self.distribution != OURS
-
-    def __str__(self) -> str:
-        return f"{_SHELVES[self.kind].noun} {self.name!r} of {self.distribution} {self.version}"
 
 
 @dataclass(frozen=True)

@@ -52,11 +52,7 @@ def _plugins(calibration: Calibration) -> dict[str, Any]:
     """The effects of other packages that correcting needs, and where they come from; no key without any."""
     names = sorted({e.effect for s in calibration.sensors for e in s.tables.extra})
     origins = [catalog.origins("effects")[name] for name in names]
-    found = [
-        {"kind": o.kind, "name": o.name, "distribution": o.distribution, "version": o.version}
-        for o in origins
-        if o.foreign
-    ]
+    found = [origin.document() for origin in origins if origin.foreign]
     return {"plugins": found} if found else {}
 
 

@@ -17,16 +17,7 @@ def effects_document() -> dict[str, Any]:
     """Every effect that loads, and every plug-in of any kind that is offered and does not."""
     return {
         "effects": [effect_document(effect) for effect in catalog.effects().values()],
-        "unloadable": [
-            {
-                "kind": one.origin.kind,
-                "name": one.origin.name,
-                "distribution": one.origin.distribution,
-                "version": one.origin.version,
-                "reason": one.reason,
-            }
-            for one in catalog.unloadable()
-        ],
+        "unloadable": [{**one.origin.document(), "reason": one.reason} for one in catalog.unloadable()],
     }
 
 

@@ -89,7 +89,7 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
             for p in plan.trade_off
         ],
         "notes": list(plan.notes),
-        **({"plugins": [vars(used) for used in plan.plugins]} if plan.plugins else {}),
+        **({"plugins": [used.document() for used in plan.plugins]} if plan.plugins else {}),
         "steps": [step_document(step) for step in plan.steps],
     }
 

@@ -27,7 +27,6 @@ from planner.records import (
     SensitivityFigure,
     Step,
     TestVisits,
-    UsedPlugin,
 )
 from planner.sensor import ErrorName
 from planner.solvers.linear_combination import shares, weights
@@ -85,7 +84,7 @@ def plan_of(
             *_worn_out(spec, power_on),
         ),
         benches=planned_benches(spec),
-        plugins=tuple(UsedPlugin(o.kind, o.name, o.distribution, o.version) for o in foreign_plugins(spec)),
+        plugins=foreign_plugins(spec),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from planner import catalog
-from planner.catalog import Kind, Origin
+from planner.origin import Kind, Origin
 from planner.protocols import SENSORS
 from planner.spec.model import Spec
 from planner.spec.review import Review

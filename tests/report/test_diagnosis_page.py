@@ -259,7 +259,7 @@ def test_the_terminal_shows_verdict_coefficients_and_metres(diagnosis, capsys):
         "u1: Missing: g-sensitivity",
         "deg/s/g",
         "350",
-        "g squared sensitivity",
+        "g²-sensitivity",
         "untestable: ageing",
     ):
         assert said in out
