@@ -21,7 +21,7 @@ from planner.learn.channel_model import channel_model, evaluate, sensed
 from planner.learn.moment_fit import linear_jacobian
 from planner.protocols import Sensor
 from planner.records import Array, Conditions
-from planner.spec.model import Spec, si
+from planner.spec.model import Spec
 
 TRIALS = (6, 12, 30)  # records of a test that is made up
 UNKNOWN = 1e6  # spread, SI, of what nothing is known of
@@ -139,6 +139,4 @@ def _known(spec: Spec, sensor: Sensor, effect: str) -> float:
     budget = getattr(spec.unit, sensor).get(effect)
     if budget is None:
         return KNOWN_RATIO
-    spread = budget.run_to_run
-    sigmas = [q.si for q in spread.values()] if isinstance(spread, dict) else [si(spread)]
-    return max(*sigmas, si(budget.in_run), si(budget.storage), 1e-9)
+    return float(max(budget.run_to_run_largest, budget.in_run_sigma, budget.storage_sigma, 1e-9))

@@ -16,8 +16,8 @@ from planner.learn.channel_model import ChannelModel, Parts
 from planner.records import Array
 from planner.solvers.random_effects import RandomEffects
 from planner.solvers.reml import Variances, reml
-from planner.spec.model import ErrorBudget, Spec
-from planner.spec.model import si as si_of
+from planner.spec.budget import ErrorBudget
+from planner.spec.model import Spec
 
 RATE_NOISE_FROM = {"gyro": 0.5, "accelerometer": 30.0}  # rad/s, m/s²: below, a reading's error is no noise
 _WORTH = 3.3  # gain of log-likelihood that a further variance must bring: one per cent of a χ² with 1
@@ -128,17 +128,13 @@ def _own(model: ChannelModel, parts: Parts) -> Array:
 
 def _spread_shape(budget: ErrorBudget | None, temperature_degc: Array) -> Array | None:
     """(n,) run-to-run spread over temperature relative to its mean, as the spec's table has it."""
-    spread = None if budget is None else budget.run_to_run
-    if spread is None:
+    if budget is None or budget.run_to_run_largest <= 0:
         return None
-    if not isinstance(spread, dict):
-        return np.ones(len(temperature_degc)) if spread.si > 0 else None
-    nodes = np.array(sorted(spread))
-    values = np.array([spread[t].si for t in nodes])
-    if values.max() <= 0:
-        return None
-    sigma = np.interp(temperature_degc, nodes, values)
-    return np.asarray(np.maximum(sigma, 1e-3 * values.max()) / values.mean())
+    table = budget.run_to_run_table
+    if table is None:
+        return np.ones(len(temperature_degc))
+    sigma = budget.run_to_run_sigma(temperature_degc)
+    return np.asarray(np.maximum(sigma, 1e-3 * max(table.values())) / np.mean([*table.values()]))
 
 
 def without_idle(noise: Noise, found: Variances, y: Array, X: Array) -> tuple[Noise, Variances]:
@@ -183,11 +179,11 @@ def _from_spec(component: Component, spec: Spec, white: float) -> float:
     if component.kind != "run_to_run":
         return white if component.kind == "white" else 0.0
     sensor, name = component.error.rstrip("01").split(".")
-    budget = getattr(spec.unit, sensor).get(name)
-    spread = None if budget is None else budget.run_to_run
-    if spread is None:
+    budget: ErrorBudget | None = getattr(spec.unit, sensor).get(name)
+    if budget is None:
         return 0.0
-    sigma = np.mean([q.si for q in spread.values()]) if isinstance(spread, dict) else si_of(spread)
+    table = budget.run_to_run_table
+    sigma = budget.run_to_run_largest if table is None else np.mean([*table.values()])
     return float(sigma) ** 2
 
 

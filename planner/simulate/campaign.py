@@ -24,11 +24,9 @@ from planner.records import Array, Conditions
 from planner.simulate.design import Design
 from planner.simulate.hidden import HiddenEffect, coefficients
 from planner.simulate.temperature_curves import CurveFamily, along, curve_family
-from planner.spec.model import ErrorBudget, MeasuredCurve, Spec
-from planner.spec.model import si as si_of
+from planner.spec.budget import STORAGE_DAYS, ErrorBudget
+from planner.spec.model import Spec
 from planner.units import STANDARD_GRAVITY_MPS2
-
-STORAGE_DAYS = 60.0  # a budget's storage is what two months do (K 2.5.3)
 
 
 @dataclass(frozen=True)
@@ -36,7 +34,7 @@ class Settings:
     """How to draw, SI.
 
     white: noise density of each sensor, per root hertz (a record of T seconds has white/√T)
-    in_run_time: correlation time of the in-run process, s
+    in_run_time: correlation time of every in-run process, s; None: each its own, from the spec
     temperature_jitter: how far a soaked chamber strays, K; temperature_error: of the unit's thermometer, K
     case: `random` draws sizes within the budget, `worst` takes all of it; signs: `random` or `plus`
     run_to_run, in_run, storage, temperature_residual: whether the budget's part is drawn at all
@@ -49,7 +47,7 @@ class Settings:
             "accelerometer": 1e-4 * STANDARD_GRAVITY_MPS2,
         }
     )
-    in_run_time: float = 600.0
+    in_run_time: float | None = None
     temperature_jitter: float = 0.05
     temperature_error: float = 0.0
     case: Literal["random", "worst"] = "random"
@@ -60,6 +58,10 @@ class Settings:
     temperature_residual: bool = True
     spikes: float = 0.0
     spike_size: float = 40.0
+
+    def correlation_time(self, budget: ErrorBudget) -> float:
+        """Of the in-run process of an error, s."""
+        return budget.in_run_time if self.in_run_time is None else self.in_run_time
 
 
 @dataclass(frozen=True)
@@ -110,9 +112,9 @@ def prepared(spec: Spec) -> Unit:
     for sensor in SENSORS:
         for effect, budget in getattr(spec.unit, sensor).items():
             budgets[sensor, effect] = budget
-            residual = budget.temperature_residual
-            if residual is not None and not isinstance(residual, MeasuredCurve):
-                families[sensor, effect] = curve_family({n: q.si for n, q in residual.items()}, low, high)
+            table = budget.residual_table
+            if table is not None:
+                families[sensor, effect] = curve_family(table, low, high, budget.residual_figure)
     return Unit(budgets, families)
 
 
@@ -267,7 +269,7 @@ def _coefficients(
     for i, name in enumerate(names):
         key = (sized.sensor, sized.effect, name)
         rng = _rng(seed, "systematic", *key)
-        size = _size(si_of(sized.budget.systematic), settings, rng)
+        size = _size(sized.budget.systematic_size, settings, rng)
         grid, curve = _curve(sized, settings, rng)
         values[:, i] = size + _random(sized.budget, key, design, conditions, settings, seed)
         if grid is not None and curve is not None:
@@ -292,13 +294,12 @@ def _size(largest: float, settings: Settings, rng: np.random.Generator) -> float
 
 def _curve(sized: _Sized, settings: Settings, rng: np.random.Generator) -> tuple[Array | None, Array | None]:
     """Grid and values of the error's curve over temperature; a measured curve is taken as it is."""
-    residual = sized.budget.temperature_residual
+    measured = sized.budget.measured_curve
     if not settings.temperature_residual:
         return None, None
-    if isinstance(residual, MeasuredCurve):
-        grid = np.array(sorted(residual.curve))
+    if measured is not None:
         sign = rng.choice([-1.0, 1.0]) if settings.signs == "random" else 1.0
-        return grid, sign * np.array([residual.curve[t].si for t in grid])
+        return measured.temperatures_degc, sign * measured.values
     if sized.family is None:
         return None, None
     return sized.family.grid, sized.family.draw(rng)
@@ -313,26 +314,41 @@ def _random(
     seed: int,
 ) -> Array:
     """(n,) run-to-run, in-run and storage parts of one coefficient."""
-    runs = np.repeat(np.arange(len(design.starts)), np.diff(np.append(design.starts, len(design))))
     total = np.zeros(len(design))
-    if settings.run_to_run and budget.run_to_run is not None:
-        draw = _rng(seed, "run_to_run", *key).normal(size=len(design.starts))
-        total += _spread(budget, conditions.temperature_degc) * draw[runs]
-    if settings.in_run and si_of(budget.in_run) > 0:
-        total += si_of(budget.in_run) * _gauss_markov(
-            design, settings.in_run_time, _rng(seed, "in_run", *key)
+    if settings.run_to_run and budget.has_run_to_run:
+        temperature = conditions.temperature_degc
+        draw = _of_power_ons(design, temperature, budget, _rng(seed, "run_to_run", *key))
+        total += budget.run_to_run_sigma(temperature) * draw
+    if settings.in_run and budget.in_run_sigma > 0:
+        total += budget.in_run_sigma * _gauss_markov(
+            design, settings.correlation_time(budget), _rng(seed, "in_run", *key)
         )
-    if settings.storage and si_of(budget.storage) > 0:
-        total += si_of(budget.storage) * _walk(conditions.day, _rng(seed, "storage", *key))
+    if settings.storage and budget.storage_sigma > 0:
+        total += budget.storage_sigma * _walk(conditions.day, _rng(seed, "storage", *key))
     return total
 
 
-def _spread(budget: ErrorBudget, temperature_degc: Array) -> Array | float:
-    spread = budget.run_to_run
-    if not isinstance(spread, dict):
-        return si_of(spread)
-    nodes = np.array(sorted(spread))
-    return np.interp(temperature_degc, nodes, [spread[t].si for t in nodes])
+def _of_power_ons(
+    design: Design, temperature_degc: Array, budget: ErrorBudget, rng: np.random.Generator
+) -> Array:
+    """(n,) of unit variance: one draw a power-on; with a correlation over temperature one of the process.
+
+    z(T) is Gaussian with E z(T) z(T') = exp(−(T − T')² / (2 L²)) at the power-on's own temperatures.
+    """
+    runs = design.runs
+    if budget.temperature_correlation is None:
+        return np.asarray(rng.normal(size=len(runs))[np.repeat(np.arange(len(runs)), [len(r) for r in runs])])
+    white, out = rng.normal(size=len(design)), np.zeros(len(design))
+    for rows in runs:
+        out[rows] = _root_over(temperature_degc[rows], budget.temperature_correlation) @ white[rows]
+    return out
+
+
+def _root_over(temperature_degc: Array, length: float) -> Array:
+    """(m, m) symmetric root of exp(−ΔT² / (2 L²)); it exists, and is one, where temperatures repeat, too."""
+    apart = np.subtract.outer(temperature_degc, temperature_degc) / length
+    values, vectors = np.linalg.eigh(np.exp(-(apart**2) / 2.0))
+    return np.asarray((vectors * np.sqrt(np.clip(values, 0.0, None))) @ vectors.T)
 
 
 def _gauss_markov(design: Design, time: float, rng: np.random.Generator) -> Array:

@@ -39,6 +39,11 @@ class Design:
         """(g,) first row of every run."""
         return np.flatnonzero(np.append(True, np.diff(self.run) != 0))
 
+    @property
+    def runs(self) -> list[NDArray[np.int64]]:
+        """Rows of every run."""
+        return np.split(np.arange(len(self)), self.starts[1:])
+
     def __len__(self) -> int:
         return len(self.run)
 

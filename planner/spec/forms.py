@@ -51,9 +51,18 @@ def list_or_number(value: object) -> str:
     return _form(value) if _form(value) in ("list", "mapping") else "number"
 
 
+def quantity_or_table(value: object) -> str:
+    """`text`; or, of a mapping, `table` when all its keys have a number in them, else `parts`."""
+    if isinstance(value, BaseModel):
+        return "parts"
+    if not isinstance(value, dict):
+        return "text"
+    return "table" if all(re.search(r"\d", str(key)) for key in value) else "parts"
+
+
 def table_or_curve(value: object) -> str:
     """`curve` when it says so, else `table`."""
-    measured = isinstance(value, BaseModel) or (isinstance(value, dict) and "curve" in value)
+    measured = "curve" in value if isinstance(value, dict) else hasattr(value, "curve")
     return "curve" if measured else "table"
 
 

@@ -27,8 +27,8 @@ from planner.simulate.campaign import Settings
 from planner.simulate.design import Design
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import covariance
-from planner.spec.model import ErrorBudget, Spec
-from planner.spec.model import si as si_of
+from planner.spec.budget import ErrorBudget
+from planner.spec.model import Spec
 from planner.verify.draws import DrawnError, generator
 
 _ROUNDS = 5  # 0.5 % of scale factor to the fifth is nothing
@@ -93,7 +93,7 @@ def _variances(noise: Noise, spec: Spec, white: float) -> Array:
         if component.kind == "rate_noise":
             sensor, effect = ErrorName(component.error).parts
             budget: ErrorBudget | None = getattr(spec.unit, sensor).get(effect)
-            found[i] = 0.0 if budget is None else si_of(budget.in_run) ** 2
+            found[i] = 0.0 if budget is None else budget.in_run_sigma**2
     return np.asarray(found)
 
 

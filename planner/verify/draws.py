@@ -9,7 +9,6 @@ Philox, keyed by (seed, chunk, key), so a chunk's units do not depend on who dra
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,11 +17,10 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.protocols import Sensor
 from planner.records import Array
-from planner.simulate.campaign import STORAGE_DAYS, Settings, Unit
+from planner.simulate.campaign import Settings, Unit
 from planner.simulate.design import Design
 from planner.simulate.temperature_curves import POINTS, CurveFamily
-from planner.spec.model import ErrorBudget, MeasuredCurve
-from planner.spec.model import si as si_of
+from planner.spec.budget import STORAGE_DAYS, ErrorBudget
 
 
 def generator(seed: int, chunk: int, *key: str) -> np.random.Generator:
@@ -74,7 +72,7 @@ class DrawnError:
 
     def run_to_run(self, temperature_degc: Array) -> Array:
         """(B, K, t) what the flight's own power-on draws."""
-        return np.asarray(spread_at(self.budget, temperature_degc)[..., None] * self.spread[:, None, :])
+        return np.asarray(self.budget.run_to_run_sigma(temperature_degc)[..., None] * self.spread[:, None, :])
 
 
 def drawn_errors(
@@ -136,7 +134,7 @@ def _sizes(
     """(B, t) systematic sizes: up to the budget's, or all of it; signs at random, or all plus."""
     sign = rng.choice(np.array([-1.0, 1.0]), size=shape)
     share = rng.uniform(size=shape)
-    size = si_of(budget.systematic) * (share if settings.case == "random" else np.ones(shape))
+    size = budget.systematic_size * (share if settings.case == "random" else np.ones(shape))
     return np.asarray(size * (sign if settings.signs == "random" else 1.0))
 
 
@@ -151,12 +149,10 @@ def _curves(
     rng: np.random.Generator,
 ) -> tuple[Array | None, Array | None]:
     """Grid (G,) and curves (B, t, G); a measured curve is taken as it is, up to its sign."""
-    residual = budget.temperature_residual
-    if isinstance(residual, MeasuredCurve):
-        grid = np.array(sorted(residual.curve))
-        values = np.array([residual.curve[t].si for t in grid])
+    measured = budget.measured_curve
+    if measured is not None:
         sign = rng.choice(np.array([-1.0, 1.0]), size=shape) if settings.signs == "random" else np.ones(shape)
-        return grid, sign[..., None] * values
+        return measured.temperatures_degc, sign[..., None] * measured.values
     if family is None:
         return None, None
     phase = rng.uniform(0.0, 2.0 * np.pi, size=(shape[0] * shape[1], len(family.amplitude)))
@@ -170,6 +166,8 @@ def curves_of(family: CurveFamily, phase: Array) -> Array:
     curve = (family.amplitude * np.cos(phase)) @ np.cos(angle)
     curve -= (family.amplitude * np.sin(phase)) @ np.sin(angle)
     curve -= curve.mean(axis=1, keepdims=True)
+    if family.figure == "sigma":
+        return np.asarray(curve)
     scale = np.full(len(curve), np.inf)
     for number, residual in zip(family.numbers, family.residual, strict=True):
         worst = np.abs(curve - _tabled(curve, number)).max(axis=1)
@@ -209,15 +207,6 @@ def along(temperature_degc: Array, grid: Array, curve: Array) -> Array:
 # ---------------------------------------------------------------- random parts
 
 
-def spread_at(budget: ErrorBudget, temperature_degc: Array) -> Array:
-    """Run-to-run sigma at temperatures (...), linear between the table's nodes."""
-    spread = budget.run_to_run
-    if not isinstance(spread, Mapping):
-        return np.full(np.shape(temperature_degc), si_of(spread))
-    nodes = np.array(sorted(spread))
-    return np.asarray(np.interp(temperature_degc, nodes, [spread[t].si for t in nodes]))
-
-
 def _of_runs(
     budget: ErrorBudget,
     design: Design,
@@ -225,11 +214,11 @@ def _of_runs(
     shape: tuple[int, int],
     rng: np.random.Generator,
 ) -> Array | float:
-    if budget.run_to_run is None:
+    if not budget.has_run_to_run:
         return 0.0
     draw = rng.normal(size=(shape[0], len(design.starts), shape[1]))
     runs = np.repeat(np.arange(len(design.starts)), np.diff(np.append(design.starts, len(design))))
-    return np.asarray(spread_at(budget, temperature_degc)[..., None] * draw[:, runs])
+    return np.asarray(budget.run_to_run_sigma(temperature_degc)[..., None] * draw[:, runs])
 
 
 def _in_run(
@@ -241,11 +230,12 @@ def _in_run(
     rng: np.random.Generator,
 ) -> tuple[Array | float, Array]:
     """In the records (B, n, t), and at the flight's times (B, K, t): a power-on of its own."""
-    sigma = si_of(budget.in_run)
+    sigma = budget.in_run_sigma
     if sigma <= 0:
         return 0.0, np.zeros((shape[0], len(flight.time), shape[1]))
-    bench = gauss_markov(design.conditions.time_on, design.starts, settings.in_run_time, shape, rng)
-    own = gauss_markov(flight.time, np.array([0]), settings.in_run_time, shape, rng)
+    tau = settings.correlation_time(budget)
+    bench = gauss_markov(design.conditions.time_on, design.starts, tau, shape, rng)
+    own = gauss_markov(flight.time, np.array([0]), tau, shape, rng)
     return sigma * bench, sigma * own
 
 
@@ -267,7 +257,7 @@ def _storage(
     budget: ErrorBudget, design: Design, flight: Exposed, shape: tuple[int, int], rng: np.random.Generator
 ) -> tuple[Array | float, Array]:
     """In the records (B, n, t), and on the flight's day (B, t): one walk from zero on day 0."""
-    sigma = si_of(budget.storage)
+    sigma = budget.storage_sigma
     if sigma <= 0:
         return 0.0, np.zeros(shape)
     days, index = np.unique(design.conditions.day, return_inverse=True)

@@ -14,10 +14,11 @@ import numpy as np
 from planner import catalog
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Trajectory
-from planner.simulate.campaign import STORAGE_DAYS, Settings, Unit, prepared
+from planner.simulate.campaign import Settings, Unit, prepared
 from planner.simulate.design import DEFAULT_LATITUDE, Design, design, steps_of
 from planner.simulate.settings import settings_of
-from planner.spec.model import ErrorBudget, Given, Requirement, Spec
+from planner.spec.budget import STORAGE_DAYS, ErrorBudget
+from planner.spec.model import Given, Requirement, Spec
 from planner.units import unit_factor
 from planner.verify.calibrations import (
     ChannelEstimator,

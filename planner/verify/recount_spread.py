@@ -17,10 +17,9 @@ from planner import catalog
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Conditions
 from planner.simulate.attitudes import exposure, mounting
-from planner.simulate.campaign import Settings
 from planner.simulate.design import DEFAULT_LATITUDE
-from planner.spec.model import ErrorBudget, Given, Spec
-from planner.spec.model import si as si_of
+from planner.spec.budget import IN_RUN_TIME_S, ErrorBudget
+from planner.spec.model import Given, Spec
 from planner.spec.motions import motions_of
 
 OVER_TIME = {  # effects that the records of one repeat, at one temperature, do not show
@@ -95,11 +94,10 @@ def _columns(spec: Spec, name: str, seen: Conditions, sensor: Sensor, channel: i
             continue
         error = f"{sensor}.{effect}"
         served = error in spec.tests[name].calibrates and effect in spec.effects
-        spread = budget.run_to_run
-        run = max(q.si for q in spread.values()) if isinstance(spread, Mapping) else si_of(spread)
+        run = budget.run_to_run_largest
         outputs = catalog.effects()[effect].regressors(sensor, seen)[:, channel]
         found += [
-            _Column(error, served, output, run, si_of(budget.in_run)) for output in outputs.T if output.any()
+            _Column(error, served, output, run, budget.in_run_sigma) for output in outputs.T if output.any()
         ]
     return found
 
@@ -111,7 +109,7 @@ def _added(
     if not served:
         return []
     blocks = [c.run * c.output[:, None] for c in columns if not c.served and c.run > 0] * 2
-    keep = np.exp(-np.abs(np.subtract.outer(seen.time_on, seen.time_on)) / Settings().in_run_time)
+    keep = np.exp(-np.abs(np.subtract.outer(seen.time_on, seen.time_on)) / IN_RUN_TIME_S)
     values, vectors = np.linalg.eigh(keep)
     root = vectors * np.sqrt(np.clip(values, 0.0, None))
     blocks += [c.drift * c.output[:, None] * root for c in columns if c.drift > 0]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from planner import catalog
 from planner.protocols import Sensor
-from planner.spec.model import ErrorBudget
+from planner.spec.budget import ErrorBudget
 from planner.units import from_si
 from planner.verify.calibrations import ChannelEstimator
 from planner.verify.experiment import Experiment
