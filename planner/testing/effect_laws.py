@@ -40,9 +40,10 @@ def check_effect(effect: Effect, seed: int = 0) -> None:
     if not wrong:
         wrong = [*_declared(effect), *_parameters(effect)]
     if not wrong:
-        for sensor in effect.sensors:
-            wrong += _lawless(_Seen(effect, sensor, np.random.default_rng(seed)))
-        wrong += _idle_needs(effect, seed)
+        with np.errstate(all="ignore"):  # what is not finite is said in words
+            for sensor in effect.sensors:
+                wrong += _lawless(_Seen(effect, sensor, np.random.default_rng(seed)))
+            wrong += _idle_needs(effect, seed)
     if wrong:
         said = "\n".join(f"  {fault}" for fault in dict.fromkeys(wrong))
         raise InputError(f"the effect {name!r} is not as planner needs it:\n{said}")

@@ -16,7 +16,7 @@ from planner import catalog
 from planner.errors import InputError
 from tests.outcome import Run
 from tests.plugins.installing import Installed, found_in, offer
-from tests.specs import small
+from tests.specs import SHIPPED, small
 
 EXAMPLE_EFFECTS = {"self_heating", "cold_knee", "ripple", "heat_flow"}
 BROKEN = {
@@ -157,3 +157,15 @@ def test_the_names_of_other_packages_are_among_what_was_meant(
     assert done.code == 2
     assert "did you mean 'self_heating'?" in done.err
     assert "did you mean 'glide'?" in done.err
+
+
+def test_a_diagnosis_says_what_it_could_not_look_for(offers: Offer, run: Run) -> None:
+    """Otherwise "nothing is missing" would be false."""
+    offers("raises", BROKEN["raises"][0])
+    spec = SHIPPED / "close_the_loop.yaml"
+    assert run("simulate", spec, "-o", "data.csv").code == 0
+    done = run("diagnose", "data.csv", "--spec", spec, "-o", "found", "--json")
+    assert done.code == 0, done.err
+    (note,) = [note for note in json.loads(done.out)["notes"] if "not looked for" in note]
+    assert "effect 'raises' of dist-raises 2.0" in note
+    assert "no licence" in note

@@ -130,7 +130,7 @@ FAULTS: dict[str, tuple[BaseEffect, str]] = {
     "strange need": (changed(needs=frozenset(("time_on", "weather"))), "needs weather"),
     "variable": (changed(variable="day"), "variable 'day' is not among"),
     "not the same twice": (Restless(), "two answers"),
-    "rows": (driven(lambda c, p: decay(c, p) - decay(c, p).mean()), "rows know of each other"),
+    "rows": (driven(lambda c, p: decay(c, p) - decay(c, p).sum()), "rows know of each other"),
     "order": (driven(lambda c, p: np.cumsum(decay(c, p))), "rows know of each other"),
     "its own array": (Cached(), "not the caller's own"),
     "writes": (
