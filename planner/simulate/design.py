@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from planner.errors import InputError
 from planner.records import Array, Conditions, Step
-from planner.simulate.attitudes import Exposure, exposure, mounting
+from planner.simulate.attitudes import Asked, mounting
 from planner.spec.model import Spec
 
 SECONDS_A_DAY = 86400.0
@@ -25,7 +25,7 @@ class Design:
     """n records of one unit, run by run.
 
     conditions: true ones at nominal temperatures; run: (n,) from 1; duration: (n,) s
-    step, bench: (n,) text; starts: (g,) first row of every run
+    step, bench: (n,) text; installation: (n,) from 1; asked: what each record asks of the bench
     """
 
     conditions: Conditions
@@ -33,6 +33,8 @@ class Design:
     duration: Array
     step: NDArray[np.str_]
     bench: NDArray[np.str_]
+    installation: NDArray[np.int64]
+    asked: tuple[Asked, ...]
 
     @property
     def starts(self) -> NDArray[np.int64]:
@@ -73,53 +75,81 @@ def design(steps: Sequence[Step], spec: Spec, latitude: float = DEFAULT_LATITUDE
 
     latitude: of the bench, rad. Raises InputError when there is no record among the steps.
     """
-    mine = [s for s in steps if (match := _BATCH.match(s.id)) is None or int(match[1]) == 1]
-    records = [s for s in mine if s.action == "record"]
+    records = list(_records(step for step in steps if _batch(step) == 1))
     if not records:
         raise InputError("the plan has no record steps: nothing is measured")
-    power_on = {_run_of(s): s.start_s for s in mine if s.action == "power_on"}
-    runs = {name: i for i, name in enumerate(dict.fromkeys(map(_run_of, records)), start=1)}
-    middle = np.array([(s.start_s + s.end_s) / 2.0 for s in records])
-    on = np.array([power_on.get(_run_of(s), s.start_s) for s in records])
-    seen = [_exposed(s, spec, latitude) for s in records]
+    made = [r.step for r in records]
+    asked = tuple(_asked(r, spec, latitude) for r in records)
+    seen = [a.exposed() for a in asked]
+    middle = np.array([(s.start_s + s.end_s) / 2.0 for s in made])
     return Design(
         Conditions(
             rate=np.array([e.rate for e in seen]),
             specific_force=np.array([e.specific_force for e in seen]),
-            temperature_degc=np.array([_temperature(s, spec) for s in records]),
-            temperature_rate=np.zeros(len(records)),
-            time_on=middle - on,
+            temperature_degc=np.array([_temperature(s, spec) for s in made]),
+            temperature_rate=np.zeros(len(made)),
+            time_on=middle - np.array([r.power_on_s for r in records]),
             day=middle / SECONDS_A_DAY,
         ),
-        np.array([runs[_run_of(s)] for s in records], dtype=np.int64),
-        np.array([s.end_s - s.start_s for s in records]),
-        np.array([s.id for s in records]),
-        np.array([s.bench for s in records]),
+        np.array([r.run for r in records], dtype=np.int64),
+        np.array([s.end_s - s.start_s for s in made]),
+        np.array([s.id for s in made]),
+        np.array([s.bench for s in made]),
+        np.array([r.installation for r in records], dtype=np.int64),
+        asked,
     )
 
 
-def _run_of(step: Step) -> str:
-    """The power-on that a step belongs to: its id up to the repeat."""
-    return re.sub(r"(/r\d+)/.*$", r"\1", step.id)
+def _batch(step: Step) -> int:
+    """Which batch of units a step belongs to: `b02/…`, the only thing that nothing but the id tells."""
+    found = _BATCH.match(step.id)
+    return 1 if found is None else int(found[1])
+
+
+@dataclass(frozen=True)
+class _Record:
+    """A record step; run and installation from 1, power_on_s: when the run began, number: from 0 in it."""
+
+    step: Step
+    run: int
+    installation: int
+    power_on_s: float
+    number: int
+
+
+def _records(steps: Iterable[Step]) -> Iterator[_Record]:
+    """The records of one unit in the order of its steps.
+
+    A run lasts from power_on to power_off; records that no power_on precedes are one run a repeat. An
+    installation lasts until the next one, or until another bench.
+    """
+    run = installation = number = 0
+    bench, on, last = "", None, None
+    for step in steps:
+        if step.action == "install" or (step.action in ("power_on", "record") and step.bench != bench):
+            installation, bench, on, number = installation + 1, step.bench, None, 0
+        if step.action in ("power_on", "power_off"):
+            on, number = step.start_s if step.action == "power_on" else None, 0
+        if step.action != "record":
+            continue
+        repeat = (step.test, step.temperature_degc, step.repeat)
+        if on is None and repeat != last:
+            number = 0
+        run, last = run + (number == 0), repeat
+        yield _Record(step, run, installation, step.start_s if on is None else on, number)
+        number += 1
 
 
 def _temperature(step: Step, spec: Spec) -> float:
     return spec.plan.temperatures.room if step.temperature_degc is None else step.temperature_degc
 
 
-def _exposed(step: Step, spec: Spec, latitude: float) -> Exposure:
+def _asked(record: _Record, spec: Spec, latitude: float) -> Asked:
+    step = record.step
     bench = spec.benches.get(step.bench)
     if bench is None:
         raise InputError(f"step {step.id} is on bench {step.bench}, which the spec does not have")
-    return exposure(
-        step.motion, step.end_s - step.start_s, latitude, arm=bench.arm, mount=_mount(step, spec, bench.axes)
-    )
-
-
-def _mount(step: Step, spec: Spec, axes: int) -> int:
-    """Which body axis lies along axis 1."""
-    number = re.search(r"/m(\d+)$", step.id)
     test = spec.tests.get(step.test or "")
-    if number is None or test is None:
-        return 2
-    return mounting(int(number[1]) - 1, test.motion_count, axes)
+    count = 0 if test is None else test.motion_count
+    mount = 2 if test is None else mounting(record.number % count, count, bench.axes)
+    return Asked(step.motion or {}, step.end_s - step.start_s, latitude, bench.arm, mount)

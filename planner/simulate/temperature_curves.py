@@ -90,9 +90,11 @@ def curve_family(
     # squares of amplitudes, each equation relative to its own residual
     weight = (residual / (_PEAK_OVER_RMS if figure == "largest" else 1.0)) ** 2
     keep = weight > 0
-    power, _ = nnls(response[keep] / weight[keep, None], np.ones(int(keep.sum())))
+    power: Array = np.zeros(_MODES)
+    if keep.any():
+        power, _ = nnls(response[keep] / weight[keep, None], np.ones(int(keep.sum())))
     if figure == "largest" and not power.any():
-        power = 1.0 / np.arange(1, _MODES + 1) ** 4.0
+        power = np.arange(1.0, _MODES + 1) ** -4.0
     waves = np.pi * np.linspace(0.0, 1.0, POINTS)[:, None] * np.arange(1, _MODES + 1)
     modes = np.cos(waves), np.sin(waves)
     return CurveFamily(low_degc, high_degc, np.sqrt(power), numbers, residual, *modes, figure)

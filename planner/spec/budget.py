@@ -7,6 +7,7 @@ say the same of all forms, in SI, so that nobody else has to know the forms.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -15,7 +16,7 @@ from pydantic_core import CoreSchema
 
 from planner.quantities import AnyQuantity, Celsius, Count, PositiveKelvin, PositiveSeconds
 from planner.records import Array
-from planner.spec.forms import mapping_or_text, of_forms, quantity_or_table, table_or_curve
+from planner.spec.forms import mapping_or_text, of_forms, table_or_curve, text_table_or_parts
 from planner.spec.part import SpecPart
 from planner.units import Quantity
 
@@ -59,7 +60,7 @@ _RunToRun = Annotated[
     | Annotated[RunToRun, Tag("parts")],
     of_forms(
         "must be a number with unit, a table over temperature, or {value: …, temperature_correlation: 40 K}",
-        quantity_or_table,
+        text_table_or_parts("value", "temperature_correlation"),
     ),
 ]
 
@@ -70,6 +71,13 @@ class MeasuredCurve(SpecPart):
     curve: dict[Celsius, AnyQuantity] = Field(
         min_length=2, description="temperature: measured error, e.g. {-60 degC: 0.03 deg/s, 20 degC: 0 deg/s}"
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_figure(cls, written: Any) -> Any:
+        if isinstance(written, dict) and "figure" in written:
+            raise ValueError("a measured curve is itself; 'figure' is for a table, leave it out")
+        return written
 
     @property
     def temperatures_degc(self) -> Array:
@@ -98,11 +106,11 @@ class ResidualTable(SpecPart):
     @model_validator(mode="before")
     @classmethod
     def _from_one_mapping(cls, written: Any) -> Any:
-        """In the file the word `figure` stands among the numbers of points."""
+        """In the file the word `figure` stands among the numbers of points, rightly spelt or not."""
         if not isinstance(written, dict):
             return written
-        figure = {"figure": written["figure"]} if "figure" in written else {}
-        return {"table": {key: value for key, value in written.items() if key != "figure"}, **figure}
+        words = {key: value for key, value in written.items() if get_close_matches(str(key), ["figure"])}
+        return {"table": {key: value for key, value in written.items() if key not in words}, **words}
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
@@ -116,7 +124,7 @@ class ResidualTable(SpecPart):
 
 
 _Residual = Annotated[
-    Annotated[MeasuredCurve, Tag("curve")] | Annotated[ResidualTable, Tag("table")],
+    Annotated[MeasuredCurve, Tag("measured")] | Annotated[ResidualTable, Tag("table")],
     of_forms("must be a table {1: 0.03 deg/s, 3: …} or {curve: …}", table_or_curve),
 ]
 
