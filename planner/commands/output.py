@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import click
 import typer
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from planner.report.blocks import Report
+
+    Shown = Callable[[Console], None]
+
 SHOWN_PATHS = 10
+_WITHOUT_EFFECT = ("out", "as_json", "workers", "cluster")
 
 
 def answer(document: Mapping[str, Any], text: str, as_json: bool) -> None:
@@ -23,14 +31,17 @@ def answer(document: Mapping[str, Any], text: str, as_json: bool) -> None:
     typer.echo(json.dumps(document, ensure_ascii=False, allow_nan=False) if as_json else text)
 
 
-def result(
-    document: Mapping[str, Any], show: Callable[[Console], None], as_json: bool, written: str = ""
-) -> None:
-    """Print the result: the document as JSON, or what `show` prints, then what was written."""
+def result(document: Mapping[str, Any], report: Report | Shown, as_json: bool, written: str = "") -> None:
+    """Print the result: the document as JSON, or the report, then what was written."""
     if as_json:
         answer(document, "", as_json)
         return
-    show(console())
+    from planner.report.console import show
+
+    if callable(report):
+        report(console())
+    else:
+        show(report, console())
     if written:
         typer.echo(f"\n{written}")
 
@@ -39,7 +50,7 @@ def deliver(
     files: Mapping[Path, str | bytes],
     remarks: Iterable[str],
     document: Mapping[str, Any],
-    show: Callable[[Console], None],
+    report: Report | Shown,
     as_json: bool,
     written: str | None = None,
 ) -> None:
@@ -48,7 +59,42 @@ def deliver(
 
     write_all_whole(files)
     notes(remarks)
-    result(document, show, as_json, listed(files) if written is None else written)
+    result(document, report, as_json, listed(files) if written is None else written)
+
+
+def page_of(report: Report) -> str:
+    """The report as a page that names the command which made it."""
+    from planner.report.page import html
+
+    return html(replace(report, command=invocation()))
+
+
+def invocation() -> str:
+    """The command line as it was given, without what changes no result: folders, where to write, workers."""
+    from click.core import ParameterSource
+
+    context = click.get_current_context(silent=True)
+    if context is None:
+        return ""
+    words = [context.command_path]
+    for parameter in context.command.params:
+        name = parameter.name or ""
+        given = context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+        if given and name not in _WITHOUT_EFFECT:
+            values = context.params[name]
+            for value in values if isinstance(values, list | tuple) else [values]:
+                words += _argument(parameter, value)
+    return shlex.join(words)
+
+
+def _argument(parameter: click.Parameter, value: Any) -> list[str]:
+    """`FILE`, `--seed 3` or `--residual`; of a file its name alone."""
+    text = Path(value).name if Path(str(value).partition("@")[0]).exists() else str(value)
+    if isinstance(parameter, click.Argument):
+        return [text]
+    flags = parameter.opts if value is not False else parameter.secondary_opts
+    longest = max(flags, key=len, default="")
+    return [longest] if isinstance(value, bool) else [longest, text]
 
 
 def notes(lines: Iterable[str]) -> None:

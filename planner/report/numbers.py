@@ -93,3 +93,8 @@ def _grouped(text: str) -> str:
 
 def _superscript(exponent: int) -> str:
     return str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def counted(number: int, one: str, many: str | None = None) -> str:
+    """`1 unit`, `3 units`."""
+    return f"{number} {one if number == 1 else many or f'{one}s'}"

@@ -2,41 +2,33 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from datetime import timedelta
-from typing import TYPE_CHECKING
 
 from planner.fleet.allowed_region import AllowedRegion
 from planner.fleet.appointment import Appointment
 from planner.fleet.drift import ChannelForecast, FleetForecast, UnitDate
+from planner.fleet.history import gathered
 from planner.fleet.validation import MethodScore
-from planner.report import forecast_figures as figures
-from planner.report.blocks import Block, Column, Items, Picture, Table, Text, section
-from planner.report.fleet_page import Page, counted, page_html
-from planner.report.html import Fact
-from planner.report.numbers import NOTHING, digits, in_unit, level, percent, plain
-from planner.report.readable import readable_unit
-from planner.report.summary import rich_table
-from planner.report.terminal import room
+from planner.report.blocks import Block, Fact, Items, Report, Table, Text, existing, section, table
+from planner.report.charts import fleet as charts
+from planner.report.numbers import NOTHING, counted, digits, level, percent
+from planner.report.readable import shown_in
 
-if TYPE_CHECKING:
-    from rich.console import Console
-
-TERMINAL_COLUMNS = 150
-SHOWN_CHANNELS = 40
+SHOWN_CHANNELS = 40  # rows on the terminal; the page has all
 DRAWN_UNITS = 6  # units whose channels are drawn: those that are due first
 DRAWN_LOADS = 12
+_TOP = 2.0  # times the limit: further up nothing is told
 
 
-def forecast_html(fleet: FleetForecast, region: AllowedRegion, name: str) -> str:
-    """The page as text: the same forecast gives the same bytes."""
-    page = Page(
-        title=f"{name}: drift in store",
-        kind=f"Drift in store, held against {name}",
-        headline=headline(fleet),
-        sentence=sentence(fleet, region),
-        notes=fleet.notes,
+def forecast_report(fleet: FleetForecast, region: AllowedRegion, name: str) -> Report:
+    """The dates, which method forecasts best, and every channel."""
+    return Report(
+        kind="Drift in store",
+        title=name,
+        answer=headline(fleet),
+        sentences=(sentence(fleet),),
+        notes=tuple(fleet.notes),
         facts=(
             Fact("units", str(len(fleet.units))),
             Fact("channels", str(len(fleet.channels))),
@@ -45,16 +37,17 @@ def forecast_html(fleet: FleetForecast, region: AllowedRegion, name: str) -> str
             Fact("confidence", level(fleet.confidence)),
             Fact("corrected by", _corrected(fleet)),
         ),
-        sections=(
-            section("dates", "Until when", dates_table(fleet, region), *_loads(fleet)),
-            section("methods", "Which method forecasts best", scores_table(fleet.scores, fleet)),
-            section("channels", "History and forecast", *_pictures(fleet)),
-            section("table", "Every channel", channels_table(fleet)),
-            section("remarks", "What the dates rest on", _remarks(fleet)),
-            section("basis", "How to read this", Items(basis(fleet))),
+        sections=existing(
+            (
+                section("dates", "Until when", dates_table(fleet, region), *_loads(fleet)),
+                section("methods", "Which method forecasts best", scores_table(fleet.scores, fleet)),
+                section("channels", "History and forecast", *_pictures(fleet), only="page"),
+                section("table", "Every channel", channels_table(fleet)),
+                section("remarks", "What the dates rest on", _remarks(fleet)),
+                section("basis", "How to read this", Items(basis(fleet)), only="page"),
+            )
         ),
     )
-    return page_html(page)
 
 
 def _corrected(fleet: FleetForecast) -> str:
@@ -77,7 +70,7 @@ def headline(fleet: FleetForecast) -> str:
     return "No date can be given"
 
 
-def sentence(fleet: FleetForecast, region: AllowedRegion) -> str:
+def sentence(fleet: FleetForecast) -> str:
     """How many are due, and what the date means."""
     kinds = [u.outcome for u in fleet.units]
     parts = [
@@ -95,20 +88,14 @@ def sentence(fleet: FleetForecast, region: AllowedRegion) -> str:
     )
 
 
-def dates_table(fleet: FleetForecast, region: AllowedRegion) -> Table:
+def dates_table(fleet: FleetForecast, region: AllowedRegion) -> Table | None:
     """A row per unit, the earliest first."""
-    columns = (
-        Column("unit", "text"),
-        Column("calibrate by", "text"),
-        Column("days from the last value"),
-        Column("now, %"),
-        Column("then, %"),
-        Column("requirement", "text"),
-        Column("what takes most of it", "text"),
+    return table(
+        f"Dates, the earliest first; share of the limit at {level(fleet.confidence)}",
+        "unit | calibrate by | days from the last value | now, % | then, % | requirement | what takes most of it",
+        (_date_row(u, fleet, region) for u in _ordered(fleet)),
+        wide=("requirement", "days from the last value"),
     )
-    rows = tuple(_date_row(u, fleet, region) for u in _ordered(fleet))
-    said = level(fleet.confidence)
-    return Table(f"Dates, the earliest first; share of the limit at {said}", columns, rows)
 
 
 def _ordered(fleet: FleetForecast) -> list[UnitDate]:
@@ -136,21 +123,14 @@ def _date_row(u: UnitDate, fleet: FleetForecast, region: AllowedRegion) -> tuple
     )
 
 
-def scores_table(scores: Sequence[MethodScore], fleet: FleetForecast) -> Table:
+def scores_table(scores: Sequence[MethodScore], fleet: FleetForecast) -> Table | None:
     """Every method on every kind of error, naive among them."""
-    columns = (
-        Column("error", "text"),
-        Column("method", "text"),
-        Column("values forecast"),
-        Column("error (rms)"),
-        Column("of naive"),
-        Column("in", "text"),
-        Column("inside its band, %"),
-        Column("band widened"),
-        Column("", "text"),
+    return table(
+        "Rolling origins: each method on values that came later",
+        "error | method | values forecast | error (rms) | of naive | in | inside its band, % | band widened |",
+        (_score_row(s, fleet) for s in scores),
+        wide=("values forecast", "band widened"),
     )
-    rows = tuple(_score_row(s, fleet) for s in scores)
-    return Table("Rolling origins: each method on values that came later", columns, rows)
 
 
 def _score_row(s: MethodScore, fleet: FleetForecast) -> tuple[str, ...]:
@@ -158,46 +138,32 @@ def _score_row(s: MethodScore, fleet: FleetForecast) -> tuple[str, ...]:
     used = fleet.methods[s.kind] == s.method
     if not s.cases:
         return (s.kind, s.method, "0", NOTHING, NOTHING, "", NOTHING, NOTHING, "used" if used else s.why)
-    shown = readable_unit(display, s.naive_rmse)
-    said = (
-        "recommended"
-        if s.recommended
-        else ""
-        if s.method == "naive" or s.beats_naive
-        else "not better than naive"
-    )
+    beaten = s.method == "naive" or s.beats_naive
+    said = ["recommended" if s.recommended else "" if beaten else "not better than naive", "used" if used else ""]
+    rms, unit = shown_in(display, s.naive_rmse, (s.rmse,))
     return (
         s.kind,
         s.method,
         str(s.cases),
-        digits(in_unit(s.rmse, shown), 3),
+        rms,
         f"{s.rmse / s.naive_rmse:.2f}" if s.naive_rmse > 0 else NOTHING,
-        "%" if shown in ("", "1") else shown,
+        unit,
         f"{100 * s.coverage:.1f}",
         f"{s.factor:.2f}",
-        f"{said}, used" if used and said else "used" if used else said,
+        ", ".join(filter(None, said)),
     )
 
 
-def channels_table(fleet: FleetForecast, most: int | None = None) -> Table:
+def channels_table(fleet: FleetForecast) -> Table | None:
     """A row per channel: last value, drift, value at the end of the horizon."""
-    columns = (
-        Column("unit", "text"),
-        Column("error", "text"),
-        Column("points"),
-        Column("method", "text"),
-        Column("last value"),
-        Column("drift per week"),
-        Column("± 95 %"),
-        Column("at the end"),
-        Column(f"± {level(fleet.confidence)}"),
-        Column("in", "text"),
+    return table(
+        f"Every channel, until {fleet.history.label(fleet.until)}",
+        "unit | error | points | method | last value | drift per week | ± 95 % | at the end "
+        f"| ± {level(fleet.confidence)} at the end | in",
+        (_channel_row(c, fleet) for c in fleet.channels),
+        most=SHOWN_CHANNELS,
+        wide=("points", "method"),
     )
-    rows = [_channel_row(c, fleet) for c in fleet.channels]
-    caption = f"Every channel, until {fleet.history.label(fleet.until)}"
-    if most is not None and len(rows) > most:
-        caption += f" (the first {most} of {len(rows)})"
-    return Table(caption, columns, tuple(rows[:most]))
 
 
 def _channel_row(c: ChannelForecast, fleet: FleetForecast) -> tuple[str, ...]:
@@ -206,13 +172,8 @@ def _channel_row(c: ChannelForecast, fleet: FleetForecast) -> tuple[str, ...]:
     if c.forecast is None:
         return (*head, *([NOTHING] * 5), c.why)
     half = float(c.forecast.half_width(fleet.confidence)[-1])
-    shown = readable_unit(s.display, max(abs(float(s.value[-1])), half))
     values = (float(s.value[-1]), 7 * c.rate, 7 * c.rate_half, float(c.forecast.mean[-1]), half)
-    return (
-        *head,
-        *(digits(in_unit(v, shown), 3) if math.isfinite(v) else NOTHING for v in values),
-        "%" if shown in ("", "1") else shown,
-    )
+    return (*head, *shown_in(s.display, max(abs(float(s.value[-1])), half), values))
 
 
 def basis(fleet: FleetForecast) -> tuple[str, ...]:
@@ -233,30 +194,35 @@ def basis(fleet: FleetForecast) -> tuple[str, ...]:
 
 
 def _remarks(fleet: FleetForecast) -> Items | None:
-    from planner.fleet.history import gathered
-
     notes = gathered([f"{u.unit}: {n}" for u in fleet.units for n in u.notes])
     short = [c for c in fleet.channels if c.why]
     notes += gathered([f"{c.series.name}: {c.why}" for c in short])
     return Items(tuple(f"{n}." for n in notes[:16])) if notes else None
 
 
-def _loads(fleet: FleetForecast) -> Iterator[Block | None]:
+def _loads(fleet: FleetForecast) -> Iterator[Block]:
     shown = [u for u in _ordered(fleet) if u.outcome != "unknown"][:DRAWN_LOADS]
     if not shown:
-        yield None
         return
     caption = (
-        f"Share of the limit over time: median, and the level that {level(fleet.confidence)} of "
-        "the futures stay "
+        f"Share of the limit over time: median, and the level that {level(fleet.confidence)} of the futures stay "
         "below. The allowed region ends at 100 %; dots: the dates."
     )
-    yield Picture(figures.loads_figure(shown, fleet), caption)
+    alt = f"Share of the limit over time of {len(shown)} units"
+    loads = [charts.Load(u.unit, u.days, u.upper, u.middle, _dated(u)) for u in shown]
+    yield charts.loads_picture("load-over-time", alt, caption, loads, fleet.history.start, _TOP)
     if len(fleet.units) > len(shown):
-        yield Text(f"Drawn are the {len(shown)} units that are due first.")
+        yield Text(f"Drawn are the {len(shown)} units that are due first.", only="page")
 
 
-def _pictures(fleet: FleetForecast) -> Iterator[Block | None]:
+def _dated(u: UnitDate) -> tuple[tuple[float, float], ...]:
+    if u.day is None:
+        return ()
+    at = int(abs(u.days - u.day).argmin())
+    return ((float(u.days[at]), float(u.upper[at])),)
+
+
+def _pictures(fleet: FleetForecast) -> Iterator[Block]:
     units = [u.unit for u in _ordered(fleet)][:DRAWN_UNITS]
     for unit in units:
         own = [c for c in fleet.channels if c.series.unit == unit]
@@ -264,7 +230,7 @@ def _pictures(fleet: FleetForecast) -> Iterator[Block | None]:
             f"{unit}: measured values with their uncertainty (one sigma), forecast, and its "
             f"{level(fleet.confidence)} band; dashed: what the unit corrects."
         )
-        yield Picture(figures.channels_figure(unit, own, fleet), caption)
+        yield charts.drift_picture(unit, own, fleet, caption)
     if len(fleet.units) > len(units):
         yield Text(f"Drawn are the {len(units)} units that are due first; forecast.json has all.")
 
@@ -289,15 +255,3 @@ def appointments(fleet: FleetForecast, region: AllowedRegion) -> list[Appointmen
         found.append(Appointment(day, f"Calibrate {u.unit}", why))
     return found
 
-
-def print_forecast(fleet: FleetForecast, region: AllowedRegion, console: Console) -> None:
-    """The summary on the terminal."""
-    with room(console, TERMINAL_COLUMNS):
-        console.print(f"[bold]{plain(headline(fleet))}[/bold]")
-        console.print(plain(sentence(fleet, region)), markup=False)
-        console.print(rich_table(dates_table(fleet, region)))
-        console.print(rich_table(scores_table(fleet.scores, fleet)))
-        console.print(rich_table(channels_table(fleet, SHOWN_CHANNELS)))
-        remarks = _remarks(fleet)
-        for text in remarks.items if remarks else ():
-            console.print(plain(text), markup=False)

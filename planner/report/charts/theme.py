@@ -1,52 +1,27 @@
-"""How figures look: drawn once, coloured by the page's style sheet, so that dark pages and print both work.
-
-Matplotlib writes colours as literals. Every literal of the palette below is replaced by a CSS variable of
-the page with the literal as its fallback, so a figure cut out of the page keeps its light colours.
-"""
+"""How figures look: one palette, one size of letters, dark on white, and what several charts draw alike."""
 
 from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from planner.report.numbers import digits
+
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-INK, MUTED, GRID, SURFACE = "#1b1e23", "#5d6570", "#d9dde3", "#fefefe"
-BLUE, ORANGE, GREEN, PINK = (
-    "#0072b2",
-    "#e69f00",
-    "#009e73",
-    "#cc79a7",
-)  # Okabe & Ito 2008: safe for the colour-blind
+INK, MUTED, GRID, SURFACE = "#1b1e23", "#5d6570", "#d9dde3", "#ffffff"
+# Okabe & Ito 2008: safe for the colour-blind
+BLUE, ORANGE, GREEN, PINK = "#0072b2", "#e69f00", "#009e73", "#cc79a7"
 RED, SKY, GREY, DARK = "#d55e00", "#56b4e9", "#9aa2ad", "#4a5160"
 PALE = "#c9ced6"
 PURPLE, OLIVE, BROWN, LILAC, TEAL, ROSE = "#6a3d9a", "#b3b846", "#8c5a2b", "#b9a3e3", "#1d6f72", "#e0a0a8"
 
-VARIABLES: Mapping[str, str] = {
-    INK: "ink",
-    MUTED: "muted",
-    GRID: "grid",
-    SURFACE: "surface",
-    BLUE: "blue",
-    ORANGE: "orange",
-    GREEN: "green",
-    PINK: "pink",
-    RED: "red",
-    SKY: "sky",
-    GREY: "grey",
-    DARK: "dark",
-    PALE: "pale",
-    PURPLE: "purple",
-    OLIVE: "olive",
-    BROWN: "brown",
-    LILAC: "lilac",
-    TEAL: "teal",
-    ROSE: "rose",
-}
 SHORT_TO_LONG = ("#2f86c8", "#a08fa0", "#d8852a")  # middle tones: seen on white and on black
 SERIES = (BLUE, RED, GREEN, PINK, ORANGE, SKY, DARK, GREY)
 TESTS = (PURPLE, OLIVE, BROWN, LILAC, TEAL, ROSE)  # none of the actions' colours: both stand in one chart
@@ -73,7 +48,7 @@ PART_COLOURS: Mapping[str, str] = {  # cold: stays whatever the campaign does; w
 WIDTH_IN = 9.0  # 648 pt, shown at 900 px: 9 pt letters come out as 12.5 px
 
 
-def settings(salt: str) -> Any:
+def _settings(salt: str) -> dict[str, Any]:
     """Matplotlib settings of one figure; `salt` keeps its ids apart from other figures on the page."""
     return {
         "svg.fonttype": "none",
@@ -116,7 +91,7 @@ def drawn(name: str, description: str, draw: Callable[[], Figure]) -> str:
 
     with mpl.rc_context():
         mpl.rcdefaults()  # a user's matplotlibrc must not change the bytes
-        mpl.rcParams.update(settings(name))
+        mpl.rcParams.update(_settings(name))
         figure = draw()
         buffer = io.StringIO()
         nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
@@ -126,6 +101,8 @@ def drawn(name: str, description: str, draw: Callable[[], Figure]) -> str:
 
 def new_figure(height_in: float) -> Figure:
     """An empty figure of the page's width, laid out so that no label is cut."""
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
     return Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
@@ -136,7 +113,6 @@ def _inline(svg: str, name: str, description: str) -> str:
     body = re.sub(r"<metadata>.*?</metadata>\s*", "", body, flags=re.DOTALL)
     body = re.sub(r"<!--.*?-->\s*", "", body, flags=re.DOTALL)
     body = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{name}-", body)
-    body = re.sub(r"#[0-9a-f]{6}\b", lambda m: _variable(m[0]), body)
     body = re.sub(r"'DejaVu Sans'(, sans-serif)?", "system-ui, sans-serif", body)
     title = f'<title id="{name}-title">{escape(description)}</title>'
     size = re.search(r'viewBox="([^"]+)"', body)
@@ -148,6 +124,50 @@ def _inline(svg: str, name: str, description: str) -> str:
     return re.sub(r"<svg[^>]*>", lambda _: head, body, count=1)
 
 
-def _variable(literal: str) -> str:
-    name = VARIABLES.get(literal)
-    return f"var(--{name}, {literal})" if name else literal
+
+def grid_of_panels(
+    count: int, across: int, row_in: float, more_in: float = 0.0, **options: Any
+) -> tuple[Figure, list[Axes]]:
+    """A figure with `count` panels in rows of `across`, each row `row_in` high."""
+    across = min(across, count)
+    rows = -(-count // across)
+    figure = new_figure(row_in * rows + more_in)
+    every = figure.subplots(rows, across, squeeze=False, **options).ravel()
+    for spare in every[count:]:
+        spare.set_visible(False)
+    return figure, list(every[:count])
+
+
+def shared_legend(figure: Figure, panels: Sequence[Axes], columns: int) -> None:
+    """One legend above all panels, each label once."""
+    handles = {
+        label: line for axes in panels for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(handles.values(), handles.keys(), loc="outside upper left", ncols=columns)
+
+
+def stacked_bars(
+    axes: Axes,
+    names: Sequence[str],
+    parts: Mapping[str, tuple[str, Sequence[float]]],
+    total: Callable[[float], str],
+) -> None:
+    """Bars across, one a name; parts: of the budget -> label and a length for every name; totals at the ends."""
+    left = [0.0] * len(names)
+    for part, (label, widths) in parts.items():
+        axes.barh(names, widths, left=left, height=0.62, color=PART_COLOURS[part], label=label)
+        left = [a + b for a, b in zip(left, widths, strict=True)]
+    for name, value in zip(names, left, strict=True):
+        axes.annotate(total(value), (value, name), (4, 0), textcoords="offset points", va="center")
+    axes.invert_yaxis()
+    axes.set_xlim(0.0, max(*left, 1e-12) * 1.12)
+    axes.tick_params(axis="y", length=0)
+    axes.grid(axis="y", visible=False)
+
+
+def plain_numbers(axis: Axis) -> None:
+    """Numbers as pages write them, instead of `6 × 10¹`."""
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
+    axis.set_major_formatter(FuncFormatter(lambda value, _: digits(value)))
+    axis.set_minor_formatter(NullFormatter())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from datetime import timedelta
-from typing import TYPE_CHECKING
 
 from planner.fleet.appointment import Appointment
 from planner.fleet.basis import Recalibrated
@@ -11,53 +10,63 @@ from planner.fleet.history import day_label
 from planner.fleet.published_store import published, published_check
 from planner.fleet.recalibration import ShortestVisit, StorePlan
 from planner.fleet.store import Visit
-from planner.report import recalibration_figures as figures
-from planner.report.blocks import Column, Items, Picture, Table, section
-from planner.report.fleet_page import Page, counted, page_html
-from planner.report.html import Fact
-from planner.report.numbers import NOTHING, digits, hours, in_unit, percent, plain
-from planner.report.readable import readable_unit
-from planner.report.summary import rich_table
-from planner.report.terminal import room
+from planner.report.blocks import Fact, Items, Picture, Report, Table, existing, section, table
+from planner.report.charts import fleet as charts
+from planner.report.numbers import NOTHING, counted, digits, display_unit, hours, in_unit, percent, plain
+from planner.report.readable import shown_in
 
-if TYPE_CHECKING:
-    from rich.console import Console
-
-TERMINAL_COLUMNS = 150
 DRAWN = 8
+_TOP = 1.5  # times the limit: further up nothing is told
+_TWO_SIDED_95 = 1.959963984540054  # quantile of the normal distribution
 
 
-def recalibration_html(found: Recalibrated, name: str) -> str:
-    """The page as text: the same schedule gives the same bytes."""
-    svg = figures.schedule_figure(found.plans[:DRAWN], found.start)
-    caption = (
-        "Share of the limit over time: with the visits (line) and without them (dotted). The "
-        "limit is at 100 %; "
-        "every visit falls on the last day of the grid before it."
-    )
-    page = Page(
-        title=f"{name}: recalibration in store",
-        kind=f"Recalibration in store, held against {name}",
-        headline=headline(found),
-        sentence=sentence(found),
-        notes=found.notes,
+def recalibration_report(found: Recalibrated, name: str) -> Report:
+    """The schedule, what visits renew, and what only a campaign can."""
+    return Report(
+        kind="Recalibration in store",
+        title=name,
+        answer=headline(found),
+        sentences=(sentence(found),),
+        notes=tuple(found.notes),
         facts=(
             Fact("units", str(len(found.plans))),
             Fact("visits", str(sum(len(p.visits) for p in found.plans))),
             Fact("hours", hours(sum(p.time_s for p in found.plans))),
             Fact("looked until", day_label(found.start, float(found.plans[0].days[-1]))),
         ),
-        sections=(
-            section("schedule", "The schedule", schedule_table(found), Picture(svg, caption)),
-            section("shortest", "One visit: the shortest for a given date", shortest_table(found)),
-            section("renews", "What the store can renew", renewal_table(found)),
-            section("binding", "What is used up in the end", binding_table(found)),
-            section("procedure", "What is done on a visit", Items(procedure(found))),
-            section("published", "Beside the published recalibration", published_table(found)),
-            section("basis", "How to read this", Items(BASIS)),
+        sections=existing(
+            (
+                section("schedule", "The schedule", schedule_table(found), _picture(found)),
+                section("shortest", "One visit: the shortest for a given date", shortest_table(found)),
+                section("renews", "What the store can renew", renewal_table(found)),
+                section("binding", "What is used up in the end", binding_table(found), only="page"),
+                section("procedure", "What is done on a visit", Items(procedure(found)), only="page"),
+                section("published", "Beside the published recalibration", published_table(found)),
+                section("basis", "How to read this", Items(BASIS), only="page"),
+            )
         ),
-    )  # fmt: skip
-    return page_html(page)
+    )
+
+
+def _picture(found: Recalibrated) -> Picture:
+    plans = found.plans[:DRAWN]
+    visits = sum(len(p.visits) for p in plans)
+    loads = [
+        charts.Load(
+            "with the visits" if p.unit == "spec" else p.unit,
+            p.days,
+            p.load,
+            p.without,
+            tuple((v.day, v.load_after) for v in p.visits),
+        )
+        for p in plans
+    ]
+    alt = f"Share of the limit over time of {len(plans)} units with {visits} visits, and without them"
+    caption = (
+        "Share of the limit over time: with the visits (line) and without them (dotted). The limit is at 100 %; "
+        "every visit falls on the last day of the grid before it."
+    )
+    return charts.loads_picture("schedule", alt, caption, loads, found.start, _TOP)
 
 
 BASIS = (
@@ -115,31 +124,24 @@ def visit_words(visit: Visit) -> str:
 
 def schedule_table(found: Recalibrated) -> Table | None:
     """A row per visit."""
-    columns = (
-        Column("unit", "text"),
-        Column("on", "text"),
-        Column("rests, power-ons"),
-        Column("turns, power-ons"),
-        Column("hours"),
-        Column("before, %"),
-        Column("after, %"),
-        Column("renews", "text"),
-    )
-    rows = [
+    return table(
+        "Visits; share of the limit before and after",
+        "unit | on | rests, power-ons | turns, power-ons | hours | before, % | after, % | renews",
         (
-            _who(p),
-            day_label(found.start, v.day),
-            str(v.visit.rests),
-            str(v.visit.turns),
-            hours(v.visit.time_s),
-            f"{100 * v.load_before:.1f}",
-            f"{100 * v.load_after:.1f}",
-            _errors(v.renewed),
-        )
-        for p in found.plans
-        for v in p.visits
-    ]
-    return Table("Visits; share of the limit before and after", columns, tuple(rows)) if rows else None
+            (
+                _who(p),
+                day_label(found.start, v.day),
+                str(v.visit.rests),
+                str(v.visit.turns),
+                hours(v.visit.time_s),
+                f"{100 * v.load_before:.1f}",
+                f"{100 * v.load_after:.1f}",
+                _errors(v.renewed),
+            )
+            for p in found.plans
+            for v in p.visits
+        ),
+    )
 
 
 def _who(p: StorePlan) -> str:
@@ -157,19 +159,13 @@ def _errors(names: tuple[str, ...]) -> str:
 
 def shortest_table(found: Recalibrated) -> Table | None:
     """A row per day to be reached."""
-    columns = (
-        Column("unit", "text"),
-        Column("visit on", "text"),
-        Column("lasts until", "text"),
-        Column("days"),
-        Column("rests, power-ons"),
-        Column("turns, power-ons"),
-        Column("hours"),
-        Column("without it, %"),
-        Column("with it, %"),
+    return table(
+        "The shortest visit on the day a unit is due",
+        "unit | visit on | lasts until | days | rests, power-ons | turns, power-ons | hours | without it, % "
+        "| with it, %",
+        (_shortest_row(s, found) for s in found.shortest),
+        wide=("without it, %", "with it, %"),
     )
-    rows = tuple(_shortest_row(s, found) for s in found.shortest)
-    return Table("The shortest visit on the day a unit is due", columns, rows) if rows else None
 
 
 def _shortest_row(s: ShortestVisit, found: Recalibrated) -> tuple[str, ...]:
@@ -180,55 +176,44 @@ def _shortest_row(s: ShortestVisit, found: Recalibrated) -> tuple[str, ...]:
     return (who, *ends, *cells, f"{100 * s.load_without:.1f}", f"{100 * s.load_with:.1f}")
 
 
-def renewal_table(found: Recalibrated) -> Table:
+def renewal_table(found: Recalibrated) -> Table | None:
     """A row per term: what the most thorough visit leaves, beside what there is in the end."""
     most = found.bench.asked.repeats
-    quantile = 1.959963984540054
-    left = found.bench.renewal(most, most).size(quantile)
-    one = found.bench.renewal(1, 1).size(quantile)
+    one, left = (found.bench.renewal(n, n).size(_TWO_SIDED_95) for n in (1, most))
     grown = found.growth.start + found.growth.between[:, 0, -1]
-    columns = (
-        Column("error", "text"),
-        Column("after one power-on"),
-        Column(f"after {most}"),
-        Column("without, at the end"),
-        Column("in", "text"),
-        Column("", "text"),
-    )
     rows: list[tuple[str, ...]] = []
     for t, term in enumerate(found.basis.region.terms):
-        shown = readable_unit(term.unit, float(grown[t]))
-        cells = [
-            digits(in_unit(float(v), shown), 3) if v < 1e3 else NOTHING for v in (one[t], left[t], grown[t])
-        ]
+        values = [v if v < 1e3 else float("nan") for v in map(float, (one[t], left[t], grown[t]))]
         said = "renewed" if found.renewable[t] else "stays as it is"
-        row = (*cells, "%" if shown in ("", "1") else shown, said)
+        row = (*shown_in(term.unit, float(grown[t]), values), said)
         if rows and rows[-1][0].split(" ")[0] == term.error and rows[-1][1:] == row:
             rows[-1] = (f"{rows[-1][0]} {term.term}", *row)
         else:
             rows.append((term.name, *row))
-    caption = "95 % of what is left of each term" + (
-        "" if len(found.plans) == 1 else f", {found.plans[0].unit}"
+    return table(
+        "95 % of what is left of each term" + ("" if len(found.plans) == 1 else f", {found.plans[0].unit}"),
+        f"error | after one power-on | after {most} | without, at the end | in |",
+        rows,
     )
-    return Table(caption, columns, tuple(rows))
 
 
-def binding_table(found: Recalibrated) -> Table:
+def binding_table(found: Recalibrated) -> Table | None:
     """What takes most of the limit on the last day that is kept."""
-    columns = (
-        Column("unit", "text"),
-        Column("kept until", "text"),
-        Column("term", "text"),
-        Column("share of the limit, %"),
-        Column("the store", "text"),
+    return table(
+        "The largest terms when the end is reached, or the limit",
+        "unit | kept until | term | share of the limit, % | the store",
+        (
+            (
+                _who(p),
+                day_label(found.start, p.kept_until),
+                name,
+                f"{100 * share:.1f}",
+                "renews it" if can else "cannot renew it",
+            )
+            for p in found.plans
+            for name, share, can in p.binding[:3]
+        ),
     )
-    rows = tuple(
-        (_who(p), day_label(found.start, p.kept_until), name, f"{100 * share:.1f}",
-         "renews it" if can else "cannot renew it")
-        for p in found.plans
-        for name, share, can in p.binding[:3]
-    )  # fmt: skip
-    return Table("The largest terms when the end is reached, or the limit", columns, rows)
 
 
 def procedure(found: Recalibrated) -> tuple[str, ...]:
@@ -249,24 +234,18 @@ def procedure(found: Recalibrated) -> tuple[str, ...]:
     )
 
 
-def published_table(found: Recalibrated) -> Table:
+def published_table(found: Recalibrated) -> Table | None:
     """The published figures beside what this procedure leaves of the same unit."""
-    columns = (
-        Column("error", "text"),
-        Column("before"),
-        Column("published after"),
-        Column("here after"),
-        Column("in", "text"),
-        Column("published, %"),
-        Column("here, %"),
-    )
     rows = []
     for p, here in zip(published(), published_check(found.bench.asked), strict=True):
         values = [digits(in_unit(v, p.unit), 3) for v in (p.before, p.after, here)]
         cuts = [f"−{100 * (1 - v / p.before):.0f}" for v in (p.after, here)]
-        rows.append((p.error, *values, "%" if p.unit == "1" else p.unit, *cuts))
-    caption = "Residual errors before and after one repeat, one sigma (K table 2.19), and their reduction"
-    return Table(caption, columns, tuple(rows))
+        rows.append((p.error, *values, display_unit(p.unit), *cuts))
+    return table(
+        "Residual errors before and after one repeat, one sigma (K table 2.19), and their reduction",
+        "error | before | published after | here after | in | published, % | here, %",
+        rows,
+    )
 
 
 def store_appointments(found: Recalibrated) -> list[Appointment]:
@@ -302,17 +281,3 @@ def why_not(found: Recalibrated) -> str:
         f"what takes most of the limit then: {said}{more}. Calibrate by then, or allow more repeats"
     )
 
-
-def print_recalibration(found: Recalibrated, console: Console) -> None:
-    """The summary on the terminal."""
-    with room(console, TERMINAL_COLUMNS):
-        console.print(f"[bold]{plain(headline(found))}[/bold]")
-        console.print(plain(sentence(found)), markup=False)
-        for table in (
-            schedule_table(found),
-            shortest_table(found),
-            renewal_table(found),
-            published_table(found),
-        ):
-            if table is not None:
-                console.print(rich_table(table))
