@@ -6,7 +6,7 @@ import json
 import os
 import shlex
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from planner.report.blocks import Report
 
-    Shown = Callable[[Console], None]
-
 SHOWN_PATHS = 10
 _WITHOUT_EFFECT = ("out", "as_json", "workers", "cluster")
 
@@ -31,17 +29,18 @@ def answer(document: Mapping[str, Any], text: str, as_json: bool) -> None:
     typer.echo(json.dumps(document, ensure_ascii=False, allow_nan=False) if as_json else text)
 
 
-def result(document: Mapping[str, Any], report: Report | Shown, as_json: bool, written: str = "") -> None:
+def result(
+    document: Mapping[str, Any], report: Report | Sequence[Report], as_json: bool, written: str = ""
+) -> None:
     """Print the result: the document as JSON, or the report, then what was written."""
     if as_json:
         answer(document, "", as_json)
         return
+    from planner.report.blocks import Report
     from planner.report.console import show
 
-    if callable(report):
-        report(console())
-    else:
-        show(report, console())
+    for each in [report] if isinstance(report, Report) else report:
+        show(each, console())
     if written:
         typer.echo(f"\n{written}")
 
@@ -50,7 +49,7 @@ def deliver(
     files: Mapping[Path, str | bytes],
     remarks: Iterable[str],
     document: Mapping[str, Any],
-    report: Report | Shown,
+    report: Report | Sequence[Report],
     as_json: bool,
     written: str | None = None,
 ) -> None:

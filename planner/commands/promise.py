@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson, PlanFile, Seed, SpecFile
-from planner.commands.output import deliver, notes, progress_line, result
+from planner.commands.output import deliver, notes, page_of, progress_line, result
 from planner.errors import InputError
 
 Flights = Annotated[
@@ -130,15 +130,17 @@ def sweep(
     Example: planner sweep spec.yaml --vary requirement.0.limit=5..50m --vary plan.confidence=90,95,99%
     """
     from planner.commands import sweeping
+    from planner.report.subjects.sweep import sweep_report
 
     folder = out or Path("sweeps") / spec.stem
     with progress_line() as progress:
         done = sweeping.run(spec, vary, points, folder, workers, cluster, progress)
-    sweeping.write(done, folder)
+    report = sweep_report(done.document)
+    sweeping.write(done, page_of(report), folder)
     notes(done.notes)
     result(
         done.document,
-        lambda to: sweeping.show(done, to),
+        report,
         as_json,
         f"wrote {folder / 'sweep.csv'}, sweep.json, report.html",
     )

@@ -1,7 +1,7 @@
 """What a result says: one report of verdicts, facts, notes and sections of blocks.
 
-Plain data: `console.show` prints it, `page.html` writes it, `tree` is the same for scripts. A picture is drawn
-only where a page is made.
+Plain data: `console.show` prints it, `page.html` writes it, `tree` is the same for scripts. A picture is
+drawn only where a page is made.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 
 Where = Literal["page", "console"]
 _OFF_SCALE = 20.0  # limits: what is further off ends at the edge of its gauge
-_NUMBER = re.compile(
-    "[<>≥≤≈+−]*[\u202f ]?\\d[\\d\u202f]*(\\.\\d+)?(·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?([\u202f ][^\u202f ,:→…()\\d]+)?( !)?|∞"
+_NUMBER = re.compile(  # a sign, digits, a power of ten, a unit, a mark
+    "[<>≥≤≈+−-]*[\u202f ]?\\d[\\d\u202f]*(\\.\\d+)?(e[+-]\\d+|·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
+    "([\u202f ][^\u202f ,:→…()\\d]+)?( !)?|∞"
 )
 
 
@@ -42,8 +43,8 @@ Cell = str | Bar
 class Table:
     """A table, its cells already written as text.
 
-    total: the last row is the sum of the others; wide: titles of the columns that a narrow terminal leaves out;
-    most: rows that a terminal shows; only: where it stands, if not everywhere
+    total: the last row is the sum of the others; wide: titles of the columns that a narrow terminal leaves
+    out; most: rows that a terminal shows; only: where it stands, if not everywhere
     """
 
     kind: ClassVar[str] = "table"
@@ -157,9 +158,9 @@ class Verdict:
     after: float | None = None
 
     def width(self, size: float | None) -> str:
-        """How far along the gauge a size lies, for the style sheet; its end is the largest of limit and sizes."""
-        end = 1.05 * max(self.limit, min(max(self.reached, self.after or 0.0), _OFF_SCALE * self.limit)) or 1.0
-        return _percent((size or 0.0) / end)
+        """How far along the gauge a size lies, for the style sheet; it ends at the limit or the sizes."""
+        largest = min(max(self.reached, self.after or 0.0), _OFF_SCALE * self.limit)
+        return _percent((size or 0.0) / (1.05 * max(self.limit, largest) or 1.0))
 
 
 @dataclass(frozen=True)
@@ -233,7 +234,7 @@ def _kind(place: int, cells: Sequence[Cell]) -> str:
 
 def _fraction(cell: Cell) -> str | None:
     """What stands from the decimal point on, "" for a whole number, None if the cell is no plain number."""
-    if not isinstance(cell, str) or not cell or not set(cell) <= set("0123456789.−+\u202f"):
+    if not isinstance(cell, str) or not cell or not set(cell) <= set("0123456789.−-+\u202f"):
         return None
     return cell[cell.index(".") :] if "." in cell else ""
 

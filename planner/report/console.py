@@ -80,6 +80,7 @@ def _(block: Text, console: Console) -> None:
 @_show.register(Items)
 def _(block: Items, console: Console) -> None:
     if block.title:
+        console.print()
         _line(console, block.title)
     for item in block.items:
         _line(console, f"  {item}" if block.title else item)
@@ -99,6 +100,7 @@ def _(block: Table, console: Console) -> None:
         if not console.is_terminal:
             console.width = max(before, needed)
         fits = needed <= console.width
+        console.print()
         console.print(whole if fits else _grid(block, block.wide))
     finally:
         console.width = before

@@ -64,7 +64,7 @@ def _split(unit: str) -> tuple[str, str]:
 
 
 def shown_in(unit: str, size: float, values: Iterable[float]) -> tuple[str, ...]:
-    """SI values with three digits in the unit that suits `size`, and that unit; `–` for what is not finite."""
+    """SI values to three digits in the unit that suits `size`, and that unit; `–` for what is not finite."""
     shown = readable_unit(unit, size)
     cells = (digits(in_unit(v, shown), 3) if math.isfinite(v) else NOTHING for v in values)
     return (*cells, display_unit(shown))

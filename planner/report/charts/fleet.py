@@ -42,8 +42,8 @@ def region_picture(units: Sequence[UnitAcceptance], adds: bool) -> Picture:
     """Units by the shares of gyros and accelerometers; adds: shares add, else their squares do."""
     edge = "a straight line: the parts add" if adds else "a circle: the squares of the parts add"
     caption = (
-        "Every unit by what its gyros and its accelerometers take of the limit, each through all of its errors. "
-        f"Inside the edge a unit keeps the requirement that binds it; the edge is {edge}."
+        "Every unit by what its gyros and its accelerometers take of the limit, each through all of its "
+        f"errors. Inside the edge a unit keeps the requirement that binds it; the edge is {edge}."
     )
     alt = "Allowed region folded into the shares of gyros and accelerometers, with every unit in it"
     return Picture("folded", alt, caption, lambda: _region(units, adds))
@@ -107,7 +107,9 @@ def _edge(axes: Axes, free: float, adds: bool) -> None:
 # ---------------------------------------------------------------- drift
 
 
-def drift_picture(unit: str, channels: Sequence[ChannelForecast], fleet: FleetForecast, caption: str) -> Picture:
+def drift_picture(
+    unit: str, channels: Sequence[ChannelForecast], fleet: FleetForecast, caption: str
+) -> Picture:
     """A panel per channel of one unit: measured values, forecast, band."""
     safe = "".join(ch if ch.isalnum() else "-" for ch in unit)
     alt = f"Measured values and forecast of {len(channels)} channels of {unit}"

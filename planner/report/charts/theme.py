@@ -48,7 +48,7 @@ PART_COLOURS: Mapping[str, str] = {  # cold: stays whatever the campaign does; w
 WIDTH_IN = 9.0  # 648 pt, shown at 900 px: 9 pt letters come out as 12.5 px
 
 
-def _settings(salt: str) -> dict[str, Any]:
+def _settings(salt: str) -> Any:
     """Matplotlib settings of one figure; `salt` keeps its ids apart from other figures on the page."""
     return {
         "svg.fonttype": "none",
@@ -101,8 +101,6 @@ def drawn(name: str, description: str, draw: Callable[[], Figure]) -> str:
 
 def new_figure(height_in: float) -> Figure:
     """An empty figure of the page's width, laid out so that no label is cut."""
-    from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
     return Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
@@ -122,7 +120,6 @@ def _inline(svg: str, name: str, description: str) -> str:
         f'viewBox="{box}" role="img" aria-labelledby="{name}-title">{title}'
     )
     return re.sub(r"<svg[^>]*>", lambda _: head, body, count=1)
-
 
 
 def grid_of_panels(
@@ -152,7 +149,7 @@ def stacked_bars(
     parts: Mapping[str, tuple[str, Sequence[float]]],
     total: Callable[[float], str],
 ) -> None:
-    """Bars across, one a name; parts: of the budget -> label and a length for every name; totals at the ends."""
+    """Bars across, one a name, their totals at the ends; parts: of the budget -> label, lengths by name."""
     left = [0.0] * len(names)
     for part, (label, widths) in parts.items():
         axes.barh(names, widths, left=left, height=0.62, color=PART_COLOURS[part], label=label)

@@ -155,4 +155,3 @@ def _remarks(units: Sequence[UnitAcceptance]) -> Items | None:
         more = f" and {len(who) - 6} more" if len(who) > 6 and len(who) < len(units) else ""
         found.append(f"{names}{more}: {text}.")
     return Items(tuple(found[:MOST_NOTES])) if found else None
-

@@ -92,7 +92,8 @@ def dates_table(fleet: FleetForecast, region: AllowedRegion) -> Table | None:
     """A row per unit, the earliest first."""
     return table(
         f"Dates, the earliest first; share of the limit at {level(fleet.confidence)}",
-        "unit | calibrate by | days from the last value | now, % | then, % | requirement | what takes most of it",
+        "unit | calibrate by | days from the last value | now, % | then, % | requirement "
+        "| what takes most of it",
         (_date_row(u, fleet, region) for u in _ordered(fleet)),
         wide=("requirement", "days from the last value"),
     )
@@ -127,7 +128,8 @@ def scores_table(scores: Sequence[MethodScore], fleet: FleetForecast) -> Table |
     """Every method on every kind of error, naive among them."""
     return table(
         "Rolling origins: each method on values that came later",
-        "error | method | values forecast | error (rms) | of naive | in | inside its band, % | band widened |",
+        "error | method | values forecast | error (rms) | of naive | in | inside its band, % "
+        "| band widened |",
         (_score_row(s, fleet) for s in scores),
         wide=("values forecast", "band widened"),
     )
@@ -139,7 +141,10 @@ def _score_row(s: MethodScore, fleet: FleetForecast) -> tuple[str, ...]:
     if not s.cases:
         return (s.kind, s.method, "0", NOTHING, NOTHING, "", NOTHING, NOTHING, "used" if used else s.why)
     beaten = s.method == "naive" or s.beats_naive
-    said = ["recommended" if s.recommended else "" if beaten else "not better than naive", "used" if used else ""]
+    said = [
+        "recommended" if s.recommended else "" if beaten else "not better than naive",
+        "used" if used else "",
+    ]
     rms, unit = shown_in(display, s.naive_rmse, (s.rmse,))
     return (
         s.kind,
@@ -205,8 +210,8 @@ def _loads(fleet: FleetForecast) -> Iterator[Block]:
     if not shown:
         return
     caption = (
-        f"Share of the limit over time: median, and the level that {level(fleet.confidence)} of the futures stay "
-        "below. The allowed region ends at 100 %; dots: the dates."
+        f"Share of the limit over time: median, and the level that {level(fleet.confidence)} of the futures "
+        "stay below. The allowed region ends at 100 %; dots: the dates."
     )
     alt = f"Share of the limit over time of {len(shown)} units"
     loads = [charts.Load(u.unit, u.days, u.upper, u.middle, _dated(u)) for u in shown]
@@ -254,4 +259,3 @@ def appointments(fleet: FleetForecast, region: AllowedRegion) -> list[Appointmen
         )
         found.append(Appointment(day, f"Calibrate {u.unit}", why))
     return found
-

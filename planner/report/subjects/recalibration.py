@@ -63,8 +63,8 @@ def _picture(found: Recalibrated) -> Picture:
     ]
     alt = f"Share of the limit over time of {len(plans)} units with {visits} visits, and without them"
     caption = (
-        "Share of the limit over time: with the visits (line) and without them (dotted). The limit is at 100 %; "
-        "every visit falls on the last day of the grid before it."
+        "Share of the limit over time: with the visits (line) and without them (dotted). The limit is at "
+        "100 %; every visit falls on the last day of the grid before it."
     )
     return charts.loads_picture("schedule", alt, caption, loads, found.start, _TOP)
 
@@ -280,4 +280,3 @@ def why_not(found: Recalibrated) -> str:
         f"{day_label(found.start, p.kept_until)} only; "
         f"what takes most of the limit then: {said}{more}. Calibrate by then, or allow more repeats"
     )
-

@@ -1,4 +1,4 @@
-"""The report's tables: records in, cells of text out."""
+"""The tables of a plan: records in, cells of text out."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.records import AllowedErrors, GeneticPlan, Plan, RepeatReason, Sensitivities
-from planner.report.blocks import Bar, Cell, Column, Kind, Table
-from planner.report.budget import PARTS, Contribution
-from planner.report.figures import PART_LABELS
-from planner.report.hours import ACTIONS, Spent, by_action, by_bench, by_temperature, by_test
+from planner.report.blocks import Bar, Cell, Table, table
+from planner.report.charts.plan import PART_LABELS
+from planner.report.contributions import PARTS, Contribution
 from planner.report.numbers import (
     SPACE,
     degrees_celsius,
@@ -24,20 +23,14 @@ from planner.report.numbers import (
     level,
     percent,
 )
+from planner.report.time_spent import ACTIONS, Spent, by_action, by_bench, by_temperature, by_test
 from planner.units import from_si, unit_factor
 
 if TYPE_CHECKING:
     from planner.plan.spec_to_sensitivity import SensitivityRow
 
 _FEW = 5  # columns of numbers that fit beside two of names
-TEXT: Kind = "text"
-NUMBER: Kind = "number"
-_VECTOR_COLUMNS = (
-    Column("error", TEXT),
-    Column("axis", TEXT),
-    Column("per", TEXT),
-    *(Column(f"{name}, m") for name in ("north", "east", "up", "length")),
-)
+_VECTOR = "error | axis | per | north, m | east, m | up, m | length, m"
 
 
 def budget_tables(plan: Plan, budgets: Sequence[Sequence[Contribution]]) -> tuple[Table, ...]:
@@ -50,28 +43,29 @@ def budget_tables(plan: Plan, budgets: Sequence[Sequence[Contribution]]) -> tupl
     if len(budgets) > 1:
         return parts, added
     rows = tuple(a + b[1:] for a, b in zip(parts.rows, added.rows, strict=True))
-    return (Table(parts.caption, parts.columns + added.columns[1:], rows),)
+    wide = parts.wide + added.columns[1:2]
+    return (Table(parts.caption, parts.columns + added.columns[1:], rows, wide=wide),)
 
 
 def _parts_table(plan: Plan, order: Sequence[str]) -> Table:
-    columns = [Column("error", TEXT), Column("unit", TEXT), Column("allowed")]
-    columns += [Column(PART_LABELS[part]) for part in PARTS]
+    labels = tuple(PART_LABELS[part] for part in PARTS)
     by_name = {a.error: a for a in plan.allowances}
     rows: list[tuple[Cell, ...]] = []
-    for error in order:
-        a = by_name[error]
+    for a in (by_name[error] for error in order):
         values = [a.allowed, *(a.parts[part] for part in PARTS)]
-        rows.append((_breakable(error), display_unit(a.unit), *(digits(in_unit(v, a.unit)) for v in values)))
-    return Table("Allowed sensor errors and their parts", tuple(columns), tuple(rows))
+        cells = (digits(in_unit(v, a.unit)) for v in values)
+        rows.append((_breakable(a.error), display_unit(a.unit), *cells))
+    columns = ("error", "unit", "allowed", *labels)
+    return Table("Allowed sensor errors and their parts", columns, tuple(rows), wide=labels)
 
 
 def _contributions_table(
     plan: Plan, order: Sequence[str], budgets: Sequence[Sequence[Contribution]]
 ) -> Table:
-    columns = [Column("error", TEXT)]
+    columns = ["error"]
     for i, achieved in enumerate(plan.requirements):
         title = "" if len(plan.requirements) == 1 else f" of {i + 1}: {achieved.error.replace('_', ' ')}"
-        columns += [Column(f"{achieved.unit} per unit"), Column(f"share{title}")]
+        columns += [f"{achieved.unit} per unit", f"share{title}"]
     units = {a.error: unit_factor(display_unit(a.unit))[0] for a in plan.allowances}
     rows: list[tuple[Cell, ...]] = []
     for error in order:
@@ -96,8 +90,8 @@ def sensitivity_table(plan: Plan, sensitivities: Sensitivities | None) -> Table 
         else (f.error, _axis(f.axis), digits(f.value / 100), f"{f.unit}/%")  # a ratio: per cent reads better
         for f in plan.sensitivities
     )
-    columns = (Column("error", TEXT), Column("axis", TEXT), Column("value"), Column("unit", TEXT))
-    return Table("Coefficients as the spec gives them" if given else "Sensitivities", columns, rows)
+    caption = "Coefficients as the spec gives them" if given else "Sensitivities"
+    return table(caption, "error | axis | value | unit", rows)
 
 
 def is_given(plan: Plan, sensitivities: Sensitivities | None) -> bool:
@@ -106,7 +100,7 @@ def is_given(plan: Plan, sensitivities: Sensitivities | None) -> bool:
     return "all" in ([c.axis for c in sensitivities.columns] if sensitivities else listed)
 
 
-def columns_table(sensitivities: Sensitivities) -> Table:
+def columns_table(sensitivities: Sensitivities) -> Table | None:
     """Every column of the linear combination: position error at the end of the flight per display unit."""
     rows = []
     for i, column in enumerate(sensitivities.columns):
@@ -114,12 +108,10 @@ def columns_table(sensitivities: Sensitivities) -> Table:
         vector = sensitivities.position[-1, :, i] * unit_factor(unit)[0]
         values = [*vector, float(np.linalg.norm(vector))]
         rows.append((column.error, _axis(column.axis), unit, *(digits(v) for v in values)))
-    return Table(
-        f"Position error after {sensitivities.time_s[-1]:g} s of flight", _VECTOR_COLUMNS, tuple(rows)
-    )
+    return table(f"Position error after {sensitivities.time_s[-1]:g} s of flight", _VECTOR, rows)
 
 
-def rows_table(rows: Sequence[SensitivityRow]) -> Table:
+def rows_table(rows: Sequence[SensitivityRow]) -> Table | None:
     """The same from rows that carry their unit: every column, per its display unit (a ratio: per cent)."""
     cells = []
     for r in rows:
@@ -129,21 +121,23 @@ def rows_table(rows: Sequence[SensitivityRow]) -> Table:
         cells.append((r.error, r.axis, display_unit(r.per), *numbers))
     times = {r.time_s for r in rows}
     when = f"at {digits(times.pop())} s" if len(times) == 1 else "each column at its worst moment"
-    return Table(f"Position error {when}", _VECTOR_COLUMNS, tuple(cells))
+    return table(f"Position error {when}", _VECTOR, cells)
 
 
-def bounds_table(allowed: AllowedErrors) -> Table:
+def bounds_table(allowed: AllowedErrors) -> Table | None:
     """Between what every error may lie: the best that the bench can reach, and uncalibrated."""
-    rows = tuple(
+    return table(
+        "Bounds of the sensor errors",
+        "error | smallest | largest | unit",
         (
-            e,
-            *(digits(in_unit(x[e], allowed.units[e])) for x in (allowed.smallest, allowed.largest)),
-            _unit_of(allowed, e),
-        )
-        for e in allowed.errors
+            (
+                e,
+                *(digits(in_unit(x[e], allowed.units[e])) for x in (allowed.smallest, allowed.largest)),
+                _unit_of(allowed, e),
+            )
+            for e in allowed.errors
+        ),
     )
-    columns = (Column("error", TEXT), Column("smallest"), Column("largest"), Column("unit", TEXT))
-    return Table("Bounds of the sensor errors", columns, rows)
 
 
 def _unit_of(allowed: AllowedErrors, error: str) -> str:
@@ -154,26 +148,27 @@ def _axis(axis: str) -> str:
     return "all together" if axis == "all" else axis
 
 
-def tests_table(plan: Plan) -> Table:
+def tests_table(plan: Plan) -> Table | None:
     """What every test does."""
-    rows = [
+    return table(
+        "What every test does",
+        "test | bench | calibrates | motions | temperatures, °C | repeats at each | records | h | powered, h",
         (
-            _breakable(test.test),
-            _breakable(test.bench),
-            _breakable(", ".join(test.calibrates)) or "nothing: timed only",
-            str(test.motions),
-            degrees(test.temperatures_degc),
-            runs([str(n) for n in test.repeats]),
-            str(sum(test.repeats) * test.motions),
-            hours(test.time_s),
-            hours(test.power_on_s),
-        )
-        for test in plan.tests
-    ]
-    titles = ("test", "bench", "calibrates", "motions", "temperatures, °C", "repeats at each", "records", "h")
-    kinds = (TEXT, TEXT, TEXT, NUMBER, TEXT, TEXT, NUMBER, NUMBER)
-    columns = tuple(Column(t, k) for t, k in zip(titles, kinds, strict=True))
-    return Table("What every test does", (*columns, Column("powered, h")), tuple(rows))
+            (
+                _breakable(test.test),
+                _breakable(test.bench),
+                _breakable(", ".join(test.calibrates)) or "nothing: timed only",
+                str(test.motions),
+                degrees(test.temperatures_degc),
+                runs([str(n) for n in test.repeats]),
+                str(sum(test.repeats) * test.motions),
+                hours(test.time_s),
+                hours(test.power_on_s),
+            )
+            for test in plan.tests
+        ),
+        wide=("calibrates", "motions", "records", "powered, h"),
+    )
 
 
 def hours_tables(plan: Plan) -> tuple[Table, ...]:
@@ -196,10 +191,11 @@ def reasons_table(plan: Plan) -> Table | None:
     for reason in plan.reasons:
         groups.setdefault(_reason_key(reason), []).append(reason)
     rows = [_reason_row(g[0], [r.temperature_degc for r in g], units) for g in groups.values()]
-    titles = ("error", "test", "at, °C", "unit", "(t·s/d)²", "n", "half-width reached", "set by")
-    kinds = (TEXT, TEXT, TEXT, TEXT, TEXT, NUMBER, NUMBER, TEXT)
-    columns = tuple(Column(t, k) for t, k in zip(titles, kinds, strict=True))
-    return Table(f"Repeats: n ≥ (t·s/d)², {_quantiles(plan.reasons)}", columns, tuple(rows))
+    return table(
+        f"Repeats: n ≥ (t·s/d)², {_quantiles(plan.reasons)}",
+        "error | test | at, °C | unit | (t·s/d)² | n | half-width reached | set by",
+        rows,
+    )
 
 
 def corners_table(allowed: AllowedErrors | None, *, compact: bool = False) -> Table | None:
@@ -207,28 +203,26 @@ def corners_table(allowed: AllowedErrors | None, *, compact: bool = False) -> Ta
 
     With few errors every corner shows all of them, else (or if `compact`) only its own error.
     """
-    if allowed is None or not allowed.corners:
+    if allowed is None:
         return None
     return _own_corners(allowed) if compact or len(allowed.errors) > _FEW else _whole_corners(allowed)
 
 
-def _whole_corners(allowed: AllowedErrors) -> Table:
-    columns = [Column("largest", TEXT), Column("by", TEXT)]
-    columns += [Column(f"{_breakable(e)}, {_unit_of(allowed, e)}") for e in allowed.errors]
+def _whole_corners(allowed: AllowedErrors) -> Table | None:
     rows: list[tuple[Cell, ...]] = []
     for corner in allowed.corners:
         for name, by, values in ((corner.name, "genetic", corner.genetic), ("", "exact", corner.exact)):
             cells = [digits(in_unit(values.get(e, math.nan), allowed.units[e])) for e in allowed.errors]
             rows.append((_corner(name), by, *cells, percent(corner.gap, 2) if by == "genetic" else ""))
-    columns.append(Column("below exact"))
-    return Table("Corners of the allowed errors", tuple(columns), tuple(rows))
+    errors = " | ".join(f"{_breakable(e)}, {_unit_of(allowed, e)}" for e in allowed.errors)
+    return table("Corners of the allowed errors", f"largest | by | {errors} | below exact", rows)
 
 
 def _corner(name: str) -> str:
     return "all evenly" if name == "even" else _breakable(name)
 
 
-def _own_corners(allowed: AllowedErrors) -> Table:
+def _own_corners(allowed: AllowedErrors) -> Table | None:
     rows = []
     for corner in allowed.corners:
         own = corner.name in allowed.units
@@ -237,27 +231,19 @@ def _own_corners(allowed: AllowedErrors) -> Table:
             digits(in_unit(x[corner.name], unit)) if own else "–" for x in (corner.genetic, corner.exact)
         ]
         rows.append((_corner(corner.name), *found, display_unit(unit) if own else "", percent(corner.gap, 2)))
-    columns = (
-        Column("largest", TEXT),
-        Column("genetic"),
-        Column("exact"),
-        Column("unit", TEXT),
-        Column("below exact"),
-    )
-    return Table("Corners of the allowed errors", columns, tuple(rows))
+    return table("Corners of the allowed errors", "largest | genetic | exact | unit | below exact", rows)
 
 
 def genetic_table(plan: Plan) -> Table | None:
     """The campaign that the genetic algorithm finds beside the proved one."""
     if plan.genetic is None:
         return None
-    rows = (
-        ("this plan", hours(plan.time_s), "0", "–", "–"),
-        _genetic_row(plan.genetic),
+    rows = (("this plan", hours(plan.time_s), "0", "–", "–"), _genetic_row(plan.genetic))
+    return table(
+        "The genetic algorithm's campaign beside the exact one",
+        "found by | h | longer by | generations | evaluations",
+        rows,
     )
-    titles = ("found by", "h", "longer by", "generations", "evaluations")
-    columns = (Column(titles[0], TEXT), *(Column(t) for t in titles[1:]))
-    return Table("The genetic algorithm's campaign beside the exact one", columns, rows)
 
 
 # ---------------------------------------------------------------- rows
@@ -276,8 +262,7 @@ def _hours_table(caption: str, rows: Sequence[Spent], time_s: float) -> Table:
     ]
     count = sum(row.count for row in rows)
     cells.append(("all", hours(time_s), percent(1.0), str(count), Bar(0.0)))
-    columns = (Column("", TEXT), Column("h"), Column("share"), Column("steps"), Column("", "bar"))
-    return Table(caption, columns, tuple(cells), total=True)
+    return Table(caption, ("", "h", "share", "steps", ""), tuple(cells), total=True)
 
 
 def _heading(name: str) -> str:

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from planner.quantities import DAY_S, WEEKDAYS
 from planner.records import Plan, TradeOffPoint
-from planner.report import theme
-from planner.report.blocks import Cell, Column, Picture, Section, Table, Text, section
-from planner.report.hours import PEOPLE, action_of
-from planner.report.numbers import digits, hours, percent
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from planner.report.blocks import Section, Table, Text, section, table
+from planner.report.charts.plan import trade_off_picture
+from planner.report.numbers import counted, digits, hours, percent
+from planner.report.time_spent import PEOPLE, action_of
 
 # rule -> (in words, what the plan is compared with)
 RULES = {
@@ -27,7 +22,6 @@ RULES = {
 def schedule(plan: Plan) -> Section | None:
     """Savings of the rules that are on, and the trade-off curve where it was asked for."""
     curve = distinct(plan.trade_off)
-    drawn = trade_off_figure(curve) if len(curve) > 1 else None
     return section(
         "schedule",
         "The schedule and what its rules save",
@@ -44,8 +38,9 @@ def schedule(plan: Plan) -> Section | None:
         )
         if plan.trade_off
         else None,
-        Picture(drawn, "Every point is a plan; none is better in both.") if drawn else None,
+        trade_off_picture(curve),
         trade_off_table(curve),
+        only="page",
     )
 
 
@@ -57,8 +52,8 @@ def people_hours(plan: Plan) -> str:
         days.setdefault(times, []).append(WEEKDAYS[int(opens // DAY_S)])
     shifts = "; ".join(f"{', '.join(names)} {times}" for times, names in days.items())
     waits = [step.end_s - step.start_s for step in plan.steps if action_of(step) == PEOPLE]
+    pauses = counted(len(waits), "pause")
     attended = sum(step.attended for step in plan.steps)
-    pauses = f"{len(waits)} pause{'' if len(waits) == 1 else 's'}"
     return (
         f"People are there {shifts}; the campaign begins {plan.start}. {attended} of {len(plan.steps)} steps "
         f"need them; waiting for them takes {hours(sum(waits))} h of the benches, in {pauses}."
@@ -73,21 +68,14 @@ def _clock(moment: float) -> str:
 
 def savings_table(plan: Plan) -> Table | None:
     """Hours saved by every rule, and their share of the campaign without it."""
-    if not plan.savings:
-        return None
-    rows: list[tuple[Cell, ...]] = []
+    rows = []
     for saving in plan.savings:
         words, against = RULES.get(saving.rule, (saving.rule.replace("_", " "), ""))
-        seconds = 3600 * saving.hours
-        whole = plan.time_s + seconds
-        rows.append((words, against, hours(seconds), percent(seconds / whole if whole > 0 else 0.0)))
-    columns = (
-        Column("rule", "text"),
-        Column("compared with", "text"),
-        Column("saves, h"),
-        Column("of the longer campaign"),
-    )
-    return Table("Hours that the rules save", columns, tuple(rows))
+        whole = plan.time_s + 3600 * saving.hours
+        share = 3600 * saving.hours / whole if whole > 0 else 0.0
+        rows.append((words, against, hours(3600 * saving.hours), percent(share)))
+    columns = "rule | compared with | saves, h | of the longer campaign"
+    return table("Hours that the rules save", columns, rows)
 
 
 def distinct(points: tuple[TradeOffPoint, ...]) -> tuple[TradeOffPoint, ...]:
@@ -100,44 +88,15 @@ def distinct(points: tuple[TradeOffPoint, ...]) -> tuple[TradeOffPoint, ...]:
 
 def trade_off_table(points: tuple[TradeOffPoint, ...]) -> Table | None:
     """The plans on the curve: from which weight on each is the best, and its hours."""
-    if not points:
-        return None
-    rows: list[tuple[Cell, ...]] = [
+    return table(
+        "Plans for other weights, each from the weight on that is given",
+        "an hour of power-on is worth, h of campaign | campaign, h | power-on, h | proved",
         (
-            "0"
-            if p.power_on_weight < 1e-3
-            else "∞"
-            if p.power_on_weight > 1e3
-            else digits(p.power_on_weight),
-            hours(p.time_s),
-            hours(p.power_on_s),
-            "yes" if p.proved else "no",
-        )
-        for p in points
-    ]
-    columns = (
-        Column("an hour of power-on is worth, h of campaign", "text"),
-        Column("campaign, h"),
-        Column("power-on, h"),
-        Column("proved", "text"),
+            (_weight(p.power_on_weight), hours(p.time_s), hours(p.power_on_s), "yes" if p.proved else "no")
+            for p in points
+        ),
     )
-    return Table("Plans for other weights, each from the weight on that is given", columns, tuple(rows))
 
 
-def trade_off_figure(points: tuple[TradeOffPoint, ...]) -> str:
-    """Power-on hours over campaign hours."""
-    ends = f"{hours(points[0].time_s)} h with {hours(points[0].power_on_s)} h of power-on"
-    other = f"{hours(points[-1].time_s)} h with {hours(points[-1].power_on_s)} h"
-    description = f"Trade-off of campaign time and power-on time: from {ends} to {other}"
-    return theme.drawn("trade-off", description, lambda: _draw(points))
-
-
-def _draw(points: tuple[TradeOffPoint, ...]) -> Figure:
-    figure = theme.new_figure(2.8)
-    axes = figure.add_subplot()
-    time, power = ([getattr(p, key) / 3600 for p in points] for key in ("time_s", "power_on_s"))
-    axes.plot(time, power, "o-", color=theme.BLUE, linewidth=1.2, markersize=5)
-    axes.set_xlabel("campaign, h")
-    axes.set_ylabel("power-on of each unit, h")
-    axes.margins(0.08)
-    return figure
+def _weight(weight: float) -> str:
+    return "0" if weight < 1e-3 else "∞" if weight > 1e3 else digits(weight)

@@ -1,4 +1,4 @@
-"""The report's figures, one pure function each: records in, inline SVG out, None if nothing to draw."""
+"""Pictures of a plan, one function each: records in, a picture out, None if there is nothing to draw."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.records import AllowedErrors, Array, GeneticHistory, Plan, Sensitivities
-from planner.report import theme
-from planner.report.budget import PARTS, Contribution, is_sum
+from planner.records import AllowedErrors, Array, GeneticHistory, Plan, Sensitivities, TradeOffPoint
+from planner.report.blocks import Picture
+from planner.report.charts import theme
+from planner.report.contributions import PARTS, Contribution, is_sum
 from planner.report.numbers import digits, display_unit, hours, in_unit, quantity, when
-from planner.report.region import AllowedRegion, four_quadrants
+from planner.report.region_of_two import AllowedRegion, four_quadrants
 from planner.units import from_si, unit_factor
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _UPRIGHT = 6  # names that fit side by side
+_SIDE_BY_SIDE = 2  # panels
 PART_LABELS: Mapping[str, str] = {
     "run_to_run": "run to run",
     "in_run": "in run",
@@ -32,30 +34,28 @@ PART_LABELS: Mapping[str, str] = {
 }
 
 
-def budget_figure(plan: Plan, budgets: Sequence[Sequence[Contribution]]) -> str | None:
+def budget_picture(plan: Plan, budgets: Sequence[Sequence[Contribution]]) -> Picture | None:
     """Stacked bars: what every part of every error adds to each requirement; budgets[i] of requirement i."""
     felt = [b for b in budgets if any(c.share > 0 for c in b)]
     if not felt:
         return None
     largest = ", ".join(f"{b[0].error} {100 * b[0].share:.0f} %" for b in felt)
-    return theme.drawn(
-        "budget",
-        f"Contribution of each sensor error to each requirement, split into its parts. Largest: {largest}",
-        lambda: _draw_budget(plan, budgets),
-    )
+    alt = f"Contribution of each sensor error to each requirement, split into its parts. Largest: {largest}"
+    caption = "Contribution of every error, split into its parts."
+    return Picture("budget", alt, caption, lambda: _draw_budget(plan, budgets))
 
 
-def region_figure(plan: Plan, region: AllowedRegion) -> str:
+def region_picture(plan: Plan, region: AllowedRegion, caption: str) -> Picture:
     """The allowed region of two errors in all four sign combinations, with the plan's point."""
     across, up = region.errors
     ends = [
         quantity(float(region.boundary[i, j]), _unit(plan, e)) for i, j, e in ((0, 0, across), (-1, 1, up))
     ]
-    description = (
+    alt = (
         f"Allowed region of {across} and {up}, the other errors as planned: "
         f"up to ±{ends[0]} and ±{ends[1]}; the plan's point lies inside or on its edge"
     )
-    return theme.drawn("region", description, lambda: _draw_region(plan, region))
+    return Picture("region", alt, caption, lambda: _draw_region(plan, region))
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,10 @@ class Front:
     values: Array
 
 
-def allowed_front(allowed: AllowedErrors) -> Front:
+def allowed_front(allowed: AllowedErrors | None) -> Front:
     """The Pareto set of the allowed errors, without hours."""
+    if allowed is None:
+        return _front([], ())
     return _front([dict(zip(allowed.errors, row, strict=True)) for row in allowed.front], allowed.errors)
 
 
@@ -77,15 +79,15 @@ def campaign_front(plan: Plan) -> Front:
     return _front(points, [a.error for a in plan.allowances])
 
 
-def front_figure(plan: Plan, front: Front, name: str) -> str | None:
+def front_picture(plan: Plan, front: Front, name: str, caption: str) -> Picture | None:
     """Parallel coordinates: a line is a set of allowances, with its hours if known."""
     if len(front.values) < 2 or len(front.errors) < 2:
         return None
     time = front.values[:, -1]
     timed = bool(np.isfinite(time).all())
     span = f", {hours(time.min())} to {hours(time.max())} hours" if timed else ""
-    description = f"Pareto set: {len(front.values)} sets of allowances of {len(front.errors)} errors{span}"
-    return theme.drawn(name, description, lambda: _draw_front(plan, front.errors, front.values, timed))
+    alt = f"Pareto set: {len(front.values)} sets of allowances of {len(front.errors)} errors{span}"
+    return Picture(name, alt, caption, lambda: _draw_front(plan, front.errors, front.values, timed))
 
 
 def _front(points: Sequence[Mapping[str, float]], errors: Sequence[str]) -> Front:
@@ -107,7 +109,7 @@ class Run:
     exact: float | None = None
 
 
-def convergence_figure(runs: Sequence[Run]) -> str | None:
+def convergence_picture(runs: Sequence[Run]) -> Picture | None:
     """Best and mean fitness against the generation, one panel a run of the genetic algorithm."""
     drawn = [run for run in runs if len(run.history.best) > 1]
     if not drawn:
@@ -116,21 +118,41 @@ def convergence_figure(runs: Sequence[Run]) -> str | None:
         f"{run.name}: {run.fitness} {digits(run.history.best[-1] / run.scale)} after {len(run.history.best)}"
         for run in drawn
     )
-    return theme.drawn(
-        "convergence", f"Convergence of the genetic algorithm. {facts}", lambda: _draw_runs(drawn)
-    )
+    alt = f"Convergence of the genetic algorithm. {facts}"
+    caption = "Fitness of the best and of the mean individual."
+    return Picture("convergence", alt, caption, lambda: _draw_runs(drawn))
 
 
-def sensitivity_figure(sensitivities: Sensitivities, errors: Sequence[str]) -> str | None:
+def sensitivity_picture(sensitivities: Sensitivities, errors: Sequence[str]) -> Picture | None:
     """Length of the position error per unit of every term of `errors` over the flight, logarithmic."""
     shown = [e for e in errors if any(c.error == e for c in sensitivities.columns)]
     if len(sensitivities.time_s) < 3 or not shown:
         return None
-    return theme.drawn(
-        "sensitivity",
-        f"Position error per unit of {', '.join(shown)} against the time of flight, logarithmic scale",
-        lambda: _draw_sensitivities(sensitivities, shown),
-    )
+    alt = f"Position error per unit of {', '.join(shown)} against the time of flight, logarithmic scale"
+    caption = "Length of the position error per unit of each error, by axis or term."
+    return Picture("sensitivity", alt, caption, lambda: _draw_sensitivities(sensitivities, shown))
+
+
+def trade_off_picture(points: Sequence[TradeOffPoint]) -> Picture | None:
+    """Power-on hours over campaign hours."""
+    if len(points) < 2:
+        return None
+    ends = f"{hours(points[0].time_s)} h with {hours(points[0].power_on_s)} h of power-on"
+    other = f"{hours(points[-1].time_s)} h with {hours(points[-1].power_on_s)} h"
+    alt = f"Trade-off of campaign time and power-on time: from {ends} to {other}"
+    caption = "Every point is a plan; none is better in both."
+    return Picture("trade-off", alt, caption, lambda: _draw_trade_off(points))
+
+
+def _draw_trade_off(points: Sequence[TradeOffPoint]) -> Figure:
+    figure = theme.new_figure(2.8)
+    axes = figure.add_subplot()
+    time, power = ([getattr(p, key) / 3600 for p in points] for key in ("time_s", "power_on_s"))
+    axes.plot(time, power, "o-", color=theme.BLUE, linewidth=1.2, markersize=5)
+    axes.set_xlabel("campaign, h")
+    axes.set_ylabel("power-on of each unit, h")
+    axes.margins(0.08)
+    return figure
 
 
 # ---------------------------------------------------------------- budget
@@ -152,21 +174,9 @@ def _draw_budget(plan: Plan, budgets: Sequence[Sequence[Contribution]]) -> Figur
 
 
 def _bars(axes: Axes, budget: Sequence[Contribution], scale: float) -> None:
-    names = [c.error for c in budget]
-    left = np.zeros(len(budget))
-    for i, part in enumerate(PARTS):
-        width = np.array([c.parts[i] * scale for c in budget])
-        axes.barh(
-            names, width, left=left, height=0.62, color=theme.PART_COLOURS[part], label=PART_LABELS[part]
-        )
-        left = left + width
-    for name, total in zip(names, left, strict=True):
-        label = digits(total, 3) if total >= 1e-3 * scale else "≈ 0"
-        axes.annotate(label, (total, name), (4, 0), textcoords="offset points", va="center")
-    axes.invert_yaxis()
-    axes.set_xlim(0.0, max(left.max(initial=0.0), 1e-12 * scale) * 1.12)
-    axes.tick_params(axis="y", length=0)
-    axes.grid(axis="y", visible=False)
+    parts = {part: (PART_LABELS[part], [c.parts[i] * scale for c in budget]) for i, part in enumerate(PARTS)}
+    total = lambda size: digits(size, 3) if size >= 1e-3 * scale else "≈ 0"  # noqa: E731
+    theme.stacked_bars(axes, [c.error for c in budget], parts, total)
 
 
 # ---------------------------------------------------------------- region
@@ -266,10 +276,7 @@ def _draw_runs(runs: Sequence[Run]) -> Figure:
     panels = figure.subplots(1, len(runs), squeeze=False)[0]
     for axes, run in zip(panels, runs, strict=True):
         _convergence(axes, run)
-    handles = {
-        label: line for axes in panels for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
-    }
-    figure.legend(handles.values(), handles.keys(), loc="outside upper left", ncols=3)
+    theme.shared_legend(figure, panels, 3)
     return figure
 
 
@@ -295,12 +302,12 @@ def _convergence(axes: Axes, run: Run) -> None:
 
 def _plain_decades(axes: Axes) -> None:
     """Below two decades: ticks at 1, 2, 5 in plain numbers instead of `6 × 10¹`."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+    from matplotlib.ticker import LogLocator, NullLocator
 
     bottom, top = axes.get_ylim()
     if top / bottom < 100:
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: digits(value)))
+        theme.plain_numbers(axes.yaxis)
     axes.yaxis.set_minor_locator(NullLocator())
 
 
@@ -313,15 +320,10 @@ def _wants_logarithm(values: Array) -> bool:
 
 
 def _draw_sensitivities(sensitivities: Sensitivities, errors: Sequence[str]) -> Figure:
-    columns = min(2, len(errors))
-    rows = math.ceil(len(errors) / columns)
-    figure = theme.new_figure(1.9 * rows + 0.5)
-    panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, error in zip(panels, errors, strict=False):
+    figure, panels = theme.grid_of_panels(len(errors), _SIDE_BY_SIDE, 1.9, 0.5)
+    for axes, error in zip(panels, errors, strict=True):
         _growth(axes, sensitivities, error)
-    for axes in panels[len(errors) :]:
-        axes.set_visible(False)
-    for axes in panels[max(len(errors) - columns, 0) : len(errors)]:
+    for axes in panels[-_SIDE_BY_SIDE:]:
         axes.set_xlabel("time of flight, s")
     return figure
 

@@ -1,21 +1,21 @@
-"""The effects on the terminal: what each adds, its terms, units and parameters, and where it comes from."""
+"""The effects: what each adds, its terms, units and parameters, and where it comes from."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from rich.console import Console
+from planner.report.blocks import Items, Report, Section
 
 
-def print_effects(documents: Sequence[Mapping[str, Any]], console: Console) -> None:
-    """Print each effect as a paragraph."""
-    for document in documents:
-        name, title = document["name"], document["title"]
-        console.print(f"[bold]{name}[/bold]: {title}" if title != name else f"[bold]{name}[/bold]")
-        for line in _lines(document):
-            console.print(f"    {line}", markup=False)
+def effects_report(documents: Sequence[Mapping[str, Any]]) -> Report:
+    """A paragraph for each effect."""
+    return Report("Effects", "", "", sections=tuple(map(_effect, documents)))
+
+
+def _effect(e: Mapping[str, Any]) -> Section:
+    title = e["name"] if e["title"] == e["name"] else f"{e['name']}: {e['title']}"
+    return Section(e["name"], title, (Items(tuple(_lines(e)), title),))
 
 
 def _lines(e: Mapping[str, Any]) -> Iterator[str]:

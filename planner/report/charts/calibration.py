@@ -6,37 +6,31 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from planner.calibration import Calibration, Residual
-from planner.report import theme
+from planner.report.charts import theme
+from planner.report.subjects.calibration import UNITS
 from planner.units import from_si
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_UNITS = {"gyro": "deg/s", "accelerometer": "g"}
-
 
 def before_after_svg(calibration: Calibration) -> str:
     """One panel a sensor with two bars a channel, logarithmic. Same calibration, same bytes."""
     words = "; ".join(
-        f"{s.sensor} {r.channel} {from_si(r.before, _UNITS[s.sensor]):.3g} to "
-        f"{from_si(r.after, _UNITS[s.sensor]):.3g} {_UNITS[s.sensor]}"
+        f"{s.sensor} {r.channel} {from_si(r.before, UNITS[s.sensor]):.3g} to "
+        f"{from_si(r.after, UNITS[s.sensor]):.3g} {UNITS[s.sensor]}"
         for s in calibration.sensors
         for r in s.residuals
     )
-    text = theme.drawn(
-        "before-after", f"Residual before and after calibration: {words}", lambda: _draw(calibration)
-    )
-    if "xmlns=" not in text[: text.find(">")]:
-        text = text.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1)
-    return text + "\n"
+    alt = f"Residual before and after calibration: {words}"
+    return theme.drawn("before-after", alt, lambda: _draw(calibration)) + "\n"
 
 
 def _draw(calibration: Calibration) -> Figure:
-    figure = theme.new_figure(0.6 + 1.5 * len(calibration.sensors))
-    panels = figure.subplots(len(calibration.sensors), 1, squeeze=False)[:, 0]
+    figure, panels = theme.grid_of_panels(len(calibration.sensors), 1, 1.5, 0.6)
     for axes, sensor in zip(panels, calibration.sensors, strict=True):
-        _bars(axes, sensor.residuals, _UNITS[sensor.sensor])
+        _bars(axes, sensor.residuals, UNITS[sensor.sensor])
         axes.set_title(f"{calibration.unit}, {sensor.sensor}", loc="left")
     return figure
 

@@ -1,18 +1,15 @@
-"""An updated spec on the terminal: the difference in its text, then hours and metres before and after."""
+"""An updated spec: the difference in its text, then hours and metres before and after."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from math import isfinite
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from planner.diagnosis import Diagnosis, NavigationCost
 from planner.records import Plan
-from planner.report.numbers import digits, hours, in_unit, plain
-
-if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
+from planner.report.blocks import Difference, Report, Table, Text, existing, section, table
+from planner.report.numbers import NOTHING, digits, hours, in_unit
 
 
 class Change(Protocol):
@@ -120,34 +117,24 @@ def _flown(cost: NavigationCost) -> float:
     return cost.as_calibrated if isfinite(cost.as_calibrated) else cost.before
 
 
-def print_update(change: Change, plans: Plans | None, diagnosis: Diagnosis, console: Console) -> None:
+def update_report(change: Change, plans: Plans | None, diagnosis: Diagnosis) -> Report:
     """Difference, changes, hours and metres."""
-    for line in change.diff.splitlines():
-        style = "green" if line.startswith("+") else "red" if line.startswith("-") else "dim"
-        console.print(line, style=style, markup=False)
-    if plans is None:
-        return
-    for why in plans.why:
-        console.print(f"note: {why}", markup=False)
-    console.print(_table(plans, diagnosis))
-
-
-def _table(plans: Plans, diagnosis: Diagnosis) -> Table:
-    from rich.table import Table
-
-    table = Table(
-        box=None, pad_edge=False, header_style="dim", title="Before and after", title_justify="left"
+    why = (Text(f"note: {why}") for why in plans.why) if plans else ()
+    parts = (
+        section("difference", "What was changed", Difference(change.diff) if change.diff else None),
+        section("plans", "Before and after", *why, _table(plans, diagnosis) if plans else None),
     )
-    for name in ("", "old plan, promised", "old plan, flown", "new plan, promised"):
-        table.add_column(name, justify="left" if not name else "right")
-    time = [None if p is None else p.time_s for p in (plans.old, plans.old, plans.new)]
-    table.add_row("campaign, h", *("–" if t is None else plain(hours(t)) for t in time))
-    for error, unit, promised, really, new in _rows(plans, diagnosis):
-        cells = ("–" if x is None else plain(digits(x)) for x in (promised, really, new))
-        table.add_row(f"{error.replace('_', ' ')}, {unit}", *cells)
-    limits = plans.old or plans.new
-    for r in () if limits is None else limits.requirements:
-        table.add_row(
-            f"limit of {r.error.replace('_', ' ')}, {r.unit}", *[plain(digits(in_unit(r.limit, r.unit)))] * 3
-        )
-    return table
+    return Report("Update of a spec", "", "", sections=existing(parts))
+
+
+def _table(plans: Plans, diagnosis: Diagnosis) -> Table | None:
+    time = [None if p is None else hours(p.time_s) for p in (plans.old, plans.old, plans.new)]
+    rows = [("campaign, h", *(t or NOTHING for t in time))]
+    for error, unit, *sizes in _rows(plans, diagnosis):
+        cells = (NOTHING if x is None else digits(x) for x in sizes)
+        rows.append((f"{error.replace('_', ' ')}, {unit}", *cells))
+    some = plans.old or plans.new
+    for r in () if some is None else some.requirements:
+        limit = digits(in_unit(r.limit, r.unit))
+        rows.append((f"limit of {r.error.replace('_', ' ')}, {r.unit}", limit, limit, limit))
+    return table("Before and after", " | old plan, promised | old plan, flown | new plan, promised", rows)

@@ -1,4 +1,4 @@
-"""Hours against metres: a sweep as a table, as CSV rows and as a page with its curve."""
+"""Hours against metres: a sweep as a curve, as a table and as CSV rows."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from planner.report import theme
-from planner.report.blocks import Block, Column, Picture, Table, Text, section
-from planner.report.html import Fact
+from planner.report.blocks import Block, Fact, Picture, Report, Table, Text, existing, section
+from planner.report.charts import theme
 from planner.report.numbers import NOTHING, digits, hours
 
 if TYPE_CHECKING:
@@ -55,15 +54,8 @@ def csv_rows(sweep: Document) -> list[list[Any]]:
 
 def sweep_table(sweep: Document) -> Table:
     """What each point costs."""
-    columns = (
-        *(Column(key, "text") for key in sweep["keys"]),
-        Column("hours"),
-        Column("powered, h"),
-        Column("achieved", "text"),
-        Column("", "text"),
-    )
-    rows = tuple(_row(sweep, p) for p in sweep["points"])
-    return Table("Hours of the shortest campaign", columns, rows)
+    columns = (*sweep["keys"], "hours", "powered, h", "achieved", "")
+    return Table("Hours of the shortest campaign", columns, tuple(_row(sweep, p) for p in sweep["points"]))
 
 
 def _row(sweep: Document, p: Document) -> tuple[str, ...]:
@@ -83,32 +75,29 @@ def _why(p: Document) -> str:
     return f"cannot be met: {binds} bind" if binds else "cannot be met"
 
 
-# ---------------------------------------------------------------- the page
+# ---------------------------------------------------------------- the report
 
 
-def sweep_html(sweep: Document) -> str:
-    """The page as text: the same sweep gives the same bytes."""
-    from planner.report.verify_page import page
-
+def sweep_report(sweep: Document) -> Report:
+    """The curve and every point."""
     planned = [p for p in sweep["points"] if p["status"] == "planned"]
     short = f"{len(planned)} of {len(sweep['points'])} points have a plan"
     if planned:
         times = [p["time_s"] for p in planned]
         short += f", {hours(min(times))} to {hours(max(times))} h"
     missing = sweep["wanted"] - len(sweep["points"])
-    sections = (
-        section("curve", "Hours against what is asked for", *_curves(sweep)),
-        section("table", "Every point", sweep_table(sweep)),
-    )
-    return page(
+    return Report(
         kind="Sweep of a spec",
-        name=sweep["spec"],
-        headline=short + ".",
-        sentences=[f"{missing} points are still to be planned."] if missing else [],
-        bars=[],
-        notes=(),
-        facts=[Fact("varied", ", ".join(sweep["keys"])), Fact("planner", sweep["planner"])],
-        sections=[part for part in sections if part is not None],
+        title=sweep["spec"],
+        answer=short,
+        sentences=(f"{missing} points are still to be planned.",) if missing else (),
+        facts=(Fact("varied", ", ".join(sweep["keys"])),),
+        sections=existing(
+            (
+                section("curve", "Hours against what is asked for", *_curves(sweep), only="page"),
+                section("table", "Every point", sweep_table(sweep)),
+            )
+        ),
     )
 
 
@@ -119,7 +108,7 @@ def _curves(sweep: Document) -> Iterator[Block | None]:
         return
     text = f"Hours of the shortest campaign against {key}"
     caption = "Each dot is the proved optimum of one spec; crosses below: cannot be met."
-    yield Picture(theme.drawn("sweep", text, lambda: _draw(sweep, key)), caption)
+    yield Picture("sweep", text, caption, lambda: _draw(sweep, key))
 
 
 def _abscissa(sweep: Document) -> str | None:
@@ -168,7 +157,7 @@ def _scale(axes: Axes, values: Sequence[float]) -> None:
     """From zero; logarithmic where the longest campaign would hide all others."""
     if values and max(values) > WIDE * min(values) > 0:
         axes.set_yscale("log")
-        axes.yaxis.set_major_formatter(lambda value, _: digits(value))
+        theme.plain_numbers(axes.yaxis)
     else:
         axes.set_ylim(bottom=0.0)
 

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from planner.records import Array, Plan, Step
-from planner.report import theme
-from planner.report.hours import action_of, action_order
+from planner.report.blocks import Picture
+from planner.report.charts import theme
+from planner.report.time_spent import action_of, action_order
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,15 +27,19 @@ _LETTERS = 115  # across the figure, in a legend
 _HEIGHT = 0.38  # of a lane; a bench has two: what is done, and for which test
 
 
-def campaign_figure(plan: Plan) -> str:
-    """Inline SVG: for every bench one lane of actions and one of tests; below, temperature over time."""
+def campaign_picture(plan: Plan) -> Picture:
+    """For every bench one lane of actions and one of tests; below, temperature over time."""
     benches = list(dict.fromkeys(step.bench for step in plan.steps))
     tests = list(dict.fromkeys(step.test for step in plan.steps if step.test))
-    description = (
+    alt = (
         f"Gantt chart of {len(plan.steps)} steps on {', '.join(benches)} over {plan.time_s / 3600:.2f} h, "
         "with the chamber temperature below"
     )
-    return theme.drawn("campaign", description, lambda: _draw(plan, benches, tests))
+    caption = (
+        f"{len(plan.steps)} steps. Upper lane of a bench: what is done; lower lane: for which test. "
+        f"Steps shorter than {plan.time_s / COLUMNS / 60:.1f} min share the height by their time."
+    )
+    return Picture("campaign", alt, caption, lambda: _draw(plan, benches, tests))
 
 
 def column_shares(

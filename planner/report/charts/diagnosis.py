@@ -1,4 +1,4 @@
-"""Figures of a diagnosis: added-variable plots, residuals against every variable before and after."""
+"""Pictures of a diagnosis: added-variable plots, residuals against every variable before and after."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from planner.diagnosis import Diagnosis, Evidence, FoundEffect
 from planner.measured import DwellTable
 from planner.records import Array
-from planner.report import theme
-from planner.report.diagnosis_words import plain_name, short
-from planner.report.diagnosis_words import varies_with as in_words
-from planner.report.numbers import digits
+from planner.report.blocks import Picture
+from planner.report.charts import theme
+from planner.report.subjects import diagnosis_words as words
+from planner.report.subjects.diagnosis_words import short
 from planner.units import from_si
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ STRETCH = 0.1  # of a variable's range
 LEAST_DOTS = 5  # whose mean and its error are worth drawing
 UNITS = {"gyro": "deg/s", "acc": "g", "accelerometer": "g"}
 _PANEL = 1.9
+_ACROSS = 2
 _LINEAR = 4.0  # sigma
 
 
@@ -48,38 +49,39 @@ class Variable:
     linear: float | None = None
 
 
-def added_variable_figure(
+def added_variable_picture(
     effect: str, found: Sequence[FoundEffect], evidence: Sequence[Evidence]
-) -> str | None:
+) -> Picture | None:
     """What the reading says against what the effect adds, both cleared of the declared model."""
     channels = [c for e in found if e.effect == effect for c in e.channels]
     shown = [e for e in evidence if effect in e.added and _same(e.channel, channels)]
     if not shown:
         return None
     where = ", ".join(short(e.channel) for e in shown)
-    description = f"Added-variable plot of {plain_name(effect)} on {where}: the reading follows what it adds"
-    return theme.drawn(f"added-{effect}", description, lambda: _draw_added(effect, shown))
+    alt = f"Added-variable plot of {words.plain_name(effect)} on {where}: the reading follows what it adds"
+    caption = (
+        f"{words.headed(effect)}: each dot is a record. Across: what the effect adds to it; up: what was "
+        "read; both after the declared model took what it can explain. Dark: means with two standard errors, "
+        "which lie on the line when the effect is the whole truth."
+    )
+    return Picture(f"added-{effect}", alt, caption, lambda: _draw_added(effect, shown))
 
 
-def residual_figure(evidence: Evidence, table: DwellTable, changed: bool) -> str | None:
+def residual_picture(evidence: Evidence, table: DwellTable, changed: bool) -> Picture | None:
     """Residual of one channel in sigma against every variable, before and after overlaid."""
     variables = variables_of(evidence.channel, table)
     if not variables or len(evidence.before) != len(table):
         return None
     what = "before and after" if changed else "under the declared model"
-    description = (
-        f"Residual of {short(evidence.channel)} {what} against {', '.join(v.name for v in variables)}"
-    )
-    return theme.drawn(
-        f"residual-{short(evidence.channel)}",
-        description,
-        lambda: _draw_residual(evidence, variables, changed),
-    )
+    channel = short(evidence.channel)
+    alt = f"Residual of {channel} {what} against {', '.join(v.name for v in variables)}"
+    caption = f"{channel}: residual over the spread that the noise model expects."
+    return Picture(f"residual-{channel}", alt, caption, lambda: _draw_residual(evidence, variables, changed))
 
 
-def unnamed_figure(
+def unnamed_picture(
     varies_with: str, channels: Sequence[str], evidence: Sequence[Evidence], table: DwellTable
-) -> str | None:
+) -> Picture | None:
     """What is left of the channels once what was found is in the model, against the variable."""
     shown = [
         (e, v)
@@ -91,14 +93,13 @@ def unnamed_figure(
     if not shown:
         return None
     where = ", ".join(dict.fromkeys(short(e.channel) for e, _ in shown))
-    return theme.drawn(
-        f"unnamed-{varies_with}",
-        f"Residual of {where} against {in_words(varies_with)}",
-        lambda: _draw_unnamed(shown),
-    )
+    what = words.varies_with(varies_with)
+    caption = f"What is left against {what}, over its expected spread."
+    alt = f"Residual of {where} against {what}"
+    return Picture(f"unnamed-{varies_with}", alt, caption, lambda: _draw_unnamed(shown))
 
 
-def change_figure(diagnosis: Diagnosis) -> str | None:
+def change_picture(diagnosis: Diagnosis) -> Picture | None:
     """Residual of every channel before and after with intervals, beside the noise floor, within runs in σ."""
     if not diagnosis.residual:
         return None
@@ -106,7 +107,8 @@ def change_figure(diagnosis: Diagnosis) -> str | None:
         f"{short(r.channel)} {from_si(r.before, r.unit):.3g} to {from_si(r.after, r.unit):.3g} {r.unit}"
         for r in diagnosis.residual
     )
-    return theme.drawn("change", f"Residual before and after: {text}", lambda: _draw_change(diagnosis))
+    caption = "Root mean square on rows held out, with 95 % intervals over power-ons; dashed: replicates."
+    return Picture("change", f"Residual before and after: {text}", caption, lambda: _draw_change(diagnosis))
 
 
 def variables_of(channel: str, table: DwellTable) -> list[Variable]:
@@ -142,14 +144,9 @@ def _same(channel: str, channels: Sequence[str]) -> bool:
 
 
 def _draw_added(effect: str, shown: Sequence[Evidence]) -> Figure:
-    columns = min(3, len(shown))
-    rows = -(-len(shown) // columns)
-    figure = theme.new_figure(2.9 * rows)
-    panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, evidence in zip(panels, shown, strict=False):
+    figure, panels = theme.grid_of_panels(len(shown), 3, 2.9)
+    for axes, evidence in zip(panels, shown, strict=True):
         _added(axes, evidence, evidence.added[effect])
-    for axes in panels[len(shown) :]:
-        axes.set_visible(False)
     return figure
 
 
@@ -181,41 +178,30 @@ def _added(axes: Axes, evidence: Evidence, points: Array) -> None:
 
 
 def _draw_unnamed(shown: Sequence[tuple[Evidence, Variable]]) -> Figure:
-    columns = min(2, len(shown))
-    rows = -(-len(shown) // columns)
-    figure = theme.new_figure(2.4 * rows + 0.3)
-    panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, (evidence, variable) in zip(panels, shown, strict=False):
+    figure, panels = theme.grid_of_panels(len(shown), 2, 2.4, 0.3)
+    for axes, (evidence, variable) in zip(panels, shown, strict=True):
         left = np.asarray(evidence.after / np.where(evidence.expected > 0, evidence.expected, np.nan))
         _against(axes, variable, left, left, False)
         reach = max(_LINEAR, 1.1 * _reach([variable], left, left))
         axes.set_ylim(-reach, reach)
         axes.set_title(short(evidence.channel))
         axes.set_ylabel("residual, σ")
-    for axes in panels[len(shown) :]:
-        axes.set_visible(False)
     return figure
 
 
 def _draw_residual(evidence: Evidence, variables: Sequence[Variable], changed: bool) -> Figure:
-    columns = 2
-    rows = -(-len(variables) // columns)
-    figure = theme.new_figure(_PANEL * rows + 0.4)
-    panels = figure.subplots(rows, columns, squeeze=False, sharey=True).ravel()
+    figure, panels = theme.grid_of_panels(len(variables), _ACROSS, _PANEL, 0.4, sharey=True)
     sigma = np.where(evidence.expected > 0, evidence.expected, np.nan)
     before, after = (np.asarray(r / sigma) for r in (evidence.before, evidence.after))
     reach = max(_LINEAR, 1.1 * _reach(variables, before, after))
-    for i, (axes, variable) in enumerate(zip(panels, variables, strict=False)):
+    for i, (axes, variable) in enumerate(zip(panels, variables, strict=True)):
         _against(axes, variable, before, after, changed)
         if reach > 3.0 * _LINEAR:
             _symmetric_logarithm(axes, reach)
         axes.set_ylim(-reach, reach)
-        if i % columns == 0:
+        if i % _ACROSS == 0:
             axes.set_ylabel("residual, σ")
-    for axes in panels[len(variables) :]:
-        axes.set_visible(False)
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper left", ncols=4)
+    theme.shared_legend(figure, panels, 4)
     return figure
 
 
@@ -228,12 +214,12 @@ def _reach(variables: Sequence[Variable], before: Array, after: Array) -> float:
 
 def _symmetric_logarithm(axes: Axes, reach: float) -> None:
     """Linear up to four sigma, where noise is; logarithmic beyond, where a missing effect is."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter
+    from matplotlib.ticker import FixedLocator
 
     axes.set_yscale("symlog", linthresh=_LINEAR, linscale=1.0)
     sizes = [t for t in (2.0, 10.0, 30.0, 100.0, 300.0, 1e3, 1e4, 1e5, 1e6) if t <= reach]
     axes.yaxis.set_major_locator(FixedLocator([*(-t for t in reversed(sizes)), 0.0, *sizes]))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: digits(value)))
+    theme.plain_numbers(axes.yaxis)
 
 
 def _against(axes: Axes, variable: Variable, before: Array, after: Array, changed: bool) -> None:
@@ -264,7 +250,7 @@ def _against(axes: Axes, variable: Variable, before: Array, after: Array, change
 
 def _by_factors(axes: Axes, variable: Variable) -> None:
     """Rates and loads from small to large on one axis."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+    from matplotlib.ticker import FixedLocator, NullLocator
 
     size = float(np.abs(variable.values).max())
     axes.set_xscale("symlog", linthresh=variable.linear, linscale=0.4)
@@ -272,7 +258,7 @@ def _by_factors(axes: Axes, variable: Variable) -> None:
     below = [-t for t in reversed(some)] if variable.values.min() < 0 else []
     axes.xaxis.set_major_locator(FixedLocator([*below, 0.0, *some]))
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: digits(value)))
+    theme.plain_numbers(axes.xaxis)
 
 
 def _binned(x: Array, y: Array) -> tuple[Array, Array]:
@@ -358,19 +344,15 @@ def _draw_change(diagnosis: Diagnosis) -> Figure:
         axes.set_xlim(-0.5, len(group) - 0.5)
         _scale_of_change(axes, [x for r in group for x in (r.before, r.after)])
         axes.set_ylabel(f"residual, {group[0].unit}")
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper left", ncols=3)
+    theme.shared_legend(figure, panels, 3)
     return figure
 
 
 def _scale_of_change(axes: Axes, sizes: Sequence[float]) -> None:
     """From zero; logarithmic where the smallest would lie on the axis beside the largest."""
-    from matplotlib.ticker import FuncFormatter, NullFormatter
-
     known = [x for x in sizes if np.isfinite(x) and x > 0]
     if not known or max(known) < FAR_APART * min(known):
         axes.set_ylim(bottom=0.0)
         return
     axes.set_yscale("log")
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: digits(value)))
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    theme.plain_numbers(axes.yaxis)

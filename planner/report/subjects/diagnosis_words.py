@@ -1,4 +1,4 @@
-"""A diagnosis in sentences and tables, for the page and for the terminal."""
+"""A diagnosis in sentences and tables."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from planner import catalog
 from planner.diagnosis import (
     LEAST_P,
+    Assumption,
     Diagnosis,
     FoundEffect,
     FoundTerm,
@@ -17,7 +18,7 @@ from planner.diagnosis import (
     UnitDiagnosis,
     Unknown,
 )
-from planner.report.blocks import Column, Table
+from planner.report.blocks import Table, table
 from planner.report.numbers import NOTHING, SPACE, digits, display_unit, hours, in_unit, quantity
 
 MOST_DIGITS = 7
@@ -145,13 +146,11 @@ def joined(parts: Sequence[str]) -> str:
 
 def found_table(found: Sequence[FoundEffect]) -> Table | None:
     """Every coefficient of every found effect."""
-    rows = tuple(row for effect in found for row in _found_rows(effect))
-    if not rows:
-        return None
-    titles = ("effect", "channel", "term", "value", "95 % interval", "unit", "p", "strength, σ")
-    kinds = [Column(t, "number" if t in ("value", "p", "strength, σ") else "text") for t in titles]
-    return Table(
-        "What the declared model lacks; p is family-wise, over everything looked for", tuple(kinds), rows
+    return table(
+        "What the declared model lacks; p is family-wise, over everything looked for",
+        "effect | channel | term | value | 95 % interval | unit | p | strength, σ",
+        (row for effect in found for row in _found_rows(effect)),
+        wide=("p", "strength, σ"),
     )
 
 
@@ -195,14 +194,11 @@ def chance(p: float) -> str:
 
 def residual_table(diagnosis: Diagnosis) -> Table | None:
     """Before and after of every channel."""
-    if not diagnosis.residual:
-        return None
-    first = ("channel", "before (95 %)", "after (95 %)", "noise floor")
-    columns = tuple(Column(t, "text") for t in (*first, "within a run", "its floor", "in σ", "unit"))
-    return Table(
+    return table(
         f"Residual, root mean square, {where_held_out(diagnosis)}; in σ: within a run, 1 is noise alone",
-        columns,
-        tuple(_residual_row(r) for r in diagnosis.residual),
+        "channel | before (95 %) | after (95 %) | noise floor | within a run | its floor | in σ | unit",
+        map(_residual_row, diagnosis.residual),
+        wide=("noise floor", "within a run", "its floor"),
     )
 
 
@@ -249,25 +245,19 @@ def how_held_out(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 def navigation_table(costs: Sequence[NavigationCost]) -> Table | None:
     """What it means in flight."""
-    if not costs:
-        return None
-    columns = (
-        Column("requirement", "text"),
-        Column("nobody compensates"),
-        Column("as the declared calibration leaves it"),
-        Column("compensated"),
-        Column("limit"),
-        Column("unit", "text"),
-    )
-    rows = tuple(
+    return table(
+        "Navigation error from what was found",
+        "requirement | nobody compensates | as the declared calibration leaves it | compensated "
+        "| limit | unit",
         (
-            c.error.replace("_", " "),
-            *(length(x, c, "") for x in (c.before, c.as_calibrated, c.after, c.limit)),
-            c.unit,
-        )
-        for c in costs
+            (
+                c.error.replace("_", " "),
+                *(length(x, c, "") for x in (c.before, c.as_calibrated, c.after, c.limit)),
+                c.unit,
+            )
+            for c in costs
+        ),
     )
-    return Table("Navigation error from what was found", columns, rows)
 
 
 def length(si: float, cost: NavigationCost, unit: str | None = None) -> str:
@@ -278,45 +268,38 @@ def length(si: float, cost: NavigationCost, unit: str | None = None) -> str:
 
 def rivals_table(found: Sequence[FoundEffect]) -> Table | None:
     """Effects that the data cannot tell from those found."""
-    rows = tuple(
+    return table(
+        "Rivals that these data do not refuse",
+        "found | on | rival | separated by, σ",
         (
-            plain_name(e.effect),
-            ", ".join(map(short, e.channels)),
-            plain_name(r.effect),
-            digits(r.separated_by, 2),
-        )
-        for e in found
-        for r in e.rivals
+            (
+                plain_name(e.effect),
+                ", ".join(map(short, e.channels)),
+                plain_name(r.effect),
+                digits(r.separated_by, 2),
+            )
+            for e in found
+            for r in e.rivals
+        ),
     )
-    columns = (
-        Column("found", "text"),
-        Column("on", "text"),
-        Column("rival", "text"),
-        Column("separated by, σ"),
-    )
-    return Table("Rivals that these data do not refuse", columns, rows) if rows else None
 
 
 def next_table(wanted: Sequence[NextMeasurement]) -> Table | None:
     """What to measure next."""
-    rows = tuple(
+    return table(
+        "What would tell rivals apart best per hour",
+        "to tell | bench | do | separation, σ | hours",
         (
-            " or ".join(map(plain_name, m.separates)),
-            m.bench.replace("_", " "),
-            in_words(m),
-            digits(m.separation, 2),
-            hours(m.time_s),
-        )
-        for m in wanted
+            (
+                " or ".join(map(plain_name, m.separates)),
+                m.bench.replace("_", " "),
+                in_words(m),
+                digits(m.separation, 2),
+                hours(m.time_s),
+            )
+            for m in wanted
+        ),
     )
-    columns = (
-        Column("to tell", "text"),
-        Column("bench", "text"),
-        Column("do", "text"),
-        Column("separation, σ"),
-        Column("hours"),
-    )
-    return Table("What would tell rivals apart best per hour", columns, rows) if rows else None
 
 
 def in_words(m: NextMeasurement) -> str:
@@ -336,40 +319,41 @@ def in_words(m: NextMeasurement) -> str:
 
 def assumptions_table(found: UnitDiagnosis) -> Table | None:
     """What the spec assumes beside what the data say."""
-    rows = []
-    for a in found.assumptions:
-        if a.assumed is None and not math.isfinite(a.measured):
-            continue
-        odd = a.assumed is not None and math.isfinite(a.low) and not a.low <= a.assumed <= a.high
-        rows.append(
-            (
-                a.error,
-                short(a.channel),
-                a.part.replace("_", " "),
-                NOTHING if a.assumed is None else quantity(a.assumed, a.unit, 3),
-                quantity(a.measured, a.unit, 3) if math.isfinite(a.measured) else "the data cannot tell",
-                _interval(a.low, a.high, a.unit) if math.isfinite(a.measured) else NOTHING,
-                "contradicted" if odd else "",
-            )
-        )
-    titles = ("error", "channel", "part", "assumed", "measured", "95 % interval", "")
-    columns = tuple(Column(t, "text") for t in titles)
+    known = (a for a in found.assumptions if a.assumed is not None or math.isfinite(a.measured))
+    return table(
+        "Spreads that the spec assumes, and what the data say",
+        "error | channel | part | assumed | measured | 95 % interval |",
+        map(_assumption_row, known),
+    )
+
+
+def _assumption_row(a: Assumption) -> tuple[str, ...]:
+    told = math.isfinite(a.measured)
+    odd = a.assumed is not None and math.isfinite(a.low) and not a.low <= a.assumed <= a.high
     return (
-        Table("Spreads that the spec assumes, and what the data say", columns, tuple(rows)) if rows else None
+        a.error,
+        short(a.channel),
+        a.part.replace("_", " "),
+        NOTHING if a.assumed is None else quantity(a.assumed, a.unit, 3),
+        quantity(a.measured, a.unit, 3) if told else "the data cannot tell",
+        _interval(a.low, a.high, a.unit) if told else NOTHING,
+        "contradicted" if odd else "",
     )
 
 
 def limits_table(found: UnitDiagnosis) -> Table | None:
     """Effects looked for in vain: no larger than this."""
-    rows = tuple(
-        (plain_name(n.effect), n.sensor, quantity(n.upper_limit, n.unit, 2)) for n in found.not_found
+    return table(
+        "Looked for and not found: upper limits, 95 %",
+        "effect | sensor | no larger than",
+        ((plain_name(n.effect), n.sensor, quantity(n.upper_limit, n.unit, 2)) for n in found.not_found),
     )
-    columns = (Column("effect", "text"), Column("sensor", "text"), Column("no larger than", "text"))
-    return Table("Looked for and not found: upper limits, 95 %", columns, rows) if rows else None
 
 
 def untestable_table(found: UnitDiagnosis) -> Table | None:
     """Effects that these data cannot show."""
-    rows = tuple((plain_name(u.effect), u.sensor or "both", u.why) for u in found.untestable)
-    columns = (Column("effect", "text"), Column("sensor", "text"), Column("why", "text"))
-    return Table("Untestable, and why", columns, rows) if rows else None
+    return table(
+        "Untestable, and why",
+        "effect | sensor | why",
+        ((plain_name(u.effect), u.sensor or "both", u.why) for u in found.untestable),
+    )
