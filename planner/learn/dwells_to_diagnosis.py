@@ -21,7 +21,7 @@ from planner.errors import InputError
 from planner.learn.channel_model import AXES
 from planner.learn.diagnosis.assumptions import assumptions
 from planner.learn.diagnosis.bench_uncertainty import below_bench
-from planner.learn.diagnosis.estimates import Estimate, estimates, parameter_interval, rivals
+from planner.learn.diagnosis.estimates import Estimate, ParameterInterval, estimates, rivals
 from planner.learn.diagnosis.evidence import evidence
 from planner.learn.diagnosis.limits import limits
 from planner.learn.diagnosis.noise import LEAST_RUNS
@@ -94,7 +94,7 @@ def _channel(sensor: Sensor, axis: int) -> str:
 
 
 def _effects(s: SensorFound, data: Prepared) -> list[FoundEffect]:
-    """One entry an effect; one a channel where each channel has its own nonlinear parameter."""
+    """One entry an effect; one a channel where each channel has parameters of its own."""
     found, pool = s.found, s.found.pool
     library = [i for i, b in enumerate(pool.blocks) if not b.generic]
     groups: dict[tuple[str, int], list[int]] = {}
@@ -114,16 +114,12 @@ def _effect(
 ) -> FoundEffect:
     found, pool = s.found, s.found.pool
     effect = catalog.effects()[pool.blocks[blocks[0]].name]
-    nonlinear = dict(pool.blocks[blocks[0]].nonlinear)
     mine = [e for e in sizes if e.block in blocks]
     extra: list[FoundTerm] = []
-    if nonlinear:
-        p = parameter_interval(found, blocks[0], s.channels, s.cuts, data.table.day)
-        unit = "d" if p.name == "day" else "s"
-        axis = next(iter(pool.blocks[blocks[0]].columns))
-        extra = [FoundTerm(p.name, _channel(s.sensor, axis), p.value, p.low, p.high, p.freedom, unit, True)]
-        if p.wider is not None:
-            mine = [e for e in estimates(p.wider, [*found.all, p.block]) if e.block in blocks]
+    if effect.parameters:
+        shape = s.shape(blocks[0])
+        mine = [e for e in shape.estimates(found) if e.block in blocks]
+        extra = [_parameter(s, blocks[0], p) for p in shape.parameters]
     terms = [_term(s, e, effect.units[s.sensor]) for e in mine]
     beside = {b: found.share(b).delta for b in blocks}
     opposed: dict[str, float] = {}
@@ -140,8 +136,15 @@ def _effect(
         strength=float(np.sqrt(sum(beside.values()))),
         rivals=tuple(Rival(name, apart) for name, apart in sorted(opposed.items(), key=lambda r: r[1])),
         below_bench_uncertainty=below_bench(s, blocks, mine),
-        nonlinear=nonlinear,
+        nonlinear=dict(pool.blocks[blocks[0]].nonlinear),
     )
+
+
+def _parameter(s: SensorFound, block: int, p: ParameterInterval) -> FoundTerm:
+    b = s.found.pool.blocks[block]
+    channel = _channel(s.sensor, b.channels[0]) if len(b.channels) == 1 else "all"
+    units = {x.name: x.unit for x in catalog.effects()[b.name].parameters}
+    return FoundTerm(p.name, channel, p.value, p.low, p.high, p.freedom, units[p.name], True)
 
 
 def _term(s: SensorFound, e: Estimate, unit: str) -> FoundTerm:
