@@ -32,9 +32,6 @@ from planner.solvers.gaussian_length import percentile
 from planner.solvers.least_squares import least_squares
 from planner.spec.model import Given, Spec
 
-OF_THE_DAY = frozenset({"ageing", "bias_step"})
-"""Effects that depend on the day: the flight comes after the campaign, not before it."""
-
 _ROUNDING = 1e-9  # of a requirement's limit: what the integration leaves of nothing
 
 Column = Callable[[Conditions], Array]
@@ -69,7 +66,8 @@ def navigation_costs(
     how = "the found effects flown on the spec's trajectory"
     if isinstance(spec.sensitivities, Given):
         how += "; the spec's published coefficients say nothing of them"
-    if last_day > trajectory.day and {e.effect for e in found} & OF_THE_DAY:
+    if last_day > trajectory.day and any("day" in catalog.effects()[e.effect].needs for e in found):
+        # the flight comes after the campaign, not before it
         how += f"; on the last day of the data, {last_day:.3g}"
     bench = sorted({e.effect for e in found} & catalog.bench_only())
     if bench:

@@ -26,8 +26,6 @@ from planner.spec.load import LoadedSpec
 from planner.spec.model import ErrorBudget, Given, MeasuredCurve, Spec
 from planner.units import Quantity, from_si
 
-PLAIN = {"bias_temperature": "bias", "scale_factor_temperature": "scale_factor"}
-PLAIN["misalignment_temperature"] = "misalignment"
 _WHITE = {"gyro": 2e-5, "accelerometer": 1e-3}  # rad/s, m/s²: a record's noise when the diagnosis has none
 _RECORD_S = 60.0
 
@@ -142,7 +140,7 @@ def _enter(
     notes = _doubts(found)
     if found.effect in catalog.bench_only():
         return [], [*notes, f"{error} is an effect of the bench: it is fitted, and has no budget in flight"]
-    if found.effect in PLAIN:
+    if catalog.effects()[found.effect].temperature_of is not None:
         return [], notes + _table_needed(spec, found)
     if found.effect in getattr(spec.unit, found.sensor):
         return [], [*notes, f"{error} has a budget already: it is kept"]
@@ -176,14 +174,30 @@ def _doubts(found: FoundEffect) -> list[str]:
     if found.rivals:
         others = ", ".join(dict.fromkeys(r.effect for r in found.rivals))
         notes.append(f"{error} cannot be told from {others} by these data; next_measurement says what would")
-    for name, value in found.nonlinear.items():
-        usual = catalog.effects()[found.effect].nonlinear[name]
-        notes.append(f"{error}: the plan takes {name} {usual:g}, its usual value; the data say {value:.4g}")
+    return notes + _usual(found)
+
+
+def _usual(found: FoundEffect) -> list[str]:
+    """A sentence for each parameter: what the plan takes, what the data say, channel by channel."""
+    notes = []
+    for p in catalog.effects()[found.effect].parameters:
+        told = [
+            f"{t.value:.4g} {p.unit} on {_short(t.channel)}"
+            for t in found.terms
+            if t.parameter and t.name == p.name
+        ]
+        if not told and p.name in found.nonlinear:
+            told = [f"{found.nonlinear[p.name]:.4g} {p.unit}"]
+        if told:
+            notes.append(
+                f"{found.sensor}.{found.effect}: the plan takes {p.name} {p.default:g} {p.unit}, its usual "
+                f"value; the data say {', '.join(told)}"
+            )
     return notes
 
 
 def _table_needed(spec: Spec, found: FoundEffect) -> list[str]:
-    plain = PLAIN[found.effect]
+    plain = catalog.effects()[found.effect].temperature_of or found.effect
     budget: ErrorBudget | None = getattr(spec.unit, found.sensor).get(plain)
     if budget is not None and budget.temperature_residual is not None:
         return []
@@ -237,7 +251,7 @@ def _calibrated(edits: SpecText, spec: Spec, error: str, test: CalibratingTest) 
         else:
             edits.enter(("tests", run.test), "calibrates", f"[{error}]")
         return f"tests.{run.test}: calibrates {error}"
-    name = f"show_{error.split('.')[1]}"
+    name = f"show_{ErrorName(error).effect}"
     others = [t for t in spec.tests.values() if t.bench == run.bench]
     parts = {
         "bench": run.bench,

@@ -15,6 +15,7 @@ from planner.learn.diagnosis_to_next_measurement import (
     _priced,
     _problem,
     next_measurements,
+    shapes_of,
 )
 from planner.learn.diagnosis_to_residual import unit_fits
 from planner.spec.load import load_spec
@@ -93,7 +94,9 @@ def test_the_separation_is_that_of_the_stacked_design():
     found = rivals(found_effect("temperature_rate", "gyro_x", 1e-3, 1e-4), "warm_up")
     fits = fitted(found)
     (channel,) = [c for c in fits.channels if c.channel == "gyro_x"]
-    problem = _problem(channel, found, "warm_up", float(fits.table.duration.mean()))
+    problem = _problem(
+        channel, found, "warm_up", shapes_of("warm_up", found, fits.table), float(fits.table.duration.mean())
+    )
     for run in bench_runs(SMALL, fits.table.temperature_degc.tolist(), 5.0)[::7]:
         priced = _priced([problem], run)
         fit = channel.after
@@ -117,7 +120,7 @@ def test_more_repeats_never_separate_less():
     found = rivals(found_effect("temperature_rate", "gyro_x", 1e-5, 1e-6), "warm_up")
     fits = fitted(found)
     (channel,) = [c for c in fits.channels if c.channel == "gyro_x"]
-    problem = _problem(channel, found, "warm_up", 60.0)
+    problem = _problem(channel, found, "warm_up", shapes_of("warm_up", found, fits.table), 60.0)
     for run in bench_runs(SMALL, [20.0], 5.0)[:6]:
         assert _priced([problem], run).gain >= -1e-9
 
