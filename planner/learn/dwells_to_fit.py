@@ -193,19 +193,30 @@ def fit_sensor(
     if readings is None:
         raise InputError(f"no {sensor} columns in {where}")
     _check_alive(readings, sensor, where)
-    fits = []
-    for channel in range(3):
-        model = channel_model(
-            sensor, channel, table.conditions(), spec.effects if effects is None else effects
-        )
-        try:
-            fits.append(fit_channel(model, readings[:, channel], starts, table.duration, spec, robust))
-        except ValueError as error:
-            raise InputError(
-                f"{where}: {len(table)} rows cannot give the {len(model.columns())} coefficients of "
-                f"{sensor} {'xyz'[channel]} ({error}); measure more records, or declare fewer effects"
-            ) from error
-    return fits
+    return [fit_axis(table, starts, sensor, axis, spec, robust, effects) for axis in range(3)]
+
+
+def fit_axis(
+    table: DwellTable,
+    starts: NDArray[np.int64],
+    sensor: Sensor,
+    axis: int,
+    spec: Spec,
+    robust: Robust = "no",
+    effects: tuple[str, ...] | None = None,
+) -> ChannelFit:
+    """One channel of a sensor that has columns; rows and effects as for `fit_sensor`."""
+    readings = readings_of(table, sensor)
+    assert readings is not None  # the caller's check
+    model = channel_model(sensor, axis, table.conditions(), spec.effects if effects is None else effects)
+    try:
+        return fit_channel(model, readings[:, axis], starts, table.duration, spec, robust)
+    except ValueError as error:
+        raise InputError(
+            f"{table.source or 'the table'}: {len(table)} rows cannot give the {len(model.columns())} "
+            f"coefficients of {sensor} {'xyz'[axis]} ({error}); measure more records, or declare fewer "
+            "effects"
+        ) from error
 
 
 def _check_alive(readings: Array, sensor: Sensor, where: str) -> None:
