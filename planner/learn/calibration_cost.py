@@ -17,7 +17,7 @@ import numpy as np
 from planner import catalog
 from planner.learn.bench_runs import BenchRun, run_of_test, run_of_trial
 from planner.learn.channel_model import channel_model, evaluate, sensed
-from planner.learn.moment_fit import linear_jacobian
+from planner.learn.weighed_fit import linear_jacobian
 from planner.protocols import Sensor
 from planner.records import Array
 from planner.spec.model import Spec, si

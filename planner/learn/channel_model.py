@@ -16,7 +16,7 @@ import numpy as np
 
 from planner import catalog
 from planner.learn.temperature_nodes import fitting_hats, nodes_with_rows, temperature_nodes
-from planner.protocols import Effect, Sensor
+from planner.protocols import Effect, Parameter, Sensor
 from planner.records import Array, Conditions
 
 AXES = ("x", "y", "z")
@@ -87,9 +87,9 @@ class ChannelModel:
         return tuple(pair for pair in every if pair not in self.held)
 
     def start(self) -> Array:
-        """(p,) no error at all; nonlinear parameters, carried as logarithms, at their defaults."""
-        logs = [np.log(catalog.effects()[e].nonlinear[p]) for e, p in self.parameters()]
-        return np.concatenate([np.zeros(len(self.columns()) - len(logs)), logs])
+        """(p,) no error at all; parameters, as their scales carry them, at their defaults."""
+        carried = [_parameter(e, p).carried(_parameter(e, p).default) for e, p in self.parameters()]
+        return np.concatenate([np.zeros(len(self.columns()) - len(carried)), carried])
 
 
 def sensed(sensor: Sensor, conditions: Conditions) -> Array:
@@ -198,9 +198,13 @@ def _split(model: ChannelModel, theta: Array, biases: int, leans: int) -> tuple[
 def _nonlinear(model: ChannelModel, theta: Array) -> dict[str, dict[str, float]]:
     found: dict[str, dict[str, float]] = {}
     names = model.parameters()
-    for (effect, parameter), log in zip(names, theta[len(theta) - len(names) :], strict=True):
-        found.setdefault(effect, {})[parameter] = float(np.exp(log))
+    for (effect, parameter), carried in zip(names, theta[len(theta) - len(names) :], strict=True):
+        found.setdefault(effect, {})[parameter] = _parameter(effect, parameter).value(float(carried))
     return found
+
+
+def _parameter(effect: str, name: str) -> Parameter:
+    return next(p for p in catalog.effects()[effect].parameters if p.name == name)
 
 
 def _driven_by(model: ChannelModel, v: Array) -> Conditions:

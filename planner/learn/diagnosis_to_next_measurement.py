@@ -21,7 +21,7 @@ from planner.learn.bench_runs import BenchRun, bench_runs
 from planner.learn.channel_model import AXES, evaluate
 from planner.learn.diagnosis.parameters import grid, ranges
 from planner.learn.diagnosis_to_residual import ChannelFits, UnitFits
-from planner.learn.moment_fit import linear_jacobian
+from planner.learn.weighed_fit import linear_jacobian
 from planner.measured import DwellTable
 from planner.records import Array, Conditions
 from planner.solvers.random_effects import RandomEffects, covariance
@@ -183,7 +183,7 @@ def _squared(factor: Array) -> float:
 
 def _run_rows(problem: _Problem, run: BenchRun) -> list[Array]:
     """Whitened rows of one power-on for every shape of the rival: its own offset costs it a row."""
-    fit = problem.fits.after
+    fit = problem.fits.after.spreads
     u = columns_input(problem.fits, run.conditions)
     diagonal = fit.white**2 * problem.record / run.duration + (fit.rate * u) ** 2
     effects = RandomEffects(

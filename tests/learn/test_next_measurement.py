@@ -99,13 +99,15 @@ def test_the_separation_is_that_of_the_stacked_design():
     )
     for run in bench_runs(SMALL, fits.table.temperature_degc.tolist(), 5.0)[::7]:
         priced = _priced([problem], run)
-        fit = channel.after
+        fit = channel.after.spreads
         white = fit.white**2 * fits.table.duration.mean() / run.duration
         V = np.diag(white + (fit.rate * run.conditions.rate[:, 0]) ** 2) + fit.run**2
         root = np.linalg.cholesky(V)
         left = []
         for shape in problem.shapes:
-            old = fit.v.whiten(_columns(channel, found, "warm_up", shape, channel.before.model.conditions))
+            old = channel.after.v.whiten(
+                _columns(channel, found, "warm_up", shape, channel.before.model.conditions)
+            )
             once = np.linalg.solve(root, _columns(channel, found, "warm_up", shape, run.conditions))
             stacked = np.concatenate([old, *[once] * priced.repeats])
             X = stacked[:, :-1] / np.maximum(np.linalg.norm(stacked[:, :-1], axis=0), 1e-300)

@@ -80,6 +80,7 @@ class Readings:
     """What the noise of one channel is judged from: rows run by run from `starts`.
 
     rich: (n, k) columns of all candidates; weights: (n,) 1, or near 0 for a row that is an outlier
+    least_runs: power-ons from which their spread is a variance; with fewer each has a level of its own
     """
 
     channel: Channel
@@ -87,6 +88,7 @@ class Readings:
     duration: Array
     rich: Array
     weights: Array
+    least_runs: int = LEAST_RUNS
 
 
 def triad_noise(triad: Sequence[Readings]) -> list[ChannelNoise]:
@@ -117,7 +119,7 @@ class _Judged:
 def _judged(given: Readings) -> _Judged:
     """The problem under the rich model; under the declared one when the rows are too few for the rich."""
     c, starts = given.channel, given.starts
-    few = len(starts) < LEAST_RUNS
+    few = len(starts) < given.least_runs
     fixed = _indicators(starts, len(c.r)) if few else np.empty((len(c.r), 0))
     alone = len(starts) == len(c.r)  # one row a run: its spread is the noise
     diagonals = _diagonals(c, given.duration, given.weights)

@@ -11,6 +11,7 @@ from planner.records import Array
 from planner.solvers.least_squares import least_squares
 
 FAR = 8.0  # sigma, beyond which a row is no reading of this campaign
+FAR_WEIGHT = 1e-4  # of such a row: 40 sigma then count as 0.4
 MOST_FAR = 0.02  # share of the rows; more are a structure, not accidents
 
 

@@ -16,7 +16,7 @@ from planner.learn.diagnosis.found import Found, Question, on
 from planner.learn.diagnosis.generic import VARIES_WITH
 from planner.learn.diagnosis.noise import LEAST_RUNS, Readings, triad_noise
 from planner.learn.diagnosis.nonlinear import refined
-from planner.learn.diagnosis.outliers import outliers
+from planner.learn.diagnosis.outliers import FAR_WEIGHT, outliers
 from planner.learn.diagnosis.parameters import GRID, Range, ranges
 from planner.learn.diagnosis.pool import Flips, Pool, pool_of
 from planner.learn.diagnosis.prepared import Prepared
@@ -32,7 +32,6 @@ MOST_SHARE = 0.4  # columns a row when the noise is judged
 FINE_ONES = ("time_on", "day")  # come coarse first, then fine
 A_COLUMN = 8  # power-ons for each column between them when the noise is judged
 SEGMENTS = 40  # that change sign together where there are too few power-ons
-_OUT = 1e-4  # weight of a row that is far off: 40 sigma then count as 0.4
 
 
 @dataclass(frozen=True)
@@ -122,7 +121,7 @@ def _searched(
     for c in mine:
         rich = np.column_stack([nothing, *_rich(blocks, c.axis, len(c.r), len(data.starts))])
         far[c.axis] = outliers(c, np.column_stack([nothing, *_coarse(blocks, c.axis)]), data.starts)
-        weights = np.where(far[c.axis], _OUT, 1.0)
+        weights = np.where(far[c.axis], FAR_WEIGHT, 1.0)
         triad.append(Readings(c, data.starts, table.duration, rich, weights))
     state = {
         r.channel.axis: whitened(r.channel, noise, r.rich)
