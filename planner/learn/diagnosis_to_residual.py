@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from planner.diagnosis import FoundEffect, ResidualChange, UnitDiagnosis
 from planner.learn.channel_model import AXES, channel_model
 from planner.learn.diagnosis.channels import channel, columns
-from planner.learn.diagnosis.noise import LEVEL, ChannelNoise, Readings, triad_noise
+from planner.learn.diagnosis.noise import LEVEL, ChannelNoise, Readings, channel_noise
 from planner.learn.diagnosis.outliers import FAR_WEIGHT, outliers
 from planner.learn.diagnosis.prepared import prepared
 from planner.learn.dwells_to_fit import readings_of
@@ -90,15 +90,17 @@ def _sensor_fits(
     table: DwellTable, starts: NDArray[np.int64], sensor: Sensor, spec: Spec, found: UnitDiagnosis
 ) -> list[ChannelFits]:
     """The three channels, with the variances that REML finds beside all that is declared and found."""
-    readings = readings_of(table, sensor)
-    assert readings is not None  # asked by the caller
     from threadpoolctl import threadpool_limits
 
-    here = [_found_on(found, sensor, axis) for axis in range(3)]
-    triad = [_readings(table, starts, sensor, axis, readings[:, axis], spec, here[axis]) for axis in range(3)]
+    readings = readings_of(table, sensor)
+    assert readings is not None  # asked by the caller
+    fits = []
     with threadpool_limits(limits=1, user_api="blas"):
-        noises = triad_noise(triad)
-    return [_channel_fits(r, noise, spec, e) for r, noise, e in zip(triad, noises, here, strict=True)]
+        for axis in range(3):
+            here = _found_on(found, sensor, axis)
+            judged = _readings(table, starts, sensor, axis, readings[:, axis], spec, here)
+            fits.append(_channel_fits(judged, channel_noise(judged), spec, here))
+    return fits
 
 
 def _found_on(found: UnitDiagnosis, sensor: Sensor, axis: int) -> tuple[FoundEffect, ...]:

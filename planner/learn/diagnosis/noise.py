@@ -95,10 +95,17 @@ def triad_noise(triad: Sequence[Readings]) -> list[ChannelNoise]:
     """The noise of every channel of a sensor."""
     judged = [_judged(r) for r in triad]
     own = [_own(j) for j in judged]
-    return [
-        ChannelNoise(covariance(j.effects, v.theta), v, j.components, j.fixed, j.starts)
-        for j, v in zip(judged, _without_zeros(_shared(judged, own) or own), strict=True)
-    ]
+    return [_noise(j, v) for j, v in zip(judged, _without_zeros(_shared(judged, own) or own), strict=True)]
+
+
+def channel_noise(readings: Readings) -> ChannelNoise:
+    """The noise of one channel by itself."""
+    judged = _judged(readings)
+    return _noise(judged, *_without_zeros([_own(judged)]))
+
+
+def _noise(j: _Judged, v: Variances) -> ChannelNoise:
+    return ChannelNoise(covariance(j.effects, v.theta), v, j.components, j.fixed, j.starts)
 
 
 @dataclass(frozen=True)
@@ -137,16 +144,17 @@ def _judged(given: Readings) -> _Judged:
 
 def _own(j: _Judged) -> Variances:
     """REML of one channel; all its noise is white where the rows allow no more."""
-    theta = np.zeros(j.effects.count)
+    theta, error = np.zeros(j.effects.count), None
     theta[0] = max(float(np.var(j.sample.y)), 1e-30)
     try:
         found = reml(j.sample.y, j.sample.X, j.sample.effects)
         if found.theta[: len(j.effects.diagonals)].any():
-            theta = found.theta
+            theta, error = found.theta, found.error if found.free.all() else None
     except ValueError:
         pass
-    theta = np.maximum(theta, j.least)
-    error = _inverse(reml_information(j.sample.X, j.sample.effects, theta))
+    if error is None or np.any(theta < j.least):
+        theta = np.maximum(theta, j.least)
+        error = _inverse(reml_information(j.sample.X, j.sample.effects, theta))
     return Variances(theta, error, theta > 0, restricted_loglik(j.sample, theta), True)
 
 
