@@ -131,13 +131,16 @@ Share = Annotated[float, AfterValidator(_proper_share), quantity("%", "95 %"), s
 Celsius = Annotated[float, BeforeValidator(_temperature), schema("-55 degC", TEMPERATURE_PATTERN)]
 KelvinPerSecond = Annotated[float, quantity("K/min", "4 K/min"), Field(gt=0), schema("4 K/min")]
 Kelvin = Annotated[float, quantity("K", "2 K"), Field(ge=0), schema("2 K")]
+PositiveKelvin = Annotated[float, quantity("K", "40 K"), Field(gt=0), schema("40 K")]
 Rate = Annotated[float, quantity("deg/s", "100 deg/s"), schema("100 deg/s")]
 PositiveRate = Annotated[float, quantity("deg/s", "600 deg/s"), Field(gt=0), schema("600 deg/s")]
 PositiveAngularAcceleration = Annotated[
     float, quantity("deg/s/s", "500 deg/s/s"), Field(gt=0), schema("500 deg/s/s")
 ]
 Angle = Annotated[float, quantity("deg", "90 deg"), schema("90 deg")]
+NonNegativeAngle = Annotated[float, quantity("deg", "0.02 deg"), Field(ge=0), schema("0.02 deg")]
 PositiveAngle = Annotated[float, quantity("deg", "0.1 deg"), Field(gt=0), schema("0.1 deg")]
+NonNegativeRatio = Annotated[float, quantity("ppm", "20 ppm"), Field(ge=0), schema("20 ppm")]
 Acceleration = Annotated[float, quantity("g", "50 g"), schema("50 g")]
 PositiveAcceleration = Annotated[float, quantity("g", "100 g"), Field(gt=0), schema("100 g")]
 Metres = Annotated[float, quantity("m", "1.5 m"), schema("1.5 m")]

@@ -31,7 +31,7 @@ Assigned = Annotated[
         "--set",
         metavar="KEY=VALUE",
         help="white_gyro, white_accelerometer (of a 1 s record), in_run_time, temperature_jitter, "
-        "spike_size; run_to_run, in_run, storage, temperature_residual: on|off.",
+        "spike_size; run_to_run, in_run, storage, temperature_residual, references: on|off.",
     ),
 ]
 MethodName = Annotated[

@@ -55,6 +55,12 @@ def verify(
     temperature: FlightTemperature = "flight",
     workers: Workers = 1,
     cluster: Cluster = None,
+    through_files: Annotated[
+        int,
+        typer.Option(
+            min=0, max=100, metavar="N", help="So many units go through files: calibrate, apply, flight."
+        ),
+    ] = 2,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", metavar="DIR", help="Folder for verify.json and report.html."),
@@ -75,7 +81,7 @@ def verify(
     from planner.report.verify_page import verify_html
     from planner.spec.load import load_spec
 
-    options = pipeline.flight_options(flights, seed, temperature, workers, cluster)
+    options = pipeline.flight_options(flights, seed, temperature, workers, cluster, through_files)
     loaded, document = load_spec(spec), read_plan(plan)
     with progress_line() as progress:
         found = pipeline.verify(loaded, document, options, progress)

@@ -22,7 +22,10 @@ def truth_path(data: Path) -> Path:
 
 
 def truth_text(truth: Truth, data: str = "") -> str:
-    """Every coefficient in its display unit; `curve` comes on top of `value`, at `temperature_degc`."""
+    """Every coefficient in its display unit; `curve` comes on top of `value`, at `temperature_degc`.
+
+    `references_si`: how far the bench's references are off (rad, relative, K), where they are.
+    """
     terms = []
     for t in truth.terms:
         entry: dict[str, object] = {
@@ -38,4 +41,7 @@ def truth_text(truth: Truth, data: str = "") -> str:
             entry["temperature_degc"] = [round(float(x), 6) for x in t.temperatures_degc]
             entry["curve"] = [from_si(float(x), t.unit) for x in t.curve]
         terms.append(entry)
-    return json.dumps({"data": data, "seed": truth.seed, "terms": terms}, indent=1) + "\n"
+    document: dict[str, object] = {"data": data, "seed": truth.seed, "terms": terms}
+    if truth.references:
+        document["references_si"] = dict(truth.references)
+    return json.dumps(document, indent=1) + "\n"

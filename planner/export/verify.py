@@ -8,9 +8,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from planner.export.json import number
+from planner.spec.model import NAVIGATION_ERRORS
 from planner.units import from_si
 from planner.verify.outcome import Claim, Part, RequirementOutcome
 from planner.verify.recount import Recount
+from planner.verify.through_files import ThroughFiles
 from planner.verify.verification import Verification
 
 
@@ -22,6 +24,7 @@ def verify_document(v: Verification) -> dict[str, Any]:
         "plan_sha256": v.plan_sha256,
         "verdict": v.verdict,
         "recount": recount_document(v.recount),
+        "through_files": _files(v.files),
         "flights": v.flights,
         "flights_wanted": v.wanted,
         "stopped": v.stopped,
@@ -58,6 +61,32 @@ def recount_document(recount: Recount) -> dict[str, Any]:
         ],
         "faults": [{"check": f.check, "where": f.where, "what": f.what} for f in recount.faults],
         "not_recounted": list(recount.not_recounted),
+    }
+
+
+def _files(files: ThroughFiles) -> dict[str, Any]:
+    """Units that went the whole way through files, and what is wrong with them."""
+    return {
+        "ok": files.ok,
+        "units": files.units,
+        "checks": [
+            {
+                "unit": c.unit,
+                "error": c.error,
+                "in": NAVIGATION_ERRORS[c.error],
+                **{
+                    key: _in(value, NAVIGATION_ERRORS[c.error])
+                    for key, value in (
+                        ("through_files", c.through_files),
+                        ("directly", c.directly),
+                        ("apart", c.apart),
+                        ("may_be_apart", c.may),
+                    )
+                },
+            }
+            for c in files.checks
+        ],
+        "faults": [{"check": f.check, "where": f.where, "what": f.what} for f in files.faults],
     }
 
 

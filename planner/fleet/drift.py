@@ -24,10 +24,10 @@ from planner.fleet.forecast._method import Forecast, Past, two_sided
 from planner.fleet.history import History, Series
 from planner.fleet.validation import UNVALIDATED, MethodScore, chosen, method_named, methods, scores
 from planner.records import Array, ErrorModel
+from planner.spec.budget import STORAGE_DAYS
 
 Correction = Literal["none", "first", "last"]
 Outcome = Literal["date", "kept", "passed", "unknown"]
-STORAGE_DAYS = 60.0  # a budget's storage is what two months do (K 2.5.3)
 PATHS = 1000
 PATHS_OF_PERCENTILES = 200  # each costs an exact distribution
 GRID = 120

@@ -25,10 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.fleet.allowed_region import ALL_AXES, PARTS, AllowedRegion, Reserve, reserve_of
-from planner.fleet.drift import STORAGE_DAYS, ChannelForecast
+from planner.fleet.drift import ChannelForecast
 from planner.fleet.forecast._method import two_sided
 from planner.fleet.store import StoreBench, Visit, visit_time, visits
 from planner.records import Array, ErrorModel
+from planner.spec.budget import STORAGE_DAYS
 
 STEPS = 73  # of the grid: five days in a year
 NUMBERS = (*range(21), 30, 50, 100)  # power-ons that a schedule chooses from, up to the most that are allowed

@@ -15,12 +15,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planner import catalog
+from planner.campaign.channel_model import channel_model
 from planner.learn.bench_runs import BenchRun, run_of_test, run_of_trial
-from planner.learn.channel_model import channel_model, evaluate, sensed
 from planner.learn.weighed_fit import linear_jacobian
+from planner.measurement import evaluate, sensed
 from planner.protocols import Sensor
 from planner.records import Array
-from planner.spec.model import Spec, si
+from planner.spec.model import Spec
 
 TRIALS = (6, 12, 30)  # records of a test that is made up
 UNKNOWN = 1e6  # spread, SI, of what nothing is known of
@@ -133,6 +134,4 @@ def _known(spec: Spec, sensor: Sensor, effect: str) -> float:
     budget = getattr(spec.unit, sensor).get(effect)
     if budget is None:
         return KNOWN_RATIO
-    spread = budget.run_to_run
-    sigmas = [q.si for q in spread.values()] if isinstance(spread, dict) else [si(spread)]
-    return max(*sigmas, si(budget.in_run), si(budget.storage), 1e-9)
+    return float(max(budget.run_to_run_largest, budget.in_run_sigma, budget.storage_sigma, 1e-9))

@@ -19,7 +19,7 @@ from pydantic import BeforeValidator, Field, ValidationError
 
 from planner.errors import Fault, InputError
 from planner.quantities import Acceleration, Number, PositiveSeconds, Rate, Seconds, quantity
-from planner.spec.model import SpecPart
+from planner.spec.part import SpecPart
 from planner.units import UnitError, dimension_of, parse, unit_factor
 
 AXES = ("x", "y", "z")

@@ -15,12 +15,12 @@ import numpy as np
 
 from planner import catalog
 from planner.calibration import Coefficient
-from planner.learn.channel_model import AXES, jacobian
-from planner.learn.dwells_to_fit import fit_axis
-from planner.learn.fit_channel import ChannelFit
+from planner.campaign.estimate import Estimate
+from planner.learn.dwells_to_fit import fit_sensor
 from planner.learn.fit_to_calibration import CONFIDENCE, coefficients_of
 from planner.learn.table_rows import by_run
 from planner.measured import DwellTable
+from planner.measurement import AXES
 from planner.protocols import Effect, Sensor
 from planner.spec.model import Spec
 
@@ -39,24 +39,24 @@ class ChannelEstimates:
 
     def nonlinear(self, effect: Effect) -> dict[str, float]:
         """The effect's parameters, at their estimates or held at their defaults."""
-        return {
-            name: self.parameters[effect.name, name].value
-            if (effect.name, name) in self.parameters
-            else value
-            for name, value in effect.nonlinear.items()
-        }
+        told = {name: c.value for (e, name), c in self.parameters.items() if e == effect.name}
+        return {**effect.nonlinear, **told}
 
 
 def declared_and_found(
-    table: DwellTable, spec: Spec, sensor: Sensor, axis: int, found: Sequence[str]
-) -> ChannelEstimates:
-    """Fit one channel of a table with references.
+    table: DwellTable, spec: Spec, sensor: Sensor, found: Sequence[str], channels: Sequence[int]
+) -> dict[int, ChannelEstimates]:
+    """Channel -> estimates, from a table with references: of the channels asked for, or of all that share.
 
     found: names of the effects that the whole diagnosis found, of either sensor: a spec that declares them
         declares them for both. Raises InputError for fewer rows than coefficients.
     """
-    ordered, starts = by_run(table)
-    fit = fit_axis(ordered, starts, sensor, axis, spec, effects=(*spec.effects, *found))
+    ordered, _ = by_run(table)
+    fits = fit_sensor(ordered, sensor, spec, effects=(*spec.effects, *found), channels=channels)
+    return {fit.model.channel: _of_channel(fit, spec, found) for fit in fits}
+
+
+def _of_channel(fit: Estimate, spec: Spec, found: Sequence[str]) -> ChannelEstimates:
     known = catalog.effects()
     terms: dict[tuple[str, str], Coefficient] = {}
     parameters: dict[tuple[str, str], Coefficient] = {}
@@ -64,12 +64,12 @@ def declared_and_found(
         if column.effect in found and c.temperature_degc is None:
             (parameters if column.parameter else terms)[column.effect, c.term] = c
     for name in found:
-        if known[name].tabled and sensor in known[name].sensors:
+        if known[name].tabled and fit.model.sensor in known[name].sensors:
             terms |= {(name, c.term): c for c in _mean_slopes(fit, known[name])}
     return ChannelEstimates(terms, parameters, tuple(fit.notes))
 
 
-def _mean_slopes(fit: ChannelFit, effect: Effect) -> list[Coefficient]:
+def _mean_slopes(fit: Estimate, effect: Effect) -> list[Coefficient]:
     """Of an effect that a table carries: the straight line through what the table adds to the rows.
 
         s = l θ,   l the second row of [c₀, c₁]⁺ C,   var s = l Φ lᵀ
@@ -88,7 +88,7 @@ def _mean_slopes(fit: ChannelFit, effect: Effect) -> list[Coefficient]:
         ]
         if len(nodes) < 2:
             continue
-        table = jacobian(fit.model, fit.theta, fit.parts)[:, nodes]
+        table = fit.J[:, nodes]
         own = effect.regressors(fit.model.sensor, fit.model.conditions)[:, fit.model.channel, k]
         line = np.linalg.pinv(np.column_stack([table.sum(axis=1), own])) @ table
         slope = float(line[1] @ fit.theta[nodes])

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.campaign.channel_model import channel_model
 from planner.diagnosis import FoundEffect, ResidualChange, UnitDiagnosis
-from planner.learn.channel_model import AXES, channel_model
 from planner.learn.diagnosis.channels import channel, columns
 from planner.learn.diagnosis.noise import LEVEL, ChannelNoise, Readings, channel_noise
 from planner.learn.diagnosis.outliers import FAR_WEIGHT, outliers
@@ -19,6 +19,7 @@ from planner.learn.table_rows import by_run, rows_of
 from planner.learn.unseen_runs import LEAST_RUNS, Folds, block_folds, cells_of, folds_of
 from planner.learn.weighed_fit import Shapes, Spreads, WeighedFit, weighed_fit
 from planner.measured import DwellTable
+from planner.measurement import AXES
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array
 from planner.solvers.least_squares import factors

@@ -19,11 +19,12 @@ from planner import __version__, catalog
 from planner.diagnosis import LEAST_P, Assumption, Diagnosis, FoundEffect
 from planner.errors import InputError
 from planner.learn.calibration_cost import CalibratingTest, RecordNoise, Target, calibrating_test
-from planner.learn.channel_model import AXES
 from planner.learn.spec_edit import SpecText
+from planner.measurement import AXES
 from planner.sensor import ErrorName
+from planner.spec.budget import ErrorBudget, InRun, RunToRun
 from planner.spec.load import LoadedSpec
-from planner.spec.model import ErrorBudget, Given, MeasuredCurve, Spec
+from planner.spec.model import Given, Spec
 from planner.units import Quantity, from_si
 
 _WHITE = {"gyro": 2e-5, "accelerometer": 1e-3}  # rad/s, m/s²: a record's noise when the diagnosis has none
@@ -296,9 +297,11 @@ def _corrected(edits: SpecText, spec: Spec, a: Assumption) -> list[str]:
     sensor, effect = ErrorName(a.error).parts
     budget: ErrorBudget | None = getattr(spec.unit, sensor).get(effect)
     value = getattr(budget, a.part, None)
-    path = ("unit", sensor, effect, a.part)
-    if value is None or a.assumed is None or isinstance(value, MeasuredCurve):
+    path: tuple[str, ...] = ("unit", sensor, effect, a.part)
+    if value is None or a.assumed is None:
         return []
+    if isinstance(value, InRun | RunToRun):
+        path, value = (*path, "value"), value.value
     interval = f"{_plain(a.low, a.unit)} … {_written(a.high, a.unit)}"
     said = f"unit.{a.error}.{a.part}: measured {_written(a.measured, a.unit)} ({interval}, 95 %)"
     if isinstance(value, Quantity):

@@ -6,15 +6,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner import __version__
 from planner.calibration import Calibration, SensorCalibration, Tables
+from planner.campaign.estimate import Estimate, Robust
+from planner.campaign.power_ons import of_table
+from planner.campaign.triad import ALL, TooFewRecords, fit_triad, shares
 from planner.errors import InputError
-from planner.learn.channel_model import channel_model
 from planner.learn.correction import true_input
-from planner.learn.fit_channel import ChannelFit, fit_channel
-from planner.learn.fit_options import DECLARED, FitOptions, Robust
+from planner.learn.fit_options import DECLARED, FitOptions
 from planner.learn.fit_to_calibration import sensor_calibration
 from planner.learn.held_out import residual_of
 from planner.learn.methods import METHODS, Method, resting
@@ -155,7 +155,7 @@ def _cube(
 def _fitted(
     table: DwellTable, sensors: Sequence[Sensor], spec: Spec, effects: tuple[str, ...], options: FitOptions
 ) -> tuple[list[SensorCalibration], list[str]]:
-    ordered, starts = by_run(table)
+    ordered, _ = by_run(table)
     found, notes = [], []
     for sensor in sensors:
         readings = readings_of(ordered, sensor)
@@ -165,7 +165,7 @@ def _fitted(
         if (ordered.ref_rate if sensor == "gyro" else ordered.ref_acc) is None:
             notes.append(f"no reference for the {sensor}s: they are not calibrated")
             continue
-        fits = fit_sensor(ordered, starts, sensor, spec, options.robust, effects)
+        fits = fit_sensor(ordered, sensor, spec, options.robust, effects)
         residuals = [residual_of(fit, readings[:, fit.model.channel]) for fit in fits]
         found.append(sensor_calibration(sensor, fits, residuals, spec, options.method))
     return found, notes
@@ -178,53 +178,36 @@ def readings_of(table: DwellTable, sensor: Sensor) -> Array | None:
 
 def fit_sensor(
     table: DwellTable,
-    starts: NDArray[np.int64],
     sensor: Sensor,
     spec: Spec,
     robust: Robust = "no",
     effects: tuple[str, ...] | None = None,
-) -> list[ChannelFit]:
-    """The three channels of a sensor; the table's rows stand run by run from `starts`.
+    channels: Sequence[int] = ALL,
+) -> list[Estimate]:
+    """The channels of a sensor; the table's rows stand run by run.
 
-    effects: the error model; the spec's by default. Raises InputError for too few rows.
+    effects: the error model; the spec's by default; channels: which are asked for, all three where they have
+        a coefficient in common. Raises InputError for too few rows and for a channel that is dead.
     """
     readings = readings_of(table, sensor)
     where = table.source or "the table"
     if readings is None:
         raise InputError(f"no {sensor} columns in {where}")
-    _check_alive(readings, sensor, where)
-    return [fit_axis(table, starts, sensor, axis, spec, robust, effects) for axis in range(3)]
-
-
-def fit_axis(
-    table: DwellTable,
-    starts: NDArray[np.int64],
-    sensor: Sensor,
-    axis: int,
-    spec: Spec,
-    robust: Robust = "no",
-    effects: tuple[str, ...] | None = None,
-) -> ChannelFit:
-    """One channel of a sensor that has columns; rows and effects as for `fit_sensor`."""
-    readings = readings_of(table, sensor)
-    assert readings is not None  # the caller's check
-    model = channel_model(sensor, axis, table.conditions(), spec.effects if effects is None else effects)
+    names = spec.effects if effects is None else effects
+    asked = ALL if shares(sensor, names) else channels
+    _check_alive(readings, asked, sensor, where)
     try:
-        return fit_channel(model, readings[:, axis], starts, table.duration, spec, robust)
-    except ValueError as error:
-        raise InputError(
-            f"{table.source or 'the table'}: {len(table)} rows cannot give the {len(model.columns())} "
-            f"coefficients of {sensor} {'xyz'[axis]} ({error}); measure more records, or declare fewer "
-            "effects"
-        ) from error
+        return fit_triad(sensor, readings, of_table(table), spec, names, robust, asked)
+    except TooFewRecords as error:
+        raise InputError(f"{where}: {error}; measure more records, or declare fewer effects") from error
 
 
-def _check_alive(readings: Array, sensor: Sensor, where: str) -> None:
+def _check_alive(readings: Array, channels: Sequence[int], sensor: Sensor, where: str) -> None:
     """Refuse a channel whose records are all the same to the last digit: no noise, so no sensor."""
     from planner.units import from_si
 
     unit = "deg/s" if sensor == "gyro" else "g"
-    for channel in range(3):
+    for channel in channels:
         values = readings[:, channel]
         if len(values) >= 3 and np.ptp(values) == 0.0:
             raise InputError(

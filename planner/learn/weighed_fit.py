@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner import catalog
-from planner.learn.channel_model import ChannelModel, Parts, evaluate, jacobian
+from planner.measurement import ChannelModel, Parts, evaluate, jacobian
 from planner.records import Array
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance
@@ -84,16 +83,11 @@ def weighed_fit(
 
 def linear_jacobian(model: ChannelModel, theta: Array, parts: Parts) -> Array:
     """(n, q) derivative of the prediction by the linear coefficients alone."""
-    full = jacobian(model, theta, parts)
-    return full[:, : full.shape[1] - len(model.parameters())]
+    return jacobian(model, theta, parts)[:, : model.linear]
 
 
 def _start(model: ChannelModel, nonlinear: Shapes) -> Array:
     theta = model.start()
-    known = catalog.effects()
-    names = model.parameters()
-    for i, (effect, name) in enumerate(names):
-        if name in nonlinear.get(effect, {}):
-            (p,) = [p for p in known[effect].parameters if p.name == name]
-            theta[len(theta) - len(names) + i] = p.carried(nonlinear[effect][name])
+    for i, (effect, p) in enumerate(model.fitted_parameters):
+        theta[model.linear + i] = p.carried(nonlinear.get(effect, {}).get(p.name, p.default))
     return theta

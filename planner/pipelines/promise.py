@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
-from planner import __version__
+from planner import __version__, catalog
 from planner.errors import InputError, StoppedEarly
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.records import Trajectory
@@ -18,6 +20,7 @@ from planner.verify.linearity import linearity
 from planner.verify.monte_carlo import MonteCarlo, fly
 from planner.verify.outcome import claims_of, outcomes
 from planner.verify.recount import Recount, recount
+from planner.verify.through_files import Pipeline, through_files
 from planner.verify.verification import Verification
 from planner.verify.weak import weak_coefficients
 from planner.verify.workers import runner
@@ -27,17 +30,21 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class FlightOptions:
-    """How many flights, from which seed, at which temperatures, and who flies them."""
+    """How many flights, from which seed, at which temperatures, and who flies them.
+
+    through_files: how many of their units go the whole way through files, too
+    """
 
     flights: int = 2000
     seed: int = 1
     where: Where = "flight"
     workers: int = 1
     cluster: str | None = None
+    through_files: int = 2
 
 
 def flight_options(
-    flights: int, seed: int, temperature: str, workers: int, cluster: str | None
+    flights: int, seed: int, temperature: str, workers: int, cluster: str | None, through_files: int
 ) -> FlightOptions:
     """Options from words. Raises InputError for one that we do not know."""
     if temperature not in ("flight", "range"):
@@ -45,7 +52,7 @@ def flight_options(
     if workers == 0:
         raise InputError("--workers must be 1 or more, or -1 for all cores")
     where: Where = "range" if temperature == "range" else "flight"
-    return FlightOptions(flights, seed, where, workers, cluster)
+    return FlightOptions(flights, seed, where, workers, cluster, through_files)
 
 
 def verify(
@@ -71,7 +78,32 @@ def verify(
     flown = fly(e, options.flights, run, progress)
     if flown is None:
         raise StoppedEarly("stopped before the first flights had landed: nothing can be said")
-    return _answer(loaded, document, options, counted, e, flown, trajectory)
+    found = _answer(loaded, document, options, counted, e, flown, trajectory)
+    if options.through_files == 0 or flown.stopped:
+        return found
+    progress("some units the whole way through files")
+    with TemporaryDirectory(prefix="planner-verify-") as folder:
+        files = through_files(e, flown.tally, options.through_files, _pipeline(loaded), Path(folder))
+    return replace(found, files=files)
+
+
+def _pipeline(loaded: LoadedSpec) -> Pipeline:
+    """calibrate and apply as the commands do them."""
+    from planner.export.calibration_files import calibration_files
+    from planner.export.files import write_all_whole
+    from planner.learn.fit_options import FitOptions
+    from planner.pipelines import data
+
+    def calibrate(table: Path, folder: Path) -> Path:
+        found = data.calibrate(table, loaded, FitOptions(), lambda message: None)
+        files = calibration_files(found, folder)
+        write_all_whole(files)
+        return next(iter(files))
+
+    def apply(calibration: Path, raw: Path, out: Path) -> None:
+        data.apply(calibration, raw, out, None)
+
+    return Pipeline(calibrate, apply)
 
 
 def _is_foreign(counted: Recount) -> bool:
@@ -130,18 +162,25 @@ def _whose(loaded: LoadedSpec) -> str:
     return f"as `planner simulate` has it, since unit.noise says nothing{left} and the plan counts none"
 
 
+def _in_flight(e: Experiment) -> str:
+    """Whose noise acts in flight."""
+    if e.flight is None or not e.flight.beside.noise:
+        return "the flights have none"
+    return f"in flight, too, that of the {' and the '.join(e.flight.beside.noise)}"
+
+
 def _notes(loaded: LoadedSpec, e: Experiment | None) -> list[str]:
     if e is None:
         return []
-    noise = e.settings.white
+    noise = e.chance.white
     notes = [
         f"noise of the records: gyro {from_si(noise['gyro'], 'deg/s'):.3g} deg/s/√Hz, accelerometer "
-        f"{from_si(noise['accelerometer'], 'mg'):.3g} mg/√Hz, {_whose(loaded)}; the flights have none"
+        f"{from_si(noise['accelerometer'], 'mg'):.3g} mg/√Hz, {_whose(loaded)}; {_in_flight(e)}"
     ]
     if isinstance(loaded.spec.sensitivities, Given):
         notes.append(
             "sensitivities are given: nothing is flown; each error adds its published metres, all axes as one"
         )
-    if any(c.model.parameters() for channels in e.estimators.values() for c in channels):
+    if any(catalog.effects()[name].parameters for name in loaded.spec.effects):
         notes.append("nonlinear parameters (time constants) are taken as known in the calibrations")
     return notes

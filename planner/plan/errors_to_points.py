@@ -13,11 +13,11 @@ import numpy as np
 from planner import catalog
 from planner.errors import InputError
 from planner.plan.by_hand import chosen_by_hand, even_points, temperatures_of
-from planner.records import Array, PointMenu, TemperaturePoints
+from planner.records import PointMenu, TemperaturePoints
 from planner.sensor import ErrorName
 from planner.solvers.breakpoints import optimal_breakpoints, table_residual
-from planner.spec.model import ErrorBudget, MeasuredCurve, Spec
-from planner.units import Quantity
+from planner.spec.budget import ErrorBudget, MeasuredCurve
+from planner.spec.model import Spec
 
 # Which declared effect lets a temperature table take the variation of an error out (interfaces, section 5).
 TEMPERATURE_EFFECT = {
@@ -52,13 +52,12 @@ def _points(spec: Spec, error: str, test: str) -> tuple[TemperaturePoints, ...]:
     if by_hand is not None:
         temperatures, placement = temperatures_of(spec, by_hand)
         return (TemperaturePoints(temperatures, residual_at(spec, error, temperatures), placement),)
-    residual = budget.temperature_residual
-    if residual is None or not _removable(spec, error):
+    if budget.temperature_residual is None or not _removable(spec, error):
         return ()
     choice = spec.plan.temperatures
-    if isinstance(residual, MeasuredCurve):
-        return _points_on_curve(residual, choice.candidates, *choice.range)
-    return _points_of_table(spec, error, residual)
+    if budget.measured_curve is not None:
+        return _points_on_curve(budget.measured_curve, choice.candidates, *choice.range)
+    return _points_of_table(spec, error, budget.residual_table or {})
 
 
 def _joining(
@@ -86,19 +85,19 @@ def _joining(
 def residual_at(spec: Spec, error: str, temperatures: tuple[float, ...]) -> float:
     """The residual that a given list of temperatures leaves: never more optimistic than the spec's table."""
     budget = _budget(spec, error)
-    residual = budget.temperature_residual
-    if residual is None:
+    if budget.temperature_residual is None:
         return 0.0
     if not _removable(spec, error):
         return budget.whole_variation
-    if isinstance(residual, MeasuredCurve):
-        x, y = _curve(residual)
+    if budget.measured_curve is not None:
+        x, y = budget.measured_curve.temperatures_degc, budget.measured_curve.values
         nodes = np.sort(np.array(temperatures))
         return table_residual(x, y, nodes, np.interp(nodes, x, y))
+    residual = budget.residual_table or {}
     usable = [n for n in residual if n <= len(temperatures)]
     if spec.plan.temperatures.interpolate and usable:
-        return _interpolated(residual, (len(temperatures),))[len(temperatures)].si
-    return residual[max(usable)].si if usable else budget.whole_variation
+        return _interpolated(residual, (len(temperatures),))[len(temperatures)]
+    return residual[max(usable)] if usable else budget.whole_variation
 
 
 def _budget(spec: Spec, error: str) -> ErrorBudget:
@@ -113,11 +112,11 @@ def _removable(spec: Spec, error: str) -> bool:
     return needed is None or needed not in catalog.effects() or needed in spec.effects
 
 
-def _points_of_table(spec: Spec, error: str, table: Mapping[int, Quantity]) -> tuple[TemperaturePoints, ...]:
+def _points_of_table(spec: Spec, error: str, table: Mapping[int, float]) -> tuple[TemperaturePoints, ...]:
     choice = spec.plan.temperatures
     usable = _interpolated(table, choice.candidates) if choice.interpolate else table
     found = tuple(
-        TemperaturePoints(even_points(*choice.range, n), usable[n].si, "even")
+        TemperaturePoints(even_points(*choice.range, n), usable[n], "even")
         for n in sorted(set(choice.candidates))
         if n in usable and n <= max(table)  # beyond the table more soaks would buy nothing
     )
@@ -130,28 +129,18 @@ def _points_of_table(spec: Spec, error: str, table: Mapping[int, Quantity]) -> t
     return found
 
 
-def _interpolated(table: Mapping[int, Quantity], candidates: tuple[int, ...]) -> dict[int, Quantity]:
+def _interpolated(table: Mapping[int, float], candidates: tuple[int, ...]) -> dict[int, float]:
     """Residuals between the tabulated numbers of points, linear in the number; the last one beyond it."""
     numbers = sorted(table)
-    values = [table[n].si for n in numbers]
-    dimension = table[numbers[0]].dimension
-    return {
-        n: Quantity(float(np.interp(n, numbers, values)), dimension, "interpolated")
-        for n in candidates
-        if n >= numbers[0]
-    }
-
-
-def _curve(measured: MeasuredCurve) -> tuple[Array, Array]:
-    x = np.array(sorted(measured.curve))
-    return x, np.array([measured.curve[t].si for t in x])
+    values = [table[n] for n in numbers]
+    return {n: float(np.interp(n, numbers, values)) for n in candidates if n >= numbers[0]}
 
 
 def _points_on_curve(
     measured: MeasuredCurve, candidates: tuple[int, ...], low: float, high: float
 ) -> tuple[TemperaturePoints, ...]:
     """For every candidate number the optimal placement on the measured curve, and the even one beside it."""
-    x, y = _curve(measured)
+    x, y = measured.temperatures_degc, measured.values
     inside = (x >= low) & (x <= high)
     x, y = x[inside], y[inside]
     if len(x) < 2:

@@ -30,8 +30,8 @@ from planner.plan.channel_terms import ChannelTerm, channels, columns_of, terms_
 from planner.plan.motions_to_records import RepeatRecords, repeat_records
 from planner.protocols import Sensor
 from planner.records import Array, ErrorModel
-from planner.simulate.campaign import Settings
 from planner.solvers.least_squares import factors
+from planner.spec.budget import IN_RUN_TIME_S
 from planner.spec.model import Given, Spec
 
 _FLOOR = 1e-10  # of the variances: keeps U from being singular where the spec has neither drift nor noise
@@ -99,7 +99,7 @@ def covariances(
 ) -> tuple[Array, Array]:
     """V and U (m, m): of records with columns x (m, k), sigmas run and drift (k,), noise density white."""
     t = records.conditions.time_on
-    kept = np.exp(-np.abs(t[:, None] - t[None, :]) / Settings().in_run_time)
+    kept = np.exp(-np.abs(t[:, None] - t[None, :]) / IN_RUN_TIME_S)
     shared = (x * run**2) @ x.T
     moving = (x * drift**2) @ x.T * kept
     noise = np.diag(white**2 / records.duration)

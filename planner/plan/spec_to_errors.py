@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from planner import catalog
 from planner.plan.records_to_spread import with_spreads
 from planner.protocols import SENSORS, Sensor
 from planner.records import ErrorModel
-from planner.spec.model import ErrorBudget, Spec, si
+from planner.spec.budget import ErrorBudget
+from planner.spec.model import Spec
 
 
 def error_models(spec: Spec) -> tuple[ErrorModel, ...]:
@@ -33,10 +32,10 @@ def _error_model(spec: Spec, sensor: Sensor, effect: str, budget: ErrorBudget) -
     return ErrorModel(
         name=name,
         unit=catalog.effects()[effect].units[sensor],
-        systematic=si(budget.systematic),
+        systematic=budget.systematic_size,
         run_to_run=_run_to_run(budget),
-        in_run=si(budget.in_run),
-        storage=si(budget.storage),
+        in_run=budget.in_run_sigma,
+        storage=budget.storage_sigma,
         whole_variation=budget.whole_variation,
         calibrated=declared and served,
     )
@@ -44,7 +43,5 @@ def _error_model(spec: Spec, sensor: Sensor, effect: str, budget: ErrorBudget) -
 
 def _run_to_run(budget: ErrorBudget) -> tuple[tuple[float, float], ...]:
     """(temperature, sigma) pairs; a constant is one pair at NaN."""
-    spread = budget.run_to_run
-    if isinstance(spread, Mapping):
-        return tuple(sorted((t, s.si) for t, s in spread.items()))
-    return ((float("nan"), si(spread)),)
+    table = budget.run_to_run_table
+    return ((float("nan"), budget.run_to_run_largest),) if table is None else tuple(table.items())

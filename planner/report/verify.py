@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from planner.report.numbers import digits, percent, plain, quantity
 from planner.report.terminal import room
 from planner.report.verify_words import (
+    files_sentence,
     flight_sentence,
     headline,
     outcome_lines,
@@ -47,6 +48,10 @@ def _lines(v: Verification) -> Iterator[str]:
         yield f"  and {len(v.recount.faults) - MOST_FAULTS} more"
     if v.outcomes:
         yield f"flights: {flight_sentence(v)}"
+    if v.files.units:
+        yield f"through files: {files_sentence(v.files)}"
+    for fault in v.files.faults:
+        yield f"  {fault}"
     for o in v.outcomes:
         for line in outcome_lines(o):
             yield f"  {line}"

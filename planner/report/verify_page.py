@@ -13,6 +13,7 @@ from planner.report.page_template import page_template
 from planner.report.verify_figures import flights_figure, linear_figure, parts_figure
 from planner.report.verify_words import (
     VERDICTS,
+    files_sentence,
     flight_sentence,
     headline,
     name_of,
@@ -21,6 +22,7 @@ from planner.report.verify_words import (
     recount_sentence,
     share_sentence,
 )
+from planner.spec.model import NAVIGATION_ERRORS
 from planner.verify.outcome import RequirementOutcome
 from planner.verify.verification import Verification
 
@@ -44,6 +46,8 @@ def verify_html(v: Verification) -> str:
     sentences = [f"Recount: {recount_sentence(v.recount)}."]
     if v.outcomes:
         sentences.append(f"Flights: {flight_sentence(v)}.")
+    if v.files.units:
+        sentences.append(f"Through files: {files_sentence(v.files)}.")
     return page(
         kind="Verification of a plan",
         name=v.name,
@@ -98,7 +102,9 @@ def _sections(v: Verification) -> tuple[Section, ...]:
         section("claims", "What the plan claims of its estimates", *_claims(v)),
         section("weak", "What the records cannot tell", _weak_table(v)),
         section("linear", "Where the linear combination stops agreeing", *_linear(v)),
+        section("files", "Through files", *_files(v)),
         section("recount", "The recount", *_recount(v)),
+        section("independent", "What is independent, and what is shared", Items(INDEPENDENT)),
         section("basis", "How to read this", Items(BASIS)),
     )
     return tuple(part for part in every if part is not None)
@@ -106,9 +112,9 @@ def _sections(v: Verification) -> tuple[Section, ...]:
 
 BASIS = (
     "A unit is drawn from the spec's budgets, goes through every record of the plan in simulation, is "
-    "calibrated by the estimator of `planner calibrate`, and flies the spec's flight: corrected readings "
-    "through a nonlinear strapdown, in a power-on of its own, with in-run drift, and two months of storage "
-    "unless the flight has a day.",
+    "calibrated by generalised least squares with the spec's variances, and flies the spec's flight: "
+    "corrected readings through a nonlinear strapdown, in a power-on of its own, with in-run drift, with the "
+    "noise that unit.noise gives, and flown_after the campaign's end unless the flight has a day.",
     "worst_case promises that the limit holds in the plan's confidence share of the flights; a percentile "
     "that it holds in that share; rss that the root mean square of the flights does not exceed it.",
     "Intervals of shares are exact (Clopper and Pearson); kept or broken is said only when the whole "
@@ -116,7 +122,18 @@ BASIS = (
     "The parts add their mean squares: run to run, in run and storage are of the flight, temperature is what "
     "the table through the unit's own values leaves, estimate is what the campaign got wrong. Beside each "
     "size stands the plan's, marked ! where the flights had more.",
-    "The recount shares no arithmetic with the planner: it reads plan.json and the spec and nothing else.",
+)
+INDEPENDENT = (
+    "Shared with the planner: the effects' regressors, the reading of the spec, units, the standard motions "
+    "of the benches, and physics that is held to an independent implementation (Earth, attitude, strapdown).",
+    "The recount's own: the rotations of the benches, the sensitivities (differences of flights through the "
+    "nonlinear strapdown; the planner solves linear error equations, and the two may be a thousandth apart), "
+    "the spread of one repeat (least squares on unit errors), allowances, repeats, schedule, hours, sums.",
+    "The flights' own: the draws, power-on by power-on and day by day; the errors of the benches' "
+    "references; the measurement equation; the design matrix and the estimator, which knows the spec's "
+    "variances; the corrected readings. Which part of the navigation error comes from what, and how far the "
+    "linear combination holds, is told by the same linear error equations that the planner solves.",
+    "Through files, a few units are calibrated and corrected by the planner's own `calibrate` and `apply`.",
 )
 
 
@@ -181,6 +198,33 @@ def _weak_table(v: Verification) -> Table | None:
     columns = (Column("error", "text"), Column("axis", "text"), Column("why", "text"))
     caption = "Coefficients of the declared model that the plan's records leave open"
     return Table(caption, columns, tuple((w.error, w.axis, w.why) for w in v.weak))
+
+
+def _files(v: Verification) -> Iterator[Block | None]:
+    if not v.files.checks and not v.files.faults:
+        return
+    columns = (
+        Column("unit", "text"),
+        Column("error", "text"),
+        Column("through files"),
+        Column("directly"),
+        Column("apart"),
+        Column("may be"),
+    )
+    rows = tuple(
+        (
+            str(c.unit),
+            c.error.replace("_", " "),
+            *(
+                quantity(x, NAVIGATION_ERRORS[c.error], 3)
+                for x in (c.through_files, c.directly, c.apart, c.may)
+            ),
+        )
+        for c in v.files.checks
+    )
+    yield Table("Units whose calibration and correction went through files", columns, rows)
+    if v.files.faults:
+        yield Items(tuple(str(fault) for fault in v.files.faults))
 
 
 def _linear(v: Verification) -> Iterator[Block | None]:

@@ -8,6 +8,7 @@ from planner.report.blocks import Bar, Column, Table
 from planner.report.numbers import digits, percent, quantity
 from planner.verify.outcome import Part, RequirementOutcome
 from planner.verify.recount import Recount
+from planner.verify.through_files import SAID, ThroughFiles
 from planner.verify.verification import Verification
 
 PART_NAMES = {
@@ -16,6 +17,8 @@ PART_NAMES = {
     "storage": "storage",
     "temperature": "temperature",
     "estimate": "estimate",
+    "noise": "white noise",
+    "alignment": "initial alignment",
 }
 MOST_PARTS = 10
 LEAST_SHARE = 1e-3
@@ -28,6 +31,8 @@ def headline(v: Verification) -> str:
         return "The promise is broken: the plan was made from another spec, or from this one before a change."
     if not v.recount.ok:
         return f"The promise is broken: the plan is not what it says, {faults_in_words(v.recount)}."
+    if not v.files.ok:
+        return f"The promise is broken: {SAID}."
     if not v.outcomes:
         return "The plan is what it says; nothing was flown."
     broken = [o for o in v.outcomes if o.verdict == "broken"]
@@ -50,6 +55,14 @@ def recount_sentence(recount: Recount) -> str:
     if recount.ok:
         return f"{figures} figures of the plan counted again, all agree"
     return f"{figures} figures of the plan counted again, {faults_in_words(recount)}"
+
+
+def files_sentence(files: ThroughFiles) -> str:
+    """How far the two routes are apart."""
+    worst = max((c.apart / c.may for c in files.checks if c.may > 0), default=0.0)
+    end = f"apart by {percent(worst, 0)} of what the estimators' difference explains, at most"
+    units = f"{files.units} unit{'s' if files.units > 1 else ''}"
+    return f"{units} by dwell table, planner calibrate, planner apply and flight; {end}"
 
 
 def flight_sentence(v: Verification) -> str:

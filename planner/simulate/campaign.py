@@ -4,13 +4,13 @@
 
 Every coefficient of every effect that the spec budgets is a constant (systematic), a curve over temperature,
 a draw per power-on (run_to_run), a first-order Gauss-Markov process within the power-on (in_run) and a random
-walk over the days (storage); the same regressors as everywhere turn them into readings (K 2.1, 3.1).
+walk over the days (storage); the same regressors as everywhere turn them into readings (K 2.1, 3.1). u is
+what the unit is truly exposed to: the table says the nominal, from which the bench's references are off.
 Every random number has a key of its own (seed, what, which): other draws change nothing.
 """
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
@@ -18,17 +18,19 @@ from typing import Literal
 import numpy as np
 
 from planner import catalog
+from planner.campaign.design import Design
 from planner.measured import DwellTable
+from planner.measurement import Acting, response
 from planner.protocols import SENSORS, Effect, Sensor
 from planner.records import Array, Conditions
-from planner.simulate.design import Design
 from planner.simulate.hidden import HiddenEffect, coefficients
+from planner.simulate.processes import gauss_markov, generator, power_on_draws, walk
+from planner.simulate.references import drawn_references
 from planner.simulate.temperature_curves import CurveFamily, along, curve_family
-from planner.spec.model import ErrorBudget, MeasuredCurve, Spec
-from planner.spec.model import si as si_of
+from planner.spec.budget import ErrorBudget
+from planner.spec.model import Spec
+from planner.spec.references import BenchAccuracy
 from planner.units import STANDARD_GRAVITY_MPS2
-
-STORAGE_DAYS = 60.0  # a budget's storage is what two months do (K 2.5.3)
 
 
 @dataclass(frozen=True)
@@ -36,11 +38,12 @@ class Settings:
     """How to draw, SI.
 
     white: noise density of each sensor, per root hertz (a record of T seconds has white/√T)
-    in_run_time: correlation time of the in-run process, s
+    in_run_time: correlation time of every in-run process, s; None: each its own, from the spec
     temperature_jitter: how far a soaked chamber strays, K; temperature_error: of the unit's thermometer, K
     case: `random` draws sizes within the budget, `worst` takes all of it; signs: `random` or `plus`
     run_to_run, in_run, storage, temperature_residual: whether the budget's part is drawn at all
     spikes: share of readings that are `spike_size` sigma off
+    references: whether the bench's references are off by their stated accuracy, or perfect
     """
 
     white: Mapping[Sensor, float] = field(
@@ -49,7 +52,7 @@ class Settings:
             "accelerometer": 1e-4 * STANDARD_GRAVITY_MPS2,
         }
     )
-    in_run_time: float = 600.0
+    in_run_time: float | None = None
     temperature_jitter: float = 0.05
     temperature_error: float = 0.0
     case: Literal["random", "worst"] = "random"
@@ -60,6 +63,11 @@ class Settings:
     temperature_residual: bool = True
     spikes: float = 0.0
     spike_size: float = 40.0
+    references: bool = True
+
+    def correlation_time(self, budget: ErrorBudget) -> float:
+        """Of the in-run process of an error, s."""
+        return budget.in_run_time if self.in_run_time is None else self.in_run_time
 
 
 @dataclass(frozen=True)
@@ -78,10 +86,14 @@ class TrueTerm:
 
 @dataclass(frozen=True)
 class Truth:
-    """The unit as it was drawn: what an estimator should find."""
+    """The unit as it was drawn, and the bench: what an estimator should find.
+
+    references: `rate_table.level_x` -> how far a reference is off (SI), see `planner.simulate.references`
+    """
 
     seed: int
     terms: tuple[TrueTerm, ...]
+    references: Mapping[str, float] = field(default_factory=dict)
 
     def at(self, error: str, term: str, temperature_degc: float) -> float:
         """The coefficient at a temperature, SI; zero for one that the unit does not have."""
@@ -97,10 +109,11 @@ class Truth:
 
 @dataclass(frozen=True)
 class Unit:
-    """A spec prepared for many draws: budgets and families of curves by (sensor, effect)."""
+    """A spec prepared for many draws: budgets and families of curves by (sensor, effect), benches by name."""
 
     budgets: Mapping[tuple[Sensor, str], ErrorBudget]
     families: Mapping[tuple[Sensor, str], CurveFamily]
+    accuracies: Mapping[str, BenchAccuracy] = field(default_factory=dict)
 
 
 def prepared(spec: Spec) -> Unit:
@@ -110,10 +123,10 @@ def prepared(spec: Spec) -> Unit:
     for sensor in SENSORS:
         for effect, budget in getattr(spec.unit, sensor).items():
             budgets[sensor, effect] = budget
-            residual = budget.temperature_residual
-            if residual is not None and not isinstance(residual, MeasuredCurve):
-                families[sensor, effect] = curve_family({n: q.si for n, q in residual.items()}, low, high)
-    return Unit(budgets, families)
+            table = budget.residual_table
+            if table is not None:
+                families[sensor, effect] = curve_family(table, low, high, budget.residual_figure)
+    return Unit(budgets, families, {name: bench.accuracy for name, bench in spec.benches.items()})
 
 
 def simulate(
@@ -127,43 +140,40 @@ def simulate(
 ) -> tuple[DwellTable, Truth]:
     """One unit drawn from its budgets and measured by the design. Same arguments, same bytes."""
     settings = settings or Settings()
-    conditions = _strayed(design.conditions, settings, seed)
+    shown = _strayed(design.conditions, settings, seed)
+    references = drawn_references(design, unit.accuracies if settings.references else {}, seed)
+    conditions = references.true_conditions(design, shown)
     readings: dict[Sensor, Array] = {}
     terms: list[TrueTerm] = []
     for sensor in SENSORS:
         readings[sensor], found = _measured(sensor, design, conditions, unit, hidden, settings, seed)
         terms += found
-    shown = conditions.temperature_degc
+    temperature = shown.temperature_degc
     if settings.temperature_error > 0:
-        shown = shown + settings.temperature_error * _rng(seed, "thermometer").normal(size=len(design))
+        stray = generator(seed, "thermometer").normal(size=len(design))
+        temperature = temperature + settings.temperature_error * stray
     table = DwellTable(
         unit=np.full(len(design), name),
         run=design.run,
-        day=conditions.day,
-        time_on=conditions.time_on,
+        day=shown.day,
+        time_on=shown.time_on,
         duration=design.duration,
-        temperature_degc=shown,
-        temperature_rate=conditions.temperature_rate,
-        ref_rate=conditions.rate,
-        ref_acc=conditions.specific_force,
+        temperature_degc=temperature,
+        temperature_rate=shown.temperature_rate,
+        ref_rate=shown.rate,
+        ref_acc=shown.specific_force,
         gyro=readings["gyro"],
         acc=readings["accelerometer"],
         step=design.step,
         bench=design.bench,
         source=f"simulated, seed {seed}",
     )
-    return table, Truth(seed, tuple(terms))
-
-
-def _rng(seed: int, *key: str) -> np.random.Generator:
-    """The generator of one key."""
-    words = [zlib.crc32(part.encode()) for part in key]
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=tuple(words)))
+    return table, Truth(seed, tuple(terms), references.by_name)
 
 
 def _strayed(nominal: Conditions, settings: Settings, seed: int) -> Conditions:
     """The chamber strays around the soaked temperature, and drifts a little during a record."""
-    rng, n = _rng(seed, "chamber"), len(nominal.day)
+    rng, n = generator(seed, "chamber"), len(nominal.day)
     jitter = settings.temperature_jitter * rng.normal(size=n)
     drift = settings.temperature_jitter / 300.0 * rng.normal(size=n)
     return replace(
@@ -194,7 +204,7 @@ def _measured(
         for s in sized
     ]
     for i, extra in enumerate(h for h in hidden if sensor in h.sensors):
-        values = coefficients(extra, sensor, _rng(seed, "hidden", sensor, extra.text, str(i)))
+        values = coefficients(extra, sensor, generator(seed, "hidden", sensor, extra.text, str(i)))
         effect = catalog.effects()[extra.effect]
         terms = [
             TrueTerm(
@@ -209,10 +219,7 @@ def _measured(
         ]
         every = np.broadcast_to(values, (len(design), len(values)))
         drawn.append(_Drawn(effect, every, terms, extra.nonlinear))
-    u = conditions.rate if sensor == "gyro" else conditions.specific_force
-    v = u + _sum("misalignment", sensor, conditions, drawn)
-    leaned = replace(conditions, **{"rate" if sensor == "gyro" else "specific_force": v})
-    y = v + _sum("scale_factor", sensor, leaned, drawn) + _sum("bias", sensor, conditions, drawn)
+    y = response(sensor, conditions, [Acting(d.effect, d.values, d.nonlinear) for d in drawn])
     return _noisy(y, sensor, design, settings, seed), [t for d in drawn for t in d.terms]
 
 
@@ -226,22 +233,12 @@ class _Drawn:
     nonlinear: Mapping[str, float] = field(default_factory=dict)
 
 
-def _sum(group: str, sensor: Sensor, conditions: Conditions, drawn: Sequence[_Drawn]) -> Array:
-    """(n, 3) of all effects of one group; their coefficients change from row to row."""
-    total = np.zeros((len(conditions.day), 3))
-    for d in drawn:
-        if d.effect.group == group:
-            regressors = d.effect.regressors(sensor, conditions, d.nonlinear)
-            total += np.einsum("nct,nt->nc", regressors, d.values)
-    return total
-
-
 def _noisy(y: Array, sensor: Sensor, design: Design, settings: Settings, seed: int) -> Array:
-    rng = _rng(seed, "white", sensor)
+    rng = generator(seed, "white", sensor)
     sigma = settings.white[sensor] / np.sqrt(design.duration)
     y = y + sigma[:, None] * rng.normal(size=y.shape)
     if settings.spikes > 0:
-        struck = _rng(seed, "spikes", sensor).uniform(size=y.shape) < settings.spikes
+        struck = generator(seed, "spikes", sensor).uniform(size=y.shape) < settings.spikes
         y = y + struck * settings.spike_size * sigma[:, None] * np.sign(rng.normal(size=y.shape))
     return y
 
@@ -266,8 +263,8 @@ def _coefficients(
     truth = []
     for i, name in enumerate(names):
         key = (sized.sensor, sized.effect, name)
-        rng = _rng(seed, "systematic", *key)
-        size = _size(si_of(sized.budget.systematic), settings, rng)
+        rng = generator(seed, "systematic", *key)
+        size = _size(sized.budget.systematic_size, settings, rng)
         grid, curve = _curve(sized, settings, rng)
         values[:, i] = size + _random(sized.budget, key, design, conditions, settings, seed)
         if grid is not None and curve is not None:
@@ -292,13 +289,12 @@ def _size(largest: float, settings: Settings, rng: np.random.Generator) -> float
 
 def _curve(sized: _Sized, settings: Settings, rng: np.random.Generator) -> tuple[Array | None, Array | None]:
     """Grid and values of the error's curve over temperature; a measured curve is taken as it is."""
-    residual = sized.budget.temperature_residual
+    measured = sized.budget.measured_curve
     if not settings.temperature_residual:
         return None, None
-    if isinstance(residual, MeasuredCurve):
-        grid = np.array(sorted(residual.curve))
+    if measured is not None:
         sign = rng.choice([-1.0, 1.0]) if settings.signs == "random" else 1.0
-        return grid, sign * np.array([residual.curve[t].si for t in grid])
+        return measured.temperatures_degc, sign * measured.values
     if sized.family is None:
         return None, None
     return sized.family.grid, sized.family.draw(rng)
@@ -313,44 +309,16 @@ def _random(
     seed: int,
 ) -> Array:
     """(n,) run-to-run, in-run and storage parts of one coefficient."""
-    runs = np.repeat(np.arange(len(design.starts)), np.diff(np.append(design.starts, len(design))))
     total = np.zeros(len(design))
-    if settings.run_to_run and budget.run_to_run is not None:
-        draw = _rng(seed, "run_to_run", *key).normal(size=len(design.starts))
-        total += _spread(budget, conditions.temperature_degc) * draw[runs]
-    if settings.in_run and si_of(budget.in_run) > 0:
-        total += si_of(budget.in_run) * _gauss_markov(
-            design, settings.in_run_time, _rng(seed, "in_run", *key)
+    if settings.run_to_run and budget.has_run_to_run:
+        temperature = conditions.temperature_degc
+        rng = generator(seed, "run_to_run", *key)
+        draw = power_on_draws(design, temperature, budget.temperature_correlation, rng)
+        total += budget.run_to_run_sigma(temperature) * draw
+    if settings.in_run and budget.in_run_sigma > 0:
+        total += budget.in_run_sigma * gauss_markov(
+            design, settings.correlation_time(budget), generator(seed, "in_run", *key)
         )
-    if settings.storage and si_of(budget.storage) > 0:
-        total += si_of(budget.storage) * _walk(conditions.day, _rng(seed, "storage", *key))
+    if settings.storage and budget.storage_sigma > 0:
+        total += budget.storage_sigma * walk(conditions.day, generator(seed, "storage", *key))
     return total
-
-
-def _spread(budget: ErrorBudget, temperature_degc: Array) -> Array | float:
-    spread = budget.run_to_run
-    if not isinstance(spread, dict):
-        return si_of(spread)
-    nodes = np.array(sorted(spread))
-    return np.interp(temperature_degc, nodes, [spread[t].si for t in nodes])
-
-
-def _gauss_markov(design: Design, time: float, rng: np.random.Generator) -> Array:
-    """(n,) first-order Gauss-Markov with unit variance within every run, started at its spread."""
-    starts = design.starts
-    sizes = np.diff(np.append(starts, len(design)))
-    noise, out = rng.normal(size=len(design)), np.zeros(len(design))
-    out[starts] = noise[starts]
-    for k in range(1, int(sizes.max(initial=0))):
-        rows = starts[sizes > k] + k
-        keep = np.exp(-np.abs(design.conditions.time_on[rows] - design.conditions.time_on[rows - 1]) / time)
-        out[rows] = keep * out[rows - 1] + np.sqrt(1.0 - keep**2) * noise[rows]
-    return out
-
-
-def _walk(day: Array, rng: np.random.Generator) -> Array:
-    """(n,) random walk over the days from zero at day 0, unit variance after STORAGE_DAYS."""
-    moments, index = np.unique(day, return_inverse=True)
-    steps = np.diff(np.concatenate([[0.0], moments]))
-    walk = np.cumsum(np.sqrt(np.maximum(steps, 0.0) / STORAGE_DAYS) * rng.normal(size=len(moments)))
-    return np.asarray(walk[index])

@@ -2,9 +2,10 @@
 
 case, signs                                             random|worst, random|plus
 white_gyro, white_accelerometer                         noise of a record of 1 s, e.g. 0.003 deg/s, 0.1 mg
-in_run_time                                             correlation time of the in-run process, e.g. 10 min
+in_run_time                                             correlation time of all in-run processes, e.g. 10 min
 temperature_jitter, temperature_error                   of the chamber, of the unit's thermometer, e.g. 0.05 K
 run_to_run, in_run, storage, temperature_residual       on|off: whether the budget's part is drawn
+references                                              on|off: whether the bench's accuracy is drawn
 spikes, spike_size                                      share of readings struck, e.g. 0.1 %; sigma, e.g. 40
 """
 
@@ -128,6 +129,7 @@ _READERS: Mapping[str, _Reader] = {
     "in_run": _switch("in_run"),
     "storage": _switch("storage"),
     "temperature_residual": _switch("temperature_residual"),
+    "references": _switch("references"),
     "spikes": _size("spikes", "1", 1.0),
     "spike_size": _size("spike_size", "1", _MOST_SIGMA),
 }

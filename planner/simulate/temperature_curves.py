@@ -1,14 +1,17 @@
 """Random error curves over temperature whose piecewise-linear residual follows a spec's table.
 
 The table says what N evenly spread points leave (K table 2.10). A curve is a sum of cosines of random phase;
-their amplitudes are such that the residual falls with N as the table does, and the curve is scaled until its
-largest residual meets the table at one N and exceeds it at none.
+their amplitudes are such that the residual falls with N as the table does. The table's figure is either the
+`largest` residual: every curve is scaled until its largest residual meets the table at one N and exceeds it
+at none; or `sigma`: the amplitudes are such that the root mean square over temperature and curves is the
+figure.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -16,13 +19,15 @@ from planner.records import Array
 
 POINTS = 481
 _MODES = 40
+_PEAK_OVER_RMS = 2.2  # of what a table leaves of such a curve
+Figure = Literal["largest", "sigma"]
 
 
 @dataclass(frozen=True)
 class CurveFamily:
     """Curves over one range. amplitude: (m,) of the modes; numbers, residual: the table, SI.
 
-    cosine, sine: (POINTS, m) the modes on the grid
+    cosine, sine: (POINTS, m) the modes on the grid; figure: what the table's numbers are
     """
 
     low_degc: float
@@ -32,6 +37,7 @@ class CurveFamily:
     residual: Array
     cosine: Array
     sine: Array
+    figure: Figure = "largest"
 
     @property
     def grid(self) -> Array:
@@ -43,6 +49,8 @@ class CurveFamily:
         phase = rng.uniform(0.0, 2.0 * np.pi, _MODES)
         curve = self.cosine @ (self.amplitude * np.cos(phase)) - self.sine @ (self.amplitude * np.sin(phase))
         curve -= curve.mean()
+        if self.figure == "sigma":
+            return np.asarray(curve)
         worst = np.array([np.abs(curve - even_table(curve, n)).max() for n in self.numbers])
         scale = float(np.min(self.residual / np.where(worst > 0, worst, np.inf), initial=np.inf))
         return np.asarray(curve * (scale if np.isfinite(scale) else 0.0))
@@ -66,21 +74,30 @@ def even_table(curve: Array, points: int) -> Array:
     return np.asarray(np.interp(x, nodes, np.interp(nodes, x, curve)))
 
 
-def curve_family(table: Mapping[int, float], low_degc: float, high_degc: float) -> CurveFamily:
-    """The curves whose residual after N points is table[N] (SI)."""
+def curve_family(
+    table: Mapping[int, float], low_degc: float, high_degc: float, figure: Figure = "largest"
+) -> CurveFamily:
+    """The curves whose residual after N points is table[N] (SI).
+
+    Where the figure is a sigma, they meet it in the least-squares sense: the published tables at every N to
+    6 %. A sigma of zero cannot be met and is left out.
+    """
     from scipy.optimize import nnls
 
     numbers = tuple(sorted(table))
     residual = np.array([table[n] for n in numbers])
     response = np.array([[_mode_residual(m, n) for m in range(1, _MODES + 1)] for n in numbers])
-    # squares of amplitudes, each equation relative to its own residual; 2.2: peak over rms of such curves
-    weight = (residual / 2.2) ** 2
+    # squares of amplitudes, each equation relative to its own residual
+    weight = (residual / (_PEAK_OVER_RMS if figure == "largest" else 1.0)) ** 2
     keep = weight > 0
-    power, _ = nnls(response[keep] / weight[keep, None], np.ones(int(keep.sum())))
-    if not power.any():
-        power = 1.0 / np.arange(1, _MODES + 1) ** 4.0
+    power: Array = np.zeros(_MODES)
+    if keep.any():
+        power, _ = nnls(response[keep] / weight[keep, None], np.ones(int(keep.sum())))
+    if figure == "largest" and not power.any():
+        power = np.arange(1.0, _MODES + 1) ** -4.0
     waves = np.pi * np.linspace(0.0, 1.0, POINTS)[:, None] * np.arange(1, _MODES + 1)
-    return CurveFamily(low_degc, high_degc, np.sqrt(power), numbers, residual, np.cos(waves), np.sin(waves))
+    modes = np.cos(waves), np.sin(waves)
+    return CurveFamily(low_degc, high_degc, np.sqrt(power), numbers, residual, *modes, figure)
 
 
 def _mode_residual(mode: int, points: int) -> float:

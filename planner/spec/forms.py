@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, Discriminator
@@ -42,8 +43,8 @@ def _form(value: object) -> str:
 
 
 def mapping_or_text(value: object) -> str:
-    """`mapping`, else `text`."""
-    return "mapping" if _form(value) == "mapping" else "text"
+    """`mapping`, or `list` (which is always wrong), else `text`."""
+    return _form(value) if _form(value) in ("mapping", "list") else "text"
 
 
 def list_or_number(value: object) -> str:
@@ -51,10 +52,24 @@ def list_or_number(value: object) -> str:
     return _form(value) if _form(value) in ("list", "mapping") else "number"
 
 
+def text_table_or_parts(*parts: str) -> Callable[[object], str]:
+    """`parts` of a mapping that has one of these keys, or no number in any key; else `table`, or `text`."""
+
+    def form(value: object) -> str:
+        if not isinstance(value, dict):
+            return "parts" if isinstance(value, BaseModel) else mapping_or_text(value)
+        words = not any(re.search(r"\d", str(key)) for key in value)
+        return "parts" if value and (words or any(key in value for key in parts)) else "table"
+
+    return form
+
+
 def table_or_curve(value: object) -> str:
-    """`curve` when it says so, else `table`."""
-    measured = isinstance(value, BaseModel) or (isinstance(value, dict) and "curve" in value)
-    return "curve" if measured else "table"
+    """`measured` of a mapping that has a `curve`, else `table`; the other forms are always wrong."""
+    if _form(value) != "mapping":
+        return _form(value)
+    measured = "curve" in value if isinstance(value, dict) else hasattr(value, "curve")
+    return "measured" if measured else "table"
 
 
 def moment(value: object) -> str:

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Tag
+from pydantic import BeforeValidator, Field, Tag
 
 from planner.quantities import (
+    DAY_S,
     Acceleration,
     Angle,
     AnyQuantity,
@@ -33,18 +34,18 @@ from planner.quantities import (
     WeekMoment,
     Whole,
 )
+from planner.spec.budget import ErrorBudget
 from planner.spec.forms import (
     Name,
     first_format,
     list_or_number,
-    mapping_or_text,
     moment,
     of_forms,
     one_or_many,
-    table_or_curve,
 )
 from planner.spec.noise_density import AccelerometerNoise, GyroNoise
-from planner.units import Quantity
+from planner.spec.part import SpecPart
+from planner.spec.references import BenchAccuracy, InitialAlignment
 
 NAVIGATION_ERRORS = {
     "position": "m",
@@ -57,12 +58,6 @@ NAVIGATION_ERRORS = {
     "roll_pitch": "deg",
     "heading": "deg",
 }
-
-
-class SpecPart(BaseModel):
-    """Base of every mapping in a spec: unknown keys are faults, nothing changes after loading."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=False, arbitrary_types_allowed=True)
 
 
 class PercentileRule(SpecPart):
@@ -94,61 +89,6 @@ class Requirement(SpecPart):
         description="worst_case: moduli add; rss: squares add; {percentile: 95 %}: share of all flights",
     )
     at: Moment = Field("end", description="end of the flight, any moment of it, or a time such as 30 s")
-
-
-class MeasuredCurve(SpecPart):
-    """A measured error over temperature; the planner places the calibration points on it."""
-
-    curve: dict[Celsius, AnyQuantity] = Field(
-        min_length=2, description="temperature: measured error, e.g. {-60 degC: 0.03 deg/s, 20 degC: 0 deg/s}"
-    )
-
-
-Spread = Annotated[
-    Annotated[AnyQuantity, Tag("text")]
-    | Annotated[dict[Celsius, AnyQuantity], Field(min_length=1), Tag("mapping")],
-    of_forms("must be a number with unit, or a table over temperature", mapping_or_text),
-]
-Residual = Annotated[
-    Annotated[MeasuredCurve, Tag("curve")]
-    | Annotated[dict[Count, AnyQuantity], Field(min_length=1), Tag("table")],
-    of_forms("must be a table {1: 0.03 deg/s, 3: …} or {curve: …}", table_or_curve),
-]
-
-
-class ErrorBudget(SpecPart):
-    """One sensor error: how large it is, and how it scatters.
-
-    systematic: size before calibration; run_to_run: one sigma from power-on to power-on, or a table over
-    temperature; in_run, storage: parts that no campaign removes; temperature_residual: what a
-    piecewise-linear table of N points leaves, against N, or a measured curve over temperature
-    """
-
-    systematic: AnyQuantity | None = Field(
-        None, description="largest size before calibration, e.g. 0.03 deg/s"
-    )
-    run_to_run: Spread | None = Field(
-        None,
-        description="one sigma from power-on to power-on, e.g. 0.002 deg/s, or {-55 degC: 0.012 deg/s, …}",
-    )
-    in_run: AnyQuantity | None = Field(None, description="what moves within one power-on, e.g. 0.001 deg/s")
-    storage: AnyQuantity | None = Field(
-        None, description="what moves in store until the flight, e.g. 0.001 deg/s"
-    )
-    temperature_residual: Residual | None = Field(
-        None,
-        description="what is left against the number of points, {1: 0.032 deg/s, 5: 0.0035 deg/s}; "
-        "or {curve: {-60 degC: 0.03 deg/s, …}}, the measured error over temperature",
-    )
-
-    @property
-    def whole_variation(self) -> float:
-        """What remains without any temperature table, SI: the systematic size or the largest residual."""
-        residual = self.temperature_residual
-        if residual is None:
-            return si(self.systematic)
-        given = residual.curve.values() if isinstance(residual, MeasuredCurve) else residual.values()
-        return max(si(self.systematic), max(abs(q.si) for q in given))
 
 
 class Noise(SpecPart):
@@ -211,6 +151,9 @@ class Bench(SpecPart):
     limits: BenchLimits = Field(BenchLimits(), description="what it can do at most")
     chamber: Chamber | None = Field(None, description="its thermal chamber; without one: room temperature")
     arm: PositiveMetres | None = Field(None, description="arm of a centrifuge, e.g. 1.5 m")
+    accuracy: BenchAccuracy = Field(
+        BenchAccuracy(), description="how well its references are known, one sigma; default: perfectly"
+    )
 
 
 class Motion(SpecPart):
@@ -440,11 +383,17 @@ class Spec(SpecPart):
     benches: dict[Name, Bench] = Field(min_length=1, description="name: bench")
     tests: dict[Name, Test] = Field(min_length=1, description="name: test")
     plan: PlanChoice = Field(PlanChoice(), description="how to plan")
+    flown_after: Seconds = Field(
+        60 * DAY_S, description="from the end of the campaign to the flight, e.g. 60 d, the default"
+    )
+    initial_alignment: InitialAlignment | None = Field(
+        None, description="how well the flight knows its attitude at the start; default: perfectly"
+    )
     recalibration: Recalibration | None = Field(
         None, description="what may be done in store between two calibrations, for `planner recalibrate`"
     )
 
-
-def si(quantity: Quantity | None, otherwise: float = 0.0) -> float:
-    """SI value of an optional quantity."""
-    return otherwise if quantity is None else quantity.si
+    @property
+    def flown_after_days(self) -> float:
+        """Days from the end of the campaign to the flight."""
+        return self.flown_after / DAY_S

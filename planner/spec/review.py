@@ -9,7 +9,8 @@ from typing import Any
 
 from planner.errors import Fault
 from planner.protocols import SENSORS, Sensor
-from planner.spec.model import Bench, ErrorBudget, Requirement, Spec, Test
+from planner.spec.budget import ErrorBudget
+from planner.spec.model import Bench, Requirement, Spec, Test
 from planner.spec.places import fault_at
 from planner.spec.yaml12 import Document, Path
 

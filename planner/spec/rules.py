@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from planner.spec.review import Review
+from planner.spec.rules_alignment import initial_alignment
 from planner.spec.rules_benches import benches
 from planner.spec.rules_plan import plan
 from planner.spec.rules_recalibration import recalibration
@@ -27,5 +28,6 @@ def review(sheet: Review) -> None:
         plan,
         schedule,
         recalibration,
+        initial_alignment,
     ):
         rule(sheet)

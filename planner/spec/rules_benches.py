@@ -1,11 +1,20 @@
-"""Rules for the benches: kinds that exist, chambers that have a range."""
+"""Rules for the benches: kinds that exist, chambers that have a range, accuracies that can be."""
 
 from __future__ import annotations
 
 from planner import catalog
 from planner.spec.model import Bench
+from planner.spec.motions import motions_of
 from planner.spec.places import did_you_mean
 from planner.spec.review import Review
+from planner.spec.yaml12 import Path
+
+COARSEST = {  # accuracies beyond which it is no reference: rad, relative, K; and in words
+    "level": (0.08726646259971647, "5 deg"),
+    "mounting": (0.08726646259971647, "5 deg"),
+    "rate": (0.1, "10 %"),
+    "temperature": (30.0, "30 K"),
+}
 
 
 def benches(sheet: Review) -> None:
@@ -13,6 +22,7 @@ def benches(sheet: Review) -> None:
     for name, bench in sheet.spec.benches.items():
         _kind(sheet, name, bench)
         _chamber(sheet, name, bench)
+        _accuracy(sheet, name, bench)
 
 
 def kind_of(name: str, bench: Bench) -> str:
@@ -43,3 +53,23 @@ def _chamber(sheet: Review, name: str, bench: Bench) -> None:
     if low >= high:
         path = ("benches", name, "chamber", "range")
         sheet.fault(path, f"{low:g} degC is not below {high:g} degC; write [coldest, hottest]")
+
+
+def _accuracy(sheet: Review, name: str, bench: Bench) -> None:
+    path: Path = ("benches", name, "accuracy")
+    for key, (most, words) in COARSEST.items():
+        if getattr(bench.accuracy, key) > most:
+            sheet.fault((*path, key), f"is more than {words}; such a bench is no reference")
+    if bench.accuracy.rate > 0 and sheet.whole("tests") and not _turns(sheet, name, bench):
+        sheet.warn((*path, "rate"), f"nothing on {name} turns, so its rate adds nothing", key=True)
+
+
+def _turns(sheet: Review, name: str, bench: Bench) -> bool:
+    """Whether a test on the bench turns the unit; of a bench whose motions are not known it may."""
+    tests = [test for test in sheet.spec.tests.values() if test.bench == name]
+    motions = [motion for test in tests for motion in motions_of(name, bench, test)]
+    return any(
+        motion is None
+        or any(value and key.startswith(("rate", "acceleration")) for key, value in motion.items())
+        for motion in motions
+    )

@@ -44,8 +44,8 @@ def _candidates(sheet: Review) -> None:
         return
     calibrated = sheet.calibrated()
     for sensor, effect, where, budget in sheet.budgets():
-        table = budget.temperature_residual
-        if isinstance(table, Mapping) and f"{sensor}.{effect}" in calibrated:
+        table = budget.residual_table
+        if table is not None and f"{sensor}.{effect}" in calibrated:
             given = sheet.written(path) is not None
             _against_table(
                 sheet, path if given else (*where, "temperature_residual"), f"{sensor}.{effect}", table

@@ -23,7 +23,7 @@ def recalibration(sheet: Review) -> None:
             sheet.fault(
                 ("recalibration", key), f"is more than {COARSEST_DEG:g} deg; nothing could be renewed so"
             )
-    stored = [b for _, _, _, b in sheet.budgets() if b.storage is not None and b.storage.si > 0]
+    stored = [b for _, _, _, b in sheet.budgets() if b.storage_sigma > 0]
     if not stored:
         message = "no error of the unit has 'storage', so without a history nothing ever needs it"
         sheet.warn(("recalibration",), message, key=True)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
+from typing import Any
 
 from planner import catalog
 from planner.sensor import ErrorName
-from planner.spec.model import ErrorBudget, MeasuredCurve
+from planner.spec.budget import ErrorBudget, InRun, MeasuredCurve, ResidualTable, RunToRun
 from planner.spec.places import did_you_mean
 from planner.spec.review import Review
 from planner.spec.rules_requirement import TEMPERATURE_EFFECTS, wrong_unit
@@ -51,13 +52,23 @@ def _quantities(sheet: Review, path: Path, budget: ErrorBudget) -> Iterator[tupl
     signs = {"systematic": "not negative", "in_run": "not negative", "storage": "not negative"}
     signs |= {"run_to_run": "positive", "temperature_residual": "not negative"}
     for name, sign in signs.items():
-        value = getattr(budget, name)
+        where, value = _plain(path, name, budget)
         if isinstance(value, Quantity):
-            yield (*path, name), value, sign
-        elif isinstance(value, MeasuredCurve):
-            yield from _entries(sheet, (*path, name, "curve"), value.curve, "any")
+            yield where, value, sign
         elif isinstance(value, Mapping):
-            yield from _entries(sheet, (*path, name), value, sign)
+            yield from _entries(sheet, where, value, "any" if where[-1] == "curve" else sign)
+
+
+def _plain(
+    path: Path, name: str, budget: ErrorBudget
+) -> tuple[Path, Quantity | Mapping[Any, Quantity] | None]:
+    """Where the number or the table of one part of a budget stands, and what it is, in whatever form."""
+    value = getattr(budget, name)
+    if isinstance(value, InRun | RunToRun):
+        return (*path, name, "value"), value.value
+    if isinstance(value, MeasuredCurve):
+        return (*path, name, "curve"), value.curve
+    return (*path, name), value.table if isinstance(value, ResidualTable) else value
 
 
 def _entries(
@@ -91,9 +102,7 @@ def _check(sheet: Review, path: Path, quantity: Quantity, unit: str, sign: str) 
 
 def _tables(sheet: Review, path: Path, budget: ErrorBudget) -> None:
     for name in ("run_to_run", "temperature_residual"):
-        where = (*path, name)
-        if isinstance(getattr(budget, name), MeasuredCurve):
-            where = (*where, "curve")
+        where, _ = _plain(path, name, budget)
         seen: set[float] = set()
         for key, entry in _written_keys(sheet, where):
             if key in seen:
@@ -102,8 +111,8 @@ def _tables(sheet: Review, path: Path, budget: ErrorBudget) -> None:
                 )
             seen.add(key)
     residual = budget.temperature_residual
-    if isinstance(residual, Mapping):
-        _falls(sheet, (*path, "temperature_residual"), residual)
+    if isinstance(residual, ResidualTable):
+        _falls(sheet, (*path, "temperature_residual"), residual.table)
     elif isinstance(residual, MeasuredCurve):
         _covers(sheet, (*path, "temperature_residual", "curve"), residual)
 

@@ -1,11 +1,11 @@
-"""Many campaigns of one plan at once: measured, and calibrated by the estimator of `planner calibrate`.
+"""Many campaigns of one plan at once: measured, and calibrated by generalised least squares of verify's own.
 
-One channel's coefficients are generalised least squares on the product model y = (1 + κ) v + b, v = u + L m,
-with the noise that the spec gives. Whitening and the design's inverse are worked out once,
-P = (XᵀV⁻¹X)⁻¹XᵀV⁻¹; every unit then costs matrix products, θ ← θ + P (y − ŷ(θ)), which is
+The variances are the spec's: per power-on, the draw of every budgeted error over the records, its in-run
+drift of correlation exp(−|Δt|/τ), and white noise ∝ 1/duration. Whitening and the design's inverse are worked
+out once, P = (XᵀV⁻¹X)⁻¹XᵀV⁻¹; every unit then costs matrix products, θ ← θ + P (y − ŷ(θ)), which is
 Gauss-Newton with the Jacobian at zero: it contracts by κ, 0.5 % a round. Where the records hardly determine
 a coefficient it need not contract; then the first, linear solution stays, which is as useless as any that
-fits.
+fits. `planner calibrate` finds the variances in each unit's data instead.
 """
 
 from __future__ import annotations
@@ -18,125 +18,157 @@ from numpy.typing import NDArray
 
 from planner import catalog
 from planner.errors import InputError
-from planner.learn.channel_model import ChannelModel, channel_model, evaluate, jacobian, sensed
-from planner.learn.noise_model import Noise, noise_model, spec_variances
-from planner.protocols import SENSORS, Sensor
+from planner.protocols import SENSORS, Group, Sensor
 from planner.records import Array, Conditions
-from planner.sensor import ErrorName
-from planner.simulate.campaign import Settings
-from planner.simulate.design import Design
-from planner.solvers.least_squares import factors
-from planner.solvers.random_effects import covariance
-from planner.spec.model import ErrorBudget, Spec
-from planner.spec.model import si as si_of
-from planner.verify.draws import DrawnError, generator
+from planner.verify.chance import Chance
+from planner.verify.declared import INPUT, Declared, declared, sensed
+from planner.verify.draws import DrawnError, Unit, generator
+from planner.verify.records import Records
 
 _ROUNDS = 5  # 0.5 % of scale factor to the fifth is nothing
-_DRIVE = {"gyro": "rate", "accelerometer": "specific_force"}
+_LEAST_WHITE = 1e-8  # of what power-ons scatter: records without noise must not make V singular
+_RANK = 1e-11  # of the largest singular value of columns of unit length: below is rounding
+_TOUCHED = 1e-6  # share of a coefficient in a combination that no record sees
 
 
 @dataclass(frozen=True)
-class ChannelEstimator:
-    """One channel: its model at nominal conditions and P (p, n).
+class Estimator:
+    """Some channels' estimator: their model and P (p, n c), rows record by record.
 
     error: (p,) standard errors by the spec's noise; undetermined: (p,) which no record tells from the others
     """
 
-    model: ChannelModel
+    model: Declared
     inverse: Array
     error: Array
     undetermined: NDArray[np.bool_]
-
-    @property
-    def count(self) -> int:
-        """How many linear coefficients; nonlinear parameters stay at their defaults."""
-        return len(self.inverse)
+    proportional: bool
 
 
-def estimators(design: Design, spec: Spec, settings: Settings) -> dict[Sensor, tuple[ChannelEstimator, ...]]:
-    """The three channels of both sensors. Raises InputError for fewer records than coefficients."""
+def estimators(
+    records: Records, unit: Unit, effects: Sequence[str], chance: Chance
+) -> dict[Sensor, tuple[Estimator, ...]]:
+    """Both sensors, channels with common terms together. Raises InputError for too few records."""
     return {
-        sensor: tuple(_estimator(sensor, channel, design, spec, settings) for channel in range(3))
+        sensor: tuple(
+            _estimator(model, records, unit, chance)
+            for model in declared(sensor, records.conditions, effects)
+            if model.columns
+        )
         for sensor in SENSORS
     }
 
 
-def _estimator(
-    sensor: Sensor, channel: int, design: Design, spec: Spec, settings: Settings
-) -> ChannelEstimator:
-    model = channel_model(sensor, channel, design.conditions, spec.effects)
-    start = model.start()
-    parts = evaluate(model, start)
-    X = jacobian(model, start, parts)[:, : len(start) - len(model.parameters())]
+def _estimator(model: Declared, records: Records, unit: Unit, chance: Chance) -> Estimator:
+    conditions = records.conditions
+    u = sensed(model.sensor, conditions)[:, list(model.channels)]
+    X = np.concatenate(
+        [
+            model.matrix(model.bias, conditions),
+            model.scaled(conditions, u),
+            model.matrix(model.lean, conditions),
+        ],
+        axis=2,
+    ).reshape(u.size, -1)
     if X.shape[1] >= len(X):
         raise InputError(
-            f"{len(X)} records of the plan cannot give the {X.shape[1]} coefficients of {sensor} "
-            f"{'xyz'[channel]}; plan more records, or declare fewer effects"
+            f"{len(X)} records of the plan cannot give the {X.shape[1]} coefficients of {model.sensor} "
+            f"{''.join('xyz'[c] for c in model.channels)}; plan more records, or declare fewer effects"
         )
-    noise = noise_model(model, parts, design.starts, design.duration, spec, np.ones(len(X)))
-    white = settings.white[sensor] ** 2 / noise.duration
-    v = covariance(noise.effects, _variances(noise, spec, white))
-    found = factors(v.whiten(X))
-    inverse = v.whiten_transposed(found.basis @ found.to_coefficients.T).T
-    error = np.sqrt(np.sum(found.to_coefficients**2, axis=1))
-    return ChannelEstimator(model, np.ascontiguousarray(inverse), error, found.undetermined())
+    roots = _roots(model, records, unit, chance)
+    rows = [_rows(run, len(model.channels)) for run in records.runs]
+    white = np.concatenate([np.linalg.solve(root, X[r]) for root, r in zip(roots, rows, strict=True)])
+    inverse, undetermined = _inverse(white)
+    error = np.sqrt(np.sum(inverse**2, axis=1))
+    for root, r in zip(roots, rows, strict=True):
+        inverse[:, r] = np.linalg.solve(root.T, inverse[:, r].T).T
+    return Estimator(
+        model, np.ascontiguousarray(inverse), error, undetermined, _is_proportional(model, conditions)
+    )
 
 
-def _variances(noise: Noise, spec: Spec, white: float) -> Array:
-    """Variances by the spec: its run-to-run and noise, and for the drift of a scale factor its in-run part.
+def _rows(records: NDArray[np.int64], channels: int) -> NDArray[np.int64]:
+    """Rows of X of some records."""
+    return (records[:, None] * channels + np.arange(channels)).ravel()
 
-    `planner calibrate` finds the last one in the data: at 400 deg/s a drift of 20 ppm is 30 deg/h, and a fit
-    that knew nothing of it would believe turns about the bias.
-    """
-    found = spec_variances(noise, spec, white).theta.copy()
-    for i, component in enumerate(noise.components):
-        if component.kind == "rate_noise":
-            sensor, effect = ErrorName(component.error).parts
-            budget: ErrorBudget | None = getattr(spec.unit, sensor).get(effect)
-            found[i] = 0.0 if budget is None else si_of(budget.in_run) ** 2
-    return np.asarray(found)
+
+def _inverse(white: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Pseudo-inverse of whitened columns (rows, p), and which coefficients the rows do not see."""
+    length = np.linalg.norm(white, axis=0)
+    length = np.where(length > 0, length, 1.0)
+    u, s, vt = np.linalg.svd(white / length, full_matrices=False)
+    seen = s > _RANK * s.max(initial=0.0)
+    unseen = np.linalg.norm(vt[~seen], axis=0) > _TOUCHED
+    return (vt[seen].T / s[seen]) @ u[:, seen].T / length[:, None], unseen
+
+
+# ---------------------------------------------------------------- variances by the spec
+
+
+def _roots(model: Declared, records: Records, unit: Unit, chance: Chance) -> list[Array]:
+    """Cholesky factor of every power-on's V, its rows record by record, channels side by side."""
+    c = records.conditions
+    columns = _scattered(model, records, unit)
+    by_day = any("day" in catalog.effects()[e].needs for (s, e) in unit.budgets if s == model.sensor)
+    least = _LEAST_WHITE * sum(float(np.mean((x * s[:, None, None]) ** 2)) for x, s, _, _, _ in columns)
+    known: dict[bytes, Array] = {}
+    found = []
+    for run in records.runs:
+        seen = [c.rate, c.specific_force, c.temperature_degc, c.time_on, records.duration]
+        key = b"".join(np.round(x[run], 9).tobytes() for x in [*seen, *([c.day] if by_day else [])])
+        if key not in known:
+            noise = chance.white[model.sensor] ** 2 / records.duration[run] + least
+            V = _of_run(run, columns, records, noise, len(model.channels))
+            known[key] = np.asarray(np.linalg.cholesky(V), dtype=np.float64)
+        found.append(known[key])
+    return found
+
+
+_Scattered = tuple[Array, Array, float, float, float | None]  # x (n, c, t), s(T) (n,), in-run, its τ, L
+
+
+def _scattered(model: Declared, records: Records, unit: Unit) -> list[_Scattered]:
+    """What every budgeted error of the sensor adds from power-on to power-on, and within one."""
+    c, found = records.conditions, []
+    for (sensor, effect), b in unit.budgets.items():
+        if sensor == model.sensor and (b.has_run_to_run or b.in_run_sigma > 0):
+            x = catalog.effects()[effect].regressors(sensor, c)[:, list(model.channels)]
+            s = b.run_to_run_sigma(c.temperature_degc)
+            found.append((x, s, b.in_run_sigma, b.in_run_time, b.temperature_correlation))
+    return found
+
+
+def _of_run(
+    run: NDArray[np.int64], columns: list[_Scattered], records: Records, noise: Array, channels: int
+) -> Array:
+    """V (m c, m c) of one power-on; noise: (m,) variance of the white part."""
+    c, m = records.conditions, len(run)
+    later = np.abs(np.subtract.outer(c.time_on[run], c.time_on[run]))
+    warmer = np.subtract.outer(c.temperature_degc[run], c.temperature_degc[run])
+    V = np.zeros((m, channels, m, channels))
+    for x, s, drift, time, length in columns:
+        K = np.outer(s[run], s[run]) * (1.0 if length is None else np.exp(-0.5 * (warmer / length) ** 2))
+        K = K + drift**2 * np.exp(-later / time)
+        V += np.einsum("ict,ij,jdt->icjd", x[run], K, x[run])
+    flat = V.reshape(m * channels, m * channels) + np.diag(np.repeat(noise, channels))
+    return flat if flat.any() else np.eye(len(flat))
 
 
 # ---------------------------------------------------------------- measuring
 
 
-def conditions_of_units(design: Design, units: int, settings: Settings, key: tuple[int, int]) -> Conditions:
-    """Conditions of B · n records, unit after unit: the chamber strays around the soaked temperature."""
-    nominal = design.conditions
-    rng = generator(*key, "chamber")
-    shape = (units, len(design))
-    jitter = settings.temperature_jitter * rng.normal(size=shape)
-    drift = settings.temperature_jitter / 300.0 * rng.normal(size=shape)
-    return Conditions(
-        rate=_repeated(nominal.rate, units),
-        specific_force=_repeated(nominal.specific_force, units),
-        temperature_degc=(nominal.temperature_degc + jitter).ravel(),
-        temperature_rate=(nominal.temperature_rate + drift).ravel(),
-        time_on=_repeated(nominal.time_on, units),
-        day=_repeated(nominal.day, units),
-    )
-
-
-def _repeated(values: Array, units: int) -> Array:
-    return np.broadcast_to(values, (units, *values.shape)).reshape(-1, *values.shape[1:])
-
-
 def readings(
-    sensor: Sensor,
-    conditions: Conditions,
-    errors: Sequence[DrawnError],
-    noise: Array | float,
+    sensor: Sensor, conditions: Conditions, errors: Sequence[DrawnError], noise: Array | float
 ) -> Array:
-    """(B · n, 3) what the sensor reads: y = (1 + κ)(M u) + b + noise."""
+    """(B n, 3) what the sensor reads: y = (1 + κ)(M u) + b + noise."""
     mine = [e for e in errors if e.sensor == sensor]
-    u = sensed(sensor, conditions)
-    v = u + _sum("misalignment", sensor, conditions, mine)
-    leaned = replace(conditions, **{_DRIVE[sensor]: v})
+    v = sensed(sensor, conditions) + _sum("misalignment", sensor, conditions, mine)
+    leaned = replace(conditions, **{INPUT[sensor]: v})
     y = v + _sum("scale_factor", sensor, leaned, mine) + _sum("bias", sensor, conditions, mine)
     return np.asarray(y + noise)
 
 
-def _sum(group: str, sensor: Sensor, conditions: Conditions, errors: Sequence[DrawnError]) -> Array:
+def _sum(group: Group, sensor: Sensor, conditions: Conditions, errors: Sequence[DrawnError]) -> Array:
     total = np.zeros((len(conditions.day), 3))
     for error in errors:
         effect = catalog.effects()[error.effect]
@@ -146,63 +178,67 @@ def _sum(group: str, sensor: Sensor, conditions: Conditions, errors: Sequence[Dr
     return total
 
 
-def white_noise(
-    sensor: Sensor, design: Design, units: int, settings: Settings, key: tuple[int, int]
-) -> Array:
-    """(B · n, 3) of a record's mean."""
-    sigma = settings.white[sensor] / np.sqrt(design.duration)
-    draw = generator(*key, "white", sensor).normal(size=(units, len(design), 3))
+def white_noise(sensor: Sensor, records: Records, units: int, chance: Chance, key: tuple[int, int]) -> Array:
+    """(B n, 3) of a record's mean."""
+    sigma = chance.white[sensor] / np.sqrt(records.duration)
+    draw = generator(*key, "white", sensor).normal(size=(units, len(records), 3))
     return np.asarray((sigma[None, :, None] * draw).reshape(-1, 3))
 
 
 # ---------------------------------------------------------------- calibrating
 
 
-def calibrated(estimator: ChannelEstimator, conditions: Conditions, y: Array, units: int) -> Array:
-    """(B, p) coefficients of one channel from its readings y (B · n,)."""
-    model = replace(estimator.model, conditions=conditions)
-    start = model.start()
-    parts = evaluate(model, start)
-    biases, leans = parts.B.shape[1], parts.L.shape[1]
-    scales = estimator.count - biases - leans
-    u, y = parts.v.reshape(units, -1), y.reshape(units, -1)
-    B, L = (x.reshape(*u.shape, x.shape[1]) for x in (parts.B, parts.L))
-    bend = _Bend(model, start)
-    theta = first = (y - u) @ estimator.inverse.T
+def calibrated(estimator: Estimator, conditions: Conditions, y: Array, units: int) -> Array:
+    """(B, p) coefficients from readings y (B n, 3) of the sensor, at conditions as the table shows them."""
+    model = estimator.model
+    channels = list(model.channels)
+    shape = (units, -1, len(channels))
+    u = sensed(model.sensor, conditions)[:, channels].reshape(shape)
+    read = y[:, channels].reshape(shape)
+    B, L = (model.matrix(part, conditions).reshape(*u.shape, -1) for part in (model.bias, model.lean))
+    bend = _Bend(estimator, conditions, u.shape)
+    biases, scales = len(model.bias), len(model.scale)
+    theta = first = step = (read - u).reshape(units, -1) @ estimator.inverse.T
     with np.errstate(all="ignore"):  # a design that determines nothing may run away: see below
         for _ in range(_ROUNDS):
-            b, k, m = theta[:, :biases], theta[:, biases : biases + scales], theta[:, biases + scales :]
+            b, k, m = np.split(theta, [biases, biases + scales], axis=1)
             v = u + _times(L, m)
-            step = (y - v - bend(v, k) - _times(B, b)) @ estimator.inverse.T
+            step = (read - v - bend(v, k) - _times(B, b)).reshape(units, -1) @ estimator.inverse.T
             theta = theta + step
         settled = np.all(np.abs(step) <= 0.1 * np.abs(first) + 1e-9, axis=1)
     return np.where(settled[:, None], theta, first)
 
 
 def _times(matrix: Array, values: Array) -> Array:
-    """(B, n, p), (B, p) -> (B, n)."""
-    return np.asarray((matrix @ values[:, :, None])[:, :, 0])
+    """(B, n, c, p), (B, p) -> (B, n, c)."""
+    units, n, c, p = matrix.shape
+    return np.asarray((matrix.reshape(units, n * c, p) @ values[:, :, None]).reshape(units, n, c))
+
+
+def _is_proportional(model: Declared, conditions: Conditions) -> bool:
+    """Whether S(v) is v times S(1): then it need be asked once only."""
+    if not model.scale:
+        return True
+    u = sensed(model.sensor, conditions)[:, list(model.channels)]
+    one = model.scaled(conditions, np.ones(u.shape))
+    return all(
+        np.allclose(model.scaled(conditions, v), v[:, :, None] * one, rtol=1e-12, atol=0.0)
+        for v in (u, -2.0 * u, 0.5 * np.ones(u.shape))
+    )
 
 
 class _Bend:
-    """κ v = S(v) k; where every scale effect is proportional to its input, S(v) = S(1) v once and for all."""
+    """κ v = S(v) k; where S is proportional to v, S(v) = S(1) v once and for all."""
 
-    def __init__(self, model: ChannelModel, start: Array) -> None:
-        self.model, self.start = model, start
-        self.proportional = set(model.scale) <= {"scale_factor"}
-        self.of_one = self._of(np.ones(len(model.conditions.day))) if self.proportional else None
+    def __init__(self, estimator: Estimator, conditions: Conditions, shape: tuple[int, ...]) -> None:
+        self.model, self.conditions, self.shape = estimator.model, conditions, shape
+        self.of_one = self._of(np.ones(shape)) if estimator.proportional else None
 
     def __call__(self, v: Array, k: Array) -> Array:
         if k.shape[1] == 0:
             return np.zeros(v.shape)
-        if self.of_one is not None:
-            return v * _times(self.of_one.reshape(*v.shape, -1), k)
-        return _times(self._of(v.ravel()).reshape(*v.shape, -1), k)
+        return v * _times(self.of_one, k) if self.of_one is not None else _times(self._of(v), k)
 
     def _of(self, v: Array) -> Array:
-        """S (rows, k) with v in place of the channel's own input."""
-        name = _DRIVE[self.model.sensor]
-        driven = sensed(self.model.sensor, self.model.conditions).copy()
-        driven[:, self.model.channel] = v
-        changed = replace(self.model.conditions, **{name: driven})
-        return evaluate(replace(self.model, conditions=changed), self.start).S
+        found = self.model.scaled(self.conditions, v.reshape(-1, self.shape[2]))
+        return found.reshape(*self.shape, -1)

@@ -1,9 +1,10 @@
 """Units drawn from a spec's budgets, many at once: what the bench will see of each, and what the flight will.
 
 A coefficient is a constant (systematic), a curve over temperature, a draw of every power-on (run_to_run), a
-first-order Gauss-Markov process within the power-on (in_run) and a random walk over the days (storage), as
-`planner.simulate.campaign` draws one unit (K 2.1, 3.1). Every array has a key of its own: the generator is
-Philox, keyed by (seed, chunk, key), so a chunk's units do not depend on who draws them, or when.
+first-order Gauss-Markov process within the power-on (in_run) and a random walk over the days (storage)
+(K 2.1, 3.1), drawn one after the other: power-on by power-on, record by record, day by day, and never from a
+covariance of the whole campaign. Every array has a key of its own: the generator is Philox, keyed by (seed,
+chunk, key), so a chunk's units do not depend on who draws them, or when.
 """
 
 from __future__ import annotations
@@ -16,19 +17,53 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.protocols import Sensor
+from planner.protocols import SENSORS, Sensor
 from planner.records import Array
-from planner.simulate.campaign import STORAGE_DAYS, Settings, Unit
-from planner.simulate.design import Design
-from planner.simulate.temperature_curves import POINTS, CurveFamily
-from planner.spec.model import ErrorBudget, MeasuredCurve
-from planner.spec.model import si as si_of
+from planner.sensor import ErrorName
+from planner.spec.budget import STORAGE_DAYS, ErrorBudget
+from planner.spec.model import Spec
+from planner.verify.chance import Chance
+from planner.verify.curves import MODES, POINTS, Family, along, family
+from planner.verify.records import Records
 
 
 def generator(seed: int, chunk: int, *key: str) -> np.random.Generator:
     """The generator of one key of one chunk."""
     words = [zlib.crc32(part.encode()) for part in key]
     return np.random.Generator(np.random.Philox(np.random.SeedSequence(seed, spawn_key=(chunk, *words))))
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A spec prepared for many draws: budgets and families of curves by (sensor, effect)."""
+
+    budgets: Mapping[tuple[Sensor, str], ErrorBudget]
+    families: Mapping[tuple[Sensor, str], Family]
+
+
+def unit_of(spec: Spec) -> Unit:
+    """What does not depend on the seed; declared effects without a budget are there with an empty one.
+
+    Of those the unit has nothing, but its calibration finds some. The bench's own effects do not fly, and an
+    effect that a table carries is found in the table of the one that it changes.
+    """
+    budgets: dict[tuple[Sensor, str], ErrorBudget] = {
+        (s, e): budget for s in SENSORS for e, budget in getattr(spec.unit, s).items()
+    }
+    known = catalog.effects()
+    for name in spec.effects:
+        carrier = known[name].temperature_of if known[name].tabled else name
+        if carrier is not None and not known[carrier].bench_only:
+            for sensor in SENSORS:
+                if sensor in known[name].sensors:
+                    budgets.setdefault((sensor, carrier), ErrorBudget())
+    low, high = spec.plan.temperatures.range
+    families = {
+        error: family(budget.residual_table, low, high, budget.residual_figure)
+        for error, budget in budgets.items()
+        if budget.residual_table
+    }
+    return Unit(budgets, families)
 
 
 @dataclass(frozen=True)
@@ -45,25 +80,24 @@ class DrawnError:
     """One budgeted error of B units, t terms, SI.
 
     constant: (B, t); grid: (G,) and curve: (B, t, G), None without one; records: (B, n, t) in every record
-    spread: (B, t) standard normal of the flight's power-on; in_run, storage: (B, K, t), (B, t) in flight
+    run_to_run, in_run: (B, K, t) in the flight, which is a power-on of its own; storage: (B, t) on its day
     """
 
     sensor: Sensor
     effect: str
     terms: tuple[str, ...]
-    budget: ErrorBudget
     constant: Array
     grid: Array | None
     curve: Array | None
     records: Array
-    spread: Array
+    run_to_run: Array
     in_run: Array
     storage: Array
 
     @property
-    def name(self) -> str:
+    def name(self) -> ErrorName:
         """`gyro.bias`."""
-        return f"{self.sensor}.{self.effect}"
+        return ErrorName.of(self.sensor, self.effect)
 
     def systematic(self, temperature_degc: Array) -> Array:
         """(B, K, t) constant and curve at temperatures (B, K)."""
@@ -72,180 +106,129 @@ class DrawnError:
             return value
         return np.asarray(value + np.moveaxis(along(temperature_degc, self.grid, self.curve), 1, 2))
 
-    def run_to_run(self, temperature_degc: Array) -> Array:
-        """(B, K, t) what the flight's own power-on draws."""
-        return np.asarray(spread_at(self.budget, temperature_degc)[..., None] * self.spread[:, None, :])
+
+@dataclass(frozen=True)
+class Campaign:
+    """Where B units are drawn for: records, the temperatures (B, n) that they had there, and their flight."""
+
+    records: Records
+    temperature_degc: Array
+    flight: Exposed
 
 
-def drawn_errors(
-    unit: Unit,
-    design: Design,
-    temperature_degc: Array,
-    flight: Exposed,
-    settings: Settings,
-    key: tuple[int, int],
-) -> list[DrawnError]:
-    """Every budgeted error of B units; temperature_degc: (B, n) of the records; key: seed and chunk."""
-    return [
-        _drawn(
-            sensor,
-            effect,
-            budget,
-            unit.families.get((sensor, effect)),
-            design,
-            temperature_degc,
-            flight,
-            settings,
-            key,
-        )
-        for (sensor, effect), budget in unit.budgets.items()
-    ]
+def drawn_errors(unit: Unit, made: Campaign, chance: Chance, key: tuple[int, int]) -> list[DrawnError]:
+    """Every budgeted error of B units; key: seed and chunk."""
+    return [_drawn(error, unit, made, chance, key) for error in unit.budgets]
 
 
 def _drawn(
-    sensor: Sensor,
-    effect: str,
-    budget: ErrorBudget,
-    family: CurveFamily | None,
-    design: Design,
-    temperature_degc: Array,
-    flight: Exposed,
-    settings: Settings,
-    key: tuple[int, int],
+    error: tuple[Sensor, str], unit: Unit, made: Campaign, chance: Chance, key: tuple[int, int]
 ) -> DrawnError:
+    sensor, effect = error
+    budget = unit.budgets[error]
     terms = tuple(t.name for t in catalog.effects()[effect].terms(sensor))
-    shape = (len(temperature_degc), len(terms))
-    name = (sensor, effect)
-    constant = _sizes(budget, shape, settings, generator(*key, "systematic", *name))
-    grid, curve = _curves(budget, family, shape, settings, generator(*key, "curve", *name))
-    records = np.broadcast_to(constant[:, None, :], (shape[0], len(design), shape[1])).copy()
+    shape = (len(made.temperature_degc), len(terms))
+
+    def rng(what: str) -> np.random.Generator:
+        return generator(*key, what, sensor, effect)
+
+    constant = _sizes(budget, shape, chance, rng("systematic"))
+    grid, curve = _curves(budget, unit.families.get(error), shape, chance, rng("curve"))
+    records = np.broadcast_to(constant[:, None, :], (shape[0], len(made.records), shape[1])).copy()
     if grid is not None and curve is not None:
-        records += np.moveaxis(along(temperature_degc, grid, curve), 1, 2)
-    records += _of_runs(budget, design, temperature_degc, shape, generator(*key, "run_to_run", *name))
-    bench, in_run = _in_run(budget, design, flight, shape, settings, generator(*key, "in_run", *name))
-    stored, storage = _storage(budget, design, flight, shape, generator(*key, "storage", *name))
+        records += np.moveaxis(along(made.temperature_degc, grid, curve), 1, 2)
+    records += _of_runs(budget, made, shape, rng("run_to_run"))
+    bench, in_run = _in_run(budget, made, shape, rng("in_run"))
+    stored, storage = _storage(budget, made, shape, rng("storage"))
     records += bench
     records += stored
-    spread = generator(*key, "flight", *name).normal(size=shape)
-    return DrawnError(sensor, effect, terms, budget, constant, grid, curve, records, spread, in_run, storage)
+    own = _of_flight(budget, made.flight, shape, rng("flight"))
+    return DrawnError(sensor, effect, terms, constant, grid, curve, records, own, in_run, storage)
 
 
-def _sizes(
-    budget: ErrorBudget, shape: tuple[int, int], settings: Settings, rng: np.random.Generator
-) -> Array:
+def _sizes(budget: ErrorBudget, shape: tuple[int, int], chance: Chance, rng: np.random.Generator) -> Array:
     """(B, t) systematic sizes: up to the budget's, or all of it; signs at random, or all plus."""
     sign = rng.choice(np.array([-1.0, 1.0]), size=shape)
     share = rng.uniform(size=shape)
-    size = si_of(budget.systematic) * (share if settings.case == "random" else np.ones(shape))
-    return np.asarray(size * (sign if settings.signs == "random" else 1.0))
-
-
-# ---------------------------------------------------------------- curves over temperature
+    size = budget.systematic_size * (share if chance.case == "random" else np.ones(shape))
+    return np.asarray(size * (sign if chance.signs == "random" else 1.0))
 
 
 def _curves(
     budget: ErrorBudget,
-    family: CurveFamily | None,
+    drawn_from: Family | None,
     shape: tuple[int, int],
-    settings: Settings,
+    chance: Chance,
     rng: np.random.Generator,
 ) -> tuple[Array | None, Array | None]:
     """Grid (G,) and curves (B, t, G); a measured curve is taken as it is, up to its sign."""
-    residual = budget.temperature_residual
-    if isinstance(residual, MeasuredCurve):
-        grid = np.array(sorted(residual.curve))
-        values = np.array([residual.curve[t].si for t in grid])
-        sign = rng.choice(np.array([-1.0, 1.0]), size=shape) if settings.signs == "random" else np.ones(shape)
-        return grid, sign[..., None] * values
-    if family is None:
+    measured = budget.measured_curve
+    if measured is not None:
+        sign = rng.choice(np.array([-1.0, 1.0]), size=shape) if chance.signs == "random" else np.ones(shape)
+        return measured.temperatures_degc, sign[..., None] * measured.values
+    if drawn_from is None:
         return None, None
-    phase = rng.uniform(0.0, 2.0 * np.pi, size=(shape[0] * shape[1], len(family.amplitude)))
-    return family.grid, curves_of(family, phase).reshape(*shape, POINTS)
-
-
-def curves_of(family: CurveFamily, phase: Array) -> Array:
-    """(m, POINTS) curves of phases (m, modes): what `CurveFamily.draw` gives for each row of phases."""
-    x = np.linspace(0.0, 1.0, POINTS)
-    angle = np.pi * np.arange(1, len(family.amplitude) + 1)[:, None] * x
-    curve = (family.amplitude * np.cos(phase)) @ np.cos(angle)
-    curve -= (family.amplitude * np.sin(phase)) @ np.sin(angle)
-    curve -= curve.mean(axis=1, keepdims=True)
-    scale = np.full(len(curve), np.inf)
-    for number, residual in zip(family.numbers, family.residual, strict=True):
-        worst = np.abs(curve - _tabled(curve, number)).max(axis=1)
-        scale = np.minimum(scale, residual / np.where(worst > 0, worst, np.inf))
-    return np.asarray(curve * np.where(np.isfinite(scale), scale, 0.0)[:, None])
-
-
-def _tabled(curve: Array, points: int) -> Array:
-    """(m, G) what tables with evenly spread points give of curves (m, G)."""
-    x = np.linspace(0.0, 1.0, curve.shape[1])
-    nodes = np.linspace(0.0, 1.0, points) if points > 1 else np.array([0.5])
-    return np.asarray(_linear(curve, x, nodes) @ _hats(x, nodes))
-
-
-def _linear(curve: Array, x: Array, at: Array) -> Array:
-    """(m, k) curves (m, G) over x (G,), read at `at` (k,)."""
-    left = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
-    share = (at - x[left]) / (x[left + 1] - x[left])
-    return np.asarray(curve[:, left] * (1.0 - share) + curve[:, left + 1] * share)
-
-
-def _hats(x: Array, nodes: Array) -> Array:
-    """(N, G) what each node adds at x, constant outside the nodes."""
-    return np.array([np.interp(x, nodes, row) for row in np.eye(len(nodes))])
-
-
-def along(temperature_degc: Array, grid: Array, curve: Array) -> Array:
-    """(B, t, K) curves (B, t, G) at temperatures (B, K); the end segments go on beyond the grid."""
-    left = np.clip(np.searchsorted(grid, temperature_degc, side="right") - 1, 0, len(grid) - 2)
-    share = (temperature_degc - grid[left]) / (grid[left + 1] - grid[left])
-    unit = np.arange(len(curve))[:, None]
-    below = np.stack([curve[unit, t, left] for t in range(curve.shape[1])], axis=1)
-    above = np.stack([curve[unit, t, left + 1] for t in range(curve.shape[1])], axis=1)
-    return np.asarray(below + share[:, None, :] * (above - below))
+    phase = rng.uniform(0.0, 2.0 * np.pi, size=(shape[0] * shape[1], MODES))
+    return drawn_from.grid, drawn_from.drawn(phase).reshape(*shape, POINTS)
 
 
 # ---------------------------------------------------------------- random parts
 
 
-def spread_at(budget: ErrorBudget, temperature_degc: Array) -> Array:
-    """Run-to-run sigma at temperatures (...), linear between the table's nodes."""
-    spread = budget.run_to_run
-    if not isinstance(spread, Mapping):
-        return np.full(np.shape(temperature_degc), si_of(spread))
-    nodes = np.array(sorted(spread))
-    return np.asarray(np.interp(temperature_degc, nodes, [spread[t].si for t in nodes]))
-
-
 def _of_runs(
-    budget: ErrorBudget,
-    design: Design,
-    temperature_degc: Array,
-    shape: tuple[int, int],
-    rng: np.random.Generator,
+    budget: ErrorBudget, made: Campaign, shape: tuple[int, int], rng: np.random.Generator
 ) -> Array | float:
-    if budget.run_to_run is None:
+    """(B, n, t): one draw a power-on, which changes with the temperature if the budget says so."""
+    if not budget.has_run_to_run:
         return 0.0
-    draw = rng.normal(size=(shape[0], len(design.starts), shape[1]))
-    runs = np.repeat(np.arange(len(design.starts)), np.diff(np.append(design.starts, len(design))))
-    return np.asarray(spread_at(budget, temperature_degc)[..., None] * draw[:, runs])
+    records = made.records
+    length = budget.temperature_correlation
+    draw = rng.normal(size=(shape[0], len(records.starts), shape[1]))
+    z = np.repeat(draw, [len(rows) for rows in records.runs], axis=1)
+    for number, rows in enumerate(records.runs if length is not None else ()):
+        z[:, rows] = _over(records.conditions.temperature_degc[rows], draw[:, number], length, rng)
+    return np.asarray(budget.run_to_run_sigma(made.temperature_degc)[..., None] * z)
+
+
+def _over(temperature_degc: Array, first: Array, length: float | None, rng: np.random.Generator) -> Array:
+    """(B, m, t) draws along the temperatures (m,) of one power-on; `first` (B, t) is the first one's.
+
+    Each further temperature is drawn given those before it, E z z' = exp(−ΔT² / (2 L²)).
+    """
+    points, where = np.unique(temperature_degc, return_inverse=True)
+    found = [first]
+    for k in range(1, len(points)):
+        keep = np.exp(-0.5 * ((points[:k, None] - points[None, : k + 1]) / (length or np.inf)) ** 2)
+        weights = np.linalg.lstsq(keep[:, :k], keep[:, k], rcond=1e-12)[0]
+        left = max(0.0, 1.0 - float(weights @ keep[:, k]))
+        mean = np.tensordot(weights, np.stack(found), axes=1)
+        found.append(mean + np.sqrt(left) * rng.normal(size=first.shape))
+    return np.stack(found, axis=1)[:, where]
+
+
+def _of_flight(
+    budget: ErrorBudget, flight: Exposed, shape: tuple[int, int], rng: np.random.Generator
+) -> Array:
+    """(B, K, t) what the flight's own power-on draws."""
+    t = np.broadcast_to(flight.temperature_degc, (shape[0], len(flight.time)))
+    first = rng.normal(size=shape)
+    z = np.broadcast_to(first[:, None, :], (*t.shape, shape[1]))
+    length = budget.temperature_correlation
+    if length is not None:
+        z = np.concatenate([_over(t[b], first[b : b + 1], length, rng) for b in range(len(t))])
+    return np.asarray(budget.run_to_run_sigma(t)[..., None] * z)
 
 
 def _in_run(
-    budget: ErrorBudget,
-    design: Design,
-    flight: Exposed,
-    shape: tuple[int, int],
-    settings: Settings,
-    rng: np.random.Generator,
+    budget: ErrorBudget, made: Campaign, shape: tuple[int, int], rng: np.random.Generator
 ) -> tuple[Array | float, Array]:
     """In the records (B, n, t), and at the flight's times (B, K, t): a power-on of its own."""
-    sigma = si_of(budget.in_run)
+    sigma, flight = budget.in_run_sigma, made.flight
     if sigma <= 0:
         return 0.0, np.zeros((shape[0], len(flight.time), shape[1]))
-    bench = gauss_markov(design.conditions.time_on, design.starts, settings.in_run_time, shape, rng)
-    own = gauss_markov(flight.time, np.array([0]), settings.in_run_time, shape, rng)
+    time_on = made.records.conditions.time_on
+    bench = gauss_markov(time_on, made.records.starts, budget.in_run_time, shape, rng)
+    own = gauss_markov(flight.time, np.array([0]), budget.in_run_time, shape, rng)
     return sigma * bench, sigma * own
 
 
@@ -264,14 +247,14 @@ def gauss_markov(
 
 
 def _storage(
-    budget: ErrorBudget, design: Design, flight: Exposed, shape: tuple[int, int], rng: np.random.Generator
+    budget: ErrorBudget, made: Campaign, shape: tuple[int, int], rng: np.random.Generator
 ) -> tuple[Array | float, Array]:
     """In the records (B, n, t), and on the flight's day (B, t): one walk from zero on day 0."""
-    sigma = si_of(budget.storage)
+    sigma = budget.storage_sigma
     if sigma <= 0:
         return 0.0, np.zeros(shape)
-    days, index = np.unique(design.conditions.day, return_inverse=True)
-    last = max(flight.day, float(days[-1]))
+    days, index = np.unique(made.records.conditions.day, return_inverse=True)
+    last = max(made.flight.day, float(days[-1]))
     width = np.sqrt(np.diff(np.concatenate([[0.0], days, [last]])) / STORAGE_DAYS)
     walk = np.cumsum(width[None, :, None] * rng.normal(size=(shape[0], len(width), shape[1])), axis=1)
     return sigma * walk[:, :-1][:, index], sigma * walk[:, -1]

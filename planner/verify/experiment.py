@@ -6,37 +6,32 @@ A chunk is CHUNK units, drawn by generators keyed by (seed, chunk): who runs it 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
-from planner import catalog
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Trajectory
-from planner.simulate.campaign import STORAGE_DAYS, Settings, Unit, prepared
-from planner.simulate.design import DEFAULT_LATITUDE, Design, design, steps_of
-from planner.simulate.settings import settings_of
-from planner.spec.model import ErrorBudget, Given, Requirement, Spec
+from planner.spec.model import Given, Requirement, Spec
 from planner.units import unit_factor
-from planner.verify.calibrations import (
-    ChannelEstimator,
-    calibrated,
-    conditions_of_units,
-    estimators,
-    readings,
-    white_noise,
-)
-from planner.verify.draws import Exposed, drawn_errors, generator
+from planner.verify.beside import beside_of
+from planner.verify.calibrations import Estimator, calibrated, estimators, readings, white_noise
+from planner.verify.chance import Chance, chance_of
+from planner.verify.draws import Campaign, DrawnError, Exposed, Unit, drawn_errors, generator, unit_of
 from planner.verify.flights import (
     FlightModel,
+    beside_coefficients,
     exact_coefficients,
     flight_model,
+    instants_of,
     lengths_of,
     part_coefficients,
     vectors_of,
 )
-from planner.verify.residuals import FOLDED, PARTS, Left, left_over
+from planner.verify.records import Records, records_of
+from planner.verify.references import Met, met_by_units
+from planner.verify.residuals import PARTS, Left, flying, left_over
 from planner.verify.tally import Tally
 
 CHUNK = 100
@@ -52,24 +47,32 @@ class Experiment:
     half_widths: error -> SI, what the plan claims of the estimate; day: of the flight
     """
 
+    spec: Spec
     unit: Unit
-    design: Design
-    estimators: Mapping[Sensor, tuple[ChannelEstimator, ...]]
+    records: Records
+    estimators: Mapping[Sensor, tuple[Estimator, ...]]
     flight: FlightModel | None
     given: Mapping[str, float]
-    requirements: tuple[Requirement, ...]
     half_widths: Mapping[str, float]
-    settings: Settings
+    chance: Chance
     seed: int
     where: Where
-    range_degc: tuple[float, float]
-    room_degc: float
     day: float
 
     @property
-    def errors(self) -> tuple[tuple[Sensor, str], ...]:
-        """(sensor, effect) of every budgeted error, in the order of the tallies."""
-        return tuple(self.unit.budgets)
+    def requirements(self) -> tuple[Requirement, ...]:
+        """The spec's."""
+        return self.spec.requirement
+
+    @property
+    def errors(self) -> list[tuple[Sensor, str]]:
+        """(sensor, effect) of every error that flies, in the order of the tallies."""
+        return flying(list(self.unit.budgets))
+
+    @property
+    def beside(self) -> tuple[str, ...]:
+        """Names of what flies beside the errors, in the order of the tallies."""
+        return () if self.flight is None else self.flight.beside.names
 
 
 def experiment(
@@ -79,49 +82,43 @@ def experiment(
     *,
     seed: int,
     where: Where = "flight",
-    settings: Settings | None = None,
+    chance: Chance | None = None,
 ) -> Experiment:
     """The plan's tree (plan.json) on a spec, prepared.
 
-    Without a day of its own the flight comes two months after the calibration, which is what a budget's
-    storage part says. Raises InputError for a plan without records, or with fewer than coefficients.
+    Without a day of its own the flight comes `flown_after` the campaign's end. Raises InputError for a plan
+    without records, or with fewer than coefficients.
     """
-    settings = settings or settings_of(spec)
-    laid = design(steps_of(document), spec, DEFAULT_LATITUDE)
-    unit = _with_declared(prepared(spec), spec)
+    chance = chance or chance_of(spec)
+    records, unit = records_of(document, spec), unit_of(spec)
     given = spec.sensitivities.given if isinstance(spec.sensitivities, Given) else {}
     flown = None
     if not given and trajectory is not None:
-        flown = flight_model(trajectory, list(unit.budgets), spec.requirement)
-    day = trajectory.day if trajectory is not None and trajectory.day > 0 else STORAGE_DAYS
+        flown = _flight(spec, unit, chance, trajectory)
+    day = records.end_day + spec.flown_after_days
+    if trajectory is not None and trajectory.day > 0:
+        day = trajectory.day
     return Experiment(
+        spec=spec,
         unit=unit,
-        design=laid,
-        estimators=estimators(laid, spec, settings),
+        records=records,
+        estimators=estimators(records, unit, spec.effects, chance),
         flight=flown,
         given={name: quantity.si for name, quantity in given.items()},
-        requirements=spec.requirement,
         half_widths=_half_widths(document),
-        settings=settings,
+        chance=chance,
         seed=seed,
         where=where,
-        range_degc=spec.plan.temperatures.range,
-        room_degc=spec.plan.temperatures.room,
         day=day,
     )
 
 
-def _with_declared(unit: Unit, spec: Spec) -> Unit:
-    """Declared effects without a budget too: the unit has none of them, but its calibration finds some."""
-    known = catalog.effects()
-    declared = [
-        (sensor, name)
-        for name in spec.effects
-        for sensor in SENSORS
-        if sensor in known[name].sensors and name not in FOLDED
-    ]
-    empty = {key: ErrorBudget() for key in declared if key not in unit.budgets}
-    return replace(unit, budgets={**unit.budgets, **empty})
+def _flight(spec: Spec, unit: Unit, chance: Chance, trajectory: Trajectory) -> FlightModel:
+    instants = instants_of(trajectory, spec.requirement)
+    drifting = [b.in_run_time for b in unit.budgets.values() if b.in_run_sigma > 0]
+    beside = beside_of(spec, chance, trajectory, instants)
+    errors = flying(list(unit.budgets))
+    return flight_model(trajectory, errors, instants, beside, min(drifting, default=np.inf))
 
 
 def _half_widths(document: Mapping[str, Any]) -> dict[str, float]:
@@ -129,6 +126,16 @@ def _half_widths(document: Mapping[str, Any]) -> dict[str, float]:
         name: float(a["parts"]["estimate"]) * unit_factor(a["unit"])[0]
         for name, a in document["allowances"].items()
     }
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The campaigns of some units: what they met, what they are, and what they read, (B n, 3) a sensor."""
+
+    met: Met
+    errors: list[DrawnError]
+    readings: Mapping[Sensor, Array]
+    flight: Exposed
 
 
 def run_chunk(e: Experiment, number: int, flights: int = CHUNK) -> Tally:
@@ -140,33 +147,40 @@ def run_chunk(e: Experiment, number: int, flights: int = CHUNK) -> Tally:
         return _tally(e, left, number, flights)
 
 
-def units_left(e: Experiment, number: int, flights: int = CHUNK) -> list[Left]:
-    """What the calibrations of one chunk's units leave in flight."""
+def units_measured(e: Experiment, number: int, flights: int = CHUNK) -> Measured:
+    """One chunk's units, drawn and measured."""
     key = (e.seed, number)
     exposed = _exposed(e, flights, key)
-    conditions = conditions_of_units(e.design, flights, e.settings, key)
-    temperature = conditions.temperature_degc.reshape(flights, -1)
-    errors = drawn_errors(e.unit, e.design, temperature, exposed, e.settings, key)
-    theta = {}
-    for sensor in SENSORS:
-        y = readings(sensor, conditions, errors, white_noise(sensor, e.design, flights, e.settings, key))
-        theta[sensor] = [
-            calibrated(estimator, conditions, y[:, i], flights)
-            for i, estimator in enumerate(e.estimators[sensor])
-        ]
-    return left_over(errors, e.estimators, theta, exposed)
+    met = met_by_units(e.records, flights, e.spec, e.chance, key)
+    made = Campaign(e.records, met.true.temperature_degc.reshape(flights, -1), exposed)
+    errors = drawn_errors(e.unit, made, e.chance, key)
+    read = {
+        sensor: readings(sensor, met.true, errors, white_noise(sensor, e.records, flights, e.chance, key))
+        for sensor in SENSORS
+    }
+    return Measured(met, errors, read, exposed)
+
+
+def units_left(e: Experiment, number: int, flights: int = CHUNK) -> list[Left]:
+    """What the calibrations of one chunk's units leave in flight."""
+    made = units_measured(e, number, flights)
+    theta = {
+        sensor: [calibrated(x, made.met.shown, made.readings[sensor], flights) for x in e.estimators[sensor]]
+        for sensor in SENSORS
+    }
+    return left_over(made.errors, e.estimators, theta, made.flight)
 
 
 def _exposed(e: Experiment, flights: int, key: tuple[int, int]) -> Exposed:
     if e.flight is None:
-        profile, time = np.array([e.room_degc]), np.zeros(1)
+        profile, time = np.array([e.spec.plan.temperatures.room]), np.zeros(1)
     else:
         time = e.flight.moments
         flown = e.flight.trajectory
         profile = np.interp(time, flown.time_s, flown.temperature_degc)
     if e.where == "flight":
         return Exposed(profile, time, e.day)
-    low, high = e.range_degc
+    low, high = e.spec.plan.temperatures.range
     start = generator(*key, "flight_temperature").uniform(low, high, size=(flights, 1))
     return Exposed(np.clip(start + profile - profile[0], low, high), time, e.day)
 
@@ -175,7 +189,10 @@ def _exposed(e: Experiment, flights: int, key: tuple[int, int]) -> Exposed:
 
 
 def _tally(e: Experiment, left: Sequence[Left], number: int, flights: int) -> Tally:
-    exact, linear = _navigated(e, left)
+    beside = {}
+    if e.flight is not None:
+        beside = e.flight.beside.drawn(e.flight.trajectory, flights, (e.seed, number))
+    exact, linear = _navigated(e, left, beside)
     last = [a[-1] - b[-1] for a, b in zip(exact, linear, strict=True)]
     return Tally(
         number=number,
@@ -184,6 +201,7 @@ def _tally(e: Experiment, left: Sequence[Left], number: int, flights: int) -> Ta
         linear=np.stack([lengths_of(v) for v in linear]),
         apart=np.array([float(np.sum(v**2)) for v in last]),
         squares=_squares(e, left),
+        beside=_squares_beside(e, beside, flights),
         sizes=np.array([np.sum(x.parts[:, :, -1] ** 2, axis=(1, 2)) for x in left]),
         largest=np.array([np.abs(x.parts).max(axis=(1, 2, 3)) for x in left]),
         counts=np.array([float(flights * len(x.terms)) for x in left]),
@@ -191,12 +209,14 @@ def _tally(e: Experiment, left: Sequence[Left], number: int, flights: int) -> Ta
     )
 
 
-def _navigated(e: Experiment, left: Sequence[Left]) -> tuple[list[Array], list[Array]]:
+def _navigated(
+    e: Experiment, left: Sequence[Left], beside: Mapping[str, Array]
+) -> tuple[list[Array], list[Array]]:
     """(k, c, B) of every requirement: nonlinear, and by the linear combination."""
     if e.flight is None:
         every = [_given(e, left, [x.total for x in left])] * len(e.requirements)
         return every, every
-    coefficients = exact_coefficients(e.flight, left)
+    coefficients = exact_coefficients(e.flight, left, beside)
     flown = e.flight.navigate(coefficients)
     exact = [vectors_of(flown, e.flight.instants, r) for r in e.requirements]
     linear = [_linear(e.flight, coefficients, r) for r in e.requirements]
@@ -227,8 +247,19 @@ def _of_part(e: Experiment, x: Left, value: Array) -> list[Array]:
     """(c, B) of every requirement."""
     if e.flight is None:
         return [_given(e, [x], [value])[0]] * len(e.requirements)
-    coefficients = part_coefficients(e.flight, x.sensor, x.effect, x.terms, value)
-    return [vectors_of(e.flight.linear, e.flight.instants, r)[-1] @ coefficients.T for r in e.requirements]
+    coefficients = part_coefficients(e.flight, x, value)
+    return [_linear(e.flight, coefficients, r)[-1] for r in e.requirements]
+
+
+def _squares_beside(e: Experiment, beside: Mapping[str, Array], flights: int) -> Array:
+    """(R, W) the same of what flies beside the errors."""
+    found = np.zeros((len(e.requirements), len(e.beside)))
+    for i, name in enumerate(e.beside):
+        if e.flight is not None:
+            coefficients = beside_coefficients(e.flight, {name: beside[name]}, flights)
+            for r, wanted in enumerate(e.requirements):
+                found[r, i] = float(np.sum(_linear(e.flight, coefficients, wanted)[-1] ** 2))
+    return found
 
 
 def _claimed(e: Experiment, x: Left) -> tuple[float, float]:

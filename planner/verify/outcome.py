@@ -13,8 +13,9 @@ from planner.records import Array
 from planner.sensor import ErrorName
 from planner.spec.model import NAVIGATION_ERRORS, PercentileRule, Requirement, Spec
 from planner.units import to_si, unit_factor
+from planner.verify.beside import noise_name
 from planner.verify.experiment import Experiment
-from planner.verify.residuals import FOLDED, PARTS
+from planner.verify.residuals import PARTS
 from planner.verify.tally import Tally
 
 Verdict = Literal["kept", "broken", "undecided"]
@@ -182,27 +183,42 @@ def _rms_interval(lengths: Array) -> tuple[float, float]:
 # ---------------------------------------------------------------- what it is made of
 
 
-def names_of(e: Experiment) -> list[str]:
-    """Errors in the order of the tallies; those of one table are one."""
-    every = set(e.errors)
-    return [f"{s}.{x}" for s, x in e.errors if (s, FOLDED.get(x, "")) not in every]
+def names_of(e: Experiment) -> list[ErrorName]:
+    """Errors in the order of the tallies."""
+    return [ErrorName.of(sensor, effect) for sensor, effect in e.errors]
 
 
 def _parts(e: Experiment, tally: Tally, document: Mapping[str, Any], index: int) -> tuple[Part, ...]:
     adds = np.sqrt(tally.squares[index] / tally.flights)
+    beside = np.sqrt(tally.beside[index] / tally.flights)
     sizes = np.sqrt(tally.sizes / tally.counts[:, None])
-    whole = float(np.sum(adds**2)) or 1.0
-    found = []
+    whole = float(np.sum(adds**2) + np.sum(beside**2)) or 1.0
+    found = [
+        _beside(e, name, add, add**2 / whole) for name, add in zip(e.beside, beside.tolist(), strict=True)
+    ]
     for i, name in enumerate(names_of(e)):
         claimed = document["allowances"].get(name)
-        sensor, effect = ErrorName(name).parts
-        unit = catalog.effects()[effect].units[sensor]
+        unit = catalog.effects()[name.effect].units[name.sensor]
         for p, part in enumerate(PARTS):
             planned = 0.0 if claimed is None else float(claimed["parts"][part]) * unit_factor(unit)[0]
             share = float(adds[i, p] ** 2) / whole
             numbers = (float(adds[i, p]), share, float(sizes[i, p]), float(tally.largest[i, p]), planned)
             found.append(Part(name, part, unit, *numbers))
     return tuple(sorted(found, key=lambda part: -part.adds))
+
+
+def _beside(e: Experiment, name: str, adds: float, share: float) -> Part:
+    """Noise (of one second) or alignment: as large as the spec has it, so nothing of it is too small."""
+    assert e.flight is not None
+    beside = e.flight.beside
+    for sensor, density in beside.noise.items():
+        if name == noise_name(sensor):
+            unit = "deg/s" if sensor == "gyro" else "g"
+            return Part(sensor, "noise", unit, adds, share, density, density, density)
+    assert beside.alignment is not None
+    one = beside.alignment.roll_pitch, beside.alignment.roll_pitch, beside.alignment.heading
+    size = float(np.sqrt(np.mean(np.square(one))))
+    return Part("attitude", "alignment", "deg", adds, share, size, size, size)
 
 
 def _too_small(parts: tuple[Part, ...]) -> tuple[str, ...]:

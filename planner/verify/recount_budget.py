@@ -16,8 +16,8 @@ import numpy as np
 from planner import catalog
 from planner.protocols import SENSORS
 from planner.sensor import ErrorName
-from planner.spec.model import ErrorBudget, MeasuredCurve, PercentileRule, Spec
-from planner.spec.model import si as si_of
+from planner.spec.budget import ErrorBudget, MeasuredCurve
+from planner.spec.model import PercentileRule, Spec
 from planner.units import unit_factor
 from planner.verify.findings import Findings
 from planner.verify.recount_spread import spreads_of_records
@@ -208,11 +208,7 @@ def quantile(confidence: float, kind: str, n: int) -> float:
 
 def _spread(budget: ErrorBudget, t: float, added: float) -> float:
     """Of one repeat, SI: run-to-run at a temperature, and in squares what its records add."""
-    spread = budget.run_to_run
-    if not isinstance(spread, Mapping):
-        return math.hypot(si_of(spread), added)
-    nodes = sorted(spread)
-    return math.hypot(float(np.interp(t, nodes, [spread[x].si for x in nodes])), added)
+    return math.hypot(float(budget.run_to_run_sigma(np.array(t))), added)
 
 
 def budgets_of(spec: Spec) -> dict[str, ErrorBudget]:
@@ -268,9 +264,7 @@ def _parts(
     spec: Spec, name: str, budget: ErrorBudget, reached: tuple[str, list[float], float] | None
 ) -> tuple[float, ...]:
     """The five parts, SI; of an error that nobody calibrates the whole size is the estimate's."""
-    spread = budget.run_to_run
-    largest = max(q.si for q in spread.values()) if isinstance(spread, Mapping) else si_of(spread)
-    constant = (largest, si_of(budget.in_run), si_of(budget.storage))
+    constant = (budget.run_to_run_largest, budget.in_run_sigma, budget.storage_sigma)
     if reached is None:
         return (*constant, 0.0, _whole(budget))
     _, points, width = reached
@@ -278,36 +272,33 @@ def _parts(
 
 
 def _whole(budget: ErrorBudget) -> float:
-    residual = budget.temperature_residual
-    if residual is None:
-        return si_of(budget.systematic)
-    values = residual.curve.values() if isinstance(residual, MeasuredCurve) else residual.values()
-    return max([si_of(budget.systematic), *(abs(q.si) for q in values)])
+    curve, table = budget.measured_curve, budget.residual_table or {}
+    values = [*table.values()] if curve is None else np.abs(curve.values).tolist()
+    return float(max([budget.systematic_size, *values]))
 
 
 def _residual(spec: Spec, name: str, budget: ErrorBudget, points: Sequence[float]) -> float:
     """What a table at these temperatures leaves, by the spec's table or on its measured curve."""
-    residual = budget.temperature_residual
-    if residual is None:
+    if budget.temperature_residual is None:
         return 0.0
     needed = TABLE_OF.get(ErrorName(name).effect)
     if needed in catalog.effects() and needed not in spec.effects:
         return _whole(budget)
-    if isinstance(residual, MeasuredCurve):
-        return _on_curve(spec, name, residual, points)
+    if budget.measured_curve is not None:
+        return _on_curve(spec, name, budget.measured_curve, points)
+    residual = budget.residual_table or {}
     usable = [n for n in residual if n <= len(points)]
     if not usable:
         return _whole(budget)
     if spec.plan.temperatures.interpolate:
         numbers = sorted(residual)
-        return float(np.interp(len(points), numbers, [residual[n].si for n in numbers]))
-    return float(residual[max(usable)].si)
+        return float(np.interp(len(points), numbers, [residual[n] for n in numbers]))
+    return residual[max(usable)]
 
 
 def _on_curve(spec: Spec, name: str, measured: MeasuredCurve, points: Sequence[float]) -> float:
     """Largest distance of the table from the curve's points."""
-    x = np.array(sorted(measured.curve))
-    y = np.array([measured.curve[t].si for t in x])
+    x, y = measured.temperatures_degc, measured.values
     low, high = spec.plan.temperatures.range
     test = next((t for t in spec.tests.values() if name in t.calibrates), None)
     by_hand = test is not None and any(

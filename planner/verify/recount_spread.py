@@ -16,33 +16,24 @@ import numpy as np
 from planner import catalog
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Conditions
-from planner.simulate.attitudes import exposure, mounting
-from planner.simulate.campaign import Settings
-from planner.simulate.design import DEFAULT_LATITUDE
-from planner.spec.model import ErrorBudget, Given, Spec
-from planner.spec.model import si as si_of
+from planner.spec.budget import ErrorBudget
+from planner.spec.model import Given, Spec
 from planner.spec.motions import motions_of
+from planner.verify.records import motion_on, referred
 
-OVER_TIME = {  # effects that the records of one repeat, at one temperature, do not show
-    "ageing",
-    "bias_step",
-    "bias_temperature",
-    "misalignment_temperature",
-    "scale_factor_temperature",
-    "temperature_rate",
-    "warm_up",
-}
+MOTION = frozenset(("rate", "specific_force"))  # all that the records of one repeat differ in
 
 
 @dataclass(frozen=True)
 class _Column:
-    """One coefficient on one channel: its output (m,), and the sigmas of its error."""
+    """One coefficient on one channel: its output (m,), the sigmas of its error, and its drift's time."""
 
     error: str
     served: bool
     output: Array
     run: float
     drift: float
+    time: float
 
 
 def spreads_of_records(spec: Spec) -> dict[tuple[str, str], float]:
@@ -60,20 +51,16 @@ def _conditions(spec: Spec, name: str) -> Conditions | None:
     """The records of one repeat; None where the bench's motions are unknown."""
     test = spec.tests[name]
     bench = spec.benches[test.bench]
-    clock, rate, force, middle = test.power_on, [], [], []
-    for k, motion in enumerate(motions_of(test.bench, bench, test)):
-        if motion is None:
-            return None
-        mount = mounting(k, test.motion_count, bench.axes)
-        seen = exposure(motion, test.record, DEFAULT_LATITUDE, arm=bench.arm, mount=mount)
-        rate.append(seen.rate)
-        force.append(seen.specific_force)
+    asked = motions_of(test.bench, bench, test)
+    if any(motion is None for motion in asked):
+        return None
+    made = [motion_on(bench, motion, test.record, k, len(asked)) for k, motion in enumerate(asked)]
+    rate, force = referred(made)
+    m, clock, middle = len(made), test.power_on, []
+    for _ in made:
         middle.append(clock + bench.move + test.record / 2)
         clock += bench.move + test.record + test.gap
-    m = len(middle)
-    return Conditions(
-        np.array(rate), np.array(force), np.full(m, 20.0), np.zeros(m), np.array(middle), np.zeros(m)
-    )
+    return Conditions(rate, force, np.full(m, 20.0), np.zeros(m), np.array(middle), np.zeros(m))
 
 
 def _of_test(spec: Spec, name: str, seen: Conditions) -> dict[str, float]:
@@ -91,15 +78,16 @@ def _columns(spec: Spec, name: str, seen: Conditions, sensor: Sensor, channel: i
     found = []
     budgets: Mapping[str, ErrorBudget] = getattr(spec.unit, sensor)
     for effect, budget in budgets.items():
-        if effect in OVER_TIME:
-            continue
+        if not catalog.effects()[effect].needs <= MOTION:
+            continue  # at one temperature and within the hour it cannot be told from a constant
         error = f"{sensor}.{effect}"
         served = error in spec.tests[name].calibrates and effect in spec.effects
-        spread = budget.run_to_run
-        run = max(q.si for q in spread.values()) if isinstance(spread, Mapping) else si_of(spread)
+        run = budget.run_to_run_largest
         outputs = catalog.effects()[effect].regressors(sensor, seen)[:, channel]
         found += [
-            _Column(error, served, output, run, si_of(budget.in_run)) for output in outputs.T if output.any()
+            _Column(error, served, output, run, budget.in_run_sigma, budget.in_run_time)
+            for output in outputs.T
+            if output.any()
         ]
     return found
 
@@ -111,15 +99,18 @@ def _added(
     if not served:
         return []
     blocks = [c.run * c.output[:, None] for c in columns if not c.served and c.run > 0] * 2
-    keep = np.exp(-np.abs(np.subtract.outer(seen.time_on, seen.time_on)) / Settings().in_run_time)
-    values, vectors = np.linalg.eigh(keep)
-    root = vectors * np.sqrt(np.clip(values, 0.0, None))
-    blocks += [c.drift * c.output[:, None] * root for c in columns if c.drift > 0]
+    blocks += [c.drift * c.output[:, None] * _root(seen.time_on, c.time) for c in columns if c.drift > 0]
     m = len(seen.time_on)
     blocks.append(white / np.sqrt(record) * np.eye(m))
     unit_errors = np.concatenate(blocks, axis=1)
     estimates = _weighed(served, columns, white / np.sqrt(record), m) @ unit_errors
     return list(zip(served, np.linalg.norm(estimates, axis=1).tolist(), strict=True))
+
+
+def _root(time_on: Array, tau: float) -> Array:
+    """(m, m) square root of exp(−|Δt|/τ)."""
+    values, vectors = np.linalg.eigh(np.exp(-np.abs(np.subtract.outer(time_on, time_on)) / tau))
+    return np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))
 
 
 def _weighed(served: list[_Column], columns: list[_Column], noise: float, m: int) -> Array:

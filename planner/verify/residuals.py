@@ -3,26 +3,27 @@
     r = run_to_run + in_run + storage + temperature + estimate
 
 temperature: the unit's curve minus the table through its own values at the nodes; estimate: that table minus
-the calibrated one. So the parts are those of the plan's allowances, and their sum is exact.
+the calibrated one. So the parts are those of the plan's allowances, and their sum is exact. An effect that a
+table carries (`tabled`, `temperature_of`) is part of the one that it changes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from planner.effects._channels import REFERENCE_DEGC
-from planner.learn.channel_model import AXES, REACH_K
-from planner.learn.temperature_nodes import hats
+from planner import catalog
 from planner.protocols import Sensor
-from planner.records import Array
-from planner.verify.calibrations import ChannelEstimator
+from planner.records import Array, Conditions
+from planner.sensor import ErrorName
+from planner.verify.calibrations import Estimator
 from planner.verify.draws import DrawnError, Exposed
+from planner.verify.nodes import read
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
-FOLDED = {"bias_temperature": "bias", "scale_factor_temperature": "scale_factor"}  # carried by its table
+_ROOM = np.array([20.0])  # where the one value of an error without a table stands
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Left:
     true, estimated: (B, K, t)
     """
 
-    name: str
+    name: ErrorName
     sensor: Sensor
     effect: str
     terms: tuple[str, ...]
@@ -49,97 +50,111 @@ class Left:
         return np.asarray(self.parts.sum(axis=0))
 
 
+def carrier(sensor: Sensor, effect: str, errors: Sequence[tuple[Sensor, str]]) -> str:
+    """The error that an error flies as: itself, or the one in whose table it is carried."""
+    known = catalog.effects()[effect]
+    plain = known.temperature_of
+    return plain if known.tabled and plain is not None and (sensor, plain) in errors else effect
+
+
+def flying(errors: Sequence[tuple[Sensor, str]]) -> list[tuple[Sensor, str]]:
+    """The errors (sensor, effect) that stand for themselves in flight."""
+    return [(s, e) for s, e in errors if carrier(s, e, errors) == e]
+
+
 def left_over(
     errors: Sequence[DrawnError],
-    estimators: Mapping[Sensor, Sequence[ChannelEstimator]],
+    estimators: Mapping[Sensor, Sequence[Estimator]],
     theta: Mapping[Sensor, Sequence[Array]],
     flight: Exposed,
 ) -> list[Left]:
     """Every budgeted error; those of one table are one."""
-    return [_left(error, errors, estimators, theta, flight) for error in errors if not _folds(error, errors)]
-
-
-def _folds(error: DrawnError, errors: Sequence[DrawnError]) -> bool:
-    plain = FOLDED.get(error.effect)
-    return plain is not None and any(e.sensor == error.sensor and e.effect == plain for e in errors)
+    names = [(e.sensor, e.effect) for e in errors]
+    found = []
+    for sensor, effect in flying(names):
+        whole = [e for e in errors if e.sensor == sensor and carrier(sensor, e.effect, names) == effect]
+        found.append(_left(effect, whole, estimators[sensor], theta[sensor], flight))
+    return found
 
 
 def _left(
-    error: DrawnError,
-    errors: Sequence[DrawnError],
-    estimators: Mapping[Sensor, Sequence[ChannelEstimator]],
-    theta: Mapping[Sensor, Sequence[Array]],
+    effect: str,
+    whole: Sequence[DrawnError],
+    estimators: Sequence[Estimator],
+    theta: Sequence[Array],
     flight: Exposed,
 ) -> Left:
+    error = next(e for e in whole if e.effect == effect)
     units = len(error.constant)
     t = np.broadcast_to(flight.temperature_degc, (units, len(flight.time)))
     parts = np.zeros((5, units, len(flight.time), len(error.terms)))
-    nodes_of: list[Array] = []
-    at_nodes: list[Array] = []
-    whole = [error, *_folded_into(error, errors)]
+    for e in whole:
+        share = _share(e, effect, t, flight)
+        parts[0] += share * e.run_to_run
+        parts[1] += share * e.in_run
+        parts[2] += share * e.storage[:, None, :]
+    curve = _systematic(whole, effect, t, flight)
+    nodes_of, at_nodes = [], []
     estimated = np.zeros(parts.shape[1:])
     for i, term in enumerate(error.terms):
-        parts[0, :, :, i] = sum(_scaled(e, e.run_to_run(t), t)[:, :, i] for e in whole)
-        parts[1, :, :, i] = sum(_scaled(e, e.in_run, t)[:, :, i] for e in whole)
-        parts[2, :, :, i] = sum(_scaled(e, e.storage[:, None, :], t)[:, :, i] for e in whole)
-        own = _table(error, term, estimators[error.sensor], theta[error.sensor])
-        curve = _systematic(whole, t, i)
-        nodes = np.array([20.0]) if own is None else own[0]
-        values = np.zeros((units, 1)) if own is None else own[1]
-        at = _systematic(whole, np.broadcast_to(nodes, (units, len(nodes))), i)
-        weights = hats(t.ravel(), nodes, REACH_K).reshape(*t.shape, -1)
+        nodes, values = _table(effect, term, estimators, theta, units)
+        at = _systematic(whole, effect, np.broadcast_to(nodes, (units, len(nodes))), flight)[:, :, i]
+        weights = read(t, nodes)
         estimated[:, :, i] = np.einsum("bkn,bn->bk", weights, values)
         tabled = np.einsum("bkn,bn->bk", weights, at)
-        parts[3, :, :, i] = curve - tabled
+        parts[3, :, :, i] = curve[:, :, i] - tabled
         parts[4, :, :, i] = tabled - estimated[:, :, i]
         nodes_of.append(nodes)
         at_nodes.append(at - values)
-    true = estimated + parts.sum(axis=0)
     least = min(len(n) for n in nodes_of)
-    stacked = np.stack([a[:, :least] for a in at_nodes], axis=2)
     return Left(
         error.name,
         error.sensor,
-        error.effect,
+        effect,
         error.terms,
         parts,
-        true,
+        estimated + parts.sum(axis=0),
         estimated,
-        stacked,
+        np.stack([a[:, :least] for a in at_nodes], axis=2),
         nodes_of[0][:least],
     )
 
 
-def _folded_into(error: DrawnError, errors: Sequence[DrawnError]) -> Iterator[DrawnError]:
-    for other in errors:
-        if other.sensor == error.sensor and FOLDED.get(other.effect) == error.effect:
-            yield other
+def _systematic(whole: Sequence[DrawnError], effect: str, t: Array, flight: Exposed) -> Array:
+    """(B, K, t) constants and curves at temperatures (B, K), in the terms of the carrying effect."""
+    return np.asarray(sum(_share(e, effect, t, flight) * e.systematic(t) for e in whole))
 
 
-def _scaled(error: DrawnError, value: Array, t: Array) -> Array:
-    """An effect per kelvin acts with its distance from room temperature."""
-    return value if error.effect not in FOLDED else value * (t - REFERENCE_DEGC)[..., None]
+def _share(error: DrawnError, effect: str, t: Array, flight: Exposed) -> Array | float:
+    """(B, K, terms) what one unit of an error is in units of the effect that carries it, at temperatures.
 
-
-def _systematic(whole: Sequence[DrawnError], t: Array, term: int) -> Array:
-    return np.asarray(sum(_scaled(e, e.systematic(t), t)[:, :, term] for e in whole))
+    Asked of both effects' regressors under a turn and a load about no axis of the body.
+    """
+    if error.effect == effect:
+        return 1.0
+    rows = t.size
+    seen = Conditions(
+        rate=np.tile([1.1, 0.7, 0.4], (rows, 1)),
+        specific_force=np.tile([9.0, 25.0, 16.0], (rows, 1)),
+        temperature_degc=t.ravel(),
+        temperature_rate=np.zeros(rows),
+        time_on=np.full(rows, float(np.mean(flight.time))),
+        day=np.full(rows, flight.day),
+    )
+    own, carrying = (catalog.effects()[e].regressors(error.sensor, seen) for e in (error.effect, effect))
+    size = np.sum(carrying**2, axis=1)
+    found = np.sum(own * carrying, axis=1) / np.where(size > 0, size, 1.0)
+    return np.asarray(found.reshape(*t.shape, -1))
 
 
 def _table(
-    error: DrawnError, term: str, channels: Sequence[ChannelEstimator], theta: Sequence[Array]
-) -> tuple[Array, Array] | None:
-    """Nodes (N,) and values (B, N) that a calibration gives a term; None when nobody calibrates it."""
-    for estimator, values in zip(channels, theta, strict=True):
-        columns = estimator.model.columns()[: estimator.count]
-        mine = [i for i, c in enumerate(columns) if c.effect == error.effect and c.term == term]
+    effect: str, term: str, estimators: Sequence[Estimator], theta: Sequence[Array], units: int
+) -> tuple[Array, Array]:
+    """Nodes (N,) and values (B, N) that a calibration gives a term; zero where nobody calibrates it."""
+    for estimator, values in zip(estimators, theta, strict=True):
+        columns = estimator.model.columns
+        mine = [i for i, c in enumerate(columns) if (c.effect, c.term) == (effect, term)]
         if mine:
             nodes = np.array([columns[i].node_degc for i in mine])
-            if np.isnan(nodes).any():
-                nodes = np.array([20.0])
-            return nodes, values[:, mine]
-    return None
-
-
-def channel_of(term: str) -> int:
-    """Index of the channel that a term such as `x` or `xy` belongs to."""
-    return AXES.index(term[0])
+            return (_ROOM if np.isnan(nodes).any() else nodes), values[:, mine]
+    return _ROOM, np.zeros((units, 1))

@@ -18,6 +18,7 @@ class Tally:
     lengths: (R, F) navigation error of every flight for each requirement, SI; linear: (R, F) the same by the
         linear combination; apart: (R,) sums of |nonlinear − linear|² at the requirement's last instant
     squares: (R, E, 5) sums of squared lengths of what each part of each error adds, at the last instant
+    beside: (R, W) the same of what flies beside the errors: noise, initial alignment
     sizes: (E, 5) sums of squares of the parts themselves; largest: (E, 5) their largest moduli
     counts: (E,) how many terms went into sizes; claimed: (E, 2) estimates at their nodes: within the allowed
         half-width, and all
@@ -29,6 +30,7 @@ class Tally:
     linear: Array
     apart: Array
     squares: Array
+    beside: Array
     sizes: Array
     largest: Array
     counts: Array
@@ -52,6 +54,7 @@ def total(tallies: Sequence[Tally]) -> Tally:
         linear=np.concatenate([t.linear for t in ordered], axis=1),
         apart=summed("apart"),
         squares=summed("squares"),
+        beside=summed("beside"),
         sizes=summed("sizes"),
         largest=np.max([t.largest for t in ordered], axis=0),
         counts=summed("counts"),

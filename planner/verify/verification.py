@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from planner.verify.linearity import LinearPoint
 from planner.verify.outcome import Claim, RequirementOutcome, Verdict
 from planner.verify.recount import Recount
+from planner.verify.through_files import ThroughFiles
 from planner.verify.weak import Weak
 
 
@@ -34,11 +35,12 @@ class Verification:
     flown: str
     confidence: float
     notes: tuple[str, ...]
+    files: ThroughFiles = field(default_factory=ThroughFiles)
 
     @property
     def verdict(self) -> Verdict:
-        """Broken if the recount fails or any requirement is broken; kept if all of them are kept."""
+        """Broken if the recount, the way through files or any requirement fails; kept if all are kept."""
         verdicts = {o.verdict for o in self.outcomes}
-        if not self.recount.ok or "broken" in verdicts:
+        if not self.recount.ok or not self.files.ok or "broken" in verdicts:
             return "broken"
         return "undecided" if not verdicts or "undecided" in verdicts else "kept"

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from planner import catalog
-from planner.protocols import Sensor
-from planner.spec.model import ErrorBudget
+from planner.sensor import ErrorName
+from planner.spec.budget import ErrorBudget
 from planner.units import from_si
-from planner.verify.calibrations import ChannelEstimator
+from planner.verify.calibrations import Estimator
+from planner.verify.declared import sensed
 from planner.verify.experiment import Experiment
 
-NOTICEABLE = 0.01  # a per cent, the order of an uncalibrated scale factor
-SCALES = ("scale_factor", "scale_factor_asymmetry", "scale_factor_nonlinearity")
+NOTICEABLE = 0.01  # a per cent of the input, the order of an uncalibrated scale factor
 
 
 @dataclass(frozen=True)
@@ -25,38 +27,40 @@ class Weak:
 
 
 def weak_coefficients(e: Experiment) -> tuple[Weak, ...]:
-    """Those whose standard error by the design is larger than the whole error is without a calibration."""
+    """Those whose standard error over the whole campaign exceeds what the error is without a calibration."""
     found: dict[tuple[str, str], Weak] = {}
-    for sensor, channels in e.estimators.items():
-        for estimator in channels:
-            for weak in _of_channel(e, sensor, estimator):
+    for estimators in e.estimators.values():
+        for estimator in estimators:
+            for weak in _of(e, estimator):
                 found.setdefault((weak.error, weak.axis), weak)
     return tuple(found.values())
 
 
-def _of_channel(e: Experiment, sensor: Sensor, estimator: ChannelEstimator) -> list[Weak]:
-    found = []
-    for i, column in enumerate(estimator.model.columns()[: estimator.count]):
-        budget = e.unit.budgets.get((sensor, column.effect), ErrorBudget())
-        whole = budget.whole_variation
-        error = f"{sensor}.{column.effect}"
-        unit = catalog.effects()[column.effect].units[sensor]
-        shown = _shown(float(estimator.error[i]), unit)
+def _of(e: Experiment, estimator: Estimator) -> list[Weak]:
+    model, found = estimator.model, []
+    sensor = model.sensor
+    for i, column in enumerate(model.columns):
+        whole = e.unit.budgets.get((sensor, column.effect), ErrorBudget()).whole_variation
+        known, error = catalog.effects()[column.effect], ErrorName.of(sensor, column.effect)
+        shown = _shown(float(estimator.error[i]), known.units[sensor])
+        why = None
         if estimator.undetermined[i]:
-            found.append(Weak(error, column.term, "no record of the plan tells it from the others"))
+            why = "no record of the plan tells it from the others"
         elif whole > 0 and estimator.error[i] > whole:
-            found.append(
-                Weak(
-                    error,
-                    column.term,
-                    f"known to ±{shown} only, uncalibrated it is up to {_shown(whole, unit)}",
-                )
-            )
-        elif whole == 0 and column.effect in SCALES and estimator.error[i] > NOTICEABLE:
-            found.append(
-                Weak(error, column.term, f"known to ±{shown} only, and the spec has no budget for it")
-            )
+            why = f"known to ±{shown} only, uncalibrated it is up to {_shown(whole, known.units[sensor])}"
+        elif whole == 0 and known.group == "scale_factor" and error_share(e, estimator, i) > NOTICEABLE:
+            why = f"known to ±{shown} only, and the spec has no budget for it"
+        if why is not None:
+            found.append(Weak(error, column.term, why))
     return found
+
+
+def error_share(e: Experiment, estimator: Estimator, i: int) -> float:
+    """What a scale effect's standard error does to a reading, as a share of the largest input."""
+    model, c = estimator.model, e.records.conditions
+    u = sensed(model.sensor, c)[:, list(model.channels)]
+    most = float(np.abs(model.scaled(c, u)[:, :, i - len(model.bias)]).max())
+    return float(estimator.error[i]) * most / float(np.abs(u).max())
 
 
 def _shown(value: float, unit: str) -> str:

@@ -228,6 +228,17 @@ def test_a_spread_comes_down_only_when_every_channel_says_so():
         updated(LOOP, assumptions=(low, unsure))
 
 
+def test_a_spread_in_the_longer_form_is_replaced_in_its_place(tmp_path):
+    path, text = tmp_path / "longer.yaml", LOOP.read_text(encoding="utf-8")
+    longer = "run_to_run: {value: 0.002 deg/s, temperature_correlation: 40 K}"
+    path.write_text(text.replace("run_to_run: 0.002 deg/s", longer, 1), encoding="utf-8")
+    above = assumption(RUN_TO_RUN, 1.5 * RUN_TO_RUN, 2.0 * RUN_TO_RUN, 2.6 * RUN_TO_RUN)
+    _, loaded = updated(path, assumptions=(above,))
+    budget = loaded.spec.unit.gyro["bias"]
+    assert budget.run_to_run_largest == pytest.approx(2.0 * RUN_TO_RUN, rel=0.01)
+    assert budget.temperature_correlation == 40.0
+
+
 def test_a_spread_over_temperature_keeps_its_shape_and_its_unit():
     path = SHIPPED / "tactical_leg.yaml"
     old = load_spec(path).spec.unit.gyro["bias"].run_to_run

@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 from planner.plan.confidence import spread_at
 from planner.plan.spec_to_errors import error_models
 from planner.records import ErrorModel
-from planner.simulate.campaign import Settings
+from planner.spec.budget import IN_RUN_TIME_S
 from planner.spec.load import load_spec
 from planner.units import STANDARD_GRAVITY_MPS2 as G
 from planner.verify.recount_spread import spreads_of_records
 from tests.specs import SHIPPED, loaded, small
 
 MILLI_G = 1e-3 * G
-TAU = Settings().in_run_time
+TAU = IN_RUN_TIME_S
 
 
 def six_faces(drift: str = "", noise: str = "", **test: Any) -> dict[str, Any]:

@@ -36,11 +36,12 @@ def test_every_term_can_be_set() -> None:
             "temperature_residual": "off",
             "spikes": "0.5 %",
             "spike_size": 25,
+            "references": "off",
         }
     )
     expected = Settings(
         {"gyro": np.radians(0.01), "accelerometer": 2e-4 * G}, 600.0, 0.5, 1.0, "worst", "plus",
-        False, False, False, False, 0.005, 25.0,
+        False, False, False, False, 0.005, 25.0, False,
     )  # fmt: skip
     assert found.white["gyro"] == pytest.approx(expected.white["gyro"])
     assert found.white["accelerometer"] == pytest.approx(expected.white["accelerometer"])

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from planner.errors import InputError
+from planner.spec.budget import MeasuredCurve
 from planner.spec.load import load_spec
-from planner.spec.model import MeasuredCurve, PercentileRule
+from planner.spec.model import PercentileRule
 from tests.spec.example import EXAMPLE, changed, faults, loaded, place
 
 

@@ -100,6 +100,50 @@ REFUSALS = {
     "number of points that is none": ("{1: 0.032", "{one: 0.032", "one: 0", "unit.gyro.bias.temperature_residual.one", "whole"),
     "no tests": (EXAMPLE[EXAMPLE.index("tests:"):EXAMPLE.index("plan:")], "tests: {}\n", "{}\nplan", "tests", "at least 1"),
     "no effects": (EXAMPLE[EXAMPLE.index("effects:"):EXAMPLE.index("benches:")], "effects: []\n", "[]\n", "effects", "at least 1"),
+    # longer forms of a budget
+    "in-run that forgets at once": (
+        "in_run: 0.001 deg/s", "in_run: {value: 0.001 deg/s, correlation_time: 0 s}", "0 s}", "unit.gyro.bias.in_run.correlation_time", "greater",
+    ),
+    "in-run of another dimension": ("in_run: 0.001 deg/s", "in_run: {value: 1 g}", "1 g}", "unit.gyro.bias.in_run.value", "deg/s"),
+    "in-run key": (
+        "in_run: 0.001 deg/s", "in_run: {value: 1 deg/s, corelation_time: 9 s}", "corelation", "unit.gyro.bias.in_run.corelation_time", "'correlation_time'?",
+    ),
+    "in-run as a list": ("in_run: 0.001 deg/s", "in_run: [0.001 deg/s]", "[0.001", "unit.gyro.bias.in_run", "correlation_time: 600 s}"),
+    "correlation without a spread": (
+        "run_to_run: 1 mg", "run_to_run: {temperature_correlation: 40 K}", "run_to_run: {temperature_c", "unit.accelerometer.bias.run_to_run.value", "missing",
+    ),
+    "correlation over no distance": (
+        "run_to_run: 1 mg", "run_to_run: {value: 1 mg, temperature_correlation: 0 K}", "0 K}", "unit.accelerometer.bias.run_to_run.temperature_correlation", "greater",
+    ),
+    "correlation as a temperature": (
+        "run_to_run: 1 mg", "run_to_run: {value: 1 mg, temperature_correlation: 40 degC}", "40 degC", "unit.accelerometer.bias.run_to_run.temperature_correlation", "difference in K",
+    ),
+    "zero spread in the longer form": (
+        "run_to_run: 1 mg", "run_to_run: {value: {0 degC: 0 milli-g}, temperature_correlation: 4 K}", "0 milli-g", "unit.accelerometer.bias.run_to_run.value[0 degC]", "repeats",
+    ),
+    "a spread as a list": ("run_to_run: 1 mg", "run_to_run: [1 mg]", "[1 mg]", "unit.accelerometer.bias.run_to_run", "temperature_correlation: 40 K}"),
+    "unknown figure": (
+        RESIDUAL, "{1: 0.03 deg/s, figure: sigmma}", "sigmma", "unit.gyro.bias.temperature_residual.figure", "'sigma'?",
+    ),
+    "misspelt figure": (RESIDUAL, "{1: 0.03 deg/s, figur: sigma}", "figur:", "unit.gyro.bias.temperature_residual.figur", "'figure'?"),
+    "a figure of no table": (RESIDUAL, "{figure: sigma}", "{figure", "unit.gyro.bias.temperature_residual", "at least 1"),
+    "a figure of a curve": (
+        CURVE, "{curve: {0 degC: 1 mg, 9 degC: 2 mg}, figure: sigma}", "{curve: {0", "unit.accelerometer.bias.temperature_residual", "for a table",
+    ),
+    "a residual of no form": (RESIDUAL, "[0.03 deg/s]", "[0.03 deg/s]", "unit.gyro.bias.temperature_residual", "{curve: …}"),
+    # accuracy and alignment
+    "accuracy without unit": ("    axes: 2", "    axes: 2\n    accuracy: {rate: 20}", "20}\n", "benches.rate_table.accuracy.rate", "'20 ppm'"),
+    "accuracy of another dimension": ("    axes: 2", "    axes: 2\n    accuracy: {rate: 2 deg/s}", "2 deg/s}", "benches.rate_table.accuracy.rate", "ppm"),
+    "accuracy key": ("    axes: 2", "    axes: 2\n    accuracy: {levl: 1 deg}", "levl", "benches.rate_table.accuracy.levl", "'level'?"),
+    "negative accuracy": ("    axes: 2", "    axes: 2\n    accuracy: {level: -1 deg}", "-1 deg", "benches.rate_table.accuracy.level", "less than 0"),
+    "no reference": ("    axes: 2", "    axes: 2\n    accuracy: {mounting: 6 deg}", "6 deg", "benches.rate_table.accuracy.mounting", "no reference"),
+    "flown before": (FIXED, FIXED + "\nflown_after: -1 d", "-1 d", "flown_after", "less than 0"),
+    "no alignment": (FIXED, FIXED + "\ninitial_alignment: {}", "initial_alignment", "initial_alignment", "perfect"),
+    "alignment twice": (
+        FIXED, FIXED + "\ninitial_alignment: {self_aligned: true, roll_pitch: 1 deg}", "1 deg}", "initial_alignment.roll_pitch", "leave roll_pitch out",
+    ),
+    "alignment that is none": (FIXED, FIXED + "\ninitial_alignment: {heading: 90 deg}", "90 deg", "initial_alignment.heading", "30 deg"),
+    "alignment key": (FIXED, FIXED + "\ninitial_alignment: {headng: 1 deg}", "headng", "initial_alignment.headng", "'heading'?"),
     # effects and errors
     "unknown effect of a budget": ("  gyro:\n    bias:", "  gyro:\n    bais:", "bais:", "unit.gyro.bais", "did you mean 'bias'?"),
     "effect of the other sensor": (

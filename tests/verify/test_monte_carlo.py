@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.learn.channel_model import evaluate, jacobian
+from planner.campaign.channel_model import evaluate, jacobian
+from planner.campaign.noise import noise_model, spec_variances
 from planner.learn.dwells_to_fit import calibrate
-from planner.learn.noise_model import noise_model, spec_variances
 from planner.measured import DwellTable
 from planner.physics.strapdown import NavigationState, integrate
 from planner.protocols import SENSORS

@@ -12,8 +12,8 @@ from planner.learn.diagnosis.sensor import SensorFound
 from planner.learn.diagnosis.whitened import Whitened
 from planner.records import Array
 from planner.solvers.least_squares import least_squares
-from planner.spec.model import ErrorBudget, MeasuredCurve, Spec
-from planner.units import Quantity
+from planner.spec.budget import ErrorBudget
+from planner.spec.model import Spec
 
 PARTS = (
     ("run_to_run_bias", "bias", "run_to_run"),
@@ -53,7 +53,7 @@ def _spread(
         error=f"{s.sensor}.{error}",
         part=part,
         unit=_unit(s, error),
-        assumed=_assumed(getattr(budget, part)),
+        assumed=_assumed(budget, part),
         measured=measured,
         low=low,
         high=high,
@@ -68,13 +68,16 @@ def _unit(s: SensorFound, error: str) -> str:
     return "%" if unit == "1" else unit
 
 
-def _assumed(value: object) -> float | None:
+def _assumed(budget: ErrorBudget, part: str) -> float | None:
     """The spread that the spec gives, SI; of a table over temperature its root mean square."""
-    if isinstance(value, Quantity):
-        return value.si
-    if isinstance(value, Mapping) and value:
-        return float(np.sqrt(np.mean([v.si**2 for v in value.values()])))
-    return None
+    if getattr(budget, part) is None:
+        return None
+    if part == "in_run":
+        return budget.in_run_sigma
+    table = budget.run_to_run_table
+    if table is None:
+        return budget.run_to_run_largest
+    return float(np.sqrt(np.mean([sigma**2 for sigma in table.values()])))
 
 
 # ---------------------------------------------------------------- between the temperature points
@@ -85,10 +88,10 @@ def _residuals(s: SensorFound, budgets: Mapping[str, ErrorBudget]) -> Iterator[A
     from scipy.stats import chi2
 
     budget = budgets.get("bias")
-    residual = None if budget is None else budget.temperature_residual
-    if residual is None or isinstance(residual, MeasuredCurve):
+    residual = None if budget is None else budget.residual_table
+    if residual is None:
         return
-    nodes = s.channels[0].model.bias_nodes
+    nodes = s.channels[0].model.nodes_of("bias")
     if nodes is None or len(nodes) < 5:
         return
     tables = [_bias_table(s, axis) for axis in s.found.pool.state]
@@ -98,7 +101,7 @@ def _residuals(s: SensorFound, budgets: Mapping[str, ErrorBudget]) -> Iterator[A
     freedom = len(missed)
     square = float(np.mean(missed**2))
     points = sorted(residual)
-    assumed = float(np.interp(len(kept), points, [residual[p].si for p in points]))
+    assumed = float(np.interp(len(kept), points, [residual[p] for p in points]))
     low, high = (float(np.sqrt(square * freedom / chi2.ppf(p, freedom))) for p in (0.975, 0.025))
     yield Assumption(
         f"{s.sensor}.bias",

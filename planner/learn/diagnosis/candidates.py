@@ -18,10 +18,10 @@ from planner.learn.diagnosis.channels import Channel, columns
 from planner.learn.diagnosis.generic import generics
 from planner.learn.diagnosis.orthogonal import clear, orthonormal
 from planner.learn.diagnosis.parameters import grid, ranges
-from planner.learn.temperature_nodes import hats, temperature_nodes
 from planner.measured import DwellTable
 from planner.protocols import Effect, Sensor, Term
 from planner.records import Array
+from planner.temperature_table import hats, temperature_nodes
 
 LEAST_DAYS = 2.0
 UNSEEN = 1e-12  # of a column's square that the largest entry is, below which it is rounding

@@ -16,20 +16,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import catalog
-from planner.learn.channel_model import (
-    AXES,
-    EXCITING,
-    REACH_K,
-    ChannelModel,
-    channel_model,
-    evaluate,
-    jacobian,
-    sensed,
-)
-from planner.learn.temperature_nodes import nodes_with_rows, temperature_nodes
+from planner.campaign.channel_model import EXCITING, channel_model
+from planner.measurement import AXES, ChannelModel, evaluate, jacobian, sensed
 from planner.protocols import Sensor
 from planner.records import Array, Conditions
 from planner.solvers.least_squares import least_squares
+from planner.temperature_table import REACH_K, nodes_with_rows, temperature_nodes
 
 _ROUNDS = 8  # Gauss-Newton: the products are 1e-3 of the linear part, so three rounds arrive
 

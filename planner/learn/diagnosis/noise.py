@@ -19,12 +19,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.learn.channel_model import EXCITING
+from planner.campaign.channel_model import EXCITING
 from planner.learn.diagnosis.channels import Channel
 from planner.learn.diagnosis.orthogonal import clear, orthonormal
 from planner.records import Array
 from planner.solvers.least_squares import factors
-from planner.solvers.random_effects import Covariance, RandomEffects, covariance
+from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
 from planner.solvers.reml import Sample, Variances, reml, reml_information, reml_together, restricted_loglik
 
 LEAST_RUNS = 20
@@ -105,7 +105,7 @@ def channel_noise(readings: Readings) -> ChannelNoise:
 
 
 def _noise(j: _Judged, v: Variances) -> ChannelNoise:
-    return ChannelNoise(covariance(j.effects, v.theta), v, j.components, j.fixed, j.starts)
+    return ChannelNoise(woodbury(j.effects, v.theta), v, j.components, j.fixed, j.starts)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """What a search believes → the effects as they are reported: sizes by the calibration's own fit, rivals.
 
-Where that fit cannot speak the search's own sizes stand and a note says so: coefficients that channels share,
-effects that step, accelerometers that are their own reference over several attitudes, too few rows.
+Where that fit cannot speak the search's own sizes stand, and a note says so: effects that step,
+accelerometers that are their own reference over several attitudes, too few rows.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import catalog
+from planner.campaign.triad import shares
 from planner.diagnosis import FoundEffect, FoundTerm, Rival
 from planner.errors import InputError
-from planner.learn.channel_model import AXES
 from planner.learn.declared_and_found import ChannelEstimates, declared_and_found
 from planner.learn.diagnosis.bench_uncertainty import below_bench
 from planner.learn.diagnosis.estimates import Estimate, ParameterInterval, estimates, rivals
@@ -23,6 +23,7 @@ from planner.learn.diagnosis.sensor import SensorFound
 from planner.learn.reference_table import with_references
 from planner.learn.table_rows import rows_of
 from planner.measured import DwellTable
+from planner.measurement import AXES
 from planner.protocols import Effect, Sensor
 from planner.spec.model import Spec
 
@@ -69,32 +70,32 @@ class _LastWord:
 def _last_word(
     s: SensorFound, data: Prepared, table: DwellTable, spec: Spec, names: Sequence[str]
 ) -> _LastWord:
-    """The fit of every channel on which something was found that the fit can tell by itself."""
+    """The fit of the channels on which something was found; those that share a coefficient in one."""
+    axes = sorted({a for b in s.found.library for a in s.found.axes(b)})
+    together = [axes] if shares(s.sensor, (*spec.effects, *names)) else [[axis] for axis in axes]
     estimated: dict[int, ChannelEstimates] = {}
     notes: list[str] = []
-    for axis in sorted({a for b in s.found.library for a in s.found.axes(b)}):
-        name = channel_name(s.sensor, axis)
-        why = _cannot(s, data, axis)
+    for mine in together:
+        why = _cannot(s, data, mine)
         try:
-            if not why:
-                rows = _rows(s, data, table, axis)
-                estimated[axis] = declared_and_found(rows, spec, s.sensor, axis, names)
-                notes += [f"{name}: {note}" for note in estimated[axis].notes]
+            if mine and not why:
+                rows = _rows(s, data, table, mine)
+                found = declared_and_found(rows, spec, s.sensor, names, mine)
+                estimated |= {axis: found[axis] for axis in mine}
         except InputError as error:
             why = str(error)
         if why:
-            notes.append(f"{name}: sizes are those of the search, not of the calibration's fit: {why}")
-    return _LastWord(estimated, notes)
+            channels = ", ".join(channel_name(s.sensor, axis) for axis in mine)
+            notes.append(f"{channels}: sizes are those of the search, not of the calibration's fit: {why}")
+    said = [f"{channel_name(s.sensor, axis)}: {note}" for axis, e in estimated.items() for note in e.notes]
+    return _LastWord(estimated, [*said, *notes])
 
 
-def _cannot(s: SensorFound, data: Prepared, axis: int) -> str:
-    """Why the calibration's fit of one channel would not answer for what was found on it; "" when it does."""
-    blocks = [s.found.pool.blocks[b] for b in s.found.on({axis})]
-    shared = sorted({b.name for b in blocks if len(b.columns) > 1})
-    if shared:
-        return f"the channels have the coefficients of {', '.join(shared)} in common"
+def _cannot(s: SensorFound, data: Prepared, axes: Sequence[int]) -> str:
+    """Why the calibration's fit would not answer for what was found on these channels; "" when it does."""
     known = catalog.effects()
-    stepped = sorted({b.name for b in blocks if any(p.stepped for p in known[b.name].parameters)})
+    names = {s.found.pool.blocks[b].name for b in s.found.on(set(axes))}
+    stepped = sorted(name for name in names if any(p.stepped for p in known[name].parameters))
     if stepped:
         return f"{', '.join(stepped)} has no derivative by which a fit could find where it steps"
     if s.sensor == "accelerometer" and data.attitude is not None and data.attitude.max() > 0:
@@ -102,12 +103,12 @@ def _cannot(s: SensorFound, data: Prepared, axis: int) -> str:
     return ""
 
 
-def _rows(s: SensorFound, data: Prepared, table: DwellTable, axis: int) -> DwellTable:
+def _rows(s: SensorFound, data: Prepared, table: DwellTable, axes: Sequence[int]) -> DwellTable:
     """The rows as they came, each once, with a calibration's references, without those that are far off."""
     own_reference = s.sensor == "gyro" and table.ref_acc is None and table.acc is not None
     full = with_references(table) if own_reference else data.full
     judged = data.where[data.once]
-    far = (judged >= 0) & s.far[axis][judged]
+    far = (judged >= 0) & np.any([s.far[axis][judged] for axis in axes], axis=0)
     return rows_of(replace(full, temperature_rate=table.temperature_rate), data.once[~far])
 
 
@@ -158,7 +159,7 @@ def _nonlinear(
     s: SensorFound, last: Mapping[int, ChannelEstimates], b: int, effect: Effect
 ) -> dict[str, float]:
     block = s.found.pool.blocks[b]
-    if len(block.columns) == 1 and block.channels[0] in last:
+    if block.channels[0] in last:
         return last[block.channels[0]].nonlinear(effect)
     return dict(block.nonlinear)
 
@@ -172,19 +173,29 @@ def _terms(
 ) -> list[FoundTerm]:
     """The block's coefficients and then its parameters: the calibration's, else those of the search."""
     block = s.found.pool.blocks[b]
-    alone = last.get(block.channels[0]) if len(block.columns) == 1 else None
     names = [t for t in block.terms if t]
-    if alone is None or any((effect.name, t) not in alone.terms for t in names):
+    fit = {key: c for axis in block.channels if axis in last for key, c in last[axis].terms.items()}
+    if any((effect.name, t) not in fit for t in names):
         return _of_the_search(s, b, effect, sizes)
-    channel = channel_name(s.sensor, block.channels[0])
-    unit = effect.units[s.sensor]
-    linear = [alone.terms[effect.name, t] for t in names]
-    told = [(p, alone.parameters[effect.name, p.name]) for p in effect.parameters
-            if (effect.name, p.name) in alone.parameters]  # fmt: skip
+    channel, unit = _where(s, b), effect.units[s.sensor]
+    told = last[block.channels[0]].parameters
     return [
-        *(FoundTerm(c.term, channel, c.value, c.low, c.high, c.freedom, unit) for c in linear),
-        *(FoundTerm(p.name, channel, c.value, c.low, c.high, c.freedom, p.unit, True) for p, c in told),
+        *(
+            FoundTerm(c.term, channel, c.value, c.low, c.high, c.freedom, unit)
+            for c in (fit[effect.name, t] for t in names)
+        ),
+        *(
+            FoundTerm(p.name, channel, c.value, c.low, c.high, c.freedom, p.unit, True)
+            for p in effect.parameters
+            if (c := told.get((effect.name, p.name))) is not None
+        ),
     ]
+
+
+def _where(s: SensorFound, b: int) -> str:
+    """The block's channel; `all` where several have its coefficients in common."""
+    channels = s.found.pool.blocks[b].channels
+    return channel_name(s.sensor, channels[0]) if len(channels) == 1 else "all"
 
 
 def _of_the_search(s: SensorFound, b: int, effect: Effect, sizes: Sequence[Estimate]) -> list[FoundTerm]:
@@ -194,8 +205,7 @@ def _of_the_search(s: SensorFound, b: int, effect: Effect, sizes: Sequence[Estim
         shape = s.shape(b)
         intervals = shape.parameters
         mine = [e for e in shape.estimates(s.found) if e.block == b]
-    channels = s.found.pool.blocks[b].channels
-    channel = channel_name(s.sensor, channels[0]) if len(channels) == 1 else "all"
+    channel = _where(s, b)
     unit = effect.units[s.sensor]
     return [
         *(

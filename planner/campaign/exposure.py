@@ -24,11 +24,46 @@ DEFAULT_ARM_M = 1.5
 
 
 @dataclass(frozen=True)
+class Misplaced:
+    """How far a bench's references are off. With R(ρ) = exp([ρ×]), so that R(ρ) r ≈ r + ρ × r:
+
+    level (2,) rad: gravity and the Earth's rate reach the base as R((ℓx, ℓy, 0)) r, in bench axes before the
+    table turns them; the driven rate does not.  mounting (3,) rad: the unit sees R(δ) u of everything, in
+    body axes.  rate: the driven rate is (1 + ε) times what was asked, and the load of a centrifuge (1 + ε)².
+    """
+
+    level: Array
+    mounting: Array
+    rate: float
+
+
+@dataclass(frozen=True)
 class Exposure:
     """Means over one record: rate (3,) rad/s, specific_force (3,) m/s², in the body."""
 
     rate: Array
     specific_force: Array
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a record asks of its bench: the arguments of `exposure`."""
+
+    motion: Mapping[str, float]
+    duration: float
+    latitude: float
+    arm: float | None
+    mount: int
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Equal for records that ask the same."""
+        return (*sorted(self.motion.items()), self.duration, self.latitude, self.arm, self.mount)
+
+    def exposed(self, references: Misplaced | None = None) -> Exposure:
+        """What the unit is exposed to."""
+        asked = self.motion, self.duration, self.latitude
+        return exposure(*asked, arm=self.arm, mount=self.mount, references=references)
 
 
 def exposure(
@@ -38,21 +73,35 @@ def exposure(
     *,
     arm: float | None = None,
     mount: int = 2,
+    references: Misplaced | None = None,
 ) -> Exposure:
     """What a unit is exposed to during one record of `duration` s at a latitude (rad).
 
     motion: deg, deg/s and g by axis, as in a plan's step; mount: body axis (0, 1, 2) that lies along axis 1
+    references: how far the bench's references are off; None: not at all
     """
     asked = motion or {}
+    earth = EARTH_RATE_RADPS * np.array([np.cos(latitude), 0.0, np.sin(latitude)])
+    up, faster = UP, 1.0
+    turned = _mounted(mount)
+    if references is not None:
+        level, faster = rotation(np.append(references.level, 0.0)), 1.0 + references.rate
+        up, earth, turned = level @ up, level @ earth, rotation(references.mounting) @ turned
     if "acceleration_g" in asked:
-        return _centrifuge(asked, latitude, DEFAULT_ARM_M if arm is None else arm, _mounted(mount))
+        return _centrifuge(asked, up, earth, DEFAULT_ARM_M if arm is None else arm, turned, faster)
     p1, p2 = (np.radians(asked.get(f"position_{k}_deg", 0.0)) for k in (1, 2))
     w1, w2 = (np.radians(asked.get(f"rate_{k}_dps", 0.0)) for k in (1, 2))
-    earth = EARTH_RATE_RADPS * np.array([np.cos(latitude), 0.0, np.sin(latitude)])
-    up, turn = _mean_in_body(UP, p1, p2, w1, w2, duration), _mean_in_body(earth, p1, p2, w1, w2, duration)
+    up, turn = _mean_in_body(up, p1, p2, w1, w2, duration), _mean_in_body(earth, p1, p2, w1, w2, duration)
     driven = w1 * UP + w2 * _mean_in_body(AXIS_2, p1, p2, w1, 0.0, duration)
-    turned = _mounted(mount)
-    return Exposure(turned @ (turn + driven), STANDARD_GRAVITY_MPS2 * (turned @ up))
+    return Exposure(turned @ (turn + faster * driven), STANDARD_GRAVITY_MPS2 * (turned @ up))
+
+
+def rotation(angles: Array) -> Array:
+    """(3, 3) exp([ρ×]) of a rotation vector ρ (3,), rad: Rodrigues."""
+    size = float(np.linalg.norm(angles))
+    if size == 0.0:
+        return np.eye(3)
+    return np.array([_about(angles / size, np.array([size]), e) for e in np.eye(3)]).T
 
 
 def mounting(number: int, count: int, axes: int) -> int:
@@ -94,8 +143,13 @@ def _mounted(mount: int) -> Array:
     return np.roll(np.eye(3), (mount + 1) % 3, axis=0)
 
 
-def _centrifuge(asked: Mapping[str, float], latitude: float, arm: float, turned: Array) -> Exposure:
-    """Load along the mounted axis; a signed load on a one-axis centrifuge is f along x with z up."""
+def _centrifuge(
+    asked: Mapping[str, float], up: Array, earth: Array, arm: float, turned: Array, faster: float
+) -> Exposure:
+    """Load along the mounted axis; a signed load on a one-axis centrifuge is f along x with z up.
+
+    up (3,), earth (3,) in bench axes: their horizontal parts turn round with the arm
+    """
     load = asked["acceleration_g"] * STANDARD_GRAVITY_MPS2
     rate = np.sqrt(abs(load) / arm)
     if "position_2_deg" in asked:
@@ -103,5 +157,7 @@ def _centrifuge(asked: Mapping[str, float], latitude: float, arm: float, turned:
         force = -load * np.array([np.cos(outward), np.sin(outward), 0.0])
     else:
         force = np.array([load, 0.0, 0.0])
-    earth = EARTH_RATE_RADPS * np.sin(latitude) * UP  # its horizontal part turns round with the arm
-    return Exposure(turned @ (rate * UP + earth), turned @ (force + STANDARD_GRAVITY_MPS2 * UP))
+    return Exposure(
+        turned @ ((faster * rate + earth[2]) * UP),
+        turned @ (faster**2 * force + STANDARD_GRAVITY_MPS2 * up[2] * UP),
+    )

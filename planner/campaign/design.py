@@ -1,0 +1,155 @@
+"""A plan's steps → the design of a simulated campaign: one row a record, with its true conditions."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.campaign.exposure import Asked, mounting
+from planner.errors import InputError
+from planner.records import Array, Conditions, Step
+from planner.spec.model import Spec
+
+SECONDS_A_DAY = 86400.0
+DEFAULT_LATITUDE = float(np.radians(45.0))
+_BATCH = re.compile(r"^b(\d+)/")
+
+
+@dataclass(frozen=True)
+class Design:
+    """n records of one unit, run by run.
+
+    conditions: true ones at nominal temperatures; run: (n,) from 1; duration: (n,) s
+    step, bench: (n,) text; installation: (n,) from 1; asked: what each record asks of the bench
+    """
+
+    conditions: Conditions
+    run: NDArray[np.int64]
+    duration: Array
+    step: NDArray[np.str_]
+    bench: NDArray[np.str_]
+    installation: NDArray[np.int64]
+    asked: tuple[Asked, ...]
+
+    @property
+    def starts(self) -> NDArray[np.int64]:
+        """(g,) first row of every run."""
+        return np.flatnonzero(np.append(True, np.diff(self.run) != 0))
+
+    @property
+    def runs(self) -> list[NDArray[np.int64]]:
+        """Rows of every run."""
+        return np.split(np.arange(len(self)), self.starts[1:])
+
+    def __len__(self) -> int:
+        return len(self.run)
+
+
+def steps_of(document: Mapping[str, Any]) -> tuple[Step, ...]:
+    """The steps of a plan.json tree."""
+    names = (
+        "id",
+        "bench",
+        "action",
+        "start_s",
+        "end_s",
+        "test",
+        "temperature_degc",
+        "repeat",
+        "motion",
+        "units",
+    )
+    try:
+        return tuple(Step(**{name: step[name] for name in names}) for step in document["steps"])
+    except (KeyError, TypeError) as error:
+        raise InputError(f"the plan's steps cannot be read: {error}") from error
+
+
+def design(steps: Sequence[Step], spec: Spec, latitude: float = DEFAULT_LATITUDE) -> Design:
+    """The records that the steps make of one unit (the first batch), with what it is exposed to.
+
+    latitude: of the bench, rad. Raises InputError when there is no record among the steps.
+    """
+    records = list(_records(step for step in steps if _batch(step) == 1))
+    if not records:
+        raise InputError("the plan has no record steps: nothing is measured")
+    made = [r.step for r in records]
+    asked = tuple(_asked(r, spec, latitude) for r in records)
+    seen = [a.exposed() for a in asked]
+    middle = np.array([(s.start_s + s.end_s) / 2.0 for s in made])
+    return Design(
+        Conditions(
+            rate=np.array([e.rate for e in seen]),
+            specific_force=np.array([e.specific_force for e in seen]),
+            temperature_degc=np.array([_temperature(s, spec) for s in made]),
+            temperature_rate=np.zeros(len(made)),
+            time_on=middle - np.array([r.power_on_s for r in records]),
+            day=middle / SECONDS_A_DAY,
+        ),
+        np.array([r.run for r in records], dtype=np.int64),
+        np.array([s.end_s - s.start_s for s in made]),
+        np.array([s.id for s in made]),
+        np.array([s.bench for s in made]),
+        np.array([r.installation for r in records], dtype=np.int64),
+        asked,
+    )
+
+
+def _batch(step: Step) -> int:
+    """Which batch of units a step belongs to: `b02/…`, the only thing that nothing but the id tells."""
+    found = _BATCH.match(step.id)
+    return 1 if found is None else int(found[1])
+
+
+@dataclass(frozen=True)
+class _Record:
+    """A record step; run and installation from 1, power_on_s: when the run began, number: from 0 in it."""
+
+    step: Step
+    run: int
+    installation: int
+    power_on_s: float
+    number: int
+
+
+def _records(steps: Iterable[Step]) -> Iterator[_Record]:
+    """The records of one unit in the order of its steps.
+
+    A run lasts from power_on to power_off; records that no power_on precedes are one run a repeat. An
+    installation lasts until the next one, or until another bench.
+    """
+    run = installation = number = 0
+    bench, on, last = "", None, None
+    for step in steps:
+        if step.action == "install" or (step.action in ("power_on", "record") and step.bench != bench):
+            installation, bench, on, number = installation + 1, step.bench, None, 0
+        if step.action in ("power_on", "power_off"):
+            on, number = step.start_s if step.action == "power_on" else None, 0
+        if step.action != "record":
+            continue
+        repeat = (step.test, step.temperature_degc, step.repeat)
+        if on is None and repeat != last:
+            number = 0
+        run, last = run + (number == 0), repeat
+        yield _Record(step, run, installation, step.start_s if on is None else on, number)
+        number += 1
+
+
+def _temperature(step: Step, spec: Spec) -> float:
+    return spec.plan.temperatures.room if step.temperature_degc is None else step.temperature_degc
+
+
+def _asked(record: _Record, spec: Spec, latitude: float) -> Asked:
+    step = record.step
+    bench = spec.benches.get(step.bench)
+    if bench is None:
+        raise InputError(f"step {step.id} is on bench {step.bench}, which the spec does not have")
+    test = spec.tests.get(step.test or "")
+    count = 0 if test is None else test.motion_count
+    mount = 2 if test is None else mounting(record.number % count, count, bench.axes)
+    return Asked(step.motion or {}, step.end_s - step.start_s, latitude, bench.arm, mount)

@@ -1,0 +1,252 @@
+"""The budget of a sensor error: its size before calibration, how it scatters, what temperature does to it.
+
+Every number may be written in a short form (a quantity) or in a longer one; the accessors of `ErrorBudget`
+say the same of all forms, in SI, so that nobody else has to know the forms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, GetJsonSchemaHandler, Tag, model_validator
+from pydantic_core import CoreSchema
+
+from planner.quantities import AnyQuantity, Celsius, Count, PositiveKelvin, PositiveSeconds
+from planner.records import Array
+from planner.spec.forms import mapping_or_text, of_forms, table_or_curve, text_table_or_parts
+from planner.spec.part import SpecPart
+from planner.units import Quantity
+
+IN_RUN_TIME_S = 600.0  # correlation time of the in-run process where the spec gives none
+STORAGE_DAYS = 60.0  # a budget's storage is what two months do (K 2.5.3)
+
+
+class InRun(SpecPart):
+    """What moves within one power-on: a first-order Gauss-Markov process, E g g' = value² exp(−|Δt|/time)."""
+
+    value: AnyQuantity = Field(description="one sigma, e.g. 0.001 deg/s")
+    correlation_time: PositiveSeconds = Field(IN_RUN_TIME_S, description="default 600 s")
+
+
+_InRun = Annotated[
+    Annotated[AnyQuantity, Tag("text")] | Annotated[InRun, Tag("mapping")],
+    of_forms("must be a number with unit, or {value: …, correlation_time: 600 s}", mapping_or_text),
+]
+Spread = Annotated[
+    Annotated[AnyQuantity, Tag("text")]
+    | Annotated[dict[Celsius, AnyQuantity], Field(min_length=1), Tag("mapping")],
+    of_forms("must be a number with unit, or a table over temperature", mapping_or_text),
+]
+
+
+class RunToRun(SpecPart):
+    """One power-on's draw over temperature, r(T) = s(T) z(T), z Gaussian of unit variance.
+
+    E z(T) z(T') = exp(−(T − T')² / (2 L²)), L the `temperature_correlation`; left out: one z everywhere
+    """
+
+    value: Spread = Field(description="one sigma, e.g. 1 mg, or {-55 degC: 2 mg, 20 degC: 1 mg}")
+    temperature_correlation: PositiveKelvin | None = Field(
+        None, description="over which distance one power-on's draw stays the same, e.g. 40 K"
+    )
+
+
+_RunToRun = Annotated[
+    Annotated[AnyQuantity, Tag("text")]
+    | Annotated[dict[Celsius, AnyQuantity], Field(min_length=1), Tag("table")]
+    | Annotated[RunToRun, Tag("parts")],
+    of_forms(
+        "must be a number with unit, a table over temperature, or {value: …, temperature_correlation: 40 K}",
+        text_table_or_parts("value", "temperature_correlation"),
+    ),
+]
+
+
+class MeasuredCurve(SpecPart):
+    """A measured error over temperature; the planner places the calibration points on it."""
+
+    curve: dict[Celsius, AnyQuantity] = Field(
+        min_length=2, description="temperature: measured error, e.g. {-60 degC: 0.03 deg/s, 20 degC: 0 deg/s}"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_figure(cls, written: Any) -> Any:
+        if isinstance(written, dict) and "figure" in written:
+            raise ValueError("a measured curve is itself; 'figure' is for a table, leave it out")
+        return written
+
+    @property
+    def temperatures_degc(self) -> Array:
+        """(n,) ascending."""
+        return np.array(sorted(self.curve))
+
+    @property
+    def values(self) -> Array:
+        """(n,) the error at `temperatures_degc`, SI."""
+        return np.array([self.curve[t].si for t in sorted(self.curve)])
+
+
+class ResidualTable(SpecPart):
+    """What N evenly spaced points with straight lines leave, against N: `{1: …, 3: …, figure: largest}`.
+
+    figure: `largest`, the largest value over the range is about the number; `sigma`, the root mean square
+    over temperature and units is the number
+    """
+
+    table: dict[Count, AnyQuantity] = Field(min_length=1)
+    figure: Literal["largest", "sigma"] = Field(
+        "largest",
+        description="what the numbers are: the largest over the range, or sigma over temperature and units",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_one_mapping(cls, written: Any) -> Any:
+        """In the file the word `figure` stands among the numbers of points, rightly spelt or not."""
+        if not isinstance(written, dict):
+            return written
+        words = {key: value for key, value in written.items() if get_close_matches(str(key), ["figure"])}
+        return {"table": {key: value for key, value in written.items() if key not in words}, **words}
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """As it stands in the file; JSON knows only text as a key: the numbers of points are digits there."""
+        schema = handler.resolve_ref_schema(handler(core))
+        table = schema["properties"].pop("table")
+        schema.pop("required", None)
+        schema["additionalProperties"] = table["additionalProperties"]
+        schema["propertyNames"] = {"pattern": "^([0-9]+|figure)$"}
+        return schema
+
+
+_Residual = Annotated[
+    Annotated[MeasuredCurve, Tag("measured")] | Annotated[ResidualTable, Tag("table")],
+    of_forms("must be a table {1: 0.03 deg/s, 3: …} or {curve: …}", table_or_curve),
+]
+
+
+class ErrorBudget(SpecPart):
+    """One sensor error: how large it is, and how it scatters.
+
+    systematic: size before calibration; run_to_run: one sigma from power-on to power-on, over temperature if
+    it varies; in_run, storage: parts that no campaign removes; temperature_residual: what a piecewise-linear
+    table of N points leaves, against N, or a measured curve over temperature
+    """
+
+    systematic: AnyQuantity | None = Field(
+        None, description="largest size before calibration, e.g. 0.03 deg/s"
+    )
+    run_to_run: _RunToRun | None = Field(
+        None,
+        description="one sigma from power-on to power-on, e.g. 0.002 deg/s, or {-55 degC: 0.012 deg/s, …}; "
+        "{value: either, temperature_correlation: 40 K} for a draw that changes with temperature",
+    )
+    in_run: _InRun | None = Field(
+        None,
+        description="what moves within one power-on, e.g. 0.001 deg/s, "
+        "or {value: 0.001 deg/s, correlation_time: 600 s}",
+    )
+    storage: AnyQuantity | None = Field(
+        None, description="what moves in store until the flight, e.g. 0.001 deg/s"
+    )
+    temperature_residual: _Residual | None = Field(
+        None,
+        description="what is left against the number of points, {1: 0.032 deg/s, 5: 0.0035 deg/s}, "
+        "figure: largest or sigma beside them; "
+        "or {curve: {-60 degC: 0.03 deg/s, …}}, the measured error over temperature",
+    )
+
+    @property
+    def systematic_size(self) -> float:
+        """Largest size before calibration, SI; 0 where the spec has none."""
+        return _si(self.systematic)
+
+    # ------------------------------------------------------------ from power-on to power-on
+
+    @property
+    def has_run_to_run(self) -> bool:
+        """Whether the spec says how it scatters from power-on to power-on."""
+        return self.run_to_run is not None
+
+    @property
+    def _spread(self) -> Quantity | Mapping[float, Quantity] | None:
+        return self.run_to_run.value if isinstance(self.run_to_run, RunToRun) else self.run_to_run
+
+    @property
+    def run_to_run_table(self) -> Mapping[float, float] | None:
+        """Temperature (degC, ascending) -> sigma (SI); None where one sigma holds everywhere."""
+        spread = self._spread
+        return {t: spread[t].si for t in sorted(spread)} if isinstance(spread, Mapping) else None
+
+    def run_to_run_sigma(self, temperature_degc: Array) -> Array:
+        """Sigma (SI) at temperatures (...), linear between the table's nodes; 0 where the spec has none."""
+        table = self.run_to_run_table
+        if table is None:
+            return np.full(np.shape(temperature_degc), self.run_to_run_largest)
+        return np.asarray(np.interp(temperature_degc, [*table], [*table.values()]))
+
+    @property
+    def run_to_run_largest(self) -> float:
+        """Sigma (SI) at the temperature where it is largest: the flight may be there."""
+        spread = self._spread
+        return max(q.si for q in spread.values()) if isinstance(spread, Mapping) else _si(spread)
+
+    @property
+    def temperature_correlation(self) -> float | None:
+        """L in K of exp(−(T − T')² / (2 L²)); None: one power-on's draw is the same at every temperature."""
+        return self.run_to_run.temperature_correlation if isinstance(self.run_to_run, RunToRun) else None
+
+    # ------------------------------------------------------------ within a power-on, and over days
+
+    @property
+    def in_run_sigma(self) -> float:
+        """Sigma (SI) of the process within a power-on; 0 where the spec has none."""
+        return _si(self.in_run.value if isinstance(self.in_run, InRun) else self.in_run)
+
+    @property
+    def in_run_time(self) -> float:
+        """Correlation time (s) of the process within a power-on."""
+        return self.in_run.correlation_time if isinstance(self.in_run, InRun) else IN_RUN_TIME_S
+
+    @property
+    def storage_sigma(self) -> float:
+        """Sigma (SI) of what STORAGE_DAYS in store do; 0 where the spec has none."""
+        return _si(self.storage)
+
+    # ------------------------------------------------------------ over temperature
+
+    @property
+    def measured_curve(self) -> MeasuredCurve | None:
+        """The measured error over temperature, if the spec has one."""
+        residual = self.temperature_residual
+        return residual if isinstance(residual, MeasuredCurve) else None
+
+    @property
+    def residual_table(self) -> Mapping[int, float] | None:
+        """Number of points (ascending) -> what they leave (SI); None without one or with a measured curve."""
+        residual = self.temperature_residual
+        if not isinstance(residual, ResidualTable):
+            return None
+        return {n: residual.table[n].si for n in sorted(residual.table)}
+
+    @property
+    def residual_figure(self) -> Literal["largest", "sigma"]:
+        """What the numbers of `residual_table` are."""
+        residual = self.temperature_residual
+        return residual.figure if isinstance(residual, ResidualTable) else "largest"
+
+    @property
+    def whole_variation(self) -> float:
+        """What remains without any temperature table, SI: the systematic size or the largest residual."""
+        curve, table = self.measured_curve, self.residual_table or {}
+        found = [*table.values()] if curve is None else [*np.abs(curve.values).tolist()]
+        return max([self.systematic_size, *found])
+
+
+def _si(quantity: Quantity | None) -> float:
+    """SI value of an optional quantity."""
+    return 0.0 if quantity is None else quantity.si

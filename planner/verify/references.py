@@ -1,0 +1,84 @@
+"""What units really meet on benches whose references err: `benches.*.accuracy`, drawn unit by unit.
+
+A base's tilts (level), the table's rate and the chamber's thermometer are one draw a bench; the angles of the
+unit on the bench (mounting) are drawn anew at every installation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.records import Array, Conditions
+from planner.spec.model import Spec
+from planner.verify.chance import Chance
+from planner.verify.draws import generator
+from planner.verify.exposures import earth_rate, turned_by, upward
+from planner.verify.records import Records
+
+
+@dataclass(frozen=True)
+class Met:
+    """Conditions of B · n records, unit after unit: `true` ones, and as the dwell table would `show` them."""
+
+    true: Conditions
+    shown: Conditions
+
+
+def met_by_units(records: Records, units: int, spec: Spec, chance: Chance, key: tuple[int, int]) -> Met:
+    """The chamber strays around the soaked temperature; references are as good as the spec says."""
+    nominal = records.conditions
+    rng = generator(*key, "chamber")
+    shape = (units, len(records))
+    jitter = chance.temperature_jitter * rng.normal(size=shape)
+    drift = chance.temperature_jitter / 300.0 * rng.normal(size=shape)
+    rate, force, warmer = _off(records, units, spec, key)
+    shown = Conditions(
+        rate=_repeated(nominal.rate, units),
+        specific_force=_repeated(nominal.specific_force, units),
+        temperature_degc=(nominal.temperature_degc + jitter).ravel(),
+        temperature_rate=(nominal.temperature_rate + drift).ravel(),
+        time_on=_repeated(nominal.time_on, units),
+        day=_repeated(nominal.day, units),
+    )
+    true = Conditions(
+        rate=shown.rate + rate,
+        specific_force=shown.specific_force + force,
+        temperature_degc=shown.temperature_degc + warmer,
+        temperature_rate=shown.temperature_rate,
+        time_on=shown.time_on,
+        day=shown.day,
+    )
+    return Met(true, shown)
+
+
+def _repeated(values: Array, units: int) -> Array:
+    return np.broadcast_to(values, (units, *values.shape)).reshape(-1, *values.shape[1:])
+
+
+def _off(records: Records, units: int, spec: Spec, key: tuple[int, int]) -> tuple[Array, Array, Array]:
+    """True minus referred: rate and force (B n, 3), temperature (B n,)."""
+    n = len(records)
+    rate, force, warmer = np.zeros((units, n, 3)), np.zeros((units, n, 3)), np.zeros((units, n))
+    for name in dict.fromkeys(records.bench.tolist()):
+        accuracy = spec.benches[name].accuracy
+        rows = np.flatnonzero(records.bench == name)
+        draw = generator(*key, "bench", name)
+        tilt = accuracy.level * np.pad(draw.normal(size=(units, 2)), ((0, 0), (0, 1)))
+        faster = accuracy.rate * draw.normal(size=units)
+        warmer[:, rows] = accuracy.temperature * draw.normal(size=(units, 1))
+        visits, visit = np.unique(records.installation[rows], return_inverse=True)
+        leaning = accuracy.mounting * draw.normal(size=(units, len(visits), 3))
+        if not (tilt.any() or faster.any() or leaning.any()):
+            continue
+        base, mounted = turned_by(tilt), turned_by(leaning)
+        for place, row in enumerate(rows):
+            motion, held = records.motions[row], mounted[:, visit[place]]
+            driven = np.outer(1.0 + faster, motion.driven)
+            pushed = np.outer((1.0 + faster) ** 2, motion.pushed)
+            turn = (base @ earth_rate()) @ motion.turned.T + driven
+            load = (base @ upward()) @ motion.turned.T + pushed
+            rate[:, row] = (held @ turn[..., None])[..., 0] - records.conditions.rate[row]
+            force[:, row] = (held @ load[..., None])[..., 0] - records.conditions.specific_force[row]
+    return rate.reshape(-1, 3), force.reshape(-1, 3), warmer.ravel()

@@ -1,0 +1,118 @@
+"""A budget says the same of every form in which it may be written."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.spec.budget import IN_RUN_TIME_S, ErrorBudget
+from planner.units import STANDARD_GRAVITY_MPS2
+from tests.spec.example import changed, loaded
+
+MG = 1e-3 * STANDARD_GRAVITY_MPS2
+TABLE = {"20 degC": "1 mg", "-55 degC": "3 mg"}
+
+
+def budget(**parts: object) -> ErrorBudget:
+    return ErrorBudget.model_validate(parts)
+
+
+def test_an_empty_budget_has_nothing() -> None:
+    b = budget()
+    assert (b.systematic_size, b.in_run_sigma, b.storage_sigma, b.run_to_run_largest) == (0.0,) * 4
+    assert (b.has_run_to_run, b.run_to_run_table, b.temperature_correlation) == (False, None, None)
+    assert (b.residual_table, b.measured_curve, b.whole_variation) == (None, None, 0.0)
+    assert not b.run_to_run_sigma(np.array([[0.0], [20.0]])).any()
+
+
+@pytest.mark.parametrize(
+    ("written", "time"),
+    [
+        ("2 mg", IN_RUN_TIME_S),
+        ({"value": "2 mg"}, 600.0),
+        ({"value": "2 mg", "correlation_time": "2 h"}, 7200.0),
+    ],
+)
+def test_in_run_in_every_form(written: object, time: float) -> None:
+    b = budget(in_run=written)
+    assert b.in_run_sigma == pytest.approx(2 * MG)
+    assert b.in_run_time == time
+
+
+@pytest.mark.parametrize("length", [None, "40 K"])
+@pytest.mark.parametrize("value", ["2 mg", TABLE])
+def test_run_to_run_in_every_form(value: object, length: str | None) -> None:
+    parts = {"value": value, **({} if length is None else {"temperature_correlation": length})}
+    for b in (budget(run_to_run=parts), *([budget(run_to_run=value)] if length is None else [])):
+        assert b.has_run_to_run
+        assert b.temperature_correlation == (None if length is None else 40.0)
+        at = b.run_to_run_sigma(np.array([-90.0, -55.0, -17.5, 20.0, 80.0])) / MG
+        np.testing.assert_allclose(at, [3, 3, 2, 1, 1] if value is TABLE else [2] * 5, rtol=1e-12)
+        assert b.run_to_run_largest == pytest.approx((3 if value is TABLE else 2) * MG)
+        assert [*(b.run_to_run_table or {})] == ([-55.0, 20.0] if value is TABLE else [])
+
+
+@given(st.lists(st.floats(-80.0, 90.0), min_size=1, max_size=5))
+def test_no_spread_is_more_than_the_largest(degc: list[float]) -> None:
+    b = budget(run_to_run={"value": TABLE, "temperature_correlation": "10 K"})
+    sigma = b.run_to_run_sigma(np.array(degc))
+    assert sigma.shape == (len(degc),)
+    assert (sigma <= b.run_to_run_largest * (1 + 1e-12)).all()
+
+
+@pytest.mark.parametrize("figure", [None, "largest", "sigma"])
+def test_a_residual_table_says_what_its_numbers_are(figure: str | None) -> None:
+    written = {5: "1 mg", 1: "4 mg", **({} if figure is None else {"figure": figure})}
+    b = budget(systematic="3 mg", temperature_residual=written)
+    assert b.residual_figure == (figure or "largest")
+    assert b.residual_table == pytest.approx({1: 4 * MG, 5: MG})
+    assert [*(b.residual_table or {})] == [1, 5]
+    assert b.measured_curve is None
+    assert b.whole_variation == pytest.approx(4 * MG)
+
+
+def test_a_measured_curve_comes_in_order_and_is_no_table() -> None:
+    b = budget(systematic="3 mg", temperature_residual={"curve": {"20 degC": "-5 mg", "-10 degC": "1 mg"}})
+    assert b.measured_curve is not None
+    np.testing.assert_array_equal(b.measured_curve.temperatures_degc, [-10.0, 20.0])
+    np.testing.assert_allclose(b.measured_curve.values, [MG, -5 * MG])
+    assert (b.residual_table, b.residual_figure) == (None, "largest")
+    assert b.whole_variation == pytest.approx(5 * MG)
+
+
+# ---------------------------------------------------------------- in a spec
+
+AT_THE_END = "  fixed: {gyro_drift: {temperatures: 15, repeats: 15}}\n"
+
+
+def test_what_a_spec_leaves_out_is_sixty_days_and_perfect() -> None:
+    spec = loaded(changed()).spec
+    assert (spec.flown_after, spec.flown_after_days) == (60 * 86400.0, 60.0)
+    assert spec.initial_alignment is None
+    assert set(spec.benches["rate_table"].accuracy.model_dump().values()) == {0.0}
+
+
+def test_a_spec_says_when_and_how_it_flies_and_how_well_its_bench_is_known() -> None:
+    end = "flown_after: 10 d\ninitial_alignment: {roll_pitch: 0.05 deg, heading: 0.5 deg}\n"
+    known = "    accuracy: {level: 0.01 deg, mounting: 20 arcsec, rate: 20 ppm, temperature: 0.1 K}\n"
+    text = changed((AT_THE_END, AT_THE_END + end), ("    axes: 2\n", "    axes: 2\n" + known))
+    found = loaded(text)
+    spec = found.spec
+    assert spec.flown_after_days == pytest.approx(10.0)
+    assert spec.initial_alignment is not None
+    assert np.degrees(spec.initial_alignment.roll_pitch) == pytest.approx(0.05)
+    assert np.degrees(spec.initial_alignment.heading) == pytest.approx(0.5)
+    accuracy = spec.benches["rate_table"].accuracy
+    assert np.degrees(accuracy.level) == pytest.approx(0.01)
+    assert np.degrees(accuracy.mounting) * 3600 == pytest.approx(20.0)
+    assert (accuracy.rate, accuracy.temperature) == (pytest.approx(2e-5), pytest.approx(0.1))
+    assert not [w for w in found.warnings if "accuracy" in w.path]
+
+
+def test_a_rate_that_nothing_turns_at_is_a_remark() -> None:
+    text = changed(("  centrifuge: {", "  centrifuge: {accuracy: {rate: 20 ppm}, "))
+    (remark,) = [w for w in loaded(text).warnings if "accuracy" in w.path]
+    assert remark.path == "benches.centrifuge.accuracy.rate"
+    assert "turns" in remark.message
