@@ -139,15 +139,16 @@ def _enter(
     """Budget and test of one found effect: what was changed, what to know."""
     error = f"{found.sensor}.{found.effect}"
     notes = _doubts(found)
-    if found.effect in catalog.bench_only():
+    effect = catalog.effects()[found.effect]
+    if effect.bench_only:
         return [], [*notes, f"{error} is an effect of the bench: it is fitted, and has no budget in flight"]
-    if catalog.effects()[found.effect].temperature_of is not None:
-        return [], notes + _table_needed(spec, found)
+    if effect.temperature_of is not None:
+        return [], notes + _table_needed(spec, found, effect.temperature_of)
     if found.effect in getattr(spec.unit, found.sensor):
         return [], [*notes, f"{error} has a budget already: it is kept"]
     size, left = _size(found)
     test = None if isinstance(spec.sensitivities, Given) else _test(spec, found, size, diagnosis)
-    unit = catalog.effects()[found.effect].units[found.sensor]
+    unit = effect.units[found.sensor]
     parts = {"systematic": _written(size if test else left, unit)}
     if test:
         parts["run_to_run"] = _written(test.spread, unit)
@@ -183,22 +184,21 @@ def _usual(found: FoundEffect) -> list[str]:
     notes = []
     for p in catalog.effects()[found.effect].parameters:
         told = [
-            f"{t.value:.4g} {p.unit} on {_short(t.channel)}"
+            f"{p.shown(t.value)} on {_short(t.channel)}"
             for t in found.terms
             if t.parameter and t.name == p.name
         ]
         if not told and p.name in found.nonlinear:
-            told = [f"{found.nonlinear[p.name]:.4g} {p.unit}"]
+            told = [p.shown(found.nonlinear[p.name])]
         if told:
             notes.append(
-                f"{found.sensor}.{found.effect}: the plan takes {p.name} {p.default:g} {p.unit}, its usual "
+                f"{found.sensor}.{found.effect}: the plan takes {p.name} {p.shown(p.default)}, its usual "
                 f"value; the data say {', '.join(told)}"
             )
     return notes
 
 
-def _table_needed(spec: Spec, found: FoundEffect) -> list[str]:
-    plain = catalog.effects()[found.effect].temperature_of or found.effect
+def _table_needed(spec: Spec, found: FoundEffect, plain: str) -> list[str]:
     budget: ErrorBudget | None = getattr(spec.unit, found.sensor).get(plain)
     if budget is not None and budget.temperature_residual is not None:
         return []

@@ -59,7 +59,12 @@ def diagnose(
         untestable=tuple(untestable),
         evidence=tuple(e for s in found for e in evidence(s, data)),
         assumptions=tuple(a for s in found for a in assumptions(s, spec)),
-        notes=(*data.notes, *_notes(found, data), *said),
+        notes=(
+            *data.notes,
+            *_notes(found, data),
+            *said,
+            *(f"not looked for: {one}" for one in catalog.unloadable("effects")),
+        ),
     )
 
 
