@@ -126,7 +126,8 @@ def _named(found: Found, lacking: Sequence[int], question: Question) -> bool:
     scores = {b: s for b, s in scores.items() if stands_beside(found, b, s)}
     if not scores:
         return False
-    best = best_of(found.pool, {b: s.criterion for b, s in scores.items()})
+    criteria = found.criteria(question, scores)
+    best = best_of(found.pool, criteria)
     if _unnamed_is_better(found, axes, [*found.on(axes), best], question):
         return False
     tried = found.tried([*found.library, best])
