@@ -10,8 +10,9 @@ import numpy as np
 from planner import __version__
 from planner.calibration import Calibration, SensorCalibration, Tables
 from planner.campaign.estimate import Estimate, Robust
+from planner.campaign.model import campaign
 from planner.campaign.power_ons import of_table
-from planner.campaign.triad import ALL, TooFewRecords, fit_triad, shares
+from planner.campaign.triad import ALL, TooFewRecords, shares
 from planner.errors import InputError
 from planner.learn.correction import true_input
 from planner.learn.fit_options import DECLARED, FitOptions
@@ -197,7 +198,7 @@ def fit_sensor(
     asked = ALL if shares(sensor, names) else channels
     _check_alive(readings, asked, sensor, where)
     try:
-        return fit_triad(sensor, readings, of_table(table), spec, names, robust, asked)
+        return campaign(spec, of_table(table), names).estimate(sensor, readings, robust, asked)
     except TooFewRecords as error:
         raise InputError(f"{where}: {error}; measure more records, or declare fewer effects") from error
 
