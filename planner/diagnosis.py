@@ -38,7 +38,7 @@ class FoundTerm:
     @property
     def scale(self) -> float:
         """SI per display unit; temperatures and days of parameters stand as they are."""
-        return 1.0 if self.parameter and self.unit in ("degC", "day") else unit_factor(self.unit)[0]
+        return 1.0 if self.parameter and self.unit in ("degC", "day", "d") else unit_factor(self.unit)[0]
 
 
 @dataclass(frozen=True)
