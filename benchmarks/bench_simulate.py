@@ -16,8 +16,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the campaigns are the tests' own
 
+from planner.campaign.design import Design
 from planner.simulate.campaign import Unit, prepared, simulate
-from planner.simulate.design import Design
 from planner.simulate.hidden import HiddenEffect, hidden_effect
 from tests.simulate.benches import campaign_of, noiseless
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import catalog
+from planner.campaign.design import DEFAULT_LATITUDE
+from planner.campaign.exposure import exposure
 from planner.plan.bench_work import ramp_time
 from planner.records import Array, Conditions
-from planner.simulate.attitudes import exposure
-from planner.simulate.design import DEFAULT_LATITUDE
 from planner.spec.model import Bench, Spec, Test
 from planner.spec.motions import motions_of
 

@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
+from planner.campaign.channel_model import channel_model
 from planner.learn.bench_runs import BenchRun, run_of_test, run_of_trial
-from planner.learn.channel_model import channel_model, evaluate, sensed
 from planner.learn.moment_fit import linear_jacobian
+from planner.measurement import evaluate, sensed
 from planner.protocols import Sensor
 from planner.records import Array, Conditions
 from planner.spec.model import Spec

@@ -10,14 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner import catalog
-from planner.calibration import ExtraTerm, Tables
-from planner.learn.temperature_nodes import hats
+from planner import catalog, measurement
+from planner.calibration import Tables
 from planner.measured import DwellTable
+from planner.measurement import Acting
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, Conditions
+from planner.temperature_table import hats
 
-_ROUNDS = 4  # κ is 1e-2 at most, so every round wins two digits
 _RATE, _FORCE = "rate", "specific_force"
 
 
@@ -49,33 +49,30 @@ def true_input(y: Array, tables: Tables, sensor: Sensor, conditions: Conditions)
 
     conditions: the readings stand in for the true rate and force, which only small effects ask for
     """
+    return measurement.true_input(sensor, y, conditions, acting(tables, sensor, conditions))
+
+
+def acting(tables: Tables, sensor: Sensor, conditions: Conditions) -> list[Acting]:
+    """A calibration's tables and terms as effects at work under some conditions."""
+    known = catalog.effects()
     weights = hats(conditions.temperature_degc, tables.temperature_degc, tables.reach)
-    left = y - weights @ tables.bias.T - _extra(tables, "bias", sensor, conditions)
-    scale = weights @ tables.scale.T
-    slope = 1.0 + scale + 0.5 * np.sign(left) * tables.asymmetry
-    v = left / slope
-    inverse = np.linalg.inv(tables.misalignment)
-    for _ in range(_ROUNDS if tables.extra else 0):
-        here = replace(conditions, **{_RATE if sensor == "gyro" else _FORCE: v})
-        v = (left - _extra(tables, "scale_factor", sensor, here)) / slope
-    u = v @ inverse.T
-    for _ in range(_ROUNDS if tables.extra else 0):
-        here = replace(conditions, **{_RATE if sensor == "gyro" else _FORCE: u})
-        u = (v - _extra(tables, "misalignment", sensor, here)) @ inverse.T
-    return np.asarray(u)
-
-
-def _extra(tables: Tables, group: str, sensor: Sensor, conditions: Conditions) -> Array:
-    """(n, 3) what the effects of one group outside the tables add."""
-    total = np.zeros((len(conditions.day), 3))
+    off = tables.misalignment - np.eye(3)
+    found = [
+        Acting(known["bias"], weights @ tables.bias.T),
+        Acting(known["scale_factor"], weights @ tables.scale.T),
+    ]
+    if np.any(tables.asymmetry):
+        found.append(Acting(known["scale_factor_asymmetry"], tables.asymmetry))
+    if np.any(off):
+        lean = known["misalignment"]
+        found.append(
+            Acting(
+                lean,
+                np.array([off["xyz".index(t.name[0]), "xyz".index(t.name[1])] for t in lean.terms(sensor)]),
+            )
+        )
     for term in tables.extra:
-        effect = catalog.effects()[term.effect]
-        if effect.group == group:
-            index = [t.name for t in effect.terms(sensor)].index(term.term)
-            total += term.value * _regressors(term, sensor, conditions)[:, :, index]
-    return total
-
-
-def _regressors(term: ExtraTerm, sensor: Sensor, conditions: Conditions) -> Array:
-    found: Array = catalog.effects()[term.effect].regressors(sensor, conditions, term.nonlinear)
+        effect = known[term.effect]
+        names = [t.name for t in effect.terms(sensor)]
+        found.append(Acting(effect, term.value * (np.array(names) == term.term), term.nonlinear))
     return found

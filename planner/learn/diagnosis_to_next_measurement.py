@@ -18,9 +18,9 @@ import numpy as np
 from planner import catalog
 from planner.diagnosis import FoundEffect, NextMeasurement
 from planner.learn.bench_runs import BenchRun, bench_runs
-from planner.learn.channel_model import AXES, evaluate
 from planner.learn.diagnosis_to_residual import ChannelFits, UnitFits
 from planner.learn.moment_fit import linear_jacobian
+from planner.measurement import AXES, evaluate
 from planner.records import Array, Conditions
 from planner.solvers.random_effects import RandomEffects, covariance
 from planner.spec.model import Spec

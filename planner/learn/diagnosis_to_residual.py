@@ -8,14 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.campaign.channel_model import channel_model
 from planner.diagnosis import FoundEffect, ResidualChange, UnitDiagnosis
-from planner.learn.channel_model import AXES, channel_model
 from planner.learn.diagnosis.prepared import prepared
 from planner.learn.dwells_to_fit import readings_of
 from planner.learn.moment_fit import MomentFit, moment_fit
 from planner.learn.table_rows import by_run, rows_of
 from planner.learn.unseen_runs import Folds, block_folds, cells_of, folds_of
 from planner.measured import DwellTable
+from planner.measurement import AXES
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array
 from planner.solvers.least_squares import factors

@@ -19,8 +19,8 @@ from planner import __version__, catalog
 from planner.diagnosis import LEAST_P, Assumption, Diagnosis, FoundEffect
 from planner.errors import InputError
 from planner.learn.calibration_cost import CalibratingTest, RecordNoise, Target, calibrating_test
-from planner.learn.channel_model import AXES
 from planner.learn.spec_edit import SpecText
+from planner.measurement import AXES
 from planner.sensor import ErrorName
 from planner.spec.budget import ErrorBudget, InRun, RunToRun
 from planner.spec.load import LoadedSpec

@@ -18,7 +18,6 @@ from planner.diagnosis import (
     Verdict,
 )
 from planner.errors import InputError
-from planner.learn.channel_model import AXES
 from planner.learn.diagnosis.assumptions import assumptions
 from planner.learn.diagnosis.bench_uncertainty import below_bench
 from planner.learn.diagnosis.estimates import Estimate, estimates, parameter_interval, rivals
@@ -28,6 +27,7 @@ from planner.learn.diagnosis.noise import LEAST_RUNS
 from planner.learn.diagnosis.prepared import Prepared, prepared
 from planner.learn.diagnosis.sensor import SensorFound, diagnose_sensor
 from planner.measured import DwellTable
+from planner.measurement import AXES
 from planner.protocols import SENSORS, Sensor
 from planner.spec.model import Spec
 

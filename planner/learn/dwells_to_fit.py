@@ -6,15 +6,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner import __version__
 from planner.calibration import Calibration, SensorCalibration, Tables
+from planner.campaign.estimate import Estimate, Robust
+from planner.campaign.power_ons import of_table
+from planner.campaign.triad import TooFewRecords, fit_triad
 from planner.errors import InputError
-from planner.learn.channel_model import channel_model
 from planner.learn.correction import true_input
-from planner.learn.fit_channel import ChannelFit, fit_channel
-from planner.learn.fit_options import DECLARED, FitOptions, Robust
+from planner.learn.fit_options import DECLARED, FitOptions
 from planner.learn.fit_to_calibration import sensor_calibration
 from planner.learn.held_out import residual_of
 from planner.learn.methods import METHODS, Method, resting
@@ -155,7 +155,7 @@ def _cube(
 def _fitted(
     table: DwellTable, sensors: Sequence[Sensor], spec: Spec, effects: tuple[str, ...], options: FitOptions
 ) -> tuple[list[SensorCalibration], list[str]]:
-    ordered, starts = by_run(table)
+    ordered, _ = by_run(table)
     found, notes = [], []
     for sensor in sensors:
         readings = readings_of(ordered, sensor)
@@ -165,7 +165,7 @@ def _fitted(
         if (ordered.ref_rate if sensor == "gyro" else ordered.ref_acc) is None:
             notes.append(f"no reference for the {sensor}s: they are not calibrated")
             continue
-        fits = fit_sensor(ordered, starts, sensor, spec, options.robust, effects)
+        fits = fit_sensor(ordered, sensor, spec, options.robust, effects)
         residuals = [residual_of(fit, readings[:, fit.model.channel]) for fit in fits]
         found.append(sensor_calibration(sensor, fits, residuals, spec, options.method))
     return found, notes
@@ -178,13 +178,12 @@ def readings_of(table: DwellTable, sensor: Sensor) -> Array | None:
 
 def fit_sensor(
     table: DwellTable,
-    starts: NDArray[np.int64],
     sensor: Sensor,
     spec: Spec,
     robust: Robust = "no",
     effects: tuple[str, ...] | None = None,
-) -> list[ChannelFit]:
-    """The three channels of a sensor; the table's rows stand run by run from `starts`.
+) -> list[Estimate]:
+    """The three channels of a sensor; the table's rows stand run by run.
 
     effects: the error model; the spec's by default. Raises InputError for too few rows.
     """
@@ -193,19 +192,12 @@ def fit_sensor(
     if readings is None:
         raise InputError(f"no {sensor} columns in {where}")
     _check_alive(readings, sensor, where)
-    fits = []
-    for channel in range(3):
-        model = channel_model(
-            sensor, channel, table.conditions(), spec.effects if effects is None else effects
+    try:
+        return fit_triad(
+            sensor, readings, of_table(table), spec, spec.effects if effects is None else effects, robust
         )
-        try:
-            fits.append(fit_channel(model, readings[:, channel], starts, table.duration, spec, robust))
-        except ValueError as error:
-            raise InputError(
-                f"{where}: {len(table)} rows cannot give the {len(model.columns())} coefficients of "
-                f"{sensor} {'xyz'[channel]} ({error}); measure more records, or declare fewer effects"
-            ) from error
-    return fits
+    except TooFewRecords as error:
+        raise InputError(f"{where}: {error}; measure more records, or declare fewer effects") from error
 
 
 def _check_alive(readings: Array, sensor: Sensor, where: str) -> None:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 from planner.calibration import Tables
+from planner.campaign.estimate import Robust
 from planner.protocols import Sensor
 
-Robust = Literal["no", "huber", "bisquare"]
 DECLARED = "declared_effects"
 
 

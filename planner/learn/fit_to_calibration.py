@@ -16,21 +16,20 @@ from planner.calibration import (
     Status,
     Tables,
 )
-from planner.learn.channel_model import AXES, REACH_K, Column
-from planner.learn.fit_channel import ChannelFit
-from planner.learn.noise_model import Component
-from planner.learn.temperature_nodes import hats
+from planner.campaign.estimate import Estimate
+from planner.campaign.noise import Component
+from planner.measurement import AXES, Column
 from planner.protocols import Sensor
 from planner.records import Array
-from planner.sensor import ErrorName
 from planner.spec.model import Spec
+from planner.temperature_table import REACH_K, hats
 
 CONFIDENCE = 0.95
 _LINEAR = ("bias", "scale_factor", "misalignment", "scale_factor_asymmetry")
 
 
 def sensor_calibration(
-    sensor: Sensor, fits: Sequence[ChannelFit], residuals: Sequence[Residual], spec: Spec, method: str
+    sensor: Sensor, fits: Sequence[Estimate], residuals: Sequence[Residual], spec: Spec, method: str
 ) -> SensorCalibration:
     """What was found for one sensor, channel by channel."""
     coefficients = tuple(c for fit in fits for c in coefficients_of(fit, spec))
@@ -51,19 +50,21 @@ def sensor_calibration(
 # ---------------------------------------------------------------- coefficients
 
 
-def coefficients_of(fit: ChannelFit, spec: Spec) -> list[Coefficient]:
+def coefficients_of(fit: Estimate, spec: Spec) -> list[Coefficient]:
     """The channel's coefficients with 95 % intervals by Student's t and their own degrees of freedom."""
     from scipy.stats import t as student
 
     found = []
     half = student.ppf((1.0 + CONFIDENCE) / 2.0, fit.fit.freedom) * _errors(fit)
+    shapes = {(effect, p.name): p for effect, p in fit.model.fitted_parameters}
     for i, column in enumerate(fit.model.columns()):
         value, h = float(fit.theta[i]), float(half[i])
         if fit.fit.undetermined[i]:
             h = np.inf
         low, high, error = value - h, value + h, float(_errors(fit)[i])
-        if column.parameter:  # carried as a logarithm
-            value, low, high = (float(np.exp(min(x, 700.0))) for x in (value, low, high))
+        p = shapes.get((column.effect, column.parameter))
+        if p is not None and p.scale == "logarithmic":  # the interval is one of the logarithm
+            value, low, high = (p.value(x) for x in (value, low, high))
             error *= value
         found.append(
             Coefficient(
@@ -71,7 +72,7 @@ def coefficients_of(fit: ChannelFit, spec: Spec) -> list[Coefficient]:
                 channel=AXES[fit.model.channel],
                 term=column.parameter or column.term,
                 temperature_degc=None if np.isnan(column.node_degc) else column.node_degc,
-                unit="s" if column.parameter else catalog.effects()[column.effect].units[fit.model.sensor],
+                unit=p.unit if p is not None else catalog.effects()[column.effect].units[fit.model.sensor],
                 value=value,
                 standard_error=error,
                 freedom=float(fit.fit.freedom[i]),
@@ -83,17 +84,20 @@ def coefficients_of(fit: ChannelFit, spec: Spec) -> list[Coefficient]:
     return found
 
 
-def _errors(fit: ChannelFit) -> Array:
+def _errors(fit: Estimate) -> Array:
     return np.sqrt(np.maximum(np.diag(fit.fit.covariance), 0.0))
 
 
-def _status(fit: ChannelFit, i: int, column: Column, half_width: float, spec: Spec) -> Status:
+def _status(fit: Estimate, i: int, column: Column, half_width: float, spec: Spec) -> Status:
     if fit.fit.undetermined[i]:
         return "undetermined"
     budget = getattr(spec.unit, fit.model.sensor).get(column.effect)
     size = 0.0 if budget is None else budget.whole_variation
     if column.parameter:
-        return "weak" if half_width > 1.0 else "determined"
+        (wide,) = [
+            p for e, p in fit.model.fitted_parameters if (e, p.name) == (column.effect, column.parameter)
+        ]
+        return "weak" if half_width > min(1.0, 0.25 * (wide.bounds[1] - wide.bounds[0])) else "determined"
     return "weak" if size > 0 and half_width > size else "determined"
 
 
@@ -119,19 +123,17 @@ def _name(c: Coefficient) -> str:
 # ---------------------------------------------------------------- tables
 
 
-def tables_of(fits: Sequence[ChannelFit]) -> Tables:
+def tables_of(fits: Sequence[Estimate]) -> Tables:
     """The three channels on one grid of temperatures; a table on its own nodes is exact on the union."""
-    nodes = _union(
-        [n for fit in fits for n in (fit.model.bias_nodes, fit.model.scale_nodes) if n is not None]
-    )
+    nodes = _union([c.nodes for fit in fits for c in fit.model.carried if c.nodes is not None])
     bias, scale = np.zeros((3, len(nodes))), np.zeros((3, len(nodes)))
     asymmetry, misalignment = np.zeros(3), np.eye(3)
     extra: list[ExtraTerm] = []
     uncorrected = catalog.bench_only().union(_LINEAR)
     for fit in fits:
         i = fit.model.channel
-        bias[i] = _table(fit, "bias", fit.model.bias_nodes, nodes)
-        scale[i] = _table(fit, "scale_factor", fit.model.scale_nodes, nodes)
+        bias[i] = _table(fit, "bias", fit.model.nodes_of("bias"), nodes)
+        scale[i] = _table(fit, "scale_factor", fit.model.nodes_of("scale_factor"), nodes)
         shapes = _parameters(fit)
         for column, value in zip(fit.model.columns(), fit.theta, strict=True):
             if column.effect == "scale_factor_asymmetry":
@@ -153,7 +155,7 @@ def _union(several: Sequence[Array]) -> Array:
     return np.asarray(nodes[np.append(True, np.diff(nodes) > 1e-3)])
 
 
-def _table(fit: ChannelFit, effect: str, own: Array | None, nodes: Array) -> Array:
+def _table(fit: Estimate, effect: str, own: Array | None, nodes: Array) -> Array:
     values = np.array(
         [
             v
@@ -168,28 +170,27 @@ def _table(fit: ChannelFit, effect: str, own: Array | None, nodes: Array) -> Arr
     return np.asarray(hats(nodes, own, REACH_K) @ values)
 
 
-def _parameters(fit: ChannelFit) -> dict[str, dict[str, float]]:
+def _parameters(fit: Estimate) -> dict[str, dict[str, float]]:
     found: dict[str, dict[str, float]] = {}
     for effect, parameter in fit.model.held:
         found.setdefault(effect, {})[parameter] = catalog.effects()[effect].nonlinear[parameter]
-    for column, value in zip(fit.model.columns(), fit.theta, strict=True):
-        if column.parameter:
-            found.setdefault(column.effect, {})[column.parameter] = float(np.exp(value))
+    for effect, values in fit.model.parameters_at(fit.theta).items():
+        found.setdefault(effect, {}).update(values)
     return found
 
 
 # ---------------------------------------------------------------- random characteristics
 
 
-def random_of(fit: ChannelFit) -> list[RandomCharacteristic]:
+def random_of(fit: Estimate) -> list[RandomCharacteristic]:
     """The spreads of one channel, from the variances with χ² intervals."""
     found = []
-    variances = fit.fit.variances
+    variances = fit.variances
     duration = fit.noise.duration
     for i, component in enumerate(fit.noise.components):
         theta, error = float(variances.theta[i]), float(variances.error[i, i])
         freedom = 2.0 * theta * theta / error if error > 0 else float("nan")
-        kinds = [(component.kind, 1.0)]
+        kinds: list[tuple[str, float]] = [(component.kind, 1.0)]
         if component.kind == "white":
             kinds.append(("white_density", duration))
         for kind, factor in kinds:
@@ -198,18 +199,17 @@ def random_of(fit: ChannelFit) -> list[RandomCharacteristic]:
 
 
 def _characteristic(
-    fit: ChannelFit, component: Component, kind: str, variance: float, freedom: float
+    fit: Estimate, component: Component, kind: str, variance: float, freedom: float
 ) -> RandomCharacteristic:
     from scipy.stats import chi2
 
-    effect = ErrorName(component.error).effect
     low, high = float("nan"), float("nan")
     if freedom >= 1.0:  # below, the data say next to nothing of this spread
         low, high = (float(np.sqrt(variance * freedom / chi2.ppf(q, freedom))) for q in (0.975, 0.025))
-    unit = catalog.effects()[effect.rstrip("01")].units[fit.model.sensor]
+    unit = catalog.effects()[component.error.effect].units[fit.model.sensor]
     return RandomCharacteristic(
         kind={"constant": "in_run"}.get(kind, kind),
-        error=component.error.rstrip("01"),
+        error=component.error,
         channel=AXES[fit.model.channel],
         unit=unit + " s^(1/2)" if kind == "white_density" else unit,
         value=float(np.sqrt(variance)),

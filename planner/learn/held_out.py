@@ -8,18 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.calibration import Residual
-from planner.learn.channel_model import AXES, jacobian
-from planner.learn.fit_channel import ChannelFit
-from planner.learn.temperature_nodes import temperature_nodes
+from planner.campaign.estimate import Estimate
+from planner.measurement import AXES
 from planner.records import Array
-from planner.solvers.mixed_model import generalised_least_squares
-from planner.solvers.random_effects import RandomEffects
+from planner.solvers.least_squares import factors
+from planner.solvers.random_effects import covariance
+from planner.temperature_table import temperature_nodes
 from planner.units import STANDARD_GRAVITY_MPS2
 
 FOLDS = 5
 
 
-def residual_of(fit: ChannelFit, y: Array) -> Residual:
+def residual_of(fit: Estimate, y: Array) -> Residual:
     """Residual RMS of one channel before and after, on held-out runs where there are repeats to hold out.
 
     A fold leaves out whole power-ons, and only such as have a repeat (same temperature, same motion) in the
@@ -43,28 +43,20 @@ def residual_of(fit: ChannelFit, y: Array) -> Residual:
     )
 
 
-def _predicted_from_others(fit: ChannelFit, y: Array, rows: NDArray[np.int64]) -> Array:
-    J = jacobian(fit.model, fit.theta, fit.parts)
-    target = fit.residual + J @ fit.theta
+def _predicted_from_others(fit: Estimate, y: Array, rows: NDArray[np.int64]) -> Array:
+    """(n,) residuals, each by the other folds; V is block by power-on, so rows are whitened once for all."""
+    target = fit.residual + fit.J @ fit.theta
+    white = covariance(fit.noise.effects, fit.variances.theta).whiten(np.column_stack([fit.J, target]))
     left = np.zeros(len(y))
     for k in range(rows.max() + 1):
         out = rows == k
-        beta = generalised_least_squares(
-            target[~out], J[~out], _without(fit.noise.effects, out), fit.fit.variances.theta
-        )
-        left[out] = target[out] - J[out] @ beta
+        found = factors(white[~out, :-1])
+        beta = found.to_coefficients @ (found.basis.T @ white[~out, -1])
+        left[out] = target[out] - fit.J[out] @ beta
     return left
 
 
-def _without(effects: RandomEffects, out: NDArray[np.bool_]) -> RandomEffects:
-    """The random effects of the rows that stay; whole groups go."""
-    stays = ~out[effects.starts]
-    sizes = np.diff(np.append(effects.starts, len(out)))[stays]
-    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
-    return RandomEffects(starts.astype(np.int64), effects.diagonals[:, ~out], effects.slopes[:, ~out])
-
-
-def _folds(fit: ChannelFit, starts: NDArray[np.int64]) -> NDArray[np.int64]:
+def _folds(fit: Estimate, starts: NDArray[np.int64]) -> NDArray[np.int64]:
     """(g,) fold of every run; −1 for a run whose condition has no repeat."""
     keys = _conditions_of_runs(fit, starts)
     count = Counter(keys)
@@ -78,7 +70,7 @@ def _folds(fit: ChannelFit, starts: NDArray[np.int64]) -> NDArray[np.int64]:
     return out
 
 
-def _conditions_of_runs(fit: ChannelFit, starts: NDArray[np.int64]) -> list[tuple[int, ...]]:
+def _conditions_of_runs(fit: Estimate, starts: NDArray[np.int64]) -> list[tuple[int, ...]]:
     """What was done in every run: temperature, its rate, greatest rate and load, rounded."""
     c = fit.model.conditions
     e = fit.noise.effects

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from planner.calibration import Tables
 from planner.errors import InputError
 from planner.learn.fit_options import DECLARED, FitOptions
-from planner.learn.temperature_nodes import GAP_K
 from planner.measured import DwellTable
 from planner.protocols import Sensor
+from planner.temperature_table import GAP_K
 from planner.units import STANDARD_GRAVITY_MPS2
 
 TURNING = np.radians(1.0)  # rad/s; K's slowest turn is 10 deg/s

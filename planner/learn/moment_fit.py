@@ -3,7 +3,7 @@
     V = diag(σ² T̄/T + ρ² u²) + τ² 1 1ᵀ per power-on,   T the duration of a record, T̄ their mean
 
 Good enough to weigh rows when an error model is judged on runs that it has not seen; intervals of
-coefficients come from elsewhere (planner.learn.fit_channel). Spreads are medians of moduli, so rows that are
+coefficients come from elsewhere (planner.campaign.estimate). Spreads are medians of moduli, so rows that are
 far off have no say.
 """
 
@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.learn.channel_model import ChannelModel, Parts, evaluate, jacobian
+from planner.measurement import ChannelModel, Parts, evaluate, jacobian
 from planner.records import Array
 from planner.solvers.least_squares import least_squares
-from planner.solvers.random_effects import Covariance, RandomEffects, covariance
+from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
 
 FAR = 8.0  # sigma; further off lies no row of a normal or Student-t campaign
 MOST_FAR = 0.01  # share of the rows; more are no outliers but a structure
@@ -95,16 +95,15 @@ def _noise_share(duration: Array) -> Array:
 def linear_jacobian(model: ChannelModel, theta: Array, parts: Parts) -> Array:
     """(n, q) derivative of the prediction by the linear coefficients alone."""
     full = jacobian(model, theta, parts)
-    return full[:, : full.shape[1] - len(model.parameters())]
+    return full[:, : full.shape[1] - len(model.fitted_parameters)]
 
 
 def _start(model: ChannelModel, nonlinear: Mapping[str, Mapping[str, float]]) -> Array:
     theta = model.start()
-    names = model.parameters()
-    for i, (effect, parameter) in enumerate(names):
-        value = nonlinear.get(effect, {}).get(parameter)
-        if value is not None and value > 0:
-            theta[len(theta) - len(names) + i] = np.log(value)
+    for i, (effect, parameter) in enumerate(model.fitted_parameters):
+        value = nonlinear.get(effect, {}).get(parameter.name)
+        if value is not None:
+            theta[model.linear + i] = parameter.carried(value)
     return theta
 
 
@@ -171,7 +170,7 @@ def _covariance(
     diagonal = (white**2 * share + (rate * model.u) ** 2) * inflate
     slopes = np.ones((1, len(inflate))) if between > 0 else np.empty((0, len(inflate)))
     effects = RandomEffects(starts, diagonal[None, :], slopes)
-    return covariance(effects, np.array([1.0, between**2][: 1 + len(slopes)]))
+    return woodbury(effects, np.array([1.0, between**2][: 1 + len(slopes)]))
 
 
 def _outliers(residual: Array, v: Covariance) -> NDArray[np.bool_]:

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from planner.campaign.design import steps_of
+from planner.campaign.exposure import exposure
 from planner.errors import InputError
 from planner.records import Array, Step
-from planner.simulate.attitudes import exposure
-from planner.simulate.design import steps_of
 
 
 def references_of(document: Mapping[str, Any], latitude: float) -> dict[str, Array]:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnosis import Split
-from planner.learn.temperature_nodes import temperature_nodes
 from planner.records import Array, Conditions
+from planner.temperature_table import temperature_nodes
 from planner.units import STANDARD_GRAVITY_MPS2
 
 FOLDS = 5

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from planner.calibration import Calibration
+from planner.campaign.design import design, steps_of
 from planner.errors import InputError
 from planner.learn.dwells_to_fit import calibrate as calibrate_table
 from planner.learn.fit_options import FitOptions
@@ -16,7 +17,6 @@ from planner.plan.default_campaign import default_campaign
 from planner.plan.schedule_to_steps import steps as steps_of_campaign
 from planner.simulate.campaign import Settings, Truth, prepared
 from planner.simulate.campaign import simulate as simulate_unit
-from planner.simulate.design import design, steps_of
 from planner.simulate.hidden import hidden_effect
 from planner.spec.load import LoadedSpec
 

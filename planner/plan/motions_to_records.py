@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.campaign.design import DEFAULT_LATITUDE
+from planner.campaign.exposure import exposure, mounting
 from planner.records import Array, Conditions
-from planner.simulate.attitudes import exposure, mounting
-from planner.simulate.design import DEFAULT_LATITUDE
 from planner.spec.model import Spec, Test
 from planner.spec.motions import motions_of
 

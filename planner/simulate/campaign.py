@@ -18,10 +18,11 @@ from typing import Literal
 import numpy as np
 
 from planner import catalog
+from planner.campaign.design import Design
 from planner.measured import DwellTable
+from planner.measurement import Acting, response
 from planner.protocols import SENSORS, Effect, Sensor
 from planner.records import Array, Conditions
-from planner.simulate.design import Design
 from planner.simulate.hidden import HiddenEffect, coefficients
 from planner.simulate.processes import gauss_markov, generator, power_on_draws, walk
 from planner.simulate.references import drawn_references
@@ -218,10 +219,7 @@ def _measured(
         ]
         every = np.broadcast_to(values, (len(design), len(values)))
         drawn.append(_Drawn(effect, every, terms, extra.nonlinear))
-    u = conditions.rate if sensor == "gyro" else conditions.specific_force
-    v = u + _sum("misalignment", sensor, conditions, drawn)
-    leaned = replace(conditions, **{"rate" if sensor == "gyro" else "specific_force": v})
-    y = v + _sum("scale_factor", sensor, leaned, drawn) + _sum("bias", sensor, conditions, drawn)
+    y = response(sensor, conditions, [Acting(d.effect, d.values, d.nonlinear) for d in drawn])
     return _noisy(y, sensor, design, settings, seed), [t for d in drawn for t in d.terms]
 
 
@@ -233,16 +231,6 @@ class _Drawn:
     values: Array
     terms: list[TrueTerm]
     nonlinear: Mapping[str, float] = field(default_factory=dict)
-
-
-def _sum(group: str, sensor: Sensor, conditions: Conditions, drawn: Sequence[_Drawn]) -> Array:
-    """(n, 3) of all effects of one group; their coefficients change from row to row."""
-    total = np.zeros((len(conditions.day), 3))
-    for d in drawn:
-        if d.effect.group == group:
-            regressors = d.effect.regressors(sensor, conditions, d.nonlinear)
-            total += np.einsum("nct,nt->nc", regressors, d.values)
-    return total
 
 
 def _noisy(y: Array, sensor: Sensor, design: Design, settings: Settings, seed: int) -> Array:

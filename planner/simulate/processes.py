@@ -9,8 +9,8 @@ import zlib
 
 import numpy as np
 
+from planner.campaign.design import Design
 from planner.records import Array
-from planner.simulate.design import Design
 from planner.spec.budget import STORAGE_DAYS
 
 

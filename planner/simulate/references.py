@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from planner.campaign.design import Design
+from planner.campaign.exposure import Exposure, Misplaced
 from planner.records import Array, Conditions
-from planner.simulate.attitudes import Exposure, Misplaced
-from planner.simulate.design import Design
 from planner.simulate.processes import generator
 from planner.spec.references import BenchAccuracy
 

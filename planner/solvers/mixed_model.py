@@ -6,15 +6,19 @@ Satterthwaite, Biometrics Bull. 2 (1946) 110.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.records import Array
+from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import Factors, factors
 from planner.solvers.random_effects import Covariance, RandomEffects, covariance
 from planner.solvers.reml import Variances
+
+MANY_GROUPS = 1000  # Kenward and Roger add of the order of one over the groups to a covariance
 
 
 @dataclass(frozen=True)
@@ -53,16 +57,17 @@ def mixed_fit(y: Array, X: Array, effects: RandomEffects, variances: Variances) 
     )
 
 
-def _small_sample(v: Covariance, B: Array, variances: Variances, T: Array) -> tuple[Array, Array]:
+def _small_sample(
+    v: Covariance | BlockCovariance, B: Array, variances: Variances, T: Array
+) -> tuple[Array, Array]:
     """Covariance (p, p) and degrees of freedom (p,); in the basis T, with B = V⁻¹XT, Φ is the identity."""
-    A, Q = _products(v, B)
     W = variances.error
-    K = range(len(A))
-    bracket = sum(
-        (W[k, m] * (Q[k][m] - A[k] @ A[m]) for k in K for m in K), np.zeros((T.shape[1], T.shape[1]))
-    )
+    images = [v.effects.times(k, B) for k in range(v.effects.count)]
+    A = [B.T @ image for image in images]
     plain = T @ T.T
-    adjusted = plain + 2.0 * T @ ((bracket + bracket.T) / 2.0) @ T.T
+    adjusted = plain
+    if len(v.effects.starts) < MANY_GROUPS:
+        adjusted = plain + 2.0 * T @ _bracket(v, W, A, images) @ T.T
     g = np.array([np.einsum("pr,rs,ps->p", T, a, T) for a in A])
     spread = np.einsum("kp,km,mp->p", g, W, g)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -70,11 +75,16 @@ def _small_sample(v: Covariance, B: Array, variances: Variances, T: Array) -> tu
     return adjusted, freedom
 
 
-def _products(v: Covariance, B: Array) -> tuple[list[Array], list[list[Array]]]:
-    """A_k = BᵀV_kB and Q_kl = BᵀV_kV⁻¹V_lB (Kenward, Roger)."""
-    images = [v.effects.times(k, B) for k in range(v.effects.count)]
-    solved = [v.solve(image) for image in images]
-    return [B.T @ image for image in images], [[a.T @ b for b in solved] for a in images]
+def _bracket(v: Covariance | BlockCovariance, W: Array, A: Sequence[Array], images: Sequence[Array]) -> Array:
+    """Σ W_kl (Q_kl − A_k A_l), Q_kl = BᵀV_kV⁻¹V_lB (Kenward, Roger); images: V_k B."""
+    out = np.zeros_like(A[0])
+    for m in range(len(A)):
+        mixed = sum((W[k, m] * images[k] for k in range(len(A)) if W[k, m] != 0.0), np.zeros_like(images[0]))
+        if np.any(mixed):
+            out += mixed.T @ v.solve(images[m]) - sum(
+                (W[k, m] * (A[k] @ A[m]) for k in range(len(A))), np.zeros_like(out)
+            )
+    return np.asarray((out + out.T) / 2.0)
 
 
 def generalised_least_squares(y: Array, X: Array, effects: RandomEffects, theta: Array) -> Array:

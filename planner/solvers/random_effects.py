@@ -1,35 +1,118 @@
 """Covariances of rows with random effects: V(θ) = Σ θ_k V_k, each V_k diagonal or z zᵀ for every group.
 
-z = 1 is a random intercept of a group (a power-on), z = a regressor a random slope. V is block diagonal over
-the groups, and V⁻¹ and its root come from small matrices (Woodbury). No inertial knowledge here.
+z = 1 is a random intercept of a group (a power-on), z = a regressor a random slope, a drift is a first-order
+Gauss-Markov process within the group. V is block diagonal over the groups; V⁻¹ and its root come from small
+matrices (Woodbury), with drifts from dense blocks (block_covariance). No inertial knowledge here.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.records import Array
 
+if TYPE_CHECKING:
+    from planner.solvers.block_covariance import BlockCovariance
+
+
+@dataclass(frozen=True)
+class Drift:
+    """A first-order Gauss-Markov process in every group, z zᵀ ∘ exp(−|Δt| / τ). z, time: (n,); tau: τ."""
+
+    z: Array
+    time: Array
+    tau: float
+
+    def block(self, rows: NDArray[np.int64]) -> Array:
+        """(G, m, m) in groups of one size, rows (G, m)."""
+        z, t = self.z[rows], self.time[rows]
+        return np.asarray(
+            z[:, :, None] * z[:, None, :] * np.exp(-np.abs(t[:, :, None] - t[:, None, :]) / self.tau)
+        )
+
+    def at(self, rows: NDArray[np.bool_]) -> Drift:
+        """The process on some of the rows."""
+        return Drift(self.z[rows], self.time[rows], self.tau)
+
 
 @dataclass(frozen=True)
 class RandomEffects:
     """What V is made of. Rows of one group stand together.
 
-    starts: (g,) first row of every group; diagonals: (a, n) of V_1 … V_a, the first positive everywhere
-    slopes: (b, n) the z of V_{a+1} … V_{a+b}
+    starts: (g,) first row of every group; diagonals: (a, n) of V_1 … V_a, their sum positive everywhere
+    slopes: (b, n) the z of V_{a+1} … V_{a+b}; drifts: V_{a+b+1} …; known: numbers of variances that are 1
     """
 
     starts: NDArray[np.int64]
     diagonals: Array
     slopes: Array
+    drifts: tuple[Drift, ...] = ()
+    known: tuple[int, ...] = ()
 
     @property
     def count(self) -> int:
-        """How many variances there are: a + b."""
-        return len(self.diagonals) + len(self.slopes)
+        """How many variances there are."""
+        return len(self.diagonals) + len(self.slopes) + len(self.drifts)
+
+    @property
+    def rows(self) -> int:
+        """n."""
+        return int(self.diagonals.shape[1])
+
+    @property
+    def sizes(self) -> NDArray[np.int64]:
+        """(g,) rows of every group."""
+        return np.diff(np.append(self.starts, self.rows))
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """(K,) variances that are not known."""
+        found = np.ones(self.count, dtype=bool)
+        found[list(self.known)] = False
+        return found
+
+    def of(self, keep: Sequence[int]) -> RandomEffects:
+        """Some of the variances only, in their order."""
+        a, b = len(self.diagonals), len(self.slopes)
+        return RandomEffects(
+            self.starts,
+            self.diagonals[[k for k in keep if k < a]],
+            self.slopes[[k - a for k in keep if a <= k < a + b]],
+            tuple(self.drifts[k - a - b] for k in keep if k >= a + b),
+            tuple(place for place, k in enumerate(keep) if k in self.known),
+        )
+
+    def at(self, stays: NDArray[np.bool_]) -> RandomEffects:
+        """The rows of some groups only; stays: (g,)."""
+        sizes = self.sizes
+        rows = np.repeat(stays, sizes)
+        starts = np.concatenate([[0], np.cumsum(sizes[stays])[:-1]]).astype(np.int64)
+        drifts = tuple(d.at(rows) for d in self.drifts)
+        return RandomEffects(starts, self.diagonals[:, rows], self.slopes[:, rows], drifts, self.known)
+
+    def mean_sizes(self) -> Array:
+        """(K,) mean of each V_k's diagonal; 1 where it is zero."""
+        drifts = [np.mean(d.z**2) for d in self.drifts]
+        size = np.array([*self.diagonals.mean(axis=1), *np.mean(self.slopes**2, axis=1), *drifts])
+        return np.where(size > 0, size, 1.0)
+
+    def scaled(self, factor: Array) -> RandomEffects:
+        """Every V_k times factor_k (K,)."""
+        a, b = len(self.diagonals), len(self.slopes)
+        root = np.sqrt(factor)
+        drifts = tuple(Drift(d.z * r, d.time, d.tau) for d, r in zip(self.drifts, root[a + b :], strict=True))
+        return RandomEffects(
+            self.starts,
+            self.diagonals * factor[:a, None],
+            self.slopes * root[a : a + b, None],
+            drifts,
+            self.known,
+        )
 
     def sums(self, rows: Array) -> Array:
         """(n, …) rows -> (g, …) their sums over each group."""
@@ -37,15 +120,24 @@ class RandomEffects:
 
     def spread(self, groups: Array) -> Array:
         """(g, …) -> (n, …): every row has the value of its group."""
-        sizes = np.diff(np.append(self.starts, self.diagonals.shape[1]))
-        return np.repeat(groups, sizes, axis=0)
+        return np.repeat(groups, self.sizes, axis=0)
 
     def times(self, k: int, A: Array) -> Array:
         """V_k A for A (n, m)."""
         if k < len(self.diagonals):
             return np.asarray(self.diagonals[k][:, None] * A)
+        if k >= len(self.diagonals) + len(self.slopes):
+            return self._drifted(k, A)
         z = self.slopes[k - len(self.diagonals)][:, None]
         return np.asarray(z * self.spread(self.sums(z * A)))
+
+    def _drifted(self, k: int, A: Array) -> Array:
+        from planner.solvers.block_covariance import batches_of, block
+
+        out = np.empty_like(A)
+        for rows in batches_of(self):
+            out[rows] = block(self, k, rows) @ A[rows]
+        return out
 
 
 @dataclass(frozen=True)
@@ -93,9 +185,50 @@ class Covariance:
         blocks = np.linalg.slogdet(np.eye(self.Z.shape[1]) + self.gram)[1] if self.Z.shape[1] else 0.0
         return float(np.log(self.diagonal).sum() + np.sum(blocks))
 
+    def trace(self, k: int) -> float:
+        """tr V⁻¹ V_k."""
+        a = len(self.effects.diagonals)
+        if k >= a:
+            z = self.effects.slopes[k - a]
+            return float(z @ self.solve(z[:, None])[:, 0])
+        return float(np.sum(self.effects.diagonals[k] * (1.0 / self.diagonal - self._taken)))
 
-def covariance(effects: RandomEffects, theta: Array) -> Covariance:
+    @property
+    def _taken(self) -> Array:
+        """(n,) diagonal of U S Uᵀ."""
+        return np.asarray(np.einsum("nb,nbc,nc->n", self.U, self.effects.spread(self.S), self.U))
+
+    def double_traces(self) -> Array:
+        """(K, K) tr V⁻¹ V_k V⁻¹ V_l."""
+        e, a = self.effects, len(self.effects.diagonals)
+        out = np.zeros((e.count, e.count))
+        solved, taken = self.solve(e.slopes.T), self._taken
+        inner = [self.S @ e.sums(np.einsum("n,nb,nc->nbc", d, self.U, self.U)) for d in e.diagonals]
+        for k in range(e.count):
+            for m in range(k, e.count):
+                if m < a:
+                    product = e.diagonals[k] * e.diagonals[m] / self.diagonal
+                    both = np.einsum("gbc,gcb->", inner[k], inner[m])
+                    out[k, m] = np.sum(product * (1.0 / self.diagonal - 2.0 * taken)) + both
+                elif k < a:
+                    out[k, m] = np.sum(e.diagonals[k] * solved[:, m - a] ** 2)
+                else:
+                    out[k, m] = np.sum(e.sums(e.slopes[k - a] * solved[:, m - a]) ** 2)
+                out[m, k] = out[k, m]
+        return out
+
+
+def covariance(effects: RandomEffects, theta: Array) -> Covariance | BlockCovariance:
     """V(θ) ready for use. Raises ValueError when its diagonal part is not positive."""
+    if effects.drifts:
+        from planner.solvers.block_covariance import block_covariance
+
+        return block_covariance(effects, theta)
+    return woodbury(effects, theta)
+
+
+def woodbury(effects: RandomEffects, theta: Array) -> Covariance:
+    """V(θ) without drifts. Raises ValueError when its diagonal part is not positive."""
     a = len(effects.diagonals)
     diagonal = theta[:a] @ effects.diagonals
     if not (diagonal > 0).all():

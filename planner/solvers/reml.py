@@ -13,50 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.records import Array
+from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, RandomEffects, covariance
 
 _MOST_STEPS = 60
 _CONVERGED = 1e-7  # of the REML log-likelihood; θ is then within 0.05 % of a standard error
+_LEAST_INFORMATION = 1e-12  # on a variance in units of the total: below it the rows do not tell it
+_MOST = 1e4  # times the total variance of the rows that a component may be
+_LEAST_CURVATURE = 1e-8  # of a combination of variances that the data hardly tell, relative to each alone
 _LEAST_SHARE = 1e-9  # of the total variance, below which a component counts as none
-
-
-# ---------------------------------------------------------------- traces that scoring needs
-
-
-def _trace(v: Covariance, k: int) -> float:
-    """tr V⁻¹ V_k."""
-    a = len(v.effects.diagonals)
-    if k >= a:
-        z = v.effects.slopes[k - a]
-        return float(z @ v.solve(z[:, None])[:, 0])
-    return float(np.sum(v.effects.diagonals[k] * (1.0 / v.diagonal - _taken(v))))
-
-
-def _taken(v: Covariance) -> Array:
-    """(n,) diagonal of U S Uᵀ."""
-    return np.asarray(np.einsum("nb,nbc,nc->n", v.U, v.effects.spread(v.S), v.U))
-
-
-def _double_traces(v: Covariance) -> Array:
-    """(K, K) tr V⁻¹ V_k V⁻¹ V_l."""
-    e, a = v.effects, len(v.effects.diagonals)
-    out = np.zeros((e.count, e.count))
-    solved = v.solve(e.slopes.T)
-    taken = _taken(v)
-    inner = [v.S @ e.sums(np.einsum("n,nb,nc->nbc", d, v.U, v.U)) for d in e.diagonals]
-    for k in range(e.count):
-        for m in range(k, e.count):
-            if m < a:
-                product = e.diagonals[k] * e.diagonals[m] / v.diagonal
-                both = np.einsum("gbc,gcb->", inner[k], inner[m])
-                out[k, m] = np.sum(product * (1.0 / v.diagonal - 2.0 * taken)) + both
-            elif k < a:
-                out[k, m] = np.sum(e.diagonals[k] * solved[:, m - a] ** 2)
-            else:
-                out[k, m] = np.sum(e.sums(e.slopes[k - a] * solved[:, m - a]) ** 2)
-            out[m, k] = out[k, m]
-    return out
 
 
 # ---------------------------------------------------------------- the restricted likelihood
@@ -66,7 +32,7 @@ def _double_traces(v: Covariance) -> Array:
 class _State:
     """Everything at one θ: log-likelihood, score, and the matrices of the fixed effects' basis."""
 
-    v: Covariance
+    v: Covariance | BlockCovariance
     B: Array  # V⁻¹ X
     C: Array  # (Xᵀ V⁻¹ X)⁻¹
     Py: Array
@@ -95,8 +61,8 @@ def _derivatives(y: Array, s: _State) -> tuple[Array, Array]:
     solved = [s.v.solve(image) for image in images]
     Py = s.Py[:, None]
     quadratic = np.array([float(s.Py @ e.times(k, Py)[:, 0]) for k in range(e.count)])
-    trace = np.array([_trace(s.v, k) - np.trace(CA[k]) for k in range(e.count)])
-    information = _double_traces(s.v)
+    trace = np.array([s.v.trace(k) - np.trace(CA[k]) for k in range(e.count)])
+    information = s.v.double_traces()
     for k in range(e.count):
         for m in range(e.count):
             information[k, m] += np.sum(CA[k] * CA[m].T) - 2.0 * np.sum(weighted[k] * solved[m])
@@ -113,7 +79,7 @@ def _average_information(y: Array, s: _State) -> tuple[Array, Array]:
     projected = s.v.solve(pulled)
     projected = projected - s.B @ (s.C @ (s.B.T @ pulled))
     BC = s.B @ s.C
-    trace = np.array([_trace(s.v, k) - np.sum(BC * e.times(k, s.B)) for k in range(e.count)])
+    trace = np.array([s.v.trace(k) - np.sum(BC * e.times(k, s.B)) for k in range(e.count)])
     return 0.5 * (s.Py @ pulled - trace), 0.5 * (pulled.T @ projected)
 
 
@@ -164,14 +130,16 @@ def reml_together(samples: Sequence[Sample], start: Array | None = None) -> Vari
     total = sum(float(part @ part) for part in y) / freedom
     if total <= 0.0:
         return Variances(np.zeros(count), np.zeros((count, count)), np.zeros(count, bool), 0.0, True)
-    size = np.mean([_sizes(s.effects) for s in samples], axis=0)
+    size = np.mean([s.effects.mean_sizes() for s in samples], axis=0)
     parts = [
-        Sample(part / np.sqrt(total), basis, _divided(s.effects, size))
+        Sample(part / np.sqrt(total), basis, s.effects.scaled(1.0 / size))
         for s, part, basis in zip(samples, y, bases, strict=True)
     ]
+    free = samples[0].effects.free
     theta = np.full(count, 1.0 / count) if start is None else start * size / total
     theta = np.maximum(theta, 1e-3 * (np.arange(count) == 0))
-    theta, error, free, loglik, done = _scored(parts, theta)
+    theta = np.where(free, theta, size / total)
+    theta, error, free, loglik, done = _scored(parts, theta, free)
     factor = total / size
     return Variances(theta * factor, error * np.outer(factor, factor), free, loglik, done)
 
@@ -188,34 +156,22 @@ def reml_information(X: Array, effects: RandomEffects, theta: Array) -> Array:
     Its inverse is how well the data could tell θ, whatever they told (Variances.error leaves out zeros).
     """
     basis = factors(X).basis
-    size = _sizes(effects)
-    scaled = _divided(effects, size)
+    size = effects.mean_sizes()
+    scaled = effects.scaled(1.0 / size)
     total = max(float(np.sum(theta * size)), 1e-300)
     state = _state(np.zeros(len(basis)), basis, scaled, theta * size / total)
     _, information = _derivatives(np.zeros(len(basis)), state)
     return np.asarray(information * np.outer(size, size) / total**2)
 
 
-def _sizes(effects: RandomEffects) -> Array:
-    """(K,) mean diagonal of every component; divided by it one tolerance serves all."""
-    size = np.concatenate([effects.diagonals, effects.slopes**2]).mean(axis=1)
-    return np.asarray(np.where(size > 0, size, 1.0))
-
-
-def _divided(effects: RandomEffects, size: Array) -> RandomEffects:
-    a = len(effects.diagonals)
-    return RandomEffects(
-        effects.starts, effects.diagonals / size[:a, None], effects.slopes / np.sqrt(size[a:, None])
-    )
-
-
-def _scored(samples: Sequence[Sample], theta: Array) -> tuple[Array, Array, NDArray[np.bool_], float, bool]:
+def _scored(
+    samples: Sequence[Sample], theta: Array, sought: NDArray[np.bool_]
+) -> tuple[Array, Array, NDArray[np.bool_], float, bool]:
+    """θ (K,) from a start, its covariance, what is free, likelihood, converged; sought: (K,) not known."""
     states, done, expected = _states(samples, theta), False, False
     for _ in range(_MOST_STEPS):
         score, information = _slope(samples, states, expected)
-        free = (theta > _LEAST_SHARE) | (score > 0)
-        step = np.zeros_like(theta)
-        step[free] = np.linalg.lstsq(information[np.ix_(free, free)], score[free], rcond=1e-10)[0]
+        step = _step(theta, score, information, sought)
         new, better = _improved(samples, theta, step, _total(states))
         settled = better is None or _total(better) - _total(states) < _CONVERGED
         if better is not None:
@@ -224,12 +180,35 @@ def _scored(samples: Sequence[Sample], theta: Array) -> tuple[Array, Array, NDAr
             done = True
             break
         expected = settled  # the average information may be blind to a component; the expected one is not
-    theta = np.where(theta > _LEAST_SHARE, theta, 0.0)
-    free = theta > 0
+    theta = np.where((theta > _LEAST_SHARE) | ~sought, theta, 0.0)
+    free = (theta > 0) & sought
     _, information = _slope(samples, states, True)
     error = np.zeros((len(theta), len(theta)))
     error[np.ix_(free, free)] = np.linalg.pinv(information[np.ix_(free, free)])
     return theta, error, free, _total(states), done
+
+
+def _step(theta: Array, score: Array, information: Array, free: NDArray[np.bool_]) -> Array:
+    """(K,) to the maximum of the quadratic sᵀd − ½ dᵀI d with θ + d >= 0: uphill, whatever is at its bound.
+
+    Every variance in units of its own error, or a large one would count as unseen. Least squares with bounds:
+    Lawson, Hanson, Solving Least Squares Problems, 1974, 23.
+    """
+    from scipy.optimize import nnls
+
+    free = free & (np.diag(information) > _LEAST_INFORMATION)
+    step = np.zeros_like(score)
+    if not free.any():
+        return step
+    unit = np.sqrt(np.diag(information)[free])
+    curvature = information[np.ix_(free, free)] / np.outer(unit, unit)
+    value, vector = np.linalg.eigh(curvature)
+    root = np.sqrt(np.maximum(value, _LEAST_CURVATURE))
+    at = theta[free] * unit
+    target = (vector / root).T @ (score[free] / unit) + (vector * root).T @ at
+    found, _ = nnls((vector * root).T, target, maxiter=30 * len(at))
+    step[free] = np.minimum(found / unit, _MOST) - theta[free]
+    return step
 
 
 def _states(samples: Sequence[Sample], theta: Array) -> list[_State]:

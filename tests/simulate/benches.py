@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import cache
 
+from planner.campaign.design import Design, design
 from planner.plan.by_hand import even_points
 from planner.plan.schedule_to_steps import steps
 from planner.records import Campaign, TestVisits
 from planner.simulate.campaign import Settings
-from planner.simulate.design import Design, design
 from planner.spec.load import load_spec
 from planner.spec.model import Spec
 from tests.specs import SHIPPED

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner.campaign.design import design, steps_of
+from planner.campaign.exposure import exposure
 from planner.errors import InputError
 from planner.physics.earth import EARTH_RATE_RADPS
 from planner.plan.default_campaign import default_campaign
 from planner.plan.schedule_to_steps import steps
-from planner.simulate.attitudes import exposure
 from planner.simulate.campaign import Settings, prepared, simulate
-from planner.simulate.design import design, steps_of
 from planner.simulate.hidden import hidden_effect
 from planner.simulate.temperature_curves import Figure, curve_family, even_table
 from planner.units import STANDARD_GRAVITY_MPS2

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.campaign.design import Design, design
 from planner.plan.by_hand import even_points
 from planner.plan.schedule_to_steps import steps
 from planner.records import Campaign, Step, TestVisits
-from planner.simulate.design import Design, design
 from planner.spec.model import Spec
 from tests.simulate.benches import shipped
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner.campaign.design import Design
 from planner.simulate.campaign import Settings, prepared, simulate
-from planner.simulate.design import Design
 from planner.simulate.processes import gauss_markov, power_on_draws, walk
 from planner.spec.budget import ErrorBudget
 from tests.simulate.benches import campaign_of

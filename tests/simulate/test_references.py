@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
+from planner.campaign.design import DEFAULT_LATITUDE, Design
+from planner.campaign.exposure import Misplaced, exposure, rotation
 from planner.export.truth import truth_text
 from planner.physics.earth import EARTH_RATE_RADPS
-from planner.simulate.attitudes import Misplaced, exposure, rotation
 from planner.simulate.campaign import Settings, Unit, prepared, simulate
-from planner.simulate.design import DEFAULT_LATITUDE, Design
 from planner.simulate.references import drawn_references
 from planner.spec.references import BenchAccuracy
 from planner.units import STANDARD_GRAVITY_MPS2

@@ -85,7 +85,7 @@ def _residuals(s: SensorFound, budgets: Mapping[str, ErrorBudget]) -> Iterator[A
     residual = None if budget is None else budget.residual_table
     if residual is None:
         return
-    nodes = s.channels[0].model.bias_nodes
+    nodes = s.channels[0].model.nodes_of("bias")
     if nodes is None or len(nodes) < 5:
         return
     tables = [_bias_table(s, axis) for axis in s.found.pool.state]

@@ -16,10 +16,10 @@ from planner import catalog
 from planner.learn.diagnosis.channels import Channel, columns
 from planner.learn.diagnosis.generic import generics
 from planner.learn.diagnosis.orthogonal import clear, orthonormal
-from planner.learn.temperature_nodes import hats, temperature_nodes
 from planner.measured import DwellTable
 from planner.protocols import Effect, Sensor
 from planner.records import Array
+from planner.temperature_table import hats, temperature_nodes
 
 GRID = 8  # values of a nonlinear parameter; neighbours then share more than 95 % of what they explain
 OF_THE_DAYS = ("ageing", "bias_step")

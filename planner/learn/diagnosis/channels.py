@@ -15,21 +15,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import catalog
-from planner.learn.channel_model import (
-    AXES,
-    EXCITING,
-    REACH_K,
-    TABLES,
-    ChannelModel,
-    channel_model,
-    evaluate,
-    jacobian,
-    sensed,
-)
-from planner.learn.temperature_nodes import nodes_with_rows, temperature_nodes
+from planner.campaign.channel_model import EXCITING, channel_model
+from planner.measurement import AXES, ChannelModel, evaluate, jacobian, sensed
 from planner.protocols import Sensor
 from planner.records import Array, Conditions
 from planner.solvers.least_squares import least_squares
+from planner.temperature_table import REACH_K, nodes_with_rows, temperature_nodes
 
 _ROUNDS = 8  # Gauss-Newton: the products are 1e-3 of the linear part, so three rounds arrive
 
@@ -139,7 +130,8 @@ def _declared(model: ChannelModel, found: tuple[str, ...], theta: Array, J: Arra
     """
     names = [c.effect for c in model.columns()]
     linear = [not c.parameter for c in model.columns()]
-    tables = {plain for plain, warm in TABLES.items() if warm in found and plain not in found}
+    known = [catalog.effects()[name] for name in found]
+    tables = {e.temperature_of for e in known if e.tabled and e.temperature_of} - set(found)
     extra = [i for i, name in enumerate(names) if (name in found or name in tables) and linear[i]]
     kept = [i for i, name in enumerate(names) if name not in found and name not in tables]
     sums = [
@@ -157,15 +149,19 @@ def _slopes(model: ChannelModel, v: Array, theta: Array) -> tuple[Array, Array]:
     """
     t = model.conditions.temperature_degc
     found, most = [np.empty((len(t), 0))], [np.empty(0)]
-    tables = (("bias", model.bias_nodes, np.ones(len(t))), ("scale_factor", model.scale_nodes, v))
+    tables = (
+        ("bias", model.nodes_of("bias"), np.ones(len(t))),
+        ("scale_factor", model.nodes_of("scale_factor"), v),
+    )
     for name, nodes, driven in tables:
         if nodes is not None:
             nearest = np.argmin(np.abs(t[:, None] - nodes[None, :]), axis=1)
             near = nearest[:, None] == np.arange(len(nodes))[None, :]
             found.append(near * ((t - nodes[nearest]) * driven)[:, None])
             most.append(_steepest(model, name, nodes, theta))
-    if model.scale_nodes is not None:
-        found.append(_untold(model, v, model.scale_nodes))
+    scale_nodes = model.nodes_of("scale_factor")
+    if scale_nodes is not None:
+        found.append(_untold(model, v, scale_nodes))
         most.append(np.full(found[-1].shape[1], np.inf))
     return np.concatenate(found, axis=1), np.concatenate(most)
 

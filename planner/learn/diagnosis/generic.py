@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.learn.diagnosis.channels import Channel
-from planner.learn.temperature_nodes import hats, temperature_nodes
 from planner.measured import DwellTable
 from planner.records import Array
+from planner.temperature_table import hats, temperature_nodes
 from planner.units import STANDARD_GRAVITY_MPS2
 
 MOST_LEVELS = 12

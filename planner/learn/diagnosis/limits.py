@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from planner import catalog
+from planner.campaign.channel_model import EXCITING
 from planner.diagnosis import NotFound, Untestable
-from planner.learn.channel_model import EXCITING
 from planner.learn.diagnosis.candidates import LEAST_DAYS, OF_THE_DAYS, lasts
 from planner.learn.diagnosis.estimates import estimates
 from planner.learn.diagnosis.noise import LEAST_RUNS

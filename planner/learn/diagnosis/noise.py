@@ -19,12 +19,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.learn.channel_model import EXCITING
+from planner.campaign.channel_model import EXCITING
 from planner.learn.diagnosis.channels import Channel
 from planner.learn.diagnosis.orthogonal import clear, orthonormal
 from planner.records import Array
 from planner.solvers.least_squares import factors
-from planner.solvers.random_effects import Covariance, RandomEffects, covariance
+from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
 from planner.solvers.reml import Sample, Variances, reml, reml_information, reml_together, restricted_loglik
 
 LEAST_RUNS = 20
@@ -94,7 +94,7 @@ def triad_noise(triad: Sequence[Readings]) -> list[ChannelNoise]:
     judged = [_judged(r) for r in triad]
     own = [_own(j) for j in judged]
     return [
-        ChannelNoise(covariance(j.effects, v.theta), v, j.components, j.fixed, j.starts)
+        ChannelNoise(woodbury(j.effects, v.theta), v, j.components, j.fixed, j.starts)
         for j, v in zip(judged, _without_zeros(_shared(judged, own) or own), strict=True)
     ]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.learn.channel_model import EXCITING
+from planner.campaign.channel_model import EXCITING
 from planner.learn.diagnosis.channels import Channel
 from planner.records import Array
 from planner.solvers.least_squares import least_squares

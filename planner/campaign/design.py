@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.campaign.exposure import Asked, mounting
 from planner.errors import InputError
 from planner.records import Array, Conditions, Step
-from planner.simulate.attitudes import Asked, mounting
 from planner.spec.model import Spec
 
 SECONDS_A_DAY = 86400.0

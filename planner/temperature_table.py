@@ -6,6 +6,7 @@ import numpy as np
 
 from planner.records import Array
 
+REACH_K = 5.0  # kelvins beyond its end nodes over which a table goes on
 GAP_K = 3.0  # chamber points lie further apart; a soaked chamber strays by 2 K at most (K 2.6)
 SWEEP_K = 10.0  # spacing of nodes where the temperature was swept instead of soaked
 LEAST_ROWS = 2

@@ -1,0 +1,1 @@
+"""The one model of a campaign: power-ons, columns of the errors, covariance, information, estimate."""

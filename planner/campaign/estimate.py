@@ -1,0 +1,204 @@
+"""One channel's coefficients from its readings: Gauss-Newton, generalised least squares inside.
+
+    θ̂ = argmin (y − ŷ(θ) − P ξ)ᵀ V⁻¹ (y − ŷ(θ) − P ξ) + ξᵀ Σ⁻¹ ξ
+
+ŷ the measurement equation, V the covariance block by power-on (planner.campaign.noise), P ξ the unknowns with
+a prior that the power-ons share (planner.campaign.prior), which enter as pseudo-records 0 = ξ + N(0, Σ). The
+variances come from the data by REML, or are given.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from planner.campaign.noise import Noise, noise_model
+from planner.campaign.parameters import best_start, limited, untold
+from planner.campaign.power_ons import PowerOns
+from planner.campaign.prior import Prior, prior_of
+from planner.campaign.spread import (
+    augmented,
+    augmented_effects,
+    augmented_variances,
+    measured_variances,
+)
+from planner.measurement import ChannelModel, Parts, evaluate, jacobian
+from planner.records import Array
+from planner.solvers.least_squares import least_squares
+from planner.solvers.mixed_model import MixedFit, mixed_fit
+from planner.solvers.reml import Variances
+from planner.spec.model import Spec
+
+Robust = Literal["no", "huber", "bisquare"]
+_GAUSS_NEWTON = 12
+_OUTER = 6
+_SETTLED = 1e-3  # of a standard error
+_TUNING = {"huber": 1.345, "bisquare": 4.685}  # 95 % efficiency at the normal (Holland, Welsch 1977)
+SLOW = 0.5  # correlation of neighbours that white noise of 30 records reaches once in 400
+LEAST_NEIGHBOURS = 30
+FAR = 6.0  # sigma; one normal row in 5e8 lies further out
+CHANGED = 0.02  # of a standard error, by which a parameter moves before the variances are asked again
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One channel's estimate. theta: (p,), parameters as they are carried; parts, J: the model there, (n, p).
+
+    fit: coefficients with covariance (p, p) and degrees of freedom (p,), the shared unknowns taken out;
+        whitened: (n,) residuals that should be white; noise, variances: V; prior: P
+    weights: (n,) of the rows; residual: (n,) y − ŷ(θ); notes: sentences
+    """
+
+    model: ChannelModel
+    theta: Array
+    parts: Parts
+    J: Array
+    fit: MixedFit
+    noise: Noise
+    variances: Variances
+    prior: Prior
+    weights: Array
+    residual: Array
+    notes: tuple[str, ...]
+
+
+def estimate(
+    model: ChannelModel,
+    y: Array,
+    runs: PowerOns,
+    spec: Spec,
+    robust: Robust = "no",
+    given: tuple[Noise, Variances] | None = None,
+) -> Estimate:
+    """Fit the declared effects to one channel's readings y (n,); rows stand power-on by power-on.
+
+    given: the covariance, if it is not to be found from these readings
+    A parameter that the data do not tell within its range stays at its default: beside one that runs away its
+    amplitude would be any number. Raises ValueError when there are no more rows than coefficients.
+    """
+    found = _fitted(model, y, runs, spec, robust, given)
+    lost = untold(found.model, found.theta, found.fit)
+    if not lost:
+        return found
+    held = _fitted(replace(model, held=(*model.held, *lost)), y, runs, spec, robust, given)
+    known = {c.effect.name: c.effect for c in model.carried}
+    said = [
+        f"the data do not tell the {parameter} of {effect}: held at its default, "
+        f"{known[effect].nonlinear[parameter]:g} in SI"
+        for effect, parameter in lost
+    ]
+    return replace(held, notes=(*held.notes, *said))
+
+
+def _fitted(
+    model: ChannelModel,
+    y: Array,
+    runs: PowerOns,
+    spec: Spec,
+    robust: Robust,
+    given: tuple[Noise, Variances] | None,
+) -> Estimate:
+    theta, weights = _start(model, y, robust)
+    step, error = theta, np.zeros(len(theta))
+    before: tuple[Noise, Variances] | None = given
+    notes: list[str] = []
+    for turn in range(_OUTER):
+        parts = evaluate(model, theta)
+        J = jacobian(model, theta, parts)
+        left = y - parts.predicted
+        prior = prior_of(model, theta, parts, runs, spec)
+        if given is None and (turn == 0 or robust != "no" or _moved(model, step, error)):
+            every = noise_model(model, parts, runs, spec.unit, weights)
+            before, notes = measured_variances(left, J, prior, every, spec, before)
+        noise, variances = before  # type: ignore[misc]
+        fit = solved(left + J @ theta, J, prior, noise, variances)
+        step = limited(model, theta, fit.coefficients) - theta
+        theta = theta + step
+        error = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+        if robust != "no":
+            weights = _weights(fit.whitened * np.sqrt(1.0 / weights), robust)
+        if robust == "no" and np.all(np.abs(step) <= _SETTLED * error + 1e-15):
+            break
+    parts = evaluate(model, theta)
+    far = int(np.sum(np.abs(fit.whitened) > FAR))
+    if far and robust == "no":
+        notes += [f"{far} rows lie more than {FAR:g} sigma off; the robust fit (--robust) resists them"]
+    notes = [*notes, *_slow(fit.whitened, runs)]
+    residual = y - parts.predicted
+    return Estimate(model, theta, parts, J, fit, noise, variances, prior, weights, residual, tuple(notes))
+
+
+def solved(y: Array, J: Array, prior: Prior, noise: Noise, variances: Variances) -> MixedFit:
+    """Generalised least squares of y (n,) on J (n, p) beside the shared unknowns, which are not returned."""
+    n, p = J.shape
+    if len(prior.sigma) == 0:
+        return mixed_fit(y, J, noise.effects, variances)
+    X, target = augmented(y, J, prior)
+    effects = augmented_effects(noise.effects, prior)
+    found = mixed_fit(target, X, effects, augmented_variances(noise.effects, variances))
+    return replace(
+        found,
+        coefficients=found.coefficients[:p],
+        covariance=found.covariance[:p, :p],
+        freedom=found.freedom[:p],
+        undetermined=found.undetermined[:p],
+        whitened=found.whitened[:n],
+        variances=variances,
+    )
+
+
+def _moved(model: ChannelModel, step: Array, error: Array) -> bool:
+    """Whether a parameter moved: a step of linear coefficients alone does not change what REML is asked."""
+    return bool(np.any(np.abs(step) > CHANGED * error + 1e-15, where=np.arange(len(step)) >= model.linear))
+
+
+# ---------------------------------------------------------------- start and weights
+
+
+def _start(model: ChannelModel, y: Array, robust: Robust) -> tuple[Array, Array]:
+    """Gauss-Newton without a noise model: the first step, from no error at all, is the linear solution."""
+    theta, weights = best_start(model, y), np.ones(len(y))
+    for _ in range(_GAUSS_NEWTON if robust == "no" else 2 * _GAUSS_NEWTON):
+        parts = evaluate(model, theta)
+        J = jacobian(model, theta, parts)
+        root = np.sqrt(weights)
+        step, _ = least_squares(root[:, None] * J, root * (y - parts.predicted))
+        theta = limited(model, theta, theta + step)
+        if robust != "no":
+            r = y - evaluate(model, theta).predicted
+            weights = _weights(r / _spread(r), robust)
+        elif np.abs(J @ step).max() <= 1e-6 * max(np.abs(y - parts.predicted).max(), 1e-300):
+            break
+    return theta, weights
+
+
+def _spread(residual: Array) -> float:
+    """Robust standard deviation: 1.4826 times the median modulus."""
+    return max(1.4826 * float(np.median(np.abs(residual))), 1e-300)
+
+
+def _weights(scaled: Array, robust: Robust) -> Array:
+    """(n,) weights of residuals that are given in sigma; never quite zero, so that V stays finite."""
+    size = np.abs(scaled) / _TUNING[robust]
+    if robust == "huber":
+        return np.asarray(1.0 / np.maximum(size, 1.0))
+    return np.asarray(np.maximum((1.0 - np.minimum(size, 1.0) ** 2) ** 2, 1e-8))
+
+
+def _slow(whitened: Array, runs: PowerOns) -> list[str]:
+    """A sentence when neighbouring records of a run err alike: a first-order process of that correlation."""
+    inside = np.ones(len(whitened), dtype=bool)
+    inside[runs.starts] = False
+    here = np.flatnonzero(inside)
+    if len(here) < LEAST_NEIGHBOURS:
+        return []
+    r = float(whitened[here] @ whitened[here - 1] / max(float(whitened @ whitened), 1e-300))
+    if r < SLOW:
+        return []
+    wider = np.sqrt((1.0 + r) / max(1.0 - r, 1e-3))
+    return [
+        f"neighbouring records err alike (correlation {r:.2f}): something slow is missing from the model, "
+        f"and the intervals are too narrow, about {wider:.1f} times; `planner diagnose` looks for it"
+    ]

@@ -1,0 +1,192 @@
+"""The noise of one channel: which variances its rows have, and what each of them is called.
+
+    V = diag(N²/T + …) + Σ_e s_e² x_e x_eᵀ ∘ 1 + Σ_e σ_e² x_e x_eᵀ ∘ exp(−|Δt|/τ_e)   in every power-on
+
+White noise of a record (∝ 1/duration), a part that averaging does not lower, one that grows with the input
+(temperature reading and rate errors times slope); for every power-on a draw of each error that the spec lets
+change from power-on to power-on, and within it the first-order Gauss-Markov process of each error that the
+spec lets drift (K 2.1). Their sizes come from the data by REML, or from the spec for a campaign to be made.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.campaign.power_ons import PowerOns
+from planner.measurement import ChannelModel, Parts
+from planner.records import Array
+from planner.sensor import ErrorName
+from planner.solvers.block_covariance import LARGEST
+from planner.solvers.random_effects import Drift, RandomEffects
+from planner.solvers.reml import Variances
+from planner.spec.budget import ErrorBudget
+from planner.spec.model import Unit
+
+Kind = Literal["white", "temperature_stray", "constant", "rate_noise", "run_to_run", "in_run", "prior"]
+RATE_NOISE_FROM = {"gyro": 0.5, "accelerometer": 30.0}  # rad/s, m/s²: below, a reading's error is no noise
+LEAST_WHITE = 1e-8  # of the run-to-run variance: readings without any noise must not make V singular
+BIAS, SCALE_FACTOR = "bias", "scale_factor"  # what every power-on may draw anew, whatever the spec says
+
+
+@dataclass(frozen=True)
+class Component:
+    """One variance: its kind, the error that it spreads, and which of its terms."""
+
+    kind: Kind
+    error: ErrorName
+    term: str = ""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """The noise of one channel as the mixed model takes it.
+
+    duration: mean of the records', s, to which the white variance belongs
+    known: the run-to-run variances are the spec's, because the data have too few power-ons
+    """
+
+    components: tuple[Component, ...]
+    effects: RandomEffects
+    duration: float
+    known: bool = False
+
+    def of(self, keep: list[int]) -> Noise:
+        """Some of the components only."""
+        components = tuple(self.components[i] for i in keep)
+        return Noise(components, self.effects.of(keep), self.duration, self.known)
+
+
+@dataclass
+class _Pieces:
+    diagonals: dict[Component, Array] = field(default_factory=dict)
+    slopes: dict[Component, Array] = field(default_factory=dict)
+    drifts: dict[Component, Drift] = field(default_factory=dict)
+
+
+def noise_model(model: ChannelModel, parts: Parts, runs: PowerOns, unit: Unit, weights: Array) -> Noise:
+    """The variances that this channel can have; rows stand power-on by power-on.
+
+    weights: (n,) of the robust fit, 1 for a row that is believed
+    """
+    sensor, found = model.sensor, _Pieces()
+    duration = runs.known_duration
+    white = duration.mean() / duration
+    bias, scale = ErrorName.of(sensor, BIAS), ErrorName.of(sensor, SCALE_FACTOR)
+    found.diagonals[Component("white", bias)] = white / weights
+    stray = _stray(model)
+    if np.any(stray):
+        found.diagonals[Component("temperature_stray", bias)] = stray**2 / weights
+    if duration.max() > 1.5 * duration.min():
+        found.diagonals[Component("constant", bias)] = np.ones_like(white) / weights
+    if np.abs(model.u).max(initial=0.0) > RATE_NOISE_FROM[sensor]:
+        found.diagonals[Component("rate_noise", scale)] = model.u**2 / weights
+    if len(runs.starts) < len(duration):
+        _draws(found, model, parts, runs, unit)
+    effects = RandomEffects(
+        runs.starts,
+        np.array([*found.diagonals.values()]),
+        np.array([*found.slopes.values()]) if found.slopes else np.empty((0, len(duration))),
+        tuple(found.drifts.values()),
+    )
+    return Noise((*found.diagonals, *found.slopes, *found.drifts), effects, float(duration.mean()))
+
+
+def _stray(model: ChannelModel) -> Array:
+    """(n,) kelvins from the nearest node of the bias table; zero without a table of several nodes.
+
+    The unit's curve has a slope of its own at a node, which the chords to the next nodes do not know.
+    """
+    nodes, t = model.nodes_of(BIAS), model.conditions.temperature_degc
+    if nodes is None or len(nodes) < 2:
+        return np.zeros(len(t))
+    return np.asarray(np.min(np.abs(t[:, None] - nodes[None, :]), axis=1))
+
+
+# ---------------------------------------------------------------- what a power-on draws
+
+
+def _draws(found: _Pieces, model: ChannelModel, parts: Parts, runs: PowerOns, unit: Unit) -> None:
+    """Run-to-run of bias and scale factor always, of other errors if the spec says so; in-run if it does."""
+    within = int(np.max(runs.sizes)) <= LARGEST
+    for (error, term), z in columns_of_errors(model, parts).items():
+        if not np.any(z):
+            continue
+        budget = budget_of(unit, error)
+        shape = _shape(budget, model.conditions.temperature_degc)
+        always = error.effect in (BIAS, SCALE_FACTOR)
+        if shape is not None or always:
+            name = Component("run_to_run", error, term)
+            drawn = z if shape is None else z * shape
+            found.slopes[name] = drawn
+        if budget is not None and budget.in_run_sigma > 0.0 and within:
+            drift = Drift(z, model.conditions.time_on, budget.in_run_time)
+            found.drifts[Component("in_run", error, term)] = drift
+
+
+def columns_of_errors(model: ChannelModel, parts: Parts) -> dict[tuple[ErrorName, str], Array]:
+    """(error, term) -> (n,) what one unit of it adds, table or not: what a draw of a power-on multiplies."""
+    found: dict[tuple[ErrorName, str], Array] = {}
+    for c in model.carried:
+        error = ErrorName.of(model.sensor, c.effect.name)
+        conditions = model.with_input(parts.v) if c.effect.group == "scale_factor" else model.conditions
+        full = c.effect.regressors(model.sensor, conditions)[:, model.channel]
+        names = c.effect.terms(model.sensor)
+        for t in c.terms:
+            found[error, names[t].name] = full[:, t]
+    return found
+
+
+def budget_of(unit: Unit, error: ErrorName) -> ErrorBudget | None:
+    """What the spec says of an error; None for nothing."""
+    found: ErrorBudget | None = getattr(unit, error.sensor).get(error.effect)
+    return found
+
+
+def _shape(budget: ErrorBudget | None, temperature_degc: Array) -> Array | None:
+    """(n,) run-to-run sigma over temperature relative to its mean, as the spec's table has it."""
+    if budget is None or budget.run_to_run_largest <= 0.0:
+        return None
+    table = budget.run_to_run_table
+    if table is None:
+        return np.ones(len(temperature_degc))
+    sigma = budget.run_to_run_sigma(temperature_degc)
+    return np.asarray(np.maximum(sigma, 1e-3 * budget.run_to_run_largest) / _mean_sigma(budget))
+
+
+def _mean_sigma(budget: ErrorBudget) -> float:
+    """What the variance of a `run_to_run` component belongs to: the mean of the spec's table."""
+    table = budget.run_to_run_table
+    return budget.run_to_run_largest if table is None else float(np.mean([*table.values()]))
+
+
+# ---------------------------------------------------------------- by the spec
+
+
+def spec_variances(noise: Noise, unit: Unit, white: float | None = None) -> Variances:
+    """Variances as the spec has them; white: variance of a record of mean duration in its place, SI²."""
+    theta = np.array([_from_spec(c, noise, unit, white) for c in noise.components])
+    e, K = noise.effects, len(theta)
+    between = float(np.sum(np.where(_is_drawn(noise), theta * e.mean_sizes(), 0.0)))
+    theta[0] = max(theta[0], LEAST_WHITE * between)
+    return Variances(theta, np.zeros((K, K)), theta > 0, float("nan"), True)
+
+
+def _is_drawn(noise: Noise) -> NDArray[np.bool_]:
+    return np.array([c.kind in ("run_to_run", "in_run") for c in noise.components], dtype=bool)
+
+
+def _from_spec(c: Component, noise: Noise, unit: Unit, white: float | None) -> float:
+    if c.kind == "prior":
+        return 1.0
+    if c.kind == "white":
+        return unit.white(c.error.sensor) ** 2 / noise.duration if white is None else white
+    budget = budget_of(unit, c.error)
+    if budget is None:
+        return 0.0
+    if c.kind == "in_run":
+        return budget.in_run_sigma**2
+    return _mean_sigma(budget) ** 2 if c.kind == "run_to_run" and budget.run_to_run_largest > 0 else 0.0

@@ -1,0 +1,68 @@
+"""The power-ons of a campaign: their records, at known conditions, power-on by power-on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.campaign.design import Design
+from planner.measured import DwellTable
+from planner.records import Array, Conditions
+
+
+@dataclass(frozen=True)
+class PowerOns:
+    """n records of one unit in g power-ons, the records of one power-on together.
+
+    conditions: of every record; duration: (n,) s; starts: (g,) first record of every power-on
+    counts: (g,) how often each is made: 1 in measured data, repeats in a plan; 0: not used
+    bench: (n,) names, installation: (n,) which installation of the unit; None where nobody says
+    """
+
+    conditions: Conditions
+    duration: Array
+    starts: NDArray[np.int64]
+    counts: Array
+    bench: NDArray[np.str_] | None = None
+    installation: NDArray[np.int64] | None = None
+
+    def __len__(self) -> int:
+        return len(self.duration)
+
+    @cached_property
+    def sizes(self) -> NDArray[np.int64]:
+        """(g,) records of every power-on."""
+        return np.diff(np.append(self.starts, len(self)))
+
+    @cached_property
+    def known_duration(self) -> Array:
+        """(n,) s; all alike where the data do not say how long a record was."""
+        if len(self) == 0 or self.duration.min() <= 0:
+            return np.ones(len(self))
+        return self.duration
+
+    @property
+    def made(self) -> Array:
+        """(n,) how often every record is made."""
+        return np.repeat(self.counts, self.sizes)
+
+    def counted(self, counts: Array) -> PowerOns:
+        """The same kinds of power-on, made as often as `counts` (g,) says."""
+        return replace(self, counts=np.asarray(counts, dtype=np.float64))
+
+
+def of_table(table: DwellTable) -> PowerOns:
+    """The power-ons of a dwell table whose rows stand power-on by power-on, in the order of their time."""
+    starts = np.flatnonzero(np.append(True, np.diff(table.run) != 0)).astype(np.int64)
+    return PowerOns(table.conditions(), table.duration, starts, np.ones(len(starts)), table.bench)
+
+
+def of_design(design: Design) -> PowerOns:
+    """The power-ons that a plan's steps make of one unit, each once."""
+    starts = design.starts.astype(np.int64)
+    return PowerOns(
+        design.conditions, design.duration, starts, np.ones(len(starts)), design.bench, design.installation
+    )

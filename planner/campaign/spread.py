@@ -1,0 +1,163 @@
+"""The variances of one channel as its readings tell them, by REML beside the unknowns with a prior."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.campaign.noise import Noise, spec_variances
+from planner.campaign.prior import Prior
+from planner.records import Array
+from planner.solvers.least_squares import least_squares
+from planner.solvers.random_effects import Drift, RandomEffects
+from planner.solvers.reml import Variances, reml
+from planner.spec.model import Spec
+
+_WORTH = 3.3  # gain of log-likelihood that a further variance must bring: one per cent of a χ² with 1
+LEAST_RUN_FREEDOM = 2
+OPTIONAL = ("rate_noise", "constant")  # kept only when they are worth it
+MOST_ROWS = 6_000  # of evenly chosen whole power-ons: a spread is then known to some 3 %, and that is enough
+
+
+def measured_variances(
+    residual: Array,
+    J: Array,
+    prior: Prior,
+    noise: Noise,
+    spec: Spec,
+    before: tuple[Noise, Variances] | None,
+) -> tuple[tuple[Noise, Variances], list[str]]:
+    """REML where the data have the freedom for it; otherwise the spec's run-to-run spreads, and a note.
+
+    before: of the last round, from which the search goes on. Raises ValueError when no degree of freedom is
+    left for the noise.
+    """
+    drawn = any(c.kind in ("run_to_run", "in_run") for c in noise.components)
+    if drawn and run_freedom(J, noise.effects) >= LEAST_RUN_FREEDOM:
+        rows, part = _chosen(noise.effects)
+        thin = replace(noise, effects=part)
+        cut = replace(prior, columns=prior.columns[rows])
+        slim, found = _worthwhile(thin, residual[rows], J[rows], cut, _carried_on(noise, before))
+        keep = [i for i, c in enumerate(noise.components) if c in slim.components]
+        return (noise.of(keep), found), []
+    white = within(residual, J, noise.effects)
+    given = spec_variances(noise, spec.unit, white)
+    note = "too few power-ons to measure the run-to-run spread: the spec's is taken for the intervals"
+    return (replace(noise, known=True), given), [note]
+
+
+def run_freedom(X: Array, effects: RandomEffects) -> int:
+    """How many differences between runs the coefficients leave to estimate the run-to-run spread from."""
+    means = effects.sums(X) / effects.sums(np.ones((len(X), 1)))
+    return len(effects.starts) - int(
+        np.linalg.matrix_rank(means, tol=1e-9 * max(1e-300, np.abs(means).max()))
+    )
+
+
+def _chosen(effects: RandomEffects) -> tuple[NDArray[np.bool_], RandomEffects]:
+    """(n,) rows of whole power-ons, about MOST_ROWS of them evenly over the campaign."""
+    if effects.rows <= MOST_ROWS:
+        return np.ones(effects.rows, dtype=bool), effects
+    g = len(effects.starts)
+    stays = np.zeros(g, dtype=bool)
+    stays[np.linspace(0, g - 1, max(2, int(g * MOST_ROWS / effects.rows))).astype(int)] = True
+    return np.repeat(stays, effects.sizes), effects.at(stays)
+
+
+def _worthwhile(
+    noise: Noise, y: Array, J: Array, prior: Prior, start: Array | None
+) -> tuple[Noise, Variances]:
+    """The noise without the components whose variance is zero or not worth having, and its variances."""
+    found = _reml(y, J, prior, noise, start)
+    keep = [i for i in range(len(noise.components)) if i == 0 or found.theta[i] > 0]
+    slim = noise.of(keep)
+    if len(keep) < len(noise.components):
+        found = _reml(y, J, prior, slim, found.theta[keep])
+    for i in reversed(range(1, len(slim.components))):
+        if slim.components[i].kind in OPTIONAL:
+            others = [j for j in range(len(slim.components)) if j != i]
+            fewer = slim.of(others)
+            less = _reml(y, J, prior, fewer, found.theta[others])
+            if found.loglik - less.loglik < _WORTH:
+                slim, found = fewer, less
+    return slim, found
+
+
+def _reml(y: Array, J: Array, prior: Prior, noise: Noise, start: Array | None) -> Variances:
+    """REML of the records; the unknowns with a prior enter with their pseudo-records."""
+    if len(prior.sigma) == 0:
+        return reml(y, J, noise.effects, start)
+    X, target = augmented(y, J, prior)
+    a = len(noise.effects.diagonals)
+    if start is not None:
+        start = np.insert(start, a, 1.0)
+    found = reml(target, X, augmented_effects(noise.effects, prior), start)
+    keep = [k for k in range(len(found.theta)) if k != a]
+    return Variances(
+        found.theta[keep], found.error[np.ix_(keep, keep)], found.free[keep], found.loglik, found.converged
+    )
+
+
+def _carried_on(noise: Noise, before: tuple[Noise, Variances] | None) -> Array | None:
+    """(K,) the last round's variances; one that it had dropped is released again if its score says so."""
+    if before is None:
+        return None
+    known = dict(zip(before[0].components, before[1].theta, strict=True))
+    if known.get(noise.components[0], 0.0) <= 0:
+        return None
+    return np.array([known.get(component, 0.0) for component in noise.components])
+
+
+def within(residual: Array, J: Array, effects: RandomEffects) -> float:
+    """Noise variance from what differs within runs; from everything when nothing does."""
+    runs = effects.spread(np.eye(len(effects.starts))) if len(effects.starts) < 400 else None
+    X = J if runs is None or runs.shape[1] == len(J) else np.column_stack([J, runs])
+    beta, found = least_squares(X, residual)
+    freedom = len(residual) - found.rank
+    if freedom < 1:
+        beta, found = least_squares(J, residual)
+        X, freedom = J, len(residual) - found.rank
+    if freedom < 1:
+        raise ValueError("as many coefficients as rows: nothing is left to estimate the noise from")
+    left = residual - X @ beta
+    return float(left @ left) / freedom
+
+
+# ---------------------------------------------------------------- pseudo-records
+
+
+def augmented(y: Array, J: Array, prior: Prior) -> tuple[Array, Array]:
+    """Design (n + q, p + q) and target (n + q,): the records, then 0 = ξ with the prior's sigma."""
+    q = len(prior.sigma)
+    if q == 0:
+        return J, y
+    X = np.block([[J, prior.columns], [np.zeros((q, J.shape[1])), np.eye(q)]])
+    return X, np.concatenate([y, np.zeros(q)])
+
+
+def augmented_effects(effects: RandomEffects, prior: Prior) -> RandomEffects:
+    """V of records and pseudo-records, each of these a group of its own; the new last diagonal is known."""
+    n, q = effects.rows, len(prior.sigma)
+    blank = np.zeros((len(effects.diagonals), q))
+    own = np.concatenate([np.zeros(n), prior.sigma**2])
+    drifts = tuple(
+        Drift(np.append(d.z, np.zeros(q)), np.append(d.time, np.zeros(q)), d.tau) for d in effects.drifts
+    )
+    return RandomEffects(
+        np.append(effects.starts, n + np.arange(q)),
+        np.vstack([np.hstack([effects.diagonals, blank]), own[None, :]]),
+        np.hstack([effects.slopes, np.zeros((len(effects.slopes), q))]),
+        drifts,
+        (*effects.known, len(effects.diagonals)),
+    )
+
+
+def augmented_variances(effects: RandomEffects, variances: Variances) -> Variances:
+    """The variances with the known one, 1 without error, after the last diagonal."""
+    a = len(effects.diagonals)
+    error = np.insert(np.insert(variances.error, a, 0.0, axis=0), a, 0.0, axis=1)
+    return Variances(
+        np.insert(variances.theta, a, 1.0), error, np.insert(variances.free, a, False), 0.0, True
+    )

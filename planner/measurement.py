@@ -1,0 +1,273 @@
+"""The measurement equation, its Jacobian and its inverse, once for all who measure, fit or correct.
+
+    y_i = (1 + κ_i)(M u)_i + b_i + noise
+
+u is the true rate or specific force, M = I + small misalignments, κ all scale-factor effects of a channel, b
+all its bias effects (K 2.1, eq. 5 and 6). Every effect enters by its group: those of `misalignment` lean the
+input, v = M u; those of `scale_factor` are asked with the leaned input, κ v = S(v) k; those of `bias` add,
+b = B β. So the product of scale factor and misalignment is exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from planner.protocols import Effect, Group, Parameter, Sensor
+from planner.records import Array, Conditions
+from planner.temperature_table import REACH_K, fitting_hats
+
+AXES = ("x", "y", "z")
+INPUT: Mapping[Sensor, str] = {"gyro": "rate", "accelerometer": "specific_force"}
+_ROUNDS = 30  # of the inverse; a lean of 0.01 and a κ of 0.01 win two digits a round
+_SETTLED = 1e-15
+_STEP = 1e-4  # of a parameter's logarithm, or of its range, for its derivative
+
+
+def sensed(sensor: Sensor, conditions: Conditions) -> Array:
+    """(n, 3) what the sensor senses: rate or specific force."""
+    return conditions.rate if sensor == "gyro" else conditions.specific_force
+
+
+def driven_by(sensor: Sensor, conditions: Conditions, u: Array) -> Conditions:
+    """The conditions with u (n, 3) in place of what the sensor senses."""
+    return replace(conditions, **{INPUT[sensor]: u})
+
+
+# ---------------------------------------------------------------- a unit whose coefficients are known
+
+
+@dataclass(frozen=True)
+class Acting:
+    """An effect at work. values: (t,) coefficients, or (n, t) in every record, SI; parameters: its own."""
+
+    effect: Effect
+    values: Array
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+
+def response(sensor: Sensor, conditions: Conditions, acting: Sequence[Acting]) -> Array:
+    """(n, 3) what the sensor reads without noise, SI: (1 + κ)(M u) + b."""
+    v = sensed(sensor, conditions) + _added("misalignment", sensor, conditions, acting)
+    leaned = driven_by(sensor, conditions, v)
+    bent = _added("scale_factor", sensor, leaned, acting)
+    return np.asarray(v + bent + _added("bias", sensor, conditions, acting))
+
+
+def true_input(sensor: Sensor, y: Array, conditions: Conditions, acting: Sequence[Acting]) -> Array:
+    """(n, 3) input u that readings y (n, 3) came from: the inverse of `response`, SI.
+
+    conditions: the readings stand in for the true rate and force, which bias effects may ask for.
+    """
+    left = y - _added("bias", sensor, conditions, acting)
+    v = _unbent(sensor, left, conditions, acting)
+    u = v
+    if not any(a.effect.group == "misalignment" for a in acting):
+        return np.asarray(v)
+    for _ in range(_ROUNDS):
+        before = u
+        u = v - _added("misalignment", sensor, driven_by(sensor, conditions, u), acting)
+        if _same(u, before):
+            break
+    return np.asarray(u)
+
+
+def _unbent(sensor: Sensor, left: Array, conditions: Conditions, acting: Sequence[Acting]) -> Array:
+    """v from (1 + κ) v = left: divided by 1 + κ(v) until it stands."""
+    v = left
+    if not any(a.effect.group == "scale_factor" for a in acting):
+        return v
+    for _ in range(_ROUNDS):
+        before = v
+        bent = _added("scale_factor", sensor, driven_by(sensor, conditions, v), acting)
+        kappa = np.divide(bent, v, out=np.zeros_like(v), where=np.abs(bent) < 0.5 * np.abs(v))
+        v = np.where(np.abs(bent) < 0.5 * np.abs(v), left / (1.0 + kappa), left - bent)
+        if _same(v, before):
+            break
+    return np.asarray(v)
+
+
+def _same(a: Array, b: Array) -> bool:
+    size = float(np.nanmax(np.abs(a), initial=0.0))
+    return bool(np.nanmax(np.abs(a - b), initial=0.0) <= _SETTLED * size)
+
+
+def _added(group: Group, sensor: Sensor, conditions: Conditions, acting: Sequence[Acting]) -> Array:
+    """(n, 3) of all effects of one group."""
+    total = np.zeros((len(conditions.day), 3))
+    for a in acting:
+        if a.effect.group == group:
+            regressors = a.effect.regressors(sensor, conditions, a.parameters)
+            if a.values.ndim == 1:
+                total += regressors @ a.values
+            else:
+                total += np.einsum("nct,nt->nc", regressors, a.values)
+    return total
+
+
+# ---------------------------------------------------------------- one channel by its coefficients
+
+
+@dataclass(frozen=True)
+class Column:
+    """One coefficient: effect, term, and the node of its table (NaN: no table) or a parameter's name."""
+
+    effect: str
+    term: str
+    node_degc: float = float("nan")
+    parameter: str = ""
+
+
+@dataclass(frozen=True)
+class Carried:
+    """The terms of one effect on a channel; nodes: (N,) degC of the table that carries it, or None."""
+
+    effect: Effect
+    terms: tuple[int, ...]
+    nodes: Array | None = None
+
+
+@dataclass(frozen=True)
+class ChannelModel:
+    """One channel of one sensor over n rows: y = v + S(v) k + B β, v = u + L m.
+
+    carried: its effects, those of the bias first, then scale factor, then misalignment
+    held: (effect, parameter) that stay at their defaults
+    """
+
+    sensor: Sensor
+    channel: int
+    conditions: Conditions
+    carried: tuple[Carried, ...]
+    held: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def u(self) -> Array:
+        """(n,) true input along the channel."""
+        return sensed(self.sensor, self.conditions)[:, self.channel]
+
+    def of(self, group: Group) -> tuple[Carried, ...]:
+        """The effects of one group."""
+        return tuple(c for c in self.carried if c.effect.group == group)
+
+    def nodes_of(self, effect: str) -> Array | None:
+        """(N,) nodes of an effect's table; None where it has none."""
+        return next((c.nodes for c in self.carried if c.effect.name == effect), None)
+
+    def columns(self) -> tuple[Column, ...]:
+        """The coefficients in the order of the Jacobian's columns; parameters stand last."""
+        plain = [column for c in self.carried for column in _columns_of(c, self.sensor)]
+        return (*plain, *(Column(e, "", parameter=p.name) for e, p in self.fitted_parameters))
+
+    @cached_property
+    def fitted_parameters(self) -> tuple[tuple[str, Parameter], ...]:
+        """(effect, parameter) of every parameter that is fitted."""
+        every = ((c.effect.name, p) for c in self.carried for p in c.effect.parameters)
+        return tuple(pair for pair in every if (pair[0], pair[1].name) not in self.held)
+
+    @property
+    def linear(self) -> int:
+        """How many coefficients are linear; the parameters stand behind them."""
+        return sum(len(c.terms) * (1 if c.nodes is None else len(c.nodes)) for c in self.carried)
+
+    def with_input(self, v: Array) -> Conditions:
+        """The conditions with the leaned input v (n,) in place of the channel's own."""
+        driven = sensed(self.sensor, self.conditions).copy()
+        driven[:, self.channel] = v
+        return driven_by(self.sensor, self.conditions, driven)
+
+    def start(self) -> Array:
+        """(p,) no error at all; parameters, as they are carried, at their defaults."""
+        return np.array([0.0] * self.linear + [p.carried(p.default) for _, p in self.fitted_parameters])
+
+    def parameters_at(self, theta: Array) -> dict[str, dict[str, float]]:
+        """effect -> parameter -> value at θ (p,); held ones are not named."""
+        found: dict[str, dict[str, float]] = {}
+        for (effect, p), carried in zip(self.fitted_parameters, theta[self.linear :], strict=True):
+            found.setdefault(effect, {})[p.name] = p.value(float(carried))
+        return found
+
+    @cached_property
+    def fixed(self) -> Mapping[Group, Array]:
+        """Columns B and L where no parameter is fitted: they do not depend on θ."""
+        return {
+            group: _group(self, group, self.conditions, {})
+            for group in ("bias", "misalignment")
+            if not any(e == c.effect.name for c in self.of(group) for e, _ in self.fitted_parameters)
+        }
+
+
+def _columns_of(c: Carried, sensor: Sensor) -> list[Column]:
+    every = c.effect.terms(sensor)
+    if c.nodes is None:
+        return [Column(c.effect.name, every[t].name) for t in c.terms]
+    return [Column(c.effect.name, every[t].name, float(node)) for t in c.terms for node in c.nodes]
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The model at one θ: v (n,), κ (n,), columns B, S, L, and the prediction (n,)."""
+
+    v: Array
+    kappa: Array
+    B: Array
+    S: Array
+    L: Array
+    predicted: Array
+
+
+def evaluate(model: ChannelModel, theta: Array) -> Parts:
+    """The model at θ (p,)."""
+    parameters = model.parameters_at(theta)
+    B, L = (
+        model.fixed[group] if group in model.fixed else _group(model, group, model.conditions, parameters)
+        for group in ("bias", "misalignment")
+    )
+    b, k, m = _split(model, theta, B.shape[1], L.shape[1])
+    v = model.u + L @ m
+    S = _group(model, "scale_factor", model.with_input(v), parameters)
+    bent = S @ k
+    kappa = np.divide(bent, v, out=np.zeros_like(v), where=np.abs(v) > 1e-9 * np.abs(v).max(initial=1e-30))
+    return Parts(v, kappa, B, S, L, v + bent + B @ b)
+
+
+def jacobian(model: ChannelModel, theta: Array, parts: Parts) -> Array:
+    """(n, p) derivative of the prediction: B, S, (1 + κ) L, and parameters by differences.
+
+    κ stands for d(κv)/dv, which differs from it by the nonlinearity alone, 1e-3: Gauss-Newton still arrives.
+    """
+    columns = [parts.B, parts.S, (1.0 + parts.kappa)[:, None] * parts.L]
+    for i, (_, p) in enumerate(model.fitted_parameters):
+        step = _STEP * (1.0 if p.scale == "logarithmic" else p.bounds[1] - p.bounds[0])
+        ahead, back = theta.copy(), theta.copy()
+        ahead[model.linear + i] += step
+        back[model.linear + i] -= step
+        slope = (evaluate(model, ahead).predicted - evaluate(model, back).predicted) / (2.0 * step)
+        columns.append(slope[:, None])
+    return np.concatenate(columns, axis=1)
+
+
+def _split(model: ChannelModel, theta: Array, biases: int, leans: int) -> tuple[Array, Array, Array]:
+    scales = model.linear - biases - leans
+    return theta[:biases], theta[biases : biases + scales], theta[biases + scales : model.linear]
+
+
+def _group(
+    model: ChannelModel,
+    group: Group,
+    conditions: Conditions,
+    parameters: Mapping[str, Mapping[str, float]],
+) -> Array:
+    """(n, columns) of one group of effects on the channel."""
+    found = [np.empty((len(conditions.day), 0))]
+    for c in model.of(group):
+        full = c.effect.regressors(model.sensor, conditions, parameters.get(c.effect.name))
+        columns = full[:, model.channel, list(c.terms)]
+        if c.nodes is not None:
+            hats = fitting_hats(conditions.temperature_degc, c.nodes, REACH_K)
+            columns = (columns[:, :, None] * hats[:, None, :]).reshape(len(columns), -1)
+        found.append(columns)
+    return np.concatenate(found, axis=1)

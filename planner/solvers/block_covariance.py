@@ -1,0 +1,115 @@
+"""V(θ) with processes over time inside the groups: dense blocks, group by group, those of one size at a time.
+
+    V = Σ_k θ_k V_k,   V_k diagonal, z zᵀ, or z zᵀ ∘ exp(−|Δt| / τ) (first-order Gauss-Markov) in every group
+
+Groups are power-ons of a dozen records or so: a dense block costs less than any structure in it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.records import Array
+from planner.solvers.random_effects import RandomEffects
+
+LARGEST = 64  # rows of a group up to which blocks are dense
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """Groups of one size. rows: (G, m); inverse_root: (G, m, m) lower triangular L⁻¹ with V = L Lᵀ."""
+
+    rows: NDArray[np.int64]
+    inverse_root: Array
+
+    @cached_property
+    def inverse(self) -> Array:
+        """(G, m, m) V⁻¹."""
+        return np.asarray(np.swapaxes(self.inverse_root, 1, 2) @ self.inverse_root)
+
+
+@dataclass(frozen=True)
+class BlockCovariance:
+    """V(θ) factored block by block; the same questions as `random_effects.Covariance` answers."""
+
+    effects: RandomEffects
+    theta: Array
+    batches: tuple[_Batch, ...]
+
+    def whiten(self, A: Array) -> Array:
+        """W A for A (n, m), W = L⁻¹ block by block: W V Wᵀ = I."""
+        out = np.empty_like(A, dtype=np.float64)
+        for b in self.batches:
+            out[b.rows] = b.inverse_root @ A[b.rows]
+        return out
+
+    def whiten_transposed(self, A: Array) -> Array:
+        """Wᵀ A for A (n, m)."""
+        out = np.empty_like(A, dtype=np.float64)
+        for b in self.batches:
+            out[b.rows] = np.swapaxes(b.inverse_root, 1, 2) @ A[b.rows]
+        return out
+
+    def solve(self, A: Array) -> Array:
+        """V⁻¹ A for A (n, m)."""
+        out = np.empty_like(A, dtype=np.float64)
+        for b in self.batches:
+            out[b.rows] = b.inverse @ A[b.rows]
+        return out
+
+    @property
+    def log_determinant(self) -> float:
+        """log |V|."""
+        diagonals = [np.diagonal(b.inverse_root, axis1=1, axis2=2) for b in self.batches]
+        return float(-2.0 * sum(np.log(d).sum() for d in diagonals))
+
+    def trace(self, k: int) -> float:
+        """tr V⁻¹ V_k."""
+        return float(sum(np.sum(b.inverse * block(self.effects, k, b.rows)) for b in self.batches))
+
+    def double_traces(self) -> Array:
+        """(K, K) tr V⁻¹ V_k V⁻¹ V_l."""
+        K = self.effects.count
+        out = np.zeros((K, K))
+        for b in self.batches:
+            products = [b.inverse @ block(self.effects, k, b.rows) for k in range(K)]
+            flat = np.array([p.ravel() for p in products])
+            turned = np.array([np.swapaxes(p, 1, 2).ravel() for p in products])
+            out += flat @ turned.T
+        return out
+
+
+def block_covariance(effects: RandomEffects, theta: Array) -> BlockCovariance:
+    """V(θ) ready for use. Raises ValueError when a block is not positive definite."""
+    batches = []
+    for rows in batches_of(effects):
+        V = sum(
+            theta[k] * block(effects, k, rows) for k in range(effects.count) if theta[k] > 0.0
+        ) + np.zeros((*rows.shape, rows.shape[1]))
+        try:
+            root = np.linalg.cholesky(V)
+        except np.linalg.LinAlgError as error:
+            raise ValueError("every row needs a positive noise variance") from error
+        batches.append(_Batch(rows, np.asarray(np.linalg.inv(root))))
+    return BlockCovariance(effects, theta, tuple(batches))
+
+
+def batches_of(effects: RandomEffects) -> list[NDArray[np.int64]]:
+    """(G, m) rows of the groups, those of one size together."""
+    sizes = effects.sizes
+    return [effects.starts[sizes == m][:, None] + np.arange(m)[None, :] for m in np.unique(sizes).tolist()]
+
+
+def block(effects: RandomEffects, k: int, rows: NDArray[np.int64]) -> Array:
+    """(G, m, m) V_k in the groups of one size."""
+    a, b = len(effects.diagonals), len(effects.slopes)
+    if k < a:
+        return np.asarray(effects.diagonals[k][rows][:, :, None] * np.eye(rows.shape[1]))
+    if k < a + b:
+        z = effects.slopes[k - a][rows]
+        return np.asarray(z[:, :, None] * z[:, None, :])
+    return effects.drifts[k - a - b].block(rows)

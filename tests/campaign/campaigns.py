@@ -1,0 +1,64 @@
+"""Small campaigns for the tests of the model: random conditions in power-ons, specs with chosen budgets."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from planner.campaign.power_ons import PowerOns
+from planner.records import Conditions
+from planner.spec.load import load_spec
+from planner.spec.model import Spec
+from tests.specs import SHIPPED
+
+EFFECTS = ("bias", "scale_factor", "misalignment", "g_sensitivity")
+
+
+def power_ons(seed: int, runs: int = 9, records: int = 7, days: float = 0.0) -> PowerOns:
+    """Turns about all axes and rests in all attitudes at several temperatures, gaps of some minutes."""
+    rng = np.random.default_rng(seed)
+    n = runs * records
+    direction = rng.normal(size=(n, 3))
+    force = 9.80665 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
+    rate = rng.normal(size=(n, 3)) * (rng.uniform(size=(n, 1)) < 0.5)
+    warm = np.repeat(rng.uniform(-40.0, 60.0, runs), records)
+    on = np.cumsum(rng.uniform(20.0, 300.0, (runs, records)), axis=1).ravel()
+    day = np.repeat(np.sort(rng.uniform(0.0, days, runs)), records) if days else np.zeros(n)
+    conditions = Conditions(rate, force, warm, np.zeros(n), on, day)
+    return PowerOns(
+        conditions,
+        rng.uniform(10.0, 60.0, n),
+        np.arange(runs) * records,
+        np.ones(runs),
+        np.full(n, "rate_table"),
+    )
+
+
+def spec_with(gyro: dict[str, Any], accelerometer: dict[str, Any], **more: Any) -> Spec:
+    """The worked example with other budgets; noise 0.1 deg/sqrt(h) and 0.05 m/s/sqrt(h)."""
+    spec = load_spec(SHIPPED / "close_the_loop.yaml").spec
+    tree = {
+        "noise": {"gyro": "0.1 deg/sqrt(h)", "accelerometer": "0.05 m/s/sqrt(h)"},
+        "gyro": gyro,
+        "accelerometer": accelerometer,
+    }
+    unit = type(spec.unit).model_validate(tree)
+    return spec.model_copy(update={"unit": unit, "effects": EFFECTS, **more})
+
+
+def drifting(storage: str = "0 deg/s") -> Spec:
+    """Every kind of spread: over temperature, within the power-on with times of their own, over days."""
+    return spec_with(
+        {
+            "bias": {
+                "run_to_run": {"-40 degC": "0.004 deg/s", "60 degC": "0.001 deg/s"},
+                "in_run": {"value": "0.002 deg/s", "correlation_time": "200 s"},
+                "storage": storage,
+            },
+            "scale_factor": {"run_to_run": "0.02 %", "in_run": "0.01 %"},
+            "misalignment": {"run_to_run": "0.003 deg"},
+            "g_sensitivity": {"run_to_run": "0.0003 deg/s/g", "in_run": "0.0002 deg/s/g"},
+        },
+        {"bias": {"run_to_run": "1 mg", "in_run": "0.5 mg"}, "scale_factor": {"run_to_run": "0.02 %"}},
+    )

@@ -1,0 +1,164 @@
+"""The campaign's covariance and information against dense algebra, and their laws."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.campaign.model import ChannelCampaign, campaign
+from planner.campaign.power_ons import PowerOns
+from planner.campaign.triad import fit_triad
+from planner.protocols import SENSORS, Sensor
+from planner.records import Array, Conditions
+from planner.spec.model import Spec
+from planner.spec.references import BenchAccuracy
+from tests import oracle
+from tests.campaign.campaigns import EFFECTS, drifting, power_ons
+
+
+def dense(
+    spec: Spec, runs: PowerOns, sensor: Sensor, channel: int
+) -> tuple[tuple[oracle.Unknown, ...], Array, Array, Array, Array]:
+    """Unknowns that act on the channel, A, V, T, precision."""
+    budgets = getattr(spec.unit, sensor)
+    names = [e for e in EFFECTS if sensor == "gyro" or e != "g_sensitivity"]
+    sizes = {e: oracle.size_of(budgets[e]) if e in budgets else oracle.Size() for e in names}
+    unknowns, A = oracle.columns(sensor, runs.conditions, sizes)
+    run = np.repeat(np.arange(len(runs.starts)), runs.sizes)
+    V = oracle.covariance(
+        sensor, runs.conditions, run, sizes, spec.unit.white(sensor) / np.sqrt(runs.duration)
+    )
+    A, V = A[channel::3], V[channel::3, channel::3]
+    acts = np.any(A != 0.0, axis=0)
+    kept = tuple(u for u, a in zip(unknowns, acts, strict=True) if a)
+    T, precision = oracle.prior(kept, sizes)
+    return kept, A[:, acts], V, T, precision
+
+
+def of(spec: Spec, runs: PowerOns, sensor: Sensor, channel: int) -> ChannelCampaign:
+    return campaign(spec, runs).channels[sensor, channel]
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("sensor", SENSORS)
+def test_what_a_campaign_tells_is_what_dense_algebra_tells(seed: int, sensor: Sensor) -> None:
+    spec, runs = drifting(), power_ons(seed)
+    for channel in range(3):
+        unknowns, A, V, T, precision = dense(spec, runs, sensor, channel)
+        wanted = oracle.posterior(A, V, T, precision)
+        found = of(spec, runs, sensor, channel).known()
+        names = {(u.effect, u.term): i for i, u in enumerate(unknowns)}
+        order = [names[c.effect, c.term] for c in found.columns]
+        np.testing.assert_allclose(found.covariance, wanted[np.ix_(order, order)], rtol=1e-6, atol=1e-18)
+        np.testing.assert_allclose(found.sigma**2, np.diag(found.covariance), rtol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_three_modes_of_a_walk_stand_for_it_within_two_per_cent(seed: int) -> None:
+    """Sixty days of storage as large as the run-to-run, over a campaign of eight days."""
+    spec, runs = drifting("0.003 deg/s"), power_ons(seed, runs=14, days=8.0)
+    unknowns, A, V, T, precision = dense(spec, runs, "gyro", 0)
+    wanted = np.sqrt(np.diag(oracle.posterior(A, V, T, precision)))
+    still = of(drifting(), runs, "gyro", 0).known()
+    found = of(spec, runs, "gyro", 0).known()
+    for i, c in enumerate(found.columns):
+        (k,) = [
+            k for k, u in enumerate(unknowns) if (u.effect, u.term, u.part) == (c.effect, c.term, "constant")
+        ]
+        assert found.sigma[i] == pytest.approx(wanted[k], rel=0.02)
+    assert found.sigma[0] > 1.1 * still.sigma[0]  # else the test would say nothing
+
+
+def test_information_adds_and_counts_are_copies() -> None:
+    spec, runs = drifting(), power_ons(5)
+    c = of(spec, runs, "gyro", 1)
+    rng = np.random.default_rng(0)
+    n, m = rng.integers(0, 4, (2, len(runs.starts))).astype(float)
+    np.testing.assert_allclose(c.information(n + m), c.information(n) + c.information(m), rtol=1e-12)
+    twice = PowerOns(
+        Conditions(*(np.concatenate([v, v]) for v in vars(runs.conditions).values())),
+        np.concatenate([runs.duration] * 2),
+        np.concatenate([runs.starts, runs.starts + len(runs)]),
+        np.ones(2 * len(runs.starts)),
+        np.full(2 * len(runs), "rate_table"),
+    )
+    copied = of(spec, twice, "gyro", 1)
+    np.testing.assert_allclose(c.known(2.0 * runs.counts).sigma, copied.known().sigma, rtol=1e-9)
+
+
+def test_more_power_ons_never_tell_less() -> None:
+    spec, runs = drifting(), power_ons(6)
+    c = of(spec, runs, "gyro", 2)
+    counts = runs.counts.copy()
+    before = c.known(counts).sigma
+    for k in range(len(counts)):
+        counts[k] += 1.0
+        after = c.known(counts).sigma
+        assert np.all(after <= before * (1 + 1e-12))
+        before = after
+
+
+def test_what_is_revised_is_what_is_made_anew() -> None:
+    spec, runs = drifting("0.003 deg/s"), power_ons(7, days=3.0)
+    c = of(spec, runs, "gyro", 0)
+    _ = c.per_run
+    counts = np.arange(1.0, len(runs.starts) + 1.0)
+    made = ChannelCampaign(c.model, runs.counted(counts), spec)
+    np.testing.assert_allclose(c.revised(counts=counts).known().sigma, made.known().sigma, rtol=1e-12)
+    wider = type(c.variances)(4.0 * c.variances.theta, c.variances.error, c.variances.free, 0.0, True)
+    revised = c.revised(variances=wider)
+    assert revised.columns is c.columns  # what does not depend on variances is handed on
+    anew = ChannelCampaign(c.model, runs, spec, wider)
+    np.testing.assert_allclose(revised.known().sigma, anew.known().sigma, rtol=1e-12)
+
+
+@pytest.mark.parametrize("sensor", SENSORS)
+def test_a_thousand_repeats_do_not_learn_more_than_the_bench_knows(sensor: Sensor) -> None:
+    accuracy = BenchAccuracy.model_validate({"rate": "50 ppm", "mounting": "0.02 deg", "level": "0.01 deg"})
+    spec, runs = drifting(), power_ons(8)
+    bench = spec.benches["rate_table"].model_copy(update={"accuracy": accuracy})
+    known = spec.model_copy(update={"benches": {**spec.benches, "rate_table": bench}})
+    many = 1e6 * runs.counts
+    perfect, real = (of(s, runs, sensor, 0).known(many) for s in (spec, known))
+    sigma = {(c.effect, c.term): s for c, s in zip(real.columns, real.sigma, strict=True)}
+    assert perfect.sigma.max() < 1e-5
+    floor = accuracy.mounting
+    assert sigma["misalignment", "xy"] == pytest.approx(floor, rel=0.1)
+    if sensor == "gyro":
+        assert sigma["scale_factor", "x"] == pytest.approx(accuracy.rate, rel=0.1)
+
+
+def test_the_estimator_with_given_variances_is_dense_least_squares() -> None:
+    """θ̂ = (AᵀV⁻¹A)⁻¹AᵀV⁻¹(y − u) to first order: errors of 1e-7 have no products."""
+    from planner.campaign.estimate import estimate
+
+    spec, runs = drifting(), power_ons(9)
+    c = of(spec, runs, "gyro", 0)
+    unknowns, A, V, _, _ = dense(spec, runs, "gyro", 0)
+    rng = np.random.default_rng(3)
+    y = c.model.u + 1e-7 * rng.normal(size=len(runs))
+    found = estimate(c.model, y, runs, spec, given=(c.noise, c.variances))
+    solved = np.linalg.solve(V, np.column_stack([A, y - c.model.u]))
+    wanted = np.linalg.solve(A.T @ solved[:, :-1], A.T @ solved[:, -1])
+    names = {(u.effect, u.term): i for i, u in enumerate(unknowns)}
+    order = [names[x.effect, x.term] for x in c.model.columns()]
+    np.testing.assert_allclose(found.theta, wanted[order], rtol=1e-4, atol=1e-12)
+
+
+def test_channels_that_share_a_coefficient_are_fitted_together() -> None:
+    """The Earth's rate left out of the reference: one estimate from the three gyros."""
+    spec, runs = drifting(), power_ons(10, runs=20)
+    names = ("bias", "scale_factor", "earth_rate")
+    rng = np.random.default_rng(4)
+    effect = oracle.catalog.effects()["earth_rate"]
+    up = effect.regressors("gyro", runs.conditions)[:, :, 0]
+    y = runs.conditions.rate + 5e-5 * up + 1e-5 * rng.normal(size=(len(runs), 3))
+    found = fit_triad("gyro", y, runs, spec, names)
+    places = [next(i for i, c in enumerate(e.model.columns()) if c.term == "up") for e in found]
+    values = [e.theta[i] for e, i in zip(found, places, strict=True)]
+    errors = [np.sqrt(e.fit.covariance[i, i]) for e, i in zip(found, places, strict=True)]
+    assert np.ptp(values) == 0.0
+    assert np.ptp(errors) == 0.0
+    assert abs(values[0] - 5e-5) < 4.0 * errors[0]
+    alone = [e.theta for e in fit_triad("gyro", y, runs, spec, ("bias", "scale_factor"))]
+    assert len(alone[0]) == 2
