@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.campaign.design import design, steps_of
 from planner.learn.dwells_to_fit import calibrate
 from planner.measured import DwellTable
 from planner.physics.strapdown import NavigationState, integrate
 from planner.protocols import SENSORS
 from planner.simulate.campaign import Settings, prepared, simulate
-from planner.simulate.design import design, steps_of
 from planner.verify.calibrations import calibrated
 from planner.verify.chance import Chance
 from planner.verify.draws import generator

@@ -24,7 +24,11 @@ def by_hand() -> dict:
         "static": {"temperatures": 3, "repeats": 4},
         "rates": {"temperatures": 1, "repeats": 2},
     }
-    return spec | {"name": "by hand", "plan": spec["plan"] | {"fixed": fixed}}
+    wide = [
+        r | {"limit": limit}
+        for r, limit in zip(spec["requirement"], ["900 m", "5 deg", "50 m/s"], strict=True)
+    ]
+    return spec | {"name": "by hand", "requirement": wide, "plan": spec["plan"] | {"fixed": fixed}}
 
 
 def verified(one: Planned, flights: int = 0, files: int = 0):
@@ -114,7 +118,7 @@ def test_a_test_dropped_from_the_steps(sound, gone):
     assert {"steps", "sums"} <= {f.check for f in found.recount.faults}
 
 
-@pytest.mark.parametrize("fault", ["scale factor forgotten", "bias of the wrong sign", "tables upside down"])
+@pytest.mark.parametrize("fault", ["scale factor 1 % off", "bias of the wrong sign", "tables upside down"])
 def test_a_correction_that_is_wrong_is_found_through_files(monkeypatch, sound, fault):
     """What the fast route never sees: the exported coefficients and `planner apply`."""
     whole = planner.learn.apply_calibration.corrected
@@ -122,8 +126,8 @@ def test_a_correction_that_is_wrong_is_found_through_files(monkeypatch, sound, f
     def wrong(table, tables):
         changed = {}
         for sensor, t in tables.items():
-            if fault == "scale factor forgotten":
-                changed[sensor] = replace(t, scale=0.0 * t.scale)
+            if fault == "scale factor 1 % off":
+                changed[sensor] = replace(t, scale=t.scale + 0.01)
             elif fault == "bias of the wrong sign":
                 changed[sensor] = replace(t, bias=-t.bias)
             else:

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner.campaign.design import design, steps_of
+from planner.campaign.exposure import Misplaced, exposure
 from planner.protocols import SENSORS
-from planner.simulate.attitudes import Misplaced, exposure
 from planner.simulate.campaign import Settings
-from planner.simulate.design import design, steps_of
 from planner.simulate.temperature_curves import curve_family
 from planner.verify.chance import Chance
 from planner.verify.curves import MODES, family
