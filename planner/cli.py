@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from planner.commands import bench, data, diagnosis, fleet, planning, promise, recordings
+from planner.commands import bench, data, diagnosis, effects, fleet, planning, promise, recordings
 from planner.errors import InfeasibleError, InputError, PlannerError
 
 app = typer.Typer(
@@ -37,7 +37,7 @@ def root(version: Annotated[bool, typer.Option("--version", help="Print the vers
         raise typer.Exit()
 
 
-for family in (planning, bench, recordings, data, diagnosis, promise, fleet):
+for family in (planning, bench, recordings, data, diagnosis, promise, fleet, effects):
     family.register(app)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, Protocol, runtime_checkable
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from planner.records import Array, Conditions, Trajectory
 from planner.sensor import SENSORS, Sensor
+from planner.units import UnitError, from_si, to_degc, to_si
 
 __all__ = [
     "SENSORS",
@@ -33,6 +35,7 @@ __all__ = [
 Group = Literal["bias", "scale_factor", "misalignment"]
 Condition = Literal["rate", "specific_force", "temperature_degc", "temperature_rate", "time_on", "day"]
 AXES = "xyz"
+SECONDS_A_DAY = 86_400.0
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,32 @@ class Parameter:
     def value(self, carried: float) -> float:
         """The value of what a fit carries."""
         return float(np.exp(min(carried, 700.0))) if self.scale == "logarithmic" else carried
+
+    def read(self, text: str) -> float:
+        """The value of a text with a unit, `-30 degC`, `600 s`; a bare number is of days, or of unit 1.
+
+        Raises UnitError when it is none, or lies outside the range.
+        """
+        value = self._read(text.strip())
+        if not self.low <= value <= self.high:
+            raise UnitError(f"{self.name} must lie in {self.shown(self.low)} … {self.shown(self.high)}")
+        return value
+
+    def _read(self, text: str) -> float:
+        if self.unit == "degC":
+            return to_degc(text)
+        if self.unit != "day":
+            return to_si(text, self.unit)
+        bare = re.fullmatch(r"[-+.\deE]+", text) is not None
+        return to_si(f"{text} day" if bare else text, "day") / SECONDS_A_DAY
+
+    def displayed(self, value: float) -> float:
+        """The number that stands before the unit."""
+        return value if self.unit in ("degC", "day") else from_si(value, self.unit)
+
+    def shown(self, value: float) -> str:
+        """A value with its unit: `600 s`."""
+        return f"{self.displayed(value):.6g} {self.unit}".removesuffix(" 1")
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -176,7 +205,7 @@ class BenchKind(Protocol):
     excites: frozenset[str]
 
     @property
-    def observes(self) -> frozenset[str]:
+    def observes(self) -> Set[str]:
         """Errors, as `gyro.scale_factor`, that its records can show."""
         ...
 

@@ -1,7 +1,6 @@
 """The nouns between stages: frozen, SI and radians inside, temperatures in degrees Celsius.
 
-A stage takes records and returns records; stages never call each other. Errors of a sensor are named
-`<sensor>.<effect>`, e.g. `gyro.bias`, with the effect names of `planner.effects`.
+A stage takes records and returns records; stages never call each other. Errors are named as `gyro.bias` is.
 """
 
 from __future__ import annotations
@@ -12,6 +11,8 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from planner.origin import Origin
 
 Array = NDArray[np.float64]
 Rule = Literal["worst_case", "rss", "percentile"]
@@ -464,9 +465,8 @@ class Plan:
     hours_per_limit: requirement index -> hours saved per SI unit of more limit (continuous relaxation)
     start: when second 0 falls in the week of the shifts, `mon 08:00`; None without shifts
     by_total: temperatures and repeats were chosen for a shorter `time_s`, at the price of more work
-    shifts: (opens, closes) in seconds from Monday 00:00, disjoint; empty when people are always there
-    work_proved: no temperatures and repeats take less working time; `proved` is false all the same when
-    waiting or several batches make `time_s` longer than its bound
+    shifts: (opens, closes) in seconds from Monday 00:00, disjoint; none: always; plugins: of other packages
+    work_proved: no temperatures and repeats take less work; `proved` is false when time_s exceeds its bound
     """
 
     version: str
@@ -497,3 +497,4 @@ class Plan:
     by_total: bool = False
     start: str | None = None
     shifts: tuple[tuple[float, float], ...] = ()
+    plugins: tuple[Origin, ...] = ()

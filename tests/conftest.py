@@ -1,14 +1,16 @@
-"""The fixture that calls the program from outside."""
+"""The fixtures that call the program from outside, and that install a package of plug-ins."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from planner.cli import main
 from tests.outcome import Outcome, Run
+from tests.plugins.installing import EXAMPLE, Installed, found_in, install
 
 
 @pytest.fixture
@@ -27,3 +29,12 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
         return Outcome(code if isinstance(code, int) else 0, out, err)
 
     return call
+
+
+@pytest.fixture
+def installed_example(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Installed]:
+    """The example package of plug-ins (tests/plugins/example_package), installed for this test."""
+    folder = tmp_path_factory.mktemp("site")
+    install(EXAMPLE, folder)
+    with found_in(folder) as installed:
+        yield installed

@@ -20,7 +20,7 @@ from planner.cli import app
 
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted((ROOT / "planner").rglob("*.py"))
-PLUGIN_PACKAGES = ("planner.effects", "planner.trajectories", "planner.benches")
+PLUGIN_PACKAGES = ("planner.effects", "planner.trajectories", "planner.benches", "planner.export.formats")
 # typer brings pydantic along when it reads arguments, so pydantic is no sign of our own doing there
 HEAVY = {
     "numpy",
@@ -54,7 +54,9 @@ def plugin_modules() -> list[ModuleType]:
 def test_a_plug_in_says_what_it_is(module: ModuleType) -> None:
     assert module.__doc__
     assert len(module.__doc__.split()) >= 5  # a sentence
-    (offer,) = (getattr(module, name) for name in ("EFFECT", "FAMILY", "KIND") if hasattr(module, name))
+    (offer,) = (
+        getattr(module, name) for name in ("EFFECT", "FAMILY", "KIND", "FORMAT") if hasattr(module, name)
+    )
     assert type(offer).__doc__
     assert offer.name == module.__name__.rpartition(".")[2]  # a stranger finds the file by the name
 

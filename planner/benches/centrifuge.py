@@ -7,12 +7,12 @@ or more axes, axis 2 turns the unit at the arm's end and brings its x, y, −x, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from itertools import cycle, islice, product
 
 import numpy as np
 
-from planner.benches._excitation import LOADS_G, chosen, observable
+from planner.benches._excitation import LOADS_G, Observable, chosen
 
 Motion = Mapping[str, float]
 
@@ -24,9 +24,9 @@ class Centrifuge:
     excites = frozenset({"rate", "gravity", "acceleration", "temperature"})
 
     @property
-    def observes(self) -> frozenset[str]:
+    def observes(self) -> Set[str]:
         """Errors, as `gyro.scale_factor_acceleration`, that its records can show."""
-        return observable(self.excites)
+        return Observable(self.excites)
 
     def motions(
         self,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from itertools import cycle, islice
 
 import numpy as np
 
-from planner.benches._excitation import directions, observable, pointing_up
+from planner.benches._excitation import Observable, directions, pointing_up
 
 Motion = Mapping[str, float]
 
@@ -19,9 +19,9 @@ class LevelledPlate:
     excites = frozenset({"gravity", "temperature"})
 
     @property
-    def observes(self) -> frozenset[str]:
+    def observes(self) -> Set[str]:
         """Errors, as `accelerometer.bias`, that its records can show."""
-        return observable(self.excites)
+        return Observable(self.excites)
 
     def motions(
         self,

@@ -8,12 +8,13 @@ A table of one axis cannot turn over: the operator remounts the unit between its
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from itertools import cycle, islice, product
 
 import numpy as np
 
-from planner.benches._excitation import RATES_DPS, chosen, directions, observable, pointing_up
+from planner.benches._excitation import RATES_DPS, Observable, chosen, directions, pointing_up
+from planner.catalog import effects
 
 Motion = Mapping[str, float]
 
@@ -25,9 +26,9 @@ class RateTable:
     excites = frozenset({"rate", "gravity", "temperature"})
 
     @property
-    def observes(self) -> frozenset[str]:
+    def observes(self) -> Set[str]:
         """Errors, as `gyro.scale_factor`, that its records can show."""
-        return observable(self.excites)
+        return Observable(self.excites)
 
     def motions(
         self,
@@ -49,8 +50,10 @@ class RateTable:
 
 
 def _needs_turns(error: str) -> bool:
-    sensor, _, effect = error.partition(".")
-    return sensor == "gyro" and effect.startswith(("scale_factor", "misalignment"))
+    """Whether the error enters by the rate: the table cannot show it at rest."""
+    sensor, _, name = error.partition(".")
+    effect = effects().get(name)
+    return sensor == "gyro" and effect is not None and effect.group != "bias"
 
 
 def _rests(axes: int) -> list[Motion]:

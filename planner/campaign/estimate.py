@@ -26,8 +26,9 @@ from planner.campaign.spread import (
 )
 from planner.measurement import ChannelModel, Parts, evaluate, jacobian
 from planner.records import Array
-from planner.solvers.least_squares import least_squares
+from planner.solvers.least_squares import factors, least_squares
 from planner.solvers.mixed_model import MixedFit, mixed_fit
+from planner.solvers.random_effects import covariance
 from planner.solvers.reml import Variances
 from planner.spec.model import Spec
 
@@ -112,15 +113,17 @@ def _fitted(
         if given is None and (turn == 0 or robust != "no" or _moved(model, step, error)):
             every = noise_model(model, parts, runs, spec.unit, weights)
             before, notes = measured_variances(left, J, prior, every, spec, before)
-        noise, variances = before  # type: ignore[misc]
-        fit = solved(left + J @ theta, J, prior, noise, variances)
-        step = limited(model, theta, fit.coefficients) - theta
+        assert before is not None  # given, or measured in the first turn
+        noise, variances = before
+        target = left + J @ theta
+        found, error, white = weighed(target, J, prior, noise, variances)
+        step = limited(model, theta, found) - theta
         theta = theta + step
-        error = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
         if robust != "no":
-            weights = _weights(fit.whitened * np.sqrt(1.0 / weights), robust)
+            weights = _weights(white * np.sqrt(1.0 / weights), robust)
         if robust == "no" and np.all(np.abs(step) <= _SETTLED * error + 1e-15):
             break
+    fit = solved(target, J, prior, noise, variances)
     parts = evaluate(model, theta)
     far = int(np.sum(np.abs(fit.whitened) > FAR))
     if far and robust == "no":
@@ -128,6 +131,22 @@ def _fitted(
     notes = [*notes, *_slow(fit.whitened, runs)]
     residual = y - parts.predicted
     return Estimate(model, theta, parts, J, fit, noise, variances, prior, weights, residual, tuple(notes))
+
+
+def weighed(
+    y: Array, J: Array, prior: Prior, noise: Noise, variances: Variances
+) -> tuple[Array, Array, Array]:
+    """Coefficients (p,), their errors (p,) and white residuals (n,), V as it is: for the steps of a fit."""
+    n, p = J.shape
+    X, target = augmented(y, J, prior)
+    effects, full = noise.effects, variances
+    if len(prior.sigma):
+        effects, full = augmented_effects(effects, prior), augmented_variances(effects, variances)
+    white = covariance(effects, full.theta).whiten(np.column_stack([X, target]))
+    found = factors(white[:, :-1])
+    beta = found.to_coefficients @ (found.basis.T @ white[:, -1])
+    error = np.sqrt(np.sum(found.to_coefficients**2, axis=1))
+    return beta[:p], error[:p], (white[:, -1] - white[:, :-1] @ beta)[:n]
 
 
 def solved(y: Array, J: Array, prior: Prior, noise: Noise, variances: Variances) -> MixedFit:

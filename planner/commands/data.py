@@ -77,7 +77,7 @@ def simulate(
 ) -> None:
     """Simulate the bench campaign of a plan, with any undeclared effects; truth beside the data.
 
-    --hidden takes EFFECT=VALUE and nonlinear parameters: "warm_up=0.01 deg/s,time_constant=600 s".
+    --hidden takes EFFECT=VALUE and the effect's parameters: "warm_up=0.01 deg/s,time_constant=600 s".
 
     Example: planner simulate spec.yaml --plan plans/spec --hidden g_sensitivity=0.01deg/s/g -o data.csv
     """
@@ -134,6 +134,7 @@ def calibrate(
     """
     from planner.export.calibration import calibration_document, read_tables
     from planner.export.calibration_files import calibration_files, unit_folders
+    from planner.export.firmware import left_out_notes
     from planner.learn.methods import fit_options
     from planner.pipelines import data as data_pipeline
     from planner.report.calibration import print_calibration
@@ -151,7 +152,7 @@ def calibrate(
             files[place / "before_after.svg"] = before_after_svg(calibration)
     deliver(
         files,
-        [note for calibration in found for note in calibration.notes],
+        [note for c in found for note in (*c.notes, *left_out_notes(c))],
         of_units([calibration_document(calibration) for calibration in found]),
         lambda to: print_calibration(found, to),
         as_json,

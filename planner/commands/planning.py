@@ -77,7 +77,7 @@ def plan(
 
     Example: planner plan requirements_specs/small_uav.yaml -o plans/small_uav
     """
-    from planner.export.csv import steps_text
+    from planner.export.formats.csv import steps_text
     from planner.export.json import plan_document, plan_text
     from planner.pipelines import planning as pipeline
     from planner.report.html import report_html

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,8 +43,17 @@ def calibration_document(calibration: Calibration) -> dict[str, Any]:
         "data": calibration.source,
         "spec": {"name": calibration.spec_name, "sha256": calibration.spec_sha256},
         "sensors": {s.sensor: _sensor(s) for s in calibration.sensors},
+        **_plugins(calibration),
         "notes": list(calibration.notes),
     }
+
+
+def _plugins(calibration: Calibration) -> dict[str, Any]:
+    """The effects of other packages that correcting needs, and where they come from; no key without any."""
+    names = sorted({e.effect for s in calibration.sensors for e in s.tables.extra})
+    origins = [catalog.origins("effects")[name] for name in names]
+    found = [origin.document() for origin in origins if origin.foreign]
+    return {"plugins": found} if found else {}
 
 
 def calibration_text(calibration: Calibration) -> str:
@@ -168,9 +177,9 @@ def read_tables(path: Path) -> dict[Sensor, Tables]:
     file = path / "calibration.json" if path.is_dir() else path
     try:
         document = json.loads(file.read_bytes())
-        return {
-            s: _tables_from(document["sensors"][s]["tables"], s) for s in SENSORS if s in document["sensors"]
-        }
+        sensors = {s: document["sensors"][s]["tables"] for s in SENSORS if s in document["sensors"]}
+        _check_effects(sensors, document.get("plugins", []), file)
+        return {s: _tables_from(tables, s) for s, tables in sensors.items()}
     except OSError as error:
         raise InputError(f"cannot read {file}: {error.strerror}") from error
     except (KeyError, TypeError, ValueError, RecursionError) as error:
@@ -204,6 +213,22 @@ def _check_tables(tables: Tables) -> None:
     numbers = [tables.temperature_degc, tables.bias, tables.scale, tables.asymmetry, tables.misalignment]
     if not all(np.isfinite(x).all() for x in numbers) or (np.diff(tables.temperature_degc) <= 0).any():
         raise ValueError("its tables are not finite, or their temperatures do not rise")
-    unknown = {e.effect for e in tables.extra} - set(catalog.effects())
-    if unknown:
-        raise ValueError(f"unknown effects {sorted(unknown)}")
+
+
+def _check_effects(
+    sensors: Mapping[Sensor, Mapping[str, Any]], plugins: Sequence[Mapping[str, Any]], file: Path
+) -> None:
+    """Raises InputError for effects that nothing here offers, ValueError for terms that they do not have."""
+    known = catalog.effects()
+    packages = {p["name"]: f"{p['distribution']} {p['version']}" for p in plugins}
+    for sensor, tables in sensors.items():
+        for e in tables["extra"]:
+            name = e["effect"]
+            if name not in known:
+                whose = f"install {packages[name]}" if name in packages else "install the package that has it"
+                raise InputError(f"{file} needs the effect {name!r}, which is not installed here; {whose}")
+            terms = [t.name for t in known[name].terms(sensor)] if sensor in known[name].sensors else []
+            strange = set(e["nonlinear_si"]) - set(known[name].nonlinear)
+            if e["term"] not in terms or strange:
+                what = f"no parameter {sorted(strange)[0]!r}" if strange else f"no term {e['term']!r}"
+                raise ValueError(f"{name} has {what} on {sensor}s")

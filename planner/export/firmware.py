@@ -3,20 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.calibration import Calibration, ExtraTerm, SensorCalibration
+from planner import catalog
+from planner.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
+from planner.effects import sensed
+from planner.effects._dependence import IN_USE_DEGC, random_conditions
 from planner.effects.scale_factor_nonlinearity import REFERENCE_INPUT
-from planner.records import Array
-from planner.units import from_si, unit_factor
+from planner.records import Array, Conditions
+from planner.units import STANDARD_GRAVITY_MPS2, from_si, unit_factor
 
 Float32 = NDArray[np.float32]
 AXES = ("x", "y", "z")
+# what the layout has arrays and equations for; whatever else a calibration holds is left out, and said
 HELD = {"temperature_rate", "warm_up", "g_sensitivity", "scale_factor_nonlinearity"}
+ROWS = 2000
+LOAD_MPS2 = 50.0 * STANDARD_GRAVITY_MPS2
+RATE_RADPS = float(np.radians(500.0))
 OUTPUT_UNIT = {"gyro": "deg/s", "accelerometer": "g"}
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """An effect of the calibration that the arrays have no place for.
+
+    size: the most that it adds to a channel, in the sensor's output unit, or as a share of the input
+    """
+
+    effect: str
+    size: float
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.effect}, up to {self.size:.2g} {self.unit}"
 
 
 @dataclass(frozen=True)
@@ -27,7 +49,7 @@ class FirmwareTables:
     drift: (3,) per K/min of temperature rate; warm_up: (3,) at power-on; time_constant: (3,) s
     acceleration: (3, 3) bias per g of body axes (zero for accelerometers)
     nonlinearity: (3,) cubic, at the input `full_scale`; alignment: (3, 3) inverse of the misalignment matrix
-    left_out: effects of the calibration that these arrays have no place for
+    left_out: what these arrays have no place for
     """
 
     sensor: str
@@ -43,7 +65,7 @@ class FirmwareTables:
     acceleration: Float32
     nonlinearity: Float32
     alignment: Float32
-    left_out: tuple[str, ...]
+    left_out: tuple[LeftOut, ...]
 
     def arrays(self) -> dict[str, Float32]:
         """The arrays by name, in the order of the binary image."""
@@ -86,7 +108,7 @@ def _of_sensor(found: SensorCalibration) -> FirmwareTables:
         acceleration=_shown(sorted_out.matrix("g_sensitivity"), f"{unit}/g"),
         nonlinearity=sorted_out.channels("scale_factor_nonlinearity").astype(np.float32),
         alignment=np.linalg.inv(t.misalignment).astype(np.float32),
-        left_out=sorted_out.others(),
+        left_out=_left_out(found),
     )
 
 
@@ -120,8 +142,50 @@ class _Extras:
         """Amplitudes and time constants; 1 s where there is none."""
         tau = np.ones(3)
         for e in self.of("warm_up"):
-            tau[AXES.index(e.term)] = e.nonlinear["time_constant"]
+            shape = {**catalog.effects()["warm_up"].nonlinear, **e.nonlinear}
+            tau[AXES.index(e.term)] = shape["time_constant"]
         return self.channels("warm_up"), tau
 
-    def others(self) -> tuple[str, ...]:
-        return tuple(sorted({e.effect for e in self.terms} - HELD))
+
+# ---------------------------------------------------------------- what has no place
+
+
+def _left_out(found: SensorCalibration) -> tuple[LeftOut, ...]:
+    names = sorted({e.effect for e in found.tables.extra} - HELD)
+    return tuple(_size(found, name) for name in names)
+
+
+def _size(found: SensorCalibration, name: str) -> LeftOut:
+    """The largest over the table's temperatures, 2 h of power-on, a year, up to 500 deg/s and 50 g."""
+    effect, unit = catalog.effects()[name], OUTPUT_UNIT[found.sensor]
+    conditions = _in_use(found.tables)
+    terms = [t.name for t in effect.terms(found.sensor)]
+    added = np.zeros((ROWS, 3))
+    for e in found.tables.extra:
+        if e.effect == name:
+            regressors = effect.regressors(found.sensor, conditions, e.nonlinear)
+            added += e.value * regressors[:, :, terms.index(e.term)]
+    if effect.group == "bias":
+        return LeftOut(name, float(from_si(float(np.abs(added).max()), unit)), unit)
+    u = np.linalg.norm(sensed(found.sensor, conditions), axis=1, keepdims=True)
+    share = np.divide(np.abs(added), u, out=np.zeros_like(added), where=u > 0.0)
+    return LeftOut(name, 100.0 * float(share.max()), "% of the input")
+
+
+def _in_use(tables: Tables) -> Conditions:
+    nodes = tables.temperature_degc
+    degc = (float(nodes[0]), float(nodes[-1])) if len(nodes) > 1 else IN_USE_DEGC
+    rows = random_conditions(np.random.default_rng(0), ROWS, degc)  # the same every time
+    rate = rows.rate * (RATE_RADPS / max(float(np.linalg.norm(rows.rate, axis=1).max()), 1e-300))
+    force = np.linalg.norm(rows.specific_force, axis=1, keepdims=True)
+    return replace(rows, rate=rate, specific_force=rows.specific_force * np.minimum(1.0, LOAD_MPS2 / force))
+
+
+def left_out_notes(calibration: Calibration) -> list[str]:
+    """A sentence for each sensor of which the C header and the binary image do not hold all."""
+    return [
+        f"calibration.h and calibration.bin have no place for {'; '.join(map(str, t.left_out))} of the "
+        f"{t.sensor}s: firmware leaves that uncorrected; calibration.json and `planner apply` have it"
+        for t in firmware_tables(calibration)
+        if t.left_out
+    ]

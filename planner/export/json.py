@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from planner.export.header import sealed
-from planner.protocols import Exported, ExportOptions
 from planner.records import (
     Achieved,
     Allowance,
@@ -90,6 +89,7 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
             for p in plan.trade_off
         ],
         "notes": list(plan.notes),
+        **({"plugins": [used.document() for used in plan.plugins]} if plan.plugins else {}),
         "steps": [step_document(step) for step in plan.steps],
     }
 
@@ -215,22 +215,3 @@ def _genetic(genetic: GeneticPlan, plan: Plan) -> Mapping[str, Any]:
             for point in genetic.front
         ],
     }
-
-
-class Json:
-    """The plan itself with the JSON Schema that describes it."""
-
-    name = "json"
-    suffix = ".json"
-    dialects: tuple[str, ...] = ()
-
-    def files(self, document: Mapping[str, Any], options: ExportOptions) -> Exported:
-        """plan.json, which names its schema by `$schema`, and the schema beside it."""
-        from planner.export.plan_schema import SCHEMA_FILE, plan_schema_text
-
-        body = {key: value for key, value in document.items() if key != "$schema"}
-        plan = document_text({"$schema": SCHEMA_FILE, **body})
-        return Exported({"plan.json": plan, SCHEMA_FILE: plan_schema_text()})
-
-
-FORMAT = Json()

@@ -233,6 +233,15 @@ class TradeOffFigures(Part):
     proved: bool
 
 
+class PluginFigures(Part):
+    """A plug-in of another package that the spec names, and the version of that package."""
+
+    kind: str
+    name: str
+    distribution: str
+    version: str
+
+
 class PlannedStep(BenchPart):
     """One action on one bench; times in seconds from the start of the campaign.
 
@@ -279,6 +288,7 @@ class PlanDocument(Part):
     shifts: list[ShiftHours] = []
     savings: list[SavingFigures] = []
     trade_off: list[TradeOffFigures] = []
+    plugins: list[PluginFigures] = []
     notes: list[str]
     steps: list[PlannedStep]
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ from planner.errors import InputError
 from planner.fleet.allowed_region import ALL_AXES, AllowedRegion
 from planner.measured import DwellTable
 from planner.plan.confidence import spread_at
-from planner.protocols import SENSORS, Sensor
+from planner.protocols import SENSORS, Group, Sensor
 from planner.records import Array, Conditions, ErrorModel
 from planner.sensor import ErrorName
 
@@ -32,7 +33,7 @@ AXES = ("x", "y", "z")
 CONTRADICTED = 0.01  # probability below which the spread of the budgets is not believed
 _LEAST_NOISE = 1e-3  # of the run-to-run: rounding of the readings is below that
 # terms that others are dropped for when a check cannot tell them apart, first the ones that stay
-_PRIORITY = ("bias", "scale_factor", "misalignment")
+_PRIORITY: tuple[str, ...] = get_args(Group)  # every group is called after its plain effect
 
 Indices = NDArray[np.int64]
 

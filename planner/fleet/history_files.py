@@ -140,8 +140,8 @@ def _parts(name: str) -> tuple[str, str, bool, str]:
 def _known_term(sheet: _Sheet, line: int, error: str, term: str) -> str | None:
     """The display unit of an error, None with a fault when it or its term does not exist."""
     sensor, _, effect = error.partition(".")
-    every = [f"{s}.{e}" for e, one in catalog.effects().items() for s in one.sensors]
     if sensor not in SENSORS or effect not in catalog.effects():
+        every = [f"{s}.{e}" for e, one in catalog.effects().items() for s in one.sensors]
         near = difflib.get_close_matches(error, every, 1, 0.6)
         sheet.fault(line, error, f"unknown error{f'; did you mean {near[0]}?' if near else ''}")
         return None

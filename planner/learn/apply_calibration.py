@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
@@ -14,12 +14,14 @@ import numpy as np
 from planner.calibration import Tables
 from planner.errors import InputError
 from planner.learn.column_map import ColumnMap
-from planner.learn.correction import corrected
+from planner.learn.correction import corrected, needing
 from planner.learn.dwell_files import SUFFIXES, read_dwells, write_dwells
+from planner.learn.raw_to_dwells import sampling_rate
 from planner.learn.recording import READ, Account, Recording, Samples, reader_of
-from planner.learn.temperature import POSSIBLE_DEGC
+from planner.learn.temperature import POSSIBLE_DEGC, rates
+from planner.learn.windows import windows_of
 from planner.measured import DwellTable
-from planner.protocols import Sensor
+from planner.protocols import Condition, Sensor
 from planner.records import Array
 from planner.units import unit_factor
 
@@ -29,8 +31,6 @@ COLUMNS = (
     *(f"gyro_{axis}_dps" for axis in "xyz"),
     *(f"acc_{axis}_g" for axis in "xyz"),
 )
-OF_THE_DAY = ("ageing", "bias_step")
-OF_THE_FORCE = ("g_sensitivity", "g_squared_sensitivity", "scale_factor_acceleration", "arm_bending")
 
 
 def is_dwell_table(path: Path) -> bool:
@@ -47,7 +47,8 @@ def correct_dwells(path: Path, out: Path, tables: Mapping[Sensor, Tables]) -> tu
     _refuse_same(path, out)
     table = corrected(read_dwells(path), tables)
     write_dwells(table, out)
-    return len(table), [*table.notes, *_beyond(table.temperature_degc, tables)]
+    notes = [*table.notes, *_lacking(table, tables)]
+    return len(table), [*notes, *_beyond(table.temperature_degc, tables)]
 
 
 def correct_recording(
@@ -63,7 +64,7 @@ def correct_recording(
     _refuse_same(path, out)
     recording = Recording(path, columns)
     account = Account()
-    seen = _Warmth(tables)
+    seen = _Warmth(tables, _warming(recording, tables))
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{out.name}.", dir=out.parent)
@@ -87,11 +88,27 @@ def _refuse_same(path: Path, out: Path) -> None:
         raise InputError(f"{out} is the recording itself; write the corrected one elsewhere")
 
 
+Warming = tuple[Array, Array]  # times and K/s at them, one at least
+
+
+def _warming(recording: Recording, tables: Mapping[Sensor, Tables]) -> Warming | None:
+    """dT/dt over the recording, where an effect needs it and the temperature tells it.
+
+    The file is read once more for that: the slope at an instant needs the five seconds after it too, and must
+    not depend on where a block ends.
+    """
+    if not _asking(tables, "temperature_rate") or recording.columns.temperature is None:
+        return None
+    at, rate = rates(windows_of(recording.samples(Account()), sampling_rate(recording)))
+    return (at, rate) if len(at) else None
+
+
 @dataclass
 class _Warmth:
     """The temperature at which each sample is corrected: the last one that the sensor gave alive."""
 
     tables: Mapping[Sensor, Tables]
+    warming: Warming | None = None
     last: float = np.nan
     low: float = np.inf
     high: float = -np.inf
@@ -112,6 +129,10 @@ class _Warmth:
         self.low, self.high = min(self.low, float(found.min())), max(self.high, float(found.max()))
         return np.asarray(found)
 
+    def rate(self, samples: Samples) -> Array:
+        """(n,) K/s; zero where the recording does not tell."""
+        return np.zeros(len(samples)) if self.warming is None else np.interp(samples.time, *self.warming)
+
     def _middle(self) -> float:
         return float(np.median(next(iter(self.tables.values())).temperature_degc)) if self.tables else 20.0
 
@@ -121,6 +142,9 @@ class _Warmth:
             yield f"the recording has no temperature: corrected as at {self._middle():.1f} degC"
         elif self.held:
             yield f"the temperature sensor is dead in {self.held} samples: corrected at its last reading"
+        names = _asking(self.tables, "temperature_rate")
+        if names and self.warming is None:
+            yield f"the recording does not tell the rate of temperature: {joined(names)} not corrected"
 
 
 # ---------------------------------------------------------------- blocks
@@ -135,12 +159,12 @@ def _write(
     file.write((",".join(COLUMNS) + "\n").encode())
     style = csv.WriteOptions(include_header=False, quoting_style="none")
     for samples in recording.samples(account):
-        block = _corrected_block(samples, seen.at(samples), recording.columns, tables)
+        block = _corrected_block(samples, seen, recording.columns, tables)
         csv.write_csv(pa.table(dict(zip(COLUMNS, block.T, strict=True))), file, style)
 
 
 def _corrected_block(
-    samples: Samples, warmth: Array, columns: ColumnMap, tables: Mapping[Sensor, Tables]
+    samples: Samples, warmth: _Warmth, columns: ColumnMap, tables: Mapping[Sensor, Tables]
 ) -> Array:
     """(n, 8) values of COLUMNS."""
     table = corrected(_as_dwells(samples, warmth, columns), tables)
@@ -151,7 +175,7 @@ def _corrected_block(
     return np.column_stack([samples.time, samples.temperature_degc, readings])
 
 
-def _as_dwells(samples: Samples, warmth: Array, columns: ColumnMap) -> DwellTable:
+def _as_dwells(samples: Samples, warmth: _Warmth, columns: ColumnMap) -> DwellTable:
     """Every sample as a record of its own."""
     n, zero = len(samples), np.zeros(len(samples))
     return DwellTable(
@@ -160,8 +184,8 @@ def _as_dwells(samples: Samples, warmth: Array, columns: ColumnMap) -> DwellTabl
         day=np.full(n, columns.day or 0.0),
         time_on=samples.time + (columns.time_on or 0.0),
         duration=zero,
-        temperature_degc=warmth,
-        temperature_rate=zero,
+        temperature_degc=warmth.at(samples),
+        temperature_rate=warmth.rate(samples),
         ref_rate=None,
         ref_acc=None,
         gyro=samples.values[:, :3] if columns.gyro is not None else None,
@@ -172,21 +196,48 @@ def _as_dwells(samples: Samples, warmth: Array, columns: ColumnMap) -> DwellTabl
 # ---------------------------------------------------------------- notes
 
 
+def _asking(tables: Mapping[Sensor, Tables], condition: Condition) -> list[str]:
+    """Names of the effects of either sensor that need a condition."""
+    return list(dict.fromkeys(name for sensor in tables for name in needing(tables, sensor, condition)))
+
+
+def joined(names: Sequence[str]) -> str:
+    """`ageing is` or `ageing, bias_step are`: the subject of a sentence."""
+    return f"{', '.join(names)} {'is' if len(names) == 1 else 'are'}"
+
+
 def _missing(recording: Recording, tables: Mapping[Sensor, Tables]) -> Iterator[str]:
     """What the calibration asks for and the recording does not hold."""
-    effects = {e.effect for t in tables.values() for e in t.extra}
     columns = recording.columns
-    if "temperature_rate" in effects:
-        yield "a recording has no temperature rate: that effect is not corrected"
-    if effects.intersection(OF_THE_DAY) and columns.day is None:
-        yield "the map gives no day: effects over days are corrected as on day 0"
-    if "warm_up" in effects and columns.time_on is None:
-        yield "the map gives no time_on: time since power-on counts from the first sample"
-    if columns.acc is None and effects.intersection(OF_THE_FORCE):
-        yield "the recording has no accelerometers: what the specific force adds to the gyros stays"
+    of_the_day, since_power_on = _asking(tables, "day"), _asking(tables, "time_on")
+    if of_the_day and columns.day is None:
+        yield f"the map gives no day: {joined(of_the_day)} corrected as on day 0"
+    if since_power_on and columns.time_on is None:
+        yield (
+            f"the map gives no time_on: {joined(since_power_on)} corrected with time since power-on "
+            "counted from the first sample"
+        )
+    by_force, by_rate = needing(tables, "gyro", "specific_force"), needing(tables, "accelerometer", "rate")
+    if columns.acc is None and by_force:
+        yield f"the recording has no accelerometers: {joined(by_force)} not corrected on the gyros"
+    if columns.gyro is None and by_rate:
+        yield f"the recording has no gyros: {joined(by_rate)} not corrected on the accelerometers"
     for sensor, part in (("gyro", columns.gyro), ("accelerometer", columns.acc)):
         if part is not None and sensor not in tables:
             yield f"the calibration has no {sensor}: its readings are as they were"
+
+
+def _lacking(table: DwellTable, tables: Mapping[Sensor, Tables]) -> Iterator[str]:
+    """What the calibration asks for and a dwell table does not hold."""
+    columns: tuple[tuple[Condition, str, str], ...] = (
+        ("temperature_rate", "temp_rate_degc_min", "at a steady temperature"),
+        ("time_on", "time_on_s", "as at power-on"),
+        ("day", "day", "as on day 0"),
+    )
+    for condition, column, how in columns:
+        names = _asking(tables, condition)
+        if names and column in table.absent:
+            yield f"the table has no column {column}: {joined(names)} corrected {how}"
 
 
 def _losses(account: Account) -> Iterator[str]:

@@ -1,24 +1,28 @@
 """A calibration's tables applied to readings: y = (1 + κ)(M u) + b solved for u.
 
-Bias effects that depend on the specific force take the corrected accelerometers, so these come first.
+What the gyros need of the specific force is taken from the corrected accelerometers, so these come first;
+where an effect makes these in turn need the rate, they are corrected once more, with the corrected gyros.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 from planner import catalog, measurement
 from planner.calibration import Tables
+from planner.effects._dependence import depends_on
 from planner.measured import DwellTable
 from planner.measurement import Acting
-from planner.protocols import SENSORS, Sensor
+from planner.protocols import SENSORS, Condition, Sensor
 from planner.records import Array, Conditions
 from planner.temperature_table import hats
 
-_RATE, _FORCE = "rate", "specific_force"
+_RATE: Condition = "rate"
+_FORCE: Condition = "specific_force"
 
 
 def corrected(table: DwellTable, tables: Mapping[Sensor, Tables]) -> DwellTable:
@@ -28,14 +32,30 @@ def corrected(table: DwellTable, tables: Mapping[Sensor, Tables]) -> DwellTable:
         rate=np.zeros((len(table), 3)) if table.gyro is None else table.gyro,
         specific_force=_force(table),
     )
-    found: dict[Sensor, Array | None] = {"gyro": table.gyro, "accelerometer": table.acc}
-    for sensor in reversed(SENSORS):
-        readings = found[sensor]
-        if readings is not None and sensor in tables:
-            true = true_input(readings, tables[sensor], sensor, conditions)
+    readings: dict[Sensor, Array | None] = {"gyro": table.gyro, "accelerometer": table.acc}
+    found = dict(readings)
+    rounds = 2 if needing(tables, "accelerometer", _RATE) and "gyro" in tables else 1
+    for sensor in SENSORS[::-1] * rounds:
+        y = readings[sensor]
+        if y is not None and sensor in tables:
+            true = true_input(y, tables[sensor], sensor, conditions)
             conditions = replace(conditions, **{_RATE if sensor == "gyro" else _FORCE: true})
             found[sensor] = true
     return replace(table, gyro=found["gyro"], acc=found["accelerometer"])
+
+
+def needing(tables: Mapping[Sensor, Tables], sensor: Sensor, condition: Condition) -> list[str]:
+    """Names of the effects outside a sensor's temperature tables that need a condition, in their order."""
+    terms = tables[sensor].extra if sensor in tables else ()
+    shapes = {t.effect: tuple(sorted(t.nonlinear.items())) for t in terms}
+    return [name for name, shape in shapes.items() if _needs(name, sensor, condition, shape)]
+
+
+@lru_cache(maxsize=256)
+def _needs(name: str, sensor: Sensor, condition: Condition, shape: tuple[tuple[str, float], ...]) -> bool:
+    """Whether it needs that on this sensor: one with `rate, specific_force` may take what is sensed."""
+    effect = catalog.effects()[name]
+    return condition in effect.needs and depends_on(effect, sensor, condition, dict(shape))
 
 
 def _force(table: DwellTable) -> Array:

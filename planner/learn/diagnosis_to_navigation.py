@@ -32,9 +32,6 @@ from planner.solvers.gaussian_length import percentile
 from planner.solvers.least_squares import least_squares
 from planner.spec.model import Given, Spec
 
-OF_THE_DAY = frozenset({"ageing", "bias_step"})
-"""Effects that depend on the day: the flight comes after the campaign, not before it."""
-
 _ROUNDING = 1e-9  # of a requirement's limit: what the integration leaves of nothing
 
 Column = Callable[[Conditions], Array]
@@ -69,9 +66,10 @@ def navigation_costs(
     how = "the found effects flown on the spec's trajectory"
     if isinstance(spec.sensitivities, Given):
         how += "; the spec's published coefficients say nothing of them"
-    if last_day > trajectory.day and {e.effect for e in found} & OF_THE_DAY:
+    known = {e.effect: catalog.effects()[e.effect] for e in found}
+    if last_day > trajectory.day and any("day" in effect.needs for effect in known.values()):
         how += f"; on the last day of the data, {last_day:.3g}"
-    bench = sorted({e.effect for e in found} & catalog.bench_only())
+    bench = sorted(name for name, effect in known.items() if effect.bench_only)
     if bench:
         how += f"; {', '.join(bench)} does not fly: what counts is how it bends the declared coefficients"
     return tuple(
@@ -85,7 +83,7 @@ def _cost(bound: Sequence[Constraint], terms: Sequence[_Term], confidence: float
     half = np.array([t.half for t in terms])
     flight, taken = (np.array([_vectors(c, terms, kind) for c in bound]) for kind in ("flight", "taken"))
     as_calibrated = np.linalg.norm(np.einsum("itk,t->ik", flight - taken, values), axis=1)
-    bench = np.array([ErrorName(t.error).effect in catalog.bench_only() for t in terms])
+    bench = np.array([catalog.effects()[ErrorName(t.error).effect].bench_only for t in terms])
     own = np.where(bench[None, :, None], -taken, flight)
     before = np.linalg.norm(np.einsum("itk,t->ik", own, values), axis=1)
     if before.max() <= _ROUNDING * bound[0].limit:
@@ -146,7 +144,7 @@ def _linear(
         added = _regressor(found, term.name, conditions, found.nonlinear)
         return added * (np.array(list(AXES)) == term.channel[-1]) if shared else added
 
-    if found.effect in catalog.bench_only():
+    if catalog.effects()[found.effect].bench_only:
         own: Column = _nothing
     else:
         own = flight
@@ -169,7 +167,7 @@ def _nonlinear(
     found: FoundEffect, term: FoundTerm, linear: Sequence[FoundTerm], confidence: float
 ) -> _Term | None:
     """What half the parameter's interval changes in flight, as a term of unit half-width and no value."""
-    if found.effect in catalog.bench_only() or not np.isfinite([term.low, term.high]).all():
+    if catalog.effects()[found.effect].bench_only or not np.isfinite([term.low, term.high]).all():
         return None
     share = _half(term, confidence) / max(abs(term.high - term.low) / 2.0, 1e-300)
 

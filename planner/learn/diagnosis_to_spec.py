@@ -27,8 +27,6 @@ from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, Spec
 from planner.units import Quantity, from_si
 
-PLAIN = {"bias_temperature": "bias", "scale_factor_temperature": "scale_factor"}
-PLAIN["misalignment_temperature"] = "misalignment"
 _WHITE = {"gyro": 2e-5, "accelerometer": 1e-3}  # rad/s, m/s²: a record's noise when the diagnosis has none
 _RECORD_S = 60.0
 
@@ -141,15 +139,16 @@ def _enter(
     """Budget and test of one found effect: what was changed, what to know."""
     error = f"{found.sensor}.{found.effect}"
     notes = _doubts(found)
-    if found.effect in catalog.bench_only():
+    effect = catalog.effects()[found.effect]
+    if effect.bench_only:
         return [], [*notes, f"{error} is an effect of the bench: it is fitted, and has no budget in flight"]
-    if found.effect in PLAIN:
-        return [], notes + _table_needed(spec, found)
+    if effect.temperature_of is not None:
+        return [], notes + _table_needed(spec, found, effect.temperature_of)
     if found.effect in getattr(spec.unit, found.sensor):
         return [], [*notes, f"{error} has a budget already: it is kept"]
     size, left = _size(found)
     test = None if isinstance(spec.sensitivities, Given) else _test(spec, found, size, diagnosis)
-    unit = catalog.effects()[found.effect].units[found.sensor]
+    unit = effect.units[found.sensor]
     parts = {"systematic": _written(size if test else left, unit)}
     if test:
         parts["run_to_run"] = _written(test.spread, unit)
@@ -177,14 +176,14 @@ def _doubts(found: FoundEffect) -> list[str]:
     if found.rivals:
         others = ", ".join(dict.fromkeys(r.effect for r in found.rivals))
         notes.append(f"{error} cannot be told from {others} by these data; next_measurement says what would")
-    for name, value in found.nonlinear.items():
-        usual = catalog.effects()[found.effect].nonlinear[name]
-        notes.append(f"{error}: the plan takes {name} {usual:g}, its usual value; the data say {value:.4g}")
+    for p in catalog.effects()[found.effect].parameters:
+        if p.name in found.nonlinear:
+            usual, said = (p.shown(x) for x in (p.default, found.nonlinear[p.name]))
+            notes.append(f"{error}: the plan takes {p.name} {usual}, its usual value; the data say {said}")
     return notes
 
 
-def _table_needed(spec: Spec, found: FoundEffect) -> list[str]:
-    plain = PLAIN[found.effect]
+def _table_needed(spec: Spec, found: FoundEffect, plain: str) -> list[str]:
     budget: ErrorBudget | None = getattr(spec.unit, found.sensor).get(plain)
     if budget is not None and budget.temperature_residual is not None:
         return []

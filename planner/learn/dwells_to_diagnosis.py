@@ -62,7 +62,11 @@ def diagnose(
         untestable=tuple(untestable),
         evidence=tuple(e for s in found for e in evidence(s, data)),
         assumptions=tuple(a for s in found for a in assumptions(s, spec)),
-        notes=(*data.notes, *_notes(found, data)),
+        notes=(
+            *data.notes,
+            *_notes(found, data),
+            *(f"not looked for: {one}" for one in catalog.unloadable("effects")),
+        ),
     )
 
 

@@ -83,7 +83,7 @@ def reader_of(path: Path, name: str | None = None) -> RawReader:
     if name is not None:
         if name not in readers:
             raise InputError(f"no reader is called {name!r}; there are {', '.join(readers)}")
-        return readers[name]  # type: ignore[no-any-return]
+        return readers[name]
     try:
         with path.open("rb") as file:
             head = file.read(HEAD_BYTES)
@@ -93,8 +93,9 @@ def reader_of(path: Path, name: str | None = None) -> RawReader:
         raise InputError(f"{path} is empty")
     for reader in sorted(readers.values(), key=lambda r: r.name == "text"):  # text takes what is left
         if reader.recognises(path, head):
-            return reader  # type: ignore[no-any-return]
-    raise InputError(f"{path} is of no format that can be read; there are {', '.join(readers)}")
+            return reader
+    broken = "".join(f"; {one}" for one in catalog.unloadable("readers"))
+    raise InputError(f"{path} is of no format that can be read; there are {', '.join(readers)}{broken}")
 
 
 class Recording:

@@ -12,6 +12,8 @@ POSSIBLE_DEGC = (-120.0, 150.0)
 SHORTEST_S = 10.0  # K 2.4: the rate is known over windows of at least 10 s
 JUMP_K = 5.0  # between windows of 50 ms; a chamber does 0.1 K/s
 FROZEN_S = 1.0
+KNOT_S = 1.0  # a tenth of the 10 s: between two slopes that share nine tenths, a line serves
+MOST_KNOTS = 1 << 16
 
 
 def alive(windows: Windows) -> NDArray[np.bool_]:
@@ -51,3 +53,21 @@ def slope(windows: Windows, living: NDArray[np.bool_], start: float, end: float)
 def _line(time: Array, value: Array) -> float:
     t = time - time.mean()
     return float(t @ (value - value.mean()) / (t @ t))
+
+
+def rates(windows: Windows) -> tuple[Array, Array]:
+    """Times (m,) s and dT/dt (m,) K/s at them, each the slope over the 10 s about it, where it is known.
+
+    At the ends of the recording the 10 s lie within it, so that the slope stays centred on what is there.
+    """
+    if len(windows) == 0:
+        return np.zeros(0), np.zeros(0)
+    start, end = float(windows.start[0]), float(windows.end[-1])
+    count = int(min(max(end - start, 0.0) / KNOT_S, MOST_KNOTS)) + 2
+    at = np.linspace(start, end, count)
+    half = min(SHORTEST_S, end - start) / 2.0
+    middle = np.clip(at, start + half, end - half)
+    living = alive(windows)
+    found = [slope(windows, living, m, m) for m in middle]
+    known = np.array([rate is not None for rate in found])
+    return at[known], np.array([rate for rate in found if rate is not None], dtype=float)

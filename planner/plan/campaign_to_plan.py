@@ -31,6 +31,7 @@ from planner.records import (
 from planner.sensor import ErrorName
 from planner.solvers.linear_combination import shares, weights
 from planner.spec.model import PercentileRule, Requirement, Spec
+from planner.spec.plugins import foreign_plugins
 from planner.units import unit_factor
 
 WEAK = 0.25  # share of the uncalibrated size above which a half-width is worth a remark
@@ -83,6 +84,7 @@ def plan_of(
             *_worn_out(spec, power_on),
         ),
         benches=planned_benches(spec),
+        plugins=foreign_plugins(spec),
     )
 
 

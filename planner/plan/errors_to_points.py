@@ -19,13 +19,6 @@ from planner.solvers.breakpoints import optimal_breakpoints, table_residual
 from planner.spec.budget import ErrorBudget, MeasuredCurve
 from planner.spec.model import Spec
 
-# Which declared effect lets a temperature table take the variation of an error out (interfaces, section 5).
-TEMPERATURE_EFFECT = {
-    "bias": "bias_temperature",
-    "scale_factor": "scale_factor_temperature",
-    "misalignment": "misalignment_temperature",
-}
-
 
 def point_menus(spec: Spec) -> tuple[PointMenu, ...]:
     """What every calibrated error may choose in every test that serves it.
@@ -108,8 +101,7 @@ def _budget(spec: Spec, error: str) -> ErrorBudget:
 
 def _removable(spec: Spec, error: str) -> bool:
     """Whether the declared model has the temperature table that takes the variation of this error out."""
-    needed = TEMPERATURE_EFFECT.get(ErrorName(error).effect)
-    return needed is None or needed not in catalog.effects() or needed in spec.effects
+    return catalog.varies_as_declared(ErrorName(error).effect, spec.effects)
 
 
 def _points_of_table(spec: Spec, error: str, table: Mapping[int, float]) -> tuple[TemperaturePoints, ...]:

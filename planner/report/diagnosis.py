@@ -148,7 +148,7 @@ def _found(diagnosis: Diagnosis, table: DwellTable) -> Iterator[Block | None]:
     for effect in dict.fromkeys(e.effect for e in found.effects):
         svg = figures.added_variable_figure(effect, found.effects, found.evidence)
         caption = (
-            f"{words.plain_name(effect).capitalize()}: each dot is a record. Across: what the effect "
+            f"{words.headed(effect)}: each dot is a record. Across: what the effect "
             "adds to it; up: what was read; both after the declared model took what it can explain. Dark: "
             "means with two standard errors, which lie on the line when the effect is the whole truth."
         )

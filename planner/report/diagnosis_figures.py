@@ -14,6 +14,7 @@ from planner.measured import DwellTable
 from planner.records import Array
 from planner.report import theme
 from planner.report.diagnosis_words import plain_name, short
+from planner.report.diagnosis_words import varies_with as in_words
 from planner.report.numbers import digits
 from planner.units import from_si
 
@@ -92,7 +93,7 @@ def unnamed_figure(
     where = ", ".join(dict.fromkeys(short(e.channel) for e, _ in shown))
     return theme.drawn(
         f"unnamed-{varies_with}",
-        f"Residual of {where} against {plain_name(varies_with)}",
+        f"Residual of {where} against {in_words(varies_with)}",
         lambda: _draw_unnamed(shown),
     )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from planner import catalog
 from planner.diagnosis import (
     LEAST_P,
     Diagnosis,
@@ -45,8 +46,15 @@ def short(channel: str) -> str:
 
 
 def plain_name(effect: str) -> str:
-    """`g sensitivity`."""
-    return effect.replace("_", " ")
+    """What people call an effect: `g-sensitivity`."""
+    known = catalog.effects()
+    return known[effect].title if effect in known else effect.replace("_", " ")
+
+
+def headed(effect: str) -> str:
+    """The same at the head of a sentence."""
+    name = plain_name(effect)
+    return name[:1].upper() + name[1:]
 
 
 def varies_with(name: str) -> str:

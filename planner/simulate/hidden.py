@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -11,14 +10,15 @@ import numpy as np
 from planner import catalog
 from planner.errors import InputError
 from planner.protocols import SENSORS, Effect, Sensor
-from planner.units import UnitError, parse, to_si, unit_factor
+from planner.spec.places import did_you_mean
+from planner.units import UnitError, parse, unit_factor
 
 
 @dataclass(frozen=True)
 class HiddenEffect:
     """size: SI, the largest of its terms (or of the one `term`); sensors: on which it acts.
 
-    nonlinear: its nonlinear parameters that are not at their defaults, SI
+    nonlinear: its nonlinear parameters that are not at their defaults, as the effect takes them
     """
 
     effect: str
@@ -32,8 +32,8 @@ class HiddenEffect:
 def hidden_effect(text: str) -> HiddenEffect:
     """Read `[sensor.]effect[.term]=value[,parameter=value…]`, e.g. `warm_up=0.01 deg/s,time_constant=600 s`.
 
-    Raises InputError for an unknown effect, sensor, term or parameter, and a value whose unit fits none of
-    its sensors.
+    Raises InputError for an unknown effect, sensor, term or parameter, a value whose unit fits none of its
+    sensors, and a parameter outside its range.
     """
     first, *others = text.split(",")
     place, equals, value = first.partition("=")
@@ -66,29 +66,26 @@ def hidden_effect(text: str) -> HiddenEffect:
 
 
 def _parameter(effect: Effect, written: str, text: str) -> tuple[str, float]:
-    """Name and SI value of one nonlinear parameter; days count as days, as everywhere."""
+    """Name and value of one nonlinear parameter, as the effect takes it."""
     name, _, value = (part.strip() for part in written.partition("="))
-    if name not in effect.nonlinear:
-        known = ", ".join(effect.nonlinear) or "none"
-        raise InputError(f"--hidden {text!r}: {effect.name} has no parameter {name!r}; it has {known}")
+    known = {p.name: p for p in effect.parameters}
+    if name not in known:
+        there = ", ".join(known) or "none"
+        raise InputError(f"--hidden {text!r}: {effect.name} has no parameter {name!r}; it has {there}")
+    p = known[name]
     try:
-        found = float(value) if name == "day" else to_si(value, "s")
-    except (UnitError, ValueError) as error:
-        example = f"{name}=30" if name == "day" else f"{name}=600 s"
-        raise InputError(f"--hidden {text!r}: {error}; write e.g. {example}") from error
-    if not 0.0 < found < 1e9:
-        raise InputError(f"--hidden {text!r}: {name} must be more than zero")
-    return name, found
+        return name, p.read(value)
+    except UnitError as error:
+        advice = "" if "write" in str(error) else f"; write e.g. {name}={p.shown(p.default)}"
+        raise InputError(f"--hidden {text!r}: {error}{advice}") from error
 
 
 def _known(name: str, text: str) -> Effect:
     effects = catalog.effects()
     if name in effects:
-        found: Effect = effects[name]
-        return found
-    close = difflib.get_close_matches(name, effects, 1)
-    hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(effects)}"
-    raise InputError(f"--hidden {text!r}: no effect is called {name!r}; {hint}")
+        return effects[name]
+    hint = did_you_mean(name, effects) or f"; there are {', '.join(effects)}"
+    raise InputError(f"--hidden {text!r}: no effect is called {name!r}{hint}")
 
 
 def _check_term(effect: Effect, sensor: Sensor, term: str | None, text: str) -> None:

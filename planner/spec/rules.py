@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from planner.spec.plugins import plugins_load
 from planner.spec.review import Review
 from planner.spec.rules_alignment import initial_alignment
 from planner.spec.rules_benches import benches
@@ -15,7 +16,12 @@ from planner.spec.rules_unit import budgets
 
 
 def review(sheet: Review) -> None:
-    """Apply every rule; faults and warnings are noted on the sheet."""
+    """Apply every rule; faults and warnings are noted on the sheet.
+
+    The rules ask the plug-ins: when one that the spec names cannot be used, that is all that is said.
+    """
+    if not plugins_load(sheet):
+        return
     for rule in (
         requirements,
         trajectory,

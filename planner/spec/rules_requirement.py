@@ -15,9 +15,6 @@ from planner.spec.sentences import faults_of
 from planner.spec.yaml12 import Path
 from planner.units import Quantity, UnitError, check_unit, dimension_of
 
-# Which effect of the declared model lets a temperature table take the variation of an error out.
-TEMPERATURE_EFFECTS = {"bias": "bias_temperature", "scale_factor": "scale_factor_temperature"}
-
 
 def unit_of(error: str) -> str | None:
     """Display unit of `gyro.bias`; None when there is no such error."""
@@ -145,18 +142,14 @@ def effects_declared(sheet: Review) -> None:
     names = sheet.spec.effects
     known = catalog.effects()
     served = {effect for _, effect, _, _ in sheet.budgets()}
-    served |= {
-        TEMPERATURE_EFFECTS[effect]
-        for _, effect, _, budget in sheet.budgets()
-        if effect in TEMPERATURE_EFFECTS and budget.temperature_residual is not None
-    }
+    varying = {e for _, e, _, budget in sheet.budgets() if budget.temperature_residual is not None}
     for index, name in enumerate(names):
         path = ("effects", index)
         if name not in known:
             sheet.fault(path, f"unknown effect '{name[:40]}'{did_you_mean(name, known)}")
         elif name in names[:index]:
             sheet.fault(path, f"'{name}' is declared twice; keep one")
-        elif name not in served and sheet.whole("unit"):
+        elif name not in served and known[name].temperature_of not in varying and sheet.whole("unit"):
             sheet.warn(
                 path, f"no budget of 'unit' speaks of '{name}', so it adds nothing to the navigation error"
             )

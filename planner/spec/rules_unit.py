@@ -11,7 +11,7 @@ from planner.sensor import ErrorName
 from planner.spec.budget import ErrorBudget, InRun, MeasuredCurve, ResidualTable, RunToRun
 from planner.spec.places import did_you_mean
 from planner.spec.review import Review
-from planner.spec.rules_requirement import TEMPERATURE_EFFECTS, wrong_unit
+from planner.spec.rules_requirement import wrong_unit
 from planner.spec.yaml12 import Path
 from planner.units import Quantity, UnitError, to_degc
 
@@ -155,8 +155,8 @@ def _uses(sheet: Review, error: str, path: Path, budget: ErrorBudget) -> None:
     if error not in sheet.calibrated():
         sheet.warn(path, "no test calibrates it: the error stays whole in the budget", key=True)
         return
-    needed = TEMPERATURE_EFFECTS.get(effect)
-    if budget.temperature_residual is not None and needed and needed not in declared:
+    if budget.temperature_residual is not None and not catalog.varies_as_declared(effect, declared):
+        needed = " or ".join(catalog.temperature_effects(effect))
         sheet.warn(
             (*path, "temperature_residual"),
             f"'effects' does not declare {needed}: temperature points take nothing out",

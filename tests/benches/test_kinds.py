@@ -147,8 +147,8 @@ def test_each_error_is_seen_where_its_cause_is_excited(error: str, kinds: set[st
 
 
 def test_without_a_chamber_temperature_stays_unseen() -> None:
-    from planner.benches._excitation import observable
+    from planner.benches._excitation import Observable
 
-    cold = observable(frozenset({"rate", "gravity"}))
+    cold = Observable(frozenset({"rate", "gravity"}))
     assert not {error for error in cold if "temperature" in error}
     assert cold < benches()["rate_table"].observes

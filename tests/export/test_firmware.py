@@ -14,7 +14,7 @@ from planner.calibration import Calibration, ExtraTerm, SensorCalibration, Table
 from planner.errors import InputError
 from planner.export.binary_image import binary_image, read_image
 from planner.export.c_header import c_header
-from planner.export.firmware import firmware_tables
+from planner.export.firmware import firmware_tables, left_out_notes
 from planner.learn.correction import corrected
 from planner.measured import DwellTable
 from planner.protocols import Sensor
@@ -177,4 +177,7 @@ def test_what_the_arrays_cannot_hold_is_said() -> None:
     bent = Tables(**{**vars(gyro.tables), "extra": (ExtraTerm("ageing", "x", 1e-9),)})
     odd = SensorCalibration(**{**vars(gyro), "tables": bent})
     found = Calibration(**{**vars(found), "sensors": (odd, found.sensors[1])})
-    assert "Not in these arrays: ageing" in c_header(found)
+    # 1e-9 rad/s² over a year are 1.807 deg/s
+    assert "ageing, up to 1.8 deg/s" in c_header(found)
+    (note,) = left_out_notes(found)
+    assert "ageing, up to 1.8 deg/s" in note

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from planner.export.csv import steps_text
+from planner.export.formats.csv import steps_text
 from planner.export.json import plan_document, plan_text
 from tests.specs import planned, shared, small, with_limit
 

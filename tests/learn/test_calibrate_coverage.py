@@ -26,10 +26,10 @@ def test_intervals_hold_the_truth_of_units_from_plain_numpy(noise: world.Noise) 
 
 
 def test_intervals_hold_the_truth_of_units_from_the_simulator() -> None:
-    """The same where errors curve over temperature and the chamber strays: no kink may show."""
+    """The same with everything that the spec says of a unit: curves, drift, storage; the chamber strays."""
     spec, plan = campaign_of(3, 3, "close_the_loop.yaml")
     unit = prepared(spec)
-    settings = Settings(run_to_run=False, in_run=False, storage=False)
+    settings = Settings()
     hits = []
     for seed in range(CAMPAIGNS // 3):
         table, truth = simulate(plan, unit, seed, settings=settings)

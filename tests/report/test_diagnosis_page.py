@@ -218,7 +218,7 @@ def test_what_people_wrote_is_escaped(page):
 
 def test_the_page_tells_all_of_it(page):
     for said in (
-        "Missing: g sensitivity, and something without a name",
+        "Missing: g-sensitivity, and something without a name",
         "time since power-on",
         "350",
         "Added-variable plot",
@@ -256,10 +256,10 @@ def test_the_terminal_shows_verdict_coefficients_and_metres(diagnosis, capsys):
     print_diagnosis([diagnosis], Console(highlight=False, soft_wrap=True))
     out = capsys.readouterr().out
     for said in (
-        "u1: Missing: g sensitivity",
+        "u1: Missing: g-sensitivity",
         "deg/s/g",
         "350",
-        "g squared sensitivity",
+        "g²-sensitivity",
         "untestable: ageing",
     ):
         assert said in out

@@ -244,7 +244,7 @@ def test_power_ons_and_times_come_from_the_plan() -> None:
     ("text", "says"),
     [
         ("g_sensitivity", "write EFFECT=VALUE"),
-        ("g_sensitivty=0.01deg/s/g", "did you mean g_sensitivity"),
+        ("g_sensitivty=0.01deg/s/g", "did you mean 'g_sensitivity'"),
         ("g_sensitivity=0.01deg/s", "must have a unit like deg/s/g"),
         ("accelerometer.g_sensitivity=0.01deg/s/g", "none of its sensors"),
         ("gyro.g_sensitivity.xw=0.01deg/s/g", "no term 'xw'"),

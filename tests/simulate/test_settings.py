@@ -137,7 +137,7 @@ def test_several_hidden_effects_and_their_parameters_add_up() -> None:
     [
         ("warm_up=0.01 deg/s,tau=600 s", "no parameter 'tau'; it has time_constant"),
         ("warm_up=0.01 deg/s,time_constant=600", "time_constant"),
-        ("warm_up=0.01 deg/s,time_constant=-5 s", "more than zero"),
+        ("warm_up=0.01 deg/s,time_constant=-5 s", "must lie in 30 s … 12000 s"),
         ("g_sensitivity=0.01 deg/s/g,day=3", "it has none"),
     ],
 )

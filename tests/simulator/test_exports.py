@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from planner.export.acutrol import FORMAT
+from planner.export.formats.acutrol import FORMAT
 from planner.protocols import ExportOptions
 from planner.run.motion import orders
 from planner.simulator.clock import VirtualClock
