@@ -129,6 +129,7 @@ class ErrorModel:
     whole_variation: what remains without any temperature table (systematic size or largest residual)
     calibrated: whether the spec declares the effect and a test serves it
     within: test -> sigma that the records of one repeat add to run_to_run; infinite where they cannot tell
+    in_run_time: correlation time of the in-run process, s
     """
 
     name: str
@@ -140,6 +141,7 @@ class ErrorModel:
     whole_variation: float
     calibrated: bool
     within: Mapping[str, float] = field(default_factory=dict)
+    in_run_time: float = 600.0
 
     @property
     def largest_run_to_run(self) -> float:

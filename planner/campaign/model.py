@@ -18,10 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.campaign.channel_model import channel_model
+from planner.campaign.estimate import Estimate, Robust
 from planner.campaign.noise import Noise, noise_model, spec_variances
 from planner.campaign.power_ons import PowerOns
 from planner.campaign.prior import Prior, prior_of
-from planner.measurement import Acting, ChannelModel, Column, Parts, evaluate, jacobian, response
+from planner.campaign.triad import fit_triad
+from planner.measurement import ChannelModel, Column, Parts, evaluate, jacobian
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array
 from planner.solvers.random_effects import covariance
@@ -164,9 +166,9 @@ class Campaign:
                     found[sensor, channel] = ChannelCampaign(model, self.runs, self.spec)
         return found
 
-    def response(self, sensor: Sensor, acting: Sequence[Acting]) -> Array:
-        """(n, 3) what a unit reads without noise, SI."""
-        return response(sensor, self.runs.conditions, acting)
+    def estimate(self, sensor: Sensor, readings: Array, robust: Robust = "no") -> list[Estimate]:
+        """The coefficients of a sensor's channels from readings (n, 3). Raises TooFewRecords for too few."""
+        return fit_triad(sensor, readings, self.runs, self.spec, self.effects, robust)
 
 
 def campaign(spec: Spec, runs: PowerOns, effects: Sequence[str] | None = None) -> Campaign:

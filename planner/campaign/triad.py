@@ -20,7 +20,7 @@ from planner.measurement import AXES, Column, evaluate, jacobian
 from planner.protocols import Sensor
 from planner.records import Array
 from planner.solvers.mixed_model import MixedFit
-from planner.solvers.random_effects import Drift, RandomEffects
+from planner.solvers.random_effects import RandomEffects
 from planner.solvers.reml import Variances
 from planner.spec.model import Spec
 
@@ -161,7 +161,7 @@ def _stacked_noise(found: Sequence[Estimate]) -> tuple[Noise, Variances]:
                 drift = effects.drifts[k - a - b]
                 z, time = np.zeros(3 * n), np.zeros(3 * n)
                 z[rows], time[rows] = drift.z, drift.time
-                drifts.append(Drift(z, time, drift.tau))
+                drifts.append(replace(drift, z=z, time=time))
                 order.append((2, len(kinds) - 1))
     ordered = [place for _, place in sorted(order)]
     starts = np.concatenate([e.noise.effects.starts + i * n for i, e in enumerate(found)])

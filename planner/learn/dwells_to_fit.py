@@ -10,8 +10,9 @@ import numpy as np
 from planner import __version__
 from planner.calibration import Calibration, SensorCalibration, Tables
 from planner.campaign.estimate import Estimate, Robust
+from planner.campaign.model import campaign
 from planner.campaign.power_ons import of_table
-from planner.campaign.triad import TooFewRecords, fit_triad
+from planner.campaign.triad import TooFewRecords
 from planner.errors import InputError
 from planner.learn.correction import true_input
 from planner.learn.fit_options import DECLARED, FitOptions
@@ -193,9 +194,7 @@ def fit_sensor(
         raise InputError(f"no {sensor} columns in {where}")
     _check_alive(readings, sensor, where)
     try:
-        return fit_triad(
-            sensor, readings, of_table(table), spec, spec.effects if effects is None else effects, robust
-        )
+        return campaign(spec, of_table(table), effects).estimate(sensor, readings, robust)
     except TooFewRecords as error:
         raise InputError(f"{where}: {error}; measure more records, or declare fewer effects") from error
 

@@ -21,7 +21,7 @@ from planner.plan.channel_terms import ChannelTerm, channels, columns_of, terms_
 from planner.plan.confidence import quantile
 from planner.plan.excitation import excitation
 from planner.plan.motions_to_records import RepeatRecords, repeat_records
-from planner.plan.records_to_spread import DEGENERATE, covariances, root_of
+from planner.plan.records_to_spread import DEGENERATE, covariances, drifts_of, root_of
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array, ErrorModel
 from planner.sensor import ErrorName
@@ -157,7 +157,7 @@ def _whitened(
     every = terms_on(sensor, channel, models)
     by_name = {m.name: m for m in models}
     run = np.array([by_name[t.error].largest_run_to_run for t in every])
-    drift = np.array([by_name[t.error].in_run for t in every])
+    drift = drifts_of([by_name[t.error] for t in every])
     blocks = []
     for records in made.values():
         around = columns_of(sensor, channel, every, records.conditions)
