@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from planner.records import Array, Conditions, Trajectory
 from planner.sensor import SENSORS, Sensor
-from planner.units import UnitError, from_si, to_degc, to_si
+from planner.units import UnitError, displayed, to_degc, to_si
 
 __all__ = [
     "SENSORS",
@@ -116,7 +116,7 @@ class Parameter:
 
     def displayed(self, value: float) -> float:
         """The number that stands before the unit."""
-        return value if self.unit in ("degC", "day") else from_si(value, self.unit)
+        return displayed(value, self.unit)
 
     def shown(self, value: float) -> str:
         """A value with its unit: `600 s`."""

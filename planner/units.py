@@ -207,6 +207,11 @@ def from_si(value: float, unit: str) -> float:
     return value * parts if parts else value / factor
 
 
+def displayed(value: float, unit: str) -> float:
+    """A coefficient or parameter in its display unit: from SI, but temperatures and days are kept as such."""
+    return value if unit in ("degC", "day") else from_si(value, unit)
+
+
 def _times(number: float, factor: float) -> float:
     """number · factor; in decimals where the factor is 1/n, as 0.01 is: 99.9 % is 0.999."""
     parts = _whole_parts(factor)
