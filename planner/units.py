@@ -207,8 +207,13 @@ def from_si(value: float, unit: str) -> float:
     return value * parts if parts else value / factor
 
 
+def display_factor(unit: str) -> float:
+    """What one `unit` is inside: SI, but temperatures stay in degC and days in days."""
+    return 1.0 if unit in ("degC", "day") else unit_factor(unit)[0]
+
+
 def displayed(value: float, unit: str) -> float:
-    """A coefficient or parameter in its display unit: from SI, but temperatures and days are kept as such."""
+    """The number that stands before `unit` for a value as it is inside."""
     return value if unit in ("degC", "day") else from_si(value, unit)
 
 
