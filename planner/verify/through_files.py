@@ -7,7 +7,7 @@ readings, sample by sample. The error must be that of the fast route, but for th
 Verify's estimator knows the variances, so no linear unbiased one is better, and the difference of another one
 from it has the variance by which that one is worse (Gauss, Markov). `planner calibrate` finds the variances
 in the unit's data; with standard errors WORSE times the least, the difference scatters by √(WORSE² − 1) of
-what the estimate itself does, on the shipped specs by 0.03 to 0.1 of it; SIGMAS are once in a million.
+what the estimate itself does, on the shipped specs by 0.03 to 0.6 of it; SIGMAS are once in a million.
 """
 
 from __future__ import annotations

@@ -67,7 +67,7 @@ def test_a_part_of_the_covariance_of_a_repeat_dropped(monkeypatch, dropped):
     whole = spread.covariances
 
     def fewer(records, x, run, drift, white):
-        run, drift = run * (dropped != "draws of other errors"), drift * (dropped != "drift")
+        run, drift = run * (dropped != "draws of other errors"), drift * [dropped != "drift", True]
         return whole(records, x, run, drift, 0.0 if dropped == "noise" else white)
 
     spec = by_hand()
