@@ -39,12 +39,14 @@ class Known:
 
     columns: which they are (p,); sigma: (p,) standard deviation, infinite where no record tells it apart
     covariance: (p, p) of what is told; undetermined: (p,) takes part in a combination that no record sees
+    whole: (p + q, p + q) covariance of the shared unknowns as well
     """
 
     columns: tuple[Column, ...]
     sigma: Array
     covariance: Array
     undetermined: NDArray[np.bool_]
+    whole: Array
 
 
 @dataclass(frozen=True)
@@ -144,7 +146,7 @@ def _known(columns: tuple[Column, ...], rows: Array, p: int) -> Known:
     undetermined = found.undetermined()[:p]
     C = found.to_coefficients @ found.to_coefficients.T
     sigma = np.where(undetermined, np.inf, np.sqrt(np.maximum(np.diag(C)[:p], 0.0)))
-    return Known(columns, sigma, C[:p, :p], undetermined)
+    return Known(columns, sigma, C[:p, :p], undetermined, C)
 
 
 @dataclass(frozen=True)

@@ -139,7 +139,7 @@ def _stacked_prior(priors: Sequence[Prior]) -> Prior:
     return Prior(
         np.asarray(block_diag(*(p.columns for p in priors))),
         np.concatenate([p.sigma for p in priors]),
-        tuple(name for p in priors for name in p.names),
+        tuple(unknown for p in priors for unknown in p.unknowns),
     )
 
 
