@@ -16,7 +16,8 @@ from planner.export.verify import verify_document
 from planner.physics.error_dynamics import propagate_errors
 from planner.physics.perturbed import navigate_with_errors
 from planner.pipelines.promise import FlightOptions, verify
-from planner.report.verify_page import verify_html
+from planner.report.page import html
+from planner.report.subjects.verify import verify_report
 from planner.verify.flights import forcing, moments
 from tests.verify.plans import Planned, flown, plan_of, planned_from, sealed_again
 from tests.verify.random_flights import random_flight
@@ -101,7 +102,7 @@ def test_the_same_seed_gives_the_same_bytes():
     options = FlightOptions(flights=50)
     one, other = (verify(plan.loaded, plan.document, options, say_nothing) for _ in range(2))
     assert json.dumps(verify_document(one)) == json.dumps(verify_document(other))
-    assert verify_html(one) == verify_html(other)
+    assert html(verify_report(one)) == html(verify_report(other))
 
 
 def test_parts_explain_the_flights():

@@ -1,11 +1,10 @@
-"""What a verification says, in words and tables; for the terminal and the page."""
+"""What a verification says, in words."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from planner.report.blocks import Bar, Column, Table
-from planner.report.numbers import digits, percent, quantity
+from planner.report.blocks import Bar, Cell, Table, table
+from planner.report.numbers import counted, digits, percent, quantity
+from planner.units import from_si
 from planner.verify.outcome import Part, RequirementOutcome
 from planner.verify.recount import Recount
 from planner.verify.through_files import SAID, ThroughFiles
@@ -30,7 +29,9 @@ def headline(v: Verification) -> str:
     if any(f.where == "spec, sha256" for f in v.recount.faults):
         return "The promise is broken: the plan was made from another spec, or from this one before a change."
     if not v.recount.ok:
-        return f"The promise is broken: the plan is not what it says, {faults_in_words(v.recount)}."
+        return (
+            f"The promise is broken: the plan is not what it says, {counted(len(v.recount.faults), 'fault')}."
+        )
     if not v.files.ok:
         return f"The promise is broken: {SAID}."
     if not v.outcomes:
@@ -47,14 +48,9 @@ def headline(v: Verification) -> str:
 def second_code() -> str:
     """What the answer rests on."""
     return (
-        "counted, drawn, calibrated and flown by verify's own code; shared with the planner: effects, spec, "
-        "units, physics"
+        "Counted, drawn, calibrated and flown by verify's own code; shared with the planner: effects, spec, "
+        "units, physics."
     )
-
-
-def faults_in_words(recount: Recount) -> str:
-    """`3 faults`."""
-    return f"{len(recount.faults)} fault{'s' if len(recount.faults) > 1 else ''}"
 
 
 def recount_sentence(recount: Recount) -> str:
@@ -62,15 +58,16 @@ def recount_sentence(recount: Recount) -> str:
     figures = digits(float(recount.figures), 7)
     if recount.ok:
         return f"{figures} figures of the plan counted again, all agree"
-    return f"{figures} figures of the plan counted again, {faults_in_words(recount)}"
+    return f"{figures} figures of the plan counted again, {counted(len(recount.faults), 'fault')}"
 
 
 def files_sentence(files: ThroughFiles) -> str:
     """How far the two routes are apart."""
     worst = max((c.apart / c.may for c in files.checks if c.may > 0), default=0.0)
     end = f"apart by {percent(worst, 0)} of what the estimators' difference explains, at most"
-    units = f"{files.units} unit{'s' if files.units > 1 else ''}"
-    return f"{units} by dwell table, planner calibrate, planner apply and flight; {end}"
+    return (
+        f"{counted(files.units, 'unit')} by dwell table, planner calibrate, planner apply and flight; {end}"
+    )
 
 
 def flight_sentence(v: Verification) -> str:
@@ -83,15 +80,6 @@ def flight_sentence(v: Verification) -> str:
 def name_of(o: RequirementOutcome) -> str:
     """`position ≤ 300 m (worst case)`."""
     return f"{o.error.replace('_', ' ')} ≤ {quantity(o.limit, o.unit)} ({o.rule.replace('_', ' ')})"
-
-
-def outcome_lines(o: RequirementOutcome) -> Iterator[str]:
-    """The requirement's lines."""
-    yield f"{name_of(o)}: {o.verdict}"
-    yield f"  {share_sentence(o)}"
-    yield f"  {pessimism_sentence(o)}"
-    if o.verdict == "broken":
-        yield f"  too small in the budget: {', '.join(o.too_small)}"
 
 
 def share_sentence(o: RequirementOutcome) -> str:
@@ -116,32 +104,22 @@ def pessimism_sentence(o: RequirementOutcome) -> str:
 def parts_table(o: RequirementOutcome) -> Table | None:
     """What the navigation error is made of, the largest part first."""
     shown = [p for p in o.parts if p.share >= LEAST_SHARE][:MOST_PARTS]
-    if not shown:
-        return None
-    columns = (
-        Column("error", "text"),
-        Column("part", "text"),
-        Column(f"adds, {o.unit}"),
-        Column("share of squares"),
-        Column("", "bar"),
-        Column("size (rms)"),
-        Column("planned"),
-    )
-    return Table(
-        f"What makes the {o.error.replace('_', ' ')} error", columns, tuple(_row(o, p) for p in shown)
+    return table(
+        f"What makes the {o.error.replace('_', ' ')} error",
+        f"error | part | adds, {o.unit} | share of squares | | size (rms) | planned",
+        (_row(o, p) for p in shown),
+        wide=("share of squares",),
     )
 
 
-def _row(o: RequirementOutcome, p: Part) -> tuple[str | Bar, ...]:
-    from planner.units import from_si
-
+def _row(o: RequirementOutcome, p: Part) -> tuple[Cell, ...]:
     mark = " !" if p.size > p.planned * (1 + 1e-6) and p.size > 1.1 * p.planned else ""
     return (
         p.error,
         PART_NAMES[p.part],
         digits(from_si(p.adds, o.unit), 3),
         percent(p.share),
-        Bar(p.share, "blue"),
+        Bar(p.share),
         quantity(p.size, p.unit, 3),
         f"{quantity(p.planned, p.unit, 3)}{mark}",
     )

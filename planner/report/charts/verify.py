@@ -1,4 +1,4 @@
-"""Figures of a verification: flights against the limit, parts of their errors, where lines bend."""
+"""Pictures of a verification: flights against the limit, parts of their errors, where lines bend."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.report import theme
+from planner.report.blocks import Picture
+from planner.report.charts import theme
 from planner.report.numbers import digits, quantity
-from planner.report.verify_words import PART_NAMES
+from planner.report.subjects.verify_words import PART_NAMES, name_of
 from planner.units import from_si
 from planner.verify.linearity import LinearPoint
 from planner.verify.outcome import RequirementOutcome
@@ -25,13 +26,14 @@ CLAIMED = 0.01  # the published claim: cross terms are about one per cent
 FAR = 20.0  # limits: flights beyond stand in the last bar
 
 
-def flights_figure(o: RequirementOutcome) -> str:
+def flights_picture(o: RequirementOutcome) -> Picture:
     """How many flights ended with which error, beside limit, prediction and promised percentile."""
     text = (
         f"Distribution of the {o.error.replace('_', ' ')} error over {len(o.lengths)} flights; "
         f"limit {quantity(o.limit, o.unit)}, predicted {quantity(o.achieved, o.unit)}"
     )
-    return theme.drawn(f"flights-{o.index}", text, lambda: _draw_flights(o))
+    caption = f"{len(o.lengths)} flights; those beyond the scale stand in the last bar."
+    return Picture(f"flights-{o.index}", text, caption, lambda: _draw_flights(o))
 
 
 def _draw_flights(o: RequirementOutcome) -> Figure:
@@ -63,13 +65,14 @@ def _draw_flights(o: RequirementOutcome) -> Figure:
     return figure
 
 
-def parts_figure(o: RequirementOutcome) -> str:
+def parts_picture(o: RequirementOutcome) -> Picture:
     """Share of the mean square error of every part of every error."""
     names = _largest(o)
     text = f"What makes the {o.error.replace('_', ' ')} error: " + ", ".join(
         f"{name} {100 * share:.0f} %" for name, share in names[:4]
     )
-    return theme.drawn(f"parts-{o.index}", text, lambda: _draw_parts(o, [name for name, _ in names]))
+    caption = f"{name_of(o)}, at the end of the time that it asks for."
+    return Picture(f"parts-{o.index}", text, caption, lambda: _draw_parts(o, [name for name, _ in names]))
 
 
 def _largest(o: RequirementOutcome) -> list[tuple[str, float]]:
@@ -83,29 +86,20 @@ def _largest(o: RequirementOutcome) -> list[tuple[str, float]]:
 def _draw_parts(o: RequirementOutcome, names: Sequence[str]) -> Figure:
     figure = theme.new_figure(0.33 * max(len(names), 2) + 1.0)
     axes = figure.subplots()
-    left = np.zeros(len(names))
-    for part in PARTS:
-        width = np.array(
-            [sum(100 * p.share for p in o.parts if p.error == name and p.part == part) for name in names]
+    parts = {
+        part: (
+            PART_NAMES[part],
+            [sum(100 * p.share for p in o.parts if p.error == name and p.part == part) for name in names],
         )
-        axes.barh(
-            names, width, left=left, height=0.62, color=theme.PART_COLOURS[part], label=PART_NAMES[part]
-        )
-        left = left + width
-    for name, value in zip(names, left, strict=True):
-        axes.annotate(
-            f"{digits(float(value), 2)} %", (value, name), (4, 0), textcoords="offset points", va="center"
-        )
-    axes.invert_yaxis()
-    axes.set_xlim(0.0, float(left.max()) * 1.12)
-    axes.tick_params(axis="y", length=0)
-    axes.grid(axis="y", visible=False)
+        for part in PARTS
+    }
+    theme.stacked_bars(axes, names, parts, lambda size: f"{digits(size, 2)} %")
     axes.set_xlabel("share of the mean square error, %")
     figure.legend(loc="outside upper left", ncols=5)
     return figure
 
 
-def linear_figure(points: Sequence[LinearPoint]) -> str | None:
+def linear_picture(points: Sequence[LinearPoint]) -> Picture | None:
     """Nonlinear minus linear over the error, against the size of the errors and the length of the flight."""
     if not points:
         return None
@@ -113,7 +107,8 @@ def linear_figure(points: Sequence[LinearPoint]) -> str | None:
     text = "Difference of linear combination and nonlinear flight: " + ", ".join(
         f"errors times {p.factor:g}: {100 * p.apart:.2g} %" for p in end
     )
-    return theme.drawn("linear", text, lambda: _draw_linear(points))
+    caption = "Root mean square over 50 units; left at the end of the flight, right as it goes on."
+    return Picture("linear", text, caption, lambda: _draw_linear(points))
 
 
 def _draw_linear(points: Sequence[LinearPoint]) -> Figure:
