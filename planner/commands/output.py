@@ -12,7 +12,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
 import typer
 
 if TYPE_CHECKING:
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     from planner.report.blocks import Report
 
 SHOWN_PATHS = 10
-_WITHOUT_EFFECT = ("out", "as_json", "workers", "cluster")
+_VALUES_WITHOUT_EFFECT = ("-o", "--out", "--workers", "--cluster")
 
 
 def answer(document: Mapping[str, Any], text: str, as_json: bool) -> None:
@@ -69,31 +68,23 @@ def page_of(report: Report) -> str:
 
 
 def invocation() -> str:
-    """The command line as it was given, without what changes no result: folders, where to write, workers."""
-    from click.core import ParameterSource
-
-    context = click.get_current_context(silent=True)
-    if context is None:
-        return ""
-    words = [context.command_path]
-    for parameter in context.command.params:
-        name = parameter.name or ""
-        given = context.get_parameter_source(name) is ParameterSource.COMMANDLINE
-        if given and name not in _WITHOUT_EFFECT:
-            values = context.params[name]
-            for value in values if isinstance(values, list | tuple) else [values]:
-                words += _argument(parameter, value)
-    return shlex.join(words)
+    """The command line without what changes no page: where to write, workers; of a file its name alone."""
+    words, kept = iter(sys.argv[1:]), ["planner"]
+    for word in words:
+        option, is_set, value = word.partition("=")
+        if option in _VALUES_WITHOUT_EFFECT:
+            if not is_set:
+                next(words, None)
+        elif word.startswith("--") and is_set:
+            kept.append(f"{option}={_by_name(value)}")
+        elif word != "--json" and not word.startswith("-o"):
+            kept.append(_by_name(word))
+    return shlex.join(kept)
 
 
-def _argument(parameter: click.Parameter, value: Any) -> list[str]:
-    """`FILE`, `--seed 3` or `--residual`; of a file its name alone."""
-    text = Path(value).name if Path(str(value).partition("@")[0]).exists() else str(value)
-    if isinstance(parameter, click.Argument):
-        return [text]
-    flags = parameter.opts if value is not False else parameter.secondary_opts
-    longest = max(flags, key=len, default="")
-    return [longest] if isinstance(value, bool) else [longest, text]
+def _by_name(word: str) -> str:
+    """`calibration.json@2026-03-01` of a path to that file; other words as they are."""
+    return Path(word).name if os.path.exists(word.partition("@")[0]) else word
 
 
 def notes(lines: Iterable[str]) -> None:

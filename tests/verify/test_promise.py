@@ -186,7 +186,7 @@ def test_some_units_go_through_files_unless_told_not_to(files):
     assert none["through_files"] == {"ok": True, "units": 0, "checks": [], "faults": []}
     assert none["requirements"] == many["requirements"]
     text = run("verify", spec, plan, "--flights", 100).stdout
-    assert "through files: 2 units" in text
+    assert "Through files: 2 units" in text
     assert "verify's own code" in text
 
 

@@ -87,10 +87,11 @@ def _region(units: Sequence[UnitAcceptance], adds: bool) -> Figure:
         shares = np.minimum(100 * (shares if adds else np.sqrt(shares)), top)
         if own:
             axes.plot(*shares.T, marker, color=colour, markersize=5, label=verdict, alpha=0.8)
-        for u, at in zip(own if len(units) <= NAMED else (), shares, strict=False):
-            axes.annotate(u.unit, at, (4, 3), textcoords="offset points", fontsize=7.5)
-    axes.set_xlim(0.0, None)
-    axes.set_ylim(0.0, 1.05 * top)
+        named = verdict != "accepted" and len(own) <= NAMED  # the accepted ones lie on each other
+        for u, at in zip(own if named else (), shares, strict=False):
+            axes.annotate(u.unit, at, (4, 3), textcoords="offset points", fontsize=8.0)
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(bottom=0.0)
     axes.set_xlabel("gyros, % of the limit")
     axes.set_ylabel("accelerometers, % of the limit")
     figure.legend(loc="outside upper left", ncols=4)

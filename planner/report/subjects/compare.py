@@ -20,7 +20,7 @@ def comparison_report(c: Comparison) -> Report:
     differences = (Items(tuple(_reasons(d)), f"{d.plan} against {c.plans[0]}:") for d in c.differences)
     return Report(
         kind="Comparison of plans",
-        title=", ".join(c.plans),
+        title=" / ".join(c.plans),
         answer=f"{', '.join(map(_hours, c.time_us))} h" if c.differ else "The plans do not differ.",
         sections=existing(
             (
