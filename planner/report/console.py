@@ -101,9 +101,15 @@ def _(block: Table, console: Console) -> None:
             console.width = max(before, needed)
         fits = needed <= console.width
         console.print()
+        _line(console, _caption(block), "italic")
         console.print(whole if fits else _grid(block, block.wide))
     finally:
         console.width = before
+
+
+def _caption(block: Table) -> str:
+    cut = block.most is not None and len(block.rows) > block.most
+    return block.caption + (f" (the first {block.most} of {len(block.rows)})" if cut else "")
 
 
 def _grid(block: Table, without: tuple[str, ...]) -> Grid:
@@ -111,9 +117,7 @@ def _grid(block: Table, without: tuple[str, ...]) -> Grid:
     from rich.table import Table as Grid
     from rich.text import Text as Styled
 
-    cut = block.most is not None and len(block.rows) > block.most
-    caption = block.caption + (f" (the first {block.most} of {len(block.rows)})" if cut else "")
-    grid = Grid(box=None, pad_edge=False, header_style="dim", title=plain(caption), title_justify="left")
+    grid = Grid(box=None, pad_edge=False, header_style="dim")
     kept = [i for i, t in enumerate(block.columns) if t not in without and block.kinds[i] != "bar"]
     rows = [[Styled(plain(str(row[i]))) for i in kept] for row in block.aligned[: block.most]]
     for place, i in enumerate(kept):
