@@ -27,10 +27,12 @@ def show(report: Report, console: Console) -> None:
     for verdict in report.verdicts:
         _verdict(verdict, console)
     _facts([fact for fact in report.facts if fact.brief], console)
-    for part in report.sections:
-        for block in part.blocks:
-            if "page" not in (part.only, block.only):
-                _show(block, console)
+    apart = bool(report.title or report.answer)
+    for block in (b for part in report.sections for b in part.blocks if "page" not in (part.only, b.only)):
+        if apart and (isinstance(block, Table) or (isinstance(block, Items) and block.title)):
+            console.print()
+        apart = True
+        _show(block, console)
 
 
 def _answer(report: Report, console: Console) -> None:
@@ -80,7 +82,6 @@ def _(block: Text, console: Console) -> None:
 @_show.register(Items)
 def _(block: Items, console: Console) -> None:
     if block.title:
-        console.print()
         _line(console, block.title)
     for item in block.items:
         _line(console, f"  {item}" if block.title else item)
@@ -100,7 +101,6 @@ def _(block: Table, console: Console) -> None:
         if not console.is_terminal:
             console.width = max(before, needed)
         fits = needed <= console.width
-        console.print()
         _line(console, _caption(block), "italic")
         console.print(whole if fits else _grid(block, block.wide))
     finally:

@@ -12,7 +12,15 @@ from planner.records import Achieved, Allowance, Constraint, Plan
 from planner.solvers.linear_combination import combined, weights
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
-BOUGHT = ("temperature", "estimate")  # what temperature points and repeats make smaller; the rest stays
+PART_NAMES = {  # in words; white noise and alignment are of a flight alone
+    "run_to_run": "run to run",
+    "in_run": "in run",
+    "storage": "storage",
+    "temperature": "temperature residual",
+    "estimate": "estimate (repeats)",
+    "noise": "white noise",
+    "alignment": "initial alignment",
+}
 
 
 @dataclass(frozen=True)

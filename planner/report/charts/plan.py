@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from planner.records import AllowedErrors, Array, GeneticHistory, Plan, Sensitivities, TradeOffPoint
 from planner.report.blocks import Picture
 from planner.report.charts import theme
-from planner.report.contributions import PARTS, Contribution, is_sum
+from planner.report.contributions import PART_NAMES, PARTS, Contribution, is_sum
 from planner.report.numbers import digits, display_unit, hours, in_unit, quantity, when
 from planner.report.region_of_two import AllowedRegion, four_quadrants
 from planner.units import from_si, unit_factor
@@ -25,13 +25,6 @@ if TYPE_CHECKING:
 
 _UPRIGHT = 6  # names that fit side by side
 _SIDE_BY_SIDE = 2  # panels
-PART_LABELS: Mapping[str, str] = {
-    "run_to_run": "run to run",
-    "in_run": "in run",
-    "storage": "storage",
-    "temperature": "temperature residual",
-    "estimate": "estimate (repeats)",
-}
 
 
 def budget_picture(plan: Plan, budgets: Sequence[Sequence[Contribution]]) -> Picture | None:
@@ -174,7 +167,7 @@ def _draw_budget(plan: Plan, budgets: Sequence[Sequence[Contribution]]) -> Figur
 
 
 def _bars(axes: Axes, budget: Sequence[Contribution], scale: float) -> None:
-    parts = {part: (PART_LABELS[part], [c.parts[i] * scale for c in budget]) for i, part in enumerate(PARTS)}
+    parts = {part: (PART_NAMES[part], [c.parts[i] * scale for c in budget]) for i, part in enumerate(PARTS)}
     total = lambda size: digits(size, 3) if size >= 1e-3 * scale else "≈ 0"  # noqa: E731
     theme.stacked_bars(axes, [c.error for c in budget], parts, total)
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from planner.report.blocks import Picture
 from planner.report.charts import theme
+from planner.report.contributions import PART_NAMES
 from planner.report.numbers import digits, quantity
-from planner.report.subjects.verify_words import PART_NAMES, name_of
+from planner.report.subjects.verify_words import name_of
 from planner.units import from_si
 from planner.verify.linearity import LinearPoint
 from planner.verify.outcome import RequirementOutcome

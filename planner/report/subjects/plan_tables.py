@@ -11,8 +11,7 @@ import numpy as np
 
 from planner.records import AllowedErrors, GeneticPlan, Plan, RepeatReason, Sensitivities
 from planner.report.blocks import Bar, Cell, Table, table
-from planner.report.charts.plan import PART_LABELS
-from planner.report.contributions import PARTS, Contribution
+from planner.report.contributions import PART_NAMES, PARTS, Contribution
 from planner.report.numbers import (
     SPACE,
     degrees_celsius,
@@ -48,7 +47,7 @@ def budget_tables(plan: Plan, budgets: Sequence[Sequence[Contribution]]) -> tupl
 
 
 def _parts_table(plan: Plan, order: Sequence[str]) -> Table:
-    labels = tuple(PART_LABELS[part] for part in PARTS)
+    labels = tuple(PART_NAMES[part] for part in PARTS)
     by_name = {a.error: a for a in plan.allowances}
     rows: list[tuple[Cell, ...]] = []
     for a in (by_name[error] for error in order):

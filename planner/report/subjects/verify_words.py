@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from planner.report.blocks import Bar, Cell, Table, table
+from planner.report.contributions import PART_NAMES
 from planner.report.numbers import counted, digits, percent, quantity
 from planner.units import from_si
 from planner.verify.outcome import Part, RequirementOutcome
@@ -10,15 +11,6 @@ from planner.verify.recount import Recount
 from planner.verify.through_files import SAID, ThroughFiles
 from planner.verify.verification import Verification
 
-PART_NAMES = {
-    "run_to_run": "run to run",
-    "in_run": "in run",
-    "storage": "storage",
-    "temperature": "temperature",
-    "estimate": "estimate",
-    "noise": "white noise",
-    "alignment": "initial alignment",
-}
 MOST_PARTS = 10
 LEAST_SHARE = 1e-3
 VERDICTS = {"kept": "The promise is kept", "broken": "The promise is broken", "undecided": "Not sure yet"}
