@@ -295,6 +295,7 @@ class Campaign:
     objective: weighted cost in seconds of the work of one batch; bound: proved lower bound of it
     total_bound: proved lower bound of the weighted total with waiting and batches; None: the work's own
     by_total: whether another campaign takes less work, but longer with waiting and batches
+    added: tests and temperatures that the errors' sizes do not ask for, but that tell the errors apart
     """
 
     visits: tuple[TestVisits, ...]
@@ -304,6 +305,7 @@ class Campaign:
     proved: bool
     total_bound: float | None = None
     by_total: bool = False
+    added: tuple[str, ...] = ()
 
     @property
     def gap(self) -> float:
@@ -467,6 +469,7 @@ class Plan:
     by_total: temperatures and repeats were chosen for a shorter `time_s`, at the price of more work
     shifts: (opens, closes) in seconds from Monday 00:00, disjoint; none: always; plugins: of other packages
     work_proved: no temperatures and repeats take less work; `proved` is false when time_s exceeds its bound
+    complete: the search came to its end; false when it was stopped at plan.time_limit
     """
 
     version: str
@@ -498,3 +501,4 @@ class Plan:
     start: str | None = None
     shifts: tuple[tuple[float, float], ...] = ()
     plugins: tuple[Origin, ...] = ()
+    complete: bool = True
