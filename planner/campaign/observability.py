@@ -60,7 +60,10 @@ def untold(
     """
     carriers = {_carrier(error) for error in asked}
     return tuple(
-        u for rows in _every_rows(campaign, without) for u in _untold(rows, carriers, campaign) if rows.columns
+        u
+        for rows in _every_rows(campaign, without)
+        for u in _untold(rows, carriers, campaign)
+        if rows.columns
     )
 
 
@@ -151,9 +154,7 @@ def _stacked(sensor: Sensor, channels: Sequence[ChannelCampaign]) -> _Rows:
         X[row : row + len(block), [*mine, *range(prior, prior + q)]] = block
         row, prior = row + len(block), prior + q
     first = channels[0].model.channel if channels else 0
-    columns = tuple(
-        _Place(first if at < 0 else at, ErrorName.of(sensor, x.effect), x) for at, x in places
-    )
+    columns = tuple(_Place(first if at < 0 else at, ErrorName.of(sensor, x.effect), x) for at, x in places)
     return _Rows(tuple(channels), columns, X)
 
 
@@ -170,7 +171,11 @@ def _untold(rows: _Rows, asked: Collection[ErrorName], campaign: Campaign) -> It
         if place.error in asked and reach[i] > _worth(rows, place, campaign):
             useless.setdefault((place.channel, place.error, place.column.term), []).append(i)
     for (channel, error, term), indices in useless.items():
-        shown = [i for i in indices if size[i] > 0 and TWO_SIDED / size[i] <= _worth(rows, rows.columns[i], campaign)]
+        shown = [
+            i
+            for i in indices
+            if size[i] > 0 and TWO_SIDED / size[i] <= _worth(rows, rows.columns[i], campaign)
+        ]
         hidden = (_partners(rows, i) for i in shown)
         partners = dict.fromkeys(e for errors in hidden for e in errors if e != error)
         nodes = tuple(n for i in indices if not np.isnan(n := rows.columns[i].column.node_degc))

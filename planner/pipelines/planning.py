@@ -15,8 +15,8 @@ from planner.plan.campaign_by_total import by_total
 from planner.plan.campaign_to_plan import plan_of
 from planner.plan.errors_to_points import point_menus
 from planner.plan.genetic_campaign import genetic_plan
+from planner.plan.observable_campaign import observable_campaign, refuse_what_no_campaign_tells
 from planner.plan.plan_to_schedule_figures import with_schedule_figures
-from planner.plan.observable_campaign import observable_campaign
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.schedule_to_steps import planned_tests, steps
 from planner.plan.sensitivity_to_allowance import allowed_errors
@@ -26,7 +26,6 @@ from planner.plan.spec_to_sensitivity import sensitivities as sensitivities_of
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.plan.task import Task, extreme_allowances, planning_task
 from planner.plan.trade_off import trade_off
-from planner.plan.visits_to_observability import refuse_what_no_campaign_tells
 from planner.records import (
     AllowedErrors,
     Campaign,

@@ -87,8 +87,8 @@ def _said_of_added(chosen: Campaign) -> Iterator[str]:
     """Why the campaign is longer than the sizes of the errors ask for."""
     if chosen.added:
         yield (
-            f"added so that the campaign as a whole tells the errors apart: {'; '.join(chosen.added)}; that no "
-            "shorter campaign tells them is not proved"
+            f"added so that the campaign as a whole tells the errors apart: {'; '.join(chosen.added)}; "
+            "that no shorter campaign tells them is not proved"
         )
 
 

@@ -1,8 +1,8 @@
 """An error that no test tells alone → the spread that all tests together give it.
 
-K's half-width q(n) s / √n knows one test. Where only several tests together tell an error, the campaign's own
-standard error σ of it stands for s/√n: s = σ √n, n its repeats. A plan made by hand is asked as it is; for one
-that is still to be chosen a repeat is one power-on of every test, all at one temperature.
+K's half-width q(n) s / √n knows one test. Where only several tests together tell an error, the campaign's
+own standard error σ of it stands for s/√n: s = σ √n, n its repeats. A plan made by hand is asked as it is;
+for one that is still to be chosen a repeat is one power-on of every test, all at one temperature.
 """
 
 from __future__ import annotations
@@ -46,9 +46,7 @@ def _sigmas(spec: Spec, visits: Sequence[TestVisits]) -> Mapping[str, float]:
     return found
 
 
-def _together(
-    model: ErrorModel, visits: Sequence[TestVisits], sigma: Mapping[str, float]
-) -> ErrorModel:
+def _together(model: ErrorModel, visits: Sequence[TestVisits], sigma: Mapping[str, float]) -> ErrorModel:
     """s_run² + within² = n σ²: of the test with the fewest repeats, which has the widest interval."""
     n = min(min(v.repeats) for v in visits if v.test in model.within)
     spread = sigma.get(model.name, np.inf) * np.sqrt(n)

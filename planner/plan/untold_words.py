@@ -3,32 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 import numpy as np
 
 from planner.campaign.observability import Untold
 from planner.campaign.power_ons import PowerOns
 from planner.plan.excitation import excitation
+from planner.plan.untold_to_remedy import Remedy
 from planner.records import Conditions
 from planner.sensor import ErrorName
 from planner.spec.model import Spec
 from planner.temperature_table import GAP_K
 
 BASIC = ("misalignment", "scale_factor", "bias")
-
-
-@dataclass(frozen=True)
-class Remedy:
-    """What would tell it: tests made at temperatures (degC) where they are not, or effects taken out.
-
-    into: a test that is made there already, which with the motions of the absent one would do as well
-    """
-
-    tests: tuple[str, ...] = ()
-    temperatures: tuple[float, ...] = ()
-    into: str | None = None
-    idle: tuple[ErrorName, ...] = ()
 
 
 def told_once(found: Sequence[Untold]) -> list[ErrorName]:
