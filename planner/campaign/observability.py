@@ -29,6 +29,7 @@ from planner.solvers.least_squares import factors
 TWO_SIDED = 1.96  # sigmas within which 95 % of a normal variate lie
 PARTNER = 0.1  # share of the strongest coefficient in a combination from which one takes part in it
 BY_TEMPERATURE = frozenset(("temperature_degc",))
+HIDDEN = 100.0  # times its uncalibrated size, to which an error that is hidden altogether shows by itself
 NOTICEABLE = 0.01  # of the largest input, the order of a scale factor that nobody calibrated
 
 
@@ -165,17 +166,12 @@ def _untold(rows: _Rows, asked: Collection[ErrorName], campaign: Campaign) -> It
     found = factors(rows.X, DEGENERATE)
     sigma = np.sqrt(np.sum(found.to_coefficients**2, axis=1))
     reach = TWO_SIDED * np.where(found.undetermined(), np.inf, sigma)
-    size = np.linalg.norm(rows.X, axis=0)
     useless: dict[tuple[int, ErrorName, str], list[int]] = {}
     for i, place in enumerate(rows.columns):
         if place.error in asked and reach[i] > _worth(rows, place, campaign):
             useless.setdefault((place.channel, place.error, place.column.term), []).append(i)
     for (channel, error, term), indices in useless.items():
-        shown = [
-            i
-            for i in indices
-            if size[i] > 0 and TWO_SIDED / size[i] <= _worth(rows, rows.columns[i], campaign)
-        ]
+        shown = [i for i in indices if _shows(rows, i, campaign, bool(np.isinf(reach[i])))]
         hidden = (_partners(rows, i) for i in shown)
         partners = dict.fromkeys(e for errors in hidden for e in errors if e != error)
         nodes = tuple(n for i in indices if not np.isnan(n := rows.columns[i].column.node_degc))
@@ -183,6 +179,13 @@ def _untold(rows: _Rows, asked: Collection[ErrorName], campaign: Campaign) -> It
         yield Untold(
             error, term, channel, nodes, len(indices) == every, tuple(partners), float(reach[indices].max())
         )
+
+
+def _shows(rows: _Rows, i: int, campaign: Campaign, hidden: bool) -> bool:
+    """Whether the records show column i, if it were alone: then others hide it."""
+    size = float(np.linalg.norm(rows.X[:, i]))
+    worth = _worth(rows, rows.columns[i], campaign) * (HIDDEN if hidden else 1.0)
+    return size > 0.0 and size * worth >= TWO_SIDED
 
 
 def _worth(rows: _Rows, place: _Place, campaign: Campaign) -> float:

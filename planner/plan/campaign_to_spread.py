@@ -2,7 +2,8 @@
 
 K's half-width q(n) s / √n knows one test. Where only several tests together tell an error, the campaign's
 own standard error σ of it stands for s/√n: s = σ √n, n its repeats. A plan made by hand is asked as it is;
-for one that is still to be chosen a repeat is one power-on of every test, all at one temperature.
+for one that is still to be chosen a repeat is one power-on of every test, all at one temperature. s is never
+less than the run-to-run of the error.
 """
 
 from __future__ import annotations
