@@ -19,9 +19,9 @@ from planner.plan.observable_campaign import observable, refuse_what_no_campaign
 from planner.plan.spec_to_errors import error_models
 from planner.plan.visits_to_observability import campaign_of, untold_by
 from planner.records import Array, Plan, TestVisits
-from planner.spec.load import load_spec, spec_from_bytes
+from planner.spec.load import spec_from_bytes
 from tests.outcome import Run
-from tests.specs import SHIPPED, loaded, small
+from tests.specs import SHIPPED, loaded, shipped, small
 from tests.verify.plans import flown
 
 CUBIC = {"systematic": "0.1 %", "run_to_run": "0.002 %"}
@@ -280,7 +280,7 @@ def _columns_and_sigmas(made: Campaign, axis: int) -> tuple[tuple[Column, ...], 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in SHIPPED.glob("*.yaml")))
 def test_the_shipped_specs_can_be_calibrated(name: str) -> None:
-    refuse_what_no_campaign_tells(load_spec(SHIPPED / f"{name}.yaml").spec)
+    refuse_what_no_campaign_tells(shipped(name).spec)
 
 
 @pytest.mark.parametrize("points", [((5, 3), (1, 2)), ((5, 2), (1, 2)), ((3, 2), (1, 2))])
