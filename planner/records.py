@@ -293,9 +293,8 @@ class Campaign:
     """The chosen temperatures, repeats and allowances, with the proof that no choice costs less.
 
     objective: weighted cost in seconds of the work of one batch; bound: proved lower bound of it
-    total_bound: proved lower bound of the weighted total with waiting and batches; None: the work's own
-    by_total: whether another campaign takes less work, but longer with waiting and batches
-    added: tests and temperatures that the errors' sizes do not ask for, but that tell the errors apart
+    total_bound: that of the weighted total with waiting and batches; None: the work's own; by_total: whether
+    another campaign takes less work, but longer with them; added: what only tells the errors apart, in words
     """
 
     visits: tuple[TestVisits, ...]
@@ -335,10 +334,7 @@ class RepeatReason:
 
 @dataclass(frozen=True)
 class Step:
-    """One action on one bench. Times in seconds from the start; motion in deg and deg/s, by axis.
-
-    attended: whether a person must be there
-    """
+    """One action on one bench, with people if attended. Times in s from the start; motion in deg, deg/s."""
 
     id: str
     bench: str
@@ -466,10 +462,9 @@ class Plan:
     bound_s: proved lower bound of the objective (of `time_s` when time alone is minimised); gap: relative
     hours_per_limit: requirement index -> hours saved per SI unit of more limit (continuous relaxation)
     start: when second 0 falls in the week of the shifts, `mon 08:00`; None without shifts
-    by_total: temperatures and repeats were chosen for a shorter `time_s`, at the price of more work
+    by_total: chosen for a shorter `time_s`, at the price of more work; complete: not stopped at a time limit
     shifts: (opens, closes) in seconds from Monday 00:00, disjoint; none: always; plugins: of other packages
     work_proved: no temperatures and repeats take less work; `proved` is false when time_s exceeds its bound
-    complete: the search came to its end; false when it was stopped at plan.time_limit
     """
 
     version: str

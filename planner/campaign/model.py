@@ -74,7 +74,10 @@ class ChannelCampaign:
     @cached_property
     def noise(self) -> Noise:
         """Which variances the records have."""
-        return noise_model(self.model, self.parts, self.runs, self.spec.unit, np.ones(len(self.runs)))
+        every = np.ones(len(self.runs))
+        return noise_model(
+            self.model, self.parts, self.runs, self.spec.unit, every, sizes_known=self.given is None
+        )
 
     # ------------------------------------------------------------ what depends on the variances too
 
