@@ -127,7 +127,7 @@ class ErrorModel:
 
     run_to_run: (temperature_degc, one sigma) pairs, one pair with NaN temperature when it is constant
     whole_variation: what remains without any temperature table (systematic size or largest residual)
-    calibrated: whether the spec declares the effect and a test serves it
+    calibrated: whether the spec declares the effect and a test serves it; in_run_time: of in_run, s
     within: test -> sigma that the records of one repeat add to run_to_run; infinite where they cannot tell
     """
 
@@ -140,6 +140,7 @@ class ErrorModel:
     whole_variation: float
     calibrated: bool
     within: Mapping[str, float] = field(default_factory=dict)
+    in_run_time: float = 600.0
 
     @property
     def largest_run_to_run(self) -> float:

@@ -207,6 +207,16 @@ def from_si(value: float, unit: str) -> float:
     return value * parts if parts else value / factor
 
 
+def display_factor(unit: str) -> float:
+    """What one `unit` is inside: SI, but temperatures stay in degC and days in days."""
+    return 1.0 if unit in ("degC", "day") else unit_factor(unit)[0]
+
+
+def displayed(value: float, unit: str) -> float:
+    """The number that stands before `unit` for a value as it is inside."""
+    return value if unit in ("degC", "day") else from_si(value, unit)
+
+
 def _times(number: float, factor: float) -> float:
     """number · factor; in decimals where the factor is 1/n, as 0.01 is: 99.9 % is 0.999."""
     parts = _whole_parts(factor)

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from planner.campaign.noise import Noise, noise_model
-from planner.campaign.parameters import best_start, limited, untold
+from planner.campaign.parameters import best_parameters, limited, untold
 from planner.campaign.power_ons import PowerOns
 from planner.campaign.prior import Prior, prior_of
 from planner.campaign.spread import (
@@ -26,8 +26,9 @@ from planner.campaign.spread import (
 )
 from planner.measurement import ChannelModel, Parts, evaluate, jacobian
 from planner.records import Array
-from planner.solvers.least_squares import least_squares
+from planner.solvers.least_squares import factors, least_squares
 from planner.solvers.mixed_model import MixedFit, mixed_fit
+from planner.solvers.random_effects import covariance
 from planner.solvers.reml import Variances
 from planner.spec.model import Spec
 
@@ -112,15 +113,21 @@ def _fitted(
         if given is None and (turn == 0 or robust != "no" or _moved(model, step, error)):
             every = noise_model(model, parts, runs, spec.unit, weights)
             before, notes = measured_variances(left, J, prior, every, spec, before)
-        noise, variances = before  # type: ignore[misc]
-        fit = solved(left + J @ theta, J, prior, noise, variances)
-        step = limited(model, theta, fit.coefficients) - theta
+        assert before is not None  # given, or measured in the first turn
+        noise, variances = before
+        if turn == 0 and model.fitted_parameters:
+            theta = best_parameters(model, theta, y, noise.effects, variances.theta)
+            parts = evaluate(model, theta)
+            J, left = jacobian(model, theta, parts), y - parts.predicted
+        target = left + J @ theta
+        found, error, white = weighed(target, J, prior, noise, variances)
+        step = limited(model, theta, found) - theta
         theta = theta + step
-        error = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
         if robust != "no":
-            weights = _weights(fit.whitened * np.sqrt(1.0 / weights), robust)
+            weights = _weights(white * np.sqrt(1.0 / weights), robust)
         if robust == "no" and np.all(np.abs(step) <= _SETTLED * error + 1e-15):
             break
+    fit = solved(target, J, prior, noise, variances)
     parts = evaluate(model, theta)
     far = int(np.sum(np.abs(fit.whitened) > FAR))
     if far and robust == "no":
@@ -128,6 +135,22 @@ def _fitted(
     notes = [*notes, *_slow(fit.whitened, runs)]
     residual = y - parts.predicted
     return Estimate(model, theta, parts, J, fit, noise, variances, prior, weights, residual, tuple(notes))
+
+
+def weighed(
+    y: Array, J: Array, prior: Prior, noise: Noise, variances: Variances
+) -> tuple[Array, Array, Array]:
+    """Coefficients (p,), their errors (p,) and white residuals (n,), V as it is: for the steps of a fit."""
+    n, p = J.shape
+    X, target = augmented(y, J, prior)
+    effects, full = noise.effects, variances
+    if len(prior.sigma):
+        effects, full = augmented_effects(effects, prior), augmented_variances(effects, variances)
+    white = covariance(effects, full.theta).whiten(np.column_stack([X, target]))
+    found = factors(white[:, :-1])
+    beta = found.to_coefficients @ (found.basis.T @ white[:, -1])
+    error = np.sqrt(np.sum(found.to_coefficients**2, axis=1))
+    return beta[:p], error[:p], (white[:, -1] - white[:, :-1] @ beta)[:n]
 
 
 def solved(y: Array, J: Array, prior: Prior, noise: Noise, variances: Variances) -> MixedFit:
@@ -158,14 +181,17 @@ def _moved(model: ChannelModel, step: Array, error: Array) -> bool:
 
 
 def _start(model: ChannelModel, y: Array, robust: Robust) -> tuple[Array, Array]:
-    """Gauss-Newton without a noise model: the first step, from no error at all, is the linear solution."""
-    theta, weights = best_start(model, y), np.ones(len(y))
+    """Gauss-Newton without a noise model: the first step, from no error at all, is the linear solution.
+
+    Parameters wait for the noise model: without one they would follow what every power-on draws.
+    """
+    theta, weights = model.start(), np.ones(len(y))
     for _ in range(_GAUSS_NEWTON if robust == "no" else 2 * _GAUSS_NEWTON):
         parts = evaluate(model, theta)
-        J = jacobian(model, theta, parts)
+        J = jacobian(model, theta, parts)[:, : model.linear]
         root = np.sqrt(weights)
         step, _ = least_squares(root[:, None] * J, root * (y - parts.predicted))
-        theta = limited(model, theta, theta + step)
+        theta = theta + np.append(step, np.zeros(len(theta) - model.linear))
         if robust != "no":
             r = y - evaluate(model, theta).predicted
             weights = _weights(r / _spread(r), robust)

@@ -69,7 +69,13 @@ class _Pieces:
 
 
 def noise_model(
-    model: ChannelModel, parts: Parts, runs: PowerOns, unit: Unit, weights: Array, *, sizes_known: bool = False
+    model: ChannelModel,
+    parts: Parts,
+    runs: PowerOns,
+    unit: Unit,
+    weights: Array,
+    *,
+    sizes_known: bool = False,
 ) -> Noise:
     """The variances that this channel can have; rows stand power-on by power-on.
 
@@ -125,7 +131,13 @@ def _draws(found: _Pieces, model: ChannelModel, parts: Parts, runs: PowerOns, un
         if shape is not None or always:
             name = Component("run_to_run", error, term)
             drawn = z if shape is None else z * shape
-            found.slopes[name] = drawn
+            length = None if budget is None else budget.temperature_correlation
+            if (
+                length is not None and within
+            ):  # a power-on that goes through temperatures draws anew on its way
+                found.drifts[name] = Drift(drawn, model.conditions.temperature_degc, length, smooth=True)
+            else:
+                found.slopes[name] = drawn
         if budget is not None and budget.in_run_sigma > 0.0 and within:
             drift = Drift(z, model.conditions.time_on, budget.in_run_time)
             found.drifts[Component("in_run", error, term)] = drift

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 
 from planner.campaign.design import Design
 from planner.measured import DwellTable
+from planner.measurement import Acting, response
+from planner.protocols import Sensor
 from planner.records import Array, Conditions
 
 
@@ -48,6 +51,10 @@ class PowerOns:
     def made(self) -> Array:
         """(n,) how often every record is made."""
         return np.repeat(self.counts, self.sizes)
+
+    def response(self, sensor: Sensor, acting: Sequence[Acting]) -> Array:
+        """(n, 3) what a unit reads in every record without noise, SI."""
+        return response(sensor, self.conditions, acting)
 
     def counted(self, counts: Array) -> PowerOns:
         """The same kinds of power-on, made as often as `counts` (g,) says."""

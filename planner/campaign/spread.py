@@ -11,7 +11,7 @@ from planner.campaign.noise import Noise, spec_variances
 from planner.campaign.prior import Prior
 from planner.records import Array
 from planner.solvers.least_squares import least_squares
-from planner.solvers.random_effects import Drift, RandomEffects
+from planner.solvers.random_effects import RandomEffects
 from planner.solvers.reml import Variances, reml
 from planner.spec.model import Spec
 
@@ -143,7 +143,7 @@ def augmented_effects(effects: RandomEffects, prior: Prior) -> RandomEffects:
     blank = np.zeros((len(effects.diagonals), q))
     own = np.concatenate([np.zeros(n), prior.sigma**2])
     drifts = tuple(
-        Drift(np.append(d.z, np.zeros(q)), np.append(d.time, np.zeros(q)), d.tau) for d in effects.drifts
+        replace(d, z=np.append(d.z, np.zeros(q)), time=np.append(d.time, np.zeros(q))) for d in effects.drifts
     )
     return RandomEffects(
         np.append(effects.starts, n + np.arange(q)),

@@ -26,7 +26,7 @@ from planner.calibration import (
 )
 from planner.errors import InputError
 from planner.protocols import SENSORS, Sensor
-from planner.units import from_si, unit_factor
+from planner.units import displayed, from_si, unit_factor
 
 OUTPUT_UNIT = {"gyro": "deg/s", "accelerometer": "g"}
 SUFFIX = {"deg/s": "dps", "g": "g"}
@@ -159,7 +159,7 @@ def _extra(e: ExtraTerm) -> dict[str, Any]:
 
 def _shown(value: float, unit: str) -> float | None:
     """A figure in its display unit; None for one that does not exist."""
-    return _number(from_si(value, unit)) if math.isfinite(value) else None
+    return _number(displayed(value, unit)) if math.isfinite(value) else None
 
 
 def _number(value: float) -> float | None:

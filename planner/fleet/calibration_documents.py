@@ -17,7 +17,7 @@ from planner.fleet.allowed_region import AllowedRegion
 from planner.fleet.check_residual import MeasuredResidual
 from planner.protocols import SENSORS
 from planner.records import Array
-from planner.units import UnitError, unit_factor
+from planner.units import UnitError, display_factor
 
 SAME_TEMPERATURE_K = 3.0  # nodes of both sensors that differ by less are one: chambers hold ±2 °C
 DATE = re.compile(r"(?<!\d)(\d{4}-\d{2}-\d{2})(?!\d)")
@@ -89,7 +89,7 @@ def _unit(document: Mapping[str, Any], source: str, when: str | None) -> Calibra
         for channel, correlation in part["correlation"].items():
             own = [c for c in part["coefficients"] if c["channel"] == channel]
             known = [i for i, c in enumerate(own) if c["value"] is not None]
-            scale = [unit_factor(c["unit"])[0] for c in own]
+            scale = [display_factor(c["unit"]) for c in own]
             for i in known:
                 c = own[i]
                 node = np.nan if c["temperature_degc"] is None else float(c["temperature_degc"])

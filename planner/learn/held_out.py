@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -58,20 +56,19 @@ def _predicted_from_others(fit: Estimate, y: Array, rows: NDArray[np.int64]) -> 
 
 def _folds(fit: Estimate, starts: NDArray[np.int64]) -> NDArray[np.int64]:
     """(g,) fold of every run; −1 for a run whose condition has no repeat."""
-    keys = _conditions_of_runs(fit, starts)
-    count = Counter(keys)
-    folds = min(FOLDS, max(count.values(), default=0))
-    seen: dict[tuple[int, ...], int] = defaultdict(int)
-    out = np.full(len(keys), -1, dtype=np.int64)
-    for i, key in enumerate(keys):
-        if count[key] > 1:
-            out[i] = seen[key] % folds
-            seen[key] += 1
-    return out
+    _, key, count = np.unique(
+        _conditions_of_runs(fit, starts), axis=0, return_inverse=True, return_counts=True
+    )
+    folds = min(FOLDS, int(count.max(initial=0)))
+    order = np.argsort(key, kind="stable")
+    first = np.concatenate([[0], np.cumsum(count)[:-1]])
+    seen = np.empty(len(key), dtype=np.int64)
+    seen[order] = np.arange(len(key)) - first[key[order]]  # how many like it came before
+    return np.where(count[key] > 1, seen % max(folds, 1), -1)
 
 
-def _conditions_of_runs(fit: Estimate, starts: NDArray[np.int64]) -> list[tuple[int, ...]]:
-    """What was done in every run: temperature, its rate, greatest rate and load, rounded."""
+def _conditions_of_runs(fit: Estimate, starts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(g, 4) what was done in every run: temperature, its rate, greatest rate and load, rounded."""
     c = fit.model.conditions
     e = fit.noise.effects
     size = e.sums(np.ones(len(c.day)))
@@ -86,7 +83,7 @@ def _conditions_of_runs(fit: Estimate, starts: NDArray[np.int64]) -> list[tuple[
             ),
         ]
     )
-    return [tuple(int(x) for x in row) for row in columns]
+    return columns.astype(np.int64)
 
 
 def _rms(x: Array) -> float:

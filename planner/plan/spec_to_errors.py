@@ -36,6 +36,7 @@ def _error_model(spec: Spec, sensor: Sensor, effect: str, budget: ErrorBudget) -
         systematic=budget.systematic_size,
         run_to_run=_run_to_run(budget),
         in_run=budget.in_run_sigma,
+        in_run_time=budget.in_run_time,
         storage=budget.storage_sigma,
         whole_variation=budget.whole_variation,
         calibrated=declared and served,

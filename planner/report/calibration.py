@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from planner.calibration import Calibration, Coefficient, SensorCalibration
-from planner.units import from_si
+from planner.units import displayed, from_si
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -54,8 +54,8 @@ def _row(c: Coefficient) -> tuple[str, ...]:
     at = "" if c.temperature_degc is None else f"{c.temperature_degc:.1f}"
     if c.status == "undetermined":
         return c.error, c.term, at, "—", "—", c.unit, c.status
-    half = from_si((c.high - c.low) / 2.0, c.unit)
-    value = f"{from_si(c.value, c.unit):.6g}"
+    half = displayed((c.high - c.low) / 2.0, c.unit)
+    value = f"{displayed(c.value, c.unit):.6g}"
     return (
         c.error,
         c.term,

@@ -19,8 +19,9 @@ import numpy as np
 
 from planner import catalog
 from planner.campaign.design import Design
+from planner.campaign.power_ons import of_design
 from planner.measured import DwellTable
-from planner.measurement import Acting, response
+from planner.measurement import Acting
 from planner.protocols import SENSORS, Effect, Sensor
 from planner.records import Array, Conditions
 from planner.simulate.hidden import HiddenEffect, coefficients
@@ -219,7 +220,8 @@ def _measured(
         ]
         every = np.broadcast_to(values, (len(design), len(values)))
         drawn.append(_Drawn(effect, every, terms, extra.nonlinear))
-    y = response(sensor, conditions, [Acting(d.effect, d.values, d.nonlinear) for d in drawn])
+    runs = replace(of_design(design), conditions=conditions)
+    y = runs.response(sensor, [Acting(d.effect, d.values, d.nonlinear) for d in drawn])
     return _noisy(y, sensor, design, settings, seed), [t for d in drawn for t in d.terms]
 
 

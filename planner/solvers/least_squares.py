@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 RANK_TOLERANCE = 1e-11
 _TALL = 3000  # rows from which two products of matrices are cheaper than reflections
 _TAME = 1e-5  # smallest over largest pivot of Cholesky's factor
-_REFINED = 2_000_000  # elements of X up to which refinement in long double takes no noticeable time
+_REFINED = 200_000  # elements of X up to which refinement in long double takes no noticeable time
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ matrices (Woodbury), with drifts from dense blocks (block_covariance). No inerti
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,22 +22,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Drift:
-    """A first-order Gauss-Markov process in every group, z zᵀ ∘ exp(−|Δt| / τ). z, time: (n,); tau: τ."""
+    """A process in every group, z zᵀ ∘ ρ(Δt / τ). z: (n,); time: (n,) what it runs along; tau: τ.
+
+    ρ(x) = exp(−|x|), first-order Gauss-Markov, or smooth exp(−x²/2)
+    """
 
     z: Array
     time: Array
     tau: float
+    smooth: bool = False
 
     def block(self, rows: NDArray[np.int64]) -> Array:
         """(G, m, m) in groups of one size, rows (G, m)."""
         z, t = self.z[rows], self.time[rows]
-        return np.asarray(
-            z[:, :, None] * z[:, None, :] * np.exp(-np.abs(t[:, :, None] - t[:, None, :]) / self.tau)
-        )
+        x = (t[:, :, None] - t[:, None, :]) / self.tau
+        rho = np.exp(-0.5 * x**2) if self.smooth else np.exp(-np.abs(x))
+        return np.asarray(z[:, :, None] * z[:, None, :] * rho)
 
     def at(self, rows: NDArray[np.bool_]) -> Drift:
         """The process on some of the rows."""
-        return Drift(self.z[rows], self.time[rows], self.tau)
+        return replace(self, z=self.z[rows], time=self.time[rows])
 
 
 @dataclass(frozen=True)
@@ -105,7 +109,7 @@ class RandomEffects:
         """Every V_k times factor_k (K,)."""
         a, b = len(self.diagonals), len(self.slopes)
         root = np.sqrt(factor)
-        drifts = tuple(Drift(d.z * r, d.time, d.tau) for d, r in zip(self.drifts, root[a + b :], strict=True))
+        drifts = tuple(replace(d, z=d.z * r) for d, r in zip(self.drifts, root[a + b :], strict=True))
         return RandomEffects(
             self.starts,
             self.diagonals * factor[:a, None],

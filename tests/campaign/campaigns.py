@@ -22,7 +22,7 @@ def power_ons(seed: int, runs: int = 9, records: int = 7, days: float = 0.0) -> 
     direction = rng.normal(size=(n, 3))
     force = 9.80665 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
     rate = rng.normal(size=(n, 3)) * (rng.uniform(size=(n, 1)) < 0.5)
-    warm = np.repeat(rng.uniform(-40.0, 60.0, runs), records)
+    warm = np.repeat(rng.uniform(-40.0, 60.0, runs), records) + rng.uniform(0.0, 30.0, n)  # some ramps
     on = np.cumsum(rng.uniform(20.0, 300.0, (runs, records)), axis=1).ravel()
     day = np.repeat(np.sort(rng.uniform(0.0, days, runs)), records) if days else np.zeros(n)
     conditions = Conditions(rate, force, warm, np.zeros(n), on, day)
@@ -56,7 +56,10 @@ def drifting(storage: str = "0 deg/s") -> Spec:
                 "in_run": {"value": "0.002 deg/s", "correlation_time": "200 s"},
                 "storage": storage,
             },
-            "scale_factor": {"run_to_run": "0.02 %", "in_run": "0.01 %"},
+            "scale_factor": {
+                "run_to_run": {"value": "0.02 %", "temperature_correlation": "15 K"},
+                "in_run": "0.01 %",
+            },
             "misalignment": {"run_to_run": "0.003 deg"},
             "g_sensitivity": {"run_to_run": "0.0003 deg/s/g", "in_run": "0.0002 deg/s/g"},
         },

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.campaign.channel_model import evaluate
 from planner.diagnosis import UnitDiagnosis
 from planner.learn.diagnosis_to_navigation import _taken_up, navigation_costs
 from planner.learn.diagnosis_to_residual import unit_fits
+from planner.measurement import evaluate
 from planner.plan.spec_to_sensitivity import conditions_of, sensitivities
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.spec.load import load_spec
