@@ -295,7 +295,7 @@ class Campaign:
 
     objective: weighted cost in seconds of the work of one batch; bound: proved lower bound of it
     total_bound: that of the weighted total with waiting and batches; None: the work's own; by_total: whether
-    another campaign takes less work, but longer with them; added: what only tells the errors apart, in words
+    another campaign takes less work, but longer with them; added: only to tell errors apart, not proved
     """
 
     visits: tuple[TestVisits, ...]

@@ -59,7 +59,7 @@ def observable_campaign(task: Task, chosen: Campaign) -> Campaign:
     if not found.added:
         return chosen
     cost = _cost(task, found.visits)
-    return replace(chosen, visits=found.visits, objective=cost, proved=False, added=found.added)
+    return replace(chosen, visits=found.visits, objective=cost, added=found.added)
 
 
 def _cost(task: Task, visits: Sequence[TestVisits]) -> float:

@@ -44,10 +44,14 @@ def trade_off(
         best = min(every, key=lambda timed: (timed.time_s + weight * timed.power_on_s, timed.time_s))
         points.append(
             TradeOffPoint(
-                weight, round(best.time_s, 6), round(best.power_on_s, 6), plain and best.campaign.proved
+                weight, round(best.time_s, 6), round(best.power_on_s, 6), _is_proved(best.campaign, plain)
             )
         )
     return tuple(points)
+
+
+def _is_proved(campaign: Campaign, plain: bool) -> bool:
+    return plain and campaign.proved and not campaign.added
 
 
 def _solved(spec: Spec, solve: Callable[[Spec], Campaign]) -> Iterator[tuple[float, Campaign]]:
