@@ -15,8 +15,8 @@ from planner.plan.campaign_by_total import by_total
 from planner.plan.campaign_to_plan import plan_of
 from planner.plan.errors_to_points import point_menus
 from planner.plan.genetic_campaign import genetic_plan
+from planner.plan.observable_campaign import observable_campaign, refuse_what_no_campaign_tells
 from planner.plan.plan_to_schedule_figures import with_schedule_figures
-from planner.plan.records_to_observability import refuse_the_undetermined
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.schedule_to_steps import planned_tests, steps
 from planner.plan.sensitivity_to_allowance import allowed_errors
@@ -63,8 +63,8 @@ class Planned:
 
 
 def refuse_unplannable(loaded: LoadedSpec) -> None:
-    """What `plan` refuses before it plans: raises InputError when the tests' records cannot tell an error."""
-    refuse_the_undetermined(loaded.spec, error_models(loaded.spec))
+    """What `plan` refuses before it plans: raises InputError when no campaign of the tests tells an error."""
+    refuse_what_no_campaign_tells(loaded.spec)
 
 
 def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
@@ -102,12 +102,12 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
         progress("genetic algorithm beside the exact campaign")
         genetic = genetic_plan(task, chosen, rule, _settings(spec), spec.plan.seed)
     progress("the same with waiting and batches in sight")
-    chosen = by_total(task, chosen)
+    chosen = observable_campaign(task, by_total(task, chosen))
     made = _timed(loaded, navigation, task, chosen, genetic, [*_notes(loaded), *notes])
     curve: tuple[TradeOffPoint, ...] = ()
     if spec.plan.trade_off and not is_hand_made(spec):
         progress("trade-off of campaign time and power-on time")
-        curve = trade_off(spec, lambda other: campaign(task_of(other, navigation)), [chosen])
+        curve = trade_off(spec, lambda other: _observable(other, navigation), [chosen])
     return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, allowed)
 
 
@@ -115,8 +115,14 @@ def exact_plan(loaded: LoadedSpec) -> Plan:
     """Spec → campaign and steps as of `plan`; no genetic algorithm beside them, no trade-off, no notes."""
     navigation = navigate(loaded, lambda message: None)
     task = task_of(loaded.spec, navigation)
-    chosen = by_total(task, campaign(task))
+    chosen = observable_campaign(task, by_total(task, campaign(task)))
     return with_schedule_figures(_timed(loaded, navigation, task, chosen), loaded.spec, chosen)
+
+
+def _observable(spec: Spec, navigation: Navigation) -> Campaign:
+    """The campaign of another choice of weights, by working time."""
+    task = task_of(spec, navigation)
+    return observable_campaign(task, campaign(task))
 
 
 def _timed(
@@ -169,7 +175,11 @@ def _instants(spec: Spec) -> list[float]:
 
 
 def task_of(spec: Spec, navigation: Navigation) -> Task:
-    """What may be chosen, temperatures and repeats, and what each choice costs and leaves of the errors."""
+    """What may be chosen, temperatures and repeats, and what each choice costs and leaves of the errors.
+
+    Raises InputError when no campaign of the tests tells an error that they calibrate.
+    """
+    refuse_what_no_campaign_tells(spec)
     menus = error_menus(spec, navigation.models, point_menus(spec))
     return planning_task(spec, navigation.models, menus, navigation.constraints)
 
