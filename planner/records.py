@@ -401,7 +401,10 @@ class PlannedTest:
 
 @dataclass(frozen=True)
 class Achieved:
-    """One requirement and what the plan reaches: `achieved` by the requirement's own rule, SI."""
+    """One requirement and what the plan reaches: `achieved` by the requirement's own rule, SI.
+
+    flown: rms (rss) or promised percentile of flights by the campaign's own model; None: not predicted
+    """
 
     error: str
     at: str
@@ -411,6 +414,7 @@ class Achieved:
     achieved: float
     met: bool
     shares: Mapping[str, float]  # error name -> its part of `achieved` (worst_case) or of its square
+    flown: float | None = None
 
 
 @dataclass(frozen=True)

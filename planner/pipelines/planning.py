@@ -12,6 +12,7 @@ from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.budget import common_rule
 from planner.plan.by_hand import is_hand_made
 from planner.plan.campaign_by_total import by_total
+from planner.plan.campaign_to_flight import with_flown
 from planner.plan.campaign_to_plan import plan_of
 from planner.plan.errors_to_points import point_menus
 from planner.plan.genetic_campaign import genetic_plan
@@ -35,6 +36,7 @@ from planner.records import (
     Plan,
     Sensitivities,
     TradeOffPoint,
+    Trajectory,
 )
 from planner.solvers.genetic import GeneticSettings
 from planner.spec.load import LoadedSpec
@@ -51,6 +53,7 @@ class Navigation:
     sensitivities: Sensitivities | None
     constraints: tuple[Constraint, ...]
     trajectory: str
+    flight: Trajectory | None = None
 
 
 @dataclass(frozen=True)
@@ -77,7 +80,7 @@ def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
     trajectory = trajectory_of(spec.trajectory, loaded.folder)
     progress("propagating the sensor errors")
     found = sensitivities_of(trajectory, [model.name for model in models], instants=_instants(spec))
-    return Navigation(models, found, constraints_of(spec, found), trajectory.name)
+    return Navigation(models, found, constraints_of(spec, found), trajectory.name, trajectory)
 
 
 def allow(loaded: LoadedSpec, progress: Progress) -> tuple[Navigation, AllowedErrors]:
@@ -104,6 +107,8 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
     progress("the same with waiting and batches in sight")
     chosen = observable_campaign(task, by_total(task, chosen))
     made = _timed(loaded, navigation, task, chosen, genetic, [*_notes(loaded), *notes])
+    progress("what will be flown, by the campaign's own model")
+    made = with_flown(made, spec, navigation.flight)
     curve: tuple[TradeOffPoint, ...] = ()
     if spec.plan.trade_off and not is_hand_made(spec):
         progress("trade-off of campaign time and power-on time")
