@@ -1,10 +1,9 @@
-"""Every shipped spec plans, meets its requirements and is proved."""
+"""Every shipped spec, and the starter, plans, meets its requirements and is proved."""
 
 import pytest
 
 from planner.pipelines import planning as pipeline
-from planner.spec.load import load_spec
-from tests.specs import SHIPPED
+from tests.specs import SHIPPED, shipped
 
 NAMES = sorted(path.stem for path in SHIPPED.glob("*.yaml"))
 
@@ -22,9 +21,9 @@ def test_the_promised_specs_are_there():
     } <= set(NAMES)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, "starter"])
 def test_a_shipped_spec_is_planned_met_and_proved(name):
-    loaded = load_spec(SHIPPED / f"{name}.yaml")
+    loaded = shipped(name)
     assert loaded.warnings == ()
     planned = pipeline.plan(loaded, lambda message: None)
     plan = planned.plan

@@ -154,7 +154,7 @@ class Verdict:
     limit: float
     met: bool
     word: str = ""
-    why: str = ""
+    why: tuple[str, ...] = ()
     after: float | None = None
 
     def width(self, size: float | None) -> str:

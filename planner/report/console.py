@@ -47,8 +47,8 @@ def _verdict(verdict: Verdict, console: Console) -> None:
     word = f": {verdict.word}" if verdict.word else ""
     text = f"{verdict.text} ({verdict.detail})".replace("≤", "<=")
     _line(console, text + word, tail=(len(word) - 2, "green" if verdict.met else "bold red"))
-    if verdict.why:
-        _line(console, f"  {verdict.why}")
+    for why in verdict.why:
+        _line(console, f"  {why}")
 
 
 def _facts(facts: list[Fact], console: Console) -> None:

@@ -61,7 +61,15 @@ blocks = st.one_of(
 )
 sections = st.lists(blocks, min_size=1, max_size=4).map(tuple)
 verdicts = st.builds(
-    Verdict, words, words, st.floats(0, 1e9), st.floats(0, 1e9), st.booleans(), words, words, st.none()
+    Verdict,
+    words,
+    words,
+    st.floats(0, 1e9),
+    st.floats(0, 1e9),
+    st.booleans(),
+    words,
+    st.tuples(words),
+    st.none(),
 )
 reports = st.builds(
     Report,

@@ -67,8 +67,10 @@ def plan_report(
     )
 
 
-def verdict(achieved: Achieved, why: str = "") -> Verdict:
-    """The requirement's line."""
+def verdict(achieved: Achieved, binds: str) -> Verdict:
+    """The requirement's line; under it what will be flown, where that is known, and what binds."""
+    flown = "" if achieved.flown is None else quantity(achieved.flown, achieved.unit)
+    budget = f"That is the budget; by the campaign's own model {flown} will be flown."
     sign = "≤" if achieved.met else ">"
     reached, limit = (quantity(value, achieved.unit) for value in (achieved.achieved, achieved.limit))
     return Verdict(
@@ -78,7 +80,7 @@ def verdict(achieved: Achieved, why: str = "") -> Verdict:
         achieved.limit,
         achieved.met,
         word="met" if achieved.met else "NOT met",
-        why=why,
+        why=(budget, binds) if flown else (binds,),
     )
 
 
