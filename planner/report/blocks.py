@@ -193,7 +193,12 @@ def section(id_: str, title: str, *blocks: Block | None, only: Where | None = No
     return Section(id_, title, present, only) if present else None
 
 
-def existing(sections: Iterable[Section | None]) -> tuple[Section, ...]:
+def facts(*found: tuple[str, str], brief: Sequence[str] = ()) -> tuple[Fact, ...]:
+    """The names and values that are known; brief: names of those that the terminal has too."""
+    return tuple(Fact(name, value, name in brief) for name, value in found if value)
+
+
+def existing(*sections: Section | None) -> tuple[Section, ...]:
     """Those that have something to say."""
     return tuple(part for part in sections if part is not None)
 

@@ -35,7 +35,7 @@ from planner.report.blocks import (
 from planner.report.console import show
 from planner.report.page import html
 
-# no blanks at the ends, which HTML and a terminal's table drop, and nothing that is filled up or replaced
+# letters only: blanks at the ends would be dropped, some signs are replaced
 words = st.text(st.characters(categories=["L"], max_codepoint=0x4FF), min_size=1, max_size=12)
 where = st.sampled_from([None, "page", "console"])
 

@@ -51,9 +51,7 @@ def stress() -> Report:
         sentences=(LONG,),
         notes=(LONG,),
         facts=(Fact("SHA-256", "9f" * 32),),
-        sections=existing(
-            (section("s", LONG, Text(LONG), Items((LONG,), LONG), Table(LONG, columns, (row,))),)
-        ),
+        sections=existing(section("s", LONG, Text(LONG), Items((LONG,), LONG), Table(LONG, columns, (row,)))),
         command=f"planner plan {LONG}.yaml",
     )
 

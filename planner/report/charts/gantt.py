@@ -121,13 +121,7 @@ def _lanes(axes: Axes, plan: Plan, benches: Sequence[str], tests: Sequence[str])
     actions = action_order(map(action_of, plan.steps))
     for row, bench in enumerate(benches):
         steps = [step for step in plan.steps if step.bench == bench]
-        _lane(
-            axes,
-            edges,
-            column_shares(steps, edges, actions, action_of),
-            -row,
-            action_colours(actions),
-        )
+        _lane(axes, edges, column_shares(steps, edges, actions, action_of), -row, action_colours(actions))
         shares = column_shares(steps, edges, tests, lambda s: s.test)
         _lane(axes, edges, shares, -row - 0.42, test_colours(tests))
     axes.set_ylim(-len(benches) + 0.45, 0.5)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from planner.fleet.acceptance import ChannelAcceptance, UnitAcceptance, counts
 from planner.fleet.allowed_region import AllowedRegion, TermConstraint
 from planner.fleet.judge import MOST_RECORDS, ErrorRates
-from planner.report.blocks import Fact, Items, Report, Table, existing, section, table
+from planner.report.blocks import Items, Report, Table, existing, facts, section, table
 from planner.report.charts import fleet as charts
 from planner.report.numbers import NOTHING, SPACE, counted, digits, percent, quantity
 from planner.report.readable import shown_in
@@ -29,21 +29,20 @@ def accept_report(
         answer=headline(units),
         sentences=(sentence(units, region),),
         notes=tuple(notes),
-        facts=(
-            Fact("units", str(len(units))),
-            Fact("good rejected, at most", percent(rates.good_rejected), brief=True),
-            Fact("bad accepted, at most", percent(rates.bad_accepted), brief=True),
-            Fact("power-ons", str(sum(u.power_ons for u in units))),
-            Fact("records", str(sum(u.records for u in units))),
+        facts=facts(
+            ("units", str(len(units))),
+            ("good rejected, at most", percent(rates.good_rejected)),
+            ("bad accepted, at most", percent(rates.bad_accepted)),
+            ("power-ons", str(sum(u.power_ons for u in units))),
+            ("records", str(sum(u.records for u in units))),
+            brief=("good rejected, at most", "bad accepted, at most"),
         ),
         sections=existing(
-            (
-                section("batch", "The batch", charts.batch_picture(ordered), units_table(ordered, region)),
-                section("region", "Where they lie in the allowed region", charts.region_picture(units, adds)),
-                section("channels", "Channel by channel", channels_table(ordered)),
-                section("remarks", "What is odd about single units", _remarks(units)),
-                section("basis", "How to read this", Items(basis(rates)), only="page"),
-            )
+            section("batch", "The batch", charts.batch_picture(ordered), units_table(ordered, region)),
+            section("region", "Where they lie in the allowed region", charts.region_picture(units, adds)),
+            section("channels", "Channel by channel", channels_table(ordered)),
+            section("remarks", "What is odd about single units", _remarks(units)),
+            section("basis", "How to read this", Items(basis(rates)), only="page"),
         ),
     )
 

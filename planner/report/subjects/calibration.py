@@ -24,7 +24,7 @@ def calibration_report(calibration: Calibration) -> Report:
         )
         for s in sensors
     )
-    return Report("Calibration", calibration.unit, "", sections=existing(parts))
+    return Report("Calibration", calibration.unit, "", sections=existing(*parts))
 
 
 def _residuals(unit: str, sensor: SensorCalibration) -> Table | None:

@@ -23,19 +23,13 @@ def comparison_report(c: Comparison) -> Report:
         title=" / ".join(c.plans),
         answer=f"{', '.join(map(_hours, c.time_us))} h" if c.differ else "The plans do not differ.",
         sections=existing(
-            (
-                section("specs", "The specs", Text(shas) if len(set(c.spec_sha256)) > 1 else None),
-                section("hours", "Hours", _table("hours", c, _hour_rows(c))),
-                section(
-                    "error",
-                    "Error against hours",
-                    _table("navigation error against hours", c, _error_rows(c)),
-                ),
-                section(
-                    "allowed", "Allowed sensor errors", _table("allowed sensor errors", c, _allowed_rows(c))
-                ),
-                section("reasons", "What differs and why", *differences),
-            )
+            section("specs", "The specs", Text(shas) if len(set(c.spec_sha256)) > 1 else None),
+            section("hours", "Hours", _table("hours", c, _hour_rows(c))),
+            section(
+                "error", "Error against hours", _table("navigation error against hours", c, _error_rows(c))
+            ),
+            section("allowed", "Allowed sensor errors", _table("allowed sensor errors", c, _allowed_rows(c))),
+            section("reasons", "What differs and why", *differences),
         ),
     )
 

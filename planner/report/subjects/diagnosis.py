@@ -7,7 +7,7 @@ from pathlib import Path
 
 from planner.diagnosis import Diagnosis, NavigationCost
 from planner.measured import DwellTable
-from planner.report.blocks import Block, Fact, Items, Report, Section, Text, Verdict, existing, section
+from planner.report.blocks import Block, Fact, Items, Report, Section, Text, Verdict, existing, facts, section
 from planner.report.charts import diagnosis as charts
 from planner.report.numbers import digits, level
 from planner.report.subjects import diagnosis_words as words
@@ -28,7 +28,7 @@ def diagnosis_report(diagnosis: Diagnosis, table: DwellTable) -> Report:
         sentences=(words.sentence(found),),
         verdicts=tuple(map(verdict, diagnosis.navigation)),
         notes=(*diagnosis.notes, *found.notes),
-        facts=facts(diagnosis, table),
+        facts=_facts(diagnosis, table),
         sections=sections(diagnosis, table),
     )
 
@@ -52,17 +52,16 @@ def verdict(c: NavigationCost) -> Verdict:
     )
 
 
-def facts(diagnosis: Diagnosis, table: DwellTable) -> tuple[Fact, ...]:
+def _facts(diagnosis: Diagnosis, table: DwellTable) -> tuple[Fact, ...]:
     """Where the diagnosis comes from."""
-    found = (
-        Fact("data", Path(diagnosis.source).name),
-        Fact("records", digits(float(len(table)), 6)),
-        Fact("power-ons", digits(float(len(set(table.run.tolist()))), 6)),
-        Fact("seed", str(diagnosis.seed)),
-        Fact("data (SHA-256)", diagnosis.data_sha256),
-        Fact("spec (SHA-256)", diagnosis.spec_sha256),
+    return facts(
+        ("data", Path(diagnosis.source).name),
+        ("records", digits(float(len(table)), 6)),
+        ("power-ons", digits(float(len(set(table.run.tolist()))), 6)),
+        ("seed", str(diagnosis.seed)),
+        ("data (SHA-256)", diagnosis.data_sha256),
+        ("spec (SHA-256)", diagnosis.spec_sha256),
     )
-    return tuple(fact for fact in found if fact.value)
 
 
 def sections(diagnosis: Diagnosis, table: DwellTable) -> tuple[Section, ...]:
@@ -70,20 +69,16 @@ def sections(diagnosis: Diagnosis, table: DwellTable) -> tuple[Section, ...]:
     found = diagnosis.found
     rivals = (words.rivals_table(found.effects), words.next_table(diagnosis.next_measurement))
     return existing(
-        (
-            section("found", "What was found", *_found(diagnosis, table)),
-            section("change", f"Before and after, {words.where_held_out(diagnosis)}", *_change(diagnosis)),
-            section(
-                "residual", "What is left, against every variable", *_against(diagnosis, table), only="page"
-            ),
-            section("flight", "What it means in flight", *_flight(diagnosis)),
-            section("rivals", "Rivals, and what to measure next", *rivals),
-            section("assumptions", "What the spec assumes", words.assumptions_table(found), only="page"),
-            section("limits", "What was looked for in vain", words.limits_table(found), only="page"),
-            section("untestable", "What these data cannot show", words.untestable_table(found), only="page"),
-            section("unseen", "What these data cannot show", _untestable(diagnosis), only="console"),
-            section("basis", "How to read this", Items(tuple(_basis(diagnosis))), only="page"),
-        )
+        section("found", "What was found", *_found(diagnosis, table)),
+        section("change", f"Before and after, {words.where_held_out(diagnosis)}", *_change(diagnosis)),
+        section("residual", "What is left, against every variable", *_against(diagnosis, table), only="page"),
+        section("flight", "What it means in flight", *_flight(diagnosis)),
+        section("rivals", "Rivals, and what to measure next", *rivals),
+        section("assumptions", "What the spec assumes", words.assumptions_table(found), only="page"),
+        section("limits", "What was looked for in vain", words.limits_table(found), only="page"),
+        section("untestable", "What these data cannot show", words.untestable_table(found), only="page"),
+        section("unseen", "What these data cannot show", _untestable(diagnosis), only="console"),
+        section("basis", "How to read this", Items(tuple(_basis(diagnosis))), only="page"),
     )
 
 

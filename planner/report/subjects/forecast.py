@@ -10,7 +10,7 @@ from planner.fleet.appointment import Appointment
 from planner.fleet.drift import ChannelForecast, FleetForecast, UnitDate
 from planner.fleet.history import gathered
 from planner.fleet.validation import MethodScore
-from planner.report.blocks import Block, Fact, Items, Report, Table, Text, existing, section, table
+from planner.report.blocks import Block, Items, Report, Table, Text, existing, facts, section, table
 from planner.report.charts import fleet as charts
 from planner.report.numbers import NOTHING, counted, digits, level, percent
 from planner.report.readable import shown_in
@@ -29,23 +29,21 @@ def forecast_report(fleet: FleetForecast, region: AllowedRegion, name: str) -> R
         answer=headline(fleet),
         sentences=(sentence(fleet),),
         notes=tuple(fleet.notes),
-        facts=(
-            Fact("units", str(len(fleet.units))),
-            Fact("channels", str(len(fleet.channels))),
-            Fact("last value", fleet.history.label(fleet.history.last_day)),
-            Fact("looked until", fleet.history.label(fleet.until)),
-            Fact("confidence", level(fleet.confidence)),
-            Fact("corrected by", _corrected(fleet)),
+        facts=facts(
+            ("units", str(len(fleet.units))),
+            ("channels", str(len(fleet.channels))),
+            ("last value", fleet.history.label(fleet.history.last_day)),
+            ("looked until", fleet.history.label(fleet.until)),
+            ("confidence", level(fleet.confidence)),
+            ("corrected by", _corrected(fleet)),
         ),
         sections=existing(
-            (
-                section("dates", "Until when", dates_table(fleet, region), *_loads(fleet)),
-                section("methods", "Which method forecasts best", scores_table(fleet.scores, fleet)),
-                section("channels", "History and forecast", *_pictures(fleet), only="page"),
-                section("table", "Every channel", channels_table(fleet)),
-                section("remarks", "What the dates rest on", _remarks(fleet)),
-                section("basis", "How to read this", Items(basis(fleet)), only="page"),
-            )
+            section("dates", "Until when", dates_table(fleet, region), *_loads(fleet)),
+            section("methods", "Which method forecasts best", scores_table(fleet.scores, fleet)),
+            section("channels", "History and forecast", *_pictures(fleet), only="page"),
+            section("table", "Every channel", channels_table(fleet)),
+            section("remarks", "What the dates rest on", _remarks(fleet)),
+            section("basis", "How to read this", Items(basis(fleet)), only="page"),
         ),
     )
 

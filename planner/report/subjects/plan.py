@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from planner.records import Achieved, AllowedErrors, Constraint, Plan, Sensitivities
-from planner.report.blocks import Fact, Folded, Items, Report, Section, Text, Verdict, existing, section
+from planner.report.blocks import (
+    Fact,
+    Folded,
+    Items,
+    Report,
+    Section,
+    Text,
+    Verdict,
+    existing,
+    facts,
+    section,
+)
 from planner.report.charts import gantt
 from planner.report.charts import plan as charts
 from planner.report.contributions import binding_constraint, contributions
@@ -43,26 +54,22 @@ def plan_report(
         sentences=(plan_basis.proof(plan),),
         verdicts=tuple(verdict(r, why) for r, why in zip(plan.requirements, binds, strict=True)),
         notes=tuple(plan.notes),
-        facts=facts(plan, trajectory_name),
+        facts=_facts(plan, trajectory_name),
         sections=existing(
-            (
-                budget(plan, constraints),
-                section("campaign", "The campaign", gantt.campaign_picture(plan) if plan.steps else None),
-                hours_spent(plan, service_life_s),
-                schedule(plan),
-                section("tests", "Tests", plan_tables.tests_table(plan)),
-                repeats(plan),
-                region(plan, constraints),
-                pareto(plan, allowed),
-                convergence(plan, allowed),
-                sensitivity(plan, sensitivities),
-                basis(plan, allowed, sensitivities, trajectory_name),
-                section(
-                    "spec",
-                    "The spec",
-                    Folded("Show the spec as it was read", spec_text) if spec_text else None,
-                ),
-            )
+            budget(plan, constraints),
+            section("campaign", "The campaign", gantt.campaign_picture(plan) if plan.steps else None),
+            hours_spent(plan, service_life_s),
+            schedule(plan),
+            section("tests", "Tests", plan_tables.tests_table(plan)),
+            repeats(plan),
+            region(plan, constraints),
+            pareto(plan, allowed),
+            convergence(plan, allowed),
+            sensitivity(plan, sensitivities),
+            basis(plan, allowed, sensitivities, trajectory_name),
+            section(
+                "spec", "The spec", Folded("Show the spec as it was read", spec_text) if spec_text else None
+            ),
         ),
     )
 
@@ -84,17 +91,17 @@ def verdict(achieved: Achieved, binds: str) -> Verdict:
     )
 
 
-def facts(plan: Plan, trajectory_name: str) -> tuple[Fact, ...]:
+def _facts(plan: Plan, trajectory_name: str) -> tuple[Fact, ...]:
     """Where the plan comes from."""
-    found = (
-        Fact("sensitivities from", trajectory_name),
-        Fact("minimised", plan.objective.replace("_", " ")),
-        Fact("powered", f"{hours(plan.power_on_s)} h", brief=True),
-        Fact("steps", str(len(plan.steps)), brief=True),
-        Fact("seed", str(plan.seed)),
-        Fact("spec (SHA-256)", plan.spec_sha256),
+    return facts(
+        ("sensitivities from", trajectory_name),
+        ("minimised", plan.objective.replace("_", " ")),
+        ("powered", f"{hours(plan.power_on_s)} h"),
+        ("steps", str(len(plan.steps))),
+        ("seed", str(plan.seed)),
+        ("spec (SHA-256)", plan.spec_sha256),
+        brief=("powered", "steps"),
     )
-    return tuple(fact for fact in found if fact.value)
 
 
 def budget(plan: Plan, constraints: Sequence[Constraint]) -> Section | None:

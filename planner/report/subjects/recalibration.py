@@ -10,7 +10,7 @@ from planner.fleet.history import day_label
 from planner.fleet.published_store import published, published_check
 from planner.fleet.recalibration import ShortestVisit, StorePlan
 from planner.fleet.store import Visit
-from planner.report.blocks import Fact, Items, Picture, Report, Table, existing, section, table
+from planner.report.blocks import Items, Picture, Report, Table, existing, facts, section, table
 from planner.report.charts import fleet as charts
 from planner.report.numbers import NOTHING, counted, digits, display_unit, hours, in_unit, percent, plain
 from planner.report.readable import shown_in
@@ -28,22 +28,20 @@ def recalibration_report(found: Recalibrated, name: str) -> Report:
         answer=headline(found),
         sentences=(sentence(found),),
         notes=tuple(found.notes),
-        facts=(
-            Fact("units", str(len(found.plans))),
-            Fact("visits", str(sum(len(p.visits) for p in found.plans))),
-            Fact("hours", hours(sum(p.time_s for p in found.plans))),
-            Fact("looked until", day_label(found.start, float(found.plans[0].days[-1]))),
+        facts=facts(
+            ("units", str(len(found.plans))),
+            ("visits", str(sum(len(p.visits) for p in found.plans))),
+            ("hours", hours(sum(p.time_s for p in found.plans))),
+            ("looked until", day_label(found.start, float(found.plans[0].days[-1]))),
         ),
         sections=existing(
-            (
-                section("schedule", "The schedule", schedule_table(found), _picture(found)),
-                section("shortest", "One visit: the shortest for a given date", shortest_table(found)),
-                section("renews", "What the store can renew", renewal_table(found)),
-                section("binding", "What is used up in the end", binding_table(found), only="page"),
-                section("procedure", "What is done on a visit", Items(procedure(found)), only="page"),
-                section("published", "Beside the published recalibration", published_table(found)),
-                section("basis", "How to read this", Items(BASIS), only="page"),
-            )
+            section("schedule", "The schedule", schedule_table(found), _picture(found)),
+            section("shortest", "One visit: the shortest for a given date", shortest_table(found)),
+            section("renews", "What the store can renew", renewal_table(found)),
+            section("binding", "What is used up in the end", binding_table(found), only="page"),
+            section("procedure", "What is done on a visit", Items(procedure(found)), only="page"),
+            section("published", "Beside the published recalibration", published_table(found)),
+            section("basis", "How to read this", Items(BASIS), only="page"),
         ),
     )
 

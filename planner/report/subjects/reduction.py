@@ -44,7 +44,7 @@ def reduction_report(reduction: Reduction) -> Report:
         section("noise", "Noise", _terms(reduction.allan)),
         section("record", "The best record", *map(Text, _record(reduction))),
     )
-    return Report("Reduction of recordings", "", "", sections=existing(parts))
+    return Report("Reduction of recordings", "", "", sections=existing(*parts))
 
 
 def _record(reduction: Reduction) -> Iterator[str]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def sensitivity_report(rows: Sequence[SensitivityRow]) -> Report:
     """The position error per display unit of every column."""
     table = section("sensitivities", "Sensitivities", plan_tables.rows_table(rows))
-    return Report("Sensitivities", "", "", sections=existing((table,)))
+    return Report("Sensitivities", "", "", sections=existing(table))
 
 
 def allowed_report(allowed: AllowedErrors) -> Report:
@@ -35,4 +35,4 @@ def allowed_report(allowed: AllowedErrors) -> Report:
     )
     bounds, corners = plan_tables.bounds_table(allowed), plan_tables.corners_table(allowed, compact=True)
     parts = section("allowed", "Allowed sensor errors", *tightness, bounds, corners, found)
-    return Report("Allowed sensor errors", "", "", sections=existing((parts,)))
+    return Report("Allowed sensor errors", "", "", sections=existing(parts))

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from planner.report.blocks import Block, Fact, Picture, Report, Table, Text, existing, section
+from planner.report.blocks import Block, Picture, Report, Table, Text, existing, facts, section
 from planner.report.charts import theme
 from planner.report.numbers import NOTHING, digits, hours
 
@@ -91,12 +91,10 @@ def sweep_report(sweep: Document) -> Report:
         title=sweep["spec"],
         answer=short,
         sentences=(f"{missing} points are still to be planned.",) if missing else (),
-        facts=(Fact("varied", ", ".join(sweep["keys"])),),
+        facts=facts(("varied", ", ".join(sweep["keys"]))),
         sections=existing(
-            (
-                section("curve", "Hours against what is asked for", *_curves(sweep), only="page"),
-                section("table", "Every point", sweep_table(sweep)),
-            )
+            section("curve", "Hours against what is asked for", *_curves(sweep), only="page"),
+            section("table", "Every point", sweep_table(sweep)),
         ),
     )
 

@@ -124,7 +124,7 @@ def update_report(change: Change, plans: Plans | None, diagnosis: Diagnosis) -> 
         section("difference", "What was changed", Difference(change.diff) if change.diff else None),
         section("plans", "Before and after", *why, _table(plans, diagnosis) if plans else None),
     )
-    return Report("Update of a spec", "", "", sections=existing(parts))
+    return Report("Update of a spec", "", "", sections=existing(*parts))
 
 
 def _table(plans: Plans, diagnosis: Diagnosis) -> Table | None:

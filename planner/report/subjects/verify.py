@@ -14,6 +14,7 @@ from planner.report.blocks import (
     Text,
     Verdict,
     existing,
+    facts,
     section,
     table,
 )
@@ -62,31 +63,26 @@ def _verdict(o: RequirementOutcome) -> Verdict:
 
 
 def _facts(v: Verification) -> tuple[Fact, ...]:
-    found = (
-        Fact("flights", digits(float(v.flights), 8)),
-        Fact("flight", v.flown),
-        Fact("seed", str(v.seed)),
-        Fact("plan (SHA-256)", v.plan_sha256),
-        Fact("spec (SHA-256)", v.spec_sha256),
+    return facts(
+        ("flights", digits(float(v.flights), 8)),
+        ("flight", v.flown),
+        ("seed", str(v.seed)),
+        ("plan (SHA-256)", v.plan_sha256),
+        ("spec (SHA-256)", v.spec_sha256),
     )
-    return tuple(fact for fact in found if fact.value)
 
 
 def _sections(v: Verification) -> tuple[Section, ...]:
     return existing(
-        (
-            section("flights", "The flights", *_flights(v)),
-            section("made", "What their errors are made of", *_made(v)),
-            section("claims", "What the plan claims of its estimates", *_claims(v)),
-            section("weak", "What the records cannot tell", _weak_table(v)),
-            section("linear", "Where the linear combination stops agreeing", *_linear(v), only="page"),
-            section("files", "Through files", *_files(v)),
-            section("recount", "The recount", *_recount(v)),
-            section(
-                "independent", "What is independent, and what is shared", Items(INDEPENDENT), only="page"
-            ),
-            section("basis", "How to read this", Items(BASIS), only="page"),
-        )
+        section("flights", "The flights", *_flights(v)),
+        section("made", "What their errors are made of", *_made(v)),
+        section("claims", "What the plan claims of its estimates", *_claims(v)),
+        section("weak", "What the records cannot tell", _weak_table(v)),
+        section("linear", "Where the linear combination stops agreeing", *_linear(v), only="page"),
+        section("files", "Through files", *_files(v)),
+        section("recount", "The recount", *_recount(v)),
+        section("independent", "What is independent, and what is shared", Items(INDEPENDENT), only="page"),
+        section("basis", "How to read this", Items(BASIS), only="page"),
     )
 
 
