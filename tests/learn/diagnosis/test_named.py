@@ -7,13 +7,13 @@ The rates over many seeds are measured by benchmarks/study_diagnosis.py; here a 
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pytest
 
 from planner.learn.diagnosis.prepared import prepared
 from planner.learn.diagnosis.sensor import diagnose_sensor
 from planner.learn.dwell_files import read_dwells
+from tests.data import recording
 from tests.learn.diagnosis.worlds import (
     DECLARED,
     ON_GYROS,
@@ -92,15 +92,14 @@ def test_forty_sigma_outliers_change_no_verdict() -> None:
 
 # ---------------------------------------------------------------- campaigns that others made
 
-CAMPAIGNS = Path(__file__).parents[3].parent / "shared/data/campaigns"
+WHOLE = "all 835 dwells of a campaign, power-on by power-on"
 KNOWN = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]
 SHARED = {"earth_rate", "arm_bending", "misalignment_temperature"}  # these act on all channels of the data
 
 
-@pytest.mark.skipif(not CAMPAIGNS.exists(), reason="the shared recordings are not here")
 @pytest.mark.parametrize("number", KNOWN)
 def test_campaigns_of_another_simulator_are_diagnosed_right(number: int) -> None:
-    folder = CAMPAIGNS / f"{number:03d}"
+    folder = recording(f"campaigns/{number:03d}", WHOLE)
     truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
     data = prepared(read_dwells(folder / "data.csv"))
     gyro = diagnose_sensor(data, "gyro", DECLARED, 1).found
@@ -117,11 +116,10 @@ def test_campaigns_of_another_simulator_are_diagnosed_right(number: int) -> None
         assert unnamed(gyro) == set()
 
 
-@pytest.mark.skipif(not CAMPAIGNS.exists(), reason="the shared recordings are not here")
 @pytest.mark.parametrize("number", [0, 4, 8, 11])
 def test_nothing_is_claimed_on_their_accelerometers(number: int) -> None:
     """Only the arm of campaign 8 acts on them."""
-    data = prepared(read_dwells(CAMPAIGNS / f"{number:03d}" / "data.csv"))
+    data = prepared(read_dwells(recording(f"campaigns/{number:03d}/data.csv", WHOLE)))
     found = diagnose_sensor(data, "accelerometer", DECLARED, 1).found
     assert {name for name, _ in named(found)} == ({"arm_bending"} if number == 8 else set())
     assert unnamed(found) == set()
