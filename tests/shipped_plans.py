@@ -1,8 +1,8 @@
 """Plans of the shipped specs, made once a test run and shared by its workers.
 
 The first worker that asks for a plan makes it behind a lock of the operating system, which falls with its
-owner; the others read what it wrote. The folder belongs to one run of pytest, and a file's name holds the hash
-of every source of planner and of every shipped file, so no plan of other code can be met.
+owner; the others read what it wrote. The folder belongs to one run of pytest, and a file's name holds the
+hash of every source of planner and of every shipped file, so no plan of other code can be met.
 """
 
 from __future__ import annotations
