@@ -91,7 +91,7 @@ def of_workers(e: Experiment) -> None:
     for workers in (2, 4):
         other = flown(e, 4 * CHUNK, workers)[1]  # also starts the workers, which is not counted below
         assert np.array_equal(other.tally.lengths, reference.tally.lengths), "workers change the result"
-    print(f"campaign of {len(e.design)} records, calibration and flight; the same bits for 1, 2, 4 workers")
+    print(f"campaign of {len(e.records)} records, calibration and flight; the same bits for 1, 2, 4 workers")
     spent = {workers: flown(e, flights, workers)[0] for workers in (1, 2, 4)}
     for workers, seconds in spent.items():
         busy = spent[1] / (seconds * workers)

@@ -144,11 +144,6 @@ def readers() -> Mapping[str, RawReader]:
     return Plugins("readers")
 
 
-def bench_only() -> frozenset[str]:
-    """Names of the effects of the bench or of its references: none of them flies."""
-    return frozenset(name for name, effect in effects().items() if effect.bench_only)
-
-
 def temperature_effects(effect: str) -> tuple[str, ...]:
     """Names of the effects that are the change of this one over temperature."""
     return tuple(name for name, one in effects().items() if one.temperature_of == effect)

@@ -12,6 +12,7 @@ from typing import Literal
 
 from planner.protocols import Sensor
 from planner.records import Array
+from planner.units import unit_factor
 
 Split = Literal["runs", "branches", "blocks", "none"]
 LEAST_P = 0.001  # what a thousand sign flips can tell; a family-wise p below is extrapolated
@@ -22,7 +23,7 @@ Verdict = Literal["clean", "explained", "partly_explained", "unexplained", "unte
 class FoundTerm:
     """One coefficient of a found effect, SI, with 95 % interval.
 
-    parameter: a nonlinear one, in `unit` as the effect takes it: τ in s, the day of a step in days
+    parameter: one of the effect's parameters, as the effect takes it: SI, temperatures in degC, days in days
     """
 
     name: str
@@ -33,6 +34,11 @@ class FoundTerm:
     freedom: float
     unit: str
     parameter: bool = False
+
+    @property
+    def scale(self) -> float:
+        """SI per display unit; temperatures and days of parameters stand as they are."""
+        return 1.0 if self.parameter and self.unit in ("degC", "day", "d") else unit_factor(self.unit)[0]
 
 
 @dataclass(frozen=True)

@@ -70,6 +70,8 @@ class Parameter:
 
     unit: `s`, `degC`, `day`, `1` …; default, low, high: in SI, temperatures in degC, days in days
     scale: `logarithmic` for what is positive and known to a factor, `linear` for what may have any sign
+    stepped: the effect jumps where its variable passes the value, as at the day of a shock: there is no
+        derivative, and records tell the value only as lying between two of theirs
     Raises ValueError for a range that does not hold the default, or reaches zero on a logarithmic scale.
     """
 
@@ -79,6 +81,7 @@ class Parameter:
     low: float
     high: float
     scale: Literal["linear", "logarithmic"] = "logarithmic"
+    stepped: bool = False
 
     def __post_init__(self) -> None:
         if not self.low <= self.default <= self.high or self.low == self.high:
@@ -144,6 +147,7 @@ class Effect(Protocol):
     bench_only: the bench or its references do this, not the sensor: it does not fly, no reading is corrected
         for it, and no budget speaks of it
     misfit: share of itself that its regressors cannot follow, because the records do not say all it needs
+    largest: sensor -> the largest that a coefficient can be by nature, SI; None where nothing bounds it
     title, equation, source: for people
     """
 
@@ -158,6 +162,7 @@ class Effect(Protocol):
     tabled: bool
     bench_only: bool
     misfit: float
+    largest: Mapping[Sensor, float] | None
     title: str
     equation: str
     source: str

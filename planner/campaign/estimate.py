@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from planner.campaign.noise import Noise, noise_model
-from planner.campaign.parameters import best_start, limited, untold
+from planner.campaign.parameters import best_parameters, limited, untold
 from planner.campaign.power_ons import PowerOns
 from planner.campaign.prior import Prior, prior_of
 from planner.campaign.spread import (
@@ -115,6 +115,10 @@ def _fitted(
             before, notes = measured_variances(left, J, prior, every, spec, before)
         assert before is not None  # given, or measured in the first turn
         noise, variances = before
+        if turn == 0 and model.fitted_parameters:
+            theta = best_parameters(model, theta, y, noise.effects, variances.theta)
+            parts = evaluate(model, theta)
+            J, left = jacobian(model, theta, parts), y - parts.predicted
         target = left + J @ theta
         found, error, white = weighed(target, J, prior, noise, variances)
         step = limited(model, theta, found) - theta
@@ -177,14 +181,17 @@ def _moved(model: ChannelModel, step: Array, error: Array) -> bool:
 
 
 def _start(model: ChannelModel, y: Array, robust: Robust) -> tuple[Array, Array]:
-    """Gauss-Newton without a noise model: the first step, from no error at all, is the linear solution."""
-    theta, weights = best_start(model, y), np.ones(len(y))
+    """Gauss-Newton without a noise model: the first step, from no error at all, is the linear solution.
+
+    Parameters wait for the noise model: without one they would follow what every power-on draws.
+    """
+    theta, weights = model.start(), np.ones(len(y))
     for _ in range(_GAUSS_NEWTON if robust == "no" else 2 * _GAUSS_NEWTON):
         parts = evaluate(model, theta)
-        J = jacobian(model, theta, parts)
+        J = jacobian(model, theta, parts)[:, : model.linear]
         root = np.sqrt(weights)
         step, _ = least_squares(root[:, None] * J, root * (y - parts.predicted))
-        theta = limited(model, theta, theta + step)
+        theta = theta + np.append(step, np.zeros(len(theta) - model.linear))
         if robust != "no":
             r = y - evaluate(model, theta).predicted
             weights = _weights(r / _spread(r), robust)

@@ -22,7 +22,7 @@ from planner.campaign.estimate import Estimate, Robust
 from planner.campaign.noise import Noise, noise_model, spec_variances
 from planner.campaign.power_ons import PowerOns
 from planner.campaign.prior import Prior, prior_of
-from planner.campaign.triad import fit_triad
+from planner.campaign.triad import ALL, fit_triad
 from planner.measurement import ChannelModel, Column, Parts, evaluate, jacobian
 from planner.protocols import SENSORS, Sensor
 from planner.records import Array
@@ -39,12 +39,14 @@ class Known:
 
     columns: which they are (p,); sigma: (p,) standard deviation, infinite where no record tells it apart
     covariance: (p, p) of what is told; undetermined: (p,) takes part in a combination that no record sees
+    whole: (p + q, p + q) covariance of the shared unknowns as well
     """
 
     columns: tuple[Column, ...]
     sigma: Array
     covariance: Array
     undetermined: NDArray[np.bool_]
+    whole: Array
 
 
 @dataclass(frozen=True)
@@ -144,7 +146,7 @@ def _known(columns: tuple[Column, ...], rows: Array, p: int) -> Known:
     undetermined = found.undetermined()[:p]
     C = found.to_coefficients @ found.to_coefficients.T
     sigma = np.where(undetermined, np.inf, np.sqrt(np.maximum(np.diag(C)[:p], 0.0)))
-    return Known(columns, sigma, C[:p, :p], undetermined)
+    return Known(columns, sigma, C[:p, :p], undetermined, C)
 
 
 @dataclass(frozen=True)
@@ -166,9 +168,14 @@ class Campaign:
                     found[sensor, channel] = ChannelCampaign(model, self.runs, self.spec)
         return found
 
-    def estimate(self, sensor: Sensor, readings: Array, robust: Robust = "no") -> list[Estimate]:
-        """The coefficients of a sensor's channels from readings (n, 3). Raises TooFewRecords for too few."""
-        return fit_triad(sensor, readings, self.runs, self.spec, self.effects, robust)
+    def estimate(
+        self, sensor: Sensor, readings: Array, robust: Robust = "no", channels: Sequence[int] = ALL
+    ) -> list[Estimate]:
+        """The coefficients of a sensor's channels from readings (n, 3). Raises TooFewRecords for too few.
+
+        channels: which are asked for; all three come where they have a coefficient in common
+        """
+        return fit_triad(sensor, readings, self.runs, self.spec, self.effects, robust, channels)
 
 
 def campaign(spec: Spec, runs: PowerOns, effects: Sequence[str] | None = None) -> Campaign:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, replace
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.measurement import ChannelModel, evaluate, jacobian
 from planner.protocols import Parameter
 from planner.records import Array
+from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import least_squares
 from planner.solvers.mixed_model import MixedFit
+from planner.solvers.random_effects import Covariance, RandomEffects, covariance
 
 STARTS = (0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.5, 5.0)  # times the default of a logarithmic one
 MOST_STARTS = 96  # for one effect, whatever the number of its parameters
@@ -18,12 +22,19 @@ MOST_ROWS = 4000  # enough to choose a start by
 EDGE = 1e-6
 
 
-def best_start(model: ChannelModel, y: Array) -> Array:
-    """(p,) parameters of every effect at the best of a grid over their ranges, the rest zero."""
-    theta = model.start()
-    if not model.fitted_parameters:
-        return theta
-    thin, rows = _thinned(model, len(y))
+def best_parameters(
+    model: ChannelModel, theta: Array, y: Array, effects: RandomEffects, variances: Array
+) -> Array:
+    """θ (p,) with the parameters of every effect at the best of a grid over their ranges.
+
+    variances: (K,) of `effects`. Rows are whitened: where a power-on's draw is ten times the noise, a decay
+    would else be chosen to follow the draws.
+    """
+    rows, part = _some(effects)
+    c = model.conditions
+    cut = replace(model, conditions=replace(c, **{f.name: getattr(c, f.name)[rows] for f in fields(c)}))
+    v = covariance(part, variances)
+    theta = theta.copy()
     names = [effect for effect, _ in model.fitted_parameters]
     for effect in dict.fromkeys(names):
         places = [model.linear + i for i, name in enumerate(names) if name == effect]
@@ -31,18 +42,18 @@ def best_start(model: ChannelModel, y: Array) -> Array:
         scores = {}
         for values in product(*grids):
             theta[places] = values
-            scores[values] = _left(thin, theta, y[rows])
+            scores[values] = _left(cut, theta, y[rows], v)
         theta[places] = min(scores, key=lambda values: scores[values])
     return theta
 
 
-def _thinned(model: ChannelModel, n: int) -> tuple[ChannelModel, Array]:
-    from dataclasses import fields, replace
-
-    rows = np.unique(np.linspace(0, n - 1, min(n, MOST_ROWS)).astype(int))
-    c = model.conditions
-    cut = replace(c, **{f.name: getattr(c, f.name)[rows] for f in fields(c)})
-    return replace(model, conditions=cut), rows
+def _some(effects: RandomEffects) -> tuple[NDArray[np.bool_], RandomEffects]:
+    """(n,) rows of evenly chosen whole power-ons, about MOST_ROWS, and what their V is made of."""
+    groups = len(effects.starts)
+    stays = np.zeros(groups, dtype=bool)
+    count = max(1, int(groups * min(1.0, MOST_ROWS / effects.rows)))
+    stays[np.linspace(0, groups - 1, count).round().astype(int)] = True
+    return np.repeat(stays, effects.sizes), effects.at(stays)
 
 
 def _grid(p: Parameter, together: int) -> Array:
@@ -55,12 +66,13 @@ def _grid(p: Parameter, together: int) -> Array:
     return low + (np.arange(count) + 0.5) / count * (high - low)
 
 
-def _left(model: ChannelModel, theta: Array, y: Array) -> float:
-    """Sum of squares that the linear coefficients leave at these parameters."""
+def _left(model: ChannelModel, theta: Array, y: Array, v: Covariance | BlockCovariance) -> float:
+    """Whitened sum of squares that the linear coefficients leave at these parameters."""
     parts = evaluate(model, theta)
     J = jacobian(model, theta, parts)[:, : model.linear]
-    beta, _ = least_squares(J, y - parts.predicted)
-    return float(np.sum((y - parts.predicted - J @ beta) ** 2))
+    white = v.whiten(np.column_stack([J, y - parts.predicted]))
+    beta, _ = least_squares(white[:, :-1], white[:, -1])
+    return float(np.sum((white[:, -1] - white[:, :-1] @ beta) ** 2))
 
 
 def limited(model: ChannelModel, old: Array, new: Array) -> Array:

@@ -24,6 +24,7 @@ from planner.campaign.noise import budget_of, columns_of_errors
 from planner.campaign.power_ons import PowerOns
 from planner.measurement import ChannelModel, Parts, evaluate, sensed
 from planner.records import Array
+from planner.sensor import ErrorName
 from planner.spec.budget import STORAGE_DAYS
 from planner.spec.model import Spec
 from planner.spec.references import BenchAccuracy
@@ -36,27 +37,37 @@ HALF_KELVIN = 0.5
 
 
 @dataclass(frozen=True)
+class Shared:
+    """One unknown that the power-ons share: a reference by its name, or a mode (from 0) of a walk."""
+
+    name: str
+    error: ErrorName | None = None
+    term: str = ""
+    mode: int = 0
+
+
+@dataclass(frozen=True)
 class Prior:
-    """Unknowns of a campaign with a prior. columns: (n, q) per unit; sigma: (q,) one sigma; names: (q,)."""
+    """Unknowns of a campaign with a prior. columns: (n, q) per unit; sigma: (q,); unknowns: (q,)."""
 
     columns: Array
     sigma: Array
-    names: tuple[str, ...]
+    unknowns: tuple[Shared, ...]
 
 
 def prior_of(model: ChannelModel, theta: Array, parts: Parts, runs: PowerOns, spec: Spec) -> Prior:
     """The unknowns of one channel that all its power-ons share."""
     found = [*_storage(model, parts, runs, spec), *_references(model, theta, parts, runs, spec)]
-    told = [(name, z, sigma) for name, z, sigma in found if sigma > 0.0 and np.any(z)]
+    told = [(unknown, z, sigma) for unknown, z, sigma in found if sigma > 0.0 and np.any(z)]
     n = len(runs)
     return Prior(
         np.column_stack([z for _, z, _ in told]) if told else np.empty((n, 0)),
         np.array([sigma for _, _, sigma in told]),
-        tuple(name for name, _, _ in told),
+        tuple(unknown for unknown, _, _ in told),
     )
 
 
-_Told = tuple[str, Array, float]
+_Told = tuple[Shared, Array, float]
 
 
 def _storage(model: ChannelModel, parts: Parts, runs: PowerOns, spec: Spec) -> Iterator[_Told]:
@@ -72,9 +83,14 @@ def _storage(model: ChannelModel, parts: Parts, runs: PowerOns, spec: Spec) -> I
         if walked <= WORTH * budget.run_to_run_largest**2 / max(float(runs.counts.sum()), 1.0):
             continue
         for k in range(MODES):
-            phase = (k + 0.5) * np.pi
-            wave = np.sqrt(2.0) * np.sin(phase * day / span) / phase
-            yield f"storage of {error} {term}, mode {k + 1}", z * wave, float(np.sqrt(walked))
+            unknown = Shared(f"storage of {error} {term}, mode {k + 1}", error, term, k)
+            yield unknown, z * walk_mode(k, day / span), float(np.sqrt(walked))
+
+
+def walk_mode(k: int, share: Array) -> Array:
+    """The k-th mode (from 0) of a walk of unit variance at its end, at shares 0 … 1 of the way."""
+    phase = (k + 0.5) * np.pi
+    return np.asarray(np.sqrt(2.0) * np.sin(phase * share) / phase)
 
 
 # ---------------------------------------------------------------- references
@@ -88,14 +104,14 @@ def _references(
         if accuracy is None:
             continue
         if accuracy.rate > 0.0:
-            yield f"rate of {bench}", _driven(model) * rows, accuracy.rate
+            yield Shared(f"rate of {bench}"), _driven(model) * rows, accuracy.rate
         if model.sensor == "accelerometer" and accuracy.level > 0.0:
             for name, z in _tilts(model):
-                yield f"level of {bench} about {name}", z * rows, accuracy.level
+                yield Shared(f"level of {bench} about {name}"), z * rows, accuracy.level
         if accuracy.mounting > 0.0:
             yield from _mountings(model, runs, bench, rows, accuracy)
         if accuracy.temperature > 0.0:
-            yield f"thermometer of {bench}", _slope(model, theta) * rows, accuracy.temperature
+            yield Shared(f"thermometer of {bench}"), _slope(model, theta) * rows, accuracy.temperature
 
 
 def _benches(runs: PowerOns, spec: Spec) -> Iterator[tuple[str, NDArray[np.bool_]]]:
@@ -118,7 +134,8 @@ def _mountings(
         for k in range(3):
             if k != i:
                 z = np.cross(np.eye(3)[k], sensed(model.sensor, model.conditions))[:, i]
-                yield f"mounting {number} on {bench} about {'xyz'[k]}", z * mine, accuracy.mounting
+                name = f"mounting {number} on {bench} about {'xyz'[k]}"
+                yield Shared(name), z * mine, accuracy.mounting
 
 
 def _driven(model: ChannelModel) -> Array:

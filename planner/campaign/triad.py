@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from planner import catalog
 from planner.campaign.channel_model import channel_model
 from planner.campaign.estimate import Estimate, Robust, estimate, solved
 from planner.campaign.noise import Component, Noise
@@ -24,6 +25,7 @@ from planner.solvers.random_effects import RandomEffects
 from planner.solvers.reml import Variances
 from planner.spec.model import Spec
 
+ALL = (0, 1, 2)
 ROUNDS = 3  # products are 1e-2 of an effect
 
 
@@ -38,10 +40,14 @@ def fit_triad(
     spec: Spec,
     effects: Sequence[str],
     robust: Robust = "no",
+    channels: Sequence[int] = ALL,
 ) -> list[Estimate]:
-    """Estimates of the three channels from readings (n, 3). Raises TooFewRecords for too few rows."""
+    """Estimates of the channels from readings (n, 3). Raises TooFewRecords for too few rows.
+
+    channels: which of them are asked for; those that share a coefficient are fitted all the same, together
+    """
     found = []
-    for channel in range(3):
+    for channel in ALL if shares(sensor, effects) else channels:
         model = channel_model(sensor, channel, runs.conditions, effects)
         try:
             found.append(estimate(model, readings[:, channel], runs, spec, robust))
@@ -50,13 +56,13 @@ def fit_triad(
                 f"{len(runs)} rows cannot give the {len(model.columns())} coefficients of "
                 f"{sensor} {AXES[channel]} ({error})"
             ) from error
-    return _together(found, readings) if _shares(found) else found
+    return _together(found, readings) if shares(sensor, effects) else found
 
 
-def _shares(found: Sequence[Estimate]) -> bool:
-    return any(
-        c.effect.terms(e.model.sensor)[t].shared for e in found for c in e.model.carried for t in c.terms
-    )
+def shares(sensor: Sensor, effects: Sequence[str]) -> bool:
+    """Whether the channels of a sensor have a coefficient of these effects in common."""
+    known = [catalog.effects()[name] for name in effects]
+    return any(t.shared for e in known if sensor in e.sensors for t in e.terms(sensor))
 
 
 # ---------------------------------------------------------------- joint solution
@@ -133,7 +139,7 @@ def _stacked_prior(priors: Sequence[Prior]) -> Prior:
     return Prior(
         np.asarray(block_diag(*(p.columns for p in priors))),
         np.concatenate([p.sigma for p in priors]),
-        tuple(name for p in priors for name in p.names),
+        tuple(unknown for p in priors for unknown in p.unknowns),
     )
 
 

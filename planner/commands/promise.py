@@ -70,7 +70,9 @@ def verify(
     """Count a plan again without the planner's arithmetic, then fly it: is its promise kept?
 
     Simulated units go through the plan's campaign, are calibrated, and fly the spec's flight nonlinearly,
-    each in a power-on of its own. Exit 0: kept; 1: broken; 4: not sure yet, or stopped early.
+    each in a power-on of its own. All that is a second code: shared with the planner are effects, spec, units
+    and physics alone; a few units go through `calibrate` and `apply`, by files, too. Exit 0: kept; 1: broken;
+    4: not sure yet, or stopped early.
 
     Example: planner verify requirements_specs/small_uav.yaml plans/small_uav --flights 10000 --workers 2
     """

@@ -47,6 +47,7 @@ class BaseEffect:
     tabled = False
     bench_only = False
     misfit = 0.0
+    largest: Mapping[Sensor, float] | None = None
     title: str
     equation: str
     source: str = ""

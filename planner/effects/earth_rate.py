@@ -14,6 +14,7 @@ import numpy as np
 
 from planner.effects._bench_frame import turning, upwards
 from planner.effects._channels import BaseEffect
+from planner.physics.earth import EARTH_RATE_RADPS
 from planner.protocols import Condition, Group, Sensor, Term
 from planner.records import Array, Conditions
 
@@ -28,6 +29,7 @@ class EarthRate(BaseEffect):
     units: Mapping[Sensor, str] = {"gyro": "deg/s"}
     group: Group = "bias"
     needs = frozenset[Condition](("rate", "specific_force"))
+    largest: Mapping[Sensor, float] | None = {"gyro": EARTH_RATE_RADPS}
     misfit = 0.35  # where north is no table says; the horizontal part is 0.31 of the whole at 56°
     title = "the Earth's rate, left out of the reference"
     equation = "y += Ω sin φ · up + Ω cos φ · north"

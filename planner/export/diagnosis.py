@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -101,7 +102,7 @@ def _effect(e: FoundEffect) -> dict[str, Any]:
 
 
 def _term(t: FoundTerm) -> dict[str, Any]:
-    value, low, high = (_number(x) if t.parameter else _shown(x, t.unit) for x in (t.value, t.low, t.high))
+    value, low, high = (_number(x / t.scale) for x in (t.value, t.low, t.high))
     return {
         "name": t.name,
         "value": value,
@@ -271,13 +272,18 @@ def _effect_from(e: Mapping[str, Any]) -> FoundEffect:
 
 
 def _term_from(t: Mapping[str, Any]) -> FoundTerm:
-    parameter = bool(t["nonlinear"])
-    value, low, high = (
-        _float(x) if parameter else _si(x, t["unit"]) for x in (t["value"], t["ci95"][0], t["ci95"][1])
+    bare = FoundTerm(
+        t["name"],
+        t["channel"],
+        0.0,
+        0.0,
+        0.0,
+        _float(t["degrees_of_freedom"]),
+        t["unit"],
+        bool(t["nonlinear"]),
     )
-    return FoundTerm(
-        t["name"], t["channel"], value, low, high, _float(t["degrees_of_freedom"]), t["unit"], parameter
-    )
+    value, low, high = (_float(x) * bare.scale for x in (t["value"], *t["ci95"]))
+    return replace(bare, value=value, low=low, high=high)
 
 
 def _residual_from(name: str, r: Mapping[str, Any]) -> ResidualChange:

@@ -13,15 +13,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner import catalog
 from planner.campaign.channel_model import channel_model
 from planner.learn.bench_runs import BenchRun, run_of_test, run_of_trial
-from planner.learn.moment_fit import linear_jacobian
+from planner.learn.weighed_fit import linear_jacobian
 from planner.measurement import evaluate, sensed
 from planner.protocols import Sensor
-from planner.records import Array, Conditions
+from planner.records import Array
 from planner.spec.model import Spec
 
 TRIALS = (6, 12, 30)  # records of a test that is made up
@@ -103,29 +102,24 @@ def repeat_spread(spec: Spec, run: BenchRun, target: Target, noise: RecordNoise)
     """s in SI, the largest over the channels' terms; near UNKNOWN when the run does not show one of them."""
     worst = 0.0
     full = catalog.effects()[target.effect].regressors(target.sensor, run.conditions, target.nonlinear)
+    terms = catalog.effects()[target.effect].terms(target.sensor)
     for axis in target.axes:
-        acts = _acting(target.sensor, target.effect)[axis]
-        if acts.any():
+        acts = [i for i, term in enumerate(terms) if axis in term.channels]
+        if acts:
             worst = max(worst, _spread(spec, run, target.sensor, axis, full[:, axis, acts], noise))
     return worst
 
 
-def _acting(sensor: Sensor, effect: str) -> NDArray[np.bool_]:
-    """(3, n_terms) which terms act on which channel: asked where nothing is zero."""
-    one = np.ones(1)
-    probe = Conditions(np.full((1, 3), 1.1), np.full((1, 3), 9.0), 55.0 * one, 0.03 * one, 100 * one, 9 * one)
-    return np.asarray(catalog.effects()[effect].regressors(sensor, probe)[0] != 0.0)
-
-
 def _spread(spec: Spec, run: BenchRun, sensor: Sensor, axis: int, G: Array, noise: RecordNoise) -> float:
-    declared = tuple(e for e in spec.effects if not e.endswith("_temperature"))
+    known = catalog.effects()
+    declared = tuple(e for e in spec.effects if known[e].temperature_of is None)  # one power-on, one point
     model = channel_model(sensor, axis, run.conditions, declared)
     theta = model.start()
     J = linear_jacobian(model, theta, evaluate(model, theta))
-    known = [_known(spec, sensor, c.effect) for c in model.columns() if not c.parameter]
+    spreads = [_known(spec, sensor, c.effect) for c in model.columns() if not c.parameter]
     u = sensed(sensor, run.conditions)[:, axis]
     sigma = np.sqrt(noise.white**2 * noise.duration / run.duration + (noise.rate * u) ** 2)
-    prior = np.diag(1.0 / np.array([*known, *[UNKNOWN] * G.shape[1]]))
+    prior = np.diag(1.0 / np.array([*spreads, *[UNKNOWN] * G.shape[1]]))
     X = np.concatenate([np.column_stack([J, G]) / sigma[:, None], prior])
     scale = np.linalg.norm(X, axis=0)
     _, s, vt = np.linalg.svd(X / scale, full_matrices=False)
@@ -135,8 +129,8 @@ def _spread(spec: Spec, run: BenchRun, sensor: Sensor, axis: int, G: Array, nois
 
 def _known(spec: Spec, sensor: Sensor, effect: str) -> float:
     """To what a declared coefficient is known from other tests, SI."""
-    if effect == "bias":
-        return UNKNOWN
+    if not catalog.effects()[effect].needs:
+        return UNKNOWN  # a constant is this power-on's own
     budget = getattr(spec.unit, sensor).get(effect)
     if budget is None:
         return KNOWN_RATIO

@@ -21,7 +21,7 @@ import numpy as np
 from planner import catalog
 from planner.diagnosis import FoundEffect, FoundTerm, NavigationCost
 from planner.learn.diagnosis_to_residual import ChannelFits, UnitFits
-from planner.learn.moment_fit import linear_jacobian
+from planner.learn.weighed_fit import linear_jacobian
 from planner.measurement import AXES, evaluate
 from planner.physics.error_dynamics import propagate_errors
 from planner.plan.spec_to_sensitivity import conditions_of, constraints

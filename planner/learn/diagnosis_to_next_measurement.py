@@ -18,8 +18,10 @@ import numpy as np
 from planner import catalog
 from planner.diagnosis import FoundEffect, NextMeasurement
 from planner.learn.bench_runs import BenchRun, bench_runs
+from planner.learn.diagnosis.parameters import grid, ranges
 from planner.learn.diagnosis_to_residual import ChannelFits, UnitFits
-from planner.learn.moment_fit import linear_jacobian
+from planner.learn.weighed_fit import linear_jacobian
+from planner.measured import DwellTable
 from planner.measurement import AXES, evaluate
 from planner.records import Array, Conditions
 from planner.solvers.random_effects import RandomEffects, covariance
@@ -29,15 +31,14 @@ ENOUGH = 6.0  # sigma that the new run shall bring by itself: a rival is then re
 REPEATS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 LEAST_GAIN = 0.1  # sigma; a run that adds less separates nothing
 _FAINT = 1e-6  # of a column's length: a prior that no data notice
-_GRID = (0.1, 0.3, 1.0, 3.0, 10.0)  # of a rival's nonlinear parameter: it may take the one that mimics best
-_DAYS = 8
+_SHAPES = 16  # points of a rival's parameters: it may take the one that mimics best
 
 
 @dataclass(frozen=True)
 class _Problem:
     """One channel: triangular factors of what is known, and how a run's rows extend them.
 
-    shapes: values of the rival's nonlinear parameters, with a factor each; it may take what mimics best
+    shapes: points of the rival's parameters, with a factor each; it may take what mimics best
     """
 
     fits: ChannelFits
@@ -56,8 +57,9 @@ def next_measurements(
     made: dict[tuple[str, str], NextMeasurement] = {}
     for effect, rival in _pairs(found):
         runs = runs or bench_runs(spec, fits.table.temperature_degc.tolist(), float(fits.table.day.max()))
+        shapes = shapes_of(rival, effect, fits.table)
         problems = [
-            _problem(c, effect, rival, float(np.mean(fits.table.duration)))
+            _problem(c, effect, rival, shapes, float(np.mean(fits.table.duration)))
             for c in fits.channels
             if effect in c.found
         ]
@@ -81,8 +83,13 @@ def _pairs(found: tuple[FoundEffect, ...]) -> Iterator[tuple[FoundEffect, str]]:
 # ---------------------------------------------------------------- what is known
 
 
-def _problem(fits: ChannelFits, found: FoundEffect, rival: str, record: float) -> _Problem:
-    shapes = _shapes(rival, found, fits.before.model.conditions)
+def _problem(
+    fits: ChannelFits,
+    found: FoundEffect,
+    rival: str,
+    shapes: tuple[Mapping[str, float], ...],
+    record: float,
+) -> _Problem:
     factors = tuple(_known(fits, found, rival, shape) for shape in shapes)
     return _Problem(fits, found, rival, shapes, factors, max(record, 1.0))
 
@@ -121,20 +128,12 @@ def _columns(
     return np.column_stack([J, other, added])
 
 
-def _shapes(rival: str, found: FoundEffect, conditions: Conditions) -> tuple[Mapping[str, float], ...]:
-    """Values of the rival's nonlinear parameters: around the found one of the same name, or its default.
-
-    The day of a step: between the days of the data.
-    """
-    defaults = catalog.effects()[rival].nonlinear
-    if not defaults:
-        return ({},)
-    if "day" in defaults:
-        days = np.unique(np.round(conditions.day, 1))
-        middles = (days[1:] + days[:-1]) / 2.0 if len(days) > 1 else days
-        middles = np.unique(np.quantile(middles, np.linspace(0.0, 1.0, min(_DAYS, len(middles)))))
-        return tuple({"day": float(day)} for day in middles)
-    return tuple({p: k * found.nonlinear.get(p, v) for p, v in defaults.items()} for k in _GRID)
+def shapes_of(rival: str, found: FoundEffect, table: DwellTable) -> tuple[Mapping[str, float], ...]:
+    """Points of the rival's parameters as far as the data show them; what was found where names agree."""
+    effect = catalog.effects()[rival]
+    points = grid(ranges(effect, table), _SHAPES)
+    same = {p: found.nonlinear[p] for p in effect.nonlinear if p in found.nonlinear}
+    return (*points, *([{**effect.nonlinear, **same}] if same else []))
 
 
 # ---------------------------------------------------------------- what a run adds
@@ -184,7 +183,7 @@ def _squared(factor: Array) -> float:
 
 def _run_rows(problem: _Problem, run: BenchRun) -> list[Array]:
     """Whitened rows of one power-on for every shape of the rival: its own offset costs it a row."""
-    fit = problem.fits.after
+    fit = problem.fits.after.spreads
     u = columns_input(problem.fits, run.conditions)
     diagonal = fit.white**2 * problem.record / run.duration + (fit.rate * u) ** 2
     effects = RandomEffects(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,11 +10,14 @@ from numpy.typing import NDArray
 
 from planner.campaign.channel_model import channel_model
 from planner.diagnosis import FoundEffect, ResidualChange, UnitDiagnosis
+from planner.learn.diagnosis.channels import channel, columns
+from planner.learn.diagnosis.noise import LEVEL, ChannelNoise, Readings, channel_noise
+from planner.learn.diagnosis.outliers import FAR_WEIGHT, outliers
 from planner.learn.diagnosis.prepared import prepared
 from planner.learn.dwells_to_fit import readings_of
-from planner.learn.moment_fit import MomentFit, moment_fit
 from planner.learn.table_rows import by_run, rows_of
-from planner.learn.unseen_runs import Folds, block_folds, cells_of, folds_of
+from planner.learn.unseen_runs import LEAST_RUNS, Folds, block_folds, cells_of, folds_of
+from planner.learn.weighed_fit import Shapes, Spreads, WeighedFit, weighed_fit
 from planner.measured import DwellTable
 from planner.measurement import AXES
 from planner.protocols import SENSORS, Sensor
@@ -37,8 +40,8 @@ class ChannelFits:
     sensor: Sensor
     channel: str
     y: Array
-    before: MomentFit
-    after: MomentFit
+    before: WeighedFit
+    after: WeighedFit
     found: tuple[FoundEffect, ...]
 
 
@@ -58,22 +61,19 @@ class UnitFits:
 def unit_fits(table: DwellTable, spec: Spec, found: UnitDiagnosis) -> UnitFits:
     """Fit every channel of one unit's table under the declared model, and with what was found.
 
-    Nonlinear parameters (τ, the time of a step) are held at the values that were found. References that the
-    table lacks are those of the search.
+    Parameters (τ, the time of a step) are held at the values that were found. References that the table lacks
+    are those of the search. Variances are those that REML finds once, beside what is declared and found, and
+    serve both models.
     """
     data = prepared(table)
     ordered, starts = by_run(_fewer_runs(data.full))
-    return UnitFits(
-        ordered,
-        starts,
-        tuple(
-            _channel_fits(ordered, starts, sensor, i, spec, found)
-            for sensor in SENSORS
-            if sensor in data.sensors
-            for i in range(3)
-        ),
-        len(ordered) / len(table),
+    channels = tuple(
+        fits
+        for sensor in SENSORS
+        if sensor in data.sensors
+        for fits in _sensor_fits(ordered, starts, sensor, spec, found)
     )
+    return UnitFits(ordered, starts, channels, len(ordered) / len(table))
 
 
 def _fewer_runs(table: DwellTable) -> DwellTable:
@@ -87,30 +87,69 @@ def _fewer_runs(table: DwellTable) -> DwellTable:
     return rows_of(table, np.arange(0, len(table), step))
 
 
-def _channel_fits(
+def _sensor_fits(
+    table: DwellTable, starts: NDArray[np.int64], sensor: Sensor, spec: Spec, found: UnitDiagnosis
+) -> list[ChannelFits]:
+    """The three channels, with the variances that REML finds beside all that is declared and found."""
+    from threadpoolctl import threadpool_limits
+
+    readings = readings_of(table, sensor)
+    assert readings is not None  # asked by the caller
+    fits = []
+    with threadpool_limits(limits=1, user_api="blas"):
+        for axis in range(3):
+            here = _found_on(found, sensor, axis)
+            judged = _readings(table, starts, sensor, axis, readings[:, axis], spec, here)
+            fits.append(_channel_fits(judged, channel_noise(judged), spec, here))
+    return fits
+
+
+def _found_on(found: UnitDiagnosis, sensor: Sensor, axis: int) -> tuple[FoundEffect, ...]:
+    return tuple(
+        e for e in found.effects if e.sensor == sensor and any(c[-1] == AXES[axis] for c in e.channels)
+    )
+
+
+def _readings(
     table: DwellTable,
     starts: NDArray[np.int64],
     sensor: Sensor,
-    i: int,
+    axis: int,
+    y: Array,
     spec: Spec,
-    found: UnitDiagnosis,
+    found: Sequence[FoundEffect],
+) -> Readings:
+    """What the noise of a channel is judged from; what was found are columns that the rows may follow."""
+    c = channel(sensor, axis, table.conditions(), y, tuple(spec.effects))
+    rich = np.column_stack([np.empty((len(y), 0)), *(columns(c, e.effect, e.nonlinear) for e in found)])
+    far = outliers(c, rich, starts)
+    return Readings(c, starts, table.duration, rich, np.where(far, FAR_WEIGHT, 1.0), LEAST_RUNS)
+
+
+def _channel_fits(
+    r: Readings, noise: ChannelNoise, spec: Spec, found: tuple[FoundEffect, ...]
 ) -> ChannelFits:
-    readings = readings_of(table, sensor)
-    assert readings is not None  # asked by the caller
-    name = f"{sensor}_{AXES[i]}"
-    here = tuple(e for e in found.effects if e.sensor == sensor and any(c[-1] == AXES[i] for c in e.channels))
-    y, conditions = readings[:, i], table.conditions()
-    model = channel_model(sensor, i, conditions, spec.effects)
-    before = moment_fit(model, y, starts, duration=table.duration)
+    c, far = r.channel, r.weights < 1.0
+    v, spreads = noise.covariance, _spreads(noise)
+    before = weighed_fit(c.model, c.y, v, spreads, far)
     after = before
-    if here:
-        wider = (*spec.effects, *(e.effect for e in here))
-        model = channel_model(sensor, i, conditions, wider)
-        after = moment_fit(model, y, starts, _held(here), table.duration)
-    return ChannelFits(sensor, name, y, before, after, here)
+    if found:
+        wider = (*spec.effects, *(e.effect for e in found))
+        model = channel_model(c.sensor, c.axis, c.model.conditions, wider)
+        after = weighed_fit(model, c.y, v, spreads, far, _held(found))
+    return ChannelFits(c.sensor, c.name, c.y, before, after, found)
 
 
-def _held(found: tuple[FoundEffect, ...]) -> Mapping[str, Mapping[str, float]]:
+def _spreads(noise: ChannelNoise) -> Spreads:
+    theta = dict(zip(noise.components, noise.variances.theta, strict=True))
+    return Spreads(
+        white=float(np.sqrt(theta["white"] + theta.get("constant", 0.0))),
+        run=float(np.sqrt(theta.get(LEVEL, 0.0))),
+        rate=float(np.sqrt(theta.get("rate_noise", 0.0))),
+    )
+
+
+def _held(found: Sequence[FoundEffect]) -> Shapes:
     return {e.effect: e.nonlinear for e in found if e.nonlinear}
 
 
@@ -161,8 +200,8 @@ def _change(fits: ChannelFits, folds: Folds, cells: NDArray[np.int64], record: f
         noise_floor_within=floor_within,
         sigma_before=_within(left["before"][rows] / sigma, group[rows]),
         sigma_after=_within(left["after"][rows] / sigma, group[rows]),
-        white=fits.after.white,
-        stray=fits.after.rate,
+        white=fits.after.spreads.white,
+        stray=fits.after.spreads.rate,
         record=record,
         split=folds.split if held_out else "none",
     )
@@ -179,7 +218,7 @@ def _told_by_others(fits: ChannelFits, folds: Folds) -> bool:
     )
 
 
-def _variances(fit: MomentFit, seen: NDArray[np.bool_], columns: list[int]) -> Array:
+def _variances(fit: WeighedFit, seen: NDArray[np.bool_], columns: list[int]) -> Array:
     """(k,) relative variances of some coefficients from some rows; infinite where they are not determined."""
     found = factors(fit.J[seen] / np.sqrt(fit.v.diagonal[seen])[:, None], tolerance=1e-9)
     variance = np.sum(found.to_coefficients**2, axis=1)
@@ -195,7 +234,7 @@ def _how(folds: Folds, fits: ChannelFits, held_out: bool, far: int) -> str:
     return how + (f"; {far} rows far off the others are left out" if far else "")
 
 
-def _unseen_residual(fit: MomentFit, folds: Folds) -> Array:
+def _unseen_residual(fit: WeighedFit, folds: Folds) -> Array:
     """(n,) residual of each row under the coefficients of the other folds; NaN where they cannot tell.
 
     One step of Gauss-Newton from the fit of all rows, with its variances.
@@ -213,7 +252,7 @@ def _unseen_residual(fit: MomentFit, folds: Folds) -> Array:
     return left
 
 
-def _whitened(fit: MomentFit, seen: NDArray[np.bool_], by_run: bool) -> Array:
+def _whitened(fit: WeighedFit, seen: NDArray[np.bool_], by_run: bool) -> Array:
     """V^(−1/2) [J, r] of the rows seen; across blocks of one run its offset cannot be kept apart."""
     rows = np.column_stack([fit.J, fit.residual])[seen]
     if not by_run:

@@ -176,10 +176,25 @@ def _doubts(found: FoundEffect) -> list[str]:
     if found.rivals:
         others = ", ".join(dict.fromkeys(r.effect for r in found.rivals))
         notes.append(f"{error} cannot be told from {others} by these data; next_measurement says what would")
+    return notes + _usual(found)
+
+
+def _usual(found: FoundEffect) -> list[str]:
+    """A sentence for each parameter: what the plan takes, what the data say, channel by channel."""
+    notes = []
     for p in catalog.effects()[found.effect].parameters:
-        if p.name in found.nonlinear:
-            usual, said = (p.shown(x) for x in (p.default, found.nonlinear[p.name]))
-            notes.append(f"{error}: the plan takes {p.name} {usual}, its usual value; the data say {said}")
+        told = [
+            f"{p.shown(t.value)} on {_short(t.channel)}"
+            for t in found.terms
+            if t.parameter and t.name == p.name
+        ]
+        if not told and p.name in found.nonlinear:
+            told = [p.shown(found.nonlinear[p.name])]
+        if told:
+            notes.append(
+                f"{found.sensor}.{found.effect}: the plan takes {p.name} {p.shown(p.default)}, its usual "
+                f"value; the data say {', '.join(told)}"
+            )
     return notes
 
 
@@ -237,7 +252,7 @@ def _calibrated(edits: SpecText, spec: Spec, error: str, test: CalibratingTest) 
         else:
             edits.enter(("tests", run.test), "calibrates", f"[{error}]")
         return f"tests.{run.test}: calibrates {error}"
-    name = f"show_{error.split('.')[1]}"
+    name = f"show_{ErrorName(error).effect}"
     others = [t for t in spec.tests.values() if t.bench == run.bench]
     parts = {
         "bench": run.bench,

@@ -9,9 +9,7 @@ import numpy as np
 from planner import catalog
 from planner.diagnosis import (
     FoundEffect,
-    FoundTerm,
     NotFound,
-    Rival,
     UnitDiagnosis,
     Unknown,
     Untestable,
@@ -19,15 +17,13 @@ from planner.diagnosis import (
 )
 from planner.errors import InputError
 from planner.learn.diagnosis.assumptions import assumptions
-from planner.learn.diagnosis.bench_uncertainty import below_bench
-from planner.learn.diagnosis.estimates import Estimate, estimates, parameter_interval, rivals
 from planner.learn.diagnosis.evidence import evidence
 from planner.learn.diagnosis.limits import limits
 from planner.learn.diagnosis.noise import LEAST_RUNS
 from planner.learn.diagnosis.prepared import Prepared, prepared
+from planner.learn.diagnosis.reported import channel_name, found_effects
 from planner.learn.diagnosis.sensor import SensorFound, diagnose_sensor
 from planner.measured import DwellTable
-from planner.measurement import AXES
 from planner.protocols import SENSORS, Sensor
 from planner.spec.model import Spec
 
@@ -50,7 +46,8 @@ def diagnose(
         if sensor in data.sensors:
             progress(f"{table.unit[0]}: searching the {sensor}s")
             found.append(diagnose_sensor(data, sensor, tuple(spec.effects), seed))
-    effects = [e for s in found for e in _effects(s, data)]
+    progress(f"{table.unit[0]}: fitting what was found with what is declared")
+    effects, said = found_effects(found, data, table, spec)
     unknown = [u for s in found for u in _unknown(s)]
     not_found, untestable = _limits(found, data, spec)
     return UnitDiagnosis(
@@ -65,6 +62,7 @@ def diagnose(
         notes=(
             *data.notes,
             *_notes(found, data),
+            *said,
             *(f"not looked for: {one}" for one in catalog.unloadable("effects")),
         ),
     )
@@ -93,74 +91,13 @@ def _verdict(
 # ---------------------------------------------------------------- what was found
 
 
-def _channel(sensor: Sensor, axis: int) -> str:
-    return f"{sensor}_{AXES[axis]}"
-
-
-def _effects(s: SensorFound, data: Prepared) -> list[FoundEffect]:
-    """One entry an effect; one a channel where each channel has its own nonlinear parameter."""
-    found, pool = s.found, s.found.pool
-    library = [i for i, b in enumerate(pool.blocks) if not b.generic]
-    groups: dict[tuple[str, int], list[int]] = {}
-    for b in found.library:
-        block = pool.blocks[b]
-        groups.setdefault((block.name, b if block.nonlinear else -1), []).append(b)
-    sizes = estimates(pool, found.all)
-    return [_effect(s, data, blocks, library, sizes) for blocks in groups.values()]
-
-
-def _effect(
-    s: SensorFound,
-    data: Prepared,
-    blocks: Sequence[int],
-    library: Sequence[int],
-    sizes: Sequence[Estimate],
-) -> FoundEffect:
-    found, pool = s.found, s.found.pool
-    effect = catalog.effects()[pool.blocks[blocks[0]].name]
-    nonlinear = dict(pool.blocks[blocks[0]].nonlinear)
-    mine = [e for e in sizes if e.block in blocks]
-    extra: list[FoundTerm] = []
-    if nonlinear:
-        p = parameter_interval(found, blocks[0], s.channels, s.cuts, data.table.day)
-        unit = "d" if p.name == "day" else "s"
-        axis = next(iter(pool.blocks[blocks[0]].columns))
-        extra = [FoundTerm(p.name, _channel(s.sensor, axis), p.value, p.low, p.high, p.freedom, unit, True)]
-        if p.wider is not None:
-            mine = [e for e in estimates(p.wider, [*found.all, p.block]) if e.block in blocks]
-    terms = [_term(s, e, effect.units[s.sensor]) for e in mine]
-    beside = {b: found.share(b).delta for b in blocks}
-    opposed: dict[str, float] = {}
-    for b in blocks:
-        for name, apart in rivals(found, b, library):
-            opposed[name] = min(apart, opposed.get(name, np.inf))
-    axes = sorted({a for b in blocks for a in pool.blocks[b].columns})
-    return FoundEffect(
-        effect=effect.name,
-        sensor=s.sensor,
-        channels=tuple(_channel(s.sensor, a) for a in axes),
-        terms=(*terms, *extra),
-        p_value=min(found.p[b] for b in blocks),
-        strength=float(np.sqrt(sum(beside.values()))),
-        rivals=tuple(Rival(name, apart) for name, apart in sorted(opposed.items(), key=lambda r: r[1])),
-        below_bench_uncertainty=below_bench(s, blocks, mine),
-        nonlinear=nonlinear,
-    )
-
-
-def _term(s: SensorFound, e: Estimate, unit: str) -> FoundTerm:
-    axes = list(s.found.pool.blocks[e.block].columns)
-    channel = _channel(s.sensor, axes[0]) if len(axes) == 1 else "all"
-    return FoundTerm(e.term, channel, e.value, e.value - e.half, e.value + e.half, e.freedom, unit)
-
-
 def _unknown(s: SensorFound) -> list[Unknown]:
     found, pool = s.found, s.found.pool
     out = []
     for b in found.unknown:
         block = pool.blocks[b]
         strength = found.share(b).delta
-        channels = tuple(_channel(s.sensor, a) for a in block.columns)
+        channels = tuple(channel_name(s.sensor, a) for a in block.columns)
         out.append(Unknown(channels, block.name, found.p[b], float(np.sqrt(strength))))
     return out
 
@@ -194,13 +131,13 @@ def _no_sensor(sensor: Sensor, data: Prepared) -> str:
 def _notes(found: Sequence[SensorFound], data: Prepared) -> list[str]:
     notes = []
     for s in found:
-        far = {_channel(s.sensor, a): int(rows.sum()) for a, rows in s.far.items() if rows.any()}
+        far = {channel_name(s.sensor, a): int(rows.sum()) for a, rows in s.far.items() if rows.any()}
         notes += [f"{name}: {count} rows far off the others are left out" for name, count in far.items()]
         rest: dict[str, list[str]] = {}
         for b in sorted(s.found.misfit):
             block = s.found.pool.blocks[b]
             for a in block.columns:
-                names = rest.setdefault(_channel(s.sensor, a), [])
+                names = rest.setdefault(channel_name(s.sensor, a), [])
                 names += [block.name] if block.name not in names else []
         notes += [
             f"{name}: what was found does not have exactly the shape of its equation; a small rest "

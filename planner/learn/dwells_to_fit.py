@@ -12,7 +12,7 @@ from planner.calibration import Calibration, SensorCalibration, Tables
 from planner.campaign.estimate import Estimate, Robust
 from planner.campaign.model import campaign
 from planner.campaign.power_ons import of_table
-from planner.campaign.triad import TooFewRecords
+from planner.campaign.triad import ALL, TooFewRecords, shares
 from planner.errors import InputError
 from planner.learn.correction import true_input
 from planner.learn.fit_options import DECLARED, FitOptions
@@ -183,28 +183,32 @@ def fit_sensor(
     spec: Spec,
     robust: Robust = "no",
     effects: tuple[str, ...] | None = None,
+    channels: Sequence[int] = ALL,
 ) -> list[Estimate]:
-    """The three channels of a sensor; the table's rows stand run by run.
+    """The channels of a sensor; the table's rows stand run by run.
 
-    effects: the error model; the spec's by default. Raises InputError for too few rows.
+    effects: the error model; the spec's by default; channels: which are asked for, all three where they have
+        a coefficient in common. Raises InputError for too few rows and for a channel that is dead.
     """
     readings = readings_of(table, sensor)
     where = table.source or "the table"
     if readings is None:
         raise InputError(f"no {sensor} columns in {where}")
-    _check_alive(readings, sensor, where)
+    names = spec.effects if effects is None else effects
+    asked = ALL if shares(sensor, names) else channels
+    _check_alive(readings, asked, sensor, where)
     try:
-        return campaign(spec, of_table(table), effects).estimate(sensor, readings, robust)
+        return campaign(spec, of_table(table), names).estimate(sensor, readings, robust, asked)
     except TooFewRecords as error:
         raise InputError(f"{where}: {error}; measure more records, or declare fewer effects") from error
 
 
-def _check_alive(readings: Array, sensor: Sensor, where: str) -> None:
+def _check_alive(readings: Array, channels: Sequence[int], sensor: Sensor, where: str) -> None:
     """Refuse a channel whose records are all the same to the last digit: no noise, so no sensor."""
     from planner.units import from_si
 
     unit = "deg/s" if sensor == "gyro" else "g"
-    for channel in range(3):
+    for channel in channels:
         values = readings[:, channel]
         if len(values) >= 3 and np.ptp(values) == 0.0:
             raise InputError(

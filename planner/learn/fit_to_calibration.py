@@ -128,23 +128,22 @@ def tables_of(fits: Sequence[Estimate]) -> Tables:
     nodes = _union([c.nodes for fit in fits for c in fit.model.carried if c.nodes is not None])
     bias, scale = np.zeros((3, len(nodes))), np.zeros((3, len(nodes)))
     asymmetry, misalignment = np.zeros(3), np.eye(3)
-    extra: list[ExtraTerm] = []
-    uncorrected = catalog.bench_only().union(_LINEAR)
+    extra: dict[tuple[str, str], ExtraTerm] = {}  # a term that channels share stands once
     for fit in fits:
         i = fit.model.channel
         bias[i] = _table(fit, "bias", fit.model.nodes_of("bias"), nodes)
         scale[i] = _table(fit, "scale_factor", fit.model.nodes_of("scale_factor"), nodes)
         shapes = _parameters(fit)
+        apart = {c.effect.name for c in fit.model.carried if c.effect.bench_only}.union(_LINEAR)
         for column, value in zip(fit.model.columns(), fit.theta, strict=True):
             if column.effect == "scale_factor_asymmetry":
                 asymmetry[i] = value
             elif column.effect == "misalignment":
                 misalignment[i, AXES.index(column.term[1])] = value
-            elif column.effect not in uncorrected and not column.parameter:
-                extra.append(
-                    ExtraTerm(column.effect, column.term, float(value), shapes.get(column.effect, {}))
-                )
-    return Tables(nodes, bias, scale, asymmetry, misalignment, tuple(extra), REACH_K)
+            elif column.effect not in apart and not column.parameter:
+                term = ExtraTerm(column.effect, column.term, float(value), shapes.get(column.effect, {}))
+                extra[column.effect, column.term] = term
+    return Tables(nodes, bias, scale, asymmetry, misalignment, tuple(extra.values()), REACH_K)
 
 
 def _union(several: Sequence[Array]) -> Array:

@@ -23,7 +23,7 @@ from planner.records import Array, Conditions, Constraint, Rule, Sensitivities, 
 from planner.spec.model import NAVIGATION_ERRORS, Given, PercentileRule, Requirement, Spec
 from planner.units import unit_factor
 
-_COMPONENTS = {  # navigation error -> field of Sensitivities, components that count
+COMPONENTS = {  # navigation error -> field of Sensitivities, components that count
     "position": ("position", slice(0, 3)),
     "horizontal": ("position", slice(0, 2)),
     "north": ("position", slice(0, 1)),
@@ -143,7 +143,7 @@ def _constraint(index: int, wanted: Requirement, time: float, vectors: Mapping[s
 
 
 def _at_instants(wanted: Requirement, found: Sensitivities) -> list[tuple[float, dict[str, Array]]]:
-    name, components = _COMPONENTS[wanted.error]
+    name, components = COMPONENTS[wanted.error]
     history: Array = getattr(found, name)[:, components, :]
     if wanted.at == "end":
         return [(float(found.time_s[-1]), _by_error(history[-1], found.columns))]

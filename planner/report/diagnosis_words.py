@@ -175,7 +175,7 @@ def _found_rows(effect: FoundEffect) -> list[tuple[str, ...]]:
 def _value(t: FoundTerm) -> tuple[str, str, str]:
     """Value, interval and unit, with as many digits as the interval leaves meaning to."""
     unit = t.unit if t.parameter else display_unit(t.unit)
-    low, value, high = (x if t.parameter else in_unit(x, t.unit) for x in (t.low, t.value, t.high))
+    low, value, high = (x / t.scale if t.parameter else in_unit(x, t.unit) for x in (t.low, t.value, t.high))
     size, half = max(abs(low), abs(value), abs(high)), (high - low) / 2.0
     most = 3
     if math.isfinite(size) and 0.0 < half < size:

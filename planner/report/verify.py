@@ -14,6 +14,7 @@ from planner.report.verify_words import (
     outcome_lines,
     parts_table,
     recount_sentence,
+    second_code,
 )
 from planner.verify.verification import Verification
 
@@ -63,6 +64,7 @@ def _lines(v: Verification) -> Iterator[str]:
         )
     for w in v.weak:
         yield f"  the records cannot tell {w.error} {w.axis}: {w.why}"
+    yield second_code()
 
 
 __all__ = ["digits", "print_verification", "quantity"]

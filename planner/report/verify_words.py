@@ -44,6 +44,14 @@ def headline(v: Verification) -> str:
     return "The promise is kept."
 
 
+def second_code() -> str:
+    """What the answer rests on."""
+    return (
+        "counted, drawn, calibrated and flown by verify's own code; shared with the planner: effects, spec, "
+        "units, physics"
+    )
+
+
 def faults_in_words(recount: Recount) -> str:
     """`3 faults`."""
     return f"{len(recount.faults)} fault{'s' if len(recount.faults) > 1 else ''}"

@@ -56,6 +56,30 @@ class CurveFamily:
         return np.asarray(curve * (scale if np.isfinite(scale) else 0.0))
 
 
+def second_moment(family: CurveFamily, degc: Array, count: int, rng: np.random.Generator) -> Array:
+    """(k, k) mean of f fᵀ at temperatures (k,) over `count` curves as `CurveFamily.draw` gives them."""
+    phase = rng.uniform(0.0, 2.0 * np.pi, (count, _MODES))
+    curves = (family.amplitude * np.cos(phase)) @ family.cosine.T
+    curves -= (family.amplitude * np.sin(phase)) @ family.sine.T
+    curves -= curves.mean(axis=1, keepdims=True)
+    if family.figure == "largest":
+        worst = np.array([np.abs(curves - _even_tables(curves, n)).max(axis=1) for n in family.numbers])
+        scale = np.min(family.residual[:, None] / np.where(worst > 0, worst, np.inf), axis=0)
+        curves *= np.where(np.isfinite(scale), scale, 0.0)[:, None]
+    seen = np.array([along(degc, family.grid, curve) for curve in curves])
+    return np.asarray(seen.T @ seen / count)
+
+
+def _even_tables(curves: Array, points: int) -> Array:
+    """(N, POINTS) what `even_table` gives of each of many curves (N, POINTS)."""
+    nodes = np.linspace(0.0, 1.0, points) if points > 1 else np.array([0.5])
+    place = nodes * (POINTS - 1)
+    left = np.minimum(place.astype(int), POINTS - 2)
+    values = curves[:, left] * (1.0 - (place - left)) + curves[:, left + 1] * (place - left)
+    x = np.linspace(0.0, 1.0, POINTS)
+    return np.asarray(values @ np.array([np.interp(x, nodes, row) for row in np.eye(points)]))
+
+
 def along(temperature_degc: Array, grid: Array, curve: Array) -> Array:
     """(n,) the curve at temperatures; its end segments go on beyond the grid."""
     inside = np.interp(temperature_degc, grid, curve)

@@ -113,11 +113,6 @@ class Choice:
         return max(0.0, self.cost - self.bound) / self.cost if self.cost > 0 else 0.0
 
 
-def least_usage(problem: Problem) -> Array:
-    """(C,) the smallest left-hand side of each constraint on its own."""
-    return np.asarray(np.array([group.contribution.min(axis=0) for group in problem.groups]).sum(axis=0))
-
-
 def solve(
     problem: Problem,
     *,

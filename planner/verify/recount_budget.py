@@ -24,11 +24,6 @@ from planner.verify.recount_spread import spreads_of_records
 from planner.verify.recount_steps import in_room
 
 PART_NAMES = ("run_to_run", "in_run", "storage", "temperature", "estimate")
-TABLE_OF = {  # effect that must be declared for a temperature table to take the variation of another out
-    "bias": "bias_temperature",
-    "scale_factor": "scale_factor_temperature",
-    "misalignment": "misalignment_temperature",
-}
 Document = Mapping[str, Any]
 
 
@@ -281,8 +276,8 @@ def _residual(spec: Spec, name: str, budget: ErrorBudget, points: Sequence[float
     """What a table at these temperatures leaves, by the spec's table or on its measured curve."""
     if budget.temperature_residual is None:
         return 0.0
-    needed = TABLE_OF.get(ErrorName(name).effect)
-    if needed in catalog.effects() and needed not in spec.effects:
+    tables = set(catalog.temperature_effects(ErrorName(name).effect))
+    if tables and not tables & set(spec.effects):  # with nothing declared that follows it, all of it stays
         return _whole(budget)
     if budget.measured_curve is not None:
         return _on_curve(spec, name, budget.measured_curve, points)

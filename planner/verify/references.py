@@ -14,7 +14,7 @@ from planner.records import Array, Conditions
 from planner.spec.model import Spec
 from planner.verify.chance import Chance
 from planner.verify.draws import generator
-from planner.verify.exposures import earth_rate, turned_by, upward
+from planner.verify.exposures import Motion, earth_rate, turned_by, upward
 from planner.verify.records import Records
 
 
@@ -74,11 +74,18 @@ def _off(records: Records, units: int, spec: Spec, key: tuple[int, int]) -> tupl
             continue
         base, mounted = turned_by(tilt), turned_by(leaning)
         for place, row in enumerate(rows):
-            motion, held = records.motions[row], mounted[:, visit[place]]
-            driven = np.outer(1.0 + faster, motion.driven)
-            pushed = np.outer((1.0 + faster) ** 2, motion.pushed)
-            turn = (base @ earth_rate()) @ motion.turned.T + driven
-            load = (base @ upward()) @ motion.turned.T + pushed
-            rate[:, row] = (held @ turn[..., None])[..., 0] - records.conditions.rate[row]
-            force[:, row] = (held @ load[..., None])[..., 0] - records.conditions.specific_force[row]
+            turn, load = felt(records.motions[row], base, mounted[:, visit[place]], faster)
+            rate[:, row] = turn - records.conditions.rate[row]
+            force[:, row] = load - records.conditions.specific_force[row]
     return rate.reshape(-1, 3), force.reshape(-1, 3), warmer.ravel()
+
+
+def felt(motion: Motion, base: Array, mounted: Array, faster: Array) -> tuple[Array, Array]:
+    """(B, 3) rate and specific force of B units on benches that are off.
+
+    base: (B, 3, 3) turns gravity and the Earth's rate in the bench; mounted: (B, 3, 3) turns everything in
+    the unit; faster: (B,) relative error of the driven rate, whose square an arm's load follows
+    """
+    turn = (base @ earth_rate()) @ motion.turned.T + np.outer(1.0 + faster, motion.driven)
+    load = (base @ upward()) @ motion.turned.T + np.outer((1.0 + faster) ** 2, motion.pushed)
+    return (mounted @ turn[..., None])[..., 0], (mounted @ load[..., None])[..., 0]

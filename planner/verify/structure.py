@@ -8,7 +8,6 @@ regressors along the flight.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -32,7 +31,6 @@ class Affine:
     slope: Array
 
 
-@lru_cache(maxsize=256)
 def affine(sensor: Sensor, effect: str) -> Affine | None:
     """The effect as a constant and slopes; None for one that depends on anything else."""
     known = catalog.effects()[effect]

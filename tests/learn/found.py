@@ -47,7 +47,7 @@ def unit_diagnosis(table: DwellTable, spec: Spec, effects: Sequence[FoundEffect]
 
 
 def _evidence(c, order) -> Evidence:
-    run = np.sqrt(c.after.run**2 + c.after.v.diagonal)
+    run = np.sqrt(c.after.spreads.run**2 + c.after.v.diagonal)
     added = {e.effect: np.column_stack([_part(c, e), c.after.residual + _part(c, e)])[order] for e in c.found}
     return Evidence(c.channel, c.before.residual[order], c.after.residual[order], run[order], added)
 

@@ -9,7 +9,6 @@ import pytest
 
 from planner.calibration import Calibration, Coefficient
 from planner.errors import InputError
-from planner.learn.closed_forms import rotations, six_position_accelerometer, six_position_gyro
 from planner.learn.dwells_to_fit import calibrate
 from planner.learn.fit_options import FitOptions
 from planner.learn.methods import METHODS, fit_options
@@ -17,6 +16,7 @@ from planner.learn.table_rows import rows_of
 from planner.measured import DwellTable
 from planner.physics.earth import EARTH_RATE_RADPS as EARTH
 from tests.learn import world
+from tests.learn.closed_forms import rotations, six_position_accelerometer, six_position_gyro
 from tests.learn.truths import LAYOUT, any_spec
 
 G = world.G

@@ -15,6 +15,7 @@ from planner.learn.diagnosis_to_next_measurement import (
     _priced,
     _problem,
     next_measurements,
+    shapes_of,
 )
 from planner.learn.diagnosis_to_residual import unit_fits
 from planner.spec.load import load_spec
@@ -93,16 +94,20 @@ def test_the_separation_is_that_of_the_stacked_design():
     found = rivals(found_effect("temperature_rate", "gyro_x", 1e-3, 1e-4), "warm_up")
     fits = fitted(found)
     (channel,) = [c for c in fits.channels if c.channel == "gyro_x"]
-    problem = _problem(channel, found, "warm_up", float(fits.table.duration.mean()))
+    problem = _problem(
+        channel, found, "warm_up", shapes_of("warm_up", found, fits.table), float(fits.table.duration.mean())
+    )
     for run in bench_runs(SMALL, fits.table.temperature_degc.tolist(), 5.0)[::7]:
         priced = _priced([problem], run)
-        fit = channel.after
+        fit = channel.after.spreads
         white = fit.white**2 * fits.table.duration.mean() / run.duration
         V = np.diag(white + (fit.rate * run.conditions.rate[:, 0]) ** 2) + fit.run**2
         root = np.linalg.cholesky(V)
         left = []
         for shape in problem.shapes:
-            old = fit.v.whiten(_columns(channel, found, "warm_up", shape, channel.before.model.conditions))
+            old = channel.after.v.whiten(
+                _columns(channel, found, "warm_up", shape, channel.before.model.conditions)
+            )
             once = np.linalg.solve(root, _columns(channel, found, "warm_up", shape, run.conditions))
             stacked = np.concatenate([old, *[once] * priced.repeats])
             X = stacked[:, :-1] / np.maximum(np.linalg.norm(stacked[:, :-1], axis=0), 1e-300)
@@ -117,7 +122,7 @@ def test_more_repeats_never_separate_less():
     found = rivals(found_effect("temperature_rate", "gyro_x", 1e-5, 1e-6), "warm_up")
     fits = fitted(found)
     (channel,) = [c for c in fits.channels if c.channel == "gyro_x"]
-    problem = _problem(channel, found, "warm_up", 60.0)
+    problem = _problem(channel, found, "warm_up", shapes_of("warm_up", found, fits.table), 60.0)
     for run in bench_runs(SMALL, [20.0], 5.0)[:6]:
         assert _priced([problem], run).gain >= -1e-9
 

@@ -173,6 +173,22 @@ def test_verify_says_the_answer_and_writes_it(files, tmp_path):
     assert "http://" not in page.replace("http://www.w3.org", "")
 
 
+def test_some_units_go_through_files_unless_told_not_to(files):
+    spec, plan = files
+    many, none = (
+        json.loads(run("verify", spec, plan, "--flights", 100, "--json", *more).stdout)
+        for more in ((), ("--through-files", 0))
+    )
+    assert many["through_files"]["ok"]
+    assert [c["unit"] for c in many["through_files"]["checks"]] == [1, 2]
+    assert all(c["apart"] < c["may_be_apart"] for c in many["through_files"]["checks"])
+    assert none["through_files"] == {"ok": True, "units": 0, "checks": [], "faults": []}
+    assert none["requirements"] == many["requirements"]
+    text = run("verify", spec, plan, "--flights", 100).stdout
+    assert "through files: 2 units" in text
+    assert "verify's own code" in text
+
+
 def test_a_changed_plan_is_broken_with_its_place_on_stdout(files):
     spec, plan = files
     document = copy.deepcopy(plan_of("flown").document)
@@ -189,7 +205,14 @@ def test_few_flights_are_not_sure(files):
 
 
 @pytest.mark.parametrize(
-    "arguments", [("--temperature", "cold"), ("--workers", 0), ("--cluster", "nowhere"), ("--flights", -1)]
+    "arguments",
+    [
+        ("--temperature", "cold"),
+        ("--workers", 0),
+        ("--through-files", -1),
+        ("--cluster", "nowhere"),
+        ("--flights", -1),
+    ],
 )
 def test_wrong_options_are_refused(files, arguments):
     spec, plan = files

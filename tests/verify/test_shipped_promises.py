@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
+import yaml
 
 from planner.export.json import plan_text
 from planner.pipelines.planning import exact_plan
 from planner.plan.spec_to_trajectory import trajectory_of
-from planner.spec.load import load_spec
+from planner.spec.load import load_spec, spec_from_bytes
 from planner.verify.experiment import experiment
 from planner.verify.monte_carlo import fly
 from planner.verify.outcome import claims_of, outcomes
@@ -51,3 +53,25 @@ def test_the_promise_is_kept(name):
         confidence = loaded.spec.plan.confidence
         claims = {c.error: c.share for c in claims_of(e, flown.tally, confidence)}
         assert min(claims.values()) >= confidence - SHARE_ERROR, claims
+
+
+def test_the_anchor_of_the_helicopter_fixed_by_hand():
+    """Static 5 × 3, rates 1 × 2, at any temperature of the range: 73.5 m and 0.347° at 95 % of 4000 flights.
+
+    Found by the estimator of `planner calibrate` with nodes and straight lines. The standard error of a
+    percentile of 4000 flights is 1.1 % here.
+    """
+    spec = yaml.safe_load((SHIPPED / "helicopter.yaml").read_text())
+    spec["plan"]["fixed"] = {
+        "static": {"temperatures": 5, "repeats": 3},
+        "rates": {"temperatures": 1, "repeats": 2},
+    }
+    for wanted, limit in zip(spec["requirement"], ("900 m", "5 deg"), strict=True):
+        wanted["limit"] = limit
+    one = spec_from_bytes(yaml.safe_dump(spec, allow_unicode=True).encode(), SHIPPED / "fixed.yaml")
+    document = json.loads(plan_text(exact_plan(one)))
+    e = experiment(document, one.spec, trajectory_of(one.spec.trajectory, one.folder), seed=1, where="range")
+    flown = fly(e, 4000, here, lambda message: None)
+    position, heading = outcomes(e, flown.tally, document, one.spec)
+    assert position.at_promise == pytest.approx(73.5, rel=0.03)
+    assert heading.at_promise == pytest.approx(math.radians(0.347), rel=0.03)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from planner import catalog
 from planner.diagnosis import Assumption
 from planner.learn.diagnosis.sensor import SensorFound
 from planner.learn.diagnosis.whitened import Whitened
@@ -19,7 +20,6 @@ PARTS = (
     ("constant", "bias", "in_run"),
     ("run_to_run_scale_factor", "scale_factor", "run_to_run"),
 )
-UNITS = {("gyro", "bias"): "deg/s", ("accelerometer", "bias"): "g"}
 KNOWN = 1.0  # relative standard error of a variance above which the data say nothing of it
 
 
@@ -52,7 +52,7 @@ def _spread(
     return Assumption(
         error=f"{s.sensor}.{error}",
         part=part,
-        unit=UNITS.get((s.sensor, error), "%"),
+        unit=_unit(s, error),
         assumed=_assumed(budget, part),
         measured=measured,
         low=low,
@@ -60,6 +60,12 @@ def _spread(
         freedom=float(freedom),
         channel=w.channel.name,
     )
+
+
+def _unit(s: SensorFound, error: str) -> str:
+    """Display unit of an error; a bare number is read as a share."""
+    unit = catalog.effects()[error].units[s.sensor]
+    return "%" if unit == "1" else unit
 
 
 def _assumed(budget: ErrorBudget, part: str) -> float | None:
@@ -100,7 +106,7 @@ def _residuals(s: SensorFound, budgets: Mapping[str, ErrorBudget]) -> Iterator[A
     yield Assumption(
         f"{s.sensor}.bias",
         f"temperature_residual at {len(kept)} points",
-        UNITS[s.sensor, "bias"],
+        _unit(s, "bias"),
         assumed,
         float(np.sqrt(square)),
         low,

@@ -10,6 +10,7 @@ J the Jacobian of the declared model at its fit, G the columns of a candidate.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -102,11 +103,12 @@ def at_rows(c: Channel, conditions: Conditions, y: Array, free: Array | None = N
 
 def _at(model: ChannelModel, found: tuple[str, ...], theta: Array, y: Array, free: Array | None) -> Channel:
     parts = evaluate(model, theta)
-    driven = sensed(model.sensor, model.conditions).copy()
-    driven[:, model.channel] = parts.v
+    leaning = sensed(model.sensor, model.conditions).copy()
+    leaning[:, model.channel] = parts.v
     name = "rate" if model.sensor == "gyro" else "specific_force"
+    driven = replace(model.conditions, **{name: leaning})
     J, given_back = _declared(model, found, theta, jacobian(model, theta, parts))
-    slopes, most = _slopes(model, parts.v, theta)
+    slopes, most = _slopes(model, driven, parts.v, theta)
     free = np.empty((len(y), 0)) if free is None else free
     return Channel(
         sensor=model.sensor,
@@ -119,7 +121,7 @@ def _at(model: ChannelModel, found: tuple[str, ...], theta: Array, y: Array, fre
         J=np.column_stack([J, slopes, free]),
         most=np.concatenate([np.full(J.shape[1], np.inf), most, np.full(free.shape[1], np.inf)]),
         lean=1.0 + parts.kappa,
-        driven=replace(model.conditions, **{name: driven}),
+        driven=driven,
     )
 
 
@@ -130,18 +132,18 @@ def _declared(model: ChannelModel, found: tuple[str, ...], theta: Array, J: Arra
     """
     names = [c.effect for c in model.columns()]
     linear = [not c.parameter for c in model.columns()]
-    known = [catalog.effects()[name] for name in found]
-    tables = {e.temperature_of for e in known if e.tabled and e.temperature_of} - set(found)
+    known = catalog.effects()
+    tables = {known[e].temperature_of or e for e in found if known[e].tabled}.difference(found)
     extra = [i for i, name in enumerate(names) if (name in found or name in tables) and linear[i]]
     kept = [i for i, name in enumerate(names) if name not in found and name not in tables]
     sums = [
         J[:, [i for i, name in enumerate(names) if name == table]].sum(axis=1)
-        for table in sorted(tables & set(names))
+        for table in sorted(tables.intersection(names))
     ]
     return np.column_stack([J[:, kept], *sums]), J[:, extra] @ theta[extra]
 
 
-def _slopes(model: ChannelModel, v: Array, theta: Array) -> tuple[Array, Array]:
+def _slopes(model: ChannelModel, driven: Conditions, v: Array, theta: Array) -> tuple[Array, Array]:
     """(n, k) slope of each table at each node: a soaked chamber strays, and a chord is no tangent.
 
     Without them the reading's own slope at a node, 1e-5 g from 0.05 K, counts as something missing.
@@ -149,21 +151,30 @@ def _slopes(model: ChannelModel, v: Array, theta: Array) -> tuple[Array, Array]:
     """
     t = model.conditions.temperature_degc
     found, most = [np.empty((len(t), 0))], [np.empty(0)]
-    tables = (
-        ("bias", model.nodes_of("bias"), np.ones(len(t))),
-        ("scale_factor", model.nodes_of("scale_factor"), v),
-    )
-    for name, nodes, driven in tables:
-        if nodes is not None:
-            nearest = np.argmin(np.abs(t[:, None] - nodes[None, :]), axis=1)
-            near = nearest[:, None] == np.arange(len(nodes))[None, :]
-            found.append(near * ((t - nodes[nearest]) * driven)[:, None])
-            most.append(_steepest(model, name, nodes, theta))
-    scale_nodes = model.nodes_of("scale_factor")
-    if scale_nodes is not None:
-        found.append(_untold(model, v, scale_nodes))
-        most.append(np.full(found[-1].shape[1], np.inf))
+    for (name, term), place in _tables(model).items():
+        effect = catalog.effects()[name]
+        index = [x.name for x in effect.terms(model.sensor)].index(term)
+        scale = effect.group == "scale_factor"
+        conditions = driven if scale else model.conditions
+        column = effect.regressors(model.sensor, conditions)[:, model.channel, index]
+        nodes = np.array([model.columns()[i].node_degc for i in place])
+        nearest = np.argmin(np.abs(t[:, None] - nodes[None, :]), axis=1)
+        near = nearest[:, None] == np.arange(len(nodes))[None, :]
+        found.append(near * ((t - nodes[nearest]) * column)[:, None])
+        most.append(_steepest(nodes, theta[place]))
+        if scale:
+            found.append(_untold(model, v, nodes))
+            most.append(np.full(found[-1].shape[1], np.inf))
     return np.concatenate(found, axis=1), np.concatenate(most)
+
+
+def _tables(model: ChannelModel) -> dict[tuple[str, str], list[int]]:
+    """(effect, term) that a table over temperature carries -> which of the coefficients are its nodes."""
+    found: dict[tuple[str, str], list[int]] = {}
+    for i, c in enumerate(model.columns()):
+        if np.isfinite(c.node_degc):
+            found.setdefault((c.effect, c.term), []).append(i)
+    return found
 
 
 def _untold(model: ChannelModel, v: Array, told: Array) -> Array:
@@ -180,16 +191,15 @@ def _untold(model: ChannelModel, v: Array, told: Array) -> Array:
     return np.asarray((nearest[:, None] == untold[None, :]) * v[:, None])
 
 
-def _steepest(model: ChannelModel, name: str, nodes: Array, theta: Array) -> Array:
+def _steepest(nodes: Array, values: Array) -> Array:
     """(N,) the larger of the two chords at each node of a table, per kelvin."""
-    place = [i for i, c in enumerate(model.columns()) if c.effect == name and np.isfinite(c.node_degc)]
-    if len(nodes) < 2 or len(place) != len(nodes):
+    if len(nodes) < 2:
         return np.full(len(nodes), np.inf)
-    chords = np.abs(np.diff(theta[place]) / np.diff(nodes))
+    chords = np.abs(np.diff(values) / np.diff(nodes))
     return np.asarray(np.maximum(np.append(chords, 0.0), np.append(0.0, chords)))
 
 
-def columns(c: Channel, effect: str, nonlinear: dict[str, float] | None = None) -> Array:
+def columns(c: Channel, effect: str, nonlinear: Mapping[str, float] | None = None) -> Array:
     """(n, n_terms) what each term of an effect adds to the channel's reading, SI per SI unit."""
     found = catalog.effects()[effect]
     conditions = c.driven if found.group == "scale_factor" else c.model.conditions

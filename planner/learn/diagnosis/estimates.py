@@ -15,12 +15,16 @@ from numpy.typing import NDArray
 from planner.learn.diagnosis.candidates import Block, effect_blocks
 from planner.learn.diagnosis.channels import Channel
 from planner.learn.diagnosis.found import ALPHA, Found, free
+from planner.learn.diagnosis.parameters import Range
 from planner.learn.diagnosis.pool import Pool, extended, given, mean_square, satterthwaite, score
+from planner.protocols import Parameter
 from planner.records import Array
 
 CONFIDENCE = 0.95
 DETERMINED = 1e-6  # of a coefficient's column that may lie in what the data do not see
 NEAR = 10.0  # criterion units (odds of exp(5)) by which a rival may be worse and still be one
+STEP = 1e-3  # of a parameter as a fit carries it, or of its range, for its derivative
+WIDEST = 10.0  # half of an interval: a factor of 22 000, or ten times the range of a linear one
 APART_SIGMA = 5.5  # an effect must explain that much beside its rival: the better of 30 alternatives won
 
 
@@ -69,55 +73,99 @@ def _freedom(pool: Pool, block: int, k: NDArray[np.int64], q: Array) -> tuple[fl
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """A nonlinear parameter with its 95 % interval; wider: the pool with its derivative as block `block`."""
+class ParameterInterval:
+    """A parameter with its 95 % interval, in the unit in which the effect takes it."""
 
     name: str
     value: float
     low: float
     high: float
     freedom: float
-    wider: Pool | None = None
-    block: int = -1
+
+    def tells(self, r: Range) -> bool:
+        """Whether the interval is narrower than what the parameter could be in the first place."""
+        if r.parameter.stepped or not r.low < r.high:
+            return True
+        return self.low > r.parameter.value(r.low) or self.high < r.parameter.value(r.high)
 
 
-def parameter_interval(
-    found: Found, b: int, channels: Sequence[Channel], cuts: NDArray[np.int64], days: Array
-) -> Parameter:
-    """A nonlinear parameter by the derivative with respect to its logarithm.
+@dataclass(frozen=True)
+class Shape:
+    """All parameters of a found block; wider: the pool with their derivatives as block `block`, if any."""
 
-    A step's day lies between two days of the table.
+    parameters: tuple[ParameterInterval, ...]
+    wider: Pool
+    block: int | None = None
+
+    def estimates(self, found: Found) -> list[Estimate]:
+        """Every coefficient of what is believed, and the derivatives beside them."""
+        return estimates(self.wider, found.all if self.block is None else [*found.all, self.block])
+
+
+def shape_of(
+    found: Found, b: int, channels: Sequence[Channel], cuts: NDArray[np.int64], ranges: Sequence[Range]
+) -> Shape:
+    """The parameters of a block by their derivatives, all together, on the scales on which fits carry them.
+
+    One that steps lies between two values of its condition in the table.
     """
-    block = found.pool.blocks[b]
-    ((name, value),) = block.nonlinear.items()
-    if name == "day":
-        before, after = days[days < value], days[days >= value]
-        high = float(after.min()) if len(after) else 2.0 * value
-        return Parameter(name, value, float(before.max(initial=value)), high, np.inf)
-    derivative = _derivative(found, b, name, value, channels)
-    pool = extended(found.pool, derivative, cuts)
-    new = len(found.pool.blocks)
-    (log,) = [e for e in estimates(pool, [*found.all, new]) if e.block == new]
-    half = min(log.half, 10.0)
-    ends = value * float(np.exp(-half)), value * float(np.exp(half))
-    return Parameter(name, value, *ends, log.freedom, pool, new)
+    smooth = [r.parameter for r in ranges if not r.parameter.stepped]
+    value = found.pool.blocks[b].nonlinear
+    wider, new = found.pool, None
+    sizes: dict[str, Estimate] = {}
+    if smooth:
+        wider = extended(found.pool, _derivatives(found, b, smooth, channels), cuts)
+        new = len(found.pool.blocks)
+        sizes = {e.term: e for e in estimates(wider, [*found.all, new]) if e.block == new}
+    intervals = tuple(
+        _between(r, value[r.parameter.name])
+        if r.parameter.stepped
+        else _interval(r.parameter, value[r.parameter.name], sizes[r.parameter.name])
+        for r in ranges
+    )
+    return Shape(intervals, wider, new)
 
 
-def _derivative(found: Found, b: int, name: str, value: float, channels: Sequence[Channel]) -> Block:
-    """∂(γ G(τ))/∂ log τ at what was found, as a block of one column a channel."""
+def _interval(p: Parameter, value: float, size: Estimate) -> ParameterInterval:
+    most = WIDEST if p.scale == "logarithmic" else WIDEST * (p.high - p.low)
+    half, here = min(size.half, most), p.carried(value)
+    return ParameterInterval(p.name, value, p.value(here - half), p.value(here + half), size.freedom)
+
+
+def _between(r: Range, value: float) -> ParameterInterval:
+    """From half a gap before the middle to half a gap behind it: the two values that the rows have."""
+    place = int(np.argmin(np.abs(r.steps - value))) if len(r.steps) else -1
+    low, high = (r.ends[place], r.ends[place + 1]) if place >= 0 else (r.parameter.low, r.parameter.high)
+    return ParameterInterval(r.parameter.name, value, float(low), float(high), np.inf)
+
+
+def _derivatives(found: Found, b: int, smooth: Sequence[Parameter], channels: Sequence[Channel]) -> Block:
+    """∂(γ G(p))/∂p at what was found, p as a fit carries it, as a block of one column a parameter."""
     block = found.pool.blocks[b]
-    gamma = np.array([e.value for e in estimates(found.pool, found.all) if e.block == b])
+    gamma = np.zeros(len(block.terms))
+    gamma[[bool(t) for t in block.terms]] = [
+        e.value for e in estimates(found.pool, found.all) if e.block == b
+    ]
     mine = [c for c in channels if c.axis in block.columns]
-    step = 1e-3
-    ends = []
+    slopes = [_slope(block, p, gamma, mine) for p in smooth]
+    columns = {a: np.column_stack([slope[a] for slope in slopes]) for a in block.columns}
+    name = f"{block.name} {' '.join(p.name for p in smooth)}"
+    return replace(block, name=name, columns=columns, terms=tuple(p.name for p in smooth), nonlinear={})
+
+
+def _slope(block: Block, p: Parameter, gamma: Array, channels: Sequence[Channel]) -> dict[int, Array]:
+    """axis -> (n,) by a central difference; nothing where the block vanishes."""
+    low, high = p.bounds
+    step = STEP * min(1.0, high - low)
+    here = p.carried(block.nonlinear[p.name])
+    slope = {a: np.zeros(len(columns)) for a, columns in block.columns.items()}
     for sign in (1.0, -1.0):
-        at = effect_blocks(mine, block.name, {name: value * float(np.exp(sign * step))})
-        (same,) = [x for x in at if x.key == block.key]
-        ends.append(same)
-    columns = {
-        a: ((ends[0].columns[a] - ends[1].columns[a]) @ gamma / (2.0 * step))[:, None] for a in block.columns
-    }
-    return replace(block, name=f"{block.name} {name}", columns=columns, terms=(name,), nonlinear={})
+        at = {**block.nonlinear, p.name: p.value(here + sign * step)}
+        for x in effect_blocks(channels, block.name, at):
+            if x.key == block.key and x.terms == block.terms:
+                for a in slope:
+                    slope[a] += sign * (x.columns[a] @ gamma) / (2.0 * step)
+    return slope
 
 
 # ---------------------------------------------------------------- rivals

@@ -111,6 +111,25 @@ class Found:
             if self.pool.blocks[b].nonlinear:
                 self.pool, self.library[i] = question.refine(self.pool, self.all, b)
 
+    def criteria(self, question: Question, scores: Mapping[int, Score]) -> dict[int, float]:
+        """Block -> criterion; of an effect with several parameters also between its grid's points.
+
+        Few points of several parameters together lie far apart, and the nearest may explain less than an
+        effect that is not there. Every parameter that was so chosen costs as much as a column.
+        """
+        found = {b: s.criterion for b, s in scores.items()}
+        best: dict[Key, int] = {}
+        for b in sorted(scores, key=lambda b: -found[b]):
+            if len(self.pool.blocks[b].nonlinear) > 1:
+                best.setdefault(self.pool.blocks[b].key, b)
+        for b in best.values():
+            self.pool, moved = question.refine(self.pool, self.all, b)
+            if moved != b:
+                s = score(self.without(), [moved])
+                column = (s.delta / s.s2 - s.criterion) / max(s.m, 1)
+                found[moved] = s.criterion - len(self.pool.blocks[moved].nonlinear) * column
+        return found
+
     def drop_needless(self, null: Null) -> None:
         """Backward elimination: library effects that are not significant beside the others go."""
         for b in list(self.library):

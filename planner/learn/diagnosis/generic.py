@@ -13,6 +13,7 @@ import numpy as np
 
 from planner.learn.diagnosis.channels import Channel
 from planner.measured import DwellTable
+from planner.protocols import Condition
 from planner.records import Array
 from planner.temperature_table import hats, temperature_nodes
 from planner.units import STANDARD_GRAVITY_MPS2
@@ -168,6 +169,16 @@ def _bench(c: Channel, table: DwellTable) -> list[Array]:
         return []
     return [np.array([(table.bench == n).astype(float) for n in names[1:]]).T]
 
+
+VARIES_WITH: Mapping[Condition | None, str] = {
+    "rate": "rate",
+    "specific_force": "specific_force",
+    "temperature_degc": "temperature",
+    "temperature_rate": "temperature_rate",
+    "time_on": "time_on",
+    "day": "day",
+}
+"""The condition along which an effect runs -> the generic alternative over the same variable."""
 
 _MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
     "time_on": _time_on,

@@ -12,6 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
+from planner import catalog
 from planner.learn.diagnosis.found import (
     ALPHA_UNKNOWN,
     SINGLE,
@@ -23,6 +24,7 @@ from planner.learn.diagnosis.found import (
     on,
     significant,
 )
+from planner.learn.diagnosis.generic import VARIES_WITH
 from planner.learn.diagnosis.pool import Pool, Score, delta, family_wise, null_of, score
 
 STAYS = 0.5  # share of its Δ that a library effect must keep beside an unknown
@@ -33,18 +35,7 @@ CHAIN = 3  # library effects on one channel, from which one variable may be the 
 ONE_VARIABLE = 0.95  # of what it and the library effects explain together, from which it is
 # share of an effect's Δ that may be left although it is the right one
 SHARED_MISFIT = 0.03  # of what several channels share, an effect of the bench: its geometry is known roughly
-MISFIT = {"earth_rate": 0.35}  # where north is no table says; the horizontal part is 0.31 of the whole at 56°
 OWN_MISFIT = 0.1  # over the variable that drives it: that is read with noise, and bins average it
-OWN_VARIABLE = {
-    "warm_up": "time_on",
-    "ageing": "day",
-    "bias_step": "day",
-    "temperature_rate": "temperature_rate",
-    "scale_factor_nonlinearity": "rate",
-    "scale_factor_asymmetry": "rate",
-    "scale_factor_acceleration": "specific_force",
-    "g_squared_sensitivity": "specific_force",
-}
 
 
 def lack_of_fit(found: Found, question: Question) -> list[int]:
@@ -72,12 +63,18 @@ def _only_misfit(found: Found, generic: int, left: float) -> bool:
     pool = found.pool
     for b in found.on(found.axes(generic)):
         block = pool.blocks[b]
-        known = MISFIT.get(block.name, SHARED_MISFIT if len(block.columns) > 1 else 0.0)
-        if OWN_VARIABLE.get(block.name) == pool.blocks[generic].name:
+        known = catalog.effects()[block.name].misfit or (SHARED_MISFIT if len(block.columns) > 1 else 0.0)
+        if _own_variable(pool, b, generic):
             known = max(known, OWN_MISFIT)
         if known > 0.0 and left < known * found.share(b).delta:
             return True
     return False
+
+
+def _own_variable(pool: Pool, b: int, generic: int) -> bool:
+    """Whether a generic alternative is over the variable along which a library effect runs."""
+    variable = catalog.effects()[pool.blocks[b].name].variable
+    return VARIES_WITH.get(variable) == pool.blocks[generic].name
 
 
 def stands_beside(found: Found, b: int, s: Score) -> bool:
@@ -129,7 +126,8 @@ def _named(found: Found, lacking: Sequence[int], question: Question) -> bool:
     scores = {b: s for b, s in scores.items() if stands_beside(found, b, s)}
     if not scores:
         return False
-    best = best_of(found.pool, {b: s.criterion for b, s in scores.items()})
+    criteria = found.criteria(question, scores)
+    best = best_of(found.pool, criteria)
     if _unnamed_is_better(found, axes, [*found.on(axes), best], question):
         return False
     tried = found.tried([*found.library, best])
@@ -212,7 +210,7 @@ def _unknown(found: Found, lacking: Sequence[int], question: Question) -> None:
         return
     found.unknown.append(best)
     both = delta(here, [*mine, best])
-    own = any(OWN_VARIABLE.get(found.pool.blocks[b].name) == found.pool.blocks[best].name for b in mine)
+    own = any(_own_variable(found.pool, b, best) for b in mine)
     if mine and (question.flips.few_runs or own) and delta(here, mine) >= MOST_OF_BOTH * both:
         _only_what_counts(found, best, mine, both)
     else:

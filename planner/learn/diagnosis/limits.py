@@ -9,26 +9,25 @@ import numpy as np
 from planner import catalog
 from planner.campaign.channel_model import EXCITING
 from planner.diagnosis import NotFound, Untestable
-from planner.learn.diagnosis.candidates import LEAST_DAYS, OF_THE_DAYS, lasts
+from planner.learn.diagnosis.candidates import LEAST_DAYS, lasts
 from planner.learn.diagnosis.estimates import estimates
 from planner.learn.diagnosis.noise import LEAST_RUNS
 from planner.learn.diagnosis.pool import Pool, given
 from planner.learn.diagnosis.prepared import Prepared
 from planner.learn.diagnosis.sensor import SensorFound
-from planner.protocols import Effect
-
-NEEDS: Mapping[str, tuple[str, ...]] = {
-    "warm_up": ("time_on_s",),
-    "ageing": ("day",),
-    "bias_step": ("day",),
-    "bias_temperature": ("temp_degc",),
-    "scale_factor_temperature": ("temp_degc",),
-    "misalignment_temperature": ("temp_degc",),
-    "temperature_rate": ("temp_rate_degc_min",),
-}
+from planner.learn.dwell_columns import SINGLES
+from planner.protocols import Condition, Effect
+from planner.units import from_si
 
 A_COEFFICIENT = 3  # rows for each coefficient of the declared model, below which nothing more is told
-IMPOSSIBLE = "what looks like it is more than the Earth turns"
+LEAST_K = 1.0  # kelvins between records, below which a chamber is at one temperature
+FLAT: Mapping[Condition, tuple[str, float]] = {
+    "temperature_rate": ("the temperature never changes during a record", 0.0),
+    "day": ("all records are of one day", 0.0),
+    "time_on": ("all records are of one time since power-on", 0.0),
+    "temperature_degc": ("all records are at one temperature", LEAST_K),
+}
+"""What is said of a condition that the records do not vary, and by how much it then varies at most."""
 
 
 def limits(
@@ -42,13 +41,22 @@ def limits(
     for name, effect in catalog.effects().items():
         if name in declared or name in known or s.sensor not in effect.sensors:
             continue
-        why = IMPOSSIBLE if name in s.impossible else _missing(name, data) or _unseen(s, data, effect)
-        most = 0.0 if why else _upper(here, name, effect)
+        why = _impossible(s, effect) or _missing(effect, data) or _unseen(s, data, effect)
+        most = 0.0 if why else _upper(here, effect)
         if most > 0.0 and np.isfinite(most):
             not_found.append(NotFound(name, s.sensor, most, effect.units[s.sensor]))
         else:
-            untestable.append(Untestable(name, s.sensor, why or _why(name, data)))
+            untestable.append(Untestable(name, s.sensor, why or _why(effect, data)))
     return not_found, untestable
+
+
+def _impossible(s: SensorFound, effect: Effect) -> str:
+    """Why an effect is out of the question although something looks like it."""
+    if effect.name not in s.impossible or effect.largest is None:
+        return ""
+    unit = effect.units[s.sensor]
+    most = from_si(effect.largest[s.sensor], unit)
+    return f"what looks like it is more than the {most:.3g} {unit} that there can be"
 
 
 def _unseen(s: SensorFound, data: Prepared, effect: Effect) -> str:
@@ -63,51 +71,48 @@ def _unseen(s: SensorFound, data: Prepared, effect: Effect) -> str:
     return ""
 
 
-def _upper(here: Pool, name: str, effect: Effect) -> float:
+def _upper(here: Pool, effect: Effect) -> float:
     """The largest |γ| + half-width over terms and channels that the data determine; 0 when none."""
     most = 0.0
-    for b in _nearest_to_default(here, name, effect):
+    for b in _nearest_to_default(here, effect):
         for e in estimates(here, [b]):
             if np.isfinite(e.half):
                 most = max(most, abs(e.value) + e.half)
     return most
 
 
-def _nearest_to_default(here: Pool, name: str, effect: Effect) -> list[int]:
-    mine = [i for i, b in enumerate(here.blocks) if b.name == name and not b.generic]
-    if not effect.nonlinear:
-        return mine
-    ((parameter, default),) = effect.nonlinear.items()
+def _nearest_to_default(here: Pool, effect: Effect) -> list[int]:
+    """On every channel the block whose parameters are nearest to their defaults, as shares of the ranges."""
+
+    def off(b: int) -> float:
+        value = here.blocks[b].nonlinear
+        scaled = [
+            (p.carried(value[p.name]) - p.carried(p.default)) / (p.bounds[1] - p.bounds[0])
+            for p in effect.parameters
+        ]
+        return float(np.sum(np.square(scaled)))
+
     best: dict[tuple[int, ...], int] = {}
-    for i in mine:
-        axes = here.blocks[i].channels
-        off = abs(np.log(max(here.blocks[i].nonlinear[parameter], 1e-9) / default))
-        if axes not in best or off < abs(
-            np.log(max(here.blocks[best[axes]].nonlinear[parameter], 1e-9) / default)
-        ):
-            best[axes] = i
+    mine = [i for i, b in enumerate(here.blocks) if b.name == effect.name and not b.generic]
+    for b in sorted(mine, key=off):
+        best.setdefault(here.blocks[b].channels, b)
     return list(best.values())
 
 
-def _missing(name: str, data: Prepared) -> str:
-    absent = [column for column in NEEDS.get(name, ()) if column in data.full.absent]
+def _missing(effect: Effect, data: Prepared) -> str:
+    absent = [c.name for c in SINGLES if c.field in effect.needs and c.name in data.full.absent]
     if absent:
         return f"the table has no column {', '.join(absent)}"
-    if not lasts(name, data.table):
+    if not lasts(effect, data.table):
         return f"the records span {np.ptp(data.table.day):.2g} days; {LEAST_DAYS:g} tell it from run-to-run"
-    if name in OF_THE_DAYS and len(data.starts) < LEAST_RUNS:
+    if "day" in effect.needs and len(data.starts) < LEAST_RUNS:
         return f"{len(data.starts)} power-ons are fewer than the {LEAST_RUNS} that tell it from run-to-run"
     return ""
 
 
-def _why(name: str, data: Prepared) -> str:
-    needs = {
-        "temperature_rate": ("the temperature never changes during a record", data.table.temperature_rate),
-        "ageing": ("all records are of one day", data.table.day),
-        "bias_step": ("all records are of one day", data.table.day),
-    }
-    if name in needs and np.ptp(needs[name][1]) == 0.0:
-        return needs[name][0]
-    if "temperature" in name and np.ptp(data.table.temperature_degc) < 1.0:
-        return "all records are at one temperature"
+def _why(effect: Effect, data: Prepared) -> str:
+    """What the records do not vary of all that the effect needs."""
+    for condition, (said, most) in FLAT.items():
+        if condition in effect.needs and np.ptp(getattr(data.table, condition)) <= most:
+            return said
     return "nothing in these records excites it, or the declared model takes it up whole"

@@ -80,6 +80,7 @@ class Readings:
     """What the noise of one channel is judged from: rows run by run from `starts`.
 
     rich: (n, k) columns of all candidates; weights: (n,) 1, or near 0 for a row that is an outlier
+    least_runs: power-ons from which their spread is a variance; with fewer each has a level of its own
     """
 
     channel: Channel
@@ -87,16 +88,24 @@ class Readings:
     duration: Array
     rich: Array
     weights: Array
+    least_runs: int = LEAST_RUNS
 
 
 def triad_noise(triad: Sequence[Readings]) -> list[ChannelNoise]:
     """The noise of every channel of a sensor."""
     judged = [_judged(r) for r in triad]
     own = [_own(j) for j in judged]
-    return [
-        ChannelNoise(woodbury(j.effects, v.theta), v, j.components, j.fixed, j.starts)
-        for j, v in zip(judged, _without_zeros(_shared(judged, own) or own), strict=True)
-    ]
+    return [_noise(j, v) for j, v in zip(judged, _without_zeros(_shared(judged, own) or own), strict=True)]
+
+
+def channel_noise(readings: Readings) -> ChannelNoise:
+    """The noise of one channel by itself."""
+    judged = _judged(readings)
+    return _noise(judged, *_without_zeros([_own(judged)]))
+
+
+def _noise(j: _Judged, v: Variances) -> ChannelNoise:
+    return ChannelNoise(woodbury(j.effects, v.theta), v, j.components, j.fixed, j.starts)
 
 
 @dataclass(frozen=True)
@@ -117,7 +126,7 @@ class _Judged:
 def _judged(given: Readings) -> _Judged:
     """The problem under the rich model; under the declared one when the rows are too few for the rich."""
     c, starts = given.channel, given.starts
-    few = len(starts) < LEAST_RUNS
+    few = len(starts) < given.least_runs
     fixed = _indicators(starts, len(c.r)) if few else np.empty((len(c.r), 0))
     alone = len(starts) == len(c.r)  # one row a run: its spread is the noise
     diagonals = _diagonals(c, given.duration, given.weights)
@@ -135,16 +144,17 @@ def _judged(given: Readings) -> _Judged:
 
 def _own(j: _Judged) -> Variances:
     """REML of one channel; all its noise is white where the rows allow no more."""
-    theta = np.zeros(j.effects.count)
+    theta, error = np.zeros(j.effects.count), None
     theta[0] = max(float(np.var(j.sample.y)), 1e-30)
     try:
         found = reml(j.sample.y, j.sample.X, j.sample.effects)
         if found.theta[: len(j.effects.diagonals)].any():
-            theta = found.theta
+            theta, error = found.theta, found.error if found.free.all() else None
     except ValueError:
         pass
-    theta = np.maximum(theta, j.least)
-    error = _inverse(reml_information(j.sample.X, j.sample.effects, theta))
+    if error is None or np.any(theta < j.least):
+        theta = np.maximum(theta, j.least)
+        error = _inverse(reml_information(j.sample.X, j.sample.effects, theta))
     return Variances(theta, error, theta > 0, restricted_loglik(j.sample, theta), True)
 
 

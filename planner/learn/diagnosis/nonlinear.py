@@ -1,28 +1,23 @@
-"""Nonlinear parameters of believed effects, at their best between the values of the grid."""
+"""Parameters of believed effects at their best between the values of the grid, by variable projection."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.learn.diagnosis.candidates import Block, effect_blocks
 from planner.learn.diagnosis.channels import Channel
+from planner.learn.diagnosis.parameters import Range
 from planner.learn.diagnosis.pool import Pool, extended, given, pool_of, score
-from planner.records import Array
 
-NEAR = 1.9  # by which a value may leave its neighbour; the ratio of the grid is smaller
-NEAR_DAYS = 12  # on both sides, so that steps meet halfway between two days of the grid
+NEAR_STEPS = 12  # on both sides, so that steps meet halfway between two values of the grid
+ROUNDS = 40  # of the search over several parameters together
+SETTLED = 1e-3  # on the scale on which a fit carries a parameter
 
-
-@dataclass(frozen=True)
-class Values:
-    """What nonlinear parameters can be. time_constants: shortest and longest seen, s; days: (k,) of steps."""
-
-    time_constants: tuple[float, float]
-    days: Array
+Point = dict[str, float]
+Gain = Callable[[Point], float]
 
 
 def refined(
@@ -31,49 +26,91 @@ def refined(
     b: int,
     channels: Sequence[Channel],
     cuts: NDArray[np.int64],
-    values: Values,
+    ranges: Sequence[Range],
 ) -> tuple[Pool, int]:
-    """The block at the best value of its parameter near the one it has (variable projection).
+    """The block at the best value of its parameters near those that it has.
 
-    A step's day is known to lie between two days of the table; every such middle nearby is tried.
+    A parameter that steps is known to lie between two values of its condition; every such middle nearby is
+    tried.
     """
     block = pool.blocks[b]
-    ((name, value),) = block.nonlinear.items()
     others = [i for i in believed if i != b]
 
-    def gain(at: float) -> float:
-        moved = _at(block, name, at, channels)
+    def gain(at: Point) -> float:
+        moved = _at(block, at, channels)
         return 0.0 if moved is None else _gain(pool, others, pool_of(pool.state, [moved], cuts))
 
-    best = _best_day(gain, value, values.days) if name == "day" else _best_tau(gain, value, values)
-    moved = _at(block, name, best, channels)
+    best = _best_steps(gain, dict(block.nonlinear), [r for r in ranges if r.parameter.stepped])
+    best = _best_smooth(gain, best, [r for r in ranges if not r.parameter.stepped and r.low < r.high])
+    moved = _at(block, best, channels)
     if moved is None or gain(best) <= score(given(pool, others), [b]).delta + 1e-9:
         return pool, b
     return extended(pool, moved, cuts), len(pool.blocks)
 
 
-def _best_tau(gain: Callable[[float], float], value: float, values: Values) -> float:
+def _best_steps(gain: Gain, at: Point, ranges: Sequence[Range]) -> Point:
+    """Every parameter that steps at the best of the values near the one it has, one after the other."""
+    for r in ranges:
+        name = r.parameter.name
+        near = r.steps[np.argsort(np.abs(r.steps - at[name]))[:NEAR_STEPS]]
+        if len(near):
+            at = max(({**at, name: float(v)} for v in near), key=gain)
+    return at
+
+
+def _best_smooth(gain: Gain, at: Point, ranges: Sequence[Range]) -> Point:
+    """The other parameters at the best values near those they have: one by a line, several by gradients."""
+    if len(ranges) > 1:
+        return _best_of_several(gain, at, ranges)
+    return _best_of_one(gain, at, ranges[0]) if ranges else at
+
+
+def _best_of_one(gain: Gain, at: Point, r: Range) -> Point:
     from scipy.optimize import minimize_scalar
 
-    shortest, longest = values.time_constants
-    ends = np.log(max(value / NEAR, shortest)), np.log(min(value * NEAR, longest))
+    p = r.parameter
+    here = p.carried(at[p.name])
+    ends = max(here - r.step, r.low), min(here + r.step, r.high)
     if not ends[0] < ends[1]:
-        return value
+        return at
     found = minimize_scalar(
-        lambda log: -gain(float(np.exp(log))), bounds=ends, method="bounded", options={"xatol": 1e-3}
+        lambda x: -gain({**at, p.name: p.value(float(x))}),
+        bounds=ends,
+        method="bounded",
+        options={"xatol": SETTLED * min(1.0, r.high - r.low)},
     )
-    return float(np.exp(found.x))
+    return {**at, p.name: p.value(float(found.x))}
 
 
-def _best_day(gain: Callable[[float], float], value: float, days: Array) -> float:
-    near = days[np.argsort(np.abs(days - value))[:NEAR_DAYS]]
-    return float(max(near, key=gain)) if len(near) else value
+def _best_of_several(gain: Gain, at: Point, ranges: Sequence[Range]) -> Point:
+    """Within the ranges, which become the unit cube; half a step to both sides gives the slopes' start."""
+    from scipy.optimize import minimize
+
+    low = np.array([r.low for r in ranges])
+    size = np.array([r.high for r in ranges]) - low
+
+    def point(x: NDArray[np.float64]) -> Point:
+        carried = low + np.clip(x, 0.0, 1.0) * size
+        return {
+            **at,
+            **{r.parameter.name: r.parameter.value(float(c)) for r, c in zip(ranges, carried, strict=True)},
+        }
+
+    start = (np.array([r.parameter.carried(at[r.parameter.name]) for r in ranges]) - low) / size
+    found = minimize(
+        lambda x: -gain(point(x)),
+        np.clip(start, 0.0, 1.0),
+        method="L-BFGS-B",
+        bounds=[(0.0, 1.0)] * len(ranges),
+        options={"maxiter": ROUNDS, "eps": 1e-5},
+    )
+    return point(found.x)
 
 
-def _at(block: Block, name: str, value: float, channels: Sequence[Channel]) -> Block | None:
-    """The block at another value; none where its columns vanish."""
+def _at(block: Block, at: Mapping[str, float], channels: Sequence[Channel]) -> Block | None:
+    """The block at other values; none where its columns vanish."""
     mine = [c for c in channels if c.axis in block.columns]
-    found = [x for x in effect_blocks(mine, block.name, {name: value}) if x.key == block.key]
+    found = [x for x in effect_blocks(mine, block.name, at) if x.key == block.key]
     return found[0] if found else None
 
 

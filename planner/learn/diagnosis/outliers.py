@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from planner.campaign.channel_model import EXCITING
 from planner.learn.diagnosis.channels import Channel
 from planner.records import Array
-from planner.solvers.least_squares import least_squares
+from planner.solvers.least_squares import factors
 
 FAR = 8.0  # sigma, beyond which a row is no reading of this campaign
+FAR_WEIGHT = 1e-4  # of such a row: 40 sigma then count as 0.4
 MOST_FAR = 0.02  # share of the rows; more are a structure, not accidents
 
 
@@ -38,7 +39,8 @@ def outliers(c: Channel, rich: Array, starts: NDArray[np.int64]) -> NDArray[np.b
 
 def _left(columns: Array, r: Array, seen: NDArray[np.bool_]) -> tuple[Array, float]:
     """(n,) what least squares over the rows seen leaves, at its full size, and the degrees of freedom."""
-    coefficients, found = least_squares(columns[seen], r[seen], 1e-7)
+    found = factors(columns[seen], 1e-7)
+    coefficients = found.to_coefficients @ (found.basis.T @ r[seen])
     share = np.einsum("nk,nk->n", found.basis, found.basis)
     left = r - columns @ coefficients
     left[seen] /= np.sqrt(1.0 - np.minimum(share, 0.97))

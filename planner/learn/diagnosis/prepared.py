@@ -27,13 +27,15 @@ FEW_WAYS = 10  # rows a way, below which the accelerometers cannot be their own 
 class Prepared:
     """table: rows run by run; starts: (g,) first row of every run; where: (N,) row of each full row or −1
 
-    full: the table as it came, with references; sensors: those that can be judged; notes: sentences
+    full: the table as it came, with references; once: its rows without those that are another one again
+    sensors: those that can be judged; notes: sentences
     attitude: (N,) number of each full row's attitude when the accelerometers are their own reference
     """
 
     table: DwellTable
     starts: NDArray[np.int64]
     full: DwellTable
+    once: NDArray[np.int64]
     where: NDArray[np.int64]
     sensors: tuple[str, ...]
     notes: tuple[str, ...]
@@ -72,7 +74,7 @@ def prepared(table: DwellTable) -> Prepared:
     order = np.lexsort((table.time_on, table.run))
     ordered, starts = by_run(table)
     where = np.where(where >= 0, np.argsort(order)[where], -1)
-    return Prepared(ordered, starts, full, where, sensors, tuple(notes), attitude)
+    return Prepared(ordered, starts, full, kept, where, sensors, tuple(notes), attitude)
 
 
 def _ramps_levelled(table: DwellTable) -> DwellTable:

@@ -54,7 +54,8 @@ def _forward(found: Found, question: Question) -> None:
         good = {b: s for b, s in good.items() if stands_beside(found, b, s)}
         if not good:
             return
-        found.library.append(best_of(found.pool, {b: s.criterion for b, s in good.items()}))
+        criteria = found.criteria(question, good)
+        found.library.append(best_of(found.pool, criteria))
         found.refine(question)
         _swap(found, question.library)
         found.refine(question)

@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.learn.diagnosis.candidates import (
-    Block,
-    generic_blocks,
-    library_blocks,
-    middles_of_days,
-    seen_time_constants,
-)
+from planner import catalog
+from planner.learn.diagnosis.candidates import Block, generic_blocks, library_blocks
 from planner.learn.diagnosis.channels import Channel, channel
-from planner.learn.diagnosis.estimates import estimates, parameter_interval
+from planner.learn.diagnosis.estimates import Shape, estimates, shape_of
 from planner.learn.diagnosis.found import Found, Question, on
+from planner.learn.diagnosis.generic import VARIES_WITH
 from planner.learn.diagnosis.noise import LEAST_RUNS, Readings, triad_noise
-from planner.learn.diagnosis.nonlinear import Values, refined
-from planner.learn.diagnosis.outliers import outliers
+from planner.learn.diagnosis.nonlinear import refined
+from planner.learn.diagnosis.outliers import FAR_WEIGHT, outliers
+from planner.learn.diagnosis.parameters import GRID, Range, ranges
 from planner.learn.diagnosis.pool import Flips, Pool, pool_of
 from planner.learn.diagnosis.prepared import Prepared
 from planner.learn.diagnosis.search import search
 from planner.learn.diagnosis.whitened import Whitened, whitened
-from planner.physics.earth import EARTH_RATE_RADPS
 from planner.protocols import Sensor
 from planner.records import Array
 
@@ -36,7 +32,6 @@ MOST_SHARE = 0.4  # columns a row when the noise is judged
 FINE_ONES = ("time_on", "day")  # come coarse first, then fine
 A_COLUMN = 8  # power-ons for each column between them when the noise is judged
 SEGMENTS = 40  # that change sign together where there are too few power-ons
-_OUT = 1e-4  # weight of a row that is far off: 40 sigma then count as 0.4
 
 
 @dataclass(frozen=True)
@@ -44,6 +39,7 @@ class SensorFound:
     """What was found on one sensor, with what it rests on.
 
     channels: those that move at all; far: axis -> (n,) rows that were left out
+    ranges: effect -> what its parameters can be in this table
     impossible: candidates that would have explained something by more than nature has of it
     """
 
@@ -52,7 +48,12 @@ class SensorFound:
     found: Found
     far: dict[int, NDArray[np.bool_]]
     cuts: NDArray[np.int64]
+    ranges: Mapping[str, tuple[Range, ...]]
     impossible: tuple[str, ...] = ()
+
+    def shape(self, block: int) -> Shape:
+        """The parameters of a found block with their intervals."""
+        return _shape(self.found, block, self.channels, self.cuts, self.ranges)
 
 
 def diagnose_sensor(data: Prepared, sensor: Sensor, declared: tuple[str, ...], seed: int) -> SensorFound:
@@ -77,9 +78,15 @@ def diagnose_sensor(data: Prepared, sensor: Sensor, declared: tuple[str, ...], s
 
 
 def _impossible(found: Found) -> list[str]:
-    """Earth's rate where more than the Earth turns would be needed, beyond the interval."""
-    sizes = [e for e in estimates(found.pool, found.all) if found.pool.blocks[e.block].name == "earth_rate"]
-    return ["earth_rate"] if any(abs(e.value) - e.half > EARTH_RATE_RADPS for e in sizes) else []
+    """Effects of which more would be needed than there can be by nature, beyond the interval."""
+    known = catalog.effects()
+    names = []
+    for e in estimates(found.pool, found.library):
+        block = found.pool.blocks[e.block]
+        most = (known[block.name].largest or {}).get(block.sensor, np.inf)
+        if abs(e.value) - e.half > most:
+            names.append(block.name)
+    return list(dict.fromkeys(names))
 
 
 def _strong(found: Found) -> list[str]:
@@ -114,7 +121,7 @@ def _searched(
     for c in mine:
         rich = np.column_stack([nothing, *_rich(blocks, c.axis, len(c.r), len(data.starts))])
         far[c.axis] = outliers(c, np.column_stack([nothing, *_coarse(blocks, c.axis)]), data.starts)
-        weights = np.where(far[c.axis], _OUT, 1.0)
+        weights = np.where(far[c.axis], FAR_WEIGHT, 1.0)
         triad.append(Readings(c, data.starts, table.duration, rich, weights))
     state = {
         r.channel.axis: whitened(r.channel, noise, r.rich)
@@ -123,21 +130,24 @@ def _searched(
     cuts = segments(state, data.starts)
     pool = pool_of(state, blocks, cuts)
     signs = np.random.default_rng([seed, 17]).choice([-1.0, 1.0], size=(FLIPS, len(cuts)))
-    values = Values(seen_time_constants(table), middles_of_days(table.day))
+    shown = {name: ranges(e, table) for name, e in catalog.effects().items() if e.parameters}
 
     def refine(p: Pool, believed: Sequence[int], b: int) -> tuple[Pool, int]:
-        return refined(p, believed, b, mine, cuts, values)
+        return refined(p, believed, b, mine, cuts, shown[p.blocks[b].name])
 
     named, unnamed = range(len(library)), range(len(library), len(blocks))
     flips = Flips(signs, len(data.starts) < LEAST_RUNS)
     question = Question(tuple(named), tuple(unnamed), flips, refine)
     found = search(pool, question)
-    _unname_the_undetermined(found, mine, cuts, values)
-    return SensorFound(sensor, mine, found, far, cuts)
+    _unname_the_undetermined(found, mine, cuts, shown)
+    return SensorFound(sensor, mine, found, far, cuts, shown)
 
 
 def _unname_the_undetermined(
-    found: Found, channels: Sequence[Channel], cuts: NDArray[np.int64], values: Values
+    found: Found,
+    channels: Sequence[Channel],
+    cuts: NDArray[np.int64],
+    shown: Mapping[str, tuple[Range, ...]],
 ) -> None:
     """An exponential of any time constant, from the shortest seen to the longest, is no warm-up.
 
@@ -146,17 +156,28 @@ def _unname_the_undetermined(
     sizes = estimates(found.pool, found.all)
     told = {e.block for e in sizes if np.isfinite(e.half)}
     found.library = [b for b in found.library if b in told]
-    shortest, longest = values.time_constants
-    for b in [b for b in found.library if "time_constant" in found.pool.blocks[b].nonlinear]:
-        p = parameter_interval(found, b, channels, cuts, values.days)
-        if p.low > shortest or p.high < longest:
+    for b in [b for b in found.library if found.pool.blocks[b].nonlinear]:
+        block = found.pool.blocks[b]
+        intervals = _shape(found, b, channels, cuts, shown).parameters
+        if any(i.tells(r) for i, r in zip(intervals, shown[block.name], strict=True)):
             continue
         found.library.remove(b)
         same = on(found.pool, range(len(found.pool.blocks)), found.axes(b))
-        unnamed = [g for g in same if found.pool.blocks[g].name == "time_on"]
+        variable = VARIES_WITH.get(catalog.effects()[block.name].variable)
+        unnamed = [g for g in same if found.pool.blocks[g].generic and found.pool.blocks[g].name == variable]
         if unnamed and not set(unnamed) & set(found.unknown):
             found.unknown.append(unnamed[0])
             found.p[unnamed[0]] = found.p[b]
+
+
+def _shape(
+    found: Found,
+    b: int,
+    channels: Sequence[Channel],
+    cuts: NDArray[np.int64],
+    shown: Mapping[str, tuple[Range, ...]],
+) -> Shape:
+    return shape_of(found, b, channels, cuts, shown.get(found.pool.blocks[b].name, ()))
 
 
 def _coarse(blocks: Sequence[Block], axis: int) -> list[Array]:
@@ -177,16 +198,41 @@ def _rich(blocks: Sequence[Block], axis: int, rows: int, runs: int) -> list[Arra
     Thirty power-ons under sixteen steps and as many days would leave nothing to tell run-to-run by, and where
     all columns together are too many for the rows those without a name stay out.
     """
-    whole = [b for b in blocks if axis in b.columns]
+    whole = _thinned([b for b in blocks if axis in b.columns])
     wide = sum(b.columns[axis].shape[1] for b in whole) > rows * MOST_SHARE
     mine = [b for b in whole if not (wide and b.generic)]
-    steps = [b for b in mine if b.name == "bias_step"]
+    steps = [b for b in mine if _steps_between_runs(b)]
     most = max(1, runs // A_COLUMN)
     thin = steps[:: -(-len(steps) // most)] if steps else []
-    kept = [
-        b for b in mine if b.name != "bias_step" and not (b.name == "day" and b.columns[axis].shape[1] > most)
-    ]
+    single = [b for b in mine if not _steps_between_runs(b)]
+    kept = [b for b in single if not (b.name == "day" and b.columns[axis].shape[1] > most)]
     return [b.columns[axis] for b in (*kept, *thin)]
+
+
+def _steps_between_runs(block: Block) -> bool:
+    """Whether a block is a step from one day to another: with others of its kind it tells every power-on."""
+    effect = catalog.effects().get(block.name)
+    return bool(
+        not block.generic
+        and effect is not None
+        and "day" in effect.needs
+        and any(p.stepped for p in effect.parameters)
+    )
+
+
+def _thinned(blocks: Sequence[Block]) -> list[Block]:
+    """The blocks with no more than GRID points of an effect of several parameters: they span the others."""
+    several: dict[str, list[Block]] = {}
+    for b in blocks:
+        if len(b.nonlinear) > 1:
+            several.setdefault(b.name, []).append(b)
+    gone = {id(b) for of_one in several.values() for b in _between(of_one)}
+    return [b for b in blocks if id(b) not in gone]
+
+
+def _between(blocks: Sequence[Block]) -> list[Block]:
+    kept = set(np.linspace(0, len(blocks) - 1, min(len(blocks), GRID)).round().astype(int).tolist())
+    return [b for i, b in enumerate(blocks) if i not in kept]
 
 
 # ---------------------------------------------------------------- segments that change sign together

@@ -1,0 +1,148 @@
+"""The linear combination of a flight in which the errors change: navigation error per error, term and moment.
+
+An error of a term that runs through values s_k at moments t_k, linear between, adds Σ_k s_k · (response to
+the hat function of t_k): drift within the flight and tables over its temperature are linear in few numbers.
+White noise of a sensor adds Σ_b J_b J_bᵀ N² / Δ_b over boxes of time, J_b the response to one over box b.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner import catalog
+from planner.physics.error_dynamics import ErrorHistory, propagate_errors
+from planner.plan.spec_to_sensitivity import COMPONENTS, conditions_of
+from planner.protocols import SENSORS
+from planner.records import Array, Trajectory
+from planner.sensor import ErrorName
+from planner.spec.model import Requirement
+
+MOMENT_S = 60.0  # a tenth of the usual correlation time of the in-run process
+MOMENT_K = 2.0
+BOXES = 24  # of white noise; a response that grows like t² is then integrated to 1e-3
+INSTANTS = 60  # of a flight, for a requirement that holds at any moment
+
+
+@dataclass(frozen=True)
+class Flying:
+    """One term of one error, in flight."""
+
+    error: ErrorName
+    term: str
+    channel: int
+
+
+@dataclass(frozen=True)
+class FlightResponse:
+    """The linear combination of a flight.
+
+    time_s: (m,) instants; moments: (K,) s; temperature_degc: (K,) of the flight there
+    flying: F terms; errors: (m, 9, F, K) position, velocity, attitude, per SI unit of a term at a moment
+    white: (m, 9, 2, 3 · BOXES) per unit of noise of each sensor's channels, a record of a second
+    """
+
+    time_s: Array
+    moments: Array
+    temperature_degc: Array
+    flying: tuple[Flying, ...]
+    errors: Array
+    white: Array
+
+    def of(self, wanted: Requirement) -> tuple[slice, list[int]]:
+        """Which of the nine components a requirement asks for, and at which instants."""
+        name, part = COMPONENTS[wanted.error]
+        first = 3 * ("position", "velocity", "attitude").index(name)
+        components = slice(first + part.start, first + part.stop)
+        if wanted.at == "any":
+            return components, list(range(len(self.time_s)))
+        at = self.time_s[-1] if wanted.at == "end" else float(wanted.at)
+        return components, [int(np.argmin(np.abs(self.time_s - at)))]
+
+
+def flight_response(
+    trajectory: Trajectory, errors: Sequence[ErrorName], requirements: Sequence[Requirement]
+) -> FlightResponse:
+    """The linear combination of a flight for some errors, at the instants that requirements ask for."""
+    at = _moments(trajectory)
+    instants = _instants(trajectory, requirements)
+    named = [e for sensor in SENSORS for e in errors if e.sensor == sensor]
+    flying = tuple(
+        Flying(e, term.name, term.channels[0])
+        for e in named
+        for term in catalog.effects()[e.effect].terms(e.sensor)
+    )
+    hats = _propagated(trajectory, instants, _Errors(trajectory, at, named))
+    white = _propagated(trajectory, instants, _Boxes(trajectory))
+    return FlightResponse(
+        instants,
+        at,
+        np.interp(at, trajectory.time_s, trajectory.temperature_degc),
+        flying,
+        hats.reshape(len(instants), 9, len(flying), len(at)),
+        white.reshape(len(instants), 9, 2, -1)
+        * np.sqrt(BOXES / (trajectory.time_s[-1] - trajectory.time_s[0])),
+    )
+
+
+def _moments(trajectory: Trajectory) -> Array:
+    t = trajectory.time_s
+    warmed = float(np.abs(np.diff(trajectory.temperature_degc)).sum())
+    count = max(int(np.ceil((t[-1] - t[0]) / MOMENT_S)), int(np.ceil(warmed / MOMENT_K)), 1)
+    return np.linspace(float(t[0]), float(t[-1]), count + 1)
+
+
+def _instants(trajectory: Trajectory, requirements: Sequence[Requirement]) -> Array:
+    end = float(trajectory.time_s[-1])
+    wanted = {end, *(float(r.at) for r in requirements if not isinstance(r.at, str))}
+    if any(r.at == "any" for r in requirements):
+        wanted |= {float(t) for t in np.linspace(0.0, end, INSTANTS + 1)[1:]}
+    return np.array(sorted(wanted))
+
+
+def _propagated(trajectory: Trajectory, instants: Array, forcing: _Errors | _Boxes) -> Array:
+    """(m, 9, p) at the instants."""
+    history: ErrorHistory = propagate_errors(trajectory, forcing, instants=instants.tolist())
+    rows = [int(np.argmin(np.abs(history.time_s - t))) for t in instants]
+    return np.concatenate([history.position[rows], history.velocity[rows], history.attitude[rows]], axis=1)
+
+
+@dataclass(frozen=True)
+class _Errors:
+    """Forcing of every term at every moment, term by term: its regressors times the moment's hat."""
+
+    trajectory: Trajectory
+    moments: Array
+    errors: Sequence[ErrorName]
+
+    def __call__(self, start: int, stop: int) -> tuple[list[Array], list[Array]]:
+        """Columns of the gyros and of the accelerometers over the samples start..stop."""
+        conditions = conditions_of(self.trajectory, start, stop)
+        t = self.trajectory.time_s
+        middle = (t[start:stop] + t[start + 1 : stop + 1]) / 2.0
+        hat = np.array([np.interp(middle, self.moments, row) for row in np.eye(len(self.moments))]).T
+        found: dict[str, list[Array]] = {sensor: [] for sensor in SENSORS}
+        for e in self.errors:
+            x = catalog.effects()[e.effect].regressors(e.sensor, conditions)
+            found[e.sensor].append((x[:, :, :, None] * hat[:, None, None, :]).reshape(len(x), 3, -1))
+        return found["gyro"], found["accelerometer"]
+
+
+@dataclass(frozen=True)
+class _Boxes:
+    """Forcing by one on one channel over one box of time."""
+
+    trajectory: Trajectory
+
+    def __call__(self, start: int, stop: int) -> tuple[list[Array], list[Array]]:
+        """Columns of the gyros and of the accelerometers over the samples start..stop."""
+        n = len(self.trajectory.angle_increment)
+        box = (np.arange(start, stop) * BOXES) // n
+        inside = (box[:, None] == np.arange(BOXES)[None, :]).astype(float)
+        columns = np.zeros((stop - start, 3, 3, BOXES))
+        for i in range(3):
+            columns[:, i, i] = inside
+        flat = columns.reshape(stop - start, 3, -1)
+        return [flat], [flat]

@@ -1,0 +1,81 @@
+"""Verify's own code against the planner's: two codes written apart say the same of the same world."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner.campaign.design import design, steps_of
+from planner.campaign.exposure import Misplaced, exposure
+from planner.protocols import SENSORS
+from planner.simulate.campaign import Settings
+from planner.simulate.temperature_curves import curve_family
+from planner.verify.chance import Chance
+from planner.verify.curves import MODES, family
+from planner.verify.exposures import BENCH_LATITUDE, motion_of, turned_by
+from planner.verify.records import records_of
+from planner.verify.references import felt
+from tests.verify.plans import SPECS, plan_of
+
+angle = st.floats(-360.0, 360.0)
+speed = st.floats(-400.0, 400.0).filter(lambda w: abs(w) > 0.1)
+MOTIONS = st.one_of(
+    st.fixed_dictionaries({"position_1_deg": angle, "position_2_deg": angle}),
+    st.fixed_dictionaries({"rate_1_dps": speed, "position_2_deg": angle}),
+    st.fixed_dictionaries({"position_1_deg": angle, "rate_2_dps": speed}),
+    st.fixed_dictionaries({"acceleration_g": st.floats(-50.0, 50.0)}),
+    st.fixed_dictionaries(
+        {"acceleration_g": st.floats(1.0, 50.0), "position_2_deg": st.sampled_from([0.0, 90.0, 180.0])}
+    ),
+)
+small = st.floats(-0.01, 0.01)
+
+
+@settings(deadline=None, max_examples=200)
+@given(
+    asked=MOTIONS,
+    seconds=st.floats(5.0, 300.0),
+    mount=st.sampled_from([0, 1, 2]),
+    arm=st.sampled_from([None, 2.0]),
+    level=st.tuples(small, small),
+    mounting=st.tuples(small, small, small),
+    faster=small,
+)
+def test_benches_do_to_a_unit_what_simulate_says(asked, seconds, mount, arm, level, mounting, faster):
+    off = Misplaced(np.array(level), np.array(mounting), faster)
+    wanted = exposure(asked, seconds, BENCH_LATITUDE, arm=arm, mount=mount, references=off)
+    base, held = turned_by(np.array([[*level, 0.0]])), turned_by(np.array([mounting]))
+    rate, force = felt(motion_of(asked, seconds, arm, mount), base, held, np.array([faster]))
+    np.testing.assert_allclose(rate[0], wanted.rate, atol=1e-11)
+    np.testing.assert_allclose(force[0], wanted.specific_force, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", SPECS)
+def test_the_records_of_a_plan_are_those_of_simulate(name):
+    plan = plan_of(name)
+    theirs = design(steps_of(plan.document), plan.loaded.spec)
+    own = records_of(plan.document, plan.loaded.spec)
+    assert own.step.tolist() == theirs.step.tolist()
+    assert own.run.tolist() == theirs.run.tolist()
+    np.testing.assert_allclose(own.duration, theirs.duration)
+    for key, value in vars(theirs.conditions).items():
+        np.testing.assert_allclose(getattr(own.conditions, key), value, atol=1e-12, err_msg=key)
+
+
+@pytest.mark.parametrize("figure", ["largest", "sigma"])
+@pytest.mark.parametrize("table", [{1: 0.03, 3: 0.0085, 5: 0.0035}, {3: 500.0, 5: 150.0, 10: 70.0}, {2: 0.0}])
+def test_curves_are_those_of_the_family(table, figure):
+    theirs = curve_family(table, -40.0, 60.0, figure)
+    own = family(table, -40.0, 60.0, figure)
+    phase = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, MODES)
+    (found,) = own.drawn(phase[None, :])
+    np.testing.assert_array_equal(own.grid, theirs.grid)
+    # the amplitudes are a least-squares solution of either code: 1e-9 of the largest residual
+    np.testing.assert_allclose(found, theirs.draw(np.random.default_rng(1)), atol=1e-9 * max(table.values()))
+
+
+def test_records_without_a_noise_in_the_spec_are_as_noisy_as_simulate_makes_them():
+    assert {s: Chance().white[s] for s in SENSORS} == pytest.approx(dict(Settings().white))
+    assert Chance().temperature_jitter == Settings().temperature_jitter
