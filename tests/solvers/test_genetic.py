@@ -181,9 +181,9 @@ def test_the_work_of_a_generation_does_not_grow_with_its_individuals():
 
     def work(individuals: int) -> int:
         settings = GeneticSettings(individuals=individuals, generations=30, patience=30)
-        evaluate = lambda g: np.abs(g @ weight - 1)  # noqa: E731 - a name would be longer than what it says
+        rng = np.random.default_rng(1)
         return calls(
-            lambda: minimise(evaluate, np.zeros(12), np.ones(12), settings, np.random.default_rng(1))
+            lambda: minimise(lambda g: np.abs(g @ weight - 1), np.zeros(12), np.ones(12), settings, rng)
         )
 
     work(64)  # imports are no work of a generation

@@ -1,7 +1,7 @@
 """Our REML against that of statsmodels, where MixedLM can do the same.
 
 One variance of the rows, one of a random intercept or slope in unbalanced groups, or both, uncorrelated.
-Standard errors are not compared: theirs invert the observed information of coefficients and variances together.
+Standard errors are not compared: theirs come of coefficients and variances inverted together.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ def freedom(s: SensorFound, axis: int, component: str) -> float:
 )
 def test_the_shares_of_the_variances_add_up_to_the_columns(kind: str, sensor: str) -> None:
     # the noise differs within a run, so the root of its covariance is not symmetric
-    s = searched(81, sensor=sensor, noise=Noise(kind=kind))  # type: ignore[arg-type]
+    s = searched(81, sensor=sensor, noise=Noise(kind=kind))
     pool = s.found.pool
     for axis, part in pool.parts.items():
         np.testing.assert_allclose(sum(pool.shares[axis]), part.T @ part, atol=1e-8)
