@@ -84,7 +84,7 @@ def clean(case: tuple[int, str]) -> int:
     noise, layout = CLEAN[kind]
     claims = set()
     for sensor in ("gyro", "accelerometer"):
-        s = searched(seed, sensor=sensor, noise=noise, layout=layout)  # type: ignore[arg-type]
+        s = searched(seed, sensor=sensor, noise=noise, layout=layout)
         claims |= {(sensor, a) for _, channels in named(s.found) | unnamed(s.found) for a in channels}
     return len(claims)
 

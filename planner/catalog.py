@@ -90,7 +90,7 @@ class Plugins(Mapping[str, T], Generic[T]):
         found, reason = _loaded(self._kind, name)
         if reason:
             raise InputError(str(Unloadable(origins(self._kind)[name], reason)))
-        return found  # type: ignore[no-any-return]
+        return found  # type: ignore[no-any-return]  # what a plug-in of this kind is, only the caller's T says
 
     def __iter__(self) -> Iterator[str]:
         return iter(origins(self._kind))

@@ -58,7 +58,7 @@ def main() -> None:
     except BrokenPipeError:
         sys.stderr.close()  # the reader of our output has gone; nothing is left to say
         sys.exit(0)
-    except Exception as error:
+    except Exception as error:  # the last resort: exit 70 and a sentence, no traceback
         _usage_or_internal(error)
     sys.exit(code)
 

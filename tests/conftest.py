@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +12,14 @@ import pytest
 from planner.cli import main
 from tests.outcome import Outcome, Run
 from tests.plugins.installing import EXAMPLE, Installed, found_in, install
+from tests.shipped_plans import share_in
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _shipped_plans_are_shared(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """One folder of plans a run: beside the workers' own folders, or in the only one."""
+    own = tmp_path_factory.getbasetemp()
+    share_in((own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "shipped_plans")
 
 
 @pytest.fixture

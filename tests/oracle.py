@@ -51,7 +51,7 @@ def size_of(budget: ErrorBudget, **more: object) -> Size:
         "in_run_time": budget.in_run_time,
         "storage": budget.storage_sigma,
     }
-    return Size(**{**said, **more})  # type: ignore[arg-type]
+    return Size(**{**said, **more})
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ class Observable(Set[str]):
         return sum(1 for _ in self)
 
     @classmethod
-    def _from_iterable(cls, errors: Iterable[str]) -> Set[str]:  # type: ignore[override]
+    def _from_iterable(cls, errors: Iterable[str]) -> Set[str]:  # type: ignore[override]  # the base's is generic, this set holds str alone
         return frozenset(errors)  # what `&` and `|` give
 
 

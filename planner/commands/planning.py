@@ -143,7 +143,7 @@ def sensitivity(
         raise InputError(f"--at: {error}; or end, or any") from None
     with progress_line() as progress:
         found = pipeline.sensitivity(load_spec(spec), trajectory, progress, at=time)
-    rows = sensitivity_rows(found, at if time is None else time)  # type: ignore[arg-type]
+    rows = sensitivity_rows(found, at if time is None else time)  # type: ignore[arg-type]  # without a time, at is `end` or `any`
     result(sensitivity_document(rows), sensitivity_report(rows), as_json)
 
 

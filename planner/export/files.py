@@ -80,7 +80,7 @@ def _temporary(path: Path, content: str | bytes) -> Path:
             file.flush()
             os.fsync(file.fileno())
         temporary.chmod(0o644)  # mkstemp makes files that only their owner can read
-    except BaseException:
+    except BaseException:  # Ctrl-C too leaves no temporary file behind
         temporary.unlink(missing_ok=True)
         raise
     return temporary

@@ -292,7 +292,7 @@ def _mean_square(residual: Array, group: NDArray[np.int64]) -> tuple[float, floa
         return float(np.sqrt(mean)), float("nan"), float("nan")
     scatter = float(np.sum((squares - mean * sizes) ** 2)) * groups / (groups - 1.0) / sizes.sum() ** 2
     half = float(student.ppf((1.0 + CONFIDENCE) / 2.0, groups - 1)) * np.sqrt(scatter) / mean
-    return tuple(float(np.sqrt(mean * np.exp(sign * half))) for sign in (0.0, -1.0, 1.0))  # type: ignore[return-value]
+    return tuple(float(np.sqrt(mean * np.exp(sign * half))) for sign in (0.0, -1.0, 1.0))  # type: ignore[return-value]  # of three signs, three values
 
 
 def _within(residual: Array, group: NDArray[np.int64]) -> float:

@@ -326,7 +326,7 @@ def _unit_in(quantity: Quantity) -> str:
 
 
 def _key(mapping: object, entry: object) -> str:
-    return next(str(k.value) for k, v in mapping.value if v is entry)  # type: ignore[attr-defined]
+    return next(str(k.value) for k, v in mapping.value if v is entry)  # type: ignore[attr-defined]  # a node of PyYAML, handed through as it is
 
 
 def _plain(si: float, unit: str) -> str:

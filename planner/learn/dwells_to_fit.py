@@ -70,7 +70,7 @@ def _calibrate_unit(
         sensors, notes = _by_method(table, spec, options, METHODS[options.method])
     else:
         form = "symmetric" if options.method.endswith("symmetric") else "triangular"
-        sensors, notes = [accelerometers_by_free_orientations(table, form)], []  # type: ignore[arg-type]
+        sensors, notes = [accelerometers_by_free_orientations(table, form)], []  # type: ignore[arg-type]  # one of the two words that it takes
         notes.append("free orientations calibrate the accelerometers alone")
     return Calibration(
         unit=str(table.unit[0]),

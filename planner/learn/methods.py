@@ -168,4 +168,4 @@ def fit_options(
     latitude = None if latitude_deg is None else float(np.radians(latitude_deg))
     if prior is not None and method not in (DECLARED, "cube"):
         raise InputError(f"--prior recalibrates by the general estimator or the cube, not by {method}")
-    return FitOptions(method, robust, latitude, prior)  # type: ignore[arg-type]
+    return FitOptions(method, robust, latitude, prior)  # type: ignore[arg-type]  # both words were checked above

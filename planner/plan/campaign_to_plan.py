@@ -211,7 +211,7 @@ def _reasons(task: Task, chosen: Campaign, choice: ErrorChoice) -> Iterator[Repe
             repeats=n,
             half_width=float(half_widths(task.spec, model, choice.test, [t], [n])[0]),
             needed_half_width=choice.needed_half_width,
-            bound_by=bound_by,  # type: ignore[arg-type]
+            bound_by=bound_by,  # type: ignore[arg-type]  # one of the words of `bound_by`, inferred as str
         )
 
 

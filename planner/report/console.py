@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import singledispatch
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from planner.report.blocks import Block, Difference, Fact, Items, Report, Table, Text, Verdict
 from planner.report.numbers import plain
@@ -122,9 +122,9 @@ def _grid(block: Table, without: tuple[str, ...]) -> Grid:
     rows = [[Styled(plain(str(row[i]))) for i in kept] for row in block.aligned[: block.most]]
     for place, i in enumerate(kept):
         widest = max((row[place].cell_len for row in rows), default=0) if place == 0 else None
-        side = "right" if block.kinds[i] == "number" else "left"
+        side: Literal["right", "left"] = "right" if block.kinds[i] == "number" else "left"
         title = Styled(plain(block.columns[i].replace(".\u200b", ".\n")))  # lines break at blanks only
-        grid.add_column(title, justify=side, overflow="fold", min_width=widest)  # type: ignore[arg-type]
+        grid.add_column(title, justify=side, overflow="fold", min_width=widest)
     for row in rows:
         grid.add_row(*row)
     return grid

@@ -99,7 +99,7 @@ def open_journal(path: Path, plan_sha256: str, steps: Sequence[str], *, resume: 
             journal.append({"journal": FORMAT, "plan_sha256": plan_sha256, "steps": len(steps)})
             _sync_folder(path.parent)
         journal.append({"session": journal.session})
-    except BaseException:
+    except BaseException:  # Ctrl-C too closes the file
         os.close(handle)
         raise
     return journal

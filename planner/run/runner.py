@@ -78,7 +78,7 @@ def execute(
         for step in job.steps[begin:]:
             before(step)
             run.make(step)
-    except BaseException:
+    except BaseException:  # whatever ends it, Ctrl-C included, the table must stop
         run.end(failed=True)
         raise
     run.end(failed=False)

@@ -39,7 +39,7 @@ class VisaLine:
         """The next reply."""
         try:
             return str(self._instrument.read()).rstrip("\r\n")
-        except Exception as error:
+        except Exception as error:  # as in write
             raise _translated(error) from error
 
     def clear(self) -> None:

@@ -70,7 +70,7 @@ def _word(name: str, *words: str) -> _Reader:
     def read(settings: Settings, value: object) -> Settings:
         if value not in words:
             raise ValueError(f"must be {' or '.join(words)}, not {value!r}")
-        return replace(settings, **{name: value})  # type: ignore[arg-type]
+        return replace(settings, **{name: value})  # type: ignore[arg-type]  # the name is one of its fields
 
     return read
 
@@ -80,7 +80,7 @@ def _switch(name: str) -> _Reader:
         known = value if isinstance(value, bool) else _ON.get(str(value).lower())
         if known is None:
             raise ValueError(f"must be on or off, not {value!r}")
-        return replace(settings, **{name: known})  # type: ignore[arg-type]
+        return replace(settings, **{name: known})  # type: ignore[arg-type]  # the name is one of its fields
 
     return read
 
@@ -90,7 +90,7 @@ def _size(name: str, unit: str, most: float = math.inf, least: float = 0.0) -> _
         number = _number(value, unit)
         if not least <= number <= most:
             raise ValueError(f"{value!r} lies outside {least:g} … {most:g} (SI)")
-        return replace(settings, **{name: number})  # type: ignore[arg-type]
+        return replace(settings, **{name: number})  # type: ignore[arg-type]  # the name is one of its fields
 
     return read
 
@@ -100,7 +100,7 @@ def _white(sensor: str, unit: str) -> _Reader:
         number = _number(value, unit)
         if number < 0.0:
             raise ValueError(f"{value!r} is less than zero")
-        return replace(settings, white={**settings.white, sensor: number})  # type: ignore[dict-item]
+        return replace(settings, white={**settings.white, sensor: number})  # type: ignore[dict-item]  # `sensor` is one of SENSORS
 
     return read
 

@@ -55,7 +55,7 @@ def factors(X: Array, tolerance: float = RANK_TOLERANCE) -> Factors:
     """
     if not np.isfinite(X).all():
         raise ValueError("the design has NaN or infinite entries")
-    length = np.sqrt(np.sum(X * X, axis=0))
+    length = _lengths(X)
     scale = np.where(length > 0, length, 1.0)
     q, r = _orthogonal(X / scale)
     u, s, vt = np.linalg.svd(r)
@@ -67,6 +67,12 @@ def factors(X: Array, tolerance: float = RANK_TOLERANCE) -> Factors:
         scale=scale,
         condition=float(s[0] / s[rank - 1]) if rank else np.inf,
     )
+
+
+def _lengths(X: Array) -> Array:
+    """(p,) lengths of the columns; squares neither overflow nor vanish, for powers of two change no digit."""
+    exponent = np.frexp(np.abs(X).max(axis=0, initial=0.0))[1]
+    return np.asarray(np.ldexp(np.sqrt(np.sum(np.ldexp(X, -exponent) ** 2, axis=0)), exponent))
 
 
 def _orthogonal(X: Array) -> tuple[Array, Array]:

@@ -119,7 +119,7 @@ class _Path:
             self.at[axis] = end if least <= end <= most else None
             if self.at[axis] is None:
                 yield (
-                    step,  # type: ignore[misc]
+                    step,  # type: ignore[misc]  # every step in `turning` came in by `follow`
                     f"{rate:g} deg/s for {now - since:g} s takes axis {axis} from {start:g} to {end:g} deg, "
                     f"beyond its stops, {_said(self.travel[axis])}",
                 )

@@ -15,7 +15,7 @@ class Draft(Spec):
 
     planner: Any = 1
     name: str = "draft"
-    requirement: Annotated[tuple[Requirement | None, ...], BeforeValidator(one_or_many)] = ()  # type: ignore[assignment]
+    requirement: Annotated[tuple[Requirement | None, ...], BeforeValidator(one_or_many)] = ()  # type: ignore[assignment]  # a draft has gaps, which a Spec has not
     trajectory: Any = None
     unit: Unit = Unit()
     effects: tuple[str, ...] = ()

@@ -182,7 +182,7 @@ class _Loader(Reader, Scanner, Parser, Composer, BaseResolver):
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         """One node; stops at the first that is too deep, before the rest of the text is scanned."""
-        event = self.peek_event()  # type: ignore[no-untyped-call]
+        event = self.peek_event()  # type: ignore[no-untyped-call]  # PyYAML's parser has no types
         self.count += 1
         if self.depth >= MAX_DEPTH and not isinstance(event, AliasEvent):
             raise _UnreadableError(event.start_mark, f"nested more than {MAX_DEPTH} levels deep")

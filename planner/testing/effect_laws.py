@@ -170,7 +170,7 @@ def _asked(law: Check, seen: _Seen) -> Iterator[str]:
     """What a law says, or that the effect itself gave up."""
     try:
         yield from law(seen)
-    except Exception as error:
+    except Exception as error:  # an effect is other people's code and may raise anything
         yield f"its regressors fail: {type(error).__name__}: {error}"
 
 

@@ -86,7 +86,7 @@ def on_cluster(
     except ImportError as error:
         raise InputError("--cluster needs dask.distributed: pip install 'planner[cluster]'") from error
     try:
-        client = Client(address, timeout=timeout)  # type: ignore[no-untyped-call]
+        client = Client(address, timeout=timeout)  # type: ignore[no-untyped-call]  # distributed has no types
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(f"no scheduler answers at {address}: {error}") from error
     with client:
@@ -94,6 +94,6 @@ def on_cluster(
         futures = [
             client.submit(function, common, number, size, pure=False, retries=3) for number, size in chunks
         ]
-        for future in as_completed(futures):  # type: ignore[no-untyped-call]
+        for future in as_completed(futures):  # type: ignore[no-untyped-call]  # distributed has no types
             yield future.result()
             future.release()

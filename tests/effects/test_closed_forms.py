@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from planner.catalog import effects
 from planner.protocols import Sensor
 from planner.records import Conditions
 from planner.units import from_si, to_si
+from tests.data import HERE
 from tests.effects.conditions import one, random_conditions, seeds
 
 G = 9.80665
@@ -111,11 +111,10 @@ def test_ageing_counts_days() -> None:
 
 
 def test_the_modulus_of_the_force_explains_a_simulated_campaign_by_others() -> None:
-    folder = Path(__file__).parents[3] / "shared" / "data" / "campaigns" / "009"
-    if not folder.is_dir():
-        pytest.skip("campaign 009 of the shared data is not here")
-    table = np.genfromtxt(folder / "data.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
-    truth = json.loads((folder / "truth.json").read_text())
+    text = (HERE / "campaign_009.csv").read_text(encoding="utf-8")
+    truth = json.loads(next(line for line in text.splitlines() if "truth" in line).partition("truth: ")[2])
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    table = np.genfromtxt(lines, delimiter=",", names=True)
     assert truth["effect"] == "scale_factor_acceleration"
     assert truth["axis"] == "gyro_y"
     rate, force, measured = (

@@ -1,38 +1,16 @@
-"""Plans to export: those of the shipped specs, planned once a test run, and small ones made by hand."""
+"""Plans to export: those of the shipped specs, and small ones made by hand."""
 
 from __future__ import annotations
 
 import copy
-from functools import cache
 
 from planner.export.header import plan_sha256
-from planner.export.json import plan_document
-from planner.pipelines import planning as pipeline
-from planner.spec.load import load_spec
-from tests.specs import SHIPPED
-
-NAMES = sorted(path.stem for path in SHIPPED.glob("*.yaml"))
-
-
-@cache
-def _shipped(name: str) -> dict:
-    """The plan of a shipped spec, without its genetic algorithm's generations."""
-    import yaml
-
-    from planner.spec.load import spec_from_bytes
-
-    path = SHIPPED / f"{name}.yaml"
-    spec = yaml.safe_load(path.read_text(encoding="utf-8"))
-    if "fixed" in spec["plan"]:
-        return plan_document(pipeline.plan(load_spec(path), lambda message: None).plan)
-    text = path.read_text(encoding="utf-8") + "\n  genetic: {generations: 2, individuals: 8, best: 2}\n"
-    loaded = spec_from_bytes(text.encode(), path)
-    return plan_document(pipeline.plan(loaded, lambda message: None).plan)
+from tests.shipped_plans import shipped_document
 
 
 def shipped(name: str, **arms: float | None) -> dict:
     """The plan of a shipped spec, steps shared between tests; `arms`: bench -> its arm in metres."""
-    document = _shipped(name)
+    document = shipped_document(name)
     benches = copy.deepcopy(document["benches"])
     for bench, arm in arms.items():
         if bench in benches:
@@ -42,7 +20,7 @@ def shipped(name: str, **arms: float | None) -> dict:
 
 def cut(name: str, steps: int = 80) -> dict:
     """A real plan, cut to a size that can be copied a hundred times; all of it may be changed."""
-    document = _shipped(name)
+    document = shipped_document(name)
     return resealed(copy.deepcopy(document | {"steps": document["steps"][:steps]}))
 
 
@@ -89,7 +67,7 @@ def small(steps: list[tuple[str, float, dict]], **benches: dict) -> dict:
         }
         made.append(step | more)
         clock = made[-1]["end_s"]
-    document = _shipped("published_one_bench") | {
+    document = shipped_document("published_one_bench") | {
         "benches": benches or {"table": bench()},
         "steps": made,
         "time_s": clock,

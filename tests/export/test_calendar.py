@@ -13,7 +13,8 @@ import pytest
 from planner.catalog import exports
 from planner.errors import InputError
 from planner.protocols import ExportOptions
-from tests.export.samples import NAMES, resealed, shipped, small, turning
+from tests.export.samples import resealed, shipped, small, turning
+from tests.shipped_plans import NAMES
 
 OPTIONS = ExportOptions(start="2026-12-01T08:00", timezone="Europe/Berlin")
 

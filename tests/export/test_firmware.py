@@ -68,7 +68,7 @@ def calibration(seed: int = 0, nodes: int = 6, effects: bool = True) -> Calibrat
         SensorCalibration(s, "declared_effects", (), {}, {}, tables(s, seed, nodes, effects), (), ())
         for s in ("gyro", "accelerometer")
     )
-    return Calibration("u1", __version__, "data */ int evil; /*", "spec", "", sensors)  # type: ignore[arg-type]
+    return Calibration("u1", __version__, "data */ int evil; /*", "spec", "", sensors)
 
 
 def readings(seed: int, n: int = 400) -> DwellTable:

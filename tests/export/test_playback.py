@@ -12,7 +12,8 @@ from planner.simulator.chamber import Chamber
 from planner.simulator.clock import VirtualClock
 from planner.simulator.table import Table
 from tests.export import grammar
-from tests.export.samples import NAMES, shipped
+from tests.export.samples import shipped
+from tests.shipped_plans import NAMES
 
 STILL_DPS = 1e-6  # the simulator sums its pieces of motion over days: 1e-8 deg/s is left
 HOST_WORDS = ("Power ON", "Power OFF", "Pusk")

@@ -16,7 +16,8 @@ from planner.errors import InputError
 from planner.export._scripts import figure, milliseconds, shares_ms
 from planner.protocols import ExportOptions
 from tests.export import grammar
-from tests.export.samples import NAMES, shipped, small, turning
+from tests.export.samples import shipped, small, turning
+from tests.shipped_plans import NAMES
 
 ARM = {"centrifuge": 1.0}  # the shipped specs do not say how long it is
 

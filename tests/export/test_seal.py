@@ -17,7 +17,8 @@ from planner.export.header import check_seal, plan_sha256
 from planner.export.json import document_text
 from planner.export.plan_schema import plan_schema, typed_plan
 from planner.protocols import ExportOptions
-from tests.export.samples import NAMES, cut, resealed, shipped
+from tests.export.samples import cut, resealed, shipped
+from tests.shipped_plans import NAMES
 
 PLAN = "published_one_bench"
 

@@ -31,7 +31,7 @@ def region(rule: str, terms: int = 6, seed: int = 1, probability: float | None =
     first = {name: v[:, :1] for name, v in vectors.items()}
     limits = (10.0, 6.0)
     constraints = [
-        Constraint(i, "position", "m", rule, limit, 60.0, v, probability)  # type: ignore[arg-type]
+        Constraint(i, "position", "m", rule, limit, 60.0, v, probability)
         for i, (v, limit) in enumerate(zip((vectors, first), limits, strict=True))
     ]
     allowances = [Allowance(name, "1", 0.5, 0.1, 0.05, 0.05, 0.0, 0.3) for name in names]

@@ -175,13 +175,13 @@ def test_every_truncation_at_a_byte() -> None:
 
 
 @given(st.binary(max_size=200))
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=100)
 def test_any_bytes(data: bytes) -> None:
     survives(data)
 
 
 @given(st.text(alphabet="abgr:-[]{}&*!|>'\"%#? \n\t012.", max_size=120))
-@settings(deadline=None, max_examples=400)
+@settings(deadline=None, max_examples=150)
 def test_any_text_of_yamls_own_signs(text: str) -> None:
     survives(text.encode())
 
@@ -207,7 +207,7 @@ keys = st.sampled_from(
         leaves, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner, max_size=3)
     ),
 )
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=100)
 def test_any_value_in_any_section(section: str, value: object) -> None:
     import yaml
 

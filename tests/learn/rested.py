@@ -2,22 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
-import pytest
 
 from planner.measured import DwellTable
-
-DATA = Path(__file__).parents[2].parent / "shared/data"
-
-
-def shared(name: str) -> Path:
-    """The folder, or a skipped test."""
-    folder = DATA / name
-    if not folder.is_dir():
-        pytest.skip(f"{folder} is not there")
-    return folder
 
 
 def rests(gyro: np.ndarray, rate_hz: float, least_s: float = 2.0) -> list[slice]:

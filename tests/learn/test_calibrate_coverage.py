@@ -1,9 +1,13 @@
-"""Every coefficient within its interval as often as the interval says, on units whose truth is known."""
+"""Every coefficient within its interval as often as the interval says, on units whose truth is known.
+
+A sample; the shares over 600 campaigns are held to 95 % ± 2 by benchmarks/study_coverage.py.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from planner.learn.fit_to_calibration import coefficients_of
 from planner.protocols import Sensor
@@ -12,17 +16,17 @@ from tests.learn import world
 from tests.learn.truths import QUIET_RUNS, coverage, fitted
 from tests.simulate.benches import campaign_of
 
-CAMPAIGNS = 504
+CAMPAIGNS = 84
+BY_CHANCE = 1e-4  # that so few hold the truth, for one coefficient of some thirty
 
 
 @pytest.mark.parametrize("noise", [world.Noise(), QUIET_RUNS], ids=["run-to-run", "no run-to-run"])
 def test_intervals_hold_the_truth_of_units_from_plain_numpy(noise: world.Noise) -> None:
-    """95 % ± 2 in all; a single coefficient's share has a spread of 1 % itself over 504 campaigns: ± 3."""
     found = coverage(CAMPAIGNS, noise)
     assert {len(hits) for hits in found.values()} == {CAMPAIGNS}
     for key, hits in found.items():
-        assert 0.92 <= np.mean(hits) <= 0.98, (key, np.mean(hits))
-    assert 0.93 <= np.mean([np.mean(hits) for hits in found.values()]) <= 0.97
+        assert sum(hits) >= binom.ppf(BY_CHANCE, CAMPAIGNS, 0.95), (key, np.mean(hits))
+    assert_holds_95_percent(np.mean(list(found.values()), axis=0))
 
 
 def test_intervals_hold_the_truth_of_units_from_the_simulator() -> None:
@@ -39,4 +43,9 @@ def test_intervals_hold_the_truth_of_units_from_the_simulator() -> None:
             degc = 20.0 if c.temperature_degc is None else c.temperature_degc
             hits.append(c.low <= truth.at(c.error, c.term, degc) <= c.high)
     assert len(hits) == 4 * CAMPAIGNS // 3
-    assert 0.93 <= np.mean(hits) <= 0.97
+    assert_holds_95_percent(np.reshape(hits, (-1, 4)).mean(axis=1))
+
+
+def assert_holds_95_percent(shares: np.ndarray) -> None:
+    """Shares (n,) of campaigns, independent of each other: their mean within three of its standard errors."""
+    assert abs(np.mean(shares) - 0.95) < 3.0 * np.std(shares, ddof=1) / np.sqrt(len(shares))

@@ -40,7 +40,7 @@ def coefficient(found: Calibration, error: str, term: str) -> Coefficient:
 
 
 def by(method: str, table: DwellTable, **options: object) -> Calibration:
-    (found,) = calibrate(table, any_spec(), FitOptions(method, **options))  # type: ignore[arg-type]
+    (found,) = calibrate(table, any_spec(), FitOptions(method, **options))
     return found
 
 
@@ -249,8 +249,7 @@ def test_outliers_are_resisted(robust: str) -> None:
     spoiled = world.campaign(6, [], LAYOUT, world.Noise(outliers=0.02))
     options = {"method": "temperature_tables"}
     best, plain, sturdy = (
-        by(**options, table=t, robust=r)  # type: ignore[arg-type]
-        for t, r in ((clean, "no"), (spoiled, "no"), (spoiled, robust))
+        by(**options, table=t, robust=r) for t, r in ((clean, "no"), (spoiled, "no"), (spoiled, robust))
     )
 
     def off(found: Calibration) -> float:

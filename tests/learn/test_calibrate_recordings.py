@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -15,16 +14,15 @@ from planner.learn.dwells_to_fit import calibrate
 from planner.learn.fit_options import FitOptions
 from planner.learn.free_orientations import free_orientations
 from planner.units import STANDARD_GRAVITY_MPS2 as G
-from tests.learn.rested import rests, shared, table_of
+from tests.data import table as reduced
+from tests.learn.rested import table_of
 from tests.learn.truths import any_spec
 
 
 @pytest.mark.parametrize("unit", range(5))
 @pytest.mark.parametrize("form", ["free_orientations", "free_orientations_symmetric"])
 def test_hand_held_units_calibrate_to_their_noise(unit: int, form: str) -> None:
-    recording = np.loadtxt(shared("five_units_multi_position") / f"imu{unit}.log")
-    acc, gyro = recording[:, :3], recording[:, 3:]
-    table = table_of(acc, gyro, rests(gyro, 100.0), 100.0)
+    table = reduced(f"imu{unit}", "rest_")
     assert len(table) >= 12
     (found,) = calibrate(table, any_spec(), FitOptions(form))
     (sensor,) = found.sensors
@@ -40,30 +38,15 @@ def test_hand_held_units_calibrate_to_their_noise(unit: int, form: str) -> None:
     assert residual.after < residual.before / 5.0
 
 
-def six_positions() -> tuple[np.ndarray, np.ndarray, dict[str, slice]]:
-    folder = shared("six_positions_three_rotations")
-    data = np.loadtxt(folder / "example_ferraris_session.csv", delimiter=",", skiprows=1)
-    sections = json.loads((folder / "example_ferraris_session_list.json").read_text())
-    cuts = {name: slice(s["start"], s["end"]) for name, s in sections.items()}
-    return data[:, 4:], np.radians(data[:, 1:4]), cuts
-
-
 def by_name(sensor: SensorCalibration) -> dict[tuple[str, str], Coefficient]:
     return {(c.error.split(".")[1], c.term): c for c in sensor.coefficients}
 
 
 def test_cube_and_free_orientations_agree_on_six_positions() -> None:
     """Faces alone do not show the lean, which free orientations say; scale factors and biases agree."""
-    acc, gyro, cuts = six_positions()
-    (cube,) = calibrate(table_of(acc, gyro, [*cuts.values()], 102.4), any_spec(), FitOptions("cube"))
-    faces = [cut for name, cut in cuts.items() if not name.endswith("rot")]
-    halves = [
-        piece
-        for cut in faces
-        for middle in [(cut.start + cut.stop) // 2]
-        for piece in (slice(cut.start, middle), slice(middle, cut.stop))
-    ]
-    (free,) = calibrate(table_of(acc, gyro, halves, 102.4), any_spec(), FitOptions("free_orientations"))
+    (cube,) = calibrate(reduced("six_positions"), any_spec(), FitOptions("cube"))
+    halves = reduced("six_positions_in_halves", "rest_")  # nine unknowns: six rests are too few
+    (free,) = calibrate(halves, any_spec(), FitOptions("free_orientations"))
     one, other = by_name(cube.sensors[1]), by_name(free.sensors[0])
     for effect in ("scale_factor", "bias"):
         for axis in "xyz":
@@ -75,8 +58,7 @@ def test_cube_and_free_orientations_agree_on_six_positions() -> None:
 
 
 def test_the_cube_turns_give_a_gyro_whole_turns() -> None:
-    acc, gyro, cuts = six_positions()
-    table = table_of(acc, gyro, [*cuts.values()], 102.4)
+    table = reduced("six_positions")
     (cube,) = calibrate(table, any_spec(), FitOptions("cube"))
     gyros = cube.sensors[0]
     turned = true_input(table.gyro, gyros.tables, "gyro", table.conditions()) * table.duration[:, None]
@@ -86,19 +68,8 @@ def test_the_cube_turns_give_a_gyro_whole_turns() -> None:
 
 def test_a_thermal_sweep_fits_its_bias_over_temperature() -> None:
     """One unit at rest from −18 to 74 degC: the table takes most of the drift with temperature away."""
-    data = np.loadtxt(shared("thermal_sweep") / "imu_raw_data.csv", skiprows=1, usecols=range(9))
-    pieces = [slice(k, k + 20) for k in range(0, len(data) - 20, 20)]  # records of 10 s
-    table = table_of(data[:, 4:7], np.radians(data[:, 1:4]), pieces, 2.0)
-    warm = np.array([data[p, 8].mean() for p in pieces])
-    rate = np.gradient(warm, table.time_on)
-    table = replace(
-        table,
-        temperature_degc=warm,
-        temperature_rate=rate,
-        ref_rate=np.zeros((len(pieces), 3)),
-        ref_acc=None,
-        acc=None,
-    )
+    table = reduced("thermal_sweep")
+    table = replace(table, ref_rate=np.zeros((len(table), 3)), acc=None, acc_std=None)
     spec = any_spec().model_copy(update={"effects": ("bias", "bias_temperature", "temperature_rate")})
     (found,) = calibrate(table, spec)
     (gyros,) = found.sensors

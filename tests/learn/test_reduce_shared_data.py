@@ -12,11 +12,9 @@ from planner.learn.column_map import ColumnMap, read_map
 from planner.learn.dwell_files import read_dwells
 from planner.learn.raw_to_dwells import reduce_recordings
 from planner.units import STANDARD_GRAVITY_MPS2 as G
+from tests.data import recording
 from tests.learn.test_reduce import samples_told
 from tests.outcome import Run
-
-DATA = Path(__file__).parents[2].parent / "shared/data"
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="the shared data are not here")
 
 THERMAL = """\
 unit: sweep
@@ -44,7 +42,7 @@ def map_of(tmp_path: Path, text: str) -> ColumnMap:
 
 def test_the_thermal_sweep_is_one_rest_cut_by_temperature(tmp_path, run: Run):
     map_of(tmp_path, THERMAL)
-    raw = DATA / "thermal_sweep/imu_raw_data.csv"
+    raw = recording("thermal_sweep/imu_raw_data.csv", "every sample, to hold a row to the mean of its own")
     outcome = run("reduce", raw, "--columns", "map.yaml", "-o", "data.csv", "--json")
     assert outcome.code == 0, outcome.err
     table = read_dwells(tmp_path / "data.csv")
@@ -66,7 +64,9 @@ def test_the_thermal_sweep_is_one_rest_cut_by_temperature(tmp_path, run: Run):
 
 @pytest.mark.parametrize("unit", range(5))
 def test_five_units_have_their_sixteen_to_nineteen_rests(tmp_path, unit):
-    path = DATA / f"five_units_multi_position/imu{unit}.log"
+    path = recording(
+        f"five_units_multi_position/imu{unit}.log", "every sample, in which rests are to be found"
+    )
     found = reduce_recordings([path], map_of(tmp_path, FIVE))
     acc = found.table.acc
     # 16-18 rests by its README; a rest in which the hand slipped may count twice
@@ -78,7 +78,7 @@ def test_five_units_have_their_sixteen_to_nineteen_rests(tmp_path, unit):
 
 
 def test_six_positions_and_three_rotations(tmp_path):
-    folder = DATA / "six_positions_three_rotations"
+    folder = recording("six_positions_three_rotations", "every sample, in which rests are to be found")
     found = reduce_recordings([folder / "example_ferraris_session.csv"], map_of(tmp_path, SIX))
     sections = json.loads((folder / "example_ferraris_session_list.json").read_text())
     # every rest that its authors marked lies under rows of ours, and no marked rotation does

@@ -50,7 +50,7 @@ class Sound(ChannelEffect):
     """A warm-up, which every fault below is one change of."""
 
     name = "sound"
-    units = {"gyro": "deg/s", "accelerometer": "g"}  # noqa: RUF012
+    units = {"gyro": "deg/s", "accelerometer": "g"}  # noqa: RUF012 - as a stranger would write it
     group = "bias"
     parameters = (Parameter("tau", "s", 600.0, low=60.0, high=6000.0),)
     needs = frozenset(("time_on",))

@@ -158,7 +158,7 @@ def calibrated(extra: tuple[ExtraTerm, ...], degc: tuple[float, ...] = (20.0,)) 
 
 def written(found: dict[Sensor, Tables]) -> Calibration:
     sensors = tuple(SensorCalibration(s, "declared_effects", (), {}, {}, t, (), ()) for s, t in found.items())
-    return Calibration("u1", __version__, "data.csv", "spec", "", sensors)  # type: ignore[arg-type]
+    return Calibration("u1", __version__, "data.csv", "spec", "", sensors)
 
 
 EXTRA = (
@@ -302,7 +302,7 @@ def test_the_correction_does_not_know_where_a_block_ends(
     whole = TextReader.blocks
 
     def cut(self: TextReader, *arguments: object) -> Iterator[RawBlock]:
-        for block in whole(self, *arguments):  # type: ignore[arg-type]
+        for block in whole(self, *arguments):
             for first in range(0, len(block.sample), 137):
                 rows = slice(first, first + 137)
                 columns = {name: values[rows] for name, values in block.columns.items()}

@@ -76,7 +76,7 @@ def anything_shorter(limit: float, confidence: float, than: float) -> tuple | No
 
 @pytest.mark.parametrize(
     ("limit", "confidence"),
-    [(10, 95), (8, 95), (12, 90), (9, 99), (7, 95), (14, 80), (20, 99), (25, 68), (7.4, 99.7)],
+    [(10, 95), (12, 90), (9, 99), (20, 99), (25, 68)],
 )
 def test_the_optimum_of_the_published_model_is_the_optimum(limit, confidence):
     spec = with_plan(
@@ -111,8 +111,7 @@ def test_the_published_optimum_takes_fifteen_hours():
     assert planned(with_plan(shipped("published_optimum"), genetic={"generations": 1})).plan.time_s == 53_760
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-@pytest.mark.parametrize("limit", ["10 m", "7 m"])
+@pytest.mark.parametrize(("limit", "seed"), [("10 m", 1), ("7 m", 2)])
 def test_the_genetic_algorithm_comes_within_half_a_percent_and_never_below(limit, seed):
     made = planned(with_plan(with_limit(shipped("published_optimum"), limit), seed=seed))
     assert made.plan.genetic is not None

@@ -63,9 +63,7 @@ class Clock:
         label = "/".join(
             str(x) for x in (bench, rest.get("temperature_degc"), rest.get("test"), len(self.steps))
         )
-        self.steps.append(
-            Step(label, bench, action, self.now, self.now + seconds, units=4, **rest)  # type: ignore[arg-type]
-        )
+        self.steps.append(Step(label, bench, action, self.now, self.now + seconds, units=4, **rest))
         self.now += seconds
 
 
@@ -184,7 +182,7 @@ def _reasons(repeats: int) -> tuple[RepeatReason, ...]:
                     repeats,
                     d * 0.93,
                     d,
-                    bound,  # type: ignore[arg-type]
+                    bound,
                 )
             )
     return tuple(rows)

@@ -135,7 +135,7 @@ def test_the_headline_counts_what_the_declared_calibration_has_taken_up_wrongly(
     assert "20 m if nobody compensates it" in plain(verdict(flown).text)
 
 
-def test_the_day_of_a_step_is_in_days_wherever_it_stands(tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_the_day_of_a_step_is_in_days_wherever_it_stands(tmp_path) -> None:
     day = FoundTerm("day", "gyro_x", 9.05, 5.0, 30.0, math.inf, "d", True)
     size = FoundTerm("x", "gyro_x", 1e-4, 0.5e-4, 1.5e-4, 60.0, "deg/s")
     effect = FoundEffect("bias_step", "gyro", ("gyro_x",), (size, day), 0.001, 20.0, nonlinear={"day": 9.05})

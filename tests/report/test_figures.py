@@ -56,7 +56,7 @@ def test_rss_region_is_an_ellipse() -> None:
 
 @pytest.mark.parametrize("rule", ["worst_case", "rss", "percentile"])
 def test_on_the_boundary_the_requirement_is_used_up(rule: str) -> None:
-    plan, constraints = sample.plan(rule), sample.constraints(rule)  # type: ignore[arg-type]
+    plan, constraints = sample.plan(rule), sample.constraints(rule)
     region = allowed_region(plan, constraints, PREFERRED)
     assert region is not None
     errors = [a.error for a in plan.allowances]
@@ -182,8 +182,8 @@ def test_temperature_is_straight_on_ramps_and_level_elsewhere() -> None:
 
 @pytest.mark.parametrize("rule", ["worst_case", "rss"])
 def test_parts_sum_to_the_error_and_errors_to_the_requirement(rule: str) -> None:
-    plan = sample.plan(rule)  # type: ignore[arg-type]
-    found = contributions(plan, 0, sample.constraints(rule))  # type: ignore[arg-type]
+    plan = sample.plan(rule)
+    found = contributions(plan, 0, sample.constraints(rule))
     for contribution in found:
         assert math.fsum(contribution.parts) == pytest.approx(contribution.share, rel=1e-12)
     assert math.fsum(c.share for c in found) == pytest.approx(1.0, rel=1e-12)

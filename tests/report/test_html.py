@@ -182,8 +182,8 @@ def test_what_is_missing_leaves_no_empty_box(plan: Plan) -> None:
 
 @pytest.mark.parametrize("rule", ["worst_case", "rss", "percentile"])
 def test_every_rule_has_a_region(rule: str) -> None:
-    plan = sample.plan(rule)  # type: ignore[arg-type]
-    said = words(page(plan, constraints=sample.constraints(rule)))  # type: ignore[arg-type]
+    plan = sample.plan(rule)
+    said = words(page(plan, constraints=sample.constraints(rule)))
     assert "Allowed region of gyro.bias and accelerometer.bias" in said
     assert "There is none" not in said
 

@@ -95,7 +95,7 @@ class Rig:
             "clock": self.clock,
             "recorder": self.recorder,
         }
-        return Equipment(**(given | changes))  # type: ignore[arg-type]
+        return Equipment(**(given | changes))
 
     def run(self, job: Job, journal: Path, *, resume: bool = False, before=lambda step: None):
         opened = opened_journal(job, journal, resume=resume)

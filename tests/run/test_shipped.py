@@ -3,37 +3,22 @@
 import json
 import math
 import os
-from functools import cache
 
 import pytest
-import yaml
 
-from planner.export.json import plan_document
 from planner.run import limits
 from planner.run.job import job_from
 from planner.run.motion import orders
 from tests.run.rig import Rig
-from tests.specs import SHIPPED, planned
+from tests.shipped_plans import NAMES, shipped_document
 
-NAMES = sorted(path.stem for path in SHIPPED.glob("*.yaml"))
 ARM_M = 1.5  # the published specs do not tell the arm of their centrifuge
-
-
-@cache
-def document(name: str) -> dict:
-    """The plan of a shipped spec. The genetic comparison is cut short: it decides no step."""
-    spec = yaml.safe_load((SHIPPED / f"{name}.yaml").read_text())
-    spec["plan"] = spec.get("plan", {}) | {
-        "genetic": {"generations": 1, "individuals": 4, "best": 2},
-        "time_limit": "1 s",
-    }
-    return plan_document(planned(spec).plan)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_simulator_sees_the_angles_rates_temperatures_and_times_of_the_plan(name, tmp_path, monkeypatch):
     monkeypatch.setattr(os, "fsync", lambda handle: None)  # 12 000 steps; what the disk does is not at stake
-    job = job_from(document(name), arm_m=ARM_M)
+    job = job_from(shipped_document(name), arm_m=ARM_M)
     limits.check(job)
     rig = Rig()
     rig.run(job, tmp_path / "run.jsonl")

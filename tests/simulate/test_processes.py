@@ -106,7 +106,7 @@ def drift_only(**changes: object) -> Settings:
         run_to_run=False,
         storage=False,
         temperature_residual=False,
-        **changes,  # type: ignore[arg-type]
+        **changes,
     )
 
 

@@ -95,7 +95,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("fault", REFUSED)
-def test_what_cannot_be_is_refused_with_its_place(fault: str, spoilt, run: Run, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+def test_what_cannot_be_is_refused_with_its_place(fault: str, spoilt, run: Run, tmp_path: Path) -> None:
     change, said = REFUSED[fault]
     outcome = run("diagnose", spoilt(change), "--spec", "spec.yaml", "-o", "out")
     assert outcome.code == 2
@@ -115,14 +115,14 @@ LOST = {
 
 
 @pytest.mark.parametrize("column", LOST)
-def test_a_missing_column_names_the_effects_that_cannot_be_tested(column: str, spoilt) -> None:  # type: ignore[no-untyped-def]
+def test_a_missing_column_names_the_effects_that_cannot_be_tested(column: str, spoilt) -> None:
     table = read_dwells(spoilt(without(column)))
     assert any(note.startswith(f"the file has no {column}: ") for note in table.notes)
     found = whole(replace(table, acc=None))
     assert {u.effect for u in found.untestable if column in u.why and u.sensor == "gyro"} == LOST[column]
 
 
-def test_without_run_numbers_a_power_on_ends_where_its_time_falls(spoilt, run: Run, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+def test_without_run_numbers_a_power_on_ends_where_its_time_falls(spoilt, run: Run, tmp_path: Path) -> None:
     outcome = run("diagnose", spoilt(without("run", "acc", "ref_acc")), "--spec", "spec.yaml", "-o", "out")
     assert outcome.code == 0, outcome.err
     assert "no run: a power-on ends where time_on_s falls" in outcome.err
@@ -130,7 +130,7 @@ def test_without_run_numbers_a_power_on_ends_where_its_time_falls(spoilt, run: R
     assert [(e["effect"], e["channels"]) for e in document["effects"]] == [("warm_up", ["gyro_x"])]
 
 
-def test_a_dead_channel_is_called_dead_and_not_swapped(spoilt, run: Run) -> None:  # type: ignore[no-untyped-def]
+def test_a_dead_channel_is_called_dead_and_not_swapped(spoilt, run: Run) -> None:
     def dead(rows: Rows) -> Rows:
         return [{**row, "gyro_y_dps": "0.01"} for row in without("acc", "ref_acc")(rows)]
 

@@ -108,7 +108,7 @@ def test_the_residual_the_file_and_the_update_carry_every_parameter(
     assert "phase" in notes
 
 
-def document_of(table: DwellTable, declared: Spec, found, sha256: str) -> Diagnosis:  # type: ignore[no-untyped-def]
+def document_of(table: DwellTable, declared: Spec, found, sha256: str) -> Diagnosis:
     residual = residual_changes(unit_fits(table, declared, found))
     return Diagnosis(found, residual, (), (), "0", declared.name, sha256, "", "", 1)
 

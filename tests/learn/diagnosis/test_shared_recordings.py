@@ -14,14 +14,10 @@ import pytest
 from planner.diagnosis import UnitDiagnosis
 from planner.learn.diagnosis_to_residual import residual_changes, unit_fits
 from planner.learn.dwells_to_diagnosis import diagnose
-from planner.learn.raw_to_dwells import reduce_recordings
-from planner.measured import DwellTable
 from planner.spec.load import spec_from_bytes
 from planner.spec.model import Spec
-from tests.learn.test_reduce_shared_data import FIVE, SIX, THERMAL, map_of
+from tests.data import table
 
-DATA = Path(__file__).parents[3].parent / "shared/data"
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="the shared recordings are not here")
 NINE = "bias, scale_factor, misalignment"
 SPEC = """
 planner: 1
@@ -49,25 +45,14 @@ def declared(effects: str) -> Spec:
     return spec_from_bytes(SPEC.replace("DECLARED", effects).encode(), Path("consumer.yaml")).spec
 
 
-def recorded(tmp_path: Path, name: str, columns: str) -> DwellTable:
-    return reduce_recordings([DATA / name], map_of(tmp_path, columns)).table
-
-
 def names(found: UnitDiagnosis) -> set[str]:
     return {e.effect for e in found.effects}
 
 
-@pytest.mark.parametrize(
-    ("name", "columns"),
-    [
-        *((f"five_units_multi_position/imu{i}.log", FIVE) for i in range(5)),
-        ("six_positions_three_rotations/example_ferraris_session.csv", SIX),
-    ],
-    ids=[*(f"imu{i}" for i in range(5)), "ferraris"],
-)
-def test_rests_in_a_hand_name_no_effect(tmp_path: Path, name: str, columns: str) -> None:
+@pytest.mark.parametrize("name", [*(f"imu{i}" for i in range(5)), "six_positions_in_halves"])
+def test_rests_in_a_hand_name_no_effect(name: str) -> None:
     """Under twenty rests of one power-on: a hand moves a gyro by more than its own effects do at 1 g."""
-    found = diagnose(recorded(tmp_path, name, columns), declared(NINE))
+    found = diagnose(table(name, "rest_"), declared(NINE))
     assert names(found) == set()
     why = {(u.effect, u.sensor): u.why for u in found.untestable}
     assert "temp_degc" in why["bias_temperature", "gyro"]
@@ -76,25 +61,24 @@ def test_rests_in_a_hand_name_no_effect(tmp_path: Path, name: str, columns: str)
     assert {n.sensor for n in found.not_found} <= {"gyro"}
 
 
-def test_a_sweep_without_a_declared_temperature_lacks_it_and_something_more(tmp_path: Path) -> None:
-    table = recorded(tmp_path, "thermal_sweep/imu_raw_data.csv", THERMAL)
+def test_a_sweep_without_a_declared_temperature_lacks_it_and_something_more() -> None:
+    sweep = table("thermal_sweep")
     spec = declared("bias")
-    found = diagnose(table, spec)
+    found = diagnose(sweep, spec)
     assert found.verdict == "partly_explained"  # the way up and the way down differ
     channels = {c for e in found.effects if e.effect == "bias_temperature" for c in e.channels}
     assert channels >= {"gyro_y", "accelerometer_x"}
     at_rest = {"bias_temperature", "temperature_rate", "warm_up"}
     assert names(found) <= at_rest
-    changes = {c.channel: c for c in residual_changes(unit_fits(table, spec, found))}
+    changes = {c.channel: c for c in residual_changes(unit_fits(sweep, spec, found))}
     assert len(changes) == 6
     assert changes["gyro_y"].after < 0.5 * changes["gyro_y"].before
     assert {c.split for c in changes.values()} <= {"branches", "blocks"}
     assert all("too few power-ons" in c.how or "cannot tell" in c.how for c in changes.values())
 
 
-def test_what_a_single_rest_cannot_show_is_untestable(tmp_path: Path) -> None:
-    table = recorded(tmp_path, "thermal_sweep/imu_raw_data.csv", THERMAL)
-    found = diagnose(replace(table, acc=None), declared("bias, bias_temperature"))
+def test_what_a_single_rest_cannot_show_is_untestable() -> None:
+    found = diagnose(replace(table("thermal_sweep"), acc=None), declared("bias, bias_temperature"))
     assert found.verdict not in ("clean", "untestable")  # hysteresis stays, named or not
     assert "bias_temperature" not in names(found)
     turned = {"scale_factor", "scale_factor_asymmetry", "misalignment", "g_sensitivity", "arm_bending"}

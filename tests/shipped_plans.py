@@ -1,0 +1,69 @@
+"""Plans of the shipped specs, made once a test run and shared by its workers.
+
+The first worker that asks for a plan makes it behind a lock of the operating system, which falls with its
+owner; the others read what it wrote. The folder belongs to one run of pytest, and a file's name holds the
+hash of every source of planner and of every shipped file, so no plan of other code can be met.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+import pickle
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from planner.export.json import plan_text
+from planner.pipelines import planning as pipeline
+from tests.specs import ROOT, SHIPPED, shipped
+
+NAMES = sorted(path.stem for path in SHIPPED.glob("*.yaml"))
+FOLDER = "PLANNER_TESTS_SHIPPED_PLANS"  # in the environment: workers and what they start know it
+
+
+def share_in(folder: Path) -> None:
+    """Keep the plans of this run in a folder that all its workers see."""
+    folder.mkdir(exist_ok=True)
+    os.environ[FOLDER] = str(folder)
+
+
+@cache
+def shipped_plan(name: str) -> pipeline.Planned:
+    """What `planner plan` makes of a shipped spec, its genetic algorithm included."""
+    folder = os.environ.get(FOLDER)
+    if folder is None:  # benchmarks have no workers to share with
+        return made(name)
+    kept = Path(folder) / f"{name}-{sources()}.pickle"
+    with kept.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not kept.exists():
+            part = kept.with_suffix(".part")
+            part.write_bytes(pickle.dumps(made(name)))
+            part.replace(kept)
+    planned = pickle.loads(kept.read_bytes())
+    assert isinstance(planned, pipeline.Planned)
+    return planned
+
+
+@cache
+def shipped_document(name: str) -> dict[str, Any]:
+    """The same as plan.json holds it; copy it before a change."""
+    document: dict[str, Any] = json.loads(plan_text(shipped_plan(name).plan))
+    return document
+
+
+def made(name: str) -> pipeline.Planned:
+    """The plan of a shipped spec, planned here and now."""
+    return pipeline.plan(shipped(name), lambda message: None)
+
+
+@cache
+def sources() -> str:
+    """Hash of planner's sources and of the shipped specs with their flights."""
+    digest = hashlib.sha256()
+    for path in sorted([*(ROOT / "planner").rglob("*.py"), *SHIPPED.iterdir()]):
+        digest.update(f"{path.relative_to(ROOT)}\0".encode() + path.read_bytes())
+    return digest.hexdigest()[:32]
