@@ -11,9 +11,8 @@ from typing import Any
 
 from planner.errors import InputError
 from planner.records import PlannedTest, Step
-from planner.report.numbers import digits, hours, plain
+from planner.report.numbers import degrees, digits, hours, plain, runs
 from planner.report.plan_facts import MICROSECONDS, Figure, PlanDocument, PlanFacts, length, plan_facts
-from planner.report.subjects.plan_tables import degrees, runs
 from planner.report.time_spent import action_order
 
 WAITING = "no step, or steps in parallel"

@@ -14,7 +14,7 @@ from planner.report import time_spent
 from planner.report.blocks import align_points
 from planner.report.charts.gantt import column_shares, temperature_track
 from planner.report.contributions import PARTS, contributions
-from planner.report.numbers import digits, quantity
+from planner.report.numbers import digits, quantity, runs
 from planner.report.readable import readable_unit
 from planner.report.region_of_two import PREFERRED, allowed_region, axes_of_region, four_quadrants
 from planner.report.subjects import plan_tables as tables
@@ -282,5 +282,5 @@ def test_decimal_points_align() -> None:
 
 
 def test_runs_of_repeats() -> None:
-    assert tables.runs(["8", "8", "8"]) == "8"
-    assert tables.runs(["8", "5", "5", "6"]) == "8, 5\u202f×2, 6"
+    assert runs(["8", "8", "8"]) == "8"
+    assert runs(["8", "5", "5", "6"]) == "8, 5\u202f×2, 6"

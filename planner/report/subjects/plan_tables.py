@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +13,7 @@ from planner.report.blocks import Bar, Cell, Table, table
 from planner.report.contributions import PART_NAMES, PARTS, Contribution
 from planner.report.numbers import (
     SPACE,
+    degrees,
     degrees_celsius,
     digits,
     display_unit,
@@ -21,6 +21,7 @@ from planner.report.numbers import (
     in_unit,
     level,
     percent,
+    runs,
 )
 from planner.report.time_spent import ACTIONS, Spent, by_action, by_bench, by_temperature, by_test
 from planner.units import from_si, unit_factor
@@ -272,22 +273,6 @@ def _heading(name: str) -> str:
         return degrees_celsius(float(name))
     except ValueError:
         return name
-
-
-def degrees(values: Sequence[float]) -> str:
-    """One temperature alone, `3: −60, 0, 60`, or `15: −60 to 60, even`."""
-    if len(values) > 4 and np.ptp(np.diff(values)) < 0.01:  # the spec's even spreads are rounded to 1e-6 K
-        return f"{len(values)}: {degrees_celsius(values[0])} to {degrees_celsius(values[-1])}, even"
-    text = ", ".join(degrees_celsius(t) for t in values)
-    return f"{len(values)}: {text}" if len(values) > 1 else text
-
-
-def runs(values: Sequence[str]) -> str:
-    """`8` for eight everywhere, `8, 5 ×3, 6` for runs of equal numbers."""
-    found = [(value, len(list(group))) for value, group in groupby(values)]
-    if len(found) == 1:
-        return found[0][0]
-    return ", ".join(value if count == 1 else f"{value}{SPACE}×{count}" for value, count in found)
 
 
 def _reason_key(r: RepeatReason) -> tuple[object, ...]:
