@@ -127,9 +127,8 @@ class ErrorModel:
 
     run_to_run: (temperature_degc, one sigma) pairs, one pair with NaN temperature when it is constant
     whole_variation: what remains without any temperature table (systematic size or largest residual)
-    calibrated: whether the spec declares the effect and a test serves it
+    calibrated: whether the spec declares the effect and a test serves it; in_run_time: of in_run, s
     within: test -> sigma that the records of one repeat add to run_to_run; infinite where they cannot tell
-    in_run_time: correlation time of the in-run process, s
     """
 
     name: str
@@ -295,8 +294,8 @@ class Campaign:
     """The chosen temperatures, repeats and allowances, with the proof that no choice costs less.
 
     objective: weighted cost in seconds of the work of one batch; bound: proved lower bound of it
-    total_bound: proved lower bound of the weighted total with waiting and batches; None: the work's own
-    by_total: whether another campaign takes less work, but longer with waiting and batches
+    total_bound: that of the weighted total with waiting and batches; None: the work's own; by_total: whether
+    another campaign takes less work, but longer with them; added: only to tell errors apart, not proved
     """
 
     visits: tuple[TestVisits, ...]
@@ -306,6 +305,7 @@ class Campaign:
     proved: bool
     total_bound: float | None = None
     by_total: bool = False
+    added: tuple[str, ...] = ()
 
     @property
     def gap(self) -> float:
@@ -335,10 +335,7 @@ class RepeatReason:
 
 @dataclass(frozen=True)
 class Step:
-    """One action on one bench. Times in seconds from the start; motion in deg and deg/s, by axis.
-
-    attended: whether a person must be there
-    """
+    """One action on one bench, with people if attended. Times in s from the start; motion in deg, deg/s."""
 
     id: str
     bench: str
@@ -404,7 +401,10 @@ class PlannedTest:
 
 @dataclass(frozen=True)
 class Achieved:
-    """One requirement and what the plan reaches: `achieved` by the requirement's own rule, SI."""
+    """One requirement and what the plan reaches: `achieved` by the requirement's own rule, SI.
+
+    flown: rms (rss) or promised percentile of flights by the campaign's own model; None: not predicted
+    """
 
     error: str
     at: str
@@ -414,6 +414,7 @@ class Achieved:
     achieved: float
     met: bool
     shares: Mapping[str, float]  # error name -> its part of `achieved` (worst_case) or of its square
+    flown: float | None = None
 
 
 @dataclass(frozen=True)
@@ -466,7 +467,7 @@ class Plan:
     bound_s: proved lower bound of the objective (of `time_s` when time alone is minimised); gap: relative
     hours_per_limit: requirement index -> hours saved per SI unit of more limit (continuous relaxation)
     start: when second 0 falls in the week of the shifts, `mon 08:00`; None without shifts
-    by_total: temperatures and repeats were chosen for a shorter `time_s`, at the price of more work
+    by_total: chosen for a shorter `time_s`, at the price of more work; complete: not stopped at a time limit
     shifts: (opens, closes) in seconds from Monday 00:00, disjoint; none: always; plugins: of other packages
     work_proved: no temperatures and repeats take less work; `proved` is false when time_s exceeds its bound
     """
@@ -500,3 +501,4 @@ class Plan:
     start: str | None = None
     shifts: tuple[tuple[float, float], ...] = ()
     plugins: tuple[Origin, ...] = ()
+    complete: bool = True

@@ -7,7 +7,8 @@ from pathlib import Path
 import yaml
 
 from planner.pipelines import planning as pipeline
-from planner.spec.load import LoadedSpec, spec_from_bytes
+from planner.spec.load import LoadedSpec, load_spec, spec_from_bytes
+from planner.spec.starter import starter_text
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = ROOT / "requirements_specs"
@@ -83,6 +84,13 @@ def shared() -> dict:
     spec = small()
     record = {"bench": "rate_table", "record": "300 s", "gap": "15 min"}
     return spec | {"tests": {"static": record | {"calibrates": ["gyro.bias", "accelerometer.bias"]}}}
+
+
+def shipped(name: str) -> LoadedSpec:
+    """A spec of requirements_specs by its name, or the `starter` that `planner init` writes."""
+    if name == "starter":
+        return spec_from_bytes(starter_text().encode(), Path("starter.yaml"))
+    return load_spec(SHIPPED / f"{name}.yaml")
 
 
 def loaded(spec: dict) -> LoadedSpec:

@@ -1,10 +1,9 @@
-"""Every shipped spec plans, meets its requirements and is proved."""
+"""Every shipped spec, and the starter, plans, meets its requirements and is proved."""
 
 import pytest
 
-from planner.spec.load import load_spec
 from tests.shipped_plans import NAMES, shipped_plan
-from tests.specs import SHIPPED
+from tests.specs import shipped
 
 
 def test_the_promised_specs_are_there():
@@ -20,9 +19,9 @@ def test_the_promised_specs_are_there():
     } <= set(NAMES)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, "starter"])
 def test_a_shipped_spec_is_planned_met_and_proved(name):
-    assert load_spec(SHIPPED / f"{name}.yaml").warnings == ()
+    assert shipped(name).warnings == ()
     planned = shipped_plan(name)
     plan = planned.plan
     assert all(requirement.met for requirement in plan.requirements)

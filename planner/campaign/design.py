@@ -80,7 +80,8 @@ def design(steps: Sequence[Step], spec: Spec, latitude: float = DEFAULT_LATITUDE
         raise InputError("the plan has no record steps: nothing is measured")
     made = [r.step for r in records]
     asked = tuple(_asked(r, spec, latitude) for r in records)
-    seen = [a.exposed() for a in asked]
+    exposed = {key: a.exposed() for key, a in {a.key: a for a in asked}.items()}
+    seen = [exposed[a.key] for a in asked]
     middle = np.array([(s.start_s + s.end_s) / 2.0 for s in made])
     return Design(
         Conditions(

@@ -79,18 +79,16 @@ def estimate(
     A parameter that the data do not tell within its range stays at its default: beside one that runs away its
     amplitude would be any number. Raises ValueError when there are no more rows than coefficients.
     """
-    found = _fitted(model, y, runs, spec, robust, given)
-    lost = untold(found.model, found.theta, found.fit)
-    if not lost:
-        return found
-    held = _fitted(replace(model, held=(*model.held, *lost)), y, runs, spec, robust, given)
+    found, said = _fitted(model, y, runs, spec, robust, given), []
     known = {c.effect.name: c.effect for c in model.carried}
-    said = [
-        f"the data do not tell the {parameter} of {effect}: held at its default, "
-        f"{known[effect].nonlinear[parameter]:g} in SI"
-        for effect, parameter in lost
-    ]
-    return replace(held, notes=(*held.notes, *said))
+    while lost := untold(found.model, found.theta, found.fit):
+        found = _fitted(replace(found.model, held=(*found.model.held, *lost)), y, runs, spec, robust, given)
+        said += [
+            f"the data do not tell the {parameter} of {effect}: held at its default, "
+            f"{known[effect].nonlinear[parameter]:g} in SI"
+            for effect, parameter in lost
+        ]
+    return replace(found, notes=(*found.notes, *said))
 
 
 def _fitted(

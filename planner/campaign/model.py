@@ -78,7 +78,8 @@ class ChannelCampaign:
     @cached_property
     def noise(self) -> Noise:
         """Which variances the records have."""
-        return noise_model(self.model, self.parts, self.runs, self.spec.unit, np.ones(len(self.runs)))
+        every = np.ones(len(self.runs))
+        return noise_model(self.model, self.parts, self.runs, self.spec.unit, every, sizes_known=True)
 
     # ------------------------------------------------------------ what depends on the variances too
 
@@ -111,11 +112,16 @@ class ChannelCampaign:
 
     def known(self, counts: Array | None = None) -> Known:
         """What the campaign, made as `counts` (g,) say, tells of every coefficient."""
+        p = self.model.linear
+        return _known(self.model.columns()[:p], self.rows(counts), p)
+
+    def rows(self, counts: Array | None = None) -> Array:
+        """(n + q, p + q) A with the noise made white: M = AᵀA; the prior is q pseudo-records below."""
         n = self.runs.counts if counts is None else np.asarray(counts, dtype=np.float64)
         rows = np.sqrt(np.repeat(n, self.runs.sizes))[:, None] * self.white
         p, q = self.model.linear, len(self.prior.sigma)
         pseudo = np.hstack([np.zeros((q, p)), np.diag(1.0 / self.prior.sigma)]) if q else np.empty((0, p))
-        return _known(self.model.columns()[:p], np.vstack([rows, pseudo]), p)
+        return np.vstack([rows, pseudo])
 
     def whiten(self, rows: Array) -> Array:
         """W r for rows (n, m), W V Wᵀ = I."""

@@ -29,6 +29,7 @@ from planner.spec.model import Unit
 Kind = Literal["white", "temperature_stray", "constant", "rate_noise", "run_to_run", "in_run", "prior"]
 RATE_NOISE_FROM = {"gyro": 0.5, "accelerometer": 30.0}  # rad/s, m/s²: below, a reading's error is no noise
 LEAST_WHITE = 1e-8  # of the run-to-run variance: readings without any noise must not make V singular
+NO_NOISE = 1e-24  # SI²: of a sensor of which the spec knows neither noise nor spread
 BIAS, SCALE_FACTOR = "bias", "scale_factor"  # what every power-on may draw anew, whatever the spec says
 
 
@@ -67,10 +68,19 @@ class _Pieces:
     drifts: dict[Component, Drift] = field(default_factory=dict)
 
 
-def noise_model(model: ChannelModel, parts: Parts, runs: PowerOns, unit: Unit, weights: Array) -> Noise:
+def noise_model(
+    model: ChannelModel,
+    parts: Parts,
+    runs: PowerOns,
+    unit: Unit,
+    weights: Array,
+    *,
+    sizes_known: bool = False,
+) -> Noise:
     """The variances that this channel can have; rows stand power-on by power-on.
 
     weights: (n,) of the robust fit, 1 for a row that is believed
+    sizes_known: the spec's are taken; data of one record a power-on cannot tell its draw from white noise
     """
     sensor, found = model.sensor, _Pieces()
     duration = runs.known_duration
@@ -84,7 +94,7 @@ def noise_model(model: ChannelModel, parts: Parts, runs: PowerOns, unit: Unit, w
         found.diagonals[Component("constant", bias)] = np.ones_like(white) / weights
     if np.abs(model.u).max(initial=0.0) > RATE_NOISE_FROM[sensor]:
         found.diagonals[Component("rate_noise", scale)] = model.u**2 / weights
-    if len(runs.starts) < len(duration):
+    if sizes_known or len(runs.starts) < len(duration):
         _draws(found, model, parts, runs, unit)
     effects = RandomEffects(
         runs.starts,
@@ -177,7 +187,7 @@ def spec_variances(noise: Noise, unit: Unit, white: float | None = None) -> Vari
     theta = np.array([_from_spec(c, noise, unit, white) for c in noise.components])
     e, K = noise.effects, len(theta)
     between = float(np.sum(np.where(_is_drawn(noise), theta * e.mean_sizes(), 0.0)))
-    theta[0] = max(theta[0], LEAST_WHITE * between)
+    theta[0] = max(theta[0], LEAST_WHITE * between, NO_NOISE)
     return Variances(theta, np.zeros((K, K)), theta > 0, float("nan"), True)
 
 

@@ -172,6 +172,7 @@ def _requirement(r: Achieved) -> Mapping[str, Any]:
         "unit": r.unit,
         "met": r.met,
         "shares": {error: number(share) for error, share in r.shares.items()},
+        **({} if r.flown is None else {"flown": number(from_si(r.flown, r.unit))}),
     }
 
 

@@ -135,6 +135,7 @@ class RequirementFigures(Part):
     unit: str
     met: bool
     shares: dict[str, Number]
+    flown: Time | None = None
 
 
 class SensitivityFigures(Part):

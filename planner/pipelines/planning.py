@@ -12,11 +12,12 @@ from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.budget import common_rule
 from planner.plan.by_hand import is_hand_made
 from planner.plan.campaign_by_total import by_total
+from planner.plan.campaign_to_flight import with_flown
 from planner.plan.campaign_to_plan import plan_of
 from planner.plan.errors_to_points import point_menus
 from planner.plan.genetic_campaign import genetic_plan
+from planner.plan.observable_campaign import observable_campaign, refuse_what_no_campaign_tells
 from planner.plan.plan_to_schedule_figures import with_schedule_figures
-from planner.plan.records_to_observability import refuse_the_undetermined
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.schedule_to_steps import planned_tests, steps
 from planner.plan.sensitivity_to_allowance import allowed_errors
@@ -35,6 +36,7 @@ from planner.records import (
     Plan,
     Sensitivities,
     TradeOffPoint,
+    Trajectory,
 )
 from planner.solvers.genetic import GeneticSettings
 from planner.spec.load import LoadedSpec
@@ -51,6 +53,7 @@ class Navigation:
     sensitivities: Sensitivities | None
     constraints: tuple[Constraint, ...]
     trajectory: str
+    flight: Trajectory | None = None
 
 
 @dataclass(frozen=True)
@@ -63,8 +66,8 @@ class Planned:
 
 
 def refuse_unplannable(loaded: LoadedSpec) -> None:
-    """What `plan` refuses before it plans: raises InputError when the tests' records cannot tell an error."""
-    refuse_the_undetermined(loaded.spec, error_models(loaded.spec))
+    """What `plan` refuses before it plans: raises InputError when no campaign of the tests tells an error."""
+    refuse_what_no_campaign_tells(loaded.spec)
 
 
 def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
@@ -77,7 +80,7 @@ def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
     trajectory = trajectory_of(spec.trajectory, loaded.folder)
     progress("propagating the sensor errors")
     found = sensitivities_of(trajectory, [model.name for model in models], instants=_instants(spec))
-    return Navigation(models, found, constraints_of(spec, found), trajectory.name)
+    return Navigation(models, found, constraints_of(spec, found), trajectory.name, trajectory)
 
 
 def allow(loaded: LoadedSpec, progress: Progress) -> tuple[Navigation, AllowedErrors]:
@@ -102,12 +105,14 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
         progress("genetic algorithm beside the exact campaign")
         genetic = genetic_plan(task, chosen, rule, _settings(spec), spec.plan.seed)
     progress("the same with waiting and batches in sight")
-    chosen = by_total(task, chosen)
+    chosen = observable_campaign(task, by_total(task, chosen))
     made = _timed(loaded, navigation, task, chosen, genetic, [*_notes(loaded), *notes])
+    progress("what will be flown, by the campaign's own model")
+    made = with_flown(made, spec, navigation.flight)
     curve: tuple[TradeOffPoint, ...] = ()
     if spec.plan.trade_off and not is_hand_made(spec):
         progress("trade-off of campaign time and power-on time")
-        curve = trade_off(spec, lambda other: campaign(task_of(other, navigation)), [chosen])
+        curve = trade_off(spec, lambda other: _observable(other, navigation), [chosen])
     return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, allowed)
 
 
@@ -115,8 +120,14 @@ def exact_plan(loaded: LoadedSpec) -> Plan:
     """Spec → campaign and steps as of `plan`; no genetic algorithm beside them, no trade-off, no notes."""
     navigation = navigate(loaded, lambda message: None)
     task = task_of(loaded.spec, navigation)
-    chosen = by_total(task, campaign(task))
+    chosen = observable_campaign(task, by_total(task, campaign(task)))
     return with_schedule_figures(_timed(loaded, navigation, task, chosen), loaded.spec, chosen)
+
+
+def _observable(spec: Spec, navigation: Navigation) -> Campaign:
+    """The campaign of another choice of weights, by working time."""
+    task = task_of(spec, navigation)
+    return observable_campaign(task, campaign(task))
 
 
 def _timed(
@@ -169,7 +180,11 @@ def _instants(spec: Spec) -> list[float]:
 
 
 def task_of(spec: Spec, navigation: Navigation) -> Task:
-    """What may be chosen, temperatures and repeats, and what each choice costs and leaves of the errors."""
+    """What may be chosen, temperatures and repeats, and what each choice costs and leaves of the errors.
+
+    Raises InputError when no campaign of the tests tells an error that they calibrate.
+    """
+    refuse_what_no_campaign_tells(spec)
     menus = error_menus(spec, navigation.models, point_menus(spec))
     return planning_task(spec, navigation.models, menus, navigation.constraints)
 

@@ -11,16 +11,20 @@ knowledge of the curve is not used. Channels count as independent.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.campaign.model import Campaign, ChannelCampaign, Known
+from planner.campaign.design import design
+from planner.campaign.model import Campaign, ChannelCampaign, Known, campaign
 from planner.campaign.noise import budget_of, columns_of_errors
+from planner.campaign.power_ons import of_design
 from planner.campaign.prior import walk_mode
-from planner.plan.flight_response import FlightResponse
-from planner.protocols import Sensor
-from planner.records import Array
+from planner.plan.flight_response import FlightResponse, flight_response
+from planner.protocols import SENSORS, Sensor
+from planner.records import Array, Plan, Trajectory
+from planner.sensor import ErrorName
+from planner.simulate.campaign import prepared
 from planner.simulate.temperature_curves import CurveFamily, second_moment
 from planner.solvers.gaussian_length import percentile
 from planner.spec.budget import STORAGE_DAYS, ErrorBudget
@@ -39,6 +43,28 @@ class Predicted:
     requirement: int
     rms: float
     quantile: float | None
+
+
+def with_flown(plan: Plan, spec: Spec, flight: Trajectory | None) -> Plan:
+    """The plan with what will be flown beside every requirement of probability, on the spec's own flight.
+
+    Nothing is predicted for published coefficients, and where the attitude at the start is known to some
+    accuracy only.
+    """
+    if flight is None or spec.initial_alignment is not None or not plan.steps:
+        return plan
+    made = campaign(spec, of_design(design(plan.steps, spec)))
+    errors = [ErrorName.of(sensor, effect) for sensor in SENSORS for effect in getattr(spec.unit, sensor)]
+    response = flight_response(flight, errors, spec.requirement)
+    found = predicted(spec, made, response, prepared(spec).families, spec.plan.seed)
+    figures = {p.requirement: p.rms if p.quantile is None else p.quantile for p in found or ()}
+    return replace(
+        plan,
+        requirements=tuple(
+            r if r.rule == "worst_case" else replace(r, flown=figures.get(i))
+            for i, r in enumerate(plan.requirements)
+        ),
+    )
 
 
 def predicted(

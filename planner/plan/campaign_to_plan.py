@@ -11,7 +11,6 @@ from planner.plan.budget import common_rule, reached, size
 from planner.plan.by_hand import fixed_repeats, is_hand_made
 from planner.plan.confidence import half_width, half_widths, quantile, spread_at
 from planner.plan.costs import repeat_power_on, repeat_time, weights_of
-from planner.plan.records_to_observability import mixed_up_in_calibration
 from planner.plan.spec_to_benches import planned_benches
 from planner.plan.task import Task, allowances
 from planner.records import (
@@ -74,18 +73,23 @@ def plan_of(
         power_on_s=power_on,
         objective_value=round(chosen.objective, 6),
         objective_bound=round(bound, 6),
-        proved=chosen.proved,
+        proved=chosen.proved and not chosen.added,
+        complete=chosen.proved,
         hours_per_limit={} if timed_only else _hours_per_limit(task, chosen, allowed, constraints),
         genetic=genetic,
-        notes=(
-            *notes,
-            *_hardly_known(task, chosen),
-            *mixed_up_in_calibration(spec, task.models),
-            *_worn_out(spec, power_on),
-        ),
+        notes=(*notes, *_said_of_added(chosen), *_hardly_known(task, chosen), *_worn_out(spec, power_on)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),
     )
+
+
+def _said_of_added(chosen: Campaign) -> Iterator[str]:
+    """Why the campaign is longer than the sizes of the errors ask for."""
+    if chosen.added:
+        yield (
+            f"added so that the campaign as a whole tells the errors apart: {'; '.join(chosen.added)}; "
+            "that no shorter campaign tells them is not proved"
+        )
 
 
 def _hardly_known(task: Task, chosen: Campaign) -> Iterator[str]:

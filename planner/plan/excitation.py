@@ -1,15 +1,13 @@
-"""What the records of some tests offer an error along an axis, in words, and what they would need."""
+"""What records offer an error along an axis, in words, and what they would need."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
 from planner import catalog
-from planner.plan.channel_terms import probe
-from planner.protocols import Sensor
 from planner.records import Array, Conditions
 from planner.sensor import ErrorName
 from planner.units import STANDARD_GRAVITY_MPS2
@@ -20,32 +18,31 @@ NO_LOAD_G = 0.02
 SHOWN = 4  # levels named in a message
 
 
-def excitation(error: str, channel: int, term: str, seen: Sequence[Conditions]) -> tuple[str, str]:
+def excitation(error: ErrorName, channel: int, term: str, seen: Conditions) -> tuple[str, str]:
     """(what the records offer, what to do) for one term of an error.
 
     e.g. `about x the unit turns at 100 deg/s only`, `give them motions at several speeds`
     """
-    sensor, name = ErrorName(error).parts
     axis = AXES.index(term[-1]) if term[-1] in AXES else channel
-    offers, needs = [], []
-    if _feels(name, sensor, "rate"):
-        offers.append(_turns(AXES[axis], np.concatenate([c.rate[:, axis] for c in seen])))
-        needs.append(f"turns about {AXES[axis]} at several speeds")
-    if _feels(name, sensor, "specific_force"):
-        offers.append(_loads(AXES[axis], np.concatenate([c.specific_force[:, axis] for c in seen])))
-        needs.append(f"several attitudes or loads along {AXES[axis]}")
+    offers, missing = [], []
+    if _feels(error, "rate", seen):
+        offers.append(_turns(AXES[axis], seen.rate[:, axis]))
+        missing.append(f"turns about {AXES[axis]} at several speeds")
+    if _feels(error, "specific_force", seen):
+        offers.append(_loads(AXES[axis], seen.specific_force[:, axis]))
+        missing.append(f"several attitudes or loads along {AXES[axis]}")
     if not offers:
         offers.append(f"all records of {AXES[axis]} are alike to it")
-        needs.append("more different motions")
-    return ", and ".join(offers), f"give them {' and '.join(needs)}, by more motions or a list of them"
+        missing.append("more different motions")
+    return ", and ".join(offers), f"give them {' and '.join(missing)}, by more motions or a list of them"
 
 
-def _feels(name: str, sensor: str, what: str) -> bool:
-    """Whether an effect's output changes with the rate, or with the specific force."""
-    effect, here = catalog.effects()[name], probe()
-    kind: Sensor = "gyro" if sensor == "gyro" else "accelerometer"
-    other = replace(here, **{what: 0.5 * getattr(here, what) + 0.1})
-    return not np.array_equal(effect.regressors(kind, here), effect.regressors(kind, other))
+def _feels(error: ErrorName, what: Literal["rate", "specific_force"], seen: Conditions) -> bool:
+    """Whether the effect's output on this sensor changes with the rate, or with the specific force."""
+    effect, other = catalog.effects()[error.effect], replace(seen, **{what: 0.5 * getattr(seen, what) + 0.1})
+    return what in effect.needs and not np.array_equal(
+        effect.regressors(error.sensor, seen), effect.regressors(error.sensor, other)
+    )
 
 
 def _turns(axis: str, rate: Array) -> str:

@@ -31,7 +31,7 @@ def with_schedule_figures(
         time_s=time,
         savings=savings(spec, chosen, time),
         trade_off=tuple(curve),
-        work_proved=chosen.proved,
+        work_proved=chosen.proved and not chosen.added,
         by_total=chosen.by_total,
         start=start_words(spec),
         shifts=calendar_of(spec).windows,

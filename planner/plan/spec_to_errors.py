@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from planner import catalog
+from planner.plan.campaign_to_spread import with_campaign_spreads
 from planner.plan.records_to_spread import with_spreads
 from planner.protocols import SENSORS, Sensor
 from planner.records import ErrorModel
@@ -22,7 +23,7 @@ def error_models(spec: Spec) -> tuple[ErrorModel, ...]:
         for sensor in SENSORS
         if effect in getattr(spec.unit, sensor)
     ]
-    return with_spreads(spec, found)
+    return with_campaign_spreads(spec, with_spreads(spec, found))
 
 
 def _error_model(spec: Spec, sensor: Sensor, effect: str, budget: ErrorBudget) -> ErrorModel:

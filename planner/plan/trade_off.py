@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from planner.errors import StoppedEarly
+from planner.errors import InputError, StoppedEarly
 from planner.plan.costs import repeat_power_on
 from planner.plan.savings import with_plan
 from planner.plan.schedule_to_steps import makespan
@@ -33,8 +33,8 @@ def trade_off(
 
     Programs price working time; with waiting and batches the campaign of another weight, or the plan itself,
     may be better. So of all of them that is taken which is best for the weight when timed. A weight whose
-    plan is not found within `plan.time_limit` is left out. Proved are only plans that wait for nothing and
-    come in one batch: else the proof is of their working time.
+    plan is not found within `plan.time_limit`, or does not tell what it calibrates, is left out. Proved are
+    only plans that wait for nothing and come in one batch: else the proof is of their working time.
     """
     plain = not spec.plan.shifts and spec.plan.units is None
     found = dict(_solved(spec, solve))
@@ -44,10 +44,14 @@ def trade_off(
         best = min(every, key=lambda timed: (timed.time_s + weight * timed.power_on_s, timed.time_s))
         points.append(
             TradeOffPoint(
-                weight, round(best.time_s, 6), round(best.power_on_s, 6), plain and best.campaign.proved
+                weight, round(best.time_s, 6), round(best.power_on_s, 6), _is_proved(best.campaign, plain)
             )
         )
     return tuple(points)
+
+
+def _is_proved(campaign: Campaign, plain: bool) -> bool:
+    return plain and campaign.proved and not campaign.added
 
 
 def _solved(spec: Spec, solve: Callable[[Spec], Campaign]) -> Iterator[tuple[float, Campaign]]:
@@ -55,7 +59,7 @@ def _solved(spec: Spec, solve: Callable[[Spec], Campaign]) -> Iterator[tuple[flo
         objective = Objective(time=1.0, power_on=weight) if weight < 1e6 else Objective(time=1e-6, power_on=1)
         try:
             yield weight, solve(with_plan(spec, minimise=objective))
-        except StoppedEarly:
+        except (StoppedEarly, InputError):
             continue
 
 

@@ -117,7 +117,11 @@ def _requirement_line(achieved: Achieved) -> str:
     sign, word = ("<=", "[green]met[/green]") if achieved.met else (">", "[bold red]NOT met[/bold red]")
     reached, limit = (plain(quantity(v, achieved.unit)) for v in (achieved.achieved, achieved.limit))
     rule = achieved.rule.replace("_", " ")
-    return f"{achieved.error}: {reached} {sign} {limit} ({_escape(f'{when(achieved.at)}, {rule}')}): {word}"
+    line = f"{achieved.error}: {reached} {sign} {limit} ({_escape(f'{when(achieved.at)}, {rule}')}): {word}"
+    if achieved.flown is None:
+        return line
+    flown = plain(quantity(achieved.flown, achieved.unit))
+    return f"{line}\n  that is the budget; by the campaign's own model {flown} will be flown"
 
 
 def _tests(tests: Sequence[PlannedTest]) -> Table:

@@ -16,7 +16,8 @@ def test_the_starter_loads_without_a_single_remark() -> None:
 
 def test_one_static_record_serves_both_sensors() -> None:
     spec = loaded(starter_text()).spec
-    assert spec.tests["static"].calibrates == ("gyro.bias", "accelerometer.bias")
+    both = ("gyro.bias", "accelerometer.bias", "accelerometer.scale_factor")
+    assert spec.tests["static"].calibrates == both
     assert spec.sensitivities == "simulated"
 
 

@@ -1,0 +1,154 @@
+"""The cheapest campaign → the nearest one that tells what it calibrates, or a refusal with the remedy.
+
+Where the planner chose the visits, the tests that would tell an error are made at its temperatures too; where
+that does not help, or hands chose, the plan is refused. `planner check` asks the same before there is a plan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.campaign.observability import Untold
+from planner.errors import InputError
+from planner.plan.by_hand import (
+    chosen_by_hand,
+    even_points,
+    fixed_repeats,
+    hand_made_visits,
+    in_room,
+    is_hand_made,
+    temperatures_of,
+)
+from planner.plan.task import Task
+from planner.plan.untold_to_remedy import Remedy, also_at, remedy_of
+from planner.plan.untold_words import degrees, fault_of, told_once
+from planner.plan.visits_to_observability import ENOUGH, Visits, asked_errors, campaign_of, untold_by
+from planner.records import Campaign, TestVisits
+from planner.spec.model import Spec
+
+
+def refuse_what_no_campaign_tells(spec: Spec) -> None:
+    """Raises InputError when no campaign of the spec's tests can tell an error that they calibrate.
+
+    Every test at the same temperatures, with the most repeats that the spec allows: if the errors are not
+    told by that for any number of temperature points, they are told by nothing. A spec that fixes all by hand
+    is asked as it is. Published coefficients stand for all axes together, so no axis can be asked for.
+    """
+    if not asked_errors(spec):
+        return
+    refused: list[tuple[int, Visits, tuple[Untold, ...]]] = []
+    for visits in [hand_made_visits(spec)] if is_hand_made(spec) else _largest(spec):
+        found = untold_by(spec, visits, largest=not is_hand_made(spec))
+        if not found:
+            return
+        refused.append((len(found), visits, found))
+    _, visits, found = min(refused, key=lambda one: one[0])
+    raise InputError("\n".join(_faults(spec, visits, found)))
+
+
+def observable_campaign(task: Task, chosen: Campaign) -> Campaign:
+    """The campaign itself where it tells what it calibrates; else with tests at further temperatures.
+
+    What is added is not proved to be the least. More records raise no allowance, so that the requirements
+    stay met. Raises InputError, with the remedy, when nothing that may be added helps.
+    """
+    found = observable(task.spec, chosen.visits)
+    if not found.added:
+        return chosen
+    cost = _cost(task, found.visits)
+    return replace(chosen, visits=found.visits, objective=cost, added=found.added)
+
+
+def _cost(task: Task, visits: Sequence[TestVisits]) -> float:
+    """Weighted seconds of one batch's work: every resource is paid for once, as far as it is used most."""
+    used = [
+        task.tariff.amounts(
+            v.test, v.temperatures_degc, np.array([v.repeats]), room=in_room(task.spec, v.test)
+        )[0]
+        for v in visits
+    ]
+    return float(np.max(used, axis=0) @ task.tariff.prices)
+
+
+@dataclass(frozen=True)
+class Observable:
+    """Visits that tell every error that they calibrate; added: what was added to tell them, in words."""
+
+    visits: Visits
+    added: tuple[str, ...] = ()
+
+
+def observable(spec: Spec, visits: Visits) -> Observable:
+    """The visits themselves, or the nearest ones that tell what they calibrate.
+
+    Raises InputError, with the remedy, when tests that the planner may move do not help.
+    """
+    found = untold_by(spec, visits)
+    if not found:
+        return Observable(visits)
+    more = visits if is_hand_made(spec) else _extended(spec, visits, found)
+    if more == visits or untold_by(spec, more):
+        raise InputError("\n".join(_faults(spec, visits, found)))
+    return Observable(more, tuple(_added(visits, more)))
+
+
+def _extended(spec: Spec, visits: Visits, found: Sequence[Untold]) -> Visits:
+    """The visits with those that tell what is not told, of tests that may be moved; the fewest repeats."""
+    while found:
+        remedies = (remedy_of(spec, visits, u) for u in found)
+        remedy = next((r for r in remedies if r is not None and _may_be_made(spec, r)), None)
+        if remedy is None:
+            break
+        visits = also_at(spec, visits, remedy.tests, remedy.temperatures)
+        found = untold_by(spec, visits)
+    return visits
+
+
+def _may_be_made(spec: Spec, remedy: Remedy) -> bool:
+    """Whether it is of tests alone, and of such as the planner may move."""
+    return bool(remedy.tests) and all(chosen_by_hand(spec, test) is None for test in remedy.tests)
+
+
+def _faults(spec: Spec, visits: Visits, found: Sequence[Untold]) -> Iterator[str]:
+    made = campaign_of(spec, visits)
+    assert made is not None  # something was found in it
+    for error in told_once(found):
+        own = [u for u in found if u.error == error]
+        yield fault_of(spec, made.runs, own, remedy_of(spec, visits, own[0]))
+
+
+def _added(before: Visits, after: Visits) -> Iterator[str]:
+    """`faces at -60, 20 degC`, test by test."""
+    known = {v.test: set(v.temperatures_degc) for v in before}
+    for visit in after:
+        new = [t for t in visit.temperatures_degc if t not in known.get(visit.test, set())]
+        if new:
+            yield f"{visit.test} at {degrees(new)}"
+
+
+# ---------------------------------------------------------------- before there is a plan
+
+
+def _largest(spec: Spec) -> Iterator[Visits]:
+    """All tests at the same temperatures, as far as the spec leaves that free: one campaign a set of them."""
+    choice = spec.plan.temperatures
+    free = [name for name in spec.tests if chosen_by_hand(spec, name) is None]
+    sets = [even_points(*choice.range, n) for n in sorted(set(choice.candidates))] if free else [()]
+    by_hand = {name: chosen_by_hand(spec, name) for name in spec.tests if name not in free}
+    fixed = [temperatures_of(spec, by)[0] for by in by_hand.values() if by is not None and by != "room"]
+    for points in dict.fromkeys((*sets, *fixed)) if free else sets:
+        yield tuple(
+            _visit(spec, name, points if name in free else temperatures_of(spec, by_hand[name])[0])
+            for name in spec.tests
+        )
+
+
+def _visit(spec: Spec, test: str, temperatures: Sequence[float]) -> TestVisits:
+    repeats = fixed_repeats(spec, test)
+    free = min(ENOUGH, spec.plan.repeats.most)
+    each = np.broadcast_to(np.asarray(free if repeats is None else repeats), (len(temperatures),))
+    pairs = sorted(zip(temperatures, each.tolist(), strict=True))
+    return TestVisits(test, tuple(t for t, _ in pairs), tuple(n for _, n in pairs))

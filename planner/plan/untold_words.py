@@ -1,0 +1,81 @@
+"""What a campaign does not tell, in words: which error, where, what is missing, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+
+from planner.campaign.observability import Untold
+from planner.campaign.power_ons import PowerOns
+from planner.plan.excitation import excitation
+from planner.plan.untold_to_remedy import Remedy
+from planner.records import Conditions
+from planner.sensor import ErrorName
+from planner.spec.model import Spec
+from planner.temperature_table import GAP_K
+
+BASIC = ("misalignment", "scale_factor", "bias")
+
+
+def told_once(found: Sequence[Untold]) -> list[ErrorName]:
+    """Errors to name: of two that are mixed up with each other only the one beside bias and scale factor."""
+    partners: dict[ErrorName, set[ErrorName]] = {}
+    for u in found:
+        partners.setdefault(u.error, set()).update(u.partners)
+    named: list[ErrorName] = []
+    for error in sorted(partners, key=lambda e: BASIC.index(e.effect) if e.effect in BASIC else -1):
+        if not partners[error] or not partners[error] & set(named):
+            named.append(error)
+    return named
+
+
+def fault_of(spec: Spec, runs: PowerOns, found: Sequence[Untold], remedy: Remedy | None) -> str:
+    """One error on all its channels.
+
+    `tests.faces: the records cannot tell accelerometer.scale_factor (z) from accelerometer.bias at -60 and
+    20 degC: the specific force along z is 1 g only; make faces at -60 and 20 degC too`
+    """
+    error, first = found[0].error, found[0]
+    tests = [name for name, test in spec.tests.items() if error in test.calibrates]
+    partners = tuple(dict.fromkeys(p for u in found for p in u.partners))
+    terms = ", ".join(dict.fromkeys(u.term for u in found))
+    what = f"cannot tell {error} ({terms})" + (f" from {listed(partners)}" if partners else " at all")
+    where = "" if first.everywhere else f" at {degrees(first.nodes_degc)}"
+    seen, advice = excitation(error, first.channel, first.term, _at(runs, first))
+    return f"tests.{listed(tests)}: the records {what}{where}: {seen}; {_advice(spec, remedy, advice)}"
+
+
+def _at(runs: PowerOns, u: Untold) -> Conditions:
+    """The records at the nodes that are not told."""
+    c, nodes = runs.conditions, np.array(u.nodes_degc)
+    if not len(nodes):
+        return c
+    rows = np.abs(c.temperature_degc[:, None] - nodes).min(axis=1) <= GAP_K
+    return replace(c, **{f.name: getattr(c, f.name)[rows] for f in fields(c)})
+
+
+def _advice(spec: Spec, remedy: Remedy | None, motions: str) -> str:
+    if remedy is None:
+        return motions
+    if remedy.idle:
+        return (
+            f"{listed(remedy.idle)} is declared, but no test calibrates it: take it out of effects, or let a "
+            f"test calibrate it and {motions}"
+        )
+    advice = f"make {listed(remedy.tests)} at {degrees(remedy.temperatures)} too"
+    if remedy.into is None:
+        return advice
+    other = spec.tests[remedy.tests[0]]
+    return f"{advice}, or give {remedy.into} its {other.motion_count} motions and what it calibrates"
+
+
+def degrees(temperatures: Sequence[float]) -> str:
+    """`-60, -20 and 20 degC`."""
+    return f"{listed([f'{t:g}' for t in sorted(temperatures)])} degC"
+
+
+def listed(names: Sequence[str]) -> str:
+    """`a, b and c`."""
+    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
