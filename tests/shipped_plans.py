@@ -2,7 +2,7 @@
 
 The first worker that asks for a plan makes it behind a lock of the operating system, which falls with its
 owner; the others read what it wrote. The folder belongs to one run of pytest, and a file's name holds the
-hash of every source of planner and of every shipped file, so no plan of other code can be met.
+hash of every file of planner and of every shipped file, so no plan of other code can be met.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def share_in(folder: Path) -> None:
 
 @cache
 def shipped_plan(name: str) -> pipeline.Planned:
-    """What `planner plan` makes of a shipped spec, its genetic algorithm included."""
+    """What `planner plan` makes of a shipped spec or the `starter`, its genetic algorithm included."""
     folder = os.environ.get(FOLDER)
     if folder is None:  # benchmarks have no workers to share with
         return made(name)
@@ -64,6 +64,7 @@ def made(name: str) -> pipeline.Planned:
 def sources() -> str:
     """Hash of planner's sources and of the shipped specs with their flights."""
     digest = hashlib.sha256()
-    for path in sorted([*(ROOT / "planner").rglob("*.py"), *SHIPPED.iterdir()]):
+    ours = [p for p in (ROOT / "planner").rglob("*") if p.is_file() and p.suffix != ".pyc"]
+    for path in sorted([*ours, *SHIPPED.iterdir()]):
         digest.update(f"{path.relative_to(ROOT)}\0".encode() + path.read_bytes())
     return digest.hexdigest()[:32]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,7 +18,8 @@ from planner.learn.table_rows import rows_of
 from planner.measured import DwellTable
 from planner.spec.model import Spec
 from planner.units import from_si
-from tests.learn.diagnosis.test_shared_recordings import DATA, THERMAL, declared, recorded
+from tests.data import table as reduced
+from tests.learn.diagnosis.test_shared_recordings import declared
 from tests.learn.diagnosis.worlds import DECLARED, spec, whole
 from tests.learn.world import Hidden, Layout, Noise, campaign, sized
 
@@ -121,10 +121,9 @@ def test_what_is_told_from_zero_by_the_search_alone_is_said() -> None:
             assert bool(said) == empty
 
 
-@pytest.mark.skipif(not DATA.is_dir(), reason="the shared recordings are not here")
-def test_a_recorded_sweep_has_one_coefficient_of_the_temperature_rate(tmp_path: Path) -> None:
+def test_a_recorded_sweep_has_one_coefficient_of_the_temperature_rate() -> None:
     """Calibrate said 0.00051 and diagnose 0.0038 g/(K/min) of the same channel of the same recording."""
-    table = recorded(tmp_path, "thermal_sweep/imu_raw_data.csv", THERMAL)
+    table = reduced("thermal_sweep")
     base = declared("bias, bias_temperature")
     found = diagnose(table, base)
     mine = [e for e in found.effects if (e.sensor, e.effect) == ("accelerometer", "temperature_rate")]
