@@ -167,8 +167,10 @@ def _draw_budget(plan: Plan, budgets: Sequence[Sequence[Contribution]]) -> Figur
 
 
 def _bars(axes: Axes, budget: Sequence[Contribution], scale: float) -> None:
+    def total(size: float) -> str:
+        return digits(size, 3) if size >= 1e-3 * scale else "≈ 0"
+
     parts = {part: (PART_NAMES[part], [c.parts[i] * scale for c in budget]) for i, part in enumerate(PARTS)}
-    total = lambda size: digits(size, 3) if size >= 1e-3 * scale else "≈ 0"  # noqa: E731
     theme.stacked_bars(axes, [c.error for c in budget], parts, total)
 
 
