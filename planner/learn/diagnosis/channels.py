@@ -17,6 +17,7 @@ import numpy as np
 
 from planner import catalog
 from planner.campaign.channel_model import EXCITING, channel_model
+from planner.campaign.parameters import limited
 from planner.measurement import AXES, ChannelModel, evaluate, jacobian, sensed
 from planner.protocols import Sensor
 from planner.records import Array, Conditions
@@ -88,7 +89,7 @@ def channel(
     for _ in range(_ROUNDS):
         J = jacobian(model, theta, parts)
         step, _ = least_squares(J, y - parts.predicted)
-        theta = theta + step
+        theta = limited(model, theta, theta + step)
         parts = evaluate(model, theta)
         moved, left = np.abs(J @ step).max(initial=0.0), np.abs(y - parts.predicted).max(initial=0.0)
         if moved <= 1e-9 * max(left, 1e-300):

@@ -81,7 +81,6 @@ def test_what_the_centrifuge_shows_is_untestable_without_one(warm) -> None:
     assert "arm_bending" in untestable
 
 
-@pytest.mark.filterwarnings("default::RuntimeWarning")  # a channel without warm-up drives its τ to zero
 def test_an_effect_that_the_spec_declares_is_no_candidate(warm) -> None:
     from planner.learn.dwells_to_diagnosis import diagnose
 
