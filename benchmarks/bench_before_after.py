@@ -21,7 +21,8 @@ from planner.learn.diagnosis_to_navigation import navigation_costs
 from planner.learn.diagnosis_to_next_measurement import next_measurements
 from planner.learn.diagnosis_to_residual import residual_changes, unit_fits
 from planner.plan.spec_to_trajectory import trajectory_of
-from planner.report.diagnosis import diagnosis_html
+from planner.report.page import html
+from planner.report.subjects.diagnosis import diagnosis_report
 from planner.spec.load import load_spec
 from tests.learn.found import found_effect, unit_diagnosis
 from tests.learn.world import Hidden, Layout, campaign
@@ -52,7 +53,7 @@ def main() -> None:
         wanted = next_measurements(found.effects, fits, SPEC)
         moments.append(time.perf_counter())
         whole = Diagnosis(found, residual, navigation, wanted, "0", "bench", "", "", "", 1)
-        page = diagnosis_html(whole, table)
+        page = html(diagnosis_report(whole, table))
         moments.append(time.perf_counter())
         (change,) = [c for c in residual if c.channel == "gyro_x"]
         assert change.held_out

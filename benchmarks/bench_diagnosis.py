@@ -58,7 +58,8 @@ def main() -> None:
 def whole_report() -> float:
     """`planner diagnose` in this process: search, before and after, navigation, report."""
     from planner.pipelines.diagnosis import diagnose
-    from planner.report.diagnosis import diagnosis_html
+    from planner.report.page import html
+    from planner.report.subjects.diagnosis import diagnosis_report
     from planner.spec.load import load_spec
 
     with tempfile.TemporaryDirectory() as folder:
@@ -67,7 +68,7 @@ def whole_report() -> float:
         write_dwells(table_of(4_000), data)
         start = time.perf_counter()
         (found,) = diagnose(data, load_spec(spec), 1, lambda _: None)
-        diagnosis_html(found.diagnosis, found.table)
+        html(diagnosis_report(found.diagnosis, found.table))
         seconds = time.perf_counter() - start
     assert [e.effect for e in found.diagnosis.found.effects] == ["temperature_rate"]
     return seconds

@@ -137,8 +137,8 @@ def calibrate(
     from planner.export.firmware import left_out_notes
     from planner.learn.methods import fit_options
     from planner.pipelines import data as data_pipeline
-    from planner.report.calibration import print_calibration
-    from planner.report.calibration_figure import before_after_svg
+    from planner.report.charts.calibration import before_after_svg
+    from planner.report.subjects.calibration import calibration_report
     from planner.spec.load import load_spec
 
     old = None if prior is None else read_tables(prior)
@@ -154,7 +154,7 @@ def calibrate(
         files,
         [note for c in found for note in (*c.notes, *left_out_notes(c))],
         of_units([calibration_document(calibration) for calibration in found]),
-        lambda to: print_calibration(found, to),
+        [calibration_report(calibration) for calibration in found],
         as_json,
     )
 

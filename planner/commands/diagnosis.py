@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from planner.commands.options import AsJson, DataTable, Seed, SpecFile, SpecOption
-from planner.commands.output import deliver, notes, of_units, progress_line, result
+from planner.commands.output import deliver, notes, of_units, page_of, progress_line, result
 from planner.errors import InputError
 
 if TYPE_CHECKING:
     from planner.pipelines.diagnosis import Diagnosed, Replanned
+    from planner.report.blocks import Report
 
 
 def register(app: typer.Typer) -> None:
@@ -39,37 +41,37 @@ def diagnose(
     """
     from planner.export.diagnosis import diagnosis_document
     from planner.pipelines import diagnosis as pipeline
-    from planner.report.diagnosis import print_diagnosis
+    from planner.report.subjects.diagnosis import diagnosis_report
     from planner.spec.load import load_spec
 
     loaded = load_spec(spec)
     with progress_line() as progress:
         found = pipeline.diagnose(data, loaded, seed, progress)
         progress("drawing the report")
-        files = _files(found, out or Path("diagnoses") / data.stem)
+        reports = [diagnosis_report(each.diagnosis, each.table) for each in found]
+        files = _files(found, reports, out or Path("diagnoses") / data.stem)
     diagnoses = [each.diagnosis for each in found]
     deliver(
         files,
         [note for each in diagnoses for note in (*each.notes, *each.found.notes)],
         of_units([diagnosis_document(each) for each in diagnoses]),
-        lambda to: print_diagnosis(diagnoses, to),
+        reports,
         as_json,
     )
 
 
-def _files(found: tuple[Diagnosed, ...], folder: Path) -> dict[Path, str | bytes]:
+def _files(found: Sequence[Diagnosed], reports: Sequence[Report], folder: Path) -> dict[Path, str | bytes]:
     """diagnosis.json and report.html; several units have a folder each, of their name."""
     from planner.export.calibration_files import unit_folders
     from planner.export.diagnosis import diagnosis_text
-    from planner.report.diagnosis import diagnosis_html
 
     files: dict[Path, str | bytes] = {}
     places = unit_folders(folder, [each.diagnosis.found.unit for each in found])
-    for each, place in zip(found, places, strict=True):
+    for each, report, place in zip(found, reports, places, strict=True):
         if place / "diagnosis.json" in files:
             raise InputError(f"two units would both write {place}; give them names that differ in letters")
         files[place / "diagnosis.json"] = diagnosis_text(each.diagnosis)
-        files[place / "report.html"] = diagnosis_html(each.diagnosis, each.table)
+        files[place / "report.html"] = page_of(report)
     return files
 
 
@@ -92,7 +94,7 @@ def update(
     from planner.export.diagnosis import read_diagnosis
     from planner.export.files import write_whole
     from planner.pipelines import diagnosis as pipeline
-    from planner.report.update import print_update, update_document
+    from planner.report.subjects.update import update_document, update_report
     from planner.spec.load import load_spec
 
     if out.resolve() == spec.resolve():
@@ -107,7 +109,7 @@ def update(
             plans = pipeline.replanned(load_spec(spec), loaded, progress)
     result(
         {"written": str(out), **update_document(made, plans, found)},
-        lambda to: print_update(made, plans, found, to),
+        update_report(made, plans, found),
         as_json,
         f"wrote {out}; next: planner plan {out}",
     )

@@ -41,15 +41,15 @@ def effects(
         raise InputError("-o says where a skeleton goes; give --template NAME")
     from planner import catalog
     from planner.export.effects import effect_document, effect_named, effects_document
-    from planner.report.effects import print_effects
+    from planner.report.subjects.effects import effects_report
 
     if name is not None:
         one = effect_document(effect_named(name))
-        result(one, lambda to: print_effects([one], to), as_json)
+        result(one, effects_report([one]), as_json)
         return
     document = effects_document()
     notes(map(str, catalog.unloadable()))
-    result(document, lambda to: print_effects(document["effects"], to), as_json)
+    result(document, effects_report(document["effects"]), as_json)
 
 
 def _skeleton(template: str, name: str | None, out: Path | None, as_json: bool) -> None:

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from planner.commands.options import AsJson, SpecFile, SpecOption
-from planner.commands.output import deliver, progress_line
+from planner.commands.output import deliver, page_of, progress_line
 
 if TYPE_CHECKING:
     from planner.fleet.basis import Recalibrated
     from planner.pipelines.fleet import Forecasted
+    from planner.report.blocks import Report
     from planner.spec.load import LoadedSpec
 
 PlanOption = Annotated[
@@ -113,19 +114,20 @@ def accept(
     from planner.export.fleet import accept_document, fleet_text
     from planner.fleet.judge import ErrorRates
     from planner.pipelines import fleet as pipeline
-    from planner.report.accept import accept_html, print_accepted
+    from planner.report.subjects.accept import accept_report
 
     rates = ErrorRates(good_rejected / 100, bad_accepted / 100)
     loaded, planned = _read(spec, plan)
     with progress_line() as say:
         found = pipeline.accept(data, loaded, planned, rates, say, as_residual=as_residual)
     units, region = found.units, found.basis.region
+    report = accept_report(units, region, rates, loaded.spec.name, found.notes)
     document = accept_document(units, region, rates, _source(loaded), found.notes)
     files: dict[Path, str | bytes] = {}
     if out is not None:
         files[out / "accept.json"] = fleet_text(document)
-        files[out / "report.html"] = accept_html(units, region, rates, loaded.spec.name, found.notes)
-    deliver(files, found.notes, document, lambda to: print_accepted(units, region, rates, to), as_json)
+        files[out / "report.html"] = page_of(report)
+    deliver(files, found.notes, document, report, as_json)
     if any(u.verdict == "rejected" for u in units):
         raise typer.Exit(1)
 
@@ -155,7 +157,7 @@ def forecast(
     """
     from planner.export.fleet import forecast_document
     from planner.pipelines import fleet as pipeline
-    from planner.report.forecast import print_forecast
+    from planner.report.subjects.forecast import forecast_report
 
     options = pipeline.options_of(until, method, confidence, corrected_by, today, start)
     loaded, planned = _read(spec, plan)
@@ -163,28 +165,29 @@ def forecast(
         found = pipeline.forecast(history, loaded, planned, options, say)
         fleet, region = found.fleet, found.basis.region
         document = forecast_document(fleet, region, _source(loaded))
+        report = forecast_report(fleet, region, loaded.spec.name)
         files: dict[Path, str | bytes] = {}
         if out is not None:
             say("drawing the report")
-            files = _forecast_files(found, document, loaded.spec.name, out)
-    deliver(files, fleet.notes, document, lambda to: print_forecast(fleet, region, to), as_json)
+            files = _forecast_files(found, document, report, out)
+    deliver(files, fleet.notes, document, report, as_json)
 
 
 def _forecast_files(
-    found: Forecasted, document: dict[str, Any], name: str, folder: Path
+    found: Forecasted, document: dict[str, Any], report: Report, folder: Path
 ) -> dict[Path, str | bytes]:
     from planner.export.fleet import fleet_text
     from planner.export.fleet_calendar import calendar_bytes
-    from planner.report.forecast import appointments, forecast_html
+    from planner.report.subjects.forecast import appointments
 
     fleet, region = found.fleet, found.basis.region
     files: dict[Path, str | bytes] = {
         folder / "forecast.json": fleet_text(document),
-        folder / "report.html": forecast_html(fleet, region, name),
+        folder / "report.html": page_of(report),
     }
     days = appointments(fleet, region)
     if days:
-        files[folder / "calibrations.ics"] = calendar_bytes(f"{name}: calibrations", days)
+        files[folder / "calibrations.ics"] = calendar_bytes(f"{report.title}: calibrations", days)
     return files
 
 
@@ -212,7 +215,7 @@ def recalibrate(
     """
     from planner.export.recalibration import recalibration_document
     from planner.pipelines import fleet as pipeline
-    from planner.report.recalibration import print_recalibration, why_not
+    from planner.report.subjects.recalibration import recalibration_report, why_not
 
     options = pipeline.options_of(until, method, confidence, corrected_by, today, start)
     loaded, planned = _read(spec, plan)
@@ -220,8 +223,9 @@ def recalibrate(
     with progress_line() as say:
         found = pipeline.recalibrate(loaded, planned, inputs, options, say)
     document = recalibration_document(found.plans, found.shortest, found.start, _source(loaded), found.notes)
-    files = {} if out is None else _recalibration_files(found, document, loaded.spec.name, out)
-    deliver(files, found.notes, document, lambda to: print_recalibration(found, to), as_json)
+    report = recalibration_report(found, loaded.spec.name)
+    files = {} if out is None else _recalibration_files(found, document, report, out)
+    deliver(files, found.notes, document, report, as_json)
     lacking = why_not(found)
     if lacking:
         typer.echo(f"error: {lacking}", err=True)
@@ -229,19 +233,19 @@ def recalibrate(
 
 
 def _recalibration_files(
-    found: Recalibrated, document: dict[str, Any], name: str, folder: Path
+    found: Recalibrated, document: dict[str, Any], report: Report, folder: Path
 ) -> dict[Path, str | bytes]:
     from planner.export.fleet import fleet_text
     from planner.export.fleet_calendar import calendar_bytes
-    from planner.report.recalibration import recalibration_html, store_appointments
+    from planner.report.subjects.recalibration import store_appointments
 
     files: dict[Path, str | bytes] = {
         folder / "recalibration.json": fleet_text(document),
-        folder / "report.html": recalibration_html(found, name),
+        folder / "report.html": page_of(report),
     }
     days = store_appointments(found)
     if days:
-        files[folder / "recalibrations.ics"] = calendar_bytes(f"{name}: recalibrations", days)
+        files[folder / "recalibrations.ics"] = calendar_bytes(f"{report.title}: recalibrations", days)
     return files
 
 

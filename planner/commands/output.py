@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +17,10 @@ import typer
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from planner.report.blocks import Report
+
 SHOWN_PATHS = 10
+_VALUES_WITHOUT_EFFECT = ("-o", "--out", "--workers", "--cluster")
 
 
 def answer(document: Mapping[str, Any], text: str, as_json: bool) -> None:
@@ -24,13 +29,17 @@ def answer(document: Mapping[str, Any], text: str, as_json: bool) -> None:
 
 
 def result(
-    document: Mapping[str, Any], show: Callable[[Console], None], as_json: bool, written: str = ""
+    document: Mapping[str, Any], report: Report | Sequence[Report], as_json: bool, written: str = ""
 ) -> None:
-    """Print the result: the document as JSON, or what `show` prints, then what was written."""
+    """Print the result: the document as JSON, or the report, then what was written."""
     if as_json:
         answer(document, "", as_json)
         return
-    show(console())
+    from planner.report.blocks import Report
+    from planner.report.console import show
+
+    for each in [report] if isinstance(report, Report) else report:
+        show(each, console())
     if written:
         typer.echo(f"\n{written}")
 
@@ -39,7 +48,7 @@ def deliver(
     files: Mapping[Path, str | bytes],
     remarks: Iterable[str],
     document: Mapping[str, Any],
-    show: Callable[[Console], None],
+    report: Report | Sequence[Report],
     as_json: bool,
     written: str | None = None,
 ) -> None:
@@ -48,7 +57,34 @@ def deliver(
 
     write_all_whole(files)
     notes(remarks)
-    result(document, show, as_json, listed(files) if written is None else written)
+    result(document, report, as_json, listed(files) if written is None else written)
+
+
+def page_of(report: Report) -> str:
+    """The report as a page that names the command which made it."""
+    from planner.report.page import html
+
+    return html(replace(report, command=invocation()))
+
+
+def invocation() -> str:
+    """The command line without what changes no page: where to write, workers; of a file its name alone."""
+    words, kept = iter(sys.argv[1:]), ["planner"]
+    for word in words:
+        option, is_set, value = word.partition("=")
+        if option in _VALUES_WITHOUT_EFFECT:
+            if not is_set:
+                next(words, None)
+        elif word.startswith("--") and is_set:
+            kept.append(f"{option}={_by_name(value)}")
+        elif word != "--json" and not word.startswith("-o"):
+            kept.append(_by_name(word))
+    return shlex.join(kept)
+
+
+def _by_name(word: str) -> str:
+    """`calibration.json@2026-03-01` of a path to that file; other words as they are."""
+    return Path(word).name if os.path.exists(word.partition("@")[0]) else word
 
 
 def notes(lines: Iterable[str]) -> None:

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson, SpecFile
-from planner.commands.output import answer, deliver, progress_line, result
+from planner.commands.output import answer, deliver, page_of, progress_line, result
 from planner.errors import InputError
 
 
@@ -80,8 +80,7 @@ def plan(
     from planner.export.formats.csv import steps_text
     from planner.export.json import plan_document, plan_text
     from planner.pipelines import planning as pipeline
-    from planner.report.html import report_html
-    from planner.report.summary import print_summary
+    from planner.report.subjects.plan import plan_report
     from planner.spec.load import load_spec
 
     loaded = load_spec(spec)
@@ -89,7 +88,7 @@ def plan(
     with progress_line() as progress:
         planned = pipeline.plan(loaded, progress)
         progress("drawing the report")
-        report = report_html(
+        report = plan_report(
             planned.plan,
             allowed=planned.allowed,
             sensitivities=planned.navigation.sensitivities,
@@ -98,16 +97,17 @@ def plan(
             trajectory_name=planned.navigation.trajectory,
             service_life_s=loaded.spec.unit.service_life,
         )
+        page = page_of(report)
     made = planned.plan
     deliver(
         {
             folder / "plan.json": plan_text(made),
             folder / "steps.csv": steps_text(made),
-            folder / "report.html": report,
+            folder / "report.html": page,
         },
         made.notes,
         plan_document(made),
-        lambda to: print_summary(made, to),
+        report,
         as_json,
         f"wrote {folder / 'plan.json'}, steps.csv, report.html",
     )
@@ -133,7 +133,7 @@ def sensitivity(
     from planner.export.sensitivities import sensitivity_document
     from planner.pipelines import planning as pipeline
     from planner.plan.spec_to_sensitivity import sensitivity_rows
-    from planner.report.summary import print_sensitivities
+    from planner.report.subjects.sensitivity import sensitivity_report
     from planner.spec.load import load_spec
     from planner.units import UnitError, to_si
 
@@ -144,7 +144,7 @@ def sensitivity(
     with progress_line() as progress:
         found = pipeline.sensitivity(load_spec(spec), trajectory, progress, at=time)
     rows = sensitivity_rows(found, at if time is None else time)  # type: ignore[arg-type]  # without a time, at is `end` or `any`
-    result(sensitivity_document(rows), lambda to: print_sensitivities(rows, to), as_json)
+    result(sensitivity_document(rows), sensitivity_report(rows), as_json)
 
 
 def allow(spec: SpecFile, as_json: AsJson = False) -> None:
@@ -154,17 +154,21 @@ def allow(spec: SpecFile, as_json: AsJson = False) -> None:
     """
     from planner.export.allowances import allowed_document
     from planner.pipelines import planning as pipeline
-    from planner.report.summary import print_allowed
+    from planner.report.subjects.sensitivity import allowed_report
     from planner.spec.load import load_spec
 
     with progress_line() as progress:
         _, allowed = pipeline.allow(load_spec(spec), progress)
-    result(allowed_document(allowed), lambda to: print_allowed(allowed, to), as_json)
+    result(allowed_document(allowed), allowed_report(allowed), as_json)
 
 
 def compare(
     plans: Annotated[list[Path], typer.Argument(metavar="PLAN PLAN…", help="plan.json files or folders.")],
     exit_code: Annotated[bool, typer.Option("--exit-code", help="Exit 1 when the plans differ.")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", metavar="DIR", help="Folder for comparison.json, report.html."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Compare plans: hours by bench, test and action, what differs and why.
@@ -172,12 +176,18 @@ def compare(
     Example: planner compare plans/published_one_bench plans/published_optimum
     """
     from planner.export.documents import read_plan
-    from planner.report.compare import compare as compare_plans
-    from planner.report.compare import comparison_document, print_comparison
+    from planner.report.comparison import compare as compare_plans
+    from planner.report.comparison import comparison_document
+    from planner.report.subjects.compare import comparison_report
 
     if len(plans) < 2:
         raise InputError("compare needs two plans or more")
     found = compare_plans([read_plan(path) for path in plans])
-    result(comparison_document(found), lambda to: print_comparison(found, to), as_json)
+    document, report = comparison_document(found), comparison_report(found)
+    files: dict[Path, str | bytes] = {}
+    if out is not None:
+        text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
+        files = {out / "comparison.json": f"{text}\n", out / "report.html": page_of(report)}
+    deliver(files, (), document, report, as_json)
     if exit_code and found.differ:
         raise typer.Exit(1)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson, PlanFile, Seed, SpecFile
-from planner.commands.output import deliver, notes, progress_line, result
+from planner.commands.output import deliver, notes, page_of, progress_line, result
 from planner.errors import InputError
 
 Flights = Annotated[
@@ -79,22 +79,22 @@ def verify(
     from planner.export.documents import read_plan
     from planner.export.verify import verify_document, verify_text
     from planner.pipelines import promise as pipeline
-    from planner.report.verify import print_verification
-    from planner.report.verify_page import verify_html
+    from planner.report.subjects.verify import verify_report
     from planner.spec.load import load_spec
 
     options = pipeline.flight_options(flights, seed, temperature, workers, cluster, through_files)
     loaded, document = load_spec(spec), read_plan(plan)
     with progress_line() as progress:
         found = pipeline.verify(loaded, document, options, progress)
+    report = verify_report(found)
     files: dict[Path, str | bytes] = {}
     if out is not None:
-        files = {out / "verify.json": verify_text(found), out / "report.html": verify_html(found)}
+        files = {out / "verify.json": verify_text(found), out / "report.html": page_of(report)}
     deliver(
         files,
         found.notes,
         verify_document(found),
-        lambda to: print_verification(found, to),
+        report,
         as_json,
         "" if out is None else f"wrote {out / 'verify.json'}, report.html",
     )
@@ -132,15 +132,17 @@ def sweep(
     Example: planner sweep spec.yaml --vary requirement.0.limit=5..50m --vary plan.confidence=90,95,99%
     """
     from planner.commands import sweeping
+    from planner.report.subjects.sweep import sweep_report
 
     folder = out or Path("sweeps") / spec.stem
     with progress_line() as progress:
         done = sweeping.run(spec, vary, points, folder, workers, cluster, progress)
-    sweeping.write(done, folder)
+    report = sweep_report(done.document)
+    sweeping.write(done, page_of(report), folder)
     notes(done.notes)
     result(
         done.document,
-        lambda to: sweeping.show(done, to),
+        report,
         as_json,
         f"wrote {folder / 'sweep.csv'}, sweep.json, report.html",
     )

@@ -47,7 +47,7 @@ def reduce(
     from planner.export.reduction import account_text, reduction_document, refuse_overwriting
     from planner.learn.dwell_files import dwell_form, dwells_bytes
     from planner.pipelines import recordings as recordings_pipeline
-    from planner.report.reduction import print_reduction
+    from planner.report.subjects.reduction import reduction_report
 
     form, beside = dwell_form(out), out.with_name(out.stem + ".account.json")
     refuse_overwriting((out, beside), (*raw, *(path for path in (columns, plan) if path is not None)))
@@ -57,6 +57,6 @@ def reduce(
         {out: dwells_bytes(found.table, form), beside: account_text(found)},
         found.table.notes,
         {"written": [str(out), str(beside)], **reduction_document(found)},
-        lambda to: print_reduction(found, to),
+        reduction_report(found),
         as_json,
     )

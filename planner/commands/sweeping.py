@@ -15,8 +15,6 @@ from planner.export.files import write_all_whole, write_whole
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rich.console import Console
-
 SHOWN = 10  # notes on points without a plan
 
 
@@ -126,25 +124,15 @@ def _without_plan(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         yield f"and {len(odd) - SHOWN} more points without a plan; sweep.csv says why"
 
 
-def write(done: Sweep, folder: Path) -> None:
+def write(done: Sweep, page: str, folder: Path) -> None:
     """sweep.csv, sweep.json and the page."""
     from planner.export.verify import sweep_csv, sweep_text
-    from planner.report.sweep import csv_columns, csv_rows, sweep_html
+    from planner.report.subjects.sweep import csv_columns, csv_rows
 
     write_all_whole(
         {
             folder / "sweep.csv": sweep_csv(csv_columns(done.document), csv_rows(done.document)),
             folder / "sweep.json": sweep_text(done.document),
-            folder / "report.html": sweep_html(done.document),
+            folder / "report.html": page,
         }
     )
-
-
-def show(done: Sweep, console: Console) -> None:
-    """The table on the terminal."""
-    from planner.report.summary import rich_table
-    from planner.report.sweep import sweep_table
-    from planner.report.terminal import room
-
-    with room(console, 130):
-        console.print(rich_table(sweep_table(done.document)))

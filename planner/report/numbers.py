@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from decimal import Decimal
+from itertools import groupby, pairwise
 
 from planner.units import from_si
 
@@ -73,6 +75,23 @@ def degrees_celsius(value: float) -> str:
     return digits(round(value, 1))
 
 
+def degrees(values: Sequence[float]) -> str:
+    """One temperature alone, `3: −60, 0, 60`, or `15: −60 to 60, even`."""
+    apart = [b - a for a, b in pairwise(values)]
+    if len(values) > 4 and max(apart) - min(apart) < 0.01:  # the spec's even spreads are rounded to 1e-6 K
+        return f"{len(values)}: {degrees_celsius(values[0])} to {degrees_celsius(values[-1])}, even"
+    text = ", ".join(degrees_celsius(t) for t in values)
+    return f"{len(values)}: {text}" if len(values) > 1 else text
+
+
+def runs(values: Sequence[str]) -> str:
+    """`8` for eight everywhere, `8, 5 ×3, 6` for runs of equal numbers."""
+    found = [(value, len(list(group))) for value, group in groupby(values)]
+    if len(found) == 1:
+        return found[0][0]
+    return ", ".join(value if count == 1 else f"{value}{SPACE}×{count}" for value, count in found)
+
+
 def plain(text: str) -> str:
     """The same for a terminal: no narrow, figure or zero-width spaces, which its font may lack."""
     return text.translate(_PLAIN)
@@ -93,3 +112,8 @@ def _grouped(text: str) -> str:
 
 def _superscript(exponent: int) -> str:
     return str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def counted(number: int, one: str, many: str | None = None) -> str:
+    """`1 unit`, `3 units`."""
+    return f"{number} {one if number == 1 else many or f'{one}s'}"

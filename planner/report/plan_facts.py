@@ -9,9 +9,9 @@ from typing import Any
 
 from planner.errors import InputError
 from planner.records import PlannedTest, Step
-from planner.report.comparison import MICROSECONDS
 
 PlanDocument = Mapping[str, Any]
+MICROSECONDS = 1_000_000  # in a second
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,12 @@ next finer unit of the field is taken. Only the names of units change, never a v
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from planner.records import AllowedErrors, Plan, Sensitivities
+from planner.report.numbers import NOTHING, digits, display_unit, in_unit
 from planner.units import from_si
 
 _FINER: Mapping[str, tuple[str, ...]] = {
@@ -59,3 +61,10 @@ def _split(unit: str) -> tuple[str, str]:
         return "deg/s", unit[len("deg/s") :]
     head, slash, rest = (unit or "1").partition("/")
     return head, slash + rest
+
+
+def shown_in(unit: str, size: float, values: Iterable[float]) -> tuple[str, ...]:
+    """SI values to three digits in the unit that suits `size`, and that unit; `–` for what is not finite."""
+    shown = readable_unit(unit, size)
+    cells = (digits(in_unit(v, shown), 3) if math.isfinite(v) else NOTHING for v in values)
+    return (*cells, display_unit(shown))

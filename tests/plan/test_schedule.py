@@ -12,7 +12,7 @@ from planner.plan.bench_timing import best_of
 from planner.plan.repeats_to_schedule import campaign, visits_of
 from planner.plan.schedule_to_steps import bench_timings, makespan, steps
 from planner.records import Campaign, Step, TestVisits
-from planner.report.schedule import RULES, schedule
+from planner.report.subjects.plan_schedule import RULES, schedule
 from planner.spec.model import Spec
 from tests.laws.test_planning import shortest_of_all, task_of
 from tests.specs import loaded, planned, shared, small, with_limit, with_plan

@@ -14,7 +14,9 @@ from rich.console import Console
 
 from planner.errors import InputError
 from planner.export.json import plan_document
-from planner.report.compare import compare, comparison_document, print_comparison
+from planner.report.comparison import compare, comparison_document
+from planner.report.console import show
+from planner.report.subjects.compare import comparison_report
 from tests.report import sample
 
 seconds = st.floats(0.0, 1e6, allow_nan=False)
@@ -155,7 +157,7 @@ def test_one_plan_cannot_be_compared() -> None:
 
 def printed(plans: list[dict[str, Any]]) -> str:
     out = io.StringIO()
-    print_comparison(compare(plans), Console(file=out, width=120))
+    show(comparison_report(compare(plans)), Console(file=out, width=120))
     return out.getvalue()
 
 

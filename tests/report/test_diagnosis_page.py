@@ -25,7 +25,10 @@ from planner.diagnosis import (
 from planner.errors import InputError
 from planner.export.diagnosis import diagnosis_document, diagnosis_text, read_diagnosis
 from planner.learn.diagnosis_to_residual import residual_changes, unit_fits
-from planner.report.diagnosis import diagnosis_html, print_diagnosis
+from planner.measured import DwellTable
+from planner.report.console import show
+from planner.report.page import html
+from planner.report.subjects.diagnosis import diagnosis_report
 from planner.spec.load import load_spec
 from tests.learn.found import found_effect, unit_diagnosis
 from tests.learn.world import Hidden, Layout, campaign, sized
@@ -76,6 +79,10 @@ def complete() -> Diagnosis:
     )
 
 
+def _page(diagnosis: Diagnosis, table: DwellTable) -> str:
+    return html(diagnosis_report(diagnosis, table))
+
+
 @pytest.fixture(scope="module")
 def diagnosis() -> Diagnosis:
     return complete()
@@ -83,7 +90,7 @@ def diagnosis() -> Diagnosis:
 
 @pytest.fixture(scope="module")
 def page(diagnosis: Diagnosis) -> str:
-    return diagnosis_html(diagnosis, TABLE)
+    return _page(diagnosis, TABLE)
 
 
 # ---------------------------------------------------------------- diagnosis.json
@@ -208,7 +215,7 @@ def test_the_page_is_whole_and_needs_nothing_from_outside(page):
 
 
 def test_the_page_is_the_same_every_time(page):
-    assert diagnosis_html(complete(), TABLE) == page
+    assert _page(complete(), TABLE) == page
 
 
 def test_what_people_wrote_is_escaped(page):
@@ -235,7 +242,7 @@ def test_the_page_tells_all_of_it(page):
 
 def test_a_clean_unit_has_a_page_of_its_own():
     clean = unit_diagnosis(TABLE, SPEC)
-    page = diagnosis_html(replace(complete(), found=clean, navigation=(), next_measurement=()), TABLE)
+    page = _page(replace(complete(), found=clean, navigation=(), next_measurement=()), TABLE)
     assert "Nothing is missing" in page
     assert page.count("<svg") >= 7  # before and after, and six channels
 
@@ -245,7 +252,7 @@ def test_verdicts_without_an_effect_have_a_page(verdict):
     unknown = (Unknown(("gyro_x",), "day", 0.01, 9.0),) if verdict == "unexplained" else ()
     found = UnitDiagnosis("u1", verdict, (), unknown, (), (), (), ())
     bare = replace(complete(), found=found, residual=(), navigation=(), next_measurement=())
-    page = diagnosis_html(bare, TABLE)
+    page = _page(bare, TABLE)
     assert ("no name" if unknown else "cannot tell") in page
     assert diagnosis_document(bare)["navigation"]["before"] is None
 
@@ -253,10 +260,10 @@ def test_verdicts_without_an_effect_have_a_page(verdict):
 def test_the_terminal_shows_verdict_coefficients_and_metres(diagnosis, capsys):
     from rich.console import Console
 
-    print_diagnosis([diagnosis], Console(highlight=False, soft_wrap=True))
+    show(diagnosis_report(diagnosis, TABLE), Console(highlight=False, soft_wrap=True))
     out = capsys.readouterr().out
     for said in (
-        "u1: Missing: g-sensitivity",
+        "u1\nMissing: g-sensitivity",
         "deg/s/g",
         "350",
         "g²-sensitivity",
@@ -267,5 +274,5 @@ def test_the_terminal_shows_verdict_coefficients_and_metres(diagnosis, capsys):
 
 
 def test_a_file_name_is_shown_without_its_folder(diagnosis):
-    page = diagnosis_html(replace(diagnosis, source=str(Path("/secret/place/data.csv"))), TABLE)
+    page = _page(replace(diagnosis, source=str(Path("/secret/place/data.csv"))), TABLE)
     assert "/secret/place" not in page

@@ -22,9 +22,9 @@ from planner.diagnosis import (
     Untestable,
 )
 from planner.export.diagnosis import diagnosis_document, diagnosis_text, read_diagnosis
-from planner.report import diagnosis_figures as figures
-from planner.report import diagnosis_words as words
-from planner.report.diagnosis import cost
+from planner.report.charts import diagnosis as charts
+from planner.report.subjects import diagnosis_words as words
+from planner.report.subjects.diagnosis import verdict
 from tests.learn.world import Layout, campaign
 
 NOTHING = UnitDiagnosis("u1", "clean", (), (), (), (), (), ())
@@ -128,11 +128,11 @@ def test_it_says_plainly_what_was_held_out(split: Split, said: str) -> None:
 def test_the_headline_counts_what_the_declared_calibration_has_taken_up_wrongly() -> None:
     """A flight at 20 °C excites no effect of temperature; what others have taken up of it does fly."""
     flown = NavigationCost("position", "m", 1e-13, 0.0, 0.95, "how", as_calibrated=16.7, limit=1000.0)
-    assert plain(cost(flown).text) == (
+    assert plain(verdict(flown).text) == (
         "position: 16.7 m as the declared calibration leaves it, 0 m once it is compensated"
     )
     flown = replace(flown, before=20.0, after=1.0)
-    assert "20 m if nobody compensates it" in plain(cost(flown).text)
+    assert "20 m if nobody compensates it" in plain(verdict(flown).text)
 
 
 def test_the_day_of_a_step_is_in_days_wherever_it_stands(tmp_path) -> None:
@@ -157,16 +157,16 @@ def test_what_has_no_name_is_drawn_against_its_variable(variable: str) -> None:
     table = campaign(1, layout=Layout(temperatures=(20.0, 60.0), static_repeats=1, rate_temperatures=(20.0,)))
     rest = np.random.default_rng(1).normal(size=len(table))
     evidence = Evidence("gyro_y", rest, rest, np.ones(len(table)), {})
-    svg = figures.unnamed_figure(variable, ["gyro_y"], [evidence], table)
-    assert svg is not None
-    assert "gyro_y" in svg
-    assert figures.unnamed_figure(variable, ["gyro_x"], [evidence], table) is None
+    picture = charts.unnamed_picture(variable, ["gyro_y"], [evidence], table)
+    assert picture is not None
+    assert "gyro_y" in picture.svg
+    assert charts.unnamed_picture(variable, ["gyro_x"], [evidence], table) is None
 
 
 def test_rates_that_are_set_are_told_apart_and_swept_times_are_pooled() -> None:
     """Ten rates from 10 to 500 deg/s keep a mean each: pooled by number, rests would swallow them."""
     rate = np.repeat([-500.0, -300.0, -100.0, -50.0, -10.0, 0.0, 10.0, 50.0, 100.0, 300.0, 500.0], 5)
-    x, mean = figures._binned(rate + 0.002 * np.arange(len(rate)), np.arange(len(rate), dtype=float))
+    x, mean = charts._binned(rate + 0.002 * np.arange(len(rate)), np.arange(len(rate), dtype=float))
     assert len(x) == len(mean) == 11
     swept = np.linspace(0.0, 1000.0, 500)
-    assert len(figures._binned(swept, swept)[0]) == figures.BINS
+    assert len(charts._binned(swept, swept)[0]) == charts.BINS

@@ -10,13 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.records import Constraint, Step
-from planner.report import hours, tables
+from planner.report import time_spent
 from planner.report.blocks import align_points
-from planner.report.budget import PARTS, contributions
-from planner.report.gantt import column_shares, temperature_track
-from planner.report.numbers import digits, quantity
+from planner.report.charts.gantt import column_shares, temperature_track
+from planner.report.contributions import PARTS, contributions
+from planner.report.numbers import digits, quantity, runs
 from planner.report.readable import readable_unit
-from planner.report.region import PREFERRED, allowed_region, axes_of_region, four_quadrants
+from planner.report.region_of_two import PREFERRED, allowed_region, axes_of_region, four_quadrants
+from planner.report.subjects import plan_tables as tables
 from planner.solvers.linear_combination import combined
 from planner.units import unit_factor
 from tests.report import sample
@@ -133,7 +134,7 @@ def test_every_split_of_the_hours_sums_to_the_whole(
     rows: list[tuple[str, float, str | None, float | None]], idle: float
 ) -> None:
     steps, end = timeline(rows)
-    for split in (hours.by_action, hours.by_test, hours.by_temperature, hours.by_bench):
+    for split in (time_spent.by_action, time_spent.by_test, time_spent.by_temperature, time_spent.by_bench):
         found = split(steps, end + idle)
         # what is below 1e-6 of the whole is not listed: rounding of sums, not waiting
         assert math.fsum(s.seconds for s in found) == pytest.approx(end + idle, rel=2e-6, abs=1e-5)
@@ -147,9 +148,9 @@ def test_columns_of_the_chart_hold_all_of_the_time(
 ) -> None:
     steps, end = timeline(rows)
     edges = np.linspace(0.0, max(end, 1.0), 38)
-    actions = sorted({hours.action_of(step) for step in steps})
-    shares = column_shares(steps, edges, actions, hours.action_of)
-    spent = {s.name: s.seconds for s in hours.by_action(steps, end)}
+    actions = sorted({time_spent.action_of(step) for step in steps})
+    shares = column_shares(steps, edges, actions, time_spent.action_of)
+    spent = {s.name: s.seconds for s in time_spent.by_action(steps, end)}
     for action, row in zip(actions, shares, strict=True):
         # the sum of 37 columns against the sum of the steps
         assert row.sum() * (edges[1] - edges[0]) == pytest.approx(spent[action], rel=1e-9, abs=1e-6)
@@ -281,5 +282,5 @@ def test_decimal_points_align() -> None:
 
 
 def test_runs_of_repeats() -> None:
-    assert tables.runs(["8", "8", "8"]) == "8"
-    assert tables.runs(["8", "5", "5", "6"]) == "8, 5\u202f×2, 6"
+    assert runs(["8", "8", "8"]) == "8"
+    assert runs(["8", "5", "5", "6"]) == "8, 5\u202f×2, 6"

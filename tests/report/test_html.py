@@ -10,8 +10,9 @@ from dataclasses import replace
 import pytest
 
 from planner.records import AllowedErrors, Constraint, Plan, Sensitivities
-from planner.report.gantt import campaign_figure
-from planner.report.html import report_html
+from planner.report.charts.gantt import campaign_picture
+from planner.report.page import html
+from planner.report.subjects.plan import plan_report
 from tests.report import sample
 
 XHTML = "{http://www.w3.org/1999/xhtml}"
@@ -25,14 +26,16 @@ def page(
     constraints: Sequence[Constraint] = (),
     spec_text: str = "planner: 1\n",
 ) -> str:
-    return report_html(
-        plan or sample.plan(),
-        allowed=allowed,
-        sensitivities=sensitivities,
-        constraints=constraints,
-        spec_text=spec_text,
-        trajectory_name="small_uav_1",
-        service_life_s=500 * 3600.0,
+    return html(
+        plan_report(
+            plan or sample.plan(),
+            allowed=allowed,
+            sensitivities=sensitivities,
+            constraints=constraints,
+            spec_text=spec_text,
+            trajectory_name="small_uav_1",
+            service_life_s=500 * 3600.0,
+        )
     )
 
 
@@ -98,16 +101,21 @@ def test_figures_are_named_for_those_who_cannot_see_them(full: str) -> None:
         assert len(title.text or "") > 30
 
 
-def test_colours_follow_the_page(full: str) -> None:
-    """Every theme colour is a variable with a fallback; variables are all defined, for light and dark."""
-    used = set(re.findall(r"var\(--([a-z]+)", full))
-    style = full[full.index("<style>") : full.index("</style>")]
-    light, dark = style.split("@media screen", 1)
-    for name in used:
-        assert f"--{name}:" in light
-        assert f"--{name}:" in dark
-    svg = full[full.index("<svg") :]
-    assert not re.search(r"(?:fill|stroke): #(?:1b1e23|000000)\b", svg)
+def _luminance(colour: str) -> float:
+    """Relative luminance of WCAG 2.1."""
+    values = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in values]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_letters_are_dark_on_white(full: str) -> None:
+    """WCAG 2.1 asks for a contrast of 4.5 between letters and what is behind them."""
+    colours = dict(re.findall(r"--([a-z]+): (#[0-9a-f]{6})", full))
+    behind = [_luminance(colours[name]) for name in ("surface", "page")]
+    drawn = set(re.findall(r"<text [^>]*fill: (#[0-9a-f]{6})", full))
+    assert drawn
+    for letters in (*drawn, *(colours[name] for name in ("ink", "muted", "blue", "red"))):
+        assert all((b + 0.05) / (_luminance(letters) + 0.05) >= 4.5 for b in behind), letters
 
 
 @pytest.mark.parametrize(
@@ -190,7 +198,7 @@ def test_settings_of_the_user_neither_matter_nor_change() -> None:
     import matplotlib as mpl
 
     plan = sample.plan()
-    usual = campaign_figure(plan)
+    usual = campaign_picture(plan).svg
     with mpl.rc_context({"lines.linewidth": 9.0, "font.size": 30.0, "svg.hashsalt": "other"}):
-        assert campaign_figure(plan) == usual
+        assert campaign_picture(plan).svg == usual
         assert mpl.rcParams["lines.linewidth"] == 9.0

@@ -1,7 +1,7 @@
 """What the report says of people's hours."""
 
-from planner.report.hours import PEOPLE, by_action, by_test
-from planner.report.schedule import people_hours
+from planner.report.subjects.plan_schedule import people_hours
+from planner.report.time_spent import PEOPLE, by_action, by_test
 from tests.specs import planned, shared, with_plan
 
 WEEKDAYS = {"days": ["mon", "tue", "fri"], "from": "08:00", "to": "17:00"}

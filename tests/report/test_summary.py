@@ -10,7 +10,9 @@ from rich.console import Console
 
 from planner.plan.spec_to_sensitivity import sensitivity_rows
 from planner.records import Plan
-from planner.report.summary import print_allowed, print_sensitivities, print_summary
+from planner.report.console import show
+from planner.report.subjects.plan import plan_report
+from planner.report.subjects.sensitivity import allowed_report, sensitivity_report
 from tests.report import sample
 
 
@@ -19,7 +21,7 @@ def printed(plan: Plan, width: int = 80, *, terminal: bool = False) -> str:
     console = Console(
         file=out, width=width, force_terminal=terminal, color_system="standard" if terminal else None
     )
-    print_summary(plan, console, sample.constraints())
+    show(plan_report(plan, constraints=sample.constraints()), console)
     assert console.width == width
     return out.getvalue()
 
@@ -38,13 +40,14 @@ def test_a_pipe_gets_every_part_whatever_its_width() -> None:
     line = next(line for line in printed(sample.plan(), 40).splitlines() if line.startswith("gyro.bias"))
     assert line.split() == [
         "gyro.bias",
+        "deg/s",
         "0.0087",
         "0.002",
         "0.001",
         "0.001",
         "0.0035",
         "0.0012",
-        "deg/s",
+        "899.8",
         "29.5",
         "%",
     ]
@@ -71,7 +74,7 @@ def test_an_empty_plan_is_no_error() -> None:
 
 def test_sensitivities_are_listed_per_display_unit() -> None:
     out = io.StringIO()
-    print_sensitivities(sensitivity_rows(sample.sensitivities()), Console(file=out, width=30))
+    show(sensitivity_report(sensitivity_rows(sample.sensitivities())), Console(file=out, width=30))
     row = next(line for line in out.getvalue().splitlines() if line.startswith("gyro.bias "))
     # 300 m per deg/s along (0.9, 0.1, 0.42)
     assert row.split() == ["gyro.bias", "x", "deg/s", "270", "30", "126", "299.5"]
@@ -79,7 +82,7 @@ def test_sensitivities_are_listed_per_display_unit() -> None:
 
 def test_allowed_errors_show_genetic_beside_exact() -> None:
     out = io.StringIO()
-    print_allowed(sample.allowed(sample.plan().allowances), Console(file=out, width=60))
+    show(allowed_report(sample.allowed(sample.plan().allowances)), Console(file=out, width=60))
     text = out.getvalue()
     assert "use 62.0 %" in text
     assert "0.36 %" in text

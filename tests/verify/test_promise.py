@@ -16,7 +16,8 @@ from planner.export.verify import verify_document
 from planner.physics.error_dynamics import propagate_errors
 from planner.physics.perturbed import navigate_with_errors
 from planner.pipelines.promise import FlightOptions, verify
-from planner.report.verify_page import verify_html
+from planner.report.page import html
+from planner.report.subjects.verify import verify_report
 from planner.verify.flights import forcing, moments
 from tests.verify.plans import Planned, flown, plan_of, planned_from, sealed_again
 from tests.verify.random_flights import random_flight
@@ -101,7 +102,7 @@ def test_the_same_seed_gives_the_same_bytes():
     options = FlightOptions(flights=50)
     one, other = (verify(plan.loaded, plan.document, options, say_nothing) for _ in range(2))
     assert json.dumps(verify_document(one)) == json.dumps(verify_document(other))
-    assert verify_html(one) == verify_html(other)
+    assert html(verify_report(one)) == html(verify_report(other))
 
 
 def test_parts_explain_the_flights():
@@ -185,7 +186,7 @@ def test_some_units_go_through_files_unless_told_not_to(files):
     assert none["through_files"] == {"ok": True, "units": 0, "checks": [], "faults": []}
     assert none["requirements"] == many["requirements"]
     text = run("verify", spec, plan, "--flights", 100).stdout
-    assert "through files: 2 units" in text
+    assert "Through files: 2 units" in text
     assert "verify's own code" in text
 
 

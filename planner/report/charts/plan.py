@@ -1,0 +1,360 @@
+"""Pictures of a plan, one function each: records in, a picture out, None if there is nothing to draw."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.records import AllowedErrors, Array, GeneticHistory, Plan, Sensitivities, TradeOffPoint
+from planner.report.blocks import Picture
+from planner.report.charts import theme
+from planner.report.contributions import PART_NAMES, PARTS, Contribution, is_sum
+from planner.report.numbers import digits, display_unit, hours, in_unit, quantity, when
+from planner.report.region_of_two import AllowedRegion, four_quadrants
+from planner.units import from_si, unit_factor
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_UPRIGHT = 6  # names that fit side by side
+_SIDE_BY_SIDE = 2  # panels
+
+
+def budget_picture(plan: Plan, budgets: Sequence[Sequence[Contribution]]) -> Picture | None:
+    """Stacked bars: what every part of every error adds to each requirement; budgets[i] of requirement i."""
+    felt = [b for b in budgets if any(c.share > 0 for c in b)]
+    if not felt:
+        return None
+    largest = ", ".join(f"{b[0].error} {100 * b[0].share:.0f} %" for b in felt)
+    alt = f"Contribution of each sensor error to each requirement, split into its parts. Largest: {largest}"
+    caption = "Contribution of every error, split into its parts."
+    return Picture("budget", alt, caption, lambda: _draw_budget(plan, budgets))
+
+
+def region_picture(plan: Plan, region: AllowedRegion, caption: str) -> Picture:
+    """The allowed region of two errors in all four sign combinations, with the plan's point."""
+    across, up = region.errors
+    ends = [
+        quantity(float(region.boundary[i, j]), _unit(plan, e)) for i, j, e in ((0, 0, across), (-1, 1, up))
+    ]
+    alt = (
+        f"Allowed region of {across} and {up}, the other errors as planned: "
+        f"up to ±{ends[0]} and ±{ends[1]}; the plan's point lies inside or on its edge"
+    )
+    return Picture("region", alt, caption, lambda: _draw_region(plan, region))
+
+
+@dataclass(frozen=True)
+class Front:
+    """A Pareto set to draw: values (n, len(errors) + 1), allowances in SI, the campaign's seconds or NaN."""
+
+    errors: tuple[str, ...]
+    values: Array
+
+
+def allowed_front(allowed: AllowedErrors | None) -> Front:
+    """The Pareto set of the allowed errors, without hours."""
+    if allowed is None:
+        return _front([], ())
+    return _front([dict(zip(allowed.errors, row, strict=True)) for row in allowed.front], allowed.errors)
+
+
+def campaign_front(plan: Plan) -> Front:
+    """The campaigns that the genetic algorithm kept, with their hours."""
+    points = plan.genetic.front if plan.genetic else ()
+    return _front(points, [a.error for a in plan.allowances])
+
+
+def front_picture(plan: Plan, front: Front, name: str, caption: str) -> Picture | None:
+    """Parallel coordinates: a line is a set of allowances, with its hours if known."""
+    if len(front.values) < 2 or len(front.errors) < 2:
+        return None
+    time = front.values[:, -1]
+    timed = bool(np.isfinite(time).all())
+    span = f", {hours(time.min())} to {hours(time.max())} hours" if timed else ""
+    alt = f"Pareto set: {len(front.values)} sets of allowances of {len(front.errors)} errors{span}"
+    return Picture(name, alt, caption, lambda: _draw_front(plan, front.errors, front.values, timed))
+
+
+def _front(points: Sequence[Mapping[str, float]], errors: Sequence[str]) -> Front:
+    """The errors that vary over the points, and their values."""
+    varying = [e for e in errors if len({point.get(e, math.nan) for point in points}) > 1]
+    known = [e for e in varying if all(e in point for point in points)]
+    rows = [[point[e] for e in known] + [point.get("time_s", math.nan)] for point in points]
+    return Front(tuple(known), np.array(rows, dtype=float).reshape(-1, len(known) + 1))
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of the genetic algorithm: its fitness in words, `scale` a unit of it, the exact optimum."""
+
+    name: str
+    fitness: str
+    scale: float
+    history: GeneticHistory
+    exact: float | None = None
+
+
+def convergence_picture(runs: Sequence[Run]) -> Picture | None:
+    """Best and mean fitness against the generation, one panel a run of the genetic algorithm."""
+    drawn = [run for run in runs if len(run.history.best) > 1]
+    if not drawn:
+        return None
+    facts = "; ".join(
+        f"{run.name}: {run.fitness} {digits(run.history.best[-1] / run.scale)} after {len(run.history.best)}"
+        for run in drawn
+    )
+    alt = f"Convergence of the genetic algorithm. {facts}"
+    caption = "Fitness of the best and of the mean individual."
+    return Picture("convergence", alt, caption, lambda: _draw_runs(drawn))
+
+
+def sensitivity_picture(sensitivities: Sensitivities, errors: Sequence[str]) -> Picture | None:
+    """Length of the position error per unit of every term of `errors` over the flight, logarithmic."""
+    shown = [e for e in errors if any(c.error == e for c in sensitivities.columns)]
+    if len(sensitivities.time_s) < 3 or not shown:
+        return None
+    alt = f"Position error per unit of {', '.join(shown)} against the time of flight, logarithmic scale"
+    caption = "Length of the position error per unit of each error, by axis or term."
+    return Picture("sensitivity", alt, caption, lambda: _draw_sensitivities(sensitivities, shown))
+
+
+def trade_off_picture(points: Sequence[TradeOffPoint]) -> Picture | None:
+    """Power-on hours over campaign hours."""
+    if len(points) < 2:
+        return None
+    ends = f"{hours(points[0].time_s)} h with {hours(points[0].power_on_s)} h of power-on"
+    other = f"{hours(points[-1].time_s)} h with {hours(points[-1].power_on_s)} h"
+    alt = f"Trade-off of campaign time and power-on time: from {ends} to {other}"
+    caption = "Every point is a plan; none is better in both."
+    return Picture("trade-off", alt, caption, lambda: _draw_trade_off(points))
+
+
+def _draw_trade_off(points: Sequence[TradeOffPoint]) -> Figure:
+    figure = theme.new_figure(2.8)
+    axes = figure.add_subplot()
+    time, power = ([getattr(p, key) / 3600 for p in points] for key in ("time_s", "power_on_s"))
+    axes.plot(time, power, "o-", color=theme.BLUE, linewidth=1.2, markersize=5)
+    axes.set_xlabel("campaign, h")
+    axes.set_ylabel("power-on of each unit, h")
+    axes.margins(0.08)
+    return figure
+
+
+# ---------------------------------------------------------------- budget
+
+
+def _draw_budget(plan: Plan, budgets: Sequence[Sequence[Contribution]]) -> Figure:
+    rows = max(len([c for c in b if c.share > 0]) for b in budgets)
+    figure = theme.new_figure(len(budgets) * (0.33 * max(rows, 2) + 0.75) + 0.5)
+    panels = figure.subplots(len(budgets), 1, squeeze=False)[:, 0]
+    for axes, achieved, budget in zip(panels, plan.requirements, budgets, strict=True):
+        adds = is_sum(achieved)
+        scale = from_si(achieved.achieved, achieved.unit) if adds else 100.0
+        _bars(axes, [c for c in budget if c.share > 0], scale)
+        axes.set_title(f"{achieved.error} {when(achieved.at)}, {achieved.rule.replace('_', ' ')}")
+        axes.set_xlabel(f"contribution, {achieved.unit}" if adds else "share of the squared error, %")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower left", ncols=len(PARTS))
+    return figure
+
+
+def _bars(axes: Axes, budget: Sequence[Contribution], scale: float) -> None:
+    parts = {part: (PART_NAMES[part], [c.parts[i] * scale for c in budget]) for i, part in enumerate(PARTS)}
+    total = lambda size: digits(size, 3) if size >= 1e-3 * scale else "≈ 0"  # noqa: E731
+    theme.stacked_bars(axes, [c.error for c in budget], parts, total)
+
+
+# ---------------------------------------------------------------- region
+
+
+def _unit(plan: Plan, error: str) -> str:
+    return next(a.unit for a in plan.allowances if a.error == error)
+
+
+def _draw_region(plan: Plan, region: AllowedRegion) -> Figure:
+    units = [_unit(plan, error) for error in region.errors]
+    scale = np.array([unit_factor(display_unit(unit))[0] for unit in units])
+    outline = four_quadrants(region.boundary / scale)
+    point = np.array(region.point) / scale
+    figure = theme.new_figure(4.6)
+    axes = figure.subplots()
+    axes.fill(outline[:, 0], outline[:, 1], facecolor=theme.BLUE, alpha=0.16, linewidth=0)
+    axes.plot(
+        outline[:, 0], outline[:, 1], color=theme.BLUE, linewidth=1.6, label="edge of the allowed region"
+    )
+    signs = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)])
+    corners = point * signs
+    axes.plot(
+        corners[:, 0], corners[:, 1], "--", color=theme.RED, linewidth=1.0, label="sizes that the plan allows"
+    )
+    axes.plot(corners[:4, 0], corners[:4, 1], "o", color=theme.RED, markersize=5, label="the plan")
+    axes.axhline(0, color=theme.MUTED, linewidth=0.7)
+    axes.axvline(0, color=theme.MUTED, linewidth=0.7)
+    axes.set_xlabel(f"{region.errors[0]}, {display_unit(units[0])}")
+    axes.set_ylabel(f"{region.errors[1]}, {display_unit(units[1])}")
+    axes.margins(0.06)
+    figure.legend(loc="outside upper left", ncols=3)
+    return figure
+
+
+# ---------------------------------------------------------------- front
+
+
+def _draw_front(plan: Plan, errors: Sequence[str], front: Array, timed: bool) -> Figure:
+    planned = {a.error: a.allowed for a in plan.allowances}
+    chosen = np.array([planned[e] for e in errors] + [plan.time_s])
+    names = [*errors, "time"] if timed else list(errors)
+    values, mark = front[:, : len(names)], chosen[: len(names)]
+    low = np.minimum(values.min(axis=0), mark)
+    high = np.maximum(values.max(axis=0), mark)
+    span = np.where(high > low, high - low, 1.0)
+    figure = theme.new_figure(3.8 if len(names) <= _UPRIGHT else 5.2)
+    axes = figure.subplots()
+    _lines(figure, axes, (values - low) / span, front[:, -1] / 3600 if timed else None)
+    axes.plot(range(len(names)), (mark - low) / span, "o-", color=theme.RED, linewidth=2.0, label="this plan")
+    _coordinates(axes, plan, names, low, low + span)
+    figure.legend(loc="outside upper left")
+    return figure
+
+
+def _lines(figure: Figure, axes: Axes, scaled: Array, time_h: Array | None) -> None:
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import LinearSegmentedColormap
+
+    segments = [np.stack([np.arange(len(row)), row], axis=1) for row in scaled]
+    timed = time_h is not None and np.ptp(time_h) > 0
+    lines = LineCollection(segments, linewidths=0.9, alpha=0.75, colors=None if timed else theme.SKY)
+    if timed:
+        lines.set_cmap(LinearSegmentedColormap.from_list("hours", theme.SHORT_TO_LONG))
+        lines.set_array(time_h)
+        figure.colorbar(lines, ax=axes, label="campaign, h", pad=0.02)
+    axes.add_collection(lines)
+
+
+def _coordinates(axes: Axes, plan: Plan, names: Sequence[str], low: Array, high: Array) -> None:
+    axes.set_xlim(-0.35, len(names) - 0.65)
+    axes.set_ylim(-0.16, 1.16)
+    axes.set_yticks([])
+    axes.spines["left"].set_visible(False)
+    box = {"facecolor": theme.SURFACE, "edgecolor": "none", "pad": 1.0}
+    units = ["h" if name == "time" else _unit(plan, name) for name in names]
+    for i, (name, unit) in enumerate(zip(names, units, strict=True)):
+        ends = [x / 3600 if name == "time" else in_unit(x, unit) for x in (low[i], high[i])]
+        for y, value, side in ((-0.03, ends[0], "top"), (1.03, ends[1], "bottom")):
+            axes.text(i, y, digits(value, 3), ha="center", va=side, bbox=box)
+    labels = [
+        f"{name}, {unit if name == 'time' else display_unit(unit)}"
+        for name, unit in zip(names, units, strict=True)
+    ]
+    if len(names) > _UPRIGHT:
+        axes.set_xticks(range(len(names)), labels, rotation=35, ha="right", rotation_mode="anchor")
+    else:
+        axes.set_xticks(range(len(names)), [re.sub("[.,] ?", "\n", label) for label in labels])
+    axes.grid(axis="x", color=theme.MUTED)
+
+
+# ---------------------------------------------------------------- convergence
+
+
+def _draw_runs(runs: Sequence[Run]) -> Figure:
+    figure = theme.new_figure(2.9)
+    panels = figure.subplots(1, len(runs), squeeze=False)[0]
+    for axes, run in zip(panels, runs, strict=True):
+        _convergence(axes, run)
+    theme.shared_legend(figure, panels, 3)
+    return figure
+
+
+def _convergence(axes: Axes, run: Run) -> None:
+    best, mean = (
+        np.array(values, dtype=float) / run.scale for values in (run.history.best, run.history.mean)
+    )
+    best, mean = (np.where(np.isfinite(values), values, np.nan) for values in (best, mean))
+    generation = np.arange(len(best))
+    axes.plot(generation, mean, color=theme.GREY, linewidth=1.1, label="mean")
+    axes.plot(generation, best, color=theme.BLUE, linewidth=1.6, label="best")
+    if run.exact is not None:
+        axes.axhline(
+            run.exact / run.scale, color=theme.RED, linestyle="--", linewidth=1.2, label="exact optimum"
+        )
+    if _wants_logarithm(np.concatenate([best, mean])):
+        axes.set_yscale("log")
+        _plain_decades(axes)
+    axes.set_title(run.name)
+    axes.set_xlabel("generation")
+    axes.set_ylabel(run.fitness)
+
+
+def _plain_decades(axes: Axes) -> None:
+    """Below two decades: ticks at 1, 2, 5 in plain numbers instead of `6 × 10¹`."""
+    from matplotlib.ticker import LogLocator, NullLocator
+
+    bottom, top = axes.get_ylim()
+    if top / bottom < 100:
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        theme.plain_numbers(axes.yaxis)
+    axes.yaxis.set_minor_locator(NullLocator())
+
+
+def _wants_logarithm(values: Array) -> bool:
+    finite = values[np.isfinite(values)]
+    return len(finite) > 0 and bool(finite.min() > 0 and finite.max() / finite.min() > 8)
+
+
+# ---------------------------------------------------------------- sensitivities
+
+
+def _draw_sensitivities(sensitivities: Sensitivities, errors: Sequence[str]) -> Figure:
+    figure, panels = theme.grid_of_panels(len(errors), _SIDE_BY_SIDE, 1.9, 0.5)
+    for axes, error in zip(panels, errors, strict=True):
+        _growth(axes, sensitivities, error)
+    for axes in panels[-_SIDE_BY_SIDE:]:
+        axes.set_xlabel("time of flight, s")
+    return figure
+
+
+def _growth(axes: Axes, sensitivities: Sensitivities, error: str) -> None:
+    which = [i for i, c in enumerate(sensitivities.columns) if c.error == error]
+    unit = sensitivities.columns[which[0]].unit
+    per_unit = unit_factor(display_unit(unit))[0]
+    time = sensitivities.time_s
+    keep = _thinned(len(time))
+    for k, i in enumerate(which):
+        length = np.linalg.norm(sensitivities.position[:, :, i], axis=1) * per_unit
+        visible = np.where(length > 0, length, np.nan)
+        style = (
+            ("-", "--", ":", "-.")[(k // len(theme.SERIES)) % 4]
+            if len(which) > 8
+            else ("-", "--", ":")[k % 3]
+        )
+        label = sensitivities.columns[i].axis
+        axes.plot(time[keep], visible[keep], style, color=theme.SERIES[k % 8], linewidth=1.4, label=label)
+    axes.set_yscale("log")
+    _readable_decades(axes)
+    axes.set_title(error)
+    axes.set_ylabel(f"m per {display_unit(unit)}")
+    frame = {"frameon": True, "facecolor": theme.SURFACE, "edgecolor": "none", "framealpha": 0.75}
+    axes.legend(loc="lower right", ncols=3 if len(which) < 9 else 5, **frame)
+
+
+def _readable_decades(axes: Axes) -> None:
+    """A tick per decade, at most six decades: what is smaller is at the very start of the flight."""
+    from matplotlib.ticker import LogLocator, NullLocator
+
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(max(bottom, top * 1e-6), top)
+    axes.yaxis.set_major_locator(LogLocator(numticks=7))
+    axes.yaxis.set_minor_locator(NullLocator())
+
+
+def _thinned(count: int) -> NDArray[np.int64]:
+    """Indices of at most 300 instants, the last one among them: as many as the figure has points across."""
+    return np.unique(np.linspace(0, count - 1, min(count, 300)).astype(int))

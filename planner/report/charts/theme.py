@@ -1,0 +1,170 @@
+"""How figures look: one palette, one size of letters, dark on white, and what several charts draw alike."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable, Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from planner.report.numbers import digits
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+
+INK, MUTED, GRID, SURFACE = "#1b1e23", "#5d6570", "#d9dde3", "#ffffff"
+# Okabe & Ito 2008: safe for the colour-blind
+BLUE, ORANGE, GREEN, PINK = "#0072b2", "#e69f00", "#009e73", "#cc79a7"
+RED, SKY, GREY, DARK = "#d55e00", "#56b4e9", "#9aa2ad", "#4a5160"
+PALE = "#c9ced6"
+PURPLE, OLIVE, BROWN, LILAC, TEAL, ROSE = "#6a3d9a", "#b3b846", "#8c5a2b", "#b9a3e3", "#1d6f72", "#e0a0a8"
+
+SHORT_TO_LONG = ("#2f86c8", "#a08fa0", "#d8852a")  # middle tones: seen on white and on black
+SERIES = (BLUE, RED, GREEN, PINK, ORANGE, SKY, DARK, GREY)
+TESTS = (PURPLE, OLIVE, BROWN, LILAC, TEAL, ROSE)  # none of the actions' colours: both stand in one chart
+ACTION_COLOURS: Mapping[str, str] = {
+    "install": DARK,
+    "ramp": RED,
+    "soak": ORANGE,
+    "power_on": GREEN,
+    "move": PINK,
+    "record": BLUE,
+    "power_off": GREEN,
+    "cool_down": SKY,
+    "pause": PALE,
+    "remove": DARK,
+}
+PART_COLOURS: Mapping[str, str] = {  # cold: stays whatever the campaign does; warm: what the campaign buys
+    "run_to_run": BLUE,
+    "in_run": SKY,
+    "storage": GREY,
+    "temperature": ORANGE,
+    "estimate": RED,
+}
+
+WIDTH_IN = 9.0  # 648 pt, shown at 900 px: 9 pt letters come out as 12.5 px
+
+
+def _settings(salt: str) -> Any:
+    """Matplotlib settings of one figure; `salt` keeps its ids apart from other figures on the page."""
+    return {
+        "svg.fonttype": "none",
+        "svg.hashsalt": salt,
+        "font.family": ["sans-serif"],
+        "font.sans-serif": ["DejaVu Sans"],
+        "font.size": 9.0,
+        "axes.titlesize": 9.5,
+        "axes.titlelocation": "left",
+        "axes.labelsize": 9.0,
+        "legend.fontsize": 8.5,
+        "legend.frameon": False,
+        "text.color": INK,
+        "axes.labelcolor": INK,
+        "axes.edgecolor": MUTED,
+        "xtick.color": MUTED,
+        "ytick.color": MUTED,
+        "xtick.labelcolor": INK,
+        "ytick.labelcolor": INK,
+        "axes.facecolor": "none",
+        "figure.facecolor": "none",
+        "axes.grid": True,
+        "axes.axisbelow": True,
+        "grid.color": GRID,
+        "grid.linewidth": 0.6,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.unicode_minus": True,
+        "path.simplify": True,
+        "mathtext.default": "regular",
+    }
+
+
+def drawn(name: str, description: str, draw: Callable[[], Figure]) -> str:
+    """Inline SVG of the figure that `draw` returns: themed, accessible, the same bytes every time.
+
+    `draw` runs under our settings, which leave no trace in matplotlib's own.
+    """
+    import matplotlib as mpl
+
+    with mpl.rc_context():
+        mpl.rcdefaults()  # a user's matplotlibrc must not change the bytes
+        mpl.rcParams.update(_settings(name))
+        figure = draw()
+        buffer = io.StringIO()
+        nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        figure.savefig(buffer, format="svg", metadata=nothing)
+    return _inline(buffer.getvalue(), name, description)
+
+
+def new_figure(height_in: float) -> Figure:
+    """An empty figure of the page's width, laid out so that no label is cut."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
+
+
+def _inline(svg: str, name: str, description: str) -> str:
+    body = svg[svg.index("<svg") :]
+    body = re.sub(r"<metadata>.*?</metadata>\s*", "", body, flags=re.DOTALL)
+    body = re.sub(r"<!--.*?-->\s*", "", body, flags=re.DOTALL)
+    body = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{name}-", body)
+    body = re.sub(r"'DejaVu Sans'(, sans-serif)?", "system-ui, sans-serif", body)
+    title = f'<title id="{name}-title">{escape(description)}</title>'
+    size = re.search(r'viewBox="([^"]+)"', body)
+    box = size[1] if size else f"0 0 {72 * WIDTH_IN:g} 300"
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
+        f'viewBox="{box}" role="img" aria-labelledby="{name}-title">{title}'
+    )
+    return re.sub(r"<svg[^>]*>", lambda _: head, body, count=1)
+
+
+def grid_of_panels(
+    count: int, across: int, row_in: float, more_in: float = 0.0, **options: Any
+) -> tuple[Figure, list[Axes]]:
+    """A figure with `count` panels in rows of `across`, each row `row_in` high."""
+    across = min(across, count)
+    rows = -(-count // across)
+    figure = new_figure(row_in * rows + more_in)
+    every = figure.subplots(rows, across, squeeze=False, **options).ravel()
+    for spare in every[count:]:
+        spare.set_visible(False)
+    return figure, list(every[:count])
+
+
+def shared_legend(figure: Figure, panels: Sequence[Axes], columns: int) -> None:
+    """One legend above all panels, each label once."""
+    handles = {
+        label: line for axes in panels for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(handles.values(), handles.keys(), loc="outside upper left", ncols=columns)
+
+
+def stacked_bars(
+    axes: Axes,
+    names: Sequence[str],
+    parts: Mapping[str, tuple[str, Sequence[float]]],
+    total: Callable[[float], str],
+) -> None:
+    """Bars across, one a name, their totals at the ends; parts: of the budget -> label, lengths by name."""
+    left = [0.0] * len(names)
+    for part, (label, widths) in parts.items():
+        axes.barh(names, widths, left=left, height=0.62, color=PART_COLOURS[part], label=label)
+        left = [a + b for a, b in zip(left, widths, strict=True)]
+    for name, value in zip(names, left, strict=True):
+        axes.annotate(total(value), (value, name), (4, 0), textcoords="offset points", va="center")
+    axes.invert_yaxis()
+    axes.set_xlim(0.0, max(*left, 1e-12) * 1.12)
+    axes.tick_params(axis="y", length=0)
+    axes.grid(axis="y", visible=False)
+
+
+def plain_numbers(axis: Axis) -> None:
+    """Numbers as pages write them, instead of `6 × 10¹`."""
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
+    axis.set_major_formatter(FuncFormatter(lambda value, _: digits(value)))
+    axis.set_minor_formatter(NullFormatter())

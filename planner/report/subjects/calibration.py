@@ -1,0 +1,62 @@
+"""A calibration: before and after per channel, the coefficients, what cannot be told."""
+
+from __future__ import annotations
+
+import math
+
+from planner.calibration import Calibration, Coefficient, SensorCalibration
+from planner.report.blocks import Report, Table, Text, existing, section, table
+from planner.units import displayed, from_si
+
+UNITS = {"gyro": "deg/s", "accelerometer": "g"}
+
+
+def calibration_report(calibration: Calibration) -> Report:
+    """What is left of the residual, and every coefficient with its interval."""
+    sensors = calibration.sensors
+    parts = (
+        section(
+            s.sensor,
+            s.sensor,
+            _residuals(calibration.unit, s),
+            _coefficients(s),
+            *(Text(f"note: {note}") for note in s.notes),
+        )
+        for s in sensors
+    )
+    return Report("Calibration", calibration.unit, "", sections=existing(*parts))
+
+
+def _residuals(unit: str, sensor: SensorCalibration) -> Table | None:
+    shown = UNITS[sensor.sensor]
+    return table(
+        f"{unit}, {sensor.sensor}: residual RMS in {shown}",
+        "channel | before | after | rows | held-out runs",
+        (
+            (
+                r.channel,
+                *(f"{from_si(x, shown):.4g}" for x in (r.before, r.after)),
+                str(r.rows),
+                str(r.runs) if r.held_out else "none: fitted rows",
+            )
+            for r in sensor.residuals
+        ),
+    )
+
+
+def _coefficients(sensor: SensorCalibration) -> Table | None:
+    return table(
+        f"{sensor.sensor}: coefficients, {sensor.method}",
+        "error | term | degC | value | ± 95 % | unit |",
+        map(_row, sensor.coefficients),
+    )
+
+
+def _row(c: Coefficient) -> tuple[str, ...]:
+    at = "" if c.temperature_degc is None else f"{c.temperature_degc:.1f}"
+    if c.status == "undetermined":
+        return c.error, c.term, at, "—", "—", c.unit, c.status
+    half = displayed((c.high - c.low) / 2.0, c.unit)
+    said = f"{half:.2g}" if math.isfinite(half) else "—"
+    status = "" if c.status == "determined" else c.status
+    return c.error, c.term, at, f"{displayed(c.value, c.unit):.6g}", said, c.unit, status

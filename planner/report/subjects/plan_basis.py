@@ -1,0 +1,125 @@
+"""What is proved of a plan, what it rests on, what nobody has checked, where the formulas come from."""
+
+from __future__ import annotations
+
+import math
+
+from planner.records import AllowedErrors, Plan, Sensitivities
+from planner.report.numbers import hours, level, percent
+from planner.report.subjects.plan_tables import is_given
+
+_RULES = {
+    "worst_case": "the contributions of all errors and of all their parts add up in modulus (worst case), "
+    "as if every error were at its limit with the worst sign at once",
+    "rss": "contributions and parts add in squares (root of the sum of squares), as if all were independent",
+    "percentile": "all parts are independent Gaussians and the percentile of the length of the error vector "
+    "is computed exactly; parts add in squares",
+}
+
+
+def is_hand_made(plan: Plan) -> bool:
+    """Whether the spec left nothing to choose, so that the plan was only timed."""
+    return not math.isfinite(plan.gap) or all(r.bound_by == "fixed" for r in plan.reasons)
+
+
+def proof(plan: Plan) -> str:
+    """Proved optimal, within a gap, or timed only."""
+    if is_hand_made(plan):
+        return "Hand-made plan: timed, nothing was left to optimise."
+    if plan.proved and plan.gap <= 1e-9:  # below that the bound differs by rounding
+        return f"Proved: no campaign that meets the requirements does better (minimised: {plan.objective})."
+    if plan.work_proved and not plan.proved:
+        chosen = (
+            "the shortest in total of those that were timed"
+            if plan.by_total
+            else "proved the best by working time, and none that was timed is shorter in total"
+        )
+        return (
+            f"Temperatures and repeats: {chosen}. Their order: the best for this work. "
+            f"No choice takes less than {hours(plan.bound_s)} h, waiting left out; what is above that, "
+            f"{percent(plan.gap, 2)} of the total, is waiting or not proved (minimised: {plan.objective})."
+        )
+    return (
+        f"Not proved: within {percent(plan.gap, 2)} of the best possible; "
+        f"no campaign takes less than {hours(plan.bound_s)} h (minimised: {plan.objective})."
+    )
+
+
+def assumed(plan: Plan, sensitivities: Sensitivities | None, trajectory_name: str) -> tuple[str, ...]:
+    """What was taken for granted in this plan."""
+    rules = dict.fromkeys(r.rule for r in plan.requirements)
+    found = [f"Rule “{rule}”: {_RULES[_kind(rule)]}." for rule in rules if _kind(rule) in _RULES]
+    found.append(_sensitivity_source(plan, sensitivities, trajectory_name))
+    found.append(
+        "The navigation error is a linear combination of the sensor errors; products of two errors are left "
+        "out (K 3.3 puts them near 1 % for flights of up to two hours)."
+    )
+    found += _quantile_notes(plan)
+    found.append(
+        "Calibration removes the mean of an error, never its spread: every flight is a new power-on, so the "
+        "run-to-run part stays in the budget."
+    )
+    found.append(
+        "Spreads, in-run and storage parts and the temperature residual against the number of points are the "
+        "spec's figures; the bench's own uncertainty is not part of the budget unless the spec says so."
+    )
+    return tuple(found)
+
+
+def not_verified(plan: Plan, allowed: AllowedErrors | None) -> tuple[str, ...]:
+    """What this report does not show, and which command would."""
+    found = [
+        "No campaign, calibration or flight was simulated for this report: the promise itself is tested by "
+        "“planner verify”.",
+        "Durations are those of the spec; faults, operators' hours and repeated records are not included.",
+    ]
+    if is_hand_made(plan):
+        found.append("The plan was made by hand; whether a shorter one would do was not asked.")
+    elif not (plan.proved and plan.gap <= 1e-9):
+        found.append("That no shorter campaign exists is not proved.")
+    if plan.genetic is None and allowed is None:
+        found.append("The genetic algorithm was not run, so nothing stands beside the exact answer.")
+    if any(not r.met for r in plan.requirements):
+        found.append("At least one requirement is not met by this plan.")
+    return tuple(found)
+
+
+def sources() -> tuple[str, ...]:
+    """Where the formulas come from. K is A. A. Krylov's thesis (MAI, Moscow, 2023)."""
+    return (
+        "Linear combination of sensor errors: K 3.3 and 3.4, eqs 32–34.",
+        "Repeats from the confidence interval, n ≥ (t·s/d)²: K 2.5.2, eq 27. K prints t = 2.96 for 99 %; the "
+        "normal value is 2.576. Student's t has n − 1 degrees of freedom.",
+        "Residual against the number of temperature points: K table 2.10, unless the spec gives its own.",
+        "Time of a campaign: K 2.6, eq 28, and 4.1.2, eq 35; ramps, moves, power cycles: the spec's benches.",
+        "Genetic algorithm and its settings: K 3.4.3.",
+        "Allowed region (rhombus) of two drifts: K figs 4.2–4.5; for other rules it follows from the rule.",
+        "Percentile of the length of a Gaussian vector: weighted chi-squares, Imhof, Biometrika 48 (1961).",
+        "Earth: WGS-84. 1 g = 9.80665 m/s². K is A. A. Krylov, thesis, Moscow Aviation Institute, 2023.",
+    )
+
+
+def _kind(rule: str) -> str:
+    return "percentile" if rule.startswith("percentile") or "%" in rule else rule
+
+
+def _sensitivity_source(plan: Plan, sensitivities: Sensitivities | None, trajectory_name: str) -> str:
+    if is_given(plan, sensitivities):
+        return (
+            "Coefficients were given in the spec, all axes together, not simulated; nothing here checks them "
+            "against a flight."
+        )
+    return f"Coefficients were simulated along “{trajectory_name}” with the linear error equations."
+
+
+def _quantile_notes(plan: Plan) -> list[str]:
+    kinds = dict.fromkeys((r.quantile_name, r.confidence) for r in plan.reasons)
+    notes = []
+    for name, confidence in kinds:
+        text = f"Repeats use the {name} quantile at {level(confidence)} confidence"
+        if name.startswith("normal"):
+            text += ", which takes the spread for exactly known and is too small when repeats are few"
+        else:
+            text += ", for a spread that is estimated from the same repeats"
+        notes.append(text + "; power-ons are independent and Gaussian.")
+    return notes

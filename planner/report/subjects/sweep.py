@@ -1,0 +1,176 @@
+"""Hours against metres: a sweep as a curve, as a table and as CSV rows."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from planner.report.blocks import Block, Picture, Report, Table, Text, existing, facts, section
+from planner.report.charts import theme
+from planner.report.numbers import NOTHING, digits, hours
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Document = Mapping[str, Any]
+_NUMBER = re.compile(r"\s*([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)")
+WIDE = 8.0
+
+
+def csv_columns(sweep: Document) -> list[str]:
+    """Keys, then what each plan says."""
+    return [
+        *sweep["keys"],
+        "status",
+        "hours",
+        "bound_hours",
+        "power_on_hours",
+        *_achieved_names(sweep),
+        "why",
+    ]
+
+
+def _achieved_names(sweep: Document) -> list[str]:
+    planned = next((p for p in sweep["points"] if p["status"] == "planned"), None)
+    if planned is None:
+        return []
+    return [f"achieved_{i}_{r['unit'].replace('/', '_per_')}" for i, r in enumerate(planned["requirements"])]
+
+
+def csv_rows(sweep: Document) -> list[list[Any]]:
+    """One row a point; figures of a point without a plan are empty."""
+    count = len(_achieved_names(sweep))
+    rows = []
+    for p in sweep["points"]:
+        known = p["status"] == "planned"
+        figures = [round(p[k] / 3600, 6) if known else None for k in ("time_s", "bound_s", "power_on_s")]
+        reached = [r["achieved"] for r in p["requirements"]] if known else [None] * count
+        why = "" if known else str(p.get("why", "")).replace("\n", " ")
+        rows.append([*(p["values"][k] for k in sweep["keys"]), p["status"], *figures, *reached, why])
+    return rows
+
+
+def sweep_table(sweep: Document) -> Table:
+    """What each point costs."""
+    columns = (*sweep["keys"], "hours", "powered, h", "achieved", "")
+    return Table("Hours of the shortest campaign", columns, tuple(_row(sweep, p) for p in sweep["points"]))
+
+
+def _row(sweep: Document, p: Document) -> tuple[str, ...]:
+    values = [str(p["values"][key]) for key in sweep["keys"]]
+    if p["status"] != "planned":
+        return (*values, NOTHING, NOTHING, NOTHING, _why(p))
+    reached = ", ".join(f"{digits(r['achieved'])} {r['unit']}" for r in p["requirements"])
+    proof = "" if p["gap"] == 0 else f"gap {100 * p['gap']:.2g} %"
+    return (*values, hours(p["time_s"]), hours(p["power_on_s"]), reached, proof)
+
+
+def _why(p: Document) -> str:
+    if p["status"] != "infeasible":
+        what = "no answer in time" if p["status"] == "stopped" else "not a spec"
+        return f"{what}: {' '.join(str(p.get('why', '')).split())}"[:120]
+    binds = ", ".join(b["part"] for b in p.get("binds", [])[:2])
+    return f"cannot be met: {binds} bind" if binds else "cannot be met"
+
+
+# ---------------------------------------------------------------- the report
+
+
+def sweep_report(sweep: Document) -> Report:
+    """The curve and every point."""
+    planned = [p for p in sweep["points"] if p["status"] == "planned"]
+    short = f"{len(planned)} of {len(sweep['points'])} points have a plan"
+    if planned:
+        times = [p["time_s"] for p in planned]
+        short += f", {hours(min(times))} to {hours(max(times))} h"
+    missing = sweep["wanted"] - len(sweep["points"])
+    return Report(
+        kind="Sweep of a spec",
+        title=sweep["spec"],
+        answer=short,
+        sentences=(f"{missing} points are still to be planned.",) if missing else (),
+        facts=facts(("varied", ", ".join(sweep["keys"]))),
+        sections=existing(
+            section("curve", "Hours against what is asked for", *_curves(sweep), only="page"),
+            section("table", "Every point", sweep_table(sweep)),
+        ),
+    )
+
+
+def _curves(sweep: Document) -> Iterator[Block | None]:
+    key = _abscissa(sweep)
+    if key is None:
+        yield Text("No key has numbers to draw a curve against.")
+        return
+    text = f"Hours of the shortest campaign against {key}"
+    caption = "Each dot is the proved optimum of one spec; crosses below: cannot be met."
+    yield Picture("sweep", text, caption, lambda: _draw(sweep, key))
+
+
+def _abscissa(sweep: Document) -> str | None:
+    """The key with the most different numbers; the first of equals."""
+    counts = {
+        key: len({number_of(p["values"][key]) for p in sweep["points"]} - {None}) for key in sweep["keys"]
+    }
+    best = max(counts, key=lambda key: counts[key], default=None)
+    return best if best is not None and counts[best] >= 2 else None
+
+
+def number_of(value: Any) -> float | None:
+    """`5 m` is 5; None for a word."""
+    match = _NUMBER.match(str(value))
+    return float(match[1]) if match else None
+
+
+def _draw(sweep: Document, key: str) -> Figure:
+    figure = theme.new_figure(3.6)
+    axes = figure.subplots()
+    others = [k for k in sweep["keys"] if k != key]
+    groups: dict[str, list[Document]] = {}
+    for p in sweep["points"]:
+        groups.setdefault(", ".join(f"{k} {p['values'][k]}" for k in others), []).append(p)
+    for i, (name, points) in enumerate(groups.items()):
+        colour = theme.SERIES[i % len(theme.SERIES)]
+        along, up = _line(points, key)
+        axes.plot(
+            along, up, "o-", color=colour, linewidth=1.5, markersize=4, label=name or "shortest campaign"
+        )
+    _scale(axes, [p["time_s"] / 3600 for p in sweep["points"] if p["status"] == "planned"])
+    lost = [
+        x
+        for p in sweep["points"]
+        if p["status"] != "planned" and (x := number_of(p["values"][key])) is not None
+    ]
+    bottom = axes.get_ylim()[0]
+    axes.plot(lost, [bottom] * len(lost), "x", color=theme.MUTED, markersize=6, clip_on=False)
+    axes.set_xlabel(f"{key}{_unit(sweep, key)}")
+    axes.set_ylabel("campaign, h")
+    figure.legend(loc="outside upper left", ncols=3)
+    return figure
+
+
+def _scale(axes: Axes, values: Sequence[float]) -> None:
+    """From zero; logarithmic where the longest campaign would hide all others."""
+    if values and max(values) > WIDE * min(values) > 0:
+        axes.set_yscale("log")
+        theme.plain_numbers(axes.yaxis)
+    else:
+        axes.set_ylim(bottom=0.0)
+
+
+def _line(points: Sequence[Document], key: str) -> tuple[list[float], list[float]]:
+    pairs = [
+        (x, p["time_s"] / 3600)
+        for p in points
+        if p["status"] == "planned" and (x := number_of(p["values"][key])) is not None
+    ]
+    pairs.sort()
+    return [x for x, _ in pairs], [y for _, y in pairs]
+
+
+def _unit(sweep: Document, key: str) -> str:
+    value = str(sweep["points"][0]["values"][key])
+    unit = _NUMBER.sub("", value, count=1).strip()
+    return f", {unit}" if unit else ""

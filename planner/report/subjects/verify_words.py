@@ -1,0 +1,117 @@
+"""What a verification says, in words."""
+
+from __future__ import annotations
+
+from planner.report.blocks import Bar, Cell, Table, table
+from planner.report.contributions import PART_NAMES
+from planner.report.numbers import counted, digits, percent, quantity
+from planner.units import from_si
+from planner.verify.outcome import Part, RequirementOutcome
+from planner.verify.recount import Recount
+from planner.verify.through_files import SAID, ThroughFiles
+from planner.verify.verification import Verification
+
+MOST_PARTS = 10
+LEAST_SHARE = 1e-3
+VERDICTS = {"kept": "The promise is kept", "broken": "The promise is broken", "undecided": "Not sure yet"}
+
+
+def headline(v: Verification) -> str:
+    """The answer in one line."""
+    if any(f.where == "spec, sha256" for f in v.recount.faults):
+        return "The promise is broken: the plan was made from another spec, or from this one before a change."
+    if not v.recount.ok:
+        return (
+            f"The promise is broken: the plan is not what it says, {counted(len(v.recount.faults), 'fault')}."
+        )
+    if not v.files.ok:
+        return f"The promise is broken: {SAID}."
+    if not v.outcomes:
+        return "The plan is what it says; nothing was flown."
+    broken = [o for o in v.outcomes if o.verdict == "broken"]
+    if broken:
+        parts = ", ".join(broken[0].too_small[:3])
+        return f"The promise is broken: {name_of(broken[0])} is exceeded; too small: {parts}."
+    if v.verdict == "undecided":
+        return f"Not sure yet after {v.flights} flights: fly more."
+    return "The promise is kept."
+
+
+def second_code() -> str:
+    """What the answer rests on."""
+    return (
+        "Counted, drawn, calibrated and flown by verify's own code; shared with the planner: effects, spec, "
+        "units, physics."
+    )
+
+
+def recount_sentence(recount: Recount) -> str:
+    """How many figures agree."""
+    figures = digits(float(recount.figures), 7)
+    if recount.ok:
+        return f"{figures} figures of the plan counted again, all agree"
+    return f"{figures} figures of the plan counted again, {counted(len(recount.faults), 'fault')}"
+
+
+def files_sentence(files: ThroughFiles) -> str:
+    """How far the two routes are apart."""
+    worst = max((c.apart / c.may for c in files.checks if c.may > 0), default=0.0)
+    end = f"apart by {percent(worst, 0)} of what the estimators' difference explains, at most"
+    return (
+        f"{counted(files.units, 'unit')} by dwell table, planner calibrate, planner apply and flight; {end}"
+    )
+
+
+def flight_sentence(v: Verification) -> str:
+    """What was flown."""
+    where = "at any temperature of the range" if v.where == "range" else "as warm as the flight is"
+    stopped = f", stopped before {v.wanted}" if v.stopped else ""
+    return f"{v.flights} units calibrated and flown{stopped}; {v.flown}, {where}, seed {v.seed}"
+
+
+def name_of(o: RequirementOutcome) -> str:
+    """`position ≤ 300 m (worst case)`."""
+    return f"{o.error.replace('_', ' ')} ≤ {quantity(o.limit, o.unit)} ({o.rule.replace('_', ' ')})"
+
+
+def share_sentence(o: RequirementOutcome) -> str:
+    """The share of the flights with its interval, or the root mean square."""
+    interval = f"95 % interval {percent(o.low, 2)} to {percent(o.high, 2)}"
+    inside = f"{percent(o.share, 2)} of the flights within the limit, {interval}"
+    if o.promised is None:
+        low, high = (quantity(x, o.unit, 3) for x in (o.rms_low, o.rms_high))
+        return f"root mean square {quantity(o.rms, o.unit, 3)}, 95 % interval {low} to {high}; {inside}"
+    return f"{inside}; promised {percent(o.promised, 1)}"
+
+
+def pessimism_sentence(o: RequirementOutcome) -> str:
+    """What the rule predicted against what happened."""
+    what = "root mean square" if o.promised is None else f"{percent(o.promised, 1)} of the flights within"
+    return (
+        f"predicted {quantity(o.achieved, o.unit)}, {what} {quantity(o.at_promise, o.unit)}: "
+        f"{digits(o.pessimism, 3)} times"
+    )
+
+
+def parts_table(o: RequirementOutcome) -> Table | None:
+    """What the navigation error is made of, the largest part first."""
+    shown = [p for p in o.parts if p.share >= LEAST_SHARE][:MOST_PARTS]
+    return table(
+        f"What makes the {o.error.replace('_', ' ')} error",
+        f"error | part | adds, {o.unit} | share of squares | | size (rms) | planned",
+        (_row(o, p) for p in shown),
+        wide=("share of squares",),
+    )
+
+
+def _row(o: RequirementOutcome, p: Part) -> tuple[Cell, ...]:
+    mark = " !" if p.size > p.planned * (1 + 1e-6) and p.size > 1.1 * p.planned else ""
+    return (
+        p.error,
+        PART_NAMES[p.part],
+        digits(from_si(p.adds, o.unit), 3),
+        percent(p.share),
+        Bar(p.share),
+        quantity(p.size, p.unit, 3),
+        f"{quantity(p.planned, p.unit, 3)}{mark}",
+    )
