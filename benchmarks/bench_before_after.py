@@ -16,16 +16,16 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the campaigns are the tests' own
 
-from planner.diagnosis import Diagnosis, Rival
-from planner.learn.diagnosis_to_navigation import navigation_costs
-from planner.learn.diagnosis_to_next_measurement import next_measurements
-from planner.learn.diagnosis_to_residual import residual_changes, unit_fits
+from planner.diagnose.diagnosis_to_navigation import navigation_costs
+from planner.diagnose.diagnosis_to_next_measurement import next_measurements
+from planner.diagnose.diagnosis_to_residual import residual_changes, unit_fits
+from planner.nouns.diagnosis import Diagnosis, Rival
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.report.page import html
 from planner.report.subjects.diagnosis import diagnosis_report
 from planner.spec.load import load_spec
-from tests.learn.found import found_effect, unit_diagnosis
-from tests.learn.world import Hidden, Layout, campaign
+from tests.calibrate.world import Hidden, Layout, campaign
+from tests.diagnose.found import found_effect, unit_diagnosis
 
 SPEC = load_spec(Path(__file__).parents[1] / "requirements_specs" / "small_uav.yaml").spec
 REPEATS = (2, 20, 150)  # about 600, 4 000 and 29 000 records

@@ -16,10 +16,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the campaigns are the tests' own
 
-from planner.calibration import Calibration
-from planner.learn.dwells_to_fit import calibrate
-from tests.learn import world
-from tests.learn.truths import EFFECTS, WorldTruth, any_spec
+from planner.calibrate.dwells_to_fit import calibrate
+from planner.nouns.calibration import Calibration
+from tests.calibrate import world
+from tests.calibrate.truths import EFFECTS, WorldTruth, any_spec
 
 REPEATS = (9, 93, 926)  # of everything at three temperatures: about 1 000, 10 000, 100 000 dwells
 

@@ -15,13 +15,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from planner.learn.diagnosis.prepared import prepared
-from planner.learn.diagnosis.sensor import SensorFound, diagnose_sensor
-from planner.learn.dwell_files import write_dwells
-from planner.learn.table_rows import rows_of
-from planner.measured import DwellTable
-from tests.learn.diagnosis.worlds import DECLARED, SPEC, named
-from tests.learn.world import Hidden, Layout, campaign
+from planner.diagnose.hypotheses.prepared import prepared
+from planner.diagnose.hypotheses.sensor import SensorFound, diagnose_sensor
+from planner.dwells.dwell_files import write_dwells
+from planner.dwells.table_rows import rows_of
+from planner.nouns.dwell_table import DwellTable
+from tests.calibrate.world import Hidden, Layout, campaign
+from tests.diagnose.hypotheses.worlds import DECLARED, SPEC, named
 
 
 def table_of(rows: int) -> DwellTable:
@@ -57,7 +57,7 @@ def main() -> None:
 
 def whole_report() -> float:
     """`planner diagnose` in this process: search, before and after, navigation, report."""
-    from planner.pipelines.diagnosis import diagnose
+    from planner.pipelines.diagnosing import diagnose
     from planner.report.page import html
     from planner.report.subjects.diagnosis import diagnosis_report
     from planner.spec.load import load_spec

@@ -19,9 +19,9 @@ from bench_sensitivities import python_ins_run
 from pyins import transform
 
 from planner.export.json import plan_document
+from planner.nouns.array import Array
 from planner.pipelines.planning import exact_plan
 from planner.plan.spec_to_trajectory import trajectory_of
-from planner.records import Array
 from planner.spec.load import load_spec
 from planner.verify.experiment import CHUNK, Experiment, experiment, units_left
 from planner.verify.flights import exact_coefficients

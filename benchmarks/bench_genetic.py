@@ -17,10 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.catalog import trajectories
+from planner.nouns.array import Array
+from planner.nouns.sensitivities import Constraint
+from planner.nouns.trajectory import Trajectory
 from planner.physics import earth
 from planner.physics.strapdown import NavigationState, integrate
 from planner.plan.sensitivity_to_allowance import allowed_errors
-from planner.records import Array, Constraint, Trajectory
 from planner.solvers.genetic import GeneticResult, GeneticSettings, minimise
 from planner.solvers.linear_combination import combination
 from planner.units import to_si

@@ -21,10 +21,10 @@ import yaml
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the benches are the tests' own
 
+from planner.nouns.choices import Campaign
 from planner.pipelines import planning
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.task import Task
-from planner.records import Campaign
 from planner.spec.load import spec_from_bytes
 from tests.specs import small
 

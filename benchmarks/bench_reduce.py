@@ -15,9 +15,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the map is the tests' own
 
-from planner.learn.dwell_files import read_dwells
+from planner.dwells.dwell_files import read_dwells
 from planner.readers.packets import LENGTH, PACKET, crc8
-from tests.learn.measured_command import PACKET_MAP, measured
+from tests.calibrate.measured_command import PACKET_MAP, measured
 
 RATE, CYCLE, REST = 1000, 60, 50  # Hz, s: rests of 50 s, turns of 10 s
 BIAS = np.array([0.01, -0.02, 0.03])  # deg/s

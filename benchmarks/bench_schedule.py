@@ -24,8 +24,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the small specs are the tests' own
 
+from planner.nouns.choices import Campaign, TestVisits
 from planner.plan.schedule_to_steps import makespan, steps
-from planner.records import Campaign, TestVisits
 from planner.solvers.calendar import Calendar, calendar, constant
 from planner.solvers.ordering import Stops, best_order
 from planner.spec.model import Spec

@@ -20,8 +20,8 @@ from pyins import strapdown, transform
 from pyins.util import ACCEL_COLS, GYRO_COLS, TRAJECTORY_COLS
 
 from planner.catalog import trajectories
+from planner.nouns.trajectory import Trajectory
 from planner.plan.spec_to_sensitivity import sensitivities
-from planner.records import Trajectory
 
 ERRORS = ("gyro.bias", "gyro.scale_factor", "accelerometer.bias", "accelerometer.scale_factor")
 # large against the rounding of an integrator that works in degrees, small against what is nonlinear

@@ -20,13 +20,13 @@ import yaml
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the rig is the tests' own
 
+from planner.bench_run import session
+from planner.bench_run.job import Job, job_from
+from planner.bench_run.simulator.server import SimulatedBench
 from planner.export.json import plan_document
-from planner.run import session
-from planner.run.job import Job, job_from
-from planner.simulator.server import SimulatedBench
-from tests.run.kills import campaign_with_kills
-from tests.run.rig import Rig
-from tests.run.test_shipped import compare
+from tests.bench_run.kills import campaign_with_kills
+from tests.bench_run.rig import Rig
+from tests.bench_run.test_shipped import compare
 from tests.specs import SHIPPED, planned
 
 LEAST_IN_MEMORY, LEAST_OVER_TCP = 500.0, 50.0  # steps a second

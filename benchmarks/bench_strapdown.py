@@ -16,9 +16,10 @@ import numpy as np
 from bench_sensitivities import flight, python_ins_run
 from pyins import transform
 
+from planner.nouns.array import Array
+from planner.nouns.trajectory import Trajectory
 from planner.physics.perturbed import navigate_with_errors
 from planner.physics.strapdown import NavigationState, integrate
-from planner.records import Array, Trajectory
 
 LEAST_RATIO = 100.0
 CALIBRATED = np.repeat([5e-5, 3e-4, 0.02, 3e-4], 3)  # 0.003 deg/s, 0.03 %, 2 mg, 0.03 %

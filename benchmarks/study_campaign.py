@@ -20,15 +20,15 @@ from scipy.stats import beta, binomtest
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the campaigns are the tests' own
 
+from planner.calibrate.fit_to_calibration import coefficients_of
 from planner.campaign.design import Design, design
 from planner.campaign.model import campaign
 from planner.campaign.power_ons import of_design, of_table
 from planner.campaign.triad import fit_triad
-from planner.learn.fit_to_calibration import coefficients_of
+from planner.nouns.choices import Campaign, TestVisits
 from planner.plan.by_hand import even_points
 from planner.plan.schedule_to_steps import steps
 from planner.protocols import SENSORS
-from planner.records import Campaign, TestVisits
 from planner.simulate.campaign import prepared, simulate
 from planner.simulate.settings import settings_of
 from planner.spec.load import load_spec

@@ -16,11 +16,11 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the campaigns are the tests' own
 
-from planner.learn.fit_to_calibration import coefficients_of
+from planner.calibrate.fit_to_calibration import coefficients_of
 from planner.protocols import SENSORS
 from planner.simulate.campaign import Settings, prepared, simulate
-from tests.learn import world
-from tests.learn.truths import QUIET_RUNS, WorldTruth, any_spec, fitted
+from tests.calibrate import world
+from tests.calibrate.truths import QUIET_RUNS, WorldTruth, any_spec, fitted
 from tests.simulate.benches import campaign_of
 
 LAYOUT = world.Layout(
@@ -59,7 +59,7 @@ def report(name: str, campaigns: int, hits: Iterator[Hit]) -> None:
 
 
 def plain(campaigns: int, noise: world.Noise) -> Iterator[Hit]:
-    """Units of tests/learn/world.py."""
+    """Units of tests/calibrate/world.py."""
     spec = any_spec()
     for seed in range(campaigns):
         table = world.campaign(seed, layout=LAYOUT, noise=noise)

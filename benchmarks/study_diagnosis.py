@@ -1,4 +1,4 @@
-"""How often a diagnosis is right, over seeds of a campaign that plain NumPy made (tests/learn/world.py).
+"""How often a diagnosis is right, over seeds of a campaign that plain NumPy made (tests/calibrate/world.py).
 
 Run: OMP_NUM_THREADS=1 python benchmarks/study_diagnosis.py [seeds] [workers]
 """
@@ -12,7 +12,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from tests.learn.diagnosis.worlds import (
+from tests.calibrate.world import Hidden, Layout, Noise
+from tests.diagnose.hypotheses.worlds import (
     ON_GYROS,
     named,
     named_on,
@@ -21,7 +22,6 @@ from tests.learn.diagnosis.worlds import (
     unnamed,
     unnamed_on,
 )
-from tests.learn.world import Hidden, Layout, Noise
 
 ONE = (
     *ON_GYROS,

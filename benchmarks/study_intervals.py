@@ -1,7 +1,7 @@
 """Do the intervals of a diagnosis cover as often as they say? One process, many simulated campaigns.
 
-Every campaign (tests/learn/world.py, plain NumPy) hides one effect of 15 to 30 sigma; the 95 % intervals of
-its coefficients, the nonlinear ones included, are compared with what was put in. Campaigns in which the
+Every campaign (tests/calibrate/world.py, plain NumPy) hides one effect of 15 to 30 sigma; the 95 % intervals
+of its coefficients, the nonlinear ones included, are compared with what was put in. Campaigns in which the
 effect was not named are counted apart: there is no interval then.
 
     python benchmarks/study_intervals.py [campaigns an effect] [effect …]
@@ -15,7 +15,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from tests.learn.diagnosis.coverage import EFFECTS, hidden_campaign
+from tests.diagnose.hypotheses.coverage import EFFECTS, hidden_campaign
 
 STATED = 0.95
 CAMPAIGNS = 30

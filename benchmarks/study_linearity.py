@@ -19,10 +19,11 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from planner.nouns.array import Array
+from planner.nouns.trajectory import Trajectory
 from planner.physics.error_dynamics import propagate_errors
 from planner.physics.perturbed import navigate_with_errors
 from planner.plan.spec_to_trajectory import trajectory_of
-from planner.records import Array, Trajectory
 from planner.verify.flights import forcing
 from tests.verify.random_flights import random_flight
 

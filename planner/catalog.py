@@ -25,6 +25,7 @@ from functools import cache
 from typing import Any, Generic, TypeVar, get_args
 
 from planner.errors import InputError
+from planner.nouns.sensor import SENSORS
 from planner.origin import OURS, Kind, Origin
 from planner.protocols import (
     BenchKind,
@@ -36,7 +37,6 @@ from planner.protocols import (
     Term,
     TrajectoryFamily,
 )
-from planner.sensor import SENSORS
 
 T = TypeVar("T")
 KINDS: tuple[Kind, ...] = get_args(Kind)

@@ -9,7 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from planner.commands import bench, data, diagnosis, effects, fleet, planning, promise, recordings
+from planner.commands import bench, data, effects, fleet, planning, promise, recordings
+from planner.commands import diagnosing as diagnosis
 from planner.errors import InfeasibleError, InputError, PlannerError
 
 app = typer.Typer(

@@ -16,8 +16,9 @@ from functools import cached_property
 
 import numpy as np
 
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import Effect, Group, Parameter, Sensor
-from planner.records import Array, Conditions
 from planner.temperature_table import REACH_K, fitting_hats
 
 AXES = ("x", "y", "z")

@@ -11,8 +11,10 @@ from typing import Any, Literal, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.records import Array, Conditions, Trajectory
-from planner.sensor import SENSORS, Sensor
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+from planner.nouns.sensor import SENSORS, Sensor
+from planner.nouns.trajectory import Trajectory
 from planner.units import UnitError, displayed, to_degc, to_si
 
 __all__ = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.records import Array
+from planner.nouns.array import Array
 
 REACH_K = 5.0  # kelvins beyond its end nodes over which a table goes on
 GAP_K = 3.0  # chamber points lie further apart; a soaked chamber strays by 2 K at most (K 2.6)

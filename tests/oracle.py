@@ -16,8 +16,9 @@ from typing import Literal
 import numpy as np
 
 from planner import catalog
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import Sensor
-from planner.records import Array, Conditions
 from planner.spec.budget import ErrorBudget
 
 STORAGE_DAYS = 60.0

@@ -14,8 +14,9 @@ from typing import get_args
 import numpy as np
 
 from planner.catalog import effects
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import SENSORS, Effect, Group, Sensor
-from planner.records import Array, Conditions
 from planner.units import STANDARD_GRAVITY_MPS2
 
 RATES_DPS = (10.0, 25.0, 50.0, 100.0, 200.0, 300.0, 400.0, 500.0)  # K 2.2.5

@@ -12,8 +12,9 @@ import numpy as np
 
 from planner import catalog
 from planner.measurement import Carried, ChannelModel, sensed
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import Effect, Group, Sensor
-from planner.records import Array, Conditions
 from planner.temperature_table import nodes_with_rows, temperature_nodes
 
 EXCITED = 0.05  # share of the largest input, or the input itself (rad/s, m/s²), that shows a scale factor

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from planner.campaign.exposure import Asked, mounting
 from planner.errors import InputError
-from planner.records import Array, Conditions, Step
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+from planner.nouns.plan import Step
 from planner.spec.model import Spec
 
 SECONDS_A_DAY = 86400.0

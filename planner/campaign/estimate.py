@@ -25,7 +25,7 @@ from planner.campaign.spread import (
     measured_variances,
 )
 from planner.measurement import ChannelModel, Parts, evaluate, jacobian
-from planner.records import Array
+from planner.nouns.array import Array
 from planner.solvers.least_squares import factors, least_squares
 from planner.solvers.mixed_model import MixedFit, mixed_fit
 from planner.solvers.random_effects import covariance

@@ -24,8 +24,8 @@ from planner.campaign.power_ons import PowerOns
 from planner.campaign.prior import Prior, prior_of
 from planner.campaign.triad import ALL, fit_triad
 from planner.measurement import ChannelModel, Column, Parts, evaluate, jacobian
+from planner.nouns.array import Array
 from planner.protocols import SENSORS, Sensor
-from planner.records import Array
 from planner.solvers.random_effects import covariance
 from planner.solvers.reml import Variances
 from planner.spec.model import Spec

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from planner.campaign.power_ons import PowerOns
 from planner.measurement import ChannelModel, Parts
-from planner.records import Array
-from planner.sensor import ErrorName
+from planner.nouns.array import Array
+from planner.nouns.sensor import ErrorName
 from planner.solvers.block_covariance import LARGEST
 from planner.solvers.random_effects import Drift, RandomEffects
 from planner.solvers.reml import Variances

@@ -21,9 +21,9 @@ from planner import catalog
 from planner.campaign.model import DEGENERATE, Campaign, ChannelCampaign
 from planner.campaign.noise import budget_of
 from planner.measurement import Carried, ChannelModel, Column, sensed
+from planner.nouns.array import Array
+from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS, Sensor
-from planner.records import Array
-from planner.sensor import ErrorName
 from planner.solvers.least_squares import factors
 
 TWO_SIDED = 1.96  # sigmas within which 95 % of a normal variate lie

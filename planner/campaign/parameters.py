@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.measurement import ChannelModel, evaluate, jacobian
+from planner.nouns.array import Array
 from planner.protocols import Parameter
-from planner.records import Array
 from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import least_squares
 from planner.solvers.mixed_model import MixedFit

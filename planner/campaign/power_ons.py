@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.campaign.design import Design
-from planner.measured import DwellTable
 from planner.measurement import Acting, response
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Sensor
-from planner.records import Array, Conditions
 
 
 @dataclass(frozen=True)

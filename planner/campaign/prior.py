@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from planner.campaign.noise import budget_of, columns_of_errors
 from planner.campaign.power_ons import PowerOns
 from planner.measurement import ChannelModel, Parts, evaluate, sensed
-from planner.records import Array
-from planner.sensor import ErrorName
+from planner.nouns.array import Array
+from planner.nouns.sensor import ErrorName
 from planner.spec.budget import STORAGE_DAYS
 from planner.spec.model import Spec
 from planner.spec.references import BenchAccuracy

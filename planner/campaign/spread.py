@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from planner.campaign.noise import Noise, spec_variances
 from planner.campaign.prior import Prior
-from planner.records import Array
+from planner.nouns.array import Array
 from planner.solvers.least_squares import least_squares
 from planner.solvers.random_effects import RandomEffects
 from planner.solvers.reml import Variances, reml

@@ -18,8 +18,8 @@ from planner.campaign.noise import Component, Noise
 from planner.campaign.power_ons import PowerOns
 from planner.campaign.prior import Prior
 from planner.measurement import AXES, Column, evaluate, jacobian
+from planner.nouns.array import Array
 from planner.protocols import Sensor
-from planner.records import Array
 from planner.solvers.mixed_model import MixedFit
 from planner.solvers.random_effects import RandomEffects
 from planner.solvers.reml import Variances

@@ -13,8 +13,8 @@ from planner.commands.output import answer, listed, notes, progress_line
 from planner.errors import InputError
 
 if TYPE_CHECKING:
-    from planner.run.job import Job
-    from planner.run.session import Request
+    from planner.bench_run.job import Job
+    from planner.bench_run.session import Request
 
 
 Tables = Annotated[
@@ -119,7 +119,7 @@ def run(
 
     Example: planner run plans/small_uav --table TCPIP::192.168.0.10::5025::SOCKET --chamber ASRL1::INSTR
     """
-    from planner.run import session
+    from planner.bench_run import session
 
     job, name = _job(plan, bench, arm, travel or (), any_time)
     request = session.Request(
@@ -143,11 +143,11 @@ def _job(
     plan: Path, bench: str | None, arm: float | None, travel: Sequence[str], any_time: bool
 ) -> tuple[Job, str]:
     """What is to be done, of the plan or of its part on one bench; and its journal's usual name."""
+    from planner.bench_run import session
+    from planner.bench_run.job import job_from
     from planner.export._scripts import file_name
     from planner.export.documents import read_sealed_plan
     from planner.export.plan_schema import typed_plan
-    from planner.run import session
-    from planner.run.job import job_from
 
     document = read_sealed_plan(plan)
     typed_plan(document)
@@ -158,7 +158,7 @@ def _job(
 
 
 def _execute(job: Job, request: Request, as_json: bool) -> None:
-    from planner.run import session
+    from planner.bench_run import session
 
     with progress_line() as progress:
         done = session.run(
@@ -192,9 +192,9 @@ def bench_simulator(
 
     Example: planner bench-simulator --table-port 5025 --chamber-port 5026 --clock-port 5027
     """
-    from planner.simulator.faults import fault_from_text
-    from planner.simulator.serve import serve
-    from planner.simulator.server import Ports, SimulatedBench
+    from planner.bench_run.simulator.faults import fault_from_text
+    from planner.bench_run.simulator.serve import serve
+    from planner.bench_run.simulator.server import Ports, SimulatedBench
 
     try:
         faults = [fault_from_text(text) for text in fault or ()]

@@ -81,10 +81,10 @@ def simulate(
 
     Example: planner simulate spec.yaml --plan plans/spec --hidden g_sensitivity=0.01deg/s/g -o data.csv
     """
+    from planner.dwells.dwell_files import write_dwells
     from planner.export.documents import read_plan
     from planner.export.files import write_whole
     from planner.export.truth import truth_path, truth_text
-    from planner.learn.dwell_files import write_dwells
     from planner.pipelines import data as data_pipeline
     from planner.simulate.settings import pairs, settings_from, settings_of
     from planner.spec.load import load_spec
@@ -132,10 +132,10 @@ def calibrate(
 
     Example: planner calibrate data.csv --spec spec.yaml -o calibrations/data
     """
+    from planner.calibrate.methods import fit_options
     from planner.export.calibration import calibration_document, read_tables
     from planner.export.calibration_files import calibration_files, unit_folders
     from planner.export.firmware import left_out_notes
-    from planner.learn.methods import fit_options
     from planner.pipelines import data as data_pipeline
     from planner.report.charts.calibration import before_after_svg
     from planner.report.subjects.calibration import calibration_report

@@ -213,7 +213,7 @@ def recalibrate(
 
     Example: planner recalibrate requirements_specs/recalibration.yaml --start 2026-12-01 -o store
     """
-    from planner.export.recalibration import recalibration_document
+    from planner.export.recalibration_json import recalibration_document
     from planner.pipelines import fleet as pipeline
     from planner.report.subjects.recalibration import recalibration_report, why_not
 

@@ -44,8 +44,8 @@ def reduce(
 
     Example: planner reduce recording.csv --columns map.yaml -o data.csv
     """
+    from planner.dwells.dwell_files import dwell_form, dwells_bytes
     from planner.export.reduction import account_text, reduction_document, refuse_overwriting
-    from planner.learn.dwell_files import dwell_form, dwells_bytes
     from planner.pipelines import recordings as recordings_pipeline
     from planner.report.subjects.reduction import reduction_report
 

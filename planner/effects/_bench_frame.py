@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.records import Array, Conditions
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.units import STANDARD_GRAVITY_MPS2
 
 TURNING = np.radians(1.0)  # rad/s: above it a record is of a turn, far above the Earth's rate

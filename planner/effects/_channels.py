@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Parameter, Sensor, Term
-from planner.records import Array, Conditions
 
 AXES = ("x", "y", "z")
 CHANNELS = tuple(Term(axis) for axis in AXES)

@@ -10,8 +10,8 @@ from typing import get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Effect, Sensor
-from planner.records import Conditions
 
 CONDITIONS: tuple[Condition, ...] = get_args(Condition)
 IN_USE_DEGC = (-60.0, 85.0)

@@ -16,8 +16,9 @@ import numpy as np
 
 from planner.effects._bench_frame import load, upwards
 from planner.effects._channels import BOTH, BaseEffect, sensed
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Sensor, Term
-from planner.records import Array, Conditions
 
 
 class ArmBending(BaseEffect):

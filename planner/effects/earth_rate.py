@@ -14,9 +14,10 @@ import numpy as np
 
 from planner.effects._bench_frame import turning, upwards
 from planner.effects._channels import BaseEffect
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.physics.earth import EARTH_RATE_RADPS
 from planner.protocols import Condition, Group, Sensor, Term
-from planner.records import Array, Conditions
 
 _STRAIGHT = 0.98  # cosine of an axis with the vertical, above which the face counts as level
 

@@ -11,8 +11,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from planner.effects._channels import AXES, BOTH, BaseEffect, sensed
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Sensor, Term
-from planner.records import Array, Conditions
 
 PAIRS = tuple((i, j) for i in range(3) for j in range(3) if i != j)
 

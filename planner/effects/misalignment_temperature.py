@@ -11,8 +11,9 @@ import numpy as np
 
 from planner.effects._channels import REFERENCE_DEGC
 from planner.effects.misalignment import Misalignment
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Sensor
-from planner.records import Array, Conditions
 
 
 class MisalignmentTemperature(Misalignment):

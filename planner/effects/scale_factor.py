@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from planner.effects._channels import ChannelEffect, sensed
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Sensor
-from planner.records import Array, Conditions
 
 
 class ScaleFactor(ChannelEffect):

@@ -13,8 +13,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from planner.effects._channels import ChannelEffect
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Sensor
-from planner.records import Array, Conditions
 
 
 class ScaleFactorAcceleration(ChannelEffect):

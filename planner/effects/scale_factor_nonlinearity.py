@@ -10,8 +10,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from planner.effects._channels import ChannelEffect, sensed
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Sensor
-from planner.records import Array, Conditions
 from planner.units import STANDARD_GRAVITY_MPS2
 
 # ends of the table in K 2.2.5 (gyro) and the load at which high-g units are rated (accelerometer)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from planner.export.json import number
-from planner.records import AllowedErrors
+from planner.nouns.allowances import AllowedErrors
 from planner.units import from_si
 
 

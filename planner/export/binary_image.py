@@ -16,9 +16,9 @@ import zlib
 
 import numpy as np
 
-from planner.calibration import Calibration
 from planner.errors import InputError
 from planner.export.firmware import FirmwareTables, Float32, firmware_tables
+from planner.nouns.calibration import Calibration
 
 MAGIC = b"IMUC"
 VERSION = 1

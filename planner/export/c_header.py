@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.calibration import Calibration
 from planner.export.firmware import FirmwareTables, Float32, firmware_tables
+from planner.nouns.calibration import Calibration
 
 _SUFFIX = {"gyro": "gyro", "accelerometer": "acc"}
 _UNIT = {"gyro": "deg/s", "accelerometer": "g"}

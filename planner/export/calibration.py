@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from planner import catalog
-from planner.calibration import (
+from planner.errors import InputError
+from planner.nouns.calibration import (
     Calibration,
     Coefficient,
     ExtraTerm,
@@ -24,7 +25,6 @@ from planner.calibration import (
     SensorCalibration,
     Tables,
 )
-from planner.errors import InputError
 from planner.protocols import SENSORS, Sensor
 from planner.units import displayed, from_si, unit_factor
 

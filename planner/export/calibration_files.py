@@ -6,10 +6,10 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from planner.calibration import Calibration
 from planner.export.binary_image import binary_image
 from planner.export.c_header import c_header
 from planner.export.calibration import calibration_text, random_text
+from planner.nouns.calibration import Calibration
 
 
 def calibration_files(calibrations: Sequence[Calibration], folder: Path) -> dict[Path, str | bytes]:

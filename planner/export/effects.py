@@ -8,8 +8,8 @@ from typing import Any
 
 from planner import catalog
 from planner.errors import InputError
+from planner.nouns.sensor import Sensor
 from planner.protocols import SENSORS, Effect, Parameter
-from planner.sensor import Sensor
 from planner.spec.places import did_you_mean
 
 

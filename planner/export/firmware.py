@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
 from planner.effects import sensed
 from planner.effects._dependence import IN_USE_DEGC, random_conditions
 from planner.effects.scale_factor_nonlinearity import REFERENCE_INPUT
-from planner.records import Array, Conditions
+from planner.nouns.array import Array
+from planner.nouns.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
+from planner.nouns.conditions import Conditions
 from planner.units import STANDARD_GRAVITY_MPS2, from_si, unit_factor
 
 Float32 = NDArray[np.float32]

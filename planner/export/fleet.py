@@ -18,7 +18,7 @@ from planner.fleet.validation import MethodScore
 from planner.units import from_si
 
 if TYPE_CHECKING:
-    from planner.records import Array
+    from planner.nouns.array import Array
 
 DIGITS = 9
 

@@ -7,16 +7,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from planner.export.header import sealed
-from planner.records import (
-    Achieved,
-    Allowance,
-    GeneticPlan,
-    Plan,
-    PlannedBench,
-    PlannedChamber,
-    RepeatReason,
-    Step,
-)
+from planner.nouns.allowances import Allowance
+from planner.nouns.choices import RepeatReason
+from planner.nouns.plan import Achieved, GeneticPlan, Plan, PlannedBench, PlannedChamber, Step
 from planner.units import from_si, unit_factor
 
 # Twelve digits tell every figure apart and hide the rounding of unit conversions (0.002 stays 0.002).

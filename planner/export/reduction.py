@@ -9,8 +9,8 @@ from typing import Any
 
 from planner import __version__
 from planner.errors import InputError
-from planner.learn.allan import AllanResult
-from planner.learn.reduction import Reduction
+from planner.recordings.allan import AllanResult
+from planner.recordings.reduction import Reduction
 from planner.units import from_si
 
 _UNITS = {"gyro": "deg/s", "acc": "g"}

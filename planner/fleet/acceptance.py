@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from planner.fleet.allowed_region import PARTS, AllowedRegion, Reserve, reserve_of
 from planner.fleet.check_residual import MeasuredResidual
 from planner.fleet.judge import MOST_RECORDS, ErrorRates, Judgement, Verdict, judged, quantile, room_left
-from planner.records import Array
+from planner.nouns.array import Array
 
 Place = Literal["inside", "outside", "open", "not measured"]
 REACH = 0.8  # share of the plan's temperature range that a check must span to show the temperature residual

@@ -19,8 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import catalog
-from planner.records import Allowance, Array, Constraint, Rule
-from planner.sensor import ErrorName
+from planner.nouns.allowances import Allowance
+from planner.nouns.array import Array, Rule
+from planner.nouns.sensitivities import Constraint
+from planner.nouns.sensor import ErrorName
 from planner.solvers.gaussian_length import percentile
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")

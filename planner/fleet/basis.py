@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from datetime import date
 
 from planner.fleet.allowed_region import AllowedRegion
-from planner.fleet.recalibration import Growth, ShortestVisit, StorePlan
 from planner.fleet.store import StoreBench
-from planner.records import Constraint, ErrorModel
+from planner.fleet.visits import Growth, ShortestVisit, StorePlan
+from planner.nouns.allowances import ErrorModel
+from planner.nouns.sensitivities import Constraint
 from planner.spec.load import LoadedSpec
 
 

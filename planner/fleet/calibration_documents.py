@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from planner.errors import InputError
 from planner.fleet.allowed_region import AllowedRegion
 from planner.fleet.check_residual import MeasuredResidual
+from planner.nouns.array import Array
 from planner.protocols import SENSORS
-from planner.records import Array
 from planner.units import UnitError, display_factor
 
 SAME_TEMPERATURE_K = 3.0  # nodes of both sensors that differ by less are one: chambers hold ±2 °C

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.measured import DwellTable
-from planner.records import Array
+from planner.nouns.array import Array
+from planner.nouns.dwell_table import DwellTable
 
 APART_K = 3.0  # chambers hold ±2 °C, and the unit's own thermometer follows
 APART_DAYS = 3.0  # a check lasts a day or two; checks follow each other by weeks

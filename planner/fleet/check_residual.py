@@ -23,11 +23,13 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.errors import InputError
 from planner.fleet.allowed_region import ALL_AXES, AllowedRegion
-from planner.measured import DwellTable
+from planner.nouns.allowances import ErrorModel
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+from planner.nouns.dwell_table import DwellTable
+from planner.nouns.sensor import ErrorName
 from planner.plan.confidence import spread_at
 from planner.protocols import SENSORS, Group, Sensor
-from planner.records import Array, Conditions, ErrorModel
-from planner.sensor import ErrorName
 
 AXES = ("x", "y", "z")
 CONTRADICTED = 0.01  # probability below which the spread of the budgets is not believed

@@ -23,7 +23,8 @@ from planner.fleet.allowed_region import PARTS, AllowedRegion, Reserve, reserve_
 from planner.fleet.forecast._method import Forecast, Past, two_sided
 from planner.fleet.history import History, Series
 from planner.fleet.validation import UNVALIDATED, MethodScore, chosen, method_named, methods, scores
-from planner.records import Array, ErrorModel
+from planner.nouns.allowances import ErrorModel
+from planner.nouns.array import Array
 from planner.spec.budget import STORAGE_DAYS
 
 Correction = Literal["none", "first", "last"]

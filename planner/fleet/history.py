@@ -13,7 +13,7 @@ from datetime import date, timedelta
 
 import numpy as np
 
-from planner.records import Array
+from planner.nouns.array import Array
 
 _FEW = 12
 _JUMP = 8.0  # robust sigmas of the increments; 12 from few points, whose sigma is itself poorly known

@@ -23,8 +23,9 @@ from planner.fleet.check_residual import MeasuredResidual, check_residuals
 from planner.fleet.drift import Correction
 from planner.fleet.history import History, Series
 from planner.fleet.history_files import is_history, read_history
-from planner.measured import DwellTable
-from planner.records import Array, ErrorModel
+from planner.nouns.allowances import ErrorModel
+from planner.nouns.array import Array
+from planner.nouns.dwell_table import DwellTable
 
 HORIZON_DAYS = 365.0
 LONGEST_DAYS = 3650.0

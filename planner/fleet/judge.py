@@ -32,7 +32,7 @@ import numpy as np
 from planner.errors import InputError
 from planner.fleet.allowed_region import AllowedRegion, Reserve, TermConstraint
 from planner.fleet.check_residual import MeasuredResidual
-from planner.records import Array
+from planner.nouns.array import Array
 
 Verdict = Literal["accepted", "rejected", "undecided"]
 DRAWS = 4000

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from planner.errors import InputError
-from planner.records import Allowance
+from planner.nouns.allowances import Allowance
 from planner.units import UnitError, unit_factor
 
 

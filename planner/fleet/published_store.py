@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.fleet.store import sensor_left
-from planner.records import Array, ErrorModel
+from planner.nouns.allowances import ErrorModel
+from planner.nouns.array import Array
 from planner.spec.model import Recalibration
 from planner.units import unit_factor
 

@@ -23,11 +23,13 @@ import numpy as np
 
 from planner import catalog
 from planner.fleet.allowed_region import AllowedRegion
+from planner.nouns.allowances import ErrorModel
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+from planner.nouns.sensor import ErrorName
 from planner.physics.earth import EARTH_RATE_RADPS
 from planner.plan.confidence import spread_at
 from planner.protocols import SENSORS, Sensor
-from planner.records import Array, Conditions, ErrorModel
-from planner.sensor import ErrorName
 from planner.simulate.campaign import Settings
 from planner.spec.model import Recalibration
 from planner.units import STANDARD_GRAVITY_MPS2

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.errors import InputError
 from planner.fleet.forecast._method import Forecast, Method, Past
-from planner.records import Array
+from planner.nouns.array import Array
 
 ORIGINS = 6
 STEPS_AHEAD = 7

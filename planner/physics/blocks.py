@@ -28,7 +28,7 @@ _CHUNK_SAMPLES = 4_000  # bounds the memory, 2 MB per ten columns; fewer or more
 
 
 class Motion(Protocol):
-    """A flight on a uniform grid of n + 1 instants; `planner.records.Trajectory` is one. Units as there."""
+    """A flight on a uniform grid of n + 1 instants; `planner.nouns.Trajectory` is one. Units as there."""
 
     @property
     def time_s(self) -> Array:

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from planner.calibration import Calibration
+from planner.calibrate.dwells_to_fit import calibrate as calibrate_table
+from planner.calibrate.fit_options import FitOptions
 from planner.campaign.design import design, steps_of
 from planner.errors import InputError
-from planner.learn.dwells_to_fit import calibrate as calibrate_table
-from planner.learn.fit_options import FitOptions
-from planner.measured import DwellTable
+from planner.nouns.calibration import Calibration
+from planner.nouns.dwell_table import DwellTable
 from planner.plan.default_campaign import default_campaign
 from planner.plan.schedule_to_steps import steps as steps_of_campaign
 from planner.simulate.campaign import Settings, Truth, prepared
@@ -61,7 +61,7 @@ def calibrate(
     data: Path, loaded: LoadedSpec, options: FitOptions, progress: Progress
 ) -> tuple[Calibration, ...]:
     """Dwell table's file and spec → the calibration of every unit in it."""
-    from planner.learn.dwell_files import read_dwells
+    from planner.dwells.dwell_files import read_dwells
 
     progress(f"reading {data}")
     table = read_dwells(data)
@@ -70,9 +70,9 @@ def calibrate(
 
 def apply(calibration: Path, raw: Path, out: Path, columns: Path | None) -> tuple[int, list[str]]:
     """Calibration and a recording's or dwell table's file → the corrected file; rows, and what to know."""
+    from planner.calibrate.apply_calibration import correct_dwells, correct_recording, is_dwell_table
     from planner.export.calibration import read_tables
-    from planner.learn.apply_calibration import correct_dwells, correct_recording, is_dwell_table
-    from planner.learn.column_map import read_map
+    from planner.recordings.column_map import read_map
 
     tables = read_tables(calibration)
     if columns is None and is_dwell_table(raw):

@@ -8,6 +8,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+from planner.dwells.dwell_files import read_dwells
 from planner.errors import InputError
 from planner.fleet.acceptance import UnitAcceptance, accepted
 from planner.fleet.allowed_region import allowed_region
@@ -25,7 +26,8 @@ from planner.fleet.history import History, cleaned
 from planner.fleet.history_sources import check_days, correction_of, gathered_history, horizon
 from planner.fleet.judge import ErrorRates
 from planner.fleet.plan_allowances import plan_allowances
-from planner.fleet.recalibration import (
+from planner.fleet.store import StoreBench
+from planner.fleet.visits import (
     ShortestVisit,
     StorePlan,
     StorePlanner,
@@ -33,8 +35,6 @@ from planner.fleet.recalibration import (
     growth_of,
     renewable,
 )
-from planner.fleet.store import StoreBench
-from planner.learn.dwell_files import read_dwells
 from planner.pipelines import planning
 from planner.plan.budget import common_rule
 from planner.plan.repeats_to_schedule import campaign

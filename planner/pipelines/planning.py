@@ -8,6 +8,11 @@ from pathlib import Path
 
 from planner import __version__
 from planner.errors import InfeasibleError
+from planner.nouns.allowances import AllowedErrors, ErrorModel
+from planner.nouns.choices import Campaign
+from planner.nouns.plan import GeneticPlan, Plan, TradeOffPoint
+from planner.nouns.sensitivities import Constraint, Sensitivities
+from planner.nouns.trajectory import Trajectory
 from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.budget import common_rule
 from planner.plan.by_hand import is_hand_made
@@ -27,17 +32,6 @@ from planner.plan.spec_to_sensitivity import sensitivities as sensitivities_of
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.plan.task import Task, extreme_allowances, planning_task
 from planner.plan.trade_off import trade_off
-from planner.records import (
-    AllowedErrors,
-    Campaign,
-    Constraint,
-    ErrorModel,
-    GeneticPlan,
-    Plan,
-    Sensitivities,
-    TradeOffPoint,
-    Trajectory,
-)
 from planner.solvers.genetic import GeneticSettings
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, Spec

@@ -10,8 +10,8 @@ from typing import Any
 
 from planner import __version__, catalog
 from planner.errors import InputError, StoppedEarly
+from planner.nouns.trajectory import Trajectory
 from planner.plan.spec_to_trajectory import trajectory_of
-from planner.records import Trajectory
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given
 from planner.units import from_si
@@ -89,9 +89,9 @@ def verify(
 
 def _pipeline(loaded: LoadedSpec) -> Pipeline:
     """calibrate and apply as the commands do them."""
+    from planner.calibrate.fit_options import FitOptions
     from planner.export.calibration_files import calibration_files
     from planner.export.files import write_all_whole
-    from planner.learn.fit_options import FitOptions
     from planner.pipelines import data
 
     def calibrate(table: Path, folder: Path) -> Path:

@@ -9,11 +9,11 @@ import numpy as np
 
 from planner.errors import InputError
 from planner.export.documents import read_plan
-from planner.learn.column_map import read_map
-from planner.learn.plan_records import records_of
-from planner.learn.plan_references import references_of
-from planner.learn.raw_to_dwells import reduce_recordings
-from planner.learn.reduction import Reduction
+from planner.recordings.column_map import read_map
+from planner.recordings.plan_records import records_of
+from planner.recordings.plan_references import references_of
+from planner.recordings.raw_to_dwells import reduce_recordings
+from planner.recordings.reduction import Reduction
 
 Progress = Callable[[str], None]
 

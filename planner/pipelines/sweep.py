@@ -11,8 +11,8 @@ from typing import Any
 
 from planner import __version__
 from planner.errors import InfeasibleError, InputError, StoppedEarly
+from planner.nouns.plan import Plan
 from planner.pipelines.planning import exact_plan
-from planner.records import Plan
 from planner.spec.load import load_spec, spec_from_bytes
 from planner.spec.yaml12 import read_yaml
 from planner.units import from_si

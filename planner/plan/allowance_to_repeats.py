@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from planner.nouns.allowances import ErrorModel
+from planner.nouns.choices import ErrorMenu, PointMenu, RepeatLevels, TemperaturePoints
 from planner.plan.by_hand import fixed_repeats
 from planner.plan.confidence import half_widths, quantile, spread_at
-from planner.records import ErrorMenu, ErrorModel, PointMenu, RepeatLevels, TemperaturePoints
 from planner.spec.model import Spec
 
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from planner.nouns.choices import TestVisits
 from planner.plan.by_hand import in_room
-from planner.records import TestVisits
 from planner.solvers.calendar import Calendar, Passage, Span, constant
 from planner.spec.attendance import attended_spans, install_attended, off_time, people_at, powered_time
 from planner.spec.model import Chamber, Spec, Test

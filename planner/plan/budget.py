@@ -13,7 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.records import Allowance, Array, Constraint, ErrorModel
+from planner.nouns.allowances import Allowance, ErrorModel
+from planner.nouns.array import Array
+from planner.nouns.sensitivities import Constraint
 from planner.solvers.linear_combination import combination
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")

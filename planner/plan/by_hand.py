@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.records import Placement, TestVisits
+from planner.nouns.array import Placement
+from planner.nouns.choices import TestVisits
 from planner.spec.model import FixedTest, Spec
 
 Temperatures = str | int | tuple[float, ...] | None

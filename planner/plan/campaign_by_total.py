@@ -20,6 +20,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from planner.nouns.array import Array
+from planner.nouns.choices import Campaign, TestVisits
 from planner.plan.by_hand import is_hand_made
 from planner.plan.costs import price, repeat_power_on, weights_of
 from planner.plan.percentile_cuts import objection
@@ -27,7 +29,6 @@ from planner.plan.repeats_to_schedule import campaign_of, visits_of
 from planner.plan.savings import with_plan
 from planner.plan.schedule_to_steps import makespan
 from planner.plan.task import Task
-from planner.records import Array, Campaign, TestVisits
 from planner.solvers.integer import Choice, solve
 from planner.spec.attendance import is_attended
 from planner.spec.model import Objective, Spec

@@ -20,10 +20,12 @@ from planner.campaign.model import Campaign, ChannelCampaign, Known, campaign
 from planner.campaign.noise import budget_of, columns_of_errors
 from planner.campaign.power_ons import of_design
 from planner.campaign.prior import walk_mode
+from planner.nouns.array import Array
+from planner.nouns.plan import Plan
+from planner.nouns.sensor import ErrorName
+from planner.nouns.trajectory import Trajectory
 from planner.plan.flight_response import FlightResponse, flight_response
 from planner.protocols import SENSORS, Sensor
-from planner.records import Array, Plan, Trajectory
-from planner.sensor import ErrorName
 from planner.simulate.campaign import prepared
 from planner.simulate.temperature_curves import CurveFamily, second_moment
 from planner.solvers.gaussian_length import percentile

@@ -7,27 +7,17 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from planner import catalog
+from planner.nouns.allowances import Allowance
+from planner.nouns.choices import Campaign, ErrorChoice, RepeatReason, TestVisits
+from planner.nouns.plan import Achieved, GeneticPlan, Plan, PlannedTest, SensitivityFigure, Step
+from planner.nouns.sensitivities import Constraint
+from planner.nouns.sensor import ErrorName
 from planner.plan.budget import common_rule, reached, size
 from planner.plan.by_hand import fixed_repeats, is_hand_made
 from planner.plan.confidence import half_width, half_widths, quantile, spread_at
 from planner.plan.costs import repeat_power_on, repeat_time, weights_of
 from planner.plan.spec_to_benches import planned_benches
 from planner.plan.task import Task, allowances
-from planner.records import (
-    Achieved,
-    Allowance,
-    Campaign,
-    Constraint,
-    ErrorChoice,
-    GeneticPlan,
-    Plan,
-    PlannedTest,
-    RepeatReason,
-    SensitivityFigure,
-    Step,
-    TestVisits,
-)
-from planner.sensor import ErrorName
 from planner.solvers.linear_combination import shares, weights
 from planner.spec.model import PercentileRule, Requirement, Spec
 from planner.spec.plugins import foreign_plugins

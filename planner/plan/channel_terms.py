@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import catalog
+from planner.nouns.allowances import ErrorModel
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS, Effect, Sensor
-from planner.records import Array, Conditions, ErrorModel
-from planner.sensor import ErrorName
 
 MOTION = frozenset(("rate", "specific_force"))
 

@@ -16,7 +16,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.records import Array, ErrorModel
+from planner.nouns.allowances import ErrorModel
+from planner.nouns.array import Array
 from planner.spec.model import Spec
 
 

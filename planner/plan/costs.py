@@ -18,9 +18,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.nouns.array import Array
 from planner.plan.bench_work import last_cool_down, overlapped_time
 from planner.plan.by_hand import in_room
-from planner.records import Array
 from planner.spec.model import Objective, Spec, Test
 
 

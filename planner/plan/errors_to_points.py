@@ -12,9 +12,9 @@ import numpy as np
 
 from planner import catalog
 from planner.errors import InputError
+from planner.nouns.choices import PointMenu, TemperaturePoints
+from planner.nouns.sensor import ErrorName
 from planner.plan.by_hand import chosen_by_hand, even_points, temperatures_of
-from planner.records import PointMenu, TemperaturePoints
-from planner.sensor import ErrorName
 from planner.solvers.breakpoints import optimal_breakpoints, table_residual
 from planner.spec.budget import ErrorBudget, MeasuredCurve
 from planner.spec.model import Spec

@@ -8,8 +8,9 @@ from typing import Literal
 import numpy as np
 
 from planner import catalog
-from planner.records import Array, Conditions
-from planner.sensor import ErrorName
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+from planner.nouns.sensor import ErrorName
 from planner.units import STANDARD_GRAVITY_MPS2
 
 AXES = "xyz"

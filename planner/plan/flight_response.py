@@ -13,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import catalog
+from planner.nouns.array import Array
+from planner.nouns.sensor import ErrorName
+from planner.nouns.trajectory import Trajectory
 from planner.physics.error_dynamics import ErrorHistory, propagate_errors
 from planner.plan.spec_to_sensitivity import COMPONENTS, conditions_of
 from planner.protocols import SENSORS
-from planner.records import Array, Trajectory
-from planner.sensor import ErrorName
 from planner.spec.model import Requirement
 
 MOMENT_S = 60.0  # a tenth of the usual correlation time of the in-run process

@@ -14,10 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.nouns.allowances import GeneticHistory
+from planner.nouns.array import Array
+from planner.nouns.choices import Campaign
+from planner.nouns.plan import GeneticPlan
+from planner.nouns.sensitivities import Constraint
 from planner.plan.budget import size, uncalibrated
 from planner.plan.rows import ErrorRows
 from planner.plan.task import Task, row_sizes
-from planner.records import Array, Campaign, Constraint, GeneticHistory, GeneticPlan
 from planner.solvers.genetic import GeneticSettings, minimise
 from planner.solvers.integer import fold_private_resources
 from planner.solvers.limit_surface import LimitSurface

@@ -8,7 +8,8 @@ import numpy as np
 
 from planner.campaign.design import DEFAULT_LATITUDE
 from planner.campaign.exposure import exposure, mounting
-from planner.records import Array, Conditions
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.spec.model import Spec, Test
 from planner.spec.motions import motions_of
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from planner.campaign.observability import Untold
 from planner.errors import InputError
+from planner.nouns.choices import Campaign, TestVisits
 from planner.plan.by_hand import (
     chosen_by_hand,
     even_points,
@@ -26,7 +27,6 @@ from planner.plan.task import Task
 from planner.plan.untold_to_remedy import Remedy, also_at, remedy_of
 from planner.plan.untold_words import degrees, fault_of, told_once
 from planner.plan.visits_to_observability import ENOUGH, Visits, asked_errors, campaign_of, untold_by
-from planner.records import Campaign, TestVisits
 from planner.spec.model import Spec
 
 

@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from planner.nouns.array import Array
+from planner.nouns.sensitivities import Constraint
 from planner.plan.budget import uncalibrated
 from planner.plan.task import TANGENT_FROM, Task, row_sizes
-from planner.records import Array, Constraint
 from planner.solvers.integer import Cut, Rows, monotone_cut
 from planner.solvers.linear_combination import combination
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from planner.nouns.choices import Campaign
+from planner.nouns.plan import Plan, TradeOffPoint
 from planner.plan.costs import weights_of
 from planner.plan.savings import savings, with_plan
 from planner.plan.schedule_to_steps import batch_sizes, bench_timings, makespan
-from planner.records import Campaign, Plan, TradeOffPoint
 from planner.spec.attendance import calendar_of, start_words
 from planner.spec.model import Spec
 

@@ -26,10 +26,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner.nouns.allowances import ErrorModel
+from planner.nouns.array import Array
 from planner.plan.channel_terms import ChannelTerm, channels, columns_of, terms_on
 from planner.plan.motions_to_records import RepeatRecords, repeat_records
 from planner.protocols import Sensor
-from planner.records import Array, ErrorModel
 from planner.solvers.least_squares import factors
 from planner.spec.model import Given, Spec
 

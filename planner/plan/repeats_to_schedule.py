@@ -18,12 +18,13 @@ from decimal import Decimal
 import numpy as np
 
 from planner.errors import InfeasibleError, StoppedEarly
+from planner.nouns.choices import Campaign, ErrorChoice, TestVisits
+from planner.nouns.sensitivities import Constraint
 from planner.plan.budget import binding_parts, reached
 from planner.plan.by_hand import is_hand_made
 from planner.plan.confidence import half_widths
 from planner.plan.percentile_cuts import objection
 from planner.plan.task import TANGENT_FROM, Task, extreme_allowances, row_sizes
-from planner.records import Campaign, Constraint, ErrorChoice, TestVisits
 from planner.solvers.integer import Choice, Rows, solve
 from planner.solvers.linear_combination import weights
 from planner.units import from_si

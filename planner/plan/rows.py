@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.nouns.array import Array
+from planner.nouns.choices import ErrorMenu, TemperaturePoints
 from planner.plan.costs import Tariff
-from planner.records import Array, ErrorMenu, TemperaturePoints
 
 
 @dataclass(frozen=True)

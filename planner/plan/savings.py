@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from planner.nouns.choices import Campaign, ErrorChoice, TestVisits
+from planner.nouns.plan import Saving
 from planner.plan.schedule_to_steps import batch_sizes, makespan
-from planner.records import Campaign, ErrorChoice, Saving, TestVisits
 from planner.spec.model import Spec
 
 

@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from planner.nouns.choices import Campaign, TestVisits
+from planner.nouns.plan import PlannedTest, Step
 from planner.plan.bench_timing import BenchTiming
 from planner.plan.bench_work import (
     Action,
@@ -24,7 +26,6 @@ from planner.plan.bench_work import (
     temperature_name,
 )
 from planner.plan.costs import repeat_power_on
-from planner.records import Campaign, PlannedTest, Step, TestVisits
 from planner.spec.attendance import is_attended
 from planner.spec.model import Spec
 

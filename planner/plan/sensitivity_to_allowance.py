@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner.errors import InfeasibleError
-from planner.records import AllowedErrors, Array, Constraint, Corner, GeneticHistory
+from planner.nouns.allowances import AllowedErrors, Corner, GeneticHistory
+from planner.nouns.array import Array
+from planner.nouns.sensitivities import Constraint
 from planner.solvers.convex import EVEN, Corners
 from planner.solvers.genetic import GeneticSettings, minimise
 from planner.solvers.limit_surface import ROUNDING, LimitSurface, binding

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from planner.records import PlannedBench, PlannedChamber
+from planner.nouns.plan import PlannedBench, PlannedChamber
 from planner.spec.model import Chamber, Spec
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from planner import catalog
+from planner.nouns.allowances import ErrorModel
 from planner.plan.campaign_to_spread import with_campaign_spreads
 from planner.plan.records_to_spread import with_spreads
 from planner.protocols import SENSORS, Sensor
-from planner.records import ErrorModel
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Spec
 

@@ -17,9 +17,12 @@ from numpy.typing import NDArray
 
 from planner.catalog import effects
 from planner.errors import InputError
+from planner.nouns.array import Array, Rule
+from planner.nouns.conditions import Conditions
+from planner.nouns.sensitivities import Constraint, Sensitivities, SensitivityColumn
+from planner.nouns.trajectory import Trajectory
 from planner.physics.error_dynamics import propagate_errors
 from planner.protocols import SENSORS, Effect, Sensor
-from planner.records import Array, Conditions, Constraint, Rule, Sensitivities, SensitivityColumn, Trajectory
 from planner.spec.model import NAVIGATION_ERRORS, Given, PercentileRule, Requirement, Spec
 from planner.units import unit_factor
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from planner.catalog import trajectories
 from planner.errors import Fault, InputError
-from planner.records import Trajectory
+from planner.nouns.trajectory import Trajectory
 from planner.spec.places import did_you_mean
 
 FORMS = ("constant", "ramp")  # pydantic's names for the two ways to write a temperature; not in the spec

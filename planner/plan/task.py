@@ -11,11 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.nouns.allowances import Allowance, ErrorModel
+from planner.nouns.array import Array
+from planner.nouns.choices import Campaign, ErrorMenu, TestVisits
+from planner.nouns.sensitivities import Constraint
 from planner.plan.budget import allowance, constant_parts, uncalibrated
 from planner.plan.by_hand import hand_made_visits, in_room
 from planner.plan.costs import Tariff
 from planner.plan.rows import ErrorRows, error_rows
-from planner.records import Allowance, Array, Campaign, Constraint, ErrorMenu, ErrorModel, TestVisits
 from planner.solvers.gaussian_length import percentile
 from planner.solvers.integer import Group, Problem
 from planner.solvers.linear_combination import combination, weights

@@ -6,10 +6,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from planner.errors import InputError, StoppedEarly
+from planner.nouns.choices import Campaign
+from planner.nouns.plan import TradeOffPoint
 from planner.plan.costs import repeat_power_on
 from planner.plan.savings import with_plan
 from planner.plan.schedule_to_steps import makespan
-from planner.records import Campaign, TradeOffPoint
 from planner.spec.model import Objective, Spec
 
 # Seconds of campaign that one second of power-on is worth: from time alone to the unit's life almost alone.

@@ -9,6 +9,8 @@ from itertools import chain, combinations
 import numpy as np
 
 from planner.campaign.observability import Untold
+from planner.nouns.choices import TestVisits
+from planner.nouns.sensor import ErrorName
 from planner.plan.by_hand import fixed_repeats
 from planner.plan.visits_to_observability import (
     ENOUGH,
@@ -17,8 +19,6 @@ from planner.plan.visits_to_observability import (
     tests_of_unknown_motions,
     untold_by,
 )
-from planner.records import TestVisits
-from planner.sensor import ErrorName
 from planner.spec.model import Spec
 from planner.temperature_table import GAP_K
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from planner.campaign.observability import Untold
 from planner.campaign.power_ons import PowerOns
+from planner.nouns.conditions import Conditions
+from planner.nouns.sensor import ErrorName
 from planner.plan.excitation import excitation
 from planner.plan.untold_to_remedy import Remedy
-from planner.records import Conditions
-from planner.sensor import ErrorName
 from planner.spec.model import Spec
 from planner.temperature_table import GAP_K
 

@@ -14,12 +14,12 @@ from planner.campaign.design import design
 from planner.campaign.model import Campaign, campaign
 from planner.campaign.observability import Untold, untold
 from planner.campaign.power_ons import PowerOns, of_design
+from planner.nouns.choices import Campaign as Chosen
+from planner.nouns.choices import TestVisits
+from planner.nouns.sensor import ErrorName
 from planner.plan.by_hand import fixed_repeats
 from planner.plan.savings import with_plan
 from planner.plan.schedule_to_steps import steps
-from planner.records import Campaign as Chosen
-from planner.records import TestVisits
-from planner.sensor import ErrorName
 from planner.spec.model import Given, Spec
 from planner.spec.motions import motions_of
 

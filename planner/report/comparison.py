@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from planner.errors import InputError
-from planner.records import PlannedTest, Step
+from planner.nouns.plan import PlannedTest, Step
 from planner.report.numbers import degrees, digits, hours, plain, runs
 from planner.report.plan_facts import MICROSECONDS, Figure, PlanDocument, PlanFacts, length, plan_facts
 from planner.report.time_spent import action_order

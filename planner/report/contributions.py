@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.records import Achieved, Allowance, Constraint, Plan
+from planner.nouns.allowances import Allowance
+from planner.nouns.plan import Achieved, Plan
+from planner.nouns.sensitivities import Constraint
 from planner.solvers.linear_combination import combined, weights
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from planner.errors import InputError
-from planner.records import PlannedTest, Step
+from planner.nouns.plan import PlannedTest, Step
 
 PlanDocument = Mapping[str, Any]
 MICROSECONDS = 1_000_000  # in a second

@@ -10,7 +10,9 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from planner.records import AllowedErrors, Plan, Sensitivities
+from planner.nouns.allowances import AllowedErrors
+from planner.nouns.plan import Plan
+from planner.nouns.sensitivities import Sensitivities
 from planner.report.numbers import NOTHING, digits, display_unit, in_unit
 from planner.units import from_si
 

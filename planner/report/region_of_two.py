@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.records import Array, Constraint, Plan
+from planner.nouns.array import Array
+from planner.nouns.plan import Plan
+from planner.nouns.sensitivities import Constraint
 from planner.solvers.linear_combination import combination
 
 PREFERRED = ("gyro.bias", "accelerometer.bias")

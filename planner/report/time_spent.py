@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from planner.records import Step
+from planner.nouns.plan import Step
 
 PEOPLE = "waiting for people"  # a pause of no test: until a shift begins
 ACTIONS = (

@@ -20,10 +20,11 @@ import numpy as np
 from planner import catalog
 from planner.campaign.design import Design
 from planner.campaign.power_ons import of_design
-from planner.measured import DwellTable
 from planner.measurement import Acting
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS, Effect, Sensor
-from planner.records import Array, Conditions
 from planner.simulate.hidden import HiddenEffect, coefficients
 from planner.simulate.processes import gauss_markov, generator, power_on_draws, walk
 from planner.simulate.references import drawn_references

@@ -10,7 +10,7 @@ import zlib
 import numpy as np
 
 from planner.campaign.design import Design
-from planner.records import Array
+from planner.nouns.array import Array
 from planner.spec.budget import STORAGE_DAYS
 
 

@@ -14,7 +14,8 @@ import numpy as np
 
 from planner.campaign.design import Design
 from planner.campaign.exposure import Exposure, Misplaced
-from planner.records import Array, Conditions
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.simulate.processes import generator
 from planner.spec.references import BenchAccuracy
 

@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from planner.records import Array
+from planner.nouns.array import Array
 
 POINTS = 481
 _MODES = 40

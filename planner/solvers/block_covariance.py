@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.records import Array
+from planner.nouns.array import Array
 from planner.solvers.random_effects import RandomEffects
 
 LARGEST = 64  # rows of a group up to which blocks are dense

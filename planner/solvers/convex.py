@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from planner.errors import InfeasibleError
-from planner.records import Array, Constraint, Rule
+from planner.nouns.array import Array, Rule
+from planner.nouns.sensitivities import Constraint
 from planner.solvers.limit_surface import ROUNDING, LimitSurface
 from planner.solvers.linear_combination import weights
 

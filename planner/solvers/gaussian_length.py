@@ -19,7 +19,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.records import Array
+from planner.nouns.array import Array
 
 Indices = NDArray[np.intp]
 COMPONENTS = 3

@@ -15,7 +15,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.records import Array, GeneticHistory
+from planner.nouns.allowances import GeneticHistory
+from planner.nouns.array import Array
 
 Chromosomes = NDArray[np.int64]  # (P, G): one Gray-coded integer a gene
 Evaluate = Callable[[Array], Array]

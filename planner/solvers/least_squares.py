@@ -70,8 +70,11 @@ def factors(X: Array, tolerance: float = RANK_TOLERANCE) -> Factors:
 
 
 def _lengths(X: Array) -> Array:
-    """(p,) lengths of the columns; squares neither overflow nor vanish, for powers of two change no digit."""
-    exponent = np.frexp(np.abs(X).max(axis=0, initial=0.0))[1]
+    """(p,) lengths of the columns; squares do not overflow, for powers of two change no digit.
+
+    A column whose squares vanish has no length: what divides by it would overflow.
+    """
+    exponent = np.maximum(np.frexp(np.abs(X).max(axis=0, initial=0.0))[1], 0)
     return np.asarray(np.ldexp(np.sqrt(np.sum(np.ldexp(X, -exponent) ** 2, axis=0)), exponent))
 
 

@@ -9,7 +9,8 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.records import Array, Constraint
+from planner.nouns.array import Array
+from planner.nouns.sensitivities import Constraint
 from planner.solvers.gaussian_length import COMPONENTS, exceedance, length_per_rms, percentile
 from planner.solvers.linear_combination import covariance_per_unit, weights
 

@@ -15,7 +15,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from planner.records import Array, Constraint
+from planner.nouns.array import Array
+from planner.nouns.sensitivities import Constraint
 from planner.solvers.gaussian_length import percentile
 
 

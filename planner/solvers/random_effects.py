@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.records import Array
+from planner.nouns.array import Array
 
 if TYPE_CHECKING:
     from planner.solvers.block_covariance import BlockCovariance

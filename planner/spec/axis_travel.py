@@ -17,7 +17,7 @@ STOPPING = ("move", "install", "remove", "power_off")  # steps before which what
 
 
 class Moving(Protocol):
-    """What is asked of a step: planner.records.Step, or the step of plan.json."""
+    """What is asked of a step: planner.nouns.Step, or the step of plan.json."""
 
     @property
     def action(self) -> str:

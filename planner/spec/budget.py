@@ -14,8 +14,8 @@ import numpy as np
 from pydantic import Field, GetJsonSchemaHandler, Tag, model_validator
 from pydantic_core import CoreSchema
 
+from planner.nouns.array import Array
 from planner.quantities import AnyQuantity, Celsius, Count, PositiveKelvin, PositiveSeconds
-from planner.records import Array
 from planner.spec.forms import mapping_or_text, of_forms, table_or_curve, text_table_or_parts
 from planner.spec.part import SpecPart
 from planner.units import Quantity

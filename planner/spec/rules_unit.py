@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 from planner import catalog
-from planner.sensor import ErrorName
+from planner.nouns.sensor import ErrorName
 from planner.spec.budget import ErrorBudget, InRun, MeasuredCurve, ResidualTable, RunToRun
 from planner.spec.places import did_you_mean
 from planner.spec.review import Review

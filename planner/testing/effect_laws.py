@@ -16,8 +16,9 @@ import numpy as np
 from planner import catalog
 from planner.effects._dependence import CONDITIONS, moved, random_conditions, rows_of
 from planner.errors import InputError
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Effect, Group, Parameter, Sensor
-from planner.records import Array, Conditions
 from planner.units import UnitError, unit_factor
 
 ROWS = 400

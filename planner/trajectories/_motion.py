@@ -21,6 +21,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from planner.nouns.array import Array
+from planner.nouns.trajectory import Trajectory
 from planner.physics.attitude import cross, rotate
 from planner.physics.earth import (
     earth_rate_ned,
@@ -28,7 +30,6 @@ from planner.physics.earth import (
     principal_radii,
     transport_rate_ned,
 )
-from planner.records import Array, Trajectory
 from planner.trajectories._parameters import Environment
 
 Curve = Callable[[Array], Array]

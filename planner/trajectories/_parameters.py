@@ -10,8 +10,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
+from planner.nouns.array import Array
 from planner.quantities import Angle, Celsius, Metres, PositiveSeconds, Seconds, quantity, schema
-from planner.records import Array
 from planner.units import from_si
 
 MOST_SAMPLES = 2_000_000  # five and a half hours at 100 Hz; keeps a flight's arrays below 0.5 GB

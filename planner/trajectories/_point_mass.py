@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.records import Array
+from planner.nouns.array import Array
 from planner.trajectories._motion import Motion, motion_through, quaternion_from_rph
 from planner.units import STANDARD_GRAVITY_MPS2
 

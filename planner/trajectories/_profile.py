@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.records import Array
+from planner.nouns.array import Array
 
 KNOT_STEP_S = 0.01
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from planner.errors import Fault, InputError
-from planner.records import Array
+from planner.nouns.array import Array
 
 COLUMNS = (
     "time_s",

@@ -8,8 +8,8 @@ from itertools import islice
 import numpy as np
 
 from planner.errors import Fault
+from planner.nouns.array import Array
 from planner.physics.earth import principal_radii
-from planner.records import Array
 from planner.trajectories._motion import quaternion_from_rph
 from planner.trajectories._table import MOST_FAULTS, Table, refusal
 

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from planner.records import Array, Trajectory
+from planner.nouns.array import Array
+from planner.nouns.trajectory import Trajectory
 from planner.trajectories._motion import Curve, Motion, Position, fly, motion_through
 from planner.trajectories._parameters import Environment
 from planner.trajectories._table import Table, read_table

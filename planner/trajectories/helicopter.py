@@ -10,9 +10,10 @@ from typing import Annotated
 
 import numpy as np
 
+from planner.nouns.array import Array
+from planner.nouns.trajectory import Trajectory
 from planner.physics.earth import gravity
 from planner.quantities import Angle, Metres, PositiveSeconds
-from planner.records import Array, Trajectory
 from planner.trajectories._motion import Motion, Position, fly, motion_through, quaternion_from_rph
 from planner.trajectories._parameters import DEG, Flight, Speed, text, within
 from planner.trajectories._profile import knots, step, step_rate

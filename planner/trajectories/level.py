@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.records import Trajectory
+from planner.nouns.trajectory import Trajectory
 from planner.trajectories._motion import Position, fly, motion_through, quaternion_from_rph
 from planner.trajectories._parameters import Altitude, Flight, Speed, text
 

@@ -11,8 +11,8 @@ from typing import Annotated
 import numpy as np
 
 from planner.errors import InputError
+from planner.nouns.trajectory import Trajectory
 from planner.quantities import Acceleration, Angle, PositiveSeconds
-from planner.records import Trajectory
 from planner.trajectories._motion import Position, fly
 from planner.trajectories._parameters import DEG, Flight, text, within
 from planner.trajectories._point_mass import Command, Forces, PathState, drag, follow

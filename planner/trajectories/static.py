@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from planner.nouns.trajectory import Trajectory
 from planner.quantities import Angle
-from planner.records import Trajectory
 from planner.trajectories._motion import Position, fly, motion_through, quaternion_from_rph
 from planner.trajectories._parameters import Flight, text
 

@@ -6,9 +6,9 @@ from typing import Annotated
 
 import numpy as np
 
+from planner.nouns.trajectory import Trajectory
 from planner.physics.earth import gravity
 from planner.quantities import Angle, PositiveSeconds
-from planner.records import Trajectory
 from planner.trajectories._motion import Position, fly, motion_through, quaternion_from_rph
 from planner.trajectories._parameters import DEG, Altitude, Flight, Speed, text, within
 from planner.trajectories._profile import knots, step

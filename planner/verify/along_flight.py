@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+from planner.nouns.trajectory import Trajectory
 from planner.physics.attitude import rph_from_dcm
 from planner.physics.earth import principal_radii
 from planner.physics.strapdown import NavigationState
-from planner.records import Array, Conditions, Trajectory
 
 COMPONENTS = {
     "position": ("position", slice(0, 3)),

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.nouns.array import Array
+from planner.nouns.trajectory import Trajectory
 from planner.protocols import SENSORS, Sensor
-from planner.records import Array, Trajectory
 from planner.spec.model import Spec
 from planner.spec.references import InitialAlignment
 from planner.verify.chance import Chance

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from planner import catalog
 from planner.errors import InputError
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import SENSORS, Group, Sensor
-from planner.records import Array, Conditions
 from planner.verify.chance import Chance
 from planner.verify.declared import INPUT, Declared, declared, sensed
 from planner.verify.draws import DrawnError, Unit, generator

@@ -16,8 +16,9 @@ from typing import Literal
 import numpy as np
 
 from planner import catalog
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import Effect, Group, Sensor
-from planner.records import Array, Conditions
 from planner.verify.nodes import fitted, nodes_of, visited
 
 INPUT: dict[Sensor, Literal["rate", "specific_force"]] = {

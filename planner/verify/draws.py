@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
+from planner.nouns.array import Array
+from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS, Sensor
-from planner.records import Array
-from planner.sensor import ErrorName
 from planner.spec.budget import STORAGE_DAYS, ErrorBudget
 from planner.spec.model import Spec
 from planner.verify.chance import Chance

@@ -11,8 +11,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from planner.nouns.array import Array
+from planner.nouns.trajectory import Trajectory
 from planner.protocols import SENSORS, Sensor
-from planner.records import Array, Trajectory
 from planner.spec.model import Given, Requirement, Spec
 from planner.units import unit_factor
 from planner.verify.beside import beside_of

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.nouns.array import Array
 from planner.physics.earth import EARTH_RATE_RADPS
-from planner.records import Array
 from planner.units import STANDARD_GRAVITY_MPS2
 
 BENCH_LATITUDE = float(np.radians(45.0))

@@ -15,10 +15,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planner import catalog
+from planner.nouns.array import Array
+from planner.nouns.trajectory import Trajectory
 from planner.physics.error_dynamics import ErrorHistory, propagate_errors
 from planner.physics.perturbed import navigate_with_errors
 from planner.protocols import SENSORS, Sensor
-from planner.records import Array, Trajectory
 from planner.spec.model import Requirement
 from planner.verify.along_flight import COMPONENTS, conditions_of
 from planner.verify.beside import ALIGNMENT, NOTHING, Beside, noise_name

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from planner.nouns.array import Array
 from planner.physics.error_dynamics import propagate_errors
-from planner.records import Array
 from planner.verify.experiment import Experiment, units_left
 from planner.verify.flights import FlightModel, exact_coefficients
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.records import Array
+from planner.nouns.array import Array
 
 REACH_K = 5.0  # a table's end segments go on so far; beyond, it is constant
 APART_K = 3.0  # records closer than this in temperature belong to one node

@@ -9,8 +9,8 @@ from typing import Any, Literal
 import numpy as np
 
 from planner import catalog
-from planner.records import Array
-from planner.sensor import ErrorName
+from planner.nouns.array import Array
+from planner.nouns.sensor import ErrorName
 from planner.spec.model import NAVIGATION_ERRORS, PercentileRule, Requirement, Spec
 from planner.units import to_si, unit_factor
 from planner.verify.beside import noise_name

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.errors import InputError
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.quantities import DAY_S
-from planner.records import Array, Conditions
 from planner.spec.model import Bench, Spec
 from planner.verify.exposures import Motion, along_axis_1, earth_rate, motion_of, upward
 

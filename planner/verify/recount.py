@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from planner.nouns.trajectory import Trajectory
 from planner.quantities import DAY_S, WEEKDAYS
-from planner.records import Trajectory
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Objective, Spec
 from planner.units import from_si

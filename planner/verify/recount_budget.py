@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from planner import catalog
+from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS
-from planner.sensor import ErrorName
 from planner.spec.budget import ErrorBudget, MeasuredCurve
 from planner.spec.model import PercentileRule, Spec
 from planner.units import unit_factor

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from planner import catalog
+from planner.nouns.array import Array
+from planner.nouns.sensor import ErrorName
+from planner.nouns.trajectory import Trajectory
 from planner.protocols import SENSORS
-from planner.records import Array, Trajectory
-from planner.sensor import ErrorName
 from planner.spec.model import NAVIGATION_ERRORS, Given, PercentileRule, Requirement, Spec
 from planner.units import unit_factor
 from planner.verify.along_flight import COMPONENTS

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import catalog
+from planner.nouns.array import Array
+from planner.nouns.trajectory import Trajectory
 from planner.physics.strapdown import integrate
 from planner.protocols import Sensor
-from planner.records import Array, Trajectory
 from planner.verify.along_flight import apart, conditions_of, start_of
 
 _TURN = 1e-5  # rad

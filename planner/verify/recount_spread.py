@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import catalog
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import SENSORS, Sensor
-from planner.records import Array, Conditions
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Given, Spec
 from planner.spec.motions import motions_of

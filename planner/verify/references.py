@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.records import Array, Conditions
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.spec.model import Spec
 from planner.verify.chance import Chance
 from planner.verify.draws import generator

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import catalog
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+from planner.nouns.sensor import ErrorName
 from planner.protocols import Sensor
-from planner.records import Array, Conditions
-from planner.sensor import ErrorName
 from planner.verify.calibrations import Estimator
 from planner.verify.draws import DrawnError, Exposed
 from planner.verify.nodes import read

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import catalog
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import Group, Sensor
-from planner.records import Array, Conditions
 from planner.verify.declared import INPUT
 
 _PROBES = 8

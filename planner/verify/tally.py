@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.records import Array
+from planner.nouns.array import Array
 
 
 @dataclass(frozen=True)

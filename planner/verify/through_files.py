@@ -20,10 +20,11 @@ from pathlib import Path
 import numpy as np
 
 from planner.errors import InputError
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.physics.error_dynamics import ErrorHistory
 from planner.physics.strapdown import integrate
 from planner.protocols import SENSORS, Sensor
-from planner.records import Array, Conditions
 from planner.spec.model import NAVIGATION_ERRORS
 from planner.units import from_si, unit_factor
 from planner.verify.along_flight import apart, conditions_of, start_of

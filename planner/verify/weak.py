@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import catalog
-from planner.sensor import ErrorName
+from planner.nouns.sensor import ErrorName
 from planner.spec.budget import ErrorBudget
 from planner.units import from_si
 from planner.verify.calibrations import Estimator

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from planner.campaign.power_ons import PowerOns
-from planner.records import Conditions
+from planner.nouns.conditions import Conditions
 from planner.spec.load import load_spec
 from planner.spec.model import Spec
 from tests.specs import SHIPPED

@@ -8,8 +8,9 @@ import pytest
 from planner.campaign.model import ChannelCampaign, campaign
 from planner.campaign.power_ons import PowerOns
 from planner.campaign.triad import fit_triad
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.protocols import SENSORS, Sensor
-from planner.records import Array, Conditions
 from planner.spec.model import Spec
 from planner.spec.references import BenchAccuracy
 from tests import oracle

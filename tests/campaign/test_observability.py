@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from planner.campaign.model import Campaign, campaign
 from planner.campaign.observability import Untold, untold
 from planner.campaign.power_ons import PowerOns
-from planner.records import Conditions
-from planner.sensor import ErrorName
+from planner.nouns.conditions import Conditions
+from planner.nouns.sensor import ErrorName
 from planner.spec.model import Spec
 from tests.campaign.campaigns import spec_with
 from tests.plugins.installing import Installed

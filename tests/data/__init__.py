@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from planner.learn.dwell_files import read_dwells
-from planner.learn.table_rows import rows_of
-from planner.measured import DwellTable
+from planner.dwells.dwell_files import read_dwells
+from planner.dwells.table_rows import rows_of
+from planner.nouns.dwell_table import DwellTable
 
 HERE = Path(__file__).parent
 RECORDINGS = Path(__file__).parents[2].parent / "shared" / "data"

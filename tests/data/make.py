@@ -16,11 +16,11 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from planner.learn.column_map import ColumnMap
-from planner.learn.dwell_files import dwells_bytes
-from planner.learn.raw_to_dwells import reduce_recordings
-from planner.measured import DwellTable
-from planner.records import Array
+from planner.dwells.dwell_files import dwells_bytes
+from planner.nouns.array import Array
+from planner.nouns.dwell_table import DwellTable
+from planner.recordings.column_map import ColumnMap
+from planner.recordings.raw_to_dwells import reduce_recordings
 from tests.data import HERE, RECORDINGS
 
 DIGITS = 7  # a mean of a hundred samples of a 16-bit sensor has five

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from planner.records import Conditions
+from planner.nouns.conditions import Conditions
 
 
 def random_conditions(rng: np.random.Generator, n: int) -> Conditions:

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 
 from planner.catalog import effects
+from planner.nouns.conditions import Conditions
 from planner.protocols import Sensor
-from planner.records import Conditions
 from planner.units import from_si, to_si
 from tests.data import HERE
 from tests.effects.conditions import one, random_conditions, seeds

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 
 from planner.catalog import effects
 from planner.effects._channels import AXES
+from planner.nouns.conditions import Conditions
 from planner.protocols import Effect, Sensor
-from planner.records import Conditions
 from planner.units import dimension_of
 from tests.effects.conditions import one, random_conditions, seeds, select
 from tests.work import calls

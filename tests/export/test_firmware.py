@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from planner import __version__
-from planner.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
+from planner.calibrate.correction import corrected
 from planner.errors import InputError
 from planner.export.binary_image import binary_image, read_image
 from planner.export.c_header import c_header
 from planner.export.firmware import firmware_tables, left_out_notes
-from planner.learn.correction import corrected
-from planner.measured import DwellTable
+from planner.nouns.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
+from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Sensor
 from planner.units import STANDARD_GRAVITY_MPS2 as G
 

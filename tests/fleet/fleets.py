@@ -8,9 +8,10 @@ import numpy as np
 
 from planner.fleet.allowed_region import AllowedRegion, allowed_region
 from planner.fleet.check_residual import MeasuredResidual
-from planner.measured import DwellTable
+from planner.nouns.allowances import Allowance
+from planner.nouns.dwell_table import DwellTable
+from planner.nouns.sensitivities import Constraint
 from planner.pipelines.fleet import Basis, basis_of
-from planner.records import Allowance, Constraint
 from tests.specs import loaded, small
 
 G = 9.80665

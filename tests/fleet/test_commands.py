@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
-from planner.learn.dwell_files import write_dwells
+from planner.dwells.dwell_files import write_dwells
 from tests.fleet.fleets import DEG, G, check_table
 from tests.outcome import Outcome, Run
 from tests.specs import small, with_limit

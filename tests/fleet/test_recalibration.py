@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from planner.errors import InputError
 from planner.fleet.allowed_region import PARTS, reserve_of
 from planner.fleet.published_store import published, published_check
-from planner.fleet.recalibration import StorePlanner, grid, growth_of
 from planner.fleet.store import StoreBench, attitudes, sensor_left, store_records, visit_time, visits
+from planner.fleet.visits import StorePlanner, grid, growth_of
+from planner.nouns.allowances import ErrorModel
 from planner.pipelines.fleet import ForecastOptions, basis_of, recalibrate
-from planner.records import ErrorModel
 from planner.spec.model import Recalibration
 from tests.fleet.fleets import DEG, G, small_basis
 from tests.specs import loaded, small, with_limit

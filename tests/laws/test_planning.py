@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.errors import InfeasibleError
+from planner.nouns.sensitivities import Constraint
 from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.budget import size
 from planner.plan.errors_to_points import point_menus
@@ -16,7 +17,6 @@ from planner.plan.schedule_to_steps import steps
 from planner.plan.spec_to_errors import error_models
 from planner.plan.spec_to_sensitivity import constraints
 from planner.plan.task import Task, planning_task
-from planner.records import Constraint
 from planner.solvers.linear_combination import combined
 from tests.specs import loaded, planned, shared, small, with_limit, with_plan
 
@@ -145,7 +145,7 @@ def test_the_timeline_takes_what_the_tariff_says(seed, together):
     task = task_of(shared() if together else small())
     rng = np.random.default_rng(seed)
     rows = tuple(int(rng.integers(len(r))) for r in task.rows)
-    from planner.records import Campaign
+    from planner.nouns.choices import Campaign
 
     visits = visits_of(task, rows)
     timeline = steps(task.spec, Campaign(visits, (), 0.0, 0.0, True))

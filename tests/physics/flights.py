@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.nouns.trajectory import Trajectory
 from planner.physics import earth
 from planner.physics.attitude import cross, dcm_from_rph, rotate
 from planner.physics.earth import Array
-from planner.records import Trajectory
 
 
 @dataclass(frozen=True)

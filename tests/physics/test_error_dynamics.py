@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner.nouns.trajectory import Trajectory
 from planner.physics import earth
 from planner.physics.attitude import rph_from_dcm
 from planner.physics.error_dynamics import ErrorHistory, propagate_errors
 from planner.physics.strapdown import integrate
-from planner.records import Trajectory
 from tests.physics.flights import CRUISE, HARD, MANOEUVRES, SPIN, Curve, Flight, fly
 from tests.physics.test_strapdown import start_of
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from planner.nouns.trajectory import Trajectory
 from planner.physics import earth
 from planner.physics.attitude import rph_from_dcm
 from planner.physics.error_dynamics import ErrorHistory, propagate_errors
 from planner.physics.perturbed import navigate_with_errors
 from planner.physics.strapdown import integrate
-from planner.records import Trajectory
 from tests.physics.flights import CRUISE, HARD, MANOEUVRES, Flight, fly
 from tests.physics.test_error_dynamics import all_errors, bias_and_scale_factor
 from tests.physics.test_strapdown import start_of

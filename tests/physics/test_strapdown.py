@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from planner.nouns.trajectory import Trajectory
 from planner.physics import earth
 from planner.physics.attitude import dcm_from_rotation_vector, rotation_vector_from_dcm
 from planner.physics.strapdown import NavigationState, compensate, from_inertial, integrate, to_inertial
-from planner.records import Trajectory
 from tests.physics.flights import AT_REST, CRUISE, HARD, MANOEUVRES, SPIN, Flight, fly
 
 FLIGHTS = {"manoeuvres": MANOEUVRES, "cruise": CRUISE, "rest": AT_REST, "hard": HARD, "spin": SPIN}

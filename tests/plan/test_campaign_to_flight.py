@@ -13,12 +13,12 @@ from planner.campaign.design import design, steps_of
 from planner.campaign.model import Campaign, campaign
 from planner.campaign.power_ons import of_design
 from planner.export.json import plan_text
+from planner.nouns.sensor import ErrorName
 from planner.pipelines.planning import exact_plan
 from planner.plan.campaign_to_flight import Predicted, predicted
 from planner.plan.flight_response import flight_response
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.protocols import SENSORS
-from planner.sensor import ErrorName
 from planner.simulate.campaign import prepared
 from planner.simulate.temperature_curves import curve_family, second_moment
 from planner.spec.load import LoadedSpec, spec_from_bytes

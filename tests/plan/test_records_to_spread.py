@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner.nouns.allowances import ErrorModel
 from planner.plan.confidence import spread_at
 from planner.plan.spec_to_errors import error_models
-from planner.records import ErrorModel
 from planner.spec.budget import IN_RUN_TIME_S
 from planner.spec.load import load_spec
 from planner.units import STANDARD_GRAVITY_MPS2 as G

@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner.nouns.choices import Campaign, TestVisits
+from planner.nouns.plan import Step
 from planner.plan.bench_timing import best_of
 from planner.plan.repeats_to_schedule import campaign, visits_of
 from planner.plan.schedule_to_steps import bench_timings, makespan, steps
-from planner.records import Campaign, Step, TestVisits
 from planner.report.subjects.plan_schedule import RULES, schedule
 from planner.spec.model import Spec
 from tests.laws.test_planning import shortest_of_all, task_of

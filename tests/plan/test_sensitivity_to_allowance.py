@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from planner.errors import InfeasibleError
+from planner.nouns.allowances import AllowedErrors
+from planner.nouns.sensitivities import Constraint
 from planner.plan.sensitivity_to_allowance import FRONT_POINTS, allowed_errors
-from planner.records import AllowedErrors, Constraint
 from planner.solvers.genetic import GeneticSettings
 from planner.solvers.linear_combination import combined, shares
 from tests.solvers.constraint_cases import RULES, binding_case, named

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from planner.catalog import effects
 from planner.errors import InputError
+from planner.nouns.sensitivities import Constraint, Sensitivities, SensitivityColumn
 from planner.plan.spec_to_sensitivity import conditions_of, constraints, sensitivities, sensitivity_rows
-from planner.records import Constraint, Sensitivities, SensitivityColumn
 from planner.spec.model import Spec
 from tests.physics.flights import AT_REST, MANOEUVRES, Curve, fly
 

@@ -12,13 +12,15 @@ from scipy.special import stdtrit
 from planner.campaign.model import Campaign
 from planner.errors import InputError
 from planner.measurement import Column
+from planner.nouns.array import Array
+from planner.nouns.choices import TestVisits
+from planner.nouns.plan import Plan
 from planner.pipelines.planning import exact_plan
 from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.errors_to_points import point_menus
 from planner.plan.observable_campaign import observable, refuse_what_no_campaign_tells
 from planner.plan.spec_to_errors import error_models
 from planner.plan.visits_to_observability import campaign_of, untold_by
-from planner.records import Array, Plan, TestVisits
 from planner.spec.load import spec_from_bytes
 from tests.outcome import Run
 from tests.specs import SHIPPED, loaded, shipped, small

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from planner import catalog
 from planner.effects import BaseEffect, ChannelEffect, Parameter, Term
 from planner.errors import InputError
-from planner.records import Array, Conditions
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.testing import check_effect
 from tests.outcome import Run
 from tests.plugins.installing import Installed

@@ -12,20 +12,20 @@ import numpy as np
 import pytest
 
 from planner import __version__, catalog
-from planner.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
+from planner.calibrate.apply_calibration import correct_recording
+from planner.dwells.dwell_files import read_dwells, write_dwells
 from planner.errors import InputError
 from planner.export.calibration import calibration_text, read_tables
 from planner.export.firmware import left_out_notes
 from planner.export.json import plan_document
 from planner.export.plan_schema import plan_schema, typed_plan
-from planner.learn.apply_calibration import correct_recording
-from planner.learn.dwell_files import read_dwells, write_dwells
+from planner.nouns.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
 from planner.protocols import RawBlock, Sensor
 from planner.readers.text import TextReader
 from planner.simulate.hidden import hidden_effect
-from tests.learn.recordings import Array, G, save
 from tests.outcome import Run
 from tests.plugins.installing import Installed
+from tests.recordings.recordings import Array, G, save
 from tests.specs import SHIPPED, planned, small
 
 DPS = np.radians(1.0)

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from planner.errors import InputError
-from planner.learn.column_map import ColumnMap
-from planner.learn.recording import Account, Recording, joined
 from planner.readers._delimited import layout_of, text_blocks
+from planner.recordings.column_map import ColumnMap
+from planner.recordings.recording import Account, Recording, joined
 
 RNG = np.random.default_rng(1)
 N = 500

@@ -11,9 +11,9 @@ from pyins import strapdown, transform
 from pyins.util import ACCEL_COLS, GYRO_COLS, TRAJECTORY_COLS
 
 from planner.catalog import trajectories
+from planner.nouns.trajectory import Trajectory
 from planner.physics import earth
 from planner.plan.spec_to_sensitivity import sensitivities
-from planner.records import Trajectory
 from tests.physics.flights import AT_REST, CRUISE, MANOEUVRES, fly
 
 # sizes at which nonlinearity (grows with the square) and rounding in degrees (falls) both stay below 1e-4

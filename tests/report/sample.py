@@ -8,23 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.records import (
-    Achieved,
-    Allowance,
-    AllowedErrors,
-    Constraint,
-    Corner,
-    GeneticHistory,
-    GeneticPlan,
-    Plan,
-    PlannedTest,
-    RepeatReason,
-    Rule,
-    Sensitivities,
-    SensitivityColumn,
-    SensitivityFigure,
-    Step,
-)
+from planner.nouns.allowances import Allowance, AllowedErrors, Corner, GeneticHistory
+from planner.nouns.array import Rule
+from planner.nouns.choices import RepeatReason
+from planner.nouns.plan import Achieved, GeneticPlan, Plan, PlannedTest, SensitivityFigure, Step
+from planner.nouns.sensitivities import Constraint, Sensitivities, SensitivityColumn
 from planner.units import unit_factor
 
 UNITS = {

@@ -11,7 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from planner.diagnosis import (
+from planner.diagnose.diagnosis_to_residual import residual_changes, unit_fits
+from planner.errors import InputError
+from planner.export.diagnosis_json import diagnosis_document, diagnosis_text, read_diagnosis
+from planner.nouns.diagnosis import (
     Assumption,
     Diagnosis,
     NavigationCost,
@@ -22,16 +25,13 @@ from planner.diagnosis import (
     Unknown,
     Untestable,
 )
-from planner.errors import InputError
-from planner.export.diagnosis import diagnosis_document, diagnosis_text, read_diagnosis
-from planner.learn.diagnosis_to_residual import residual_changes, unit_fits
-from planner.measured import DwellTable
+from planner.nouns.dwell_table import DwellTable
 from planner.report.console import show
 from planner.report.page import html
 from planner.report.subjects.diagnosis import diagnosis_report
 from planner.spec.load import load_spec
-from tests.learn.found import found_effect, unit_diagnosis
-from tests.learn.world import Hidden, Layout, campaign, sized
+from tests.calibrate.world import Hidden, Layout, campaign, sized
+from tests.diagnose.found import found_effect, unit_diagnosis
 from tests.specs import SHIPPED
 
 SPEC = load_spec(SHIPPED / "small_uav.yaml").spec

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.diagnosis import (
+from planner.export.diagnosis_json import diagnosis_document, diagnosis_text, read_diagnosis
+from planner.nouns.diagnosis import (
     Diagnosis,
     Evidence,
     FoundEffect,
@@ -21,11 +22,10 @@ from planner.diagnosis import (
     Unknown,
     Untestable,
 )
-from planner.export.diagnosis import diagnosis_document, diagnosis_text, read_diagnosis
 from planner.report.charts import diagnosis as charts
 from planner.report.subjects import diagnosis_words as words
 from planner.report.subjects.diagnosis import verdict
-from tests.learn.world import Layout, campaign
+from tests.calibrate.world import Layout, campaign
 
 NOTHING = UnitDiagnosis("u1", "clean", (), (), (), (), (), ())
 

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.records import Constraint, Step
+from planner.nouns.plan import Step
+from planner.nouns.sensitivities import Constraint
 from planner.report import time_spent
 from planner.report.blocks import align_points
 from planner.report.charts.gantt import column_shares, temperature_track

@@ -9,7 +9,9 @@ from dataclasses import replace
 
 import pytest
 
-from planner.records import AllowedErrors, Constraint, Plan, Sensitivities
+from planner.nouns.allowances import AllowedErrors
+from planner.nouns.plan import Plan
+from planner.nouns.sensitivities import Constraint, Sensitivities
 from planner.report.charts.gantt import campaign_picture
 from planner.report.page import html
 from planner.report.subjects.plan import plan_report

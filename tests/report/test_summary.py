@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
+from planner.nouns.plan import Plan
 from planner.plan.spec_to_sensitivity import sensitivity_rows
-from planner.records import Plan
 from planner.report.console import show
 from planner.report.subjects.plan import plan_report
 from planner.report.subjects.sensitivity import allowed_report, sensitivity_report

@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import cache
 
 from planner.campaign.design import Design, design
+from planner.nouns.choices import Campaign, TestVisits
 from planner.plan.by_hand import even_points
 from planner.plan.schedule_to_steps import steps
-from planner.records import Campaign, TestVisits
 from planner.simulate.campaign import Settings
 from planner.spec.load import load_spec
 from planner.spec.model import Spec

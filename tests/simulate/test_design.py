@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from planner.campaign.design import Design, design
+from planner.nouns.choices import Campaign, TestVisits
+from planner.nouns.plan import Step
 from planner.plan.by_hand import even_points
 from planner.plan.schedule_to_steps import steps
-from planner.records import Campaign, Step, TestVisits
 from planner.spec.model import Spec
 from tests.simulate.benches import shipped
 

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.records import Array, Constraint, Rule
+from planner.nouns.array import Array, Rule
+from planner.nouns.sensitivities import Constraint
 from planner.solvers.linear_combination import combined
 
 RULES: tuple[Rule, ...] = ("worst_case", "rss", "percentile")

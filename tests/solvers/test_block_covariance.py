@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.records import Array
+from planner.nouns.array import Array
 from planner.solvers.random_effects import Drift, RandomEffects, covariance, woodbury
 from planner.solvers.reml import Sample, reml, restricted_loglik
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 from planner.errors import InfeasibleError
-from planner.records import Constraint
+from planner.nouns.sensitivities import Constraint
 from planner.solvers.convex import Corners, relaxed_time
 from planner.solvers.limit_surface import LimitSurface, binding
 from planner.solvers.linear_combination import combined

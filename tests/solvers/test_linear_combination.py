@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.records import Constraint, Rule
+from planner.nouns.array import Rule
+from planner.nouns.sensitivities import Constraint
 from planner.solvers.linear_combination import combination, combined, shares, weights
 from tests.solvers.constraint_cases import RULES, named, random_constraint
 

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from planner.catalog import trajectories
+from planner.nouns.array import Array
+from planner.nouns.trajectory import Trajectory
 from planner.physics import earth
 from planner.physics.attitude import rph_from_dcm, skew
-from planner.records import Array, Trajectory
 from planner.trajectories import _motion
 from planner.trajectories._motion import Motion, Position
 from planner.trajectories._table import COLUMNS

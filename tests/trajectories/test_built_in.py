@@ -12,10 +12,11 @@ from pydantic import ValidationError
 
 from planner.catalog import trajectories
 from planner.errors import InputError
+from planner.nouns.array import Array
+from planner.nouns.trajectory import Trajectory
 from planner.physics import earth
 from planner.physics.attitude import cross, rotate
 from planner.protocols import TrajectoryFamily
-from planner.records import Array, Trajectory
 from tests.trajectories.flights import BUILT_IN, flight, mean_force_g, mean_rate_dps, rph_deg
 
 every_flight = pytest.mark.parametrize("name", BUILT_IN)

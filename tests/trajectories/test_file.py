@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.records import Array, Trajectory
+from planner.nouns.array import Array
+from planner.nouns.trajectory import Trajectory
 from tests.trajectories.flights import HEADER, apart, flight, rph_deg, table, write
 from tests.trajectories.test_return import returned
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.errors import InputError
-from planner.records import Array
+from planner.nouns.array import Array
 from tests.trajectories.flights import HEADER, flight, table, write
 
 

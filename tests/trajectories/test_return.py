@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner.nouns.trajectory import Trajectory
 from planner.physics.strapdown import NavigationState, integrate
-from planner.records import Trajectory
 from tests.trajectories.flights import BUILT_IN, apart, end_by_runge_kutta, flight, motion_of, rph_deg
 
 every_flight = pytest.mark.parametrize("name", BUILT_IN)

@@ -10,9 +10,9 @@ from typing import Any
 
 from planner.export.header import plan_sha256
 from planner.export.json import plan_text
+from planner.nouns.trajectory import Trajectory
 from planner.pipelines.planning import exact_plan
 from planner.plan.spec_to_trajectory import trajectory_of
-from planner.records import Trajectory
 from planner.spec.load import LoadedSpec
 from tests.specs import loaded, planned, shared, small
 

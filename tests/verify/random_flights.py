@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from planner.nouns.trajectory import Trajectory
 from planner.plan.spec_to_trajectory import trajectory_of
-from planner.records import Trajectory
 
 NAMES = ("level", "turn", "helicopter", "small_uav_1", "small_uav_2")
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.calibrate.dwells_to_fit import calibrate
 from planner.campaign.design import design, steps_of
-from planner.learn.dwells_to_fit import calibrate
-from planner.measured import DwellTable
+from planner.nouns.dwell_table import DwellTable
 from planner.physics.strapdown import NavigationState, integrate
 from planner.protocols import SENSORS
 from planner.simulate.campaign import Settings, prepared, simulate

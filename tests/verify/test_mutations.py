@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import planner.learn.apply_calibration
+import planner.calibrate.apply_calibration
 import planner.plan.errors_to_points as points
 import planner.plan.records_to_spread as spread
 import planner.plan.spec_to_errors as errors
@@ -121,7 +121,7 @@ def test_a_test_dropped_from_the_steps(sound, gone):
 @pytest.mark.parametrize("fault", ["scale factor 1 % off", "bias of the wrong sign", "tables upside down"])
 def test_a_correction_that_is_wrong_is_found_through_files(monkeypatch, sound, fault):
     """What the fast route never sees: the exported coefficients and `planner apply`."""
-    whole = planner.learn.apply_calibration.corrected
+    whole = planner.calibrate.apply_calibration.corrected
 
     def wrong(table, tables):
         changed = {}
@@ -137,7 +137,7 @@ def test_a_correction_that_is_wrong_is_found_through_files(monkeypatch, sound, f
     before = verified(sound, flights=100, files=2)
     assert before.files.ok, before.files.faults
     assert len(before.files.checks) == 2 * len(sound.loaded.spec.requirement)
-    monkeypatch.setattr(planner.learn.apply_calibration, "corrected", wrong)
+    monkeypatch.setattr(planner.calibrate.apply_calibration, "corrected", wrong)
     found = verified(sound, flights=100, files=2)
     assert found.verdict == "broken"
     assert "calibrate and verify's own estimator disagree" in str(found.files.faults[0])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.records import Conditions
+from planner.nouns.conditions import Conditions
 from tests import oracle
 
 

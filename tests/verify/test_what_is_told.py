@@ -9,11 +9,11 @@ import pytest
 
 from planner.errors import InputError
 from planner.export.json import plan_text
+from planner.nouns.choices import TestVisits
 from planner.pipelines import planning
 from planner.pipelines.planning import exact_plan, refuse_unplannable
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.plan.visits_to_observability import asked_errors, untold_by
-from planner.records import TestVisits
 from planner.verify.experiment import experiment
 from planner.verify.weak import weak_coefficients
 from tests.specs import loaded

@@ -22,7 +22,6 @@ from typing import Any
 
 from planner.errors import InputError
 from planner.export._attended import BY_HAND, MOVE, SWITCH, hand_tasks
-from planner.export._hours import start_notes
 from planner.export._limits import centrifuge_rate_dps, checked_plan
 from planner.export._scripts import (
     PACE_MS,
@@ -36,6 +35,7 @@ from planner.export._scripts import (
     milliseconds,
 )
 from planner.export._setpoints import setpoint_text
+from planner.export._shifts import start_notes
 from planner.export.header import comment_lines
 from planner.export.plan_schema import BenchFacts, PlanDocument, PlannedStep
 from planner.protocols import Exported, ExportOptions

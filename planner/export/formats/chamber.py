@@ -10,10 +10,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from planner.errors import InputError
-from planner.export._hours import start_notes
 from planner.export._limits import checked_plan
 from planner.export._scripts import Block, Command, by_bench, figure, file_name, host_lines, milliseconds
 from planner.export._setpoints import rounding_note, sent_degc, setpoint_text, setpoints
+from planner.export._shifts import start_notes
 from planner.export.header import comment_lines
 from planner.export.plan_schema import BenchFacts, PlannedStep
 from planner.protocols import Exported, ExportOptions

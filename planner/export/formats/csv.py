@@ -10,8 +10,8 @@ from typing import Any
 
 from planner.export.header import header
 from planner.export.json import plan_document
+from planner.nouns.plan import Plan
 from planner.protocols import Exported, ExportOptions
-from planner.records import Plan
 
 COLUMNS = (
     "id",

@@ -15,8 +15,8 @@ from planner.export._clock import (
     started_with_the_plan,
     wall_clock,
 )
-from planner.export._hours import checked_hours
 from planner.export._limits import checked_plan
+from planner.export._shifts import checked_hours
 from planner.export.header import header
 from planner.export.operator_sheet import operator_sheet
 from planner.protocols import Exported, ExportOptions

@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from planner.records import Array
+from planner.nouns.array import Array
 
 DAYS_A_WEEK = 7.0
 

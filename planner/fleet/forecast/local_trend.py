@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.fleet.forecast._method import Forecast, Past, alike, too_short
-from planner.records import Array
+from planner.nouns.array import Array
 
 # random walk per usual step over the noise, as variances: from a straight line to a pure random walk
 RATIOS = np.concatenate([[0.0], np.geomspace(1e-4, 1e3, 22)])

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from planner.fleet.forecast._method import Forecast, Past, too_short
-from planner.records import Array
+from planner.nouns.array import Array
 
 
 class Naive:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from planner.fleet.forecast._method import DAYS_A_WEEK, Forecast, Past, too_short
-from planner.records import Array
+from planner.nouns.array import Array
 
 WEEKS_IN, WEEKS_OUT, HIDDEN = 14, 7, (14, 14)
 _LONGEST_GAP_DAYS = 15.0  # a missed week is read between its neighbours, two are not

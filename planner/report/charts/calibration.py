@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from planner.calibration import Calibration, Residual
+from planner.nouns.calibration import Calibration, Residual
 from planner.report.charts import theme
 from planner.report.subjects.calibration import UNITS
 from planner.units import from_si

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnosis import Diagnosis, Evidence, FoundEffect
-from planner.measured import DwellTable
-from planner.records import Array
+from planner.nouns.array import Array
+from planner.nouns.diagnosis import Diagnosis, Evidence, FoundEffect
+from planner.nouns.dwell_table import DwellTable
 from planner.report.blocks import Picture
 from planner.report.charts import theme
 from planner.report.subjects import diagnosis_words as words

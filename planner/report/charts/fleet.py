@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.fleet.acceptance import UnitAcceptance, counts
 from planner.fleet.drift import ChannelForecast, FleetForecast
-from planner.records import Array
+from planner.nouns.array import Array
 from planner.report.blocks import Picture
 from planner.report.charts import theme
 from planner.report.numbers import display_unit

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from planner.records import Array, Plan, Step
+from planner.nouns.array import Array
+from planner.nouns.plan import Plan, Step
 from planner.report.blocks import Picture
 from planner.report.charts import theme
 from planner.report.time_spent import action_of, action_order

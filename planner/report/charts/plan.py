@@ -11,7 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.records import AllowedErrors, Array, GeneticHistory, Plan, Sensitivities, TradeOffPoint
+from planner.nouns.allowances import AllowedErrors, GeneticHistory
+from planner.nouns.array import Array
+from planner.nouns.plan import Plan, TradeOffPoint
+from planner.nouns.sensitivities import Sensitivities
 from planner.report.blocks import Picture
 from planner.report.charts import theme
 from planner.report.contributions import PART_NAMES, PARTS, Contribution, is_sum

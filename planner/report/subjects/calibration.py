@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from planner.calibration import Calibration, Coefficient, SensorCalibration
+from planner.nouns.calibration import Calibration, Coefficient, SensorCalibration
 from planner.report.blocks import Report, Table, Text, existing, section, table
 from planner.units import displayed, from_si
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from planner.diagnosis import Diagnosis, NavigationCost
-from planner.measured import DwellTable
+from planner.nouns.diagnosis import Diagnosis, NavigationCost
+from planner.nouns.dwell_table import DwellTable
 from planner.report.blocks import Block, Fact, Items, Report, Section, Text, Verdict, existing, facts, section
 from planner.report.charts import diagnosis as charts
 from planner.report.numbers import digits, level

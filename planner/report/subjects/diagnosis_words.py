@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from planner import catalog
-from planner.diagnosis import (
+from planner.nouns.diagnosis import (
     LEAST_P,
     Assumption,
     Diagnosis,

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planner.records import Achieved, AllowedErrors, Constraint, Plan, Sensitivities
+from planner.nouns.allowances import AllowedErrors
+from planner.nouns.plan import Achieved, Plan
+from planner.nouns.sensitivities import Constraint, Sensitivities
 from planner.report.blocks import (
     Fact,
     Folded,

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 
-from planner.records import AllowedErrors, Plan, Sensitivities
+from planner.nouns.allowances import AllowedErrors
+from planner.nouns.plan import Plan
+from planner.nouns.sensitivities import Sensitivities
 from planner.report.numbers import hours, level, percent
 from planner.report.subjects.plan_tables import is_given
 

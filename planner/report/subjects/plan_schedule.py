@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from planner.nouns.plan import Plan, TradeOffPoint
 from planner.quantities import DAY_S, WEEKDAYS
-from planner.records import Plan, TradeOffPoint
 from planner.report.blocks import Section, Table, Text, section, table
 from planner.report.charts.plan import trade_off_picture
 from planner.report.numbers import counted, digits, hours, percent

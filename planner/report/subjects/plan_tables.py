@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.records import AllowedErrors, GeneticPlan, Plan, RepeatReason, Sensitivities
+from planner.nouns.allowances import AllowedErrors
+from planner.nouns.choices import RepeatReason
+from planner.nouns.plan import GeneticPlan, Plan
+from planner.nouns.sensitivities import Sensitivities
 from planner.report.blocks import Bar, Cell, Table, table
 from planner.report.contributions import PART_NAMES, PARTS, Contribution
 from planner.report.numbers import (

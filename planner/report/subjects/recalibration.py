@@ -8,8 +8,8 @@ from planner.fleet.appointment import Appointment
 from planner.fleet.basis import Recalibrated
 from planner.fleet.history import day_label
 from planner.fleet.published_store import published, published_check
-from planner.fleet.recalibration import ShortestVisit, StorePlan
 from planner.fleet.store import Visit
+from planner.fleet.visits import ShortestVisit, StorePlan
 from planner.report.blocks import Items, Picture, Report, Table, existing, facts, section, table
 from planner.report.charts import fleet as charts
 from planner.report.numbers import NOTHING, counted, digits, display_unit, hours, in_unit, percent, plain

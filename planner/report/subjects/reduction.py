@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from planner.learn.allan import AllanResult, NoiseTerm
-from planner.learn.reduction import LeftOut, Reduction
-from planner.learn.rest_allan import RECORD_LIMITS_S
+from planner.recordings.allan import AllanResult, NoiseTerm
+from planner.recordings.reduction import LeftOut, Reduction
+from planner.recordings.rest_allan import RECORD_LIMITS_S
 from planner.report.blocks import Items, Report, Table, Text, existing, section, table
 from planner.units import from_si
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from planner.records import AllowedErrors
+from planner.nouns.allowances import AllowedErrors
 from planner.report.blocks import Report, Text, existing, section
 from planner.report.numbers import percent
 from planner.report.readable import allowed_in

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from math import isfinite
 from typing import Any, Protocol
 
-from planner.diagnosis import Diagnosis, NavigationCost
-from planner.records import Plan
+from planner.nouns.diagnosis import Diagnosis, NavigationCost
+from planner.nouns.plan import Plan
 from planner.report.blocks import Difference, Report, Table, Text, existing, section, table
 from planner.report.numbers import NOTHING, digits, hours, in_unit
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.records import Trajectory
+from planner.nouns.trajectory import Trajectory
 from planner.trajectories import (
     Altitude,
     Flight,

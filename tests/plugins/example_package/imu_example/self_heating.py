@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from planner.effects import ChannelEffect, Condition, Group, Parameter, Sensor
-from planner.records import Array, Conditions
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 
 
 class SelfHeating(ChannelEffect):

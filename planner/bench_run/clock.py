@@ -1,0 +1,72 @@
+"""The time that waits are counted in: the wall's, the wall's faster, or a simulator's."""
+
+from __future__ import annotations
+
+import socket
+import time
+from typing import Protocol
+
+from planner.bench_run.errors import BenchFault
+from planner.errors import InputError
+
+
+class Clock(Protocol):
+    """Seconds that never go back, and waiting in them."""
+
+    def now(self) -> float:
+        """Seconds since some moment."""
+        ...
+
+    def sleep(self, seconds: float) -> None:
+        """Come back when the time has passed."""
+        ...
+
+
+class WallClock:
+    """The wall's time; speed: seconds of the campaign per second of the wall, for simulators only."""
+
+    def __init__(self, speed: float = 1.0) -> None:
+        self._speed, self._start = speed, time.monotonic()
+
+    def now(self) -> float:
+        """Seconds since the clock was made."""
+        return self._speed * (time.monotonic() - self._start)
+
+    def sleep(self, seconds: float) -> None:
+        """Wait."""
+        time.sleep(max(seconds, 0.0) / self._speed)
+
+
+class SimulatorClock:
+    """The clock of `planner bench-simulator`: a wait moves its virtual time at once.
+
+    Raises InputError when nobody listens there, BenchFault when the simulator goes away later.
+    """
+
+    def __init__(self, port: int, host: str = "127.0.0.1") -> None:
+        try:
+            self._socket = socket.create_connection((host, port), timeout=5.0)
+        except (OSError, OverflowError) as error:
+            raise InputError(f"no simulator's clock on port {port} of {host}: {error}") from error
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._file = self._socket.makefile("rb")
+        self._now = self._ask("NOW?")
+
+    def now(self) -> float:
+        """The simulator's time at the last wait: nobody else moves it."""
+        return self._now
+
+    def sleep(self, seconds: float) -> None:
+        """Move the simulator's time on."""
+        self._now = self._ask(f"SLEEP {max(seconds, 0.0)!r}")
+
+    def close(self) -> None:
+        """Give the clock back to the wall."""
+        self._socket.close()
+
+    def _ask(self, message: str) -> float:
+        try:
+            self._socket.sendall(message.encode() + b"\n")
+            return float(self._file.readline())
+        except (OSError, ValueError) as error:
+            raise BenchFault("the simulator's clock has gone") from error

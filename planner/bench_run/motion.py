@@ -1,0 +1,93 @@
+"""A step's motion → what each axis is told, in absolute angles and rates, so that it can be sent twice."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from planner.bench_run.job import BenchFacts
+from planner.spec.axis_travel import reduced, same_attitude
+from planner.units import STANDARD_GRAVITY_MPS2
+
+_KEY = re.compile(r"(position|rate)_([1-6])_(deg|dps)")
+
+
+class MotionError(ValueError):
+    """A motion that this bench cannot make, and why."""
+
+
+@dataclass(frozen=True)
+class AxisOrder:
+    """One axis, held at an angle in deg or turned at a rate in deg/s."""
+
+    axis: int
+    mode: Literal["position", "rate"]
+    value: float
+
+
+def orders(motion: Mapping[str, float] | None, bench: BenchFacts) -> tuple[AxisOrder, ...]:
+    """What a motion tells the axes, by axis. Raises MotionError for what the bench cannot do.
+
+    A load a of a centrifuge is the rate of its arm R about axis 1, ω = √(|a|/R) (K 4.3.3); the sign of the
+    load is the way the unit is mounted, not the way the arm turns.
+    """
+    found = tuple(sorted((_order(k, v, bench) for k, v in (motion or {}).items()), key=lambda o: o.axis))
+    axes = [order.axis for order in found]
+    if len(set(axes)) < len(axes):
+        raise MotionError("an axis is both held and turned")
+    return found
+
+
+def _order(key: str, value: float, bench: BenchFacts) -> AxisOrder:
+    if key == "acceleration_g":
+        return AxisOrder(1, "rate", arm_rate_dps(value, bench))
+    match = _KEY.fullmatch(key)
+    if match is None or (match[1] == "position") != (match[3] == "deg"):
+        raise MotionError(f"unknown motion {key!r}")
+    axis = int(match[2])
+    if axis > bench.axes:
+        raise MotionError(f"axis {axis} of a bench of {bench.axes}")
+    if match[1] == "rate":
+        return AxisOrder(axis, "rate", _within(value, bench.rate_dps, "deg/s", f"axis {axis}"))
+    return AxisOrder(axis, "position", _inside(value, axis, bench))
+
+
+def fastest_dps(motions: Iterable[Mapping[str, float] | None], bench: BenchFacts) -> float:
+    """The fastest rate that motions ask of any axis, deg/s; 0 when nothing turns."""
+    wanted = (order for motion in motions for order in orders(motion, bench))
+    return max((abs(order.value) for order in wanted if order.mode == "rate"), default=0.0)
+
+
+def arm_rate_dps(load_g: float, bench: BenchFacts) -> float:
+    """The arm's rate for a load, deg/s. Raises MotionError without an arm or over a limit."""
+    if bench.arm_m is None:
+        raise MotionError(
+            f"the arm of {bench.name} is not known: add 'arm: 1.5 m' to the bench in the spec, or --arm 1.5"
+        )
+    _within(load_g, bench.acceleration_g, "g", "the load")
+    rate = math.degrees(math.sqrt(abs(load_g) * STANDARD_GRAVITY_MPS2 / bench.arm_m))
+    return _within(rate, bench.rate_dps, "deg/s", "the arm")
+
+
+def _within(value: float, limit: float | None, unit: str, what: str) -> float:
+    if not math.isfinite(value):
+        raise MotionError(f"{value} {unit}")
+    if limit is not None and abs(value) > limit * (1 + 1e-9):
+        raise MotionError(f"{value:g} {unit} is over the limit of {what}, {limit:g} {unit}")
+    return float(value)
+
+
+def _inside(value: float, axis: int, bench: BenchFacts) -> float:
+    """The same attitude within the stops of the axis, or within one turn of a continuous one."""
+    if not math.isfinite(value):
+        raise MotionError(f"{value} deg")
+    if axis not in bench.travel:
+        return float(reduced(value))
+    same = same_attitude(value, bench.travel[axis])
+    if same is None:
+        least, most = bench.travel[axis]
+        raise MotionError(f"{value:g} deg is outside the stops of axis {axis}, {least:g} .. {most:g} deg")
+    return float(same)

@@ -1,0 +1,1 @@
+"""Dwell tables → calibrations: the declared effects or a named method, and a calibration applied."""

@@ -1,0 +1,260 @@
+"""A calibration's tables applied to a file: a dwell table, or a raw recording block by block."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from planner.calibrate.correction import corrected, needing
+from planner.dwells.dwell_files import SUFFIXES, read_dwells, write_dwells
+from planner.errors import InputError
+from planner.nouns.array import Array
+from planner.nouns.calibration import Tables
+from planner.nouns.dwell_table import DwellTable
+from planner.protocols import Condition, Sensor
+from planner.recordings.column_map import ColumnMap
+from planner.recordings.raw_to_dwells import sampling_rate
+from planner.recordings.recording import READ, Account, Recording, Samples, reader_of
+from planner.recordings.temperature import POSSIBLE_DEGC, rates
+from planner.recordings.windows import windows_of
+from planner.units import unit_factor
+
+COLUMNS = (
+    "time_s",
+    "temp_degc",
+    *(f"gyro_{axis}_dps" for axis in "xyz"),
+    *(f"acc_{axis}_g" for axis in "xyz"),
+)
+
+
+def is_dwell_table(path: Path) -> bool:
+    """Whether the file has the columns `run` and `duration_s` of a dwell table."""
+    reader = reader_of(path)
+    if reader.name not in ("text", "parquet", "hdf5"):
+        return False
+    names = {name.removeprefix("dwells/") for name in reader.names(path)}
+    return {"run", "duration_s"} <= names
+
+
+def correct_dwells(path: Path, out: Path, tables: Mapping[Sensor, Tables]) -> tuple[int, list[str]]:
+    """Correct a dwell table's file; its rows, and notes."""
+    _refuse_same(path, out)
+    table = corrected(read_dwells(path), tables)
+    write_dwells(table, out)
+    notes = [*table.notes, *_lacking(table, tables)]
+    return len(table), [*notes, *_beyond(table.temperature_degc, tables)]
+
+
+def correct_recording(
+    path: Path, out: Path, tables: Mapping[Sensor, Tables], columns: ColumnMap | None
+) -> tuple[int, list[str]]:
+    """Correct a raw recording into a CSV of COLUMNS, in bounded memory; rows, and notes.
+
+    Samples that are no numbers, or padding, stay in their place as nan. Raises InputError as `Recording`
+    does, and when `out` cannot be written or is no text file.
+    """
+    if SUFFIXES.get(out.suffix.lower(), "csv") != "csv":
+        raise InputError(f"{out}: a corrected recording is a text table; name it .csv")
+    _refuse_same(path, out)
+    recording = Recording(path, columns)
+    account = Account()
+    seen = _Warmth(tables, _warming(recording, tables))
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{out.name}.", dir=out.parent)
+    except OSError as error:
+        raise InputError(f"cannot write {out}: {error.strerror}") from error
+    try:
+        with os.fdopen(handle, "wb") as file:
+            _write(file, recording, account, seen, tables)
+        os.chmod(name, 0o644)  # mkstemp makes files that only their owner can read
+        os.replace(name, out)
+    except OSError as error:
+        raise InputError(f"cannot write {out}: {error.strerror}") from error
+    finally:
+        Path(name).unlink(missing_ok=True)
+    notes = [*_missing(recording, tables), *seen.notes(recording), *_losses(account)]
+    return account.counts[READ], [*notes, *_beyond(np.array([seen.low, seen.high]), tables)]
+
+
+def _refuse_same(path: Path, out: Path) -> None:
+    if path.resolve() == out.resolve():
+        raise InputError(f"{out} is the recording itself; write the corrected one elsewhere")
+
+
+Warming = tuple[Array, Array]  # times and K/s at them, one at least
+
+
+def _warming(recording: Recording, tables: Mapping[Sensor, Tables]) -> Warming | None:
+    """dT/dt over the recording, where an effect needs it and the temperature tells it.
+
+    The file is read once more for that: the slope at an instant needs the five seconds after it too, and must
+    not depend on where a block ends.
+    """
+    if not _asking(tables, "temperature_rate") or recording.columns.temperature is None:
+        return None
+    at, rate = rates(windows_of(recording.samples(Account()), sampling_rate(recording)))
+    return (at, rate) if len(at) else None
+
+
+@dataclass
+class _Warmth:
+    """The temperature at which each sample is corrected: the last one that the sensor gave alive."""
+
+    tables: Mapping[Sensor, Tables]
+    warming: Warming | None = None
+    last: float = np.nan
+    low: float = np.inf
+    high: float = -np.inf
+    held: int = field(default=0)
+
+    def at(self, samples: Samples) -> Array:
+        """(n,) degC; before the first known one that one, without any the middle of the first table."""
+        value = samples.temperature_degc
+        with np.errstate(invalid="ignore"):
+            known = (value >= POSSIBLE_DEGC[0]) & (value <= POSSIBLE_DEGC[1])
+        self.held += int((~known).sum())
+        if not known.any():
+            return np.full(len(value), self.last if np.isfinite(self.last) else self._middle())
+        first = float(value[known][0]) if not np.isfinite(self.last) else self.last
+        place = np.maximum.accumulate(np.where(known, np.arange(len(value)), -1))
+        found = np.where(place >= 0, value[place], first)
+        self.last = float(found[-1])
+        self.low, self.high = min(self.low, float(found.min())), max(self.high, float(found.max()))
+        return np.asarray(found)
+
+    def rate(self, samples: Samples) -> Array:
+        """(n,) K/s; zero where the recording does not tell."""
+        return np.zeros(len(samples)) if self.warming is None else np.interp(samples.time, *self.warming)
+
+    def _middle(self) -> float:
+        return float(np.median(next(iter(self.tables.values())).temperature_degc)) if self.tables else 20.0
+
+    def notes(self, recording: Recording) -> Iterator[str]:
+        """Where the temperature was not measured."""
+        if recording.columns.temperature is None:
+            yield f"the recording has no temperature: corrected as at {self._middle():.1f} degC"
+        elif self.held:
+            yield f"the temperature sensor is dead in {self.held} samples: corrected at its last reading"
+        names = _asking(self.tables, "temperature_rate")
+        if names and self.warming is None:
+            yield f"the recording does not tell the rate of temperature: {joined(names)} not corrected"
+
+
+# ---------------------------------------------------------------- blocks
+
+
+def _write(
+    file: BinaryIO, recording: Recording, account: Account, seen: _Warmth, tables: Mapping[Sensor, Tables]
+) -> None:
+    import pyarrow as pa
+    from pyarrow import csv
+
+    file.write((",".join(COLUMNS) + "\n").encode())
+    style = csv.WriteOptions(include_header=False, quoting_style="none")
+    for samples in recording.samples(account):
+        block = _corrected_block(samples, seen, recording.columns, tables)
+        csv.write_csv(pa.table(dict(zip(COLUMNS, block.T, strict=True))), file, style)
+
+
+def _corrected_block(
+    samples: Samples, warmth: _Warmth, columns: ColumnMap, tables: Mapping[Sensor, Tables]
+) -> Array:
+    """(n, 8) values of COLUMNS."""
+    table = corrected(_as_dwells(samples, warmth, columns), tables)
+    nothing = np.full((len(samples), 3), np.nan)
+    gyro = nothing if table.gyro is None else table.gyro / unit_factor("deg/s")[0]
+    acc = nothing if table.acc is None else table.acc / unit_factor("g")[0]
+    readings = np.where(samples.good[:, None], np.hstack([gyro, acc]), np.nan)
+    return np.column_stack([samples.time, samples.temperature_degc, readings])
+
+
+def _as_dwells(samples: Samples, warmth: _Warmth, columns: ColumnMap) -> DwellTable:
+    """Every sample as a record of its own."""
+    n, zero = len(samples), np.zeros(len(samples))
+    return DwellTable(
+        unit=np.full(n, "1"),
+        run=np.ones(n, dtype=np.int64),
+        day=np.full(n, columns.day or 0.0),
+        time_on=samples.time + (columns.time_on or 0.0),
+        duration=zero,
+        temperature_degc=warmth.at(samples),
+        temperature_rate=warmth.rate(samples),
+        ref_rate=None,
+        ref_acc=None,
+        gyro=samples.values[:, :3] if columns.gyro is not None else None,
+        acc=samples.values[:, 3:] if columns.acc is not None else None,
+    )
+
+
+# ---------------------------------------------------------------- notes
+
+
+def _asking(tables: Mapping[Sensor, Tables], condition: Condition) -> list[str]:
+    """Names of the effects of either sensor that need a condition."""
+    return list(dict.fromkeys(name for sensor in tables for name in needing(tables, sensor, condition)))
+
+
+def joined(names: Sequence[str]) -> str:
+    """`ageing is` or `ageing, bias_step are`: the subject of a sentence."""
+    return f"{', '.join(names)} {'is' if len(names) == 1 else 'are'}"
+
+
+def _missing(recording: Recording, tables: Mapping[Sensor, Tables]) -> Iterator[str]:
+    """What the calibration asks for and the recording does not hold."""
+    columns = recording.columns
+    of_the_day, since_power_on = _asking(tables, "day"), _asking(tables, "time_on")
+    if of_the_day and columns.day is None:
+        yield f"the map gives no day: {joined(of_the_day)} corrected as on day 0"
+    if since_power_on and columns.time_on is None:
+        yield (
+            f"the map gives no time_on: {joined(since_power_on)} corrected with time since power-on "
+            "counted from the first sample"
+        )
+    by_force, by_rate = needing(tables, "gyro", "specific_force"), needing(tables, "accelerometer", "rate")
+    if columns.acc is None and by_force:
+        yield f"the recording has no accelerometers: {joined(by_force)} not corrected on the gyros"
+    if columns.gyro is None and by_rate:
+        yield f"the recording has no gyros: {joined(by_rate)} not corrected on the accelerometers"
+    for sensor, part in (("gyro", columns.gyro), ("accelerometer", columns.acc)):
+        if part is not None and sensor not in tables:
+            yield f"the calibration has no {sensor}: its readings are as they were"
+
+
+def _lacking(table: DwellTable, tables: Mapping[Sensor, Tables]) -> Iterator[str]:
+    """What the calibration asks for and a dwell table does not hold."""
+    columns: tuple[tuple[Condition, str, str], ...] = (
+        ("temperature_rate", "temp_rate_degc_min", "at a steady temperature"),
+        ("time_on", "time_on_s", "as at power-on"),
+        ("day", "day", "as on day 0"),
+    )
+    for condition, column, how in columns:
+        names = _asking(tables, condition)
+        if names and column in table.absent:
+            yield f"the table has no column {column}: {joined(names)} corrected {how}"
+
+
+def _losses(account: Account) -> Iterator[str]:
+    lost = [f"{n} {reason.replace('_', ' ')}" for reason, n in account.counts.items() if reason != READ]
+    if lost:
+        yield f"not corrected: {', '.join(lost)}"
+    yield from account.remarks
+
+
+def _beyond(temperature_degc: Array, tables: Mapping[Sensor, Tables]) -> Iterator[str]:
+    """A note for every sensor whose table does not reach the temperatures."""
+    t = temperature_degc[np.isfinite(temperature_degc)]
+    for sensor, one in tables.items():
+        low, high = one.temperature_degc[0] - one.reach, one.temperature_degc[-1] + one.reach
+        outside = len(t) > 0 and (t.min() < low or t.max() > high)
+        if outside and len(one.temperature_degc) > 1:
+            yield (
+                f"{sensor}: temperatures from {t.min():.1f} to {t.max():.1f} degC leave the table "
+                f"({low:.1f} to {high:.1f} degC); beyond it the end value is taken"
+            )

@@ -1,0 +1,26 @@
+"""How to calibrate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from planner.campaign.estimate import Robust
+from planner.nouns.calibration import Tables
+from planner.protocols import Sensor
+
+DECLARED = "declared_effects"
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """method: `declared_effects` fits the spec's effects, others are named in `methods`.
+
+    robust: weights that resist outliers; latitude: of the bench, rad
+    prior: an old calibration that the data renew
+    """
+
+    method: str = DECLARED
+    robust: Robust = "no"
+    latitude: float | None = None
+    prior: Mapping[Sensor, Tables] | None = None

@@ -1,0 +1,219 @@
+"""Channel fits → the calibration of a sensor: coefficients with intervals, tables, random characteristics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from planner import catalog
+from planner.campaign.estimate import Estimate
+from planner.campaign.noise import Component
+from planner.measurement import AXES, Column
+from planner.nouns.array import Array
+from planner.nouns.calibration import (
+    Coefficient,
+    ExtraTerm,
+    RandomCharacteristic,
+    Residual,
+    SensorCalibration,
+    Status,
+    Tables,
+)
+from planner.protocols import Sensor
+from planner.spec.model import Spec
+from planner.temperature_table import REACH_K, hats
+
+CONFIDENCE = 0.95
+_LINEAR = ("bias", "scale_factor", "misalignment", "scale_factor_asymmetry")
+
+
+def sensor_calibration(
+    sensor: Sensor, fits: Sequence[Estimate], residuals: Sequence[Residual], spec: Spec, method: str
+) -> SensorCalibration:
+    """What was found for one sensor, channel by channel."""
+    coefficients = tuple(c for fit in fits for c in coefficients_of(fit, spec))
+    notes = [f"{sensor} {AXES[fit.model.channel]}: {note}" for fit in fits for note in fit.notes]
+    return SensorCalibration(
+        sensor=sensor,
+        method=method,
+        coefficients=coefficients,
+        covariance={AXES[fit.model.channel]: fit.fit.covariance for fit in fits},
+        condition={AXES[fit.model.channel]: fit.fit.factors.condition for fit in fits},
+        tables=tables_of(fits),
+        residuals=tuple(residuals),
+        random=tuple(r for fit in fits for r in random_of(fit)),
+        notes=(*notes, *_not_determined(sensor, coefficients)),
+    )
+
+
+# ---------------------------------------------------------------- coefficients
+
+
+def coefficients_of(fit: Estimate, spec: Spec) -> list[Coefficient]:
+    """The channel's coefficients with 95 % intervals by Student's t and their own degrees of freedom."""
+    from scipy.stats import t as student
+
+    found = []
+    half = student.ppf((1.0 + CONFIDENCE) / 2.0, fit.fit.freedom) * _errors(fit)
+    shapes = {(effect, p.name): p for effect, p in fit.model.fitted_parameters}
+    for i, column in enumerate(fit.model.columns()):
+        value, h = float(fit.theta[i]), float(half[i])
+        if fit.fit.undetermined[i]:
+            h = np.inf
+        low, high, error = value - h, value + h, float(_errors(fit)[i])
+        p = shapes.get((column.effect, column.parameter))
+        if p is not None and p.scale == "logarithmic":  # the interval is one of the logarithm
+            value, low, high = (p.value(x) for x in (value, low, high))
+            error *= value
+        found.append(
+            Coefficient(
+                error=f"{fit.model.sensor}.{column.effect}",
+                channel=AXES[fit.model.channel],
+                term=column.parameter or column.term,
+                temperature_degc=None if np.isnan(column.node_degc) else column.node_degc,
+                unit=p.unit if p is not None else catalog.effects()[column.effect].units[fit.model.sensor],
+                value=value,
+                standard_error=error,
+                freedom=float(fit.fit.freedom[i]),
+                low=low,
+                high=high,
+                status=_status(fit, i, column, h, spec),
+            )
+        )
+    return found
+
+
+def _errors(fit: Estimate) -> Array:
+    return np.sqrt(np.maximum(np.diag(fit.fit.covariance), 0.0))
+
+
+def _status(fit: Estimate, i: int, column: Column, half_width: float, spec: Spec) -> Status:
+    if fit.fit.undetermined[i]:
+        return "undetermined"
+    budget = getattr(spec.unit, fit.model.sensor).get(column.effect)
+    size = 0.0 if budget is None else budget.whole_variation
+    if column.parameter:
+        (wide,) = [
+            p for e, p in fit.model.fitted_parameters if (e, p.name) == (column.effect, column.parameter)
+        ]
+        return "weak" if half_width > min(1.0, 0.25 * (wide.bounds[1] - wide.bounds[0])) else "determined"
+    return "weak" if size > 0 and half_width > size else "determined"
+
+
+def _not_determined(sensor: str, coefficients: Sequence[Coefficient]) -> list[str]:
+    """A sentence for each channel with coefficients that the data do not determine."""
+    notes = []
+    for channel in AXES:
+        for status, why in (
+            ("undetermined", "the data cannot tell"),
+            ("weak", "the data tell less than the spec's budget already says of"),
+        ):
+            names = [_name(c) for c in coefficients if c.channel == channel and c.status == status]
+            if names:
+                notes.append(f"{sensor} {channel}: {why} {', '.join(names)}")
+    return notes
+
+
+def _name(c: Coefficient) -> str:
+    at = "" if c.temperature_degc is None else f" at {c.temperature_degc:.0f} degC"
+    return f"{c.error.split('.')[1]}.{c.term}{at}"
+
+
+# ---------------------------------------------------------------- tables
+
+
+def tables_of(fits: Sequence[Estimate]) -> Tables:
+    """The three channels on one grid of temperatures; a table on its own nodes is exact on the union."""
+    nodes = _union([c.nodes for fit in fits for c in fit.model.carried if c.nodes is not None])
+    bias, scale = np.zeros((3, len(nodes))), np.zeros((3, len(nodes)))
+    asymmetry, misalignment = np.zeros(3), np.eye(3)
+    extra: dict[tuple[str, str], ExtraTerm] = {}  # a term that channels share stands once
+    for fit in fits:
+        i = fit.model.channel
+        bias[i] = _table(fit, "bias", fit.model.nodes_of("bias"), nodes)
+        scale[i] = _table(fit, "scale_factor", fit.model.nodes_of("scale_factor"), nodes)
+        shapes = _parameters(fit)
+        apart = {c.effect.name for c in fit.model.carried if c.effect.bench_only}.union(_LINEAR)
+        for column, value in zip(fit.model.columns(), fit.theta, strict=True):
+            if column.effect == "scale_factor_asymmetry":
+                asymmetry[i] = value
+            elif column.effect == "misalignment":
+                misalignment[i, AXES.index(column.term[1])] = value
+            elif column.effect not in apart and not column.parameter:
+                term = ExtraTerm(column.effect, column.term, float(value), shapes.get(column.effect, {}))
+                extra[column.effect, column.term] = term
+    return Tables(nodes, bias, scale, asymmetry, misalignment, tuple(extra.values()), REACH_K)
+
+
+def _union(several: Sequence[Array]) -> Array:
+    """All nodes, without those closer than a millikelvin to another; one at 20 degC when there is none."""
+    if not several:
+        return np.array([20.0])
+    nodes = np.unique(np.concatenate(several))
+    return np.asarray(nodes[np.append(True, np.diff(nodes) > 1e-3)])
+
+
+def _table(fit: Estimate, effect: str, own: Array | None, nodes: Array) -> Array:
+    values = np.array(
+        [
+            v
+            for c, v in zip(fit.model.columns(), fit.theta, strict=True)
+            if c.effect == effect and not c.parameter
+        ]
+    )
+    if len(values) == 0:
+        return np.zeros(len(nodes))
+    if own is None or len(own) == 1:
+        return np.full(len(nodes), values[0])
+    return np.asarray(hats(nodes, own, REACH_K) @ values)
+
+
+def _parameters(fit: Estimate) -> dict[str, dict[str, float]]:
+    found: dict[str, dict[str, float]] = {}
+    for effect, parameter in fit.model.held:
+        found.setdefault(effect, {})[parameter] = catalog.effects()[effect].nonlinear[parameter]
+    for effect, values in fit.model.parameters_at(fit.theta).items():
+        found.setdefault(effect, {}).update(values)
+    return found
+
+
+# ---------------------------------------------------------------- random characteristics
+
+
+def random_of(fit: Estimate) -> list[RandomCharacteristic]:
+    """The spreads of one channel, from the variances with χ² intervals."""
+    found = []
+    variances = fit.variances
+    duration = fit.noise.duration
+    for i, component in enumerate(fit.noise.components):
+        theta, error = float(variances.theta[i]), float(variances.error[i, i])
+        freedom = 2.0 * theta * theta / error if error > 0 else float("nan")
+        kinds: list[tuple[str, float]] = [(component.kind, 1.0)]
+        if component.kind == "white":
+            kinds.append(("white_density", duration))
+        for kind, factor in kinds:
+            found.append(_characteristic(fit, component, kind, theta * factor, freedom))
+    return found
+
+
+def _characteristic(
+    fit: Estimate, component: Component, kind: str, variance: float, freedom: float
+) -> RandomCharacteristic:
+    from scipy.stats import chi2
+
+    low, high = float("nan"), float("nan")
+    if freedom >= 1.0:  # below, the data say next to nothing of this spread
+        low, high = (float(np.sqrt(variance * freedom / chi2.ppf(q, freedom))) for q in (0.975, 0.025))
+    unit = catalog.effects()[component.error.effect].units[fit.model.sensor]
+    return RandomCharacteristic(
+        kind={"constant": "in_run"}.get(kind, kind),
+        error=component.error,
+        channel=AXES[fit.model.channel],
+        unit=unit + " s^(1/2)" if kind == "white_density" else unit,
+        value=float(np.sqrt(variance)),
+        low=low,
+        high=high,
+        freedom=freedom,
+        measured=not (fit.noise.known and kind == "run_to_run"),
+    )

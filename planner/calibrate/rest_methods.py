@@ -1,0 +1,175 @@
+"""Calibration without a precise table: free orientations, and the cube on a flat plate (B)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.calibrate.free_orientations import Form, FreeFit, free_orientations
+from planner.dwells.table_rows import rows_of
+from planner.errors import InputError
+from planner.nouns.array import Array
+from planner.nouns.calibration import Coefficient, Residual, SensorCalibration, Status, Tables
+from planner.nouns.dwell_table import DwellTable
+from planner.nouns.sensor import ErrorName
+from planner.units import STANDARD_GRAVITY_MPS2
+
+_LOWER = (("yx", 1, 0), ("zx", 2, 0), ("zy", 2, 1))
+FOLDS = 5
+FACE = 0.85  # share of g along one axis that makes a rest a face of the cube
+QUARTER = np.pi / 2.0
+_OFF = 0.35  # rad by which a turn may miss a multiple of 90 deg before scale factors of 20 % could confuse it
+
+
+def accelerometers_by_free_orientations(table: DwellTable, form: Form = "triangular") -> SensorCalibration:
+    """The accelerometers of a table of rests, from |f| = g alone.
+
+    Raises InputError for fewer than two rests, and when the readings are no acceleration near 1 g.
+    """
+    if table.acc is None:
+        raise InputError("free orientations need acc columns")
+    a = table.acc
+    size = np.linalg.norm(a, axis=1)
+    if not (0.5 < np.median(size) / STANDARD_GRAVITY_MPS2 < 2.0):
+        read = np.median(size) / STANDARD_GRAVITY_MPS2
+        raise InputError(f"the accelerometers read {read:.3g} g at rest: wrong unit, or no rests")
+    try:
+        fit = free_orientations(a, form=form)
+    except ValueError as error:
+        raise InputError(f"free orientations: {error}") from error
+    coefficients = _coefficients(fit)
+    names = [ErrorName(c.error).effect + "." + c.term for c in coefficients if c.status == "undetermined"]
+    notes = [f"accelerometer: {len(a)} rests cannot tell {', '.join(names)}"] if names else []
+    notes.append("the body's axes are those of the accelerometers: lean of y and z alone can be told")
+    if form == "symmetric":
+        notes[-1] = "the body's axes are those that make the matrix symmetric"
+    if fit.square and not fit.undetermined[[0, 1, 2, 6, 7, 8]].any():
+        notes.append(
+            "accelerometer: lean needs rests on edges too; here the axes are taken as square to each other "
+            "within 1 deg, and the intervals of scale factor and bias hold that"
+        )
+    if fit.freedom < 1:
+        notes.append("accelerometer: as many unknowns as rests, so no interval: measure more orientations")
+    M = fit.K / np.diag(fit.K)[:, None]
+    return SensorCalibration(
+        sensor="accelerometer",
+        method="free_orientations",
+        coefficients=tuple(coefficients),
+        covariance={"all": np.nan_to_num(fit.covariance)},
+        condition={"all": fit.condition},
+        tables=Tables(
+            np.array([float(np.median(table.temperature_degc))]),
+            fit.b[:, None],
+            (np.diag(fit.K) - 1.0)[:, None],
+            np.zeros(3),
+            M,
+        ),
+        residuals=(_modulus(a, fit, form),),
+        random=(),
+        notes=tuple(notes),
+    )
+
+
+def _modulus(a: Array, fit: FreeFit, form: Form) -> Residual:
+    """RMS of |f| − g before and after, the latter on rests that were left out of the fit."""
+    before = np.linalg.norm(a, axis=1) - STANDARD_GRAVITY_MPS2
+    own = _rms(fit.residual)
+    if len(a) < 9 + FOLDS or fit.undetermined.any():
+        return Residual(
+            "modulus", _rms(before), own, own, False, len(a), len(a), "of the rests that were fitted"
+        )
+    left = np.zeros(len(a))
+    for k in range(FOLDS):
+        out = np.arange(len(a)) % FOLDS == k
+        other = free_orientations(a[~out], form=form)
+        f = (a[out] - other.b) @ np.linalg.inv(other.K).T
+        left[out] = np.linalg.norm(f, axis=1) - STANDARD_GRAVITY_MPS2
+    how = f"|f| − g on rests left out, {FOLDS} folds"
+    return Residual("modulus", _rms(before), _rms(left), own, True, len(a), len(a), how)
+
+
+def _rms(x: Array) -> float:
+    return float(np.sqrt(np.mean(x * x)))
+
+
+def _coefficients(fit: FreeFit) -> list[Coefficient]:
+    from scipy.stats import t as student
+
+    K = fit.K
+    value = np.concatenate([np.diag(K) - 1.0, [K[i, j] / K[i, i] for _, i, j in _LOWER], fit.b])
+    to = np.eye(9)  # derivative of what is reported by the unknowns
+    for row, (_, i, j) in enumerate(_LOWER, start=3):
+        to[row, row], to[row, i] = 1.0 / K[i, i], -K[i, j] / K[i, i] ** 2
+    error = np.sqrt(np.maximum(np.diag(to @ fit.covariance @ to.T), 0.0))
+    half = student.ppf(0.975, fit.freedom) * error if fit.freedom > 0 else np.full(9, np.inf)
+    names = [("scale_factor", x, "1") for x in "xyz"]
+    names += [("misalignment", term, "deg") for term, _, _ in _LOWER]
+    names += [("bias", x, "g") for x in "xyz"]
+    found = []
+    for k, (effect, term, unit) in enumerate(names):
+        h = float(half[k]) if np.isfinite(half[k]) else np.inf
+        status: Status = "undetermined" if fit.undetermined[k] else "determined" if h < np.inf else "weak"
+        v = float(value[k])
+        name = f"accelerometer.{effect}"
+        found.append(
+            Coefficient(
+                name, term[0], term, None, unit, v, float(error[k]), fit.freedom, v - h, v + h, status
+            )
+        )
+    return found
+
+
+# ---------------------------------------------------------------- cube
+
+
+def cube_references(table: DwellTable) -> tuple[DwellTable, list[str]]:
+    """The table with the references that a cube on a flat plate gives; other rows are left out.
+
+    A rest on a face: f = ± g along the axis that reads most. A turn: the nearest multiple of 90 deg about
+    the axis that turned, over the record's duration. Raises InputError when no row is either.
+    """
+    if table.acc is None:
+        raise InputError("the cube needs acc columns")
+    unit = table.acc / STANDARD_GRAVITY_MPS2
+    axis = np.argmax(np.abs(unit), axis=1)
+    rows = np.arange(len(table))
+    force = np.zeros_like(unit)
+    force[rows, axis] = np.sign(unit[rows, axis]) * STANDARD_GRAVITY_MPS2
+    on_face = np.abs(unit[rows, axis]) > FACE
+    rate, turned, odd = _turns(table)
+    keep = (on_face & ~turned & ~odd) | turned
+    if not keep.any():
+        raise InputError("no row is a rest on a face of the cube, or a turn by a multiple of 90 deg")
+    notes = [f"{int((~keep).sum())} rows are neither: left out"] if not keep.all() else []
+    if turned.any():
+        notes.append(
+            "turns are taken as whole multiples of 90 deg: a hand that is 1 deg off in 360 deg "
+            "errs by 0.28 % of scale factor, which no interval shows"
+        )
+    return rows_of(replace(table, ref_acc=force, ref_rate=rate), keep), notes
+
+
+def _turns(table: DwellTable) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Reference rate (n, 3), which rows turned by a known angle (n,), and which by one that is not known."""
+    rate = np.zeros((len(table), 3))
+    if table.gyro is None:
+        nothing = np.zeros(len(table), dtype=bool)
+        return rate, nothing, nothing
+    angle = table.gyro * table.duration[:, None]
+    axis = np.argmax(np.abs(angle), axis=1)
+    rows = np.arange(len(table))
+    most = angle[rows, axis]
+    moved = (np.abs(most) > QUARTER / 2.0) & (np.abs(table.gyro[rows, axis]) > np.radians(2.0))
+    known = np.round(most / QUARTER) * QUARTER
+    sure = moved & (np.abs(most - known) < _OFF) & (known != 0)
+    rate[rows[sure], axis[sure]] = known[sure] / table.duration[sure]
+    return rate, sure, moved & ~sure
+
+
+def modulus_check(a: Array, corrected: Array) -> str:
+    """The check of A: spread and mean error of |g| over the orientations, before and after."""
+    figures = [np.linalg.norm(x, axis=1) - STANDARD_GRAVITY_MPS2 for x in (a, corrected)]
+    (s0, m0), (s1, m1) = ((float(np.std(x, ddof=1)), float(np.mean(x))) for x in figures)
+    return f"|g| over {len(a)} orientations: σ {s0:.3g} → {s1:.3g} m/s², mean error {m0:.3g} → {m1:.3g} m/s²"

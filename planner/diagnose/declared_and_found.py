@@ -1,0 +1,115 @@
+"""The last word on what a diagnosis found: the declared model and the found effects, as calibrate fits them.
+
+    y = (1 + κ)(M u) + b,   declared and found effects alike in κ, M and b; variances by REML
+
+The search weighs candidates beside generic alternatives and free slopes; the sizes that it reports are those
+that `planner calibrate` gives for the spec with the found effects declared, on the same rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner import catalog
+from planner.calibrate.dwells_to_fit import fit_sensor
+from planner.calibrate.fit_to_calibration import CONFIDENCE, coefficients_of
+from planner.campaign.estimate import Estimate
+from planner.dwells.table_rows import by_run
+from planner.measurement import AXES
+from planner.nouns.calibration import Coefficient
+from planner.nouns.dwell_table import DwellTable
+from planner.protocols import Effect, Sensor
+from planner.spec.model import Spec
+
+
+@dataclass(frozen=True)
+class ChannelEstimates:
+    """What calibrate says of the found effects on one channel.
+
+    terms: (effect, term) -> its coefficient; parameters: (effect, parameter) -> its estimate, without those
+    that the data do not tell, which are held at their defaults; notes: of the fit, sentences
+    """
+
+    terms: Mapping[tuple[str, str], Coefficient]
+    parameters: Mapping[tuple[str, str], Coefficient]
+    notes: tuple[str, ...]
+
+    def nonlinear(self, effect: Effect) -> dict[str, float]:
+        """The effect's parameters, at their estimates or held at their defaults."""
+        told = {name: c.value for (e, name), c in self.parameters.items() if e == effect.name}
+        return {**effect.nonlinear, **told}
+
+
+def declared_and_found(
+    table: DwellTable, spec: Spec, sensor: Sensor, found: Sequence[str], channels: Sequence[int]
+) -> dict[int, ChannelEstimates]:
+    """Channel -> estimates, from a table with references: of the channels asked for, or of all that share.
+
+    found: names of the effects that the whole diagnosis found, of either sensor: a spec that declares them
+        declares them for both. Raises InputError for fewer rows than coefficients.
+    """
+    ordered, _ = by_run(table)
+    fits = fit_sensor(ordered, sensor, spec, effects=(*spec.effects, *found), channels=channels)
+    return {fit.model.channel: _of_channel(fit, spec, found) for fit in fits}
+
+
+def _of_channel(fit: Estimate, spec: Spec, found: Sequence[str]) -> ChannelEstimates:
+    known = catalog.effects()
+    terms: dict[tuple[str, str], Coefficient] = {}
+    parameters: dict[tuple[str, str], Coefficient] = {}
+    for c, column in zip(coefficients_of(fit, spec), fit.model.columns(), strict=True):
+        if column.effect in found and c.temperature_degc is None:
+            (parameters if column.parameter else terms)[column.effect, c.term] = c
+    for name in found:
+        if known[name].tabled and fit.model.sensor in known[name].sensors:
+            terms |= {(name, c.term): c for c in _mean_slopes(fit, known[name])}
+    return ChannelEstimates(terms, parameters, tuple(fit.notes))
+
+
+def _mean_slopes(fit: Estimate, effect: Effect) -> list[Coefficient]:
+    """Of an effect that a table carries: the straight line through what the table adds to the rows.
+
+        s = l θ,   l the second row of [c₀, c₁]⁺ C,   var s = l Φ lᵀ
+
+    with C (n, N) the table's columns, c₀ their sum, c₁ the effect's own column; as many degrees of freedom as
+    the least known node has. None for a table of one node.
+    """
+    from scipy.stats import t as student
+
+    found = []
+    for k, term in enumerate(effect.terms(fit.model.sensor)):
+        nodes = [
+            i
+            for i, c in enumerate(fit.model.columns())
+            if (c.effect, c.term) == (effect.temperature_of, term.name) and np.isfinite(c.node_degc)
+        ]
+        if len(nodes) < 2:
+            continue
+        table = fit.J[:, nodes]
+        own = effect.regressors(fit.model.sensor, fit.model.conditions)[:, fit.model.channel, k]
+        line = np.linalg.pinv(np.column_stack([table.sum(axis=1), own])) @ table
+        slope = float(line[1] @ fit.theta[nodes])
+        error = float(np.sqrt(max(line[1] @ fit.fit.covariance[np.ix_(nodes, nodes)] @ line[1], 0.0)))
+        freedom = float(np.min(fit.fit.freedom[nodes]))
+        half = float(student.ppf((1.0 + CONFIDENCE) / 2.0, freedom)) * error
+        if fit.fit.undetermined[nodes].any():
+            half = float("inf")
+        found.append(
+            Coefficient(
+                error=f"{fit.model.sensor}.{effect.name}",
+                channel=AXES[fit.model.channel],
+                term=term.name,
+                temperature_degc=None,
+                unit=effect.units[fit.model.sensor],
+                value=slope,
+                standard_error=error,
+                freedom=freedom,
+                low=slope - half,
+                high=slope + half,
+                status="determined" if np.isfinite(half) else "undetermined",
+            )
+        )
+    return found

@@ -1,0 +1,320 @@
+"""What was found → the residual of every channel before and after, on rows that the fit has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.calibrate.dwells_to_fit import readings_of
+from planner.campaign.channel_model import channel_model
+from planner.diagnose.hypotheses.channels import channel, columns
+from planner.diagnose.hypotheses.noise import LEVEL, ChannelNoise, Readings, channel_noise
+from planner.diagnose.hypotheses.outliers import FAR_WEIGHT, outliers
+from planner.diagnose.hypotheses.prepared import prepared
+from planner.diagnose.unseen_runs import LEAST_RUNS, Folds, block_folds, cells_of, folds_of
+from planner.diagnose.weighed_fit import Shapes, Spreads, WeighedFit, weighed_fit
+from planner.dwells.table_rows import by_run, rows_of
+from planner.measurement import AXES
+from planner.nouns.array import Array
+from planner.nouns.diagnosis import FoundEffect, ResidualChange, UnitDiagnosis
+from planner.nouns.dwell_table import DwellTable
+from planner.protocols import SENSORS, Sensor
+from planner.solvers.least_squares import factors
+from planner.solvers.random_effects import RandomEffects, covariance
+from planner.spec.model import Spec
+
+CONFIDENCE = 0.95
+UNITS = {"gyro": "deg/s", "accelerometer": "g"}
+MOST_ROWS = 40_000  # six channels with their designs then take 200 MB
+_MUCH_LESS = 6.0  # times the variance: a held-out branch of three takes about half of the information away
+_UNSEEN = 1e-6  # of a row's length that may lie outside what the other rows determine
+
+
+@dataclass(frozen=True)
+class ChannelFits:
+    """One channel under the declared model, and with what was found on it; one and the same without."""
+
+    sensor: Sensor
+    channel: str
+    y: Array
+    before: WeighedFit
+    after: WeighedFit
+    found: tuple[FoundEffect, ...]
+
+
+@dataclass(frozen=True)
+class UnitFits:
+    """Every channel that has a reference, on the table with its rows run by run.
+
+    share: of the rows that were given; less than 1 where there are too many for matrices
+    """
+
+    table: DwellTable
+    starts: NDArray[np.int64]
+    channels: tuple[ChannelFits, ...]
+    share: float = 1.0
+
+
+def unit_fits(table: DwellTable, spec: Spec, found: UnitDiagnosis) -> UnitFits:
+    """Fit every channel of one unit's table under the declared model, and with what was found.
+
+    Parameters (τ, the time of a step) are held at the values that were found. References that the table lacks
+    are those of the search. Variances are those that REML finds once, beside what is declared and found, and
+    serve both models.
+    """
+    data = prepared(table)
+    ordered, starts = by_run(_fewer_runs(data.full))
+    channels = tuple(
+        fits
+        for sensor in SENSORS
+        if sensor in data.sensors
+        for fits in _sensor_fits(ordered, starts, sensor, spec, found)
+    )
+    return UnitFits(ordered, starts, channels, len(ordered) / len(table))
+
+
+def _fewer_runs(table: DwellTable) -> DwellTable:
+    """Every n-th power-on (or row, where one of them is too long) of a table too large for matrices."""
+    if len(table) <= MOST_ROWS:
+        return table
+    step = -(-len(table) // MOST_ROWS)
+    runs = np.unique(table.run)
+    if len(runs) >= 20 * step:
+        return rows_of(table, np.isin(table.run, runs[::step]))
+    return rows_of(table, np.arange(0, len(table), step))
+
+
+def _sensor_fits(
+    table: DwellTable, starts: NDArray[np.int64], sensor: Sensor, spec: Spec, found: UnitDiagnosis
+) -> list[ChannelFits]:
+    """The three channels, with the variances that REML finds beside all that is declared and found."""
+    from threadpoolctl import threadpool_limits
+
+    readings = readings_of(table, sensor)
+    assert readings is not None  # asked by the caller
+    fits = []
+    with threadpool_limits(limits=1, user_api="blas"):
+        for axis in range(3):
+            here = _found_on(found, sensor, axis)
+            judged = _readings(table, starts, sensor, axis, readings[:, axis], spec, here)
+            fits.append(_channel_fits(judged, channel_noise(judged), spec, here))
+    return fits
+
+
+def _found_on(found: UnitDiagnosis, sensor: Sensor, axis: int) -> tuple[FoundEffect, ...]:
+    return tuple(
+        e for e in found.effects if e.sensor == sensor and any(c[-1] == AXES[axis] for c in e.channels)
+    )
+
+
+def _readings(
+    table: DwellTable,
+    starts: NDArray[np.int64],
+    sensor: Sensor,
+    axis: int,
+    y: Array,
+    spec: Spec,
+    found: Sequence[FoundEffect],
+) -> Readings:
+    """What the noise of a channel is judged from; what was found are columns that the rows may follow."""
+    c = channel(sensor, axis, table.conditions(), y, tuple(spec.effects))
+    rich = np.column_stack([np.empty((len(y), 0)), *(columns(c, e.effect, e.nonlinear) for e in found)])
+    far = outliers(c, rich, starts)
+    return Readings(c, starts, table.duration, rich, np.where(far, FAR_WEIGHT, 1.0), LEAST_RUNS)
+
+
+def _channel_fits(
+    r: Readings, noise: ChannelNoise, spec: Spec, found: tuple[FoundEffect, ...]
+) -> ChannelFits:
+    c, far = r.channel, r.weights < 1.0
+    v, spreads = noise.covariance, _spreads(noise)
+    before = weighed_fit(c.model, c.y, v, spreads, far)
+    after = before
+    if found:
+        wider = (*spec.effects, *(e.effect for e in found))
+        model = channel_model(c.sensor, c.axis, c.model.conditions, wider)
+        after = weighed_fit(model, c.y, v, spreads, far, _held(found))
+    return ChannelFits(c.sensor, c.name, c.y, before, after, found)
+
+
+def _spreads(noise: ChannelNoise) -> Spreads:
+    theta = dict(zip(noise.components, noise.variances.theta, strict=True))
+    return Spreads(
+        white=float(np.sqrt(theta["white"] + theta.get("constant", 0.0))),
+        run=float(np.sqrt(theta.get(LEVEL, 0.0))),
+        rate=float(np.sqrt(theta.get("rate_noise", 0.0))),
+    )
+
+
+def _held(found: Sequence[FoundEffect]) -> Shapes:
+    return {e.effect: e.nonlinear for e in found if e.nonlinear}
+
+
+# ---------------------------------------------------------------- held out
+
+
+def residual_changes(fits: UnitFits) -> tuple[ResidualChange, ...]:
+    """Before and after of every channel, on rows of power-ons (or blocks) that were held out."""
+    conditions = fits.table.conditions()
+    folds = folds_of(conditions, fits.starts)
+    cells = cells_of(conditions)
+    record = float(np.mean(fits.table.duration))
+    if fits.share < 1.0:
+        folds = replace(folds, how=f"{folds.how}; on {100 * fits.share:.0f} % of the rows, evenly taken")
+    return tuple(_change(channel, folds, cells, record) for channel in fits.channels)
+
+
+def _change(fits: ChannelFits, folds: Folds, cells: NDArray[np.int64], record: float) -> ResidualChange:
+    if fits.found and folds.split == "branches" and not _told_by_others(fits, folds):
+        folds = block_folds(len(fits.y), "the other branches cannot tell what was found")
+    left = {"before": _unseen_residual(fits.before, folds)}
+    left["after"] = left["before"] if fits.after is fits.before else _unseen_residual(fits.after, folds)
+    far = fits.after.far
+    rows = np.isfinite(left["before"]) & np.isfinite(left["after"]) & ~far
+    held_out = bool(rows.sum() >= 2)
+    if not held_out:
+        left, rows = {"before": fits.before.residual, "after": fits.after.residual}, ~far
+    group = folds.group
+    before, after = (_mean_square(left[key][rows], group[rows]) for key in ("before", "after"))
+    sigma = np.sqrt(fits.after.v.diagonal[rows])
+    floor, floor_within = noise_floor(fits.after.residual[rows], group[rows], cells[rows])
+    return ResidualChange(
+        channel=fits.channel,
+        unit=UNITS[fits.sensor],
+        before=before[0],
+        before_low=before[1],
+        before_high=before[2],
+        after=after[0],
+        after_low=after[1],
+        after_high=after[2],
+        within_before=_within(left["before"][rows], group[rows]),
+        within_after=_within(left["after"][rows], group[rows]),
+        noise_floor=floor,
+        rows=int(rows.sum()),
+        runs=len(np.unique(group[rows])),
+        held_out=held_out,
+        how=_how(folds, fits, held_out, int(far.sum())),
+        noise_floor_within=floor_within,
+        sigma_before=_within(left["before"][rows] / sigma, group[rows]),
+        sigma_after=_within(left["after"][rows] / sigma, group[rows]),
+        white=fits.after.spreads.white,
+        stray=fits.after.spreads.rate,
+        record=record,
+        split=folds.split if held_out else "none",
+    )
+
+
+def _told_by_others(fits: ChannelFits, folds: Folds) -> bool:
+    """Whether the rows of the other folds tell the found coefficients nearly as well as all rows do."""
+    names = {e.effect for e in fits.found}
+    mine = [i for i, c in enumerate(fits.after.model.columns()) if c.effect in names and not c.parameter]
+    whole = _variances(fits.after, np.ones(len(fits.y), dtype=bool), mine)
+    return all(
+        np.all(_variances(fits.after, folds.fold != k, mine) < _MUCH_LESS * whole)
+        for k in range(int(folds.fold.max(initial=-1)) + 1)
+    )
+
+
+def _variances(fit: WeighedFit, seen: NDArray[np.bool_], columns: list[int]) -> Array:
+    """(k,) relative variances of some coefficients from some rows; infinite where they are not determined."""
+    found = factors(fit.J[seen] / np.sqrt(fit.v.diagonal[seen])[:, None], tolerance=1e-9)
+    variance = np.sum(found.to_coefficients**2, axis=1)
+    return np.where(found.undetermined(), np.inf, variance)[columns]
+
+
+def _how(folds: Folds, fits: ChannelFits, held_out: bool, far: int) -> str:
+    how = (
+        folds.how if held_out else "nothing could be held out: these figures are of the rows that were fitted"
+    )
+    if any(e.nonlinear for e in fits.found):
+        how += "; nonlinear parameters held at the values that all rows gave"
+    return how + (f"; {far} rows far off the others are left out" if far else "")
+
+
+def _unseen_residual(fit: WeighedFit, folds: Folds) -> Array:
+    """(n,) residual of each row under the coefficients of the other folds; NaN where they cannot tell.
+
+    One step of Gauss-Newton from the fit of all rows, with its variances.
+    """
+    left = np.full(len(fit.residual), np.nan)
+    for k in range(int(folds.fold.max(initial=-1)) + 1):
+        out = folds.fold == k
+        if out.all() or not out.any():
+            continue
+        white = _whitened(fit, ~out, folds.split == "runs")
+        known = factors(white[:, :-1], tolerance=1e-9)
+        step = known.to_coefficients @ (known.basis.T @ white[:, -1])
+        inside = _determined(fit.J[out], known.scale, known.null_space)
+        left[out] = np.where(inside, fit.residual[out] - fit.J[out] @ step, np.nan)
+    return left
+
+
+def _whitened(fit: WeighedFit, seen: NDArray[np.bool_], by_run: bool) -> Array:
+    """V^(−1/2) [J, r] of the rows seen; across blocks of one run its offset cannot be kept apart."""
+    rows = np.column_stack([fit.J, fit.residual])[seen]
+    if not by_run:
+        return np.asarray(rows / np.sqrt(fit.v.diagonal[seen])[:, None])
+    e = fit.v.effects
+    stays = seen[e.starts]
+    sizes = np.diff(np.append(e.starts, len(seen)))[stays]
+    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
+    return covariance(RandomEffects(starts, e.diagonals[:, seen], e.slopes[:, seen]), fit.v.theta).whiten(
+        rows
+    )
+
+
+def _determined(J: Array, scale: Array, null_space: Array) -> NDArray[np.bool_]:
+    """(m,) rows of J that lie in what the other rows determine."""
+    scaled = J / scale
+    outside = np.linalg.norm(scaled @ null_space, axis=1) if null_space.shape[1] else np.zeros(len(J))
+    return np.asarray(outside <= _UNSEEN * np.maximum(np.linalg.norm(scaled, axis=1), 1e-300))
+
+
+# ---------------------------------------------------------------- root mean squares
+
+
+def _mean_square(residual: Array, group: NDArray[np.int64]) -> tuple[float, float, float]:
+    """Root mean square with its 95 % interval: power-ons are what varies independently.
+
+    The mean square is a ratio of sums over groups; its logarithm gets Student's t with groups − 1 degrees
+    of freedom on the linearised variance (Cochran, Sampling Techniques, 1977, 6.4).
+    """
+    from scipy.stats import t as student
+
+    _, number = np.unique(group, return_inverse=True)
+    squares, sizes = np.bincount(number, residual**2), np.bincount(number)
+    mean = float(squares.sum() / sizes.sum())
+    groups = len(sizes)
+    if groups < 2 or mean == 0.0:
+        return float(np.sqrt(mean)), float("nan"), float("nan")
+    scatter = float(np.sum((squares - mean * sizes) ** 2)) * groups / (groups - 1.0) / sizes.sum() ** 2
+    half = float(student.ppf((1.0 + CONFIDENCE) / 2.0, groups - 1)) * np.sqrt(scatter) / mean
+    return tuple(float(np.sqrt(mean * np.exp(sign * half))) for sign in (0.0, -1.0, 1.0))  # type: ignore[return-value]  # of three signs, three values
+
+
+def _within(residual: Array, group: NDArray[np.int64]) -> float:
+    """Root mean square about the mean of each group; NaN when every group is one row."""
+    _, number = np.unique(group, return_inverse=True)
+    sizes = np.bincount(number)
+    freedom = len(residual) - len(sizes)
+    if freedom < 1:
+        return float("nan")
+    left = residual - (np.bincount(number, residual) / sizes)[number]
+    return float(np.sqrt(left @ left / freedom))
+
+
+def noise_floor(residual: Array, group: NDArray[np.int64], cells: NDArray[np.int64]) -> tuple[float, float]:
+    """Pure error from replicates: root mean square about the mean of rows made alike; in all, within runs.
+
+    No model of that instrument leaves less. NaN without replicates.
+    """
+    total = _within(residual, cells)
+    _, number = np.unique(group, return_inverse=True)
+    sizes = np.bincount(number)
+    if len(residual) <= len(sizes):
+        return total, float("nan")
+    left = residual - (np.bincount(number, residual) / sizes)[number]
+    return total, _within(left, cells) * float(np.sqrt(len(residual) / (len(residual) - len(sizes))))

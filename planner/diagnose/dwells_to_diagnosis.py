@@ -1,0 +1,152 @@
+"""One unit's dwell table and a spec → what the declared error model lacks, on what evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from planner import catalog
+from planner.diagnose.hypotheses.assumptions import assumptions
+from planner.diagnose.hypotheses.evidence import evidence
+from planner.diagnose.hypotheses.limits import limits
+from planner.diagnose.hypotheses.noise import LEAST_RUNS
+from planner.diagnose.hypotheses.prepared import Prepared, prepared
+from planner.diagnose.hypotheses.reported import channel_name, found_effects
+from planner.diagnose.hypotheses.sensor import SensorFound, diagnose_sensor
+from planner.errors import InputError
+from planner.nouns.diagnosis import (
+    FoundEffect,
+    NotFound,
+    UnitDiagnosis,
+    Unknown,
+    Untestable,
+    Verdict,
+)
+from planner.nouns.dwell_table import DwellTable
+from planner.protocols import SENSORS, Sensor
+from planner.spec.model import Spec
+
+LEAST_ROWS = 8  # a channel has about as many declared coefficients at one temperature
+
+
+def diagnose(
+    table: DwellTable, spec: Spec, *, seed: int = 1, progress: Callable[[str], None] = lambda _: None
+) -> UnitDiagnosis:
+    """What the data of one unit say beyond the spec's `effects`.
+
+    Every effect of the library that is not declared, and generic alternatives without a name, are tested
+    together (diagnose.hypotheses); the seed is of the sign flips. Evidence is in the table's own order.
+    Raises InputError when the table has no readings or too few rows.
+    """
+    _check(table)
+    data = prepared(table)
+    found = []
+    for sensor in SENSORS:
+        if sensor in data.sensors:
+            progress(f"{table.unit[0]}: searching the {sensor}s")
+            found.append(diagnose_sensor(data, sensor, tuple(spec.effects), seed))
+    progress(f"{table.unit[0]}: fitting what was found with what is declared")
+    effects, said = found_effects(found, data, table, spec)
+    unknown = [u for s in found for u in _unknown(s)]
+    not_found, untestable = _limits(found, data, spec)
+    return UnitDiagnosis(
+        unit=str(table.unit[0]),
+        verdict=_verdict(effects, unknown, not_found),
+        effects=tuple(effects),
+        unknown=tuple(unknown),
+        not_found=tuple(not_found),
+        untestable=tuple(untestable),
+        evidence=tuple(e for s in found for e in evidence(s, data)),
+        assumptions=tuple(a for s in found for a in assumptions(s, spec)),
+        notes=(
+            *data.notes,
+            *_notes(found, data),
+            *said,
+            *(f"not looked for: {one}" for one in catalog.unloadable("effects")),
+        ),
+    )
+
+
+def _check(table: DwellTable) -> None:
+    if table.gyro is None and table.acc is None:
+        raise InputError(f"{table.source}: no readings: neither gyro_x_dps … nor acc_x_g … are there")
+    if len(table) < LEAST_ROWS:
+        raise InputError(
+            f"{table.source}: {len(table)} rows of unit {table.unit[0]} are too few for a diagnosis, "
+            f"which needs {LEAST_ROWS} at least"
+        )
+
+
+def _verdict(
+    effects: Sequence[FoundEffect], unknown: Sequence[Unknown], not_found: Sequence[NotFound]
+) -> Verdict:
+    if effects:
+        return "partly_explained" if unknown else "explained"
+    if unknown:
+        return "unexplained"
+    return "clean" if not_found else "untestable"
+
+
+# ---------------------------------------------------------------- what was found
+
+
+def _unknown(s: SensorFound) -> list[Unknown]:
+    found, pool = s.found, s.found.pool
+    out = []
+    for b in found.unknown:
+        block = pool.blocks[b]
+        strength = found.share(b).delta
+        channels = tuple(channel_name(s.sensor, a) for a in block.columns)
+        out.append(Unknown(channels, block.name, found.p[b], float(np.sqrt(strength))))
+    return out
+
+
+# ---------------------------------------------------------------- what was not
+
+
+def _limits(
+    found: Sequence[SensorFound], data: Prepared, spec: Spec
+) -> tuple[list[NotFound], list[Untestable]]:
+    not_found: list[NotFound] = []
+    untestable: list[Untestable] = []
+    for s in found:
+        seen, unseen = limits(s, data, tuple(spec.effects))
+        not_found += seen
+        untestable += unseen
+    judged = {s.sensor for s in found}
+    for name, effect in catalog.effects().items():
+        missing = [sensor for sensor in effect.sensors if sensor not in judged]
+        if name not in spec.effects and missing:
+            untestable += [Untestable(name, sensor, _no_sensor(sensor, data)) for sensor in missing]
+    return not_found, untestable
+
+
+def _no_sensor(sensor: Sensor, data: Prepared) -> str:
+    short = "gyro" if sensor == "gyro" else "acc"
+    there = data.full.gyro if sensor == "gyro" else data.full.acc
+    return f"no columns {short}_x …" if there is None else f"no reference for the {sensor}s"
+
+
+def _notes(found: Sequence[SensorFound], data: Prepared) -> list[str]:
+    notes = []
+    for s in found:
+        far = {channel_name(s.sensor, a): int(rows.sum()) for a, rows in s.far.items() if rows.any()}
+        notes += [f"{name}: {count} rows far off the others are left out" for name, count in far.items()]
+        rest: dict[str, list[str]] = {}
+        for b in sorted(s.found.misfit):
+            block = s.found.pool.blocks[b]
+            for a in block.columns:
+                names = rest.setdefault(channel_name(s.sensor, a), [])
+                names += [block.name] if block.name not in names else []
+        notes += [
+            f"{name}: what was found does not have exactly the shape of its equation; a small rest "
+            f"varies with {', '.join(variables)}"
+            for name, variables in rest.items()
+        ]
+    if len(data.starts) < LEAST_RUNS:
+        notes.append(
+            f"{len(data.starts)} power-ons are too few to tell their spread: the level of each is its own, "
+            "and what changes only between power-ons cannot be seen"
+        )
+    return list(dict.fromkeys(notes))

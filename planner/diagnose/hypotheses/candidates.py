@@ -1,0 +1,129 @@
+"""The effects that a spec does not declare, as blocks of columns on the channels of one sensor.
+
+Terms that act on one channel each make a block of their own per channel; terms that several channels share
+(one Earth, one arm) make one block over all of them. An effect with parameters is a block for every point of
+their grid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner import catalog
+from planner.diagnose.hypotheses.channels import Channel, columns
+from planner.diagnose.hypotheses.generic import generics
+from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.diagnose.hypotheses.parameters import grid, ranges
+from planner.nouns.array import Array
+from planner.nouns.dwell_table import DwellTable
+from planner.protocols import Effect, Sensor, Term
+from planner.temperature_table import hats, temperature_nodes
+
+LEAST_DAYS = 2.0
+UNSEEN = 1e-12  # of a column's square that the largest entry is, below which it is rounding
+
+
+@dataclass(frozen=True)
+class Block:
+    """Columns that enter or stay out together.
+
+    name: the effect, or the variable of a generic alternative; terms: one for each column, "" for a column
+        that only bends a table over temperature
+    columns: channel's index -> (n, k), zero where a shared term does not act on that channel
+    """
+
+    name: str
+    sensor: Sensor
+    columns: Mapping[int, Array]
+    terms: tuple[str, ...]
+    nonlinear: Mapping[str, float] = field(default_factory=dict)
+    generic: bool = False
+
+    @property
+    def channels(self) -> tuple[int, ...]:
+        """Indices of the channels on which it acts."""
+        return tuple(self.columns)
+
+    @property
+    def key(self) -> tuple[str, tuple[int, ...]]:
+        """The same for all values of its parameters."""
+        return self.name, self.channels
+
+
+def library_blocks(
+    channels: Sequence[Channel], table: DwellTable, declared: Sequence[str], sensor: Sensor
+) -> list[Block]:
+    """Every block of every effect of the library that is not declared and exists on the sensor."""
+    mine = [c for c in channels if c.sensor == sensor]
+    found: list[Block] = []
+    for name, effect in catalog.effects().items():
+        if name not in declared and sensor in effect.sensors and lasts(effect, table):
+            for nonlinear in grid(ranges(effect, table)):
+                found += effect_blocks(mine, name, nonlinear)
+    return found
+
+
+def lasts(effect: Effect, table: DwellTable) -> bool:
+    """Whether the table spans enough days for an effect of the days; within two it is the run-to-run."""
+    return "day" not in effect.needs or float(np.ptp(table.day)) >= LEAST_DAYS
+
+
+def effect_blocks(channels: Sequence[Channel], name: str, nonlinear: Mapping[str, float]) -> list[Block]:
+    """The blocks of one effect at one value of its parameters, on the channels of one sensor."""
+    effect = catalog.effects()[name]
+    if not channels:
+        return []
+    sensor = channels[0].sensor
+    terms = effect.terms(sensor)
+    full = {c.axis: columns(c, name, nonlinear) for c in channels}
+    acts = {a: _acting(terms, a) & (np.sum(full[a] ** 2, axis=0) > UNSEEN) for a in full}
+    count = sum(a.astype(int) for a in acts.values())
+    if np.any(count > 1):
+        keep = np.flatnonzero(count > 0)
+        names = tuple(terms[k].name for k in keep)
+        return [Block(name, sensor, {axis: a[:, keep] for axis, a in full.items()}, names, nonlinear)]
+    return [
+        _bent(c, effect, np.flatnonzero(acts[c.axis]), full[c.axis], nonlinear)
+        for c in channels
+        if acts[c.axis].any()
+    ]
+
+
+def _acting(terms: Sequence[Term], axis: int) -> NDArray[np.bool_]:
+    """(n_terms,) which terms say that they act on a channel."""
+    return np.array([axis in t.channels for t in terms], dtype=bool)
+
+
+def _bent(
+    c: Channel, effect: Effect, mine: NDArray[np.int64], full: Array, nonlinear: Mapping[str, float]
+) -> Block:
+    """One channel's block; an effect that is calibrated as a table bends over the data's temperatures too.
+
+    The table's bends are clear of a straight line, so that the effect's coefficient is the mean slope.
+    """
+    names = tuple(effect.terms(c.sensor)[k].name for k in mine)
+    plain = Block(effect.name, c.sensor, {c.axis: full[:, mine]}, names, nonlinear)
+    t = c.model.conditions.temperature_degc
+    nodes = temperature_nodes(t)
+    if not effect.tabled or effect.temperature_of is None or len(nodes) < 3:
+        return plain
+    constant = columns(c, effect.temperature_of)[:, mine]
+    line = orthonormal(np.column_stack([constant, full[:, mine]]))
+    inner = hats(t, nodes, 0.0)[:, 1:-1]
+    table = clear(line, np.concatenate([inner * k[:, None] for k in constant.T], axis=1))
+    bent = np.column_stack([full[:, mine], table])
+    return replace(plain, columns={c.axis: bent}, terms=(*names, *([""] * table.shape[1])))
+
+
+def generic_blocks(channels: Sequence[Channel], table: DwellTable, sensor: Sensor) -> list[Block]:
+    """Every generic alternative on every channel of the sensor."""
+    return [
+        Block(g.varies_with, sensor, {c.axis: g.columns}, (), generic=True)
+        for c in channels
+        if c.sensor == sensor
+        for g in generics(c, table)
+    ]

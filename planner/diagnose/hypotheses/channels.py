@@ -1,0 +1,209 @@
+"""Dwell table → one linear problem a channel: what the declared model leaves, and the columns it can move.
+
+The declared fit comes off first with its products, y = (1 + κ)(M u) + b, so that scale factor times
+misalignment is no missing effect; what follows is linear in small quantities,
+
+    r = J δ + G γ + noise,
+
+J the Jacobian of the declared model at its fit, G the columns of a candidate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner import catalog
+from planner.campaign.channel_model import EXCITING, channel_model
+from planner.campaign.parameters import limited
+from planner.measurement import AXES, ChannelModel, evaluate, jacobian, sensed
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+from planner.protocols import Sensor
+from planner.solvers.least_squares import least_squares
+from planner.temperature_table import REACH_K, nodes_with_rows, temperature_nodes
+
+_ROUNDS = 8  # Gauss-Newton: the products are 1e-3 of the linear part, so three rounds arrive
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One channel of one sensor over n rows that stand run by run.
+
+    theta: (p,) of the fit of the declared effects and those of `found`, products and all
+    y: (n,) reading; r: (n,) what the declared effects leave of it
+    J: (n, q) columns of the declared effects, then the slopes of their tables at the nodes, which are free
+    most: (q,) the largest coefficient that a column can have: of a slope the steepest chord beside its node
+    lean: (n,) 1 + κ, by which a candidate that leans the input is multiplied
+    driven: the conditions with the misaligned input in place of the channel's own, for scale-factor effects
+    """
+
+    sensor: Sensor
+    axis: int
+    model: ChannelModel
+    found: tuple[str, ...]
+    theta: Array
+    y: Array
+    r: Array
+    J: Array
+    most: Array
+    lean: Array
+    driven: Conditions
+
+    @property
+    def name(self) -> str:
+        """`gyro_x` …"""
+        return f"{self.sensor}_{AXES[self.axis]}"
+
+    @property
+    def u(self) -> Array:
+        """(n,) true input along the channel."""
+        return self.model.u
+
+    @property
+    def across(self) -> Array:
+        """(n,) size of the true input across the channel."""
+        both = np.delete(sensed(self.sensor, self.model.conditions), self.axis, axis=1)
+        return np.asarray(np.linalg.norm(both, axis=1))
+
+
+def channel(
+    sensor: Sensor,
+    axis: int,
+    conditions: Conditions,
+    y: Array,
+    effects: tuple[str, ...],
+    found: tuple[str, ...] = (),
+    free: Array | None = None,
+) -> Channel:
+    """One channel with the declared effects taken off.
+
+    free: (n, k) columns that may have any size, beside those of the declared effects
+    found: effects that were found strong already. They are fitted along, so that their products with the
+    declared ones are right, and their linear part is then given back: it stays what has to be explained.
+    """
+    model = channel_model(sensor, axis, conditions, (*effects, *found))
+    theta = model.start()
+    parts = evaluate(model, theta)
+    for _ in range(_ROUNDS):
+        J = jacobian(model, theta, parts)
+        step, _ = least_squares(J, y - parts.predicted)
+        theta = limited(model, theta, theta + step)
+        parts = evaluate(model, theta)
+        moved, left = np.abs(J @ step).max(initial=0.0), np.abs(y - parts.predicted).max(initial=0.0)
+        if moved <= 1e-9 * max(left, 1e-300):
+            break
+    return _at(model, found, theta, y, free)
+
+
+def at_rows(c: Channel, conditions: Conditions, y: Array, free: Array | None = None) -> Channel:
+    """The channel's fit, read at other rows."""
+    return _at(replace(c.model, conditions=conditions), c.found, c.theta, y, free)
+
+
+def _at(model: ChannelModel, found: tuple[str, ...], theta: Array, y: Array, free: Array | None) -> Channel:
+    parts = evaluate(model, theta)
+    leaning = sensed(model.sensor, model.conditions).copy()
+    leaning[:, model.channel] = parts.v
+    name = "rate" if model.sensor == "gyro" else "specific_force"
+    driven = replace(model.conditions, **{name: leaning})
+    J, given_back = _declared(model, found, theta, jacobian(model, theta, parts))
+    slopes, most = _slopes(model, driven, parts.v, theta)
+    free = np.empty((len(y), 0)) if free is None else free
+    return Channel(
+        sensor=model.sensor,
+        axis=model.channel,
+        model=model,
+        found=found,
+        theta=theta,
+        y=y,
+        r=y - parts.predicted + given_back,
+        J=np.column_stack([J, slopes, free]),
+        most=np.concatenate([np.full(J.shape[1], np.inf), most, np.full(free.shape[1], np.inf)]),
+        lean=1.0 + parts.kappa,
+        driven=driven,
+    )
+
+
+def _declared(model: ChannelModel, found: tuple[str, ...], theta: Array, J: Array) -> tuple[Array, Array]:
+    """(n, q) columns of the declared effects alone, and (n,) the linear part of those that were found.
+
+    A table that only a found temperature effect has made collapses to its sum, the declared constant.
+    """
+    names = [c.effect for c in model.columns()]
+    linear = [not c.parameter for c in model.columns()]
+    known = catalog.effects()
+    tables = {known[e].temperature_of or e for e in found if known[e].tabled}.difference(found)
+    extra = [i for i, name in enumerate(names) if (name in found or name in tables) and linear[i]]
+    kept = [i for i, name in enumerate(names) if name not in found and name not in tables]
+    sums = [
+        J[:, [i for i, name in enumerate(names) if name == table]].sum(axis=1)
+        for table in sorted(tables.intersection(names))
+    ]
+    return np.column_stack([J[:, kept], *sums]), J[:, extra] @ theta[extra]
+
+
+def _slopes(model: ChannelModel, driven: Conditions, v: Array, theta: Array) -> tuple[Array, Array]:
+    """(n, k) slope of each table at each node: a soaked chamber strays, and a chord is no tangent.
+
+    Without them the reading's own slope at a node, 1e-5 g from 0.05 K, counts as something missing.
+    Also (k,) the steepest chord of the table beside the node; a table of one node may have any slope.
+    """
+    t = model.conditions.temperature_degc
+    found, most = [np.empty((len(t), 0))], [np.empty(0)]
+    for (name, term), place in _tables(model).items():
+        effect = catalog.effects()[name]
+        index = [x.name for x in effect.terms(model.sensor)].index(term)
+        scale = effect.group == "scale_factor"
+        conditions = driven if scale else model.conditions
+        column = effect.regressors(model.sensor, conditions)[:, model.channel, index]
+        nodes = np.array([model.columns()[i].node_degc for i in place])
+        nearest = np.argmin(np.abs(t[:, None] - nodes[None, :]), axis=1)
+        near = nearest[:, None] == np.arange(len(nodes))[None, :]
+        found.append(near * ((t - nodes[nearest]) * column)[:, None])
+        most.append(_steepest(nodes, theta[place]))
+        if scale:
+            found.append(_untold(model, v, nodes))
+            most.append(np.full(found[-1].shape[1], np.inf))
+    return np.concatenate(found, axis=1), np.concatenate(most)
+
+
+def _tables(model: ChannelModel) -> dict[tuple[str, str], list[int]]:
+    """(effect, term) that a table over temperature carries -> which of the coefficients are its nodes."""
+    found: dict[tuple[str, str], list[int]] = {}
+    for i, c in enumerate(model.columns()):
+        if np.isfinite(c.node_degc):
+            found.setdefault((c.effect, c.term), []).append(i)
+    return found
+
+
+def _untold(model: ChannelModel, v: Array, told: Array) -> Array:
+    """(n, k) scale factor at temperatures where only other axes turned: no table says what it is there.
+
+    It acts on what leans in: at 500 deg/s about the next axis its error of 1e-5 is a lean over temperature.
+    """
+    t = model.conditions.temperature_degc
+    u = np.linalg.norm(sensed(model.sensor, model.conditions), axis=1)
+    nodes = nodes_with_rows(temperature_nodes(t), t[u > EXCITING[model.sensor]])
+    nearest = np.argmin(np.abs(t[:, None] - nodes[None, :]), axis=1)
+    off = np.abs(nodes[:, None] - told[None, :]).min(axis=1)
+    untold = np.flatnonzero(off > REACH_K)
+    return np.asarray((nearest[:, None] == untold[None, :]) * v[:, None])
+
+
+def _steepest(nodes: Array, values: Array) -> Array:
+    """(N,) the larger of the two chords at each node of a table, per kelvin."""
+    if len(nodes) < 2:
+        return np.full(len(nodes), np.inf)
+    chords = np.abs(np.diff(values) / np.diff(nodes))
+    return np.asarray(np.maximum(np.append(chords, 0.0), np.append(0.0, chords)))
+
+
+def columns(c: Channel, effect: str, nonlinear: Mapping[str, float] | None = None) -> Array:
+    """(n, n_terms) what each term of an effect adds to the channel's reading, SI per SI unit."""
+    found = catalog.effects()[effect]
+    conditions = c.driven if found.group == "scale_factor" else c.model.conditions
+    added = np.asarray(found.regressors(c.sensor, conditions, nonlinear)[:, c.axis, :])
+    return added * c.lean[:, None] if found.group == "misalignment" else added

@@ -1,0 +1,196 @@
+"""Sizes of what was found, with intervals; limits of what was not; rivals that the data cannot tell apart.
+
+With S the believed columns, γ̂ = Gram_SS⁺ h_S / length, cov γ̂ = Gram_SS⁺ s² / length², and the freedom of each
+coefficient is Satterthwaite's from how well REML knows the variances that it is made of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnose.hypotheses.candidates import Block, effect_blocks
+from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.found import ALPHA, Found, free
+from planner.diagnose.hypotheses.parameters import Range
+from planner.diagnose.hypotheses.pool import Pool, extended, given, mean_square, satterthwaite, score
+from planner.nouns.array import Array
+from planner.protocols import Parameter
+
+CONFIDENCE = 0.95
+DETERMINED = 1e-6  # of a coefficient's column that may lie in what the data do not see
+NEAR = 10.0  # criterion units (odds of exp(5)) by which a rival may be worse and still be one
+STEP = 1e-3  # of a parameter as a fit carries it, or of its range, for its derivative
+WIDEST = 10.0  # half of an interval: a factor of 22 000, or ten times the range of a linear one
+APART_SIGMA = 5.5  # an effect must explain that much beside its rival: the better of 30 alternatives won
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One coefficient, SI, with its 95 % interval; one with an infinite interval is not determined."""
+
+    block: int
+    term: str
+    value: float
+    half: float
+    freedom: float
+
+
+def estimates(pool: Pool, believed: Sequence[int]) -> list[Estimate]:
+    """Every named coefficient of the believed blocks, together."""
+    from scipy.stats import t as student
+
+    k = pool.columns(believed)
+    if len(k) == 0:
+        return []
+    G = pool.gram[np.ix_(k, k)]
+    inverse = np.asarray(np.linalg.pinv(G, rcond=1e-9, hermitian=True), dtype=float)
+    seen = np.diag(inverse @ G)
+    gamma = inverse @ pool.h[k]
+    found, i = [], 0
+    for b in believed:
+        for term in pool.blocks[b].terms or [""] * len(pool.places[b]):
+            column = k[i]
+            if term:
+                freedom, s2 = _freedom(pool, b, k, inverse[:, i])
+                wide = float(student.ppf((1.0 + CONFIDENCE) / 2.0, freedom))
+                ok = seen[i] > 1.0 - DETERMINED and pool.size[column] > 0
+                size = pool.size[column] if ok else 1.0
+                half = wide * np.sqrt(max(inverse[i, i], 0.0) * s2) / size if ok else np.inf
+                found.append(Estimate(b, term, float(gamma[i] / size) if ok else 0.0, float(half), freedom))
+            i += 1
+    return found
+
+
+def _freedom(pool: Pool, block: int, k: NDArray[np.int64], q: Array) -> tuple[float, float]:
+    """Satterthwaite's freedom of a coefficient, the contrast q of the believed columns; its channels' s²."""
+    total = float(q @ pool.gram[np.ix_(k, k)] @ q)
+    R = pool.beside[:, k] @ q / np.sqrt(max(total, 1e-300))
+    return satterthwaite(pool, pool.axes, R), max(mean_square(pool, [block]), 1.0)
+
+
+@dataclass(frozen=True)
+class ParameterInterval:
+    """A parameter with its 95 % interval, in the unit in which the effect takes it."""
+
+    name: str
+    value: float
+    low: float
+    high: float
+    freedom: float
+
+    def tells(self, r: Range) -> bool:
+        """Whether the interval is narrower than what the parameter could be in the first place."""
+        if r.parameter.stepped or not r.low < r.high:
+            return True
+        return self.low > r.parameter.value(r.low) or self.high < r.parameter.value(r.high)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """All parameters of a found block; wider: the pool with their derivatives as block `block`, if any."""
+
+    parameters: tuple[ParameterInterval, ...]
+    wider: Pool
+    block: int | None = None
+
+    def estimates(self, found: Found) -> list[Estimate]:
+        """Every coefficient of what is believed, and the derivatives beside them."""
+        return estimates(self.wider, found.all if self.block is None else [*found.all, self.block])
+
+
+def shape_of(
+    found: Found, b: int, channels: Sequence[Channel], cuts: NDArray[np.int64], ranges: Sequence[Range]
+) -> Shape:
+    """The parameters of a block by their derivatives, all together, on the scales on which fits carry them.
+
+    One that steps lies between two values of its condition in the table.
+    """
+    smooth = [r.parameter for r in ranges if not r.parameter.stepped]
+    value = found.pool.blocks[b].nonlinear
+    wider, new = found.pool, None
+    sizes: dict[str, Estimate] = {}
+    if smooth:
+        wider = extended(found.pool, _derivatives(found, b, smooth, channels), cuts)
+        new = len(found.pool.blocks)
+        sizes = {e.term: e for e in estimates(wider, [*found.all, new]) if e.block == new}
+    intervals = tuple(
+        _between(r, value[r.parameter.name])
+        if r.parameter.stepped
+        else _interval(r.parameter, value[r.parameter.name], sizes[r.parameter.name])
+        for r in ranges
+    )
+    return Shape(intervals, wider, new)
+
+
+def _interval(p: Parameter, value: float, size: Estimate) -> ParameterInterval:
+    most = WIDEST if p.scale == "logarithmic" else WIDEST * (p.high - p.low)
+    half, here = min(size.half, most), p.carried(value)
+    return ParameterInterval(p.name, value, p.value(here - half), p.value(here + half), size.freedom)
+
+
+def _between(r: Range, value: float) -> ParameterInterval:
+    """From half a gap before the middle to half a gap behind it: the two values that the rows have."""
+    place = int(np.argmin(np.abs(r.steps - value))) if len(r.steps) else -1
+    low, high = (r.ends[place], r.ends[place + 1]) if place >= 0 else (r.parameter.low, r.parameter.high)
+    return ParameterInterval(r.parameter.name, value, float(low), float(high), np.inf)
+
+
+def _derivatives(found: Found, b: int, smooth: Sequence[Parameter], channels: Sequence[Channel]) -> Block:
+    """∂(γ G(p))/∂p at what was found, p as a fit carries it, as a block of one column a parameter."""
+    block = found.pool.blocks[b]
+    gamma = np.zeros(len(block.terms))
+    gamma[[bool(t) for t in block.terms]] = [
+        e.value for e in estimates(found.pool, found.all) if e.block == b
+    ]
+    mine = [c for c in channels if c.axis in block.columns]
+    slopes = [_slope(block, p, gamma, mine) for p in smooth]
+    columns = {a: np.column_stack([slope[a] for slope in slopes]) for a in block.columns}
+    name = f"{block.name} {' '.join(p.name for p in smooth)}"
+    return replace(block, name=name, columns=columns, terms=tuple(p.name for p in smooth), nonlinear={})
+
+
+def _slope(block: Block, p: Parameter, gamma: Array, channels: Sequence[Channel]) -> dict[int, Array]:
+    """axis -> (n,) by a central difference; nothing where the block vanishes."""
+    low, high = p.bounds
+    step = STEP * min(1.0, high - low)
+    here = p.carried(block.nonlinear[p.name])
+    slope = {a: np.zeros(len(columns)) for a, columns in block.columns.items()}
+    for sign in (1.0, -1.0):
+        at = {**block.nonlinear, p.name: p.value(here + sign * step)}
+        for x in effect_blocks(channels, block.name, at):
+            if x.key == block.key and x.terms == block.terms:
+                for a in slope:
+                    slope[a] += sign * (x.columns[a] @ gamma) / (2.0 * step)
+    return slope
+
+
+# ---------------------------------------------------------------- rivals
+
+
+def rivals(found: Found, b: int, library: Sequence[int]) -> list[tuple[str, float]]:
+    """(effect, √Δ(b | rival)) of the effects of the library that could stand in b's place."""
+    pool = found.pool
+    others = found.others(b)
+    here = given(pool, others)
+    mine = score(here, [b])
+    axes = found.axes(b)
+    best: dict[str, tuple[float, int]] = {}
+    for c in free(pool, library, [*others, b]):
+        name = pool.blocks[c].name
+        if name == pool.blocks[b].name or not set(pool.blocks[c].columns) & axes:
+            continue
+        s = score(here, [c])
+        if s.m and (name not in best or s.criterion > best[name][0]):
+            best[name] = s.criterion, c
+    out = []
+    for name, (criterion, c) in best.items():
+        s = score(here, [c])
+        apart = float(np.sqrt(max(score(given(pool, [*others, c]), [b]).delta, 0.0)))
+        near = mine.criterion - criterion < NEAR or apart < APART_SIGMA
+        if near and s.log_p < np.log(ALPHA) and s.delta > 0.25 * mine.delta:
+            out.append((name, apart))
+    return sorted(out, key=lambda r: r[1])

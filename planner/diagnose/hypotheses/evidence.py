@@ -1,0 +1,98 @@
+"""Residuals before and after and added variables of every channel, in the order of the given table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from planner import catalog
+from planner.diagnose.hypotheses.candidates import effect_blocks
+from planner.diagnose.hypotheses.channels import Channel, at_rows, columns
+from planner.diagnose.hypotheses.estimates import estimates
+from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.diagnose.hypotheses.pool import Pool
+from planner.diagnose.hypotheses.prepared import Prepared
+from planner.diagnose.hypotheses.sensor import SensorFound
+from planner.diagnose.hypotheses.whitened import Whitened
+from planner.nouns.array import Array
+from planner.nouns.diagnosis import Evidence
+from planner.solvers.least_squares import least_squares
+
+
+def evidence(s: SensorFound, data: Prepared) -> list[Evidence]:
+    """What the report draws, for the three channels of a sensor."""
+    return [_of(s, data, c) for c in s.channels]
+
+
+def _of(s: SensorFound, data: Prepared, c: Channel) -> Evidence:
+    w = s.found.pool.state[c.axis]
+    blocks = [b for b in s.found.library if c.axis in s.found.pool.blocks[b].columns]
+    readings = data.full.gyro if s.sensor == "gyro" else data.full.acc
+    assert readings is not None  # the sensor was searched
+    free = data.attitudes()[1] if s.sensor == "accelerometer" else None
+    whole = at_rows(c, data.full.conditions(), readings[:, c.axis], free)
+    small = [s.found.pool.blocks[b].columns[c.axis] for b in blocks]
+    full = [_columns(s, whole, b) for b in blocks]
+    return Evidence(
+        channel=c.name,
+        before=_residual(w, c, whole, [], []),
+        after=_residual(w, c, whole, small, full),
+        expected=_expected(w, whole, data),
+        added=_added(s, w, blocks, data),
+    )
+
+
+def _columns(s: SensorFound, whole: Channel, b: int) -> Array:
+    """The block's columns on the full table."""
+    block = s.found.pool.blocks[b]
+    if len(block.columns) == 1:
+        (same,) = [x for x in effect_blocks([whole], block.name, block.nonlinear) if x.name == block.name]
+        return same.columns[whole.axis]
+    names = [t.name for t in catalog.effects()[block.name].terms(s.sensor)]
+    every = columns(whole, block.name, dict(block.nonlinear))
+    return every[:, [names.index(t) for t in block.terms]]
+
+
+def _residual(
+    w: Whitened, c: Channel, whole: Channel, small: Sequence[Array], full: Sequence[Array]
+) -> Array:
+    """(N,) what generalised least squares with these columns leaves, run-to-run not taken off."""
+    X = np.column_stack([c.J, *small, w.noise.fixed_runs])
+    white = w.noise.whiten(np.column_stack([X, c.r]))
+    step, _ = least_squares(white[:, :-1], white[:, -1], 1e-9)
+    J = np.column_stack([whole.J, *full])
+    return np.asarray(whole.r - J @ step[: J.shape[1]])
+
+
+def _expected(w: Whitened, whole: Channel, data: Prepared) -> Array:
+    theta = dict(zip(w.noise.components, w.noise.variances.theta, strict=True))
+    duration = np.where(data.full.duration > 0, data.full.duration, 1.0)
+    usual = np.where(data.table.duration > 0, data.table.duration, 1.0).mean()
+    total = theta["white"] * usual / duration + theta.get("constant", 0.0)
+    total = total + (theta.get("rate_noise", 0.0) + theta.get("run_to_run_scale_factor", 0.0)) * whole.u**2
+    total = total + theta.get("cross_noise", 0.0) * whole.across**2
+    return np.asarray(np.sqrt(total + theta.get("run_to_run_bias", 0.0)))
+
+
+def _added(s: SensorFound, w: Whitened, blocks: Sequence[int], data: Prepared) -> dict[str, Array]:
+    """effect -> (N, 2) what it adds and the reading, both cleared of all the rest, the scale given back."""
+    pool: Pool = s.found.pool
+    sizes = estimates(pool, s.found.all)
+    axis = w.channel.axis
+    parts = {}
+    for b in [*blocks, *(u for u in s.found.unknown if axis in pool.blocks[u].columns)]:
+        white = w.noise.whiten(pool.blocks[b].columns[axis])
+        parts[b] = clear(w.Q, white)
+    everything = orthonormal(np.concatenate([np.empty((len(w.z), 0)), *parts.values()], axis=1), 1e-6)
+    rest = w.z - everything @ (everything.T @ w.z)
+    out = {}
+    for b in blocks:
+        named = [i for i, term in enumerate(pool.blocks[b].terms) if term]
+        gamma = np.array([e.value for e in sizes if e.block == b])
+        others = [p for i, p in parts.items() if i != b]
+        basis = orthonormal(np.concatenate([np.empty((len(w.z), 0)), *others], axis=1), 1e-6)
+        adds = clear(basis, parts[b][:, named] @ gamma)
+        pair = np.column_stack([adds, adds + rest]) * w.noise.spread[:, None]
+        out[pool.blocks[b].name] = np.where(data.where[:, None] >= 0, pair[data.where], np.nan)
+    return out

@@ -1,0 +1,181 @@
+"""What a search has come to believe, and the rules by which it believes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from planner import catalog
+from planner.diagnose.hypotheses.pool import (
+    Flips,
+    Null,
+    Pool,
+    Score,
+    delta,
+    family_wise,
+    given,
+    null_of,
+    score,
+)
+
+ALPHA = 0.01  # false claims per sensor, of three channels
+ALPHA_UNKNOWN = 0.002  # for what has no name: wide blocks, to which noise of another colour looks like much
+FEW = 60.0  # degrees of freedom, below which tails are longer than F's: ALPHA_FEW for those
+ALPHA_FEW = 0.007
+SINGLE = 1e-3  # p of one test at which an effect may stand for a generic alternative that is significant
+TIE = 0.1  # of the criterion, that is no difference
+GROUPS = ("bias", "scale_factor", "misalignment")  # the simplest first
+Key = tuple[str, tuple[int, ...]]
+Refine = Callable[[Pool, Sequence[int], int], tuple[Pool, int]]
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of a pool. library, generic: its blocks; flips: of the calm residual
+
+    refine: (pool, believed, block) -> pool with the block at its best nonlinear parameter, and its number
+    """
+
+    library: tuple[int, ...]
+    generic: tuple[int, ...]
+    flips: Flips
+    refine: Refine
+
+    @property
+    def every(self) -> tuple[int, ...]:
+        """All blocks that are tested together."""
+        return (*self.library, *self.generic)
+
+    @property
+    def least_p(self) -> float:
+        """The smallest p that is said: with few power-ons none beyond what the flips can tell."""
+        return 1.0 / (1.0 + len(self.flips.signs)) if self.flips.few_runs else float(np.finfo(float).tiny)
+
+
+@dataclass
+class Found:
+    """pool: with refined blocks at its end; library, unknown: blocks believed; p: block -> family-wise p
+
+    misfit: generic blocks that are left beside a much stronger effect of the bench
+    aliased: library effects (their keys) that stand although an unknown of their channel could take them up
+    stood_for: library effects -> p of the generic alternative that was significant where they stand now
+    """
+
+    pool: Pool
+    library: list[int]
+    unknown: list[int]
+    p: dict[int, float] = field(default_factory=dict)
+    misfit: set[int] = field(default_factory=set)
+    aliased: set[Key] = field(default_factory=set)
+    stood_for: dict[Key, float] = field(default_factory=dict)
+
+    @property
+    def all(self) -> list[int]:
+        """Everything believed."""
+        return [*self.library, *self.unknown]
+
+    def others(self, *blocks: int) -> list[int]:
+        """Everything believed but these."""
+        return [b for b in self.all if b not in blocks]
+
+    def without(self, *blocks: int) -> Pool:
+        """The pool beside everything believed but these."""
+        return given(self.pool, self.others(*blocks))
+
+    def chance(self, question: Question, *blocks: int) -> Null:
+        """What chance does among all that is still a candidate beside everything believed but these."""
+        taken = self.others(*blocks)
+        return null_of(self.without(*blocks), free(self.pool, question.every, taken), question.flips)
+
+    def share(self, block: int) -> Score:
+        """What a block explains beside everything else that is believed, but not beside its alias."""
+        alias = on(self.pool, self.unknown, self.axes(block)) if self.stands(block) else []
+        return score(self.without(block, *alias), [block])
+
+    def stands(self, block: int) -> bool:
+        """Whether a library effect stands although an unknown of its channel could take it up."""
+        return self.pool.blocks[block].key in self.aliased
+
+    def on(self, axes: set[int]) -> list[int]:
+        """The library effects that are believed on some channels."""
+        return on(self.pool, self.library, axes)
+
+    def axes(self, block: int) -> set[int]:
+        """The channels of a block."""
+        return set(self.pool.blocks[block].columns)
+
+    def size_of(self, unknown: int, axes: set[int]) -> float:
+        """Δ of an unknown with no library effect of these channels beside it."""
+        return delta(self.without(unknown, *self.on(axes)), [unknown])
+
+    def tried(self, library: Sequence[int]) -> Found:
+        """The same with other library effects, to be kept or thrown away."""
+        return replace(self, library=list(library), unknown=list(self.unknown), aliased=set(self.aliased),
+                       stood_for=dict(self.stood_for))  # fmt: skip
+
+    def refine(self, question: Question) -> None:
+        """Every nonlinear parameter at its best value, between the values of the grid."""
+        for i, b in enumerate(self.library):
+            if self.pool.blocks[b].nonlinear:
+                self.pool, self.library[i] = question.refine(self.pool, self.all, b)
+
+    def criteria(self, question: Question, scores: Mapping[int, Score]) -> dict[int, float]:
+        """Block -> criterion; of an effect with several parameters also between its grid's points.
+
+        Few points of several parameters together lie far apart, and the nearest may explain less than an
+        effect that is not there. Every parameter that was so chosen costs as much as a column.
+        """
+        found = {b: s.criterion for b, s in scores.items()}
+        best: dict[Key, int] = {}
+        for b in sorted(scores, key=lambda b: -found[b]):
+            if len(self.pool.blocks[b].nonlinear) > 1:
+                best.setdefault(self.pool.blocks[b].key, b)
+        for b in best.values():
+            self.pool, moved = question.refine(self.pool, self.all, b)
+            if moved != b:
+                s = score(self.without(), [moved])
+                column = (s.delta / s.s2 - s.criterion) / max(s.m, 1)
+                found[moved] = s.criterion - len(self.pool.blocks[moved].nonlinear) * column
+        return found
+
+    def drop_needless(self, null: Null) -> None:
+        """Backward elimination: library effects that are not significant beside the others go."""
+        for b in list(self.library):
+            s = self.share(b)
+            stands = self.pool.blocks[b].key in self.stood_for and s.log_p < np.log(SINGLE)
+            if not (stands or significant(s, null)):
+                self.library.remove(b)
+
+
+def significant(s: Score, null: Null, alpha: float = ALPHA) -> bool:
+    """Whether a block's p over the whole family is small enough."""
+    return bool(s.m and family_wise(s.log_p, null) <= (alpha if s.freedom > FEW else min(alpha, ALPHA_FEW)))
+
+
+def best_of(pool: Pool, scores: Mapping[int, float]) -> int:
+    """The best criterion; of those that are as good the simplest, a bias before what an input drives."""
+    most = max(scores.values()) - TIE
+    return min((b for b in scores if scores[b] >= most), key=lambda b: (_driven(pool, b), -scores[b]))
+
+
+def _driven(pool: Pool, block: int) -> int:
+    effect = catalog.effects().get(pool.blocks[block].name)
+    return 0 if effect is None else GROUPS.index(effect.group)
+
+
+def keys(pool: Pool, blocks: Iterable[int]) -> set[Key]:
+    """Effect and channels of some blocks: the same for all values of a nonlinear parameter."""
+    return {pool.blocks[b].key for b in blocks}
+
+
+def free(pool: Pool, candidates: Sequence[int], taken: Sequence[int]) -> list[int]:
+    """Candidates of another effect or channel than those taken."""
+    gone = keys(pool, taken)
+    return [b for b in candidates if pool.blocks[b].key not in gone]
+
+
+def on(pool: Pool, blocks: Sequence[int], axes: set[int]) -> list[int]:
+    """Those of some blocks that act on some channels."""
+    return [b for b in blocks if set(pool.blocks[b].columns) & axes]

@@ -1,0 +1,193 @@
+"""Generic alternatives: what a channel's reading could vary with when no effect of the library is the cause.
+
+Each is a block of bins or hat functions over one variable of the table (or two). They compete with the
+library: one that wins clearly means that something is missing which we cannot name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.diagnose.hypotheses.channels import Channel
+from planner.nouns.array import Array
+from planner.nouns.dwell_table import DwellTable
+from planner.protocols import Condition
+from planner.temperature_table import hats, temperature_nodes
+from planner.units import STANDARD_GRAVITY_MPS2
+
+MOST_LEVELS = 12
+MOST_RATES = 24  # a table and a centrifuge together have some twenty rates
+COARSE, FINE = 9, 25
+A_NODE = 5  # observations: rows for what varies within a power-on, power-ons for what varies between them
+_REST_RATE = np.radians(1.0)  # the Earth turns 240 times slower, tables do not turn slower than this
+_LOADED = 1.5 * STANDARD_GRAVITY_MPS2  # below that a load is not told from gravity
+_ONE_G = (0.9 * STANDARD_GRAVITY_MPS2, 1.1 * STANDARD_GRAVITY_MPS2)
+
+
+@dataclass(frozen=True)
+class Generic:
+    """A block without a name of its own. varies_with: the variable; columns: (n, k)."""
+
+    varies_with: str
+    columns: Array
+
+
+def generics(c: Channel, table: DwellTable) -> list[Generic]:
+    """The generic alternatives that this table's rows can show on a channel; empty blocks are left out.
+
+    Smooth variables come coarse and fine: few columns see a weak bend, many follow a strong one.
+    """
+    found = [Generic(name, columns) for name, make in _MAKERS.items() for columns in make(c, table)]
+    return [g for g in found if g.columns.shape[1] > 0 and np.any(g.columns)]
+
+
+def levels(values: Array, gap: float, most: int = MOST_LEVELS) -> Array:
+    """(k,) middles of the clusters of values that lie further apart than `gap`; thinned to `most`."""
+    v = np.sort(values[np.isfinite(values)])
+    if len(v) == 0:
+        return v
+    middles = np.array([float(np.median(part)) for part in np.split(v, np.flatnonzero(np.diff(v) > gap) + 1)])
+    if len(middles) > most:
+        middles = np.unique(np.quantile(v, np.linspace(0.0, 1.0, most)))
+    return middles
+
+
+def _hats(values: Array, gap: float, most: int = MOST_LEVELS) -> Array:
+    """(n, k − 1) hat functions over the levels of a variable, the first left to the constant."""
+    nodes = levels(values, gap, most)
+    if len(nodes) < 2:
+        return np.empty((len(values), 0))
+    return hats(values, nodes, 0.0)[:, 1:]
+
+
+def _smooth(values: Array, least: float, most: int) -> list[Array]:
+    """Hat functions over evenly filled nodes, coarse and fine; none when it moves less than `least`.
+
+    most: nodes that the data can carry; what has as many columns as observations leaves no noise to judge by
+    """
+    different = np.unique(np.round(values / least) * least)
+    if len(different) < 2:
+        return []
+    found = []
+    for count in sorted({min(COARSE, most), min(FINE, most)}):
+        if count < 2:
+            continue
+        nodes = np.quantile(different, np.linspace(0.0, 1.0, min(count, len(different))))
+        nodes = np.unique(np.clip(nodes, *_carried(values)))
+        found.append(hats(values, nodes, 0.0)[:, 1:])
+        if len(different) <= count:
+            break
+    return found
+
+
+def _carried(values: Array) -> tuple[float, float]:
+    """The ends that several rows carry: a node of one row alone would follow it wherever it lies."""
+    rows = np.sort(values)
+    k = min(A_NODE, len(rows)) - 1
+    return float(rows[k]), float(rows[-1 - k])
+
+
+def _time_on(c: Channel, table: DwellTable) -> list[Array]:
+    return _smooth(table.time_on, 15.0, len(table) // A_NODE)
+
+
+def _day(c: Channel, table: DwellTable) -> list[Array]:
+    return _smooth(table.day, 0.02, len(np.unique(table.run)) // A_NODE)
+
+
+def _temperature_rate(c: Channel, table: DwellTable) -> list[Array]:
+    return [_hats(table.temperature_rate * 60.0, 0.3)]
+
+
+def _rate(c: Channel, table: DwellTable) -> list[Array]:
+    """Bins of the own rate, of its modulus in any direction, of the other axes' rates."""
+    if c.sensor != "gyro":
+        return []
+    rate = c.model.conditions.rate
+    others = np.concatenate([_hats(rate[:, j], _REST_RATE, 7) for j in range(3) if j != c.axis], axis=1)
+    own = _hats(c.u, _REST_RATE, MOST_RATES)
+    return [own, _hats(np.linalg.norm(rate, axis=1), _REST_RATE, MOST_RATES), others]
+
+
+def _orientation(c: Channel, table: DwellTable) -> list[Array]:
+    return [_ways_up(c)]
+
+
+def _ways_up(c: Channel) -> Array:
+    """The six ways up, at one g; one less where they are all there is, for the constant has their sum."""
+    f = c.model.conditions.specific_force
+    size = np.linalg.norm(f, axis=1)
+    along = np.argmax(np.abs(f), axis=1)
+    up = f[np.arange(len(f)), along] > 0
+    rest = (size > _ONE_G[0]) & (size < _ONE_G[1])
+    bins = [(rest & (along == j) & (up == s)).astype(float) for j in range(3) for s in (True, False)]
+    kept = [b for b in bins if b.any()]
+    if len(kept) < 2:
+        return np.empty((len(f), 0))
+    return np.array(kept[1:] if np.all(np.sum(kept, axis=0) == 1.0) else kept).T
+
+
+def _specific_force(c: Channel, table: DwellTable) -> list[Array]:
+    """Modulus, square and cube of the load along each axis: a centrifuge has too few runs for bins."""
+    f = c.model.conditions.specific_force
+    loaded = np.linalg.norm(f, axis=1) > _LOADED
+    if not loaded.any():
+        return []
+    f = np.where(loaded[:, None], f, 0.0) / np.abs(f[loaded]).max()
+    return [np.concatenate([np.abs(f), f**2, f**3], axis=1)]
+
+
+def _temperature(c: Channel, table: DwellTable) -> list[Array]:
+    """The bias over temperature, and by orientation: bends that a common table does not have."""
+    t = (table.temperature_degc - 20.0) / 60.0
+    nodes = temperature_nodes(table.temperature_degc)
+    plain = hats(table.temperature_degc, nodes, 0.0)[:, 1:] if len(nodes) > 1 else np.empty((len(t), 0))
+    ways = _ways_up(c)
+    return [np.concatenate([plain, ways * t[:, None], ways * t[:, None] ** 2], axis=1)]
+
+
+def _temperature_and_rate(c: Channel, table: DwellTable) -> list[Array]:
+    """Even and cubic parts of the input, and the other inputs, that change with temperature."""
+    if c.sensor != "gyro":
+        return []
+    t = (table.temperature_degc - 20.0) / 60.0
+    w = c.model.conditions.rate
+    shapes = [np.abs(w[:, c.axis]), w[:, c.axis] ** 3]
+    shapes += [np.abs(w[:, j]) for j in range(3) if j != c.axis]
+    shapes += [w[:, j] for j in range(3) if j != c.axis]
+    return [np.array([s * t**k for s in shapes for k in (1, 2)]).T]
+
+
+def _bench(c: Channel, table: DwellTable) -> list[Array]:
+    if table.bench is None:
+        return []
+    names = np.unique(table.bench)
+    if len(names) < 2:
+        return []
+    return [np.array([(table.bench == n).astype(float) for n in names[1:]]).T]
+
+
+VARIES_WITH: Mapping[Condition | None, str] = {
+    "rate": "rate",
+    "specific_force": "specific_force",
+    "temperature_degc": "temperature",
+    "temperature_rate": "temperature_rate",
+    "time_on": "time_on",
+    "day": "day",
+}
+"""The condition along which an effect runs -> the generic alternative over the same variable."""
+
+_MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
+    "time_on": _time_on,
+    "day": _day,
+    "temperature_rate": _temperature_rate,
+    "rate": _rate,
+    "orientation": _orientation,
+    "specific_force": _specific_force,
+    "temperature": _temperature,
+    "temperature_and_rate": _temperature_and_rate,
+    "bench": _bench,
+}

@@ -1,0 +1,243 @@
+"""What is left when no library effect is significant alone, told by alternatives that have no name.
+
+When a generic alternative is still significant the library was wrong about that channel: either another of
+its effects stands for it, or two of them together are right, or something is missing that it does not have;
+then the generic enters, and a library effect stays only if it explains most of its share beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from planner import catalog
+from planner.diagnose.hypotheses.found import (
+    ALPHA_UNKNOWN,
+    SINGLE,
+    Found,
+    Question,
+    best_of,
+    free,
+    keys,
+    on,
+    significant,
+)
+from planner.diagnose.hypotheses.generic import VARIES_WITH
+from planner.diagnose.hypotheses.pool import Pool, Score, delta, family_wise, null_of, score
+
+STAYS = 0.5  # share of its Δ that a library effect must keep beside an unknown
+# share of the unknown's Δ that it must have: bins follow no curve exactly, and their rest fits anything
+LEAST = 0.3
+MOST_OF_BOTH = 0.9  # of what library and generic explain together, from which the library is right
+CHAIN = 3  # library effects on one channel, from which one variable may be the simpler explanation
+ONE_VARIABLE = 0.95  # of what it and the library effects explain together, from which it is
+# share of an effect's Δ that may be left although it is the right one
+SHARED_MISFIT = 0.03  # of what several channels share, an effect of the bench: its geometry is known roughly
+OWN_MISFIT = 0.1  # over the variable that drives it: that is read with noise, and bins average it
+
+
+def lack_of_fit(found: Found, question: Question) -> list[int]:
+    """The generic alternatives that are still significant, the strongest first."""
+    here = found.without()
+    generic = free(found.pool, question.generic, found.unknown)
+    null = null_of(here, [*free(found.pool, question.library, found.all), *generic], question.flips)
+    scores = {g: score(here, [g]) for g in generic}
+    good = []
+    for g, s in scores.items():
+        # no table over temperature is exact: many rows make its bends significant, the criterion does not
+        if s.criterion > 0.0 and significant(s, null, ALPHA_UNKNOWN):
+            if _only_misfit(found, g, s.delta):
+                found.misfit.add(g)
+            else:
+                good.append(g)
+    return sorted(good, key=lambda g: scores[g].log_p)
+
+
+def _only_misfit(found: Found, generic: int, left: float) -> bool:
+    """Whether what is left is small beside an effect of the channel whose shape is known only so well.
+
+    An effect of the bench has a geometry, one that follows a variable has readings of it.
+    """
+    pool = found.pool
+    for b in found.on(found.axes(generic)):
+        block = pool.blocks[b]
+        known = catalog.effects()[block.name].misfit or (SHARED_MISFIT if len(block.columns) > 1 else 0.0)
+        if _own_variable(pool, b, generic):
+            known = max(known, OWN_MISFIT)
+        if known > 0.0 and left < known * found.share(b).delta:
+            return True
+    return False
+
+
+def _own_variable(pool: Pool, b: int, generic: int) -> bool:
+    """Whether a generic alternative is over the variable along which a library effect runs."""
+    variable = catalog.effects()[pool.blocks[b].name].variable
+    return VARIES_WITH.get(variable) == pool.blocks[generic].name
+
+
+def stands_beside(found: Found, b: int, s: Score) -> bool:
+    """Beside an unknown on its channel a library effect must keep most of what it explains alone."""
+    beside = on(found.pool, found.unknown, found.axes(b))
+    if not beside:
+        return True
+    alone = score(found.without(*beside), [b])
+    unnamed = max(found.size_of(u, found.axes(b)) for u in beside)
+    return bool(s.delta >= max(STAYS * alone.delta, LEAST * unnamed))
+
+
+def cut_chains(found: Found, question: Question) -> None:
+    """Many library effects on a channel where one variable explains as much are the bends of one curve.
+
+    A strong effect that the library does not have looks like one that it has, and its misfit like others.
+    """
+    for axis in found.pool.axes:
+        mine = found.on({axis})
+        unnamed = free(found.pool, on(found.pool, question.generic, {axis}), found.unknown)
+        if len(mine) < CHAIN or not unnamed:
+            continue
+        before = on(found.pool, found.unknown, {axis})
+        here = found.without(*mine, *before)
+        best = max(unnamed, key=lambda g: delta(here, [g]))
+        both = delta(here, [*mine, best])
+        if delta(here, [best]) >= ONE_VARIABLE * both:
+            found.unknown = [*(u for u in found.unknown if u not in before), best]
+            _only_what_counts(found, best, mine, both)
+            found.drop_needless(found.chance(question))
+
+
+def explained(found: Found, lacking: Sequence[int], question: Question) -> None:
+    """Take up what explains the strongest lack: one more library effect, two others, or an unknown."""
+    if not (_named(found, lacking, question) or _pair(found, lacking, question)):
+        _unknown(found, lacking, question)
+
+
+def _named(found: Found, lacking: Sequence[int], question: Question) -> bool:
+    """Whether a library effect stands for the generic alternative: that something is missing is sure by then.
+
+    It must explain as much by the criterion, be significant as a single test, and leave nothing generic.
+    """
+    axes = found.axes(lacking[0])
+    here = found.without()
+    candidates = free(found.pool, on(found.pool, question.library, axes), found.all)
+    scores = {b: score(here, [b]) for b in candidates}
+    scores = {b: s for b, s in scores.items() if s.m and s.log_p < np.log(SINGLE)}
+    scores = {b: s for b, s in scores.items() if stands_beside(found, b, s)}
+    if not scores:
+        return False
+    criteria = found.criteria(question, scores)
+    best = best_of(found.pool, criteria)
+    if _unnamed_is_better(found, axes, [*found.on(axes), best], question):
+        return False
+    tried = found.tried([*found.library, best])
+    tried.stood_for[found.pool.blocks[best].key] = _p_beside(found, lacking[0], question)
+    tried.refine(question)
+    return _taken(found, tried, axes, question)
+
+
+def _p_beside(found: Found, generic: int, question: Question) -> float:
+    """Family-wise p of what is lacking beside everything believed."""
+    return family_wise(score(found.without(), [generic]).log_p, found.chance(question))
+
+
+def _taken(found: Found, tried: Found, axes: set[int], question: Question) -> bool:
+    """Whether what was tried leaves nothing generic on the channel; if so it is believed."""
+    if on(tried.pool, lack_of_fit(tried, question), axes):
+        return False
+    found.pool, found.library, found.stood_for = tried.pool, tried.library, tried.stood_for
+    return True
+
+
+def _unnamed_is_better(found: Found, axes: set[int], named: Sequence[int], question: Question) -> bool:
+    """Whether one generic alternative explains the channel better than these library effects together."""
+    here = found.without(*found.on(axes))
+    together = delta(here, named) - sum(_penalty(here, b) for b in named)
+    every = free(found.pool, on(found.pool, question.generic, axes), found.unknown)
+    return together < max(score(here, [g]).criterion for g in every)
+
+
+def _penalty(here: Pool, block: int) -> float:
+    """What the criterion takes off Δ for a block's columns."""
+    s = score(here, [block])
+    return s.delta / s.s2 - s.criterion
+
+
+def _pair(found: Found, lacking: Sequence[int], question: Question) -> bool:
+    """Whether two library effects in place of what is believed on the channel leave nothing generic."""
+    axes = found.axes(lacking[0])
+    mine = found.on(axes)
+    if len(mine) > 2 or not mine or on(found.pool, found.unknown, axes):
+        return False
+    best = _best_pair(found, axes, question)
+    if best is None or _unnamed_is_better(found, axes, best, question):
+        return False
+    tried = found.tried([*(b for b in found.library if b not in mine), *best])
+    tried.refine(question)
+    if keys(tried.pool, tried.library) == keys(found.pool, found.library):
+        return False
+    null = null_of(tried.without(), question.every, question.flips)
+    size = len(tried.library)
+    tried.drop_needless(null)
+    return len(tried.library) == size and _taken(found, tried, axes, question)
+
+
+def _best_pair(found: Found, axes: set[int], question: Question) -> tuple[int, int] | None:
+    mine = found.on(axes)
+    here = found.without(*mine)
+    candidates = free(found.pool, on(found.pool, question.library, axes), found.others(*mine))
+    penalty = {b: _penalty(here, b) for b in candidates if score(here, [b]).m}
+    pairs = {
+        (a, b): delta(here, [a, b]) - penalty[a] - penalty[b]
+        for a, b in combinations(penalty, 2)
+        if found.pool.blocks[a].key != found.pool.blocks[b].key
+    }
+    return max(pairs, key=lambda p: pairs[p]) if pairs else None
+
+
+def _unknown(found: Found, lacking: Sequence[int], question: Question) -> None:
+    """The generic alternative that explains the channel best enters; library effects stay if they stand."""
+    axes = found.axes(lacking[0])
+    mine = found.on(axes)
+    here = found.without(*mine)
+    every = free(found.pool, on(found.pool, question.generic, axes), found.unknown)
+    scores = {g: score(here, [g]).criterion for g in every}
+    best = max(scores, key=lambda g: scores[g])
+    if mine and score(here, mine).criterion >= scores[best]:
+        # the library was right, and something comes on top
+        left = found.without()
+        found.unknown.append(max(lacking, key=lambda g: score(left, [g]).criterion))
+        return
+    found.unknown.append(best)
+    both = delta(here, [*mine, best])
+    own = any(_own_variable(found.pool, b, best) for b in mine)
+    if mine and (question.flips.few_runs or own) and delta(here, mine) >= MOST_OF_BOTH * both:
+        _only_what_counts(found, best, mine, both)
+    else:
+        _only_what_stands(found, best, mine, question)
+
+
+def _only_what_counts(found: Found, unknown: int, mine: Sequence[int], both: float) -> None:
+    """Library effects that explain nearly all that the unknown does are aliased with it, and stand.
+
+    In one long record temperature, its rate and time all go together, and fine bins of time follow anything;
+    elsewhere bins of an effect's own variable follow the noise with which that variable is read.
+    Only those that count go in: each has a share of its own beside the other library effects.
+    """
+    for b in sorted(mine, key=lambda i: delta(found.without(i, unknown), [i])):
+        if delta(found.without(b, unknown), [b]) >= LEAST * both:
+            found.aliased.add(found.pool.blocks[b].key)
+        else:
+            found.library.remove(b)
+
+
+def _only_what_stands(found: Found, unknown: int, mine: Sequence[int], question: Question) -> None:
+    """Library effects of the channel that keep most of their share beside the unknown; the others go."""
+    axes = found.axes(unknown)
+    alone = {b: score(found.without(b, unknown), [b]).delta for b in mine}
+    for b in sorted(mine, key=lambda i: alone[i]):
+        beside = score(found.without(b), [b])
+        null = found.chance(question, b)
+        least = max(STAYS * alone[b], LEAST * found.size_of(unknown, axes))
+        if not (significant(beside, null) and beside.delta >= least):
+            found.library.remove(b)

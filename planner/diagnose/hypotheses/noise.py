@@ -1,0 +1,285 @@
+"""The noise of one channel and its whitening: white, growing with the input, and drawn anew every power-on.
+
+    cov(e) = σ_w² diag(1/T) + σ_c² I + σ_r² diag(u²) + σ_x² diag(|ω|² − u²) + Σ_runs (σ_u² 1 1ᵀ + σ_s² u uᵀ),
+
+variances by REML under a rich model (declared effects, every candidate, every generic alternative), so that
+what hides does not inflate them. With fewer than 20 power-ons their level is a fixed effect of each: a spread
+cannot be told from so few, and effects between power-ons are then untestable.
+
+Variances that one channel knows from a few runs only (the share of the input, the scale factor's run-to-run)
+are taken as those of the triad, unless the likelihood ratio of its channels says that they differ: a
+centrifuge with six runs a channel could otherwise hardly find anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.campaign.channel_model import EXCITING
+from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.nouns.array import Array
+from planner.solvers.least_squares import factors
+from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
+from planner.solvers.reml import Sample, Variances, reml, reml_information, reml_together, restricted_loglik
+
+LEAST_RUNS = 20
+LEVEL = "run_to_run_bias"  # fixed where power-ons are few
+APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
+MOST_ROWS = 2000  # for the variances; more rows tell nothing that a campaign's decision needs
+ROUNDING = 1e-9  # of the largest reading: data without any noise still have this much
+WELL_KNOWN = 40.0  # degrees of freedom, from which a channel's own variance is as good as the triad's
+UNLIKE = 0.05  # p of the likelihood ratio, below which the channels of a triad are judged each for itself
+MEDIAN = 0.67  # sigma: what a variance estimated as zero may well be, the middle of half a normal law
+
+
+@dataclass(frozen=True)
+class ChannelNoise:
+    """What whitens a channel. fixed_runs: (n, g − 1) indicators of the runs when their level is fixed.
+
+    components: names of the variances in the order of `variances.theta`
+    """
+
+    covariance: Covariance
+    variances: Variances
+    components: tuple[str, ...]
+    fixed_runs: Array
+    starts: NDArray[np.int64]
+
+    def whiten(self, columns: Array) -> Array:
+        """V^(−1/2) (n, m)."""
+        return self.covariance.whiten(columns)
+
+    @property
+    def spread(self) -> Array:
+        """(n,) one sigma of a row about its run."""
+        return np.asarray(np.sqrt(self.covariance.diagonal))
+
+    def shares(self, white: Array) -> list[Array]:
+        """What each variance gives to the covariance of whitened columns U (n, m): θ_k Uᵀ W V_k Wᵀ U.
+
+        They add up to UᵀU.
+        """
+        W = self.covariance.whiten_transposed(white)
+        effects, theta = self.covariance.effects, self.variances.theta
+        return [theta[k] * (W.T @ effects.times(k, W)) for k in range(effects.count)]
+
+    @property
+    def relative_error(self) -> Array:
+        """(K, K) covariance of the variances' estimates, relative to them."""
+        theta = np.maximum(self.variances.theta, 1e-300)
+        return np.asarray(self.variances.error / np.outer(theta, theta))
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What the noise of one channel is judged from: rows run by run from `starts`.
+
+    rich: (n, k) columns of all candidates; weights: (n,) 1, or near 0 for a row that is an outlier
+    least_runs: power-ons from which their spread is a variance; with fewer each has a level of its own
+    """
+
+    channel: Channel
+    starts: NDArray[np.int64]
+    duration: Array
+    rich: Array
+    weights: Array
+    least_runs: int = LEAST_RUNS
+
+
+def triad_noise(triad: Sequence[Readings]) -> list[ChannelNoise]:
+    """The noise of every channel of a sensor."""
+    judged = [_judged(r) for r in triad]
+    own = [_own(j) for j in judged]
+    return [_noise(j, v) for j, v in zip(judged, _without_zeros(_shared(judged, own) or own), strict=True)]
+
+
+def channel_noise(readings: Readings) -> ChannelNoise:
+    """The noise of one channel by itself."""
+    judged = _judged(readings)
+    return _noise(judged, *_without_zeros([_own(judged)]))
+
+
+def _noise(j: _Judged, v: Variances) -> ChannelNoise:
+    return ChannelNoise(woodbury(j.effects, v.theta), v, j.components, j.fixed, j.starts)
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """A channel's variances to be estimated. sample: rows and fixed effects; effects: of all rows
+
+    least: (K,) below which nothing is believed
+    """
+
+    sample: Sample
+    effects: RandomEffects
+    components: tuple[str, ...]
+    fixed: Array
+    starts: NDArray[np.int64]
+    least: Array
+
+
+def _judged(given: Readings) -> _Judged:
+    """The problem under the rich model; under the declared one when the rows are too few for the rich."""
+    c, starts = given.channel, given.starts
+    few = len(starts) < given.least_runs
+    fixed = _indicators(starts, len(c.r)) if few else np.empty((len(c.r), 0))
+    alone = len(starts) == len(c.r)  # one row a run: its spread is the noise
+    diagonals = _diagonals(c, given.duration, given.weights)
+    slopes = {} if alone else {name: z for name, z in _slopes(c).items() if not (few and name == LEVEL)}
+    effects = _effects(starts, diagonals, slopes)
+    rows, firsts = _chosen(starts, len(c.r))
+    part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows])
+    basis = factors(np.column_stack([c.J, given.rich, fixed])[rows], 1e-5).basis
+    if len(rows) - basis.shape[1] < max(10, len(firsts) // 4):
+        basis = factors(c.J[rows], 1e-7).basis
+    least = np.zeros(effects.count)
+    least[0] = (ROUNDING * float(np.abs(c.y).max(initial=1e-30))) ** 2
+    return _Judged(Sample(c.r[rows], basis, part), effects, (*diagonals, *slopes), fixed, starts, least)
+
+
+def _own(j: _Judged) -> Variances:
+    """REML of one channel; all its noise is white where the rows allow no more."""
+    theta, error = np.zeros(j.effects.count), None
+    theta[0] = max(float(np.var(j.sample.y)), 1e-30)
+    try:
+        found = reml(j.sample.y, j.sample.X, j.sample.effects)
+        if found.theta[: len(j.effects.diagonals)].any():
+            theta, error = found.theta, found.error if found.free.all() else None
+    except ValueError:
+        pass
+    if error is None or np.any(theta < j.least):
+        theta = np.maximum(theta, j.least)
+        error = _inverse(reml_information(j.sample.X, j.sample.effects, theta))
+    return Variances(theta, error, theta > 0, restricted_loglik(j.sample, theta), True)
+
+
+def _without_zeros(found: Sequence[Variances]) -> list[Variances]:
+    """A variance that comes out as zero is set to what it may well be.
+
+    With six runs on a centrifuge it often does, and every curve over the load would then be significant.
+    """
+    out = []
+    for v in found:
+        least = MEDIAN * np.sqrt(np.maximum(np.diag(v.error), 0.0))
+        out.append(replace(v, theta=np.asarray(np.where(v.theta > 0, v.theta, least), dtype=float)))
+    return out
+
+
+# ---------------------------------------------------------------- what the channels of a triad share
+
+
+def _shared(judged: Sequence[_Judged], own: Sequence[Variances]) -> list[Variances] | None:
+    """Variances that are badly known channel by channel taken from all of them; None where they differ.
+
+    What a channel knows well stays its own: its component is scaled by its own estimate. The rest is one
+    restricted likelihood of all channels, and 2 (Σ log L_own − log L_shared) is to be no rarer than UNLIKE.
+    """
+    from scipy.stats import chi2
+
+    if len(judged) < 2 or len({j.components for j in judged}) > 1:
+        return None
+    poor = np.any([_freedom(v) < WELL_KNOWN for v in own], axis=0)
+    sizes = [np.where(poor, 1.0, np.maximum(v.theta, j.least)) for j, v in zip(judged, own, strict=True)]
+    if not poor.any() or any((size <= 0).any() for size in sizes):
+        return None
+    scaled = [
+        replace(j.sample, effects=_times(j.sample.effects, size))
+        for j, size in zip(judged, sizes, strict=True)
+    ]
+    try:
+        middle = np.mean([v.theta / size for v, size in zip(own, sizes, strict=True)], axis=0)
+        together = reml_together(scaled, middle)
+        shared = sum(restricted_loglik(s, together.theta) for s in scaled)
+    except ValueError:
+        return None
+    ratio = 2.0 * (sum(v.loglik for v in own) - shared)
+    if chi2.sf(ratio, (len(judged) - 1) * int(poor.sum())) < UNLIKE:
+        return None
+    return _of_the_triad(judged, sizes, together.theta, poor)
+
+
+def _freedom(v: Variances) -> Array:
+    """(K,) Satterthwaite's degrees of freedom of each variance; none where it is zero."""
+    return np.asarray(2.0 * v.theta**2 / np.maximum(np.diag(v.error), 1e-300))
+
+
+def _times(effects: RandomEffects, factor: Array) -> RandomEffects:
+    a = len(effects.diagonals)
+    return RandomEffects(
+        effects.starts, effects.diagonals * factor[:a, None], effects.slopes * np.sqrt(factor[a:, None])
+    )
+
+
+def _of_the_triad(
+    judged: Sequence[_Judged], sizes: Sequence[Array], theta: Array, poor: NDArray[np.bool_]
+) -> list[Variances]:
+    """Each channel's share of a common estimate, known as well as all channels tell it where it was poor."""
+    thetas = [np.maximum(theta * s, j.least) for j, s in zip(judged, sizes, strict=True)]
+    own = [reml_information(j.sample.X, j.sample.effects, t) for j, t in zip(judged, thetas, strict=True)]
+    common = _inverse(np.sum([i * np.outer(s, s) for i, s in zip(own, sizes, strict=True)], axis=0))
+    out = []
+    for t, s, information in zip(thetas, sizes, own, strict=True):
+        error = common * np.outer(s, s)
+        alone = np.sqrt(np.maximum(np.diag(_inverse(information)), 0.0) / np.maximum(np.diag(error), 1e-300))
+        wider = np.where(poor, 1.0, alone)
+        out.append(Variances(t, error * np.outer(wider, wider), t > 0, 0.0, True))
+    return out
+
+
+def _inverse(information: Array) -> Array:
+    return np.asarray(np.linalg.pinv(information, hermitian=True), dtype=float)
+
+
+# ---------------------------------------------------------------- what the noise is made of
+
+
+def _effects(
+    starts: NDArray[np.int64], diagonals: dict[str, Array], slopes: dict[str, Array]
+) -> RandomEffects:
+    n = len(next(iter(diagonals.values())))
+    stacked = np.array([*slopes.values()]) if slopes else np.empty((0, n))
+    return RandomEffects(starts, np.array([*diagonals.values()]), stacked)
+
+
+def _diagonals(c: Channel, duration: Array, weights: Array) -> dict[str, Array]:
+    """The components of each row's own noise that the rows can tell apart, the most usual first."""
+    duration = np.where(duration > 0, duration, 1.0)
+    exciting = (EXCITING[c.sensor] * (1.0 if c.sensor == "gyro" else 6.0)) ** 2
+    found = {"white": duration.mean() / duration}
+    inputs = {"rate_noise": c.u**2, "cross_noise": c.across**2}
+    other = {name: x for name, x in inputs.items() if x.max(initial=0.0) > exciting}
+    if duration.max() > 1.5 * duration.min():
+        other["constant"] = np.ones(len(duration))
+    for name, x in other.items():
+        Q = orthonormal(np.array([*found.values()]).T)
+        if np.linalg.norm(clear(Q, x[:, None])) > APART * np.linalg.norm(x):
+            found[name] = x
+    return {name: x / weights for name, x in found.items()}
+
+
+def _slopes(c: Channel) -> dict[str, Array]:
+    found = {LEVEL: np.ones(len(c.r))}
+    if np.ptp(np.abs(c.u)) > EXCITING[c.sensor]:
+        found["run_to_run_scale_factor"] = c.u
+    return found
+
+
+def _indicators(starts: NDArray[np.int64], n: int) -> Array:
+    sizes = np.diff(np.append(starts, n))
+    return np.repeat(np.eye(len(starts))[:, 1:], sizes, axis=0)
+
+
+def _chosen(starts: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows of evenly chosen whole runs, about MOST_ROWS of them, and where each run starts among them."""
+    sizes = np.diff(np.append(starts, n))
+    runs = np.arange(len(starts))
+    if n > MOST_ROWS and len(starts) > 4 * LEAST_RUNS:
+        keep = max(4 * LEAST_RUNS, int(len(starts) * MOST_ROWS / n))
+        runs = np.unique(np.linspace(0, len(starts) - 1, keep).astype(int))
+    rows = np.concatenate([np.arange(starts[i], starts[i] + sizes[i]) for i in runs])
+    return rows, np.concatenate([[0], np.cumsum(sizes[runs])[:-1]])

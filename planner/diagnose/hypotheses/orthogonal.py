@@ -1,0 +1,24 @@
+"""Bases of columns, and columns clear of a basis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.nouns.array import Array
+
+
+def orthonormal(A: Array, seen: float = 1e-9) -> Array:
+    """(n, r) basis of the columns of A, scaled first; directions below `seen` of the largest left out."""
+    length = np.linalg.norm(A, axis=0)
+    A = A[:, length > 0] / length[length > 0]
+    if A.shape[1] == 0:
+        return np.empty((len(A), 0))
+    q, r = np.linalg.qr(A)
+    u, s, _ = np.linalg.svd(r)
+    return np.asarray(q @ u[:, : len(s)][:, s > seen * s[0]])
+
+
+def clear(Q: Array, A: Array) -> Array:
+    """(I − QQᵀ) A, twice, because raw values are 1e5 times the noise."""
+    A = A - Q @ (Q.T @ A)
+    return np.asarray(A - Q @ (Q.T @ A))

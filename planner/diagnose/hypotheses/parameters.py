@@ -1,0 +1,104 @@
+"""Values of an effect's parameters that the records can tell apart: their ranges and a grid over them.
+
+Parameters exist only under the alternative, so the grid belongs into the test: a product of few values of
+each, evenly spaced on the parameter's own scale. What lies between is for `nonlinear`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from planner.nouns.array import Array
+from planner.nouns.dwell_table import DwellTable
+from planner.protocols import Condition, Effect, Parameter
+
+GRID = 8  # values of one parameter; neighbours then share more than 95 % of what they explain
+STEPS = 16  # of one that steps
+MOST = 64  # values of all parameters together
+SHORTEST_S = 20.0  # time constant: no record is shorter
+RUNS_ALONG: Mapping[str, Condition] = {"s": "time_on", "degc": "temperature_degc", "day": "day"}
+
+
+@dataclass(frozen=True)
+class Range:
+    """What a parameter can be. low, high: as a fit carries it
+
+    ends: (k + 1,) of one that steps: the values of its condition between which the rows can tell it
+    """
+
+    parameter: Parameter
+    low: float
+    high: float
+    ends: Array
+
+    @property
+    def steps(self) -> Array:
+        """(k,) every value that the rows can tell from others: midway between two ends."""
+        return np.asarray((self.ends[1:] + self.ends[:-1]) / 2.0)
+
+    @property
+    def step(self) -> float:
+        """From one value of the grid to the next, as a fit carries them."""
+        return (self.high - self.low) / (GRID - 1)
+
+    def values(self, count: int) -> list[float]:
+        """At most `count` values, evenly spaced; the default where the records tell none."""
+        p = self.parameter
+        if p.stepped:
+            kept = np.linspace(0, len(self.steps) - 1, min(len(self.steps), count)).round().astype(int)
+            return [float(v) for v in self.steps[np.unique(kept)]] or [p.default]
+        if not self.low < self.high:
+            return [p.default]
+        return [p.value(float(x)) for x in np.linspace(self.low, self.high, count)]
+
+
+def ranges(effect: Effect, table: DwellTable) -> tuple[Range, ...]:
+    """The range of every parameter, narrowed to what the records show of the condition that it lies along."""
+    return tuple(_range(p, effect, table) for p in effect.parameters)
+
+
+def _range(p: Parameter, effect: Effect, table: DwellTable) -> Range:
+    along = RUNS_ALONG.get(p.unit.lower())
+    low, high = p.low, p.high
+    if along in effect.needs:
+        seen: Array = getattr(table, along)
+        if p.stepped:
+            return Range(p, *p.bounds, _ends(seen, low, high))
+        times = p.unit == "s" and p.scale == "logarithmic"
+        ends = seen_time_constants(table) if times else (float(seen.min()), float(seen.max()))
+        low, high = max(low, ends[0]), min(high, ends[1])
+    if not low < high:  # the records show nothing of the range
+        return Range(p, p.carried(p.default), p.carried(p.default), np.empty(0))
+    return Range(p, p.carried(low), p.carried(high), np.empty(0))
+
+
+def grid(found: Sequence[Range], most: int = MOST) -> list[dict[str, float]]:
+    """Values of the parameters together, no more than `most`; one empty one for none."""
+    if not found:
+        return [{}]
+    each = GRID if len(found) == 1 else max(2, int(most ** (1.0 / len(found)) + 1e-9))
+    several = [r.values(STEPS if r.parameter.stepped and len(found) == 1 else each) for r in found]
+    every = [dict(zip((r.parameter.name for r in found), v, strict=True)) for v in product(*several)]
+    kept = np.unique(np.linspace(0, len(every) - 1, min(len(every), most)).round().astype(int))
+    return [every[i] for i in kept]
+
+
+def seen_time_constants(table: DwellTable) -> tuple[float, float]:
+    """The time constants that the records can show, s: two records of a run feel the shortest."""
+    same = np.diff(table.run) == 0
+    gaps = np.diff(table.time_on)[same]
+    gap = float(np.median(gaps[gaps > 0])) if (gaps > 0).any() else 0.0
+    low = max(SHORTEST_S, float(np.min(table.time_on, initial=np.inf)), gap / 2.0)
+    return low, max(3.0 * float(np.max(table.time_on, initial=0.0)), 2.0 * low)
+
+
+def _ends(condition: Array, low: float, high: float) -> Array:
+    """(k + 1,) the values of a condition between which a step from `low` to `high` can lie."""
+    values = np.unique(np.round(condition, 3))
+    middles = (values[1:] + values[:-1]) / 2.0
+    inside = np.flatnonzero((middles >= low) & (middles <= high))
+    return np.asarray(values[inside[0] : inside[-1] + 2]) if len(inside) else np.empty(0)

@@ -1,0 +1,291 @@
+"""Every candidate's columns of one sensor, whitened and clear of the declared model, and what scores need.
+
+    C = (I − QQᵀ) V^(−½) G stacked over the channels,   Gram = CᵀC,   h = Cᵀz
+
+For any set S of columns Δ_S = h_Sᵀ Gram_SS⁺ h_S is the drop of the residual's square, and beside a set E that
+was found already everything is the same after M = I − E Gram_EE⁺ Gram_E·. The null comes from the same
+columns: the calm residual's share of every segment with random signs (Westfall, Young: Resampling-Based
+Multiple Testing, 1993).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnose.hypotheses.candidates import Block
+from planner.diagnose.hypotheses.orthogonal import clear
+from planner.diagnose.hypotheses.whitened import SEEN, Whitened, log_p
+from planner.nouns.array import Array
+
+RANK = 1e-8  # of the largest eigenvalue: directions below are what is there already
+APART = 1e-5  # of a column's square that must be left beside what was found
+
+
+@dataclass(frozen=True)
+class Pool:
+    """state: axis -> channel; blocks, places: block -> its columns; axes: axis -> (k_a,) columns on it
+
+    parts: axis -> (n, k_a) of length one over all axes; size: (K,) whitened length that they had, per SI unit
+    gram: (K, K); h: (K,); segments: (s, K) Cᵀ times the calm residual, by segment, for the flips
+    shares: axis -> (k_a, k_a) of each variance, adding up to C_aᵀC_a; beside: (K, K) the M of what was found
+    """
+
+    state: Mapping[int, Whitened]
+    blocks: tuple[Block, ...]
+    places: tuple[NDArray[np.int64], ...]
+    axes: Mapping[int, NDArray[np.int64]]
+    parts: Mapping[int, Array]
+    size: Array
+    gram: Array
+    h: Array
+    segments: Array
+    shares: Mapping[int, Sequence[Array]]
+    beside: Array
+
+    def columns(self, chosen: Iterable[int]) -> NDArray[np.int64]:
+        """The columns of some blocks."""
+        found = [self.places[b] for b in chosen]
+        return np.concatenate(found) if found else np.empty(0, dtype=np.int64)
+
+
+def pool_of(state: Mapping[int, Whitened], blocks: Sequence[Block], cuts: NDArray[np.int64]) -> Pool:
+    """The pool of some blocks; cuts: first row of every segment that keeps one sign under a flip."""
+    counts = [next(iter(b.columns.values())).shape[1] for b in blocks]
+    firsts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    places = tuple(np.arange(a, b) for a, b in pairwise(firsts))
+    total = int(firsts[-1])
+    axes: dict[int, NDArray[np.int64]] = {}
+    parts: dict[int, Array] = {}
+    before, after = np.zeros(total), np.zeros(total)
+    for axis, w in state.items():
+        mine = [i for i, b in enumerate(blocks) if axis in b.columns]
+        n = len(w.z)
+        raw = np.concatenate([np.empty((n, 0)), *(blocks[i].columns[axis] for i in mine)], axis=1)
+        axes[axis] = np.concatenate([np.empty(0, dtype=np.int64), *(places[i] for i in mine)])
+        white = w.noise.whiten(raw)
+        parts[axis] = clear(w.Q, white)
+        before[axes[axis]] += np.sum(white**2, axis=0)
+        after[axes[axis]] += np.sum(parts[axis] ** 2, axis=0)
+    size = np.sqrt(after)
+    alive = after > SEEN**2 * before
+    scale = np.where(alive, 1.0 / np.where(size > 0, size, 1.0), 0.0)
+    parts = {axis: part * scale[axes[axis]] for axis, part in parts.items()}
+    shares = {axis: state[axis].noise.shares(part) for axis, part in parts.items()}
+    size = np.where(alive, size, 0.0)
+    sums = _sums(state, axes, parts, total, cuts)
+    return Pool(state, tuple(blocks), places, axes, parts, size, *sums, shares, np.eye(total))
+
+
+def _sums(
+    state: Mapping[int, Whitened],
+    axes: Mapping[int, NDArray[np.int64]],
+    parts: Mapping[int, Array],
+    total: int,
+    cuts: NDArray[np.int64],
+) -> tuple[Array, Array, Array]:
+    gram, h, segments = np.zeros((total, total)), np.zeros(total), np.zeros((len(cuts), total))
+    for axis, C in parts.items():
+        w, k = state[axis], axes[axis]
+        gram[np.ix_(k, k)] += C.T @ C
+        h[k] += C.T @ w.z
+        segments[:, k] += np.add.reduceat(C * w.calm[:, None], cuts, axis=0)
+    return gram, h, segments
+
+
+def extended(pool: Pool, block: Block, cuts: NDArray[np.int64]) -> Pool:
+    """The pool with one more block at its end."""
+    one = pool_of(pool.state, [block], cuts)
+    total = len(pool.h)
+    axes = {a: np.concatenate([k, one.axes[a] + total]) for a, k in pool.axes.items()}
+    parts = {a: np.concatenate([C, one.parts[a]], axis=1) for a, C in pool.parts.items()}
+    size = np.concatenate([pool.size, one.size])
+    gram, h, segments = _sums(pool.state, axes, parts, len(size), cuts)
+    return replace(
+        pool,
+        blocks=(*pool.blocks, block),
+        places=(*pool.places, one.places[0] + total),
+        axes=axes,
+        parts=parts,
+        size=size,
+        gram=gram,
+        h=h,
+        segments=segments,
+        shares={a: pool.state[a].noise.shares(part) for a, part in parts.items()},
+        beside=np.eye(len(size)),
+    )
+
+
+# ---------------------------------------------------------------- beside what was found
+
+
+def given(pool: Pool, found: Iterable[int]) -> Pool:
+    """The pool clear of some of its blocks (their own columns become nothing)."""
+    e = pool.columns(found)
+    if len(e) == 0:
+        return pool
+    A = _inverse(pool.gram[np.ix_(e, e)]) @ pool.gram[e, :]
+    square = np.maximum(np.diag(pool.gram), 1e-300)
+    left = square - np.einsum("ek,ek->k", pool.gram[e, :], A) > APART * square
+    left[e] = False
+
+    def cleared(X: Array) -> Array:
+        """X M with M = I − E A, and nothing where nothing is left."""
+        return np.where(left, X - X[:, e] @ A, 0.0)
+
+    gram = cleared(pool.gram)
+    return replace(
+        pool,
+        gram=np.where(left[:, None], gram, 0.0),
+        h=cleared(pool.h[None, :])[0],
+        segments=cleared(pool.segments),
+        beside=cleared(pool.beside),
+    )
+
+
+def _inverse(G: Array) -> Array:
+    return np.asarray(np.linalg.pinv(G, rcond=RANK, hermitian=True), dtype=float)
+
+
+@dataclass(frozen=True)
+class Score:
+    """What one block explains: Δ, columns m, freedom of its F test, s², log p of one test, and a criterion.
+
+    criterion: Δ/s² − m log(effective number of rows), by which blocks of unlike size are compared
+    """
+
+    delta: float
+    m: int
+    freedom: float
+    s2: float
+    log_p: float
+    criterion: float
+
+
+NOTHING = Score(0.0, 0, 1.0, 1.0, 0.0, 0.0)
+
+
+def score(pool: Pool, chosen: Sequence[int]) -> Score:
+    """The score of some blocks together."""
+    k = pool.columns(chosen)
+    root, m = _root(pool.gram[np.ix_(k, k)])
+    if m == 0:
+        return NOTHING
+    found = _square(root, pool.h[k])
+    freedom, rows = _freedom(pool, chosen, k, root, m)
+    s2 = mean_square(pool, chosen)
+    return Score(found, m, freedom, s2, float(log_p(found, m, freedom, s2)), found / s2 - m * np.log(rows))
+
+
+def delta(pool: Pool, chosen: Sequence[int]) -> float:
+    """Δ of some blocks together."""
+    k = pool.columns(chosen)
+    return _square(_root(pool.gram[np.ix_(k, k)])[0], pool.h[k])
+
+
+def _square(root: Array, h: Array) -> float:
+    return float(np.sum((root.T @ h) ** 2))
+
+
+def _root(G: Array) -> tuple[Array, int]:
+    """R (k, m) with R Rᵀ = G⁺."""
+    if G.shape[0] == 1:
+        return (np.array([[1.0 / np.sqrt(G[0, 0])]]), 1) if G[0, 0] > 0 else (np.zeros((1, 0)), 0)
+    values, vectors = np.linalg.eigh(G)
+    kept = values > max(RANK * max(values[-1], 0.0), 1e-14) if len(values) else np.zeros(0, dtype=bool)
+    return vectors[:, kept] / np.sqrt(values[kept]), int(kept.sum())
+
+
+def _freedom(
+    pool: Pool, chosen: Sequence[int], k: NDArray[np.int64], root: Array, m: int
+) -> tuple[float, float]:
+    """Satterthwaite's freedom, 2 / var(log of the variance), and the number of rows that it stands for.
+
+    The columns' variance is made of those of white noise, of runs, …, each known as well as REML knows it.
+    """
+    freedom = satterthwaite(pool, _axes(pool, chosen), pool.beside[:, k] @ root / np.sqrt(m))
+    return freedom, max(freedom, 3.0)
+
+
+def satterthwaite(pool: Pool, axes: Iterable[int], R: Array) -> float:
+    """2 / relative variance of what REML says of the variance of contrasts R (K, m) with Σ Rᵀ Gram R = 1."""
+    spread = 0.0
+    for axis in axes:
+        mine = R[pool.axes[axis]]
+        share = np.array([np.sum(mine * (A @ mine)) for A in pool.shares[axis]])
+        spread += float(share @ pool.state[axis].noise.relative_error @ share)
+    return float(np.clip(2.0 / max(spread, 1e-12), 1.0, 1e6))
+
+
+def mean_square(pool: Pool, chosen: Sequence[int]) -> float:
+    """Mean square of the calm residual on the channels of some blocks: 1 when the noise model is right."""
+    return max(float(np.mean([pool.state[a].mean_square for a in _axes(pool, chosen)])), 1e-3)
+
+
+def _axes(pool: Pool, chosen: Sequence[int]) -> list[int]:
+    return sorted({a for b in chosen for a in pool.blocks[b].columns})
+
+
+# ---------------------------------------------------------------- chance
+
+
+@dataclass(frozen=True)
+class Flips:
+    """Random signs of segments. signs: (flips, segments) of ±1
+
+    few_runs: the colour of the noise is then not known, and one long record's variables all go together. Its
+    calm residual has no slow part left, the candidates took it, and the flips look like fewer tests than
+    there are: blocks count as so many independent ones at least.
+    """
+
+    signs: Array
+    few_runs: bool
+
+
+@dataclass(frozen=True)
+class Null:
+    """What chance does. least: (flips,) smallest log p over the family; tests: how many at least."""
+
+    least: Array
+    tests: float = 1.0
+
+
+def null_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Null:
+    """The smallest log p over the tested blocks in every flip."""
+    tested = list(tested)
+    H = flips.signs @ pool.segments
+    least = np.zeros(len(flips.signs))
+    for b in tested:
+        k = pool.places[b]
+        root, m = _root(pool.gram[np.ix_(k, k)])
+        if m:
+            values = np.sum((H[:, k] @ root) ** 2, axis=1)
+            freedom, _ = _freedom(pool, [b], k, root, m)
+            least = np.minimum(least, _log_p_of_many(values, m, freedom, mean_square(pool, [b])))
+    return Null(least, float(len({pool.blocks[b].key for b in tested})) if flips.few_runs else 1.0)
+
+
+def _log_p_of_many(values: Array, m: int, freedom: float, s2: float) -> Array:
+    """log p of very many Δ from a table of 200: they only count which of them are rarer."""
+    top = float(values.max(initial=0.0))
+    if top <= 0.0:
+        return np.zeros_like(values)
+    grid = np.linspace(0.0, 1.0, 200) ** 2 * top
+    return np.interp(values, grid, log_p(grid, m, freedom, s2))
+
+
+def family_wise(found: float, null: Null) -> float:
+    """p over the whole family: by rank among the flips, and by the number of tests that they amount to.
+
+    The larger of both: flips keep the residual's square and so have lighter tails than F with few degrees of
+    freedom, and beyond the flips there is no rank.
+    """
+    median = float(np.exp(np.median(null.least)))
+    tests = np.log(0.5) / np.log1p(-min(max(median, 1e-300), 0.999))
+    by_number = min(1.0, max(tests, null.tests) * float(np.exp(max(found, -700.0))))
+    beyond = int(np.sum(null.least <= found))
+    return float(by_number if beyond == 0 else max(by_number, (1.0 + beyond) / (1.0 + len(null.least))))

@@ -1,0 +1,219 @@
+"""What a search believes → the effects as they are reported: sizes by the calibration's own fit, rivals.
+
+Where that fit cannot speak the search's own sizes stand, and a note says so: effects that step,
+accelerometers that are their own reference over several attitudes, too few rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner import catalog
+from planner.calibrate.reference_table import with_references
+from planner.campaign.triad import shares
+from planner.diagnose.declared_and_found import ChannelEstimates, declared_and_found
+from planner.diagnose.hypotheses.bench_uncertainty import below_bench
+from planner.diagnose.hypotheses.estimates import Estimate, ParameterInterval, estimates, rivals
+from planner.diagnose.hypotheses.prepared import Prepared
+from planner.diagnose.hypotheses.sensor import SensorFound
+from planner.dwells.table_rows import rows_of
+from planner.errors import InputError
+from planner.measurement import AXES
+from planner.nouns.diagnosis import FoundEffect, FoundTerm, Rival
+from planner.nouns.dwell_table import DwellTable
+from planner.protocols import Effect, Sensor
+from planner.spec.model import Spec
+
+
+def channel_name(sensor: Sensor, axis: int) -> str:
+    """`gyro_x` …"""
+    return f"{sensor}_{AXES[axis]}"
+
+
+def found_effects(
+    found: Sequence[SensorFound], data: Prepared, table: DwellTable, spec: Spec
+) -> tuple[list[FoundEffect], list[str]]:
+    """Every effect that was found on the sensors of a table, and sentences on how their sizes came about."""
+    names = list(dict.fromkeys(s.found.pool.blocks[b].name for s in found for b in s.found.library))
+    effects, notes = [], []
+    for s in found:
+        last = _last_word(s, data, table, spec, names)
+        effects += _effects(s, last.estimates)
+        notes += last.notes
+    return effects, [*notes, *_needless(effects)]
+
+
+def _needless(effects: Sequence[FoundEffect]) -> list[str]:
+    """A sentence for each effect of which no coefficient is told from zero once all are fitted together."""
+    return [
+        f"{e.sensor}.{e.effect} on {', '.join(e.channels)}: the search finds it, but fitted together with "
+        "all that is declared the interval of each of its coefficients holds zero"
+        for e in effects
+        if all(t.low <= 0.0 <= t.high for t in e.terms if not t.parameter)
+    ]
+
+
+# ---------------------------------------------------------------- the calibration's own fit
+
+
+@dataclass(frozen=True)
+class _LastWord:
+    """axis -> what calibrate says of the found effects, where it can; notes: sentences."""
+
+    estimates: Mapping[int, ChannelEstimates]
+    notes: list[str]
+
+
+def _last_word(
+    s: SensorFound, data: Prepared, table: DwellTable, spec: Spec, names: Sequence[str]
+) -> _LastWord:
+    """The fit of the channels on which something was found; those that share a coefficient in one."""
+    axes = sorted({a for b in s.found.library for a in s.found.axes(b)})
+    together = [axes] if shares(s.sensor, (*spec.effects, *names)) else [[axis] for axis in axes]
+    estimated: dict[int, ChannelEstimates] = {}
+    notes: list[str] = []
+    for mine in together:
+        why = _cannot(s, data, mine)
+        try:
+            if mine and not why:
+                rows = _rows(s, data, table, mine)
+                found = declared_and_found(rows, spec, s.sensor, names, mine)
+                estimated |= {axis: found[axis] for axis in mine}
+        except InputError as error:
+            why = str(error)
+        if why:
+            channels = ", ".join(channel_name(s.sensor, axis) for axis in mine)
+            notes.append(f"{channels}: sizes are those of the search, not of the calibration's fit: {why}")
+    said = [f"{channel_name(s.sensor, axis)}: {note}" for axis, e in estimated.items() for note in e.notes]
+    return _LastWord(estimated, [*said, *notes])
+
+
+def _cannot(s: SensorFound, data: Prepared, axes: Sequence[int]) -> str:
+    """Why the calibration's fit would not answer for what was found on these channels; "" when it does."""
+    known = catalog.effects()
+    names = {s.found.pool.blocks[b].name for b in s.found.on(set(axes))}
+    stepped = sorted(name for name in names if any(p.stepped for p in known[name].parameters))
+    if stepped:
+        return f"{', '.join(stepped)} has no derivative by which a fit could find where it steps"
+    if s.sensor == "accelerometer" and data.attitude is not None and data.attitude.max() > 0:
+        return f"they are their own reference over {data.attitude.max() + 1} attitudes"
+    return ""
+
+
+def _rows(s: SensorFound, data: Prepared, table: DwellTable, axes: Sequence[int]) -> DwellTable:
+    """The rows as they came, each once, with a calibration's references, without those that are far off."""
+    own_reference = s.sensor == "gyro" and table.ref_acc is None and table.acc is not None
+    full = with_references(table) if own_reference else data.full
+    judged = data.where[data.once]
+    far = (judged >= 0) & np.any([s.far[axis][judged] for axis in axes], axis=0)
+    return rows_of(replace(full, temperature_rate=table.temperature_rate), data.once[~far])
+
+
+# ---------------------------------------------------------------- effects
+
+
+def _effects(s: SensorFound, last: Mapping[int, ChannelEstimates]) -> list[FoundEffect]:
+    """One entry an effect; one a channel where each channel has parameters of its own."""
+    found, pool = s.found, s.found.pool
+    library = [i for i, b in enumerate(pool.blocks) if not b.generic]
+    groups: dict[tuple[str, int], list[int]] = {}
+    for b in found.library:
+        block = pool.blocks[b]
+        groups.setdefault((block.name, b if block.nonlinear else -1), []).append(b)
+    sizes = estimates(pool, found.all)
+    return [_effect(s, last, blocks, library, sizes) for blocks in groups.values()]
+
+
+def _effect(
+    s: SensorFound,
+    last: Mapping[int, ChannelEstimates],
+    blocks: Sequence[int],
+    library: Sequence[int],
+    sizes: Sequence[Estimate],
+) -> FoundEffect:
+    found, pool = s.found, s.found.pool
+    effect = catalog.effects()[pool.blocks[blocks[0]].name]
+    terms = [t for b in blocks for t in _terms(s, last, b, effect, sizes)]
+    opposed: dict[str, float] = {}
+    for b in blocks:
+        for name, apart in rivals(found, b, library):
+            opposed[name] = min(apart, opposed.get(name, np.inf))
+    axes = sorted({a for b in blocks for a in pool.blocks[b].columns})
+    return FoundEffect(
+        effect=effect.name,
+        sensor=s.sensor,
+        channels=tuple(channel_name(s.sensor, a) for a in axes),
+        terms=tuple(terms),
+        p_value=min(found.p[b] for b in blocks),
+        strength=float(np.sqrt(sum(found.share(b).delta for b in blocks))),
+        rivals=tuple(Rival(name, apart) for name, apart in sorted(opposed.items(), key=lambda r: r[1])),
+        below_bench_uncertainty=below_bench(s, blocks, [e for e in sizes if e.block in blocks]),
+        nonlinear=_nonlinear(s, last, blocks[0], effect),
+    )
+
+
+def _nonlinear(
+    s: SensorFound, last: Mapping[int, ChannelEstimates], b: int, effect: Effect
+) -> dict[str, float]:
+    block = s.found.pool.blocks[b]
+    if block.channels[0] in last:
+        return last[block.channels[0]].nonlinear(effect)
+    return dict(block.nonlinear)
+
+
+def _terms(
+    s: SensorFound,
+    last: Mapping[int, ChannelEstimates],
+    b: int,
+    effect: Effect,
+    sizes: Sequence[Estimate],
+) -> list[FoundTerm]:
+    """The block's coefficients and then its parameters: the calibration's, else those of the search."""
+    block = s.found.pool.blocks[b]
+    names = [t for t in block.terms if t]
+    fit = {key: c for axis in block.channels if axis in last for key, c in last[axis].terms.items()}
+    if any((effect.name, t) not in fit for t in names):
+        return _of_the_search(s, b, effect, sizes)
+    channel, unit = _where(s, b), effect.units[s.sensor]
+    told = last[block.channels[0]].parameters
+    return [
+        *(
+            FoundTerm(c.term, channel, c.value, c.low, c.high, c.freedom, unit)
+            for c in (fit[effect.name, t] for t in names)
+        ),
+        *(
+            FoundTerm(p.name, channel, c.value, c.low, c.high, c.freedom, p.unit, True)
+            for p in effect.parameters
+            if (c := told.get((effect.name, p.name))) is not None
+        ),
+    ]
+
+
+def _where(s: SensorFound, b: int) -> str:
+    """The block's channel; `all` where several have its coefficients in common."""
+    channels = s.found.pool.blocks[b].channels
+    return channel_name(s.sensor, channels[0]) if len(channels) == 1 else "all"
+
+
+def _of_the_search(s: SensorFound, b: int, effect: Effect, sizes: Sequence[Estimate]) -> list[FoundTerm]:
+    mine = [e for e in sizes if e.block == b]
+    intervals: tuple[ParameterInterval, ...] = ()
+    if effect.parameters:
+        shape = s.shape(b)
+        intervals = shape.parameters
+        mine = [e for e in shape.estimates(s.found) if e.block == b]
+    channel = _where(s, b)
+    unit = effect.units[s.sensor]
+    return [
+        *(
+            FoundTerm(e.term, channel, e.value, e.value - e.half, e.value + e.half, e.freedom, unit)
+            for e in mine
+        ),
+        *(
+            FoundTerm(i.name, channel, i.value, i.low, i.high, i.freedom, p.unit, True)
+            for p, i in zip(effect.parameters, intervals, strict=True)
+        ),
+    ]

@@ -1,0 +1,106 @@
+"""Which candidates to believe: forward by criterion, swaps, backward, then lack of fit by what has no name.
+
+A library effect enters when its family-wise p is at most ALPHA, the one with the best criterion first, and
+may be swapped for another as others enter. What is then left without a name is for `lack_of_fit`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from planner.diagnose.hypotheses.found import (
+    ALPHA_UNKNOWN,
+    TIE,
+    Found,
+    Key,
+    Question,
+    best_of,
+    free,
+    keys,
+    significant,
+)
+from planner.diagnose.hypotheses.lack_of_fit import cut_chains, explained, lack_of_fit, stands_beside
+from planner.diagnose.hypotheses.pool import Pool, family_wise, given, score
+
+MOST = 8  # effects a sensor; a unit that lacks more has another problem
+ROUNDS = 6  # of search and lack of fit
+
+
+def search(pool: Pool, question: Question) -> Found:
+    """What the pool's data say is missing."""
+    found = Found(pool, [], [])
+    for _ in range(ROUNDS):
+        _forward(found, question)
+        cut_chains(found, question)
+        lacking = lack_of_fit(found, question)
+        if not lacking:
+            break
+        explained(found, lacking, question)
+    _needless(found, question)
+    _judge(found, question)
+    return found
+
+
+# ---------------------------------------------------------------- forward
+
+
+def _forward(found: Found, question: Question) -> None:
+    seen = {_state(found)}
+    while len(found.library) < MOST:
+        here = found.without()
+        null = found.chance(question)
+        scores = {b: score(here, [b]) for b in free(found.pool, question.library, found.all)}
+        good = {b: s for b, s in scores.items() if significant(s, null)}
+        good = {b: s for b, s in good.items() if stands_beside(found, b, s)}
+        if not good:
+            return
+        criteria = found.criteria(question, good)
+        found.library.append(best_of(found.pool, criteria))
+        found.refine(question)
+        _swap(found, question.library)
+        found.refine(question)
+        found.drop_needless(null)
+        if _state(found) in seen:
+            return
+        seen.add(_state(found))
+
+
+def _state(found: Found) -> frozenset[Key]:
+    """What is believed, whatever the nonlinear parameters: a search that returns to it goes in circles."""
+    return frozenset(keys(found.pool, found.library))
+
+
+def _swap(found: Found, library: Sequence[int]) -> None:
+    """Exchange each believed effect for the best in its place, until nothing changes."""
+    for _ in range(3):
+        changed = False
+        for i, b in enumerate(found.library):
+            if found.stands(b):
+                continue
+            others = [*found.library[:i], *found.library[i + 1 :], *found.unknown]
+            here = given(found.pool, others)
+            rivals = {c: score(here, [c]).criterion for c in [*free(found.pool, library, others), b]}
+            best = best_of(found.pool, rivals)
+            if rivals[best] > rivals[b] + TIE:
+                found.library[i], changed = best, True
+        if not changed:
+            return
+
+
+# ---------------------------------------------------------------- the last word
+
+
+def _needless(found: Found, question: Question) -> None:
+    """An unknown that a library effect, found later, explains away is none; nor an effect beside others."""
+    for b in list(found.unknown):
+        if not significant(score(found.without(b), [b]), found.chance(question, b), ALPHA_UNKNOWN):
+            found.unknown.remove(b)
+    found.drop_needless(found.chance(question))
+
+
+def _judge(found: Found, question: Question) -> None:
+    """Family-wise p of everything believed, each beside the others, among all that was not believed."""
+    null = found.chance(question)
+    for b in found.all:
+        own = family_wise(found.share(b).log_p, null)
+        found.p[b] = max(min(own, found.stood_for.get(found.pool.blocks[b].key, 1.0)), question.least_p)

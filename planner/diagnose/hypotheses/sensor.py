@@ -1,0 +1,264 @@
+"""One sensor's three channels from the prepared table to what was found: noise, pool, flips, search."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner import catalog
+from planner.diagnose.hypotheses.candidates import Block, generic_blocks, library_blocks
+from planner.diagnose.hypotheses.channels import Channel, channel
+from planner.diagnose.hypotheses.estimates import Shape, estimates, shape_of
+from planner.diagnose.hypotheses.found import Found, Question, on
+from planner.diagnose.hypotheses.generic import VARIES_WITH
+from planner.diagnose.hypotheses.noise import LEAST_RUNS, Readings, triad_noise
+from planner.diagnose.hypotheses.nonlinear import refined
+from planner.diagnose.hypotheses.outliers import FAR_WEIGHT, outliers
+from planner.diagnose.hypotheses.parameters import GRID, Range, ranges
+from planner.diagnose.hypotheses.pool import Flips, Pool, pool_of
+from planner.diagnose.hypotheses.prepared import Prepared
+from planner.diagnose.hypotheses.search import search
+from planner.diagnose.hypotheses.whitened import Whitened, whitened
+from planner.nouns.array import Array
+from planner.protocols import Sensor
+
+FLIPS = 999
+STRONG = 60.0  # sigma; products are about 1 % of an effect
+AGAIN = 2
+MOST_SHARE = 0.4  # columns a row when the noise is judged
+FINE_ONES = ("time_on", "day")  # come coarse first, then fine
+A_COLUMN = 8  # power-ons for each column between them when the noise is judged
+SEGMENTS = 40  # that change sign together where there are too few power-ons
+
+
+@dataclass(frozen=True)
+class SensorFound:
+    """What was found on one sensor, with what it rests on.
+
+    channels: those that move at all; far: axis -> (n,) rows that were left out
+    ranges: effect -> what its parameters can be in this table
+    impossible: candidates that would have explained something by more than nature has of it
+    """
+
+    sensor: Sensor
+    channels: tuple[Channel, ...]
+    found: Found
+    far: dict[int, NDArray[np.bool_]]
+    cuts: NDArray[np.int64]
+    ranges: Mapping[str, tuple[Range, ...]]
+    impossible: tuple[str, ...] = ()
+
+    def shape(self, block: int) -> Shape:
+        """The parameters of a found block with their intervals."""
+        return _shape(self.found, block, self.channels, self.cuts, self.ranges)
+
+
+def diagnose_sensor(data: Prepared, sensor: Sensor, declared: tuple[str, ...], seed: int) -> SensorFound:
+    """Search one sensor of a prepared table; again where what was found is so strong that products count,
+
+    and again without what cannot be.
+    """
+    from threadpoolctl import threadpool_limits
+
+    strong: tuple[str, ...] = ()
+    impossible: tuple[str, ...] = ()
+    with threadpool_limits(limits=1, user_api="blas"):  # small matrices: threads cost more than they give
+        s = _searched(data, sensor, declared, strong, impossible, seed)
+        for _ in range(AGAIN):
+            now, cannot = _strong(s.found), _impossible(s.found)
+            if set(now) <= set(strong) and not cannot:
+                break
+            impossible = (*impossible, *cannot)
+            strong = tuple(n for n in dict.fromkeys((*strong, *now)) if n not in impossible)
+            s = _searched(data, sensor, declared, strong, impossible, seed)
+    return replace(s, impossible=impossible)
+
+
+def _impossible(found: Found) -> list[str]:
+    """Effects of which more would be needed than there can be by nature, beyond the interval."""
+    known = catalog.effects()
+    names = []
+    for e in estimates(found.pool, found.library):
+        block = found.pool.blocks[e.block]
+        most = (known[block.name].largest or {}).get(block.sensor, np.inf)
+        if abs(e.value) - e.half > most:
+            names.append(block.name)
+    return list(dict.fromkeys(names))
+
+
+def _strong(found: Found) -> list[str]:
+    """Effects so far above the noise that their products with the declared ones are above it too."""
+    names = []
+    for b in found.library:
+        block = found.pool.blocks[b]
+        if not block.nonlinear and found.share(b).delta > STRONG**2:
+            names.append(block.name)
+    return names
+
+
+def _searched(
+    data: Prepared,
+    sensor: Sensor,
+    declared: tuple[str, ...],
+    strong: tuple[str, ...],
+    impossible: tuple[str, ...],
+    seed: int,
+) -> SensorFound:
+    table = data.table
+    readings = table.gyro if sensor == "gyro" else table.acc
+    assert readings is not None  # the caller asks for sensors that are there
+    conditions = table.conditions()
+    alive = [a for a in range(3) if np.ptp(readings[:, a]) > 0]  # a dead channel has no noise to judge by
+    free = data.attitudes()[0] if sensor == "accelerometer" else None
+    mine = tuple(channel(sensor, a, conditions, readings[:, a], declared, strong, free) for a in alive)
+    library = library_blocks(mine, table, (*declared, *impossible), sensor)
+    blocks = [*library, *generic_blocks(mine, table, sensor)]
+    nothing = np.empty((len(table), 0))
+    triad, far = [], {}
+    for c in mine:
+        rich = np.column_stack([nothing, *_rich(blocks, c.axis, len(c.r), len(data.starts))])
+        far[c.axis] = outliers(c, np.column_stack([nothing, *_coarse(blocks, c.axis)]), data.starts)
+        weights = np.where(far[c.axis], FAR_WEIGHT, 1.0)
+        triad.append(Readings(c, data.starts, table.duration, rich, weights))
+    state = {
+        r.channel.axis: whitened(r.channel, noise, r.rich)
+        for r, noise in zip(triad, triad_noise(triad), strict=True)
+    }
+    cuts = segments(state, data.starts)
+    pool = pool_of(state, blocks, cuts)
+    signs = np.random.default_rng([seed, 17]).choice([-1.0, 1.0], size=(FLIPS, len(cuts)))
+    shown = {name: ranges(e, table) for name, e in catalog.effects().items() if e.parameters}
+
+    def refine(p: Pool, believed: Sequence[int], b: int) -> tuple[Pool, int]:
+        return refined(p, believed, b, mine, cuts, shown[p.blocks[b].name])
+
+    named, unnamed = range(len(library)), range(len(library), len(blocks))
+    flips = Flips(signs, len(data.starts) < LEAST_RUNS)
+    question = Question(tuple(named), tuple(unnamed), flips, refine)
+    found = search(pool, question)
+    _unname_the_undetermined(found, mine, cuts, shown)
+    return SensorFound(sensor, mine, found, far, cuts, shown)
+
+
+def _unname_the_undetermined(
+    found: Found,
+    channels: Sequence[Channel],
+    cuts: NDArray[np.int64],
+    shown: Mapping[str, tuple[Range, ...]],
+) -> None:
+    """An exponential of any time constant, from the shortest seen to the longest, is no warm-up.
+
+    Nor is that an effect of which the data determine no coefficient: what rounding leaves of its columns.
+    """
+    sizes = estimates(found.pool, found.all)
+    told = {e.block for e in sizes if np.isfinite(e.half)}
+    found.library = [b for b in found.library if b in told]
+    for b in [b for b in found.library if found.pool.blocks[b].nonlinear]:
+        block = found.pool.blocks[b]
+        intervals = _shape(found, b, channels, cuts, shown).parameters
+        if any(i.tells(r) for i, r in zip(intervals, shown[block.name], strict=True)):
+            continue
+        found.library.remove(b)
+        same = on(found.pool, range(len(found.pool.blocks)), found.axes(b))
+        variable = VARIES_WITH.get(catalog.effects()[block.name].variable)
+        unnamed = [g for g in same if found.pool.blocks[g].generic and found.pool.blocks[g].name == variable]
+        if unnamed and not set(unnamed) & set(found.unknown):
+            found.unknown.append(unnamed[0])
+            found.p[unnamed[0]] = found.p[b]
+
+
+def _shape(
+    found: Found,
+    b: int,
+    channels: Sequence[Channel],
+    cuts: NDArray[np.int64],
+    shown: Mapping[str, tuple[Range, ...]],
+) -> Shape:
+    return shape_of(found, b, channels, cuts, shown.get(found.pool.blocks[b].name, ()))
+
+
+def _coarse(blocks: Sequence[Block], axis: int) -> list[Array]:
+    """Columns that a row may follow and be no outlier: fine bins would follow a single row."""
+    names: set[str] = set()
+    kept = []
+    for b in blocks:
+        if axis in b.columns and not (b.generic and b.name in names and b.name in FINE_ONES):
+            kept.append(b.columns[axis])
+        if b.generic and axis in b.columns:
+            names.add(b.name)
+    return kept
+
+
+def _rich(blocks: Sequence[Block], axis: int, rows: int, runs: int) -> list[Array]:
+    """Columns under which the noise is judged: every candidate, but few of those that tell power-ons apart.
+
+    Thirty power-ons under sixteen steps and as many days would leave nothing to tell run-to-run by, and where
+    all columns together are too many for the rows those without a name stay out.
+    """
+    whole = _thinned([b for b in blocks if axis in b.columns])
+    wide = sum(b.columns[axis].shape[1] for b in whole) > rows * MOST_SHARE
+    mine = [b for b in whole if not (wide and b.generic)]
+    steps = [b for b in mine if _steps_between_runs(b)]
+    most = max(1, runs // A_COLUMN)
+    thin = steps[:: -(-len(steps) // most)] if steps else []
+    single = [b for b in mine if not _steps_between_runs(b)]
+    kept = [b for b in single if not (b.name == "day" and b.columns[axis].shape[1] > most)]
+    return [b.columns[axis] for b in (*kept, *thin)]
+
+
+def _steps_between_runs(block: Block) -> bool:
+    """Whether a block is a step from one day to another: with others of its kind it tells every power-on."""
+    effect = catalog.effects().get(block.name)
+    return bool(
+        not block.generic
+        and effect is not None
+        and "day" in effect.needs
+        and any(p.stepped for p in effect.parameters)
+    )
+
+
+def _thinned(blocks: Sequence[Block]) -> list[Block]:
+    """The blocks with no more than GRID points of an effect of several parameters: they span the others."""
+    several: dict[str, list[Block]] = {}
+    for b in blocks:
+        if len(b.nonlinear) > 1:
+            several.setdefault(b.name, []).append(b)
+    gone = {id(b) for of_one in several.values() for b in _between(of_one)}
+    return [b for b in blocks if id(b) not in gone]
+
+
+def _between(blocks: Sequence[Block]) -> list[Block]:
+    kept = set(np.linspace(0, len(blocks) - 1, min(len(blocks), GRID)).round().astype(int).tolist())
+    return [b for i, b in enumerate(blocks) if i not in kept]
+
+
+# ---------------------------------------------------------------- segments that change sign together
+
+
+def segments(state: dict[int, Whitened], starts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """First rows of what changes sign together: power-ons; where they are few, blocks within them.
+
+    Blocks are five times as long as the calm residual stays correlated, so that noise keeps its colour.
+    """
+    if len(starts) >= LEAST_RUNS:
+        return starts
+    n = len(next(iter(state.values())).calm)
+    lag = max(_correlation_rows(w.calm) for w in state.values())
+    length = int(min(max(5 * lag, n // SEGMENTS, 1), max(1, n // 12)))
+    sizes = np.diff(np.append(starts, n))
+    return np.concatenate([np.arange(s, s + size, length) for s, size in zip(starts, sizes, strict=True)])
+
+
+def _correlation_rows(calm: Array) -> int:
+    """Rows after which the autocorrelation has fallen below a fifth."""
+    n = len(calm)
+    power = float(calm @ calm)
+    if n < 20 or power == 0.0:
+        return 1
+    for lag in range(1, n // 10):
+        if float(calm[:-lag] @ calm[lag:]) < 0.2 * power:
+            return lag
+    return n // 10

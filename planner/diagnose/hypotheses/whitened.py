@@ -1,0 +1,85 @@
+"""One channel after whitening: what the declared model leaves of it, and what nothing at all explains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.noise import ChannelNoise
+from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.nouns.array import Array
+
+SMALL = 0.5  # sigma, that a slope can amount to in all rows, below which it takes no degree of freedom
+SEEN = 1e-5  # of a column's whitened length that must be left beside the declared model
+
+
+@dataclass(frozen=True)
+class Whitened:
+    """One channel, whitened. Q: (n, q) declared model, fixed runs; z: (n,) residual clear of Q
+
+    calm: (n,) residual that neither a candidate nor a generic alternative explains, at its full size
+    """
+
+    channel: Channel
+    noise: ChannelNoise
+    Q: Array
+    z: Array
+    calm: Array
+
+    @property
+    def mean_square(self) -> float:
+        """Of the calm residual: 1 when the noise model is right, more when it is too small."""
+        return float(np.mean(self.calm**2))
+
+
+def whitened(c: Channel, noise: ChannelNoise, rich: Array) -> Whitened:
+    """The channel with its declared model taken off after whitening; rich: (n, k) all candidates' columns."""
+    white = noise.whiten(np.column_stack([c.r, c.J, noise.fixed_runs]))
+    least = SMALL / np.append(np.maximum(c.most, 1e-300), np.full(noise.fixed_runs.shape[1], np.inf))
+    Q = orthonormal(white[:, 1:][:, np.linalg.norm(white[:, 1:], axis=0) >= least])
+    z = clear(Q, white[:, 0])
+    R = np.column_stack([Q, orthonormal(clear(Q, noise.whiten(rich)), 1e-6)])
+    if len(z) - R.shape[1] < len(z) / 4.0:
+        R = Q  # too few rows for all candidates at once: what hides then counts as noise
+    n, g = len(z), len(noise.starts)
+    taken = min(_between_rank(R, noise.starts), g - 1.0)
+    between = max(1.0, g - taken)
+    within = max(1.0, (n - g) - (R.shape[1] - taken))
+    calm = _full_size(clear(R, z), noise.starts, between, within)
+    less = float(np.mean(calm**2))  # than the noise model says is chance: no reason to believe more
+    return Whitened(c, noise, Q, z, calm / np.sqrt(less) if 0.0 < less < 1.0 else calm)
+
+
+def _full_size(left: Array, starts: NDArray[np.int64], between: float, within: float) -> Array:
+    """What the fit took from the means of runs and from within them is given back, each for itself."""
+    n, g = len(left), len(starts)
+    sizes = np.diff(np.append(starts, n))
+    means = np.repeat(np.add.reduceat(left, starts) / sizes, sizes)
+    inside = np.sqrt((n - g) / within) if n > g else 0.0
+    return np.asarray(means * np.sqrt(g / between) + (left - means) * inside)
+
+
+def _between_rank(R: Array, starts: NDArray[np.int64]) -> float:
+    """How many differences between runs a basis takes up: the energy of its columns that is run means."""
+    sizes = np.diff(np.append(starts, len(R)))
+    sums = np.add.reduceat(R, starts, axis=0)
+    return float(np.sum(sums**2 / sizes[:, None]))
+
+
+def log_p(values: Array | float, m: int, freedom: float, s2: float) -> Array:
+    """log of the F test's p for Δ of m columns; never −∞."""
+    from scipy.stats import chi2, f
+
+    values = np.asarray(values, dtype=float)
+    if m == 0:
+        return np.zeros_like(values)
+    x = values / m / s2
+    tail = f.logsf(x, m, freedom)
+    far = ~np.isfinite(tail)
+    if np.any(far):
+        tail = np.where(far, -0.5 * freedom * np.log1p(m * x / freedom), tail)
+        tail = np.where(np.isfinite(tail), tail, chi2.logsf(1e3, m))
+    return np.asarray(tail)

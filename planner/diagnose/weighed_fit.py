@@ -1,0 +1,93 @@
+"""One channel under a given error model, its rows weighed by a covariance that is given too.
+
+    θ ← θ + (JᵀV⁻¹J)⁺ JᵀV⁻¹ (y − f(θ)),   Gauss-Newton with V from elsewhere
+
+For judging an error model on rows that it has not seen, and what a bench run would add: the variances come
+once from all rows (planner.diagnose.hypotheses.noise), and a fit without some of the rows is one more step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.measurement import ChannelModel, Parts, evaluate, jacobian
+from planner.nouns.array import Array
+from planner.solvers.least_squares import factors
+from planner.solvers.random_effects import Covariance
+
+_STEPS = 6
+_SETTLED = 1e-3  # sigma of all rows together
+
+Shapes = Mapping[str, Mapping[str, float]]
+
+
+@dataclass(frozen=True)
+class Spreads:
+    """One sigma, SI. white: of a record of mean duration at rest; run: from power-on to power-on
+
+    rate: share of the input that adds to it
+    """
+
+    white: float
+    run: float
+    rate: float
+
+
+@dataclass(frozen=True)
+class WeighedFit:
+    """theta: (p,) as in ChannelModel; J: (n, q) derivative by its linear coefficients; residual: (n,) SI.
+
+    v: covariance of the rows, spreads: what it is made of; far: (n,) rows that are outliers
+    """
+
+    model: ChannelModel
+    theta: Array
+    J: Array
+    residual: Array
+    v: Covariance
+    spreads: Spreads
+    far: NDArray[np.bool_]
+
+
+def weighed_fit(
+    model: ChannelModel,
+    y: Array,
+    v: Covariance,
+    spreads: Spreads,
+    far: NDArray[np.bool_],
+    nonlinear: Shapes | None = None,
+) -> WeighedFit:
+    """Fit one channel's readings y (n,) whose rows have the covariance v.
+
+    nonlinear: effect -> parameter -> value; they are held, at their defaults when not given
+    """
+    theta = _start(model, nonlinear or {})
+    for _ in range(_STEPS):
+        parts = evaluate(model, theta)
+        J = linear_jacobian(model, theta, parts)
+        white = v.whiten(np.column_stack([J, y - parts.predicted]))
+        known = factors(white[:, :-1])
+        step = known.to_coefficients @ (known.basis.T @ white[:, -1])
+        theta = theta.copy()
+        theta[: len(step)] += step
+        if np.abs(white[:, :-1] @ step).max(initial=0.0) < _SETTLED:
+            break
+    parts = evaluate(model, theta)
+    J = linear_jacobian(model, theta, parts)
+    return WeighedFit(model, theta, J, y - parts.predicted, v, spreads, far)
+
+
+def linear_jacobian(model: ChannelModel, theta: Array, parts: Parts) -> Array:
+    """(n, q) derivative of the prediction by the linear coefficients alone."""
+    return jacobian(model, theta, parts)[:, : model.linear]
+
+
+def _start(model: ChannelModel, nonlinear: Shapes) -> Array:
+    theta = model.start()
+    for i, (effect, p) in enumerate(model.fitted_parameters):
+        theta[model.linear + i] = p.carried(nonlinear.get(effect, {}).get(p.name, p.default))
+    return theta

@@ -1,0 +1,367 @@
+"""diagnosis.json: what the declared model lacks, on what evidence, before and after (interfaces, section 6).
+
+Display units stand beside every number; null is a figure that the data cannot give. Channels are written
+`gyro_x` … `acc_z`.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from planner import catalog
+from planner.errors import InputError
+from planner.export.documents import json_tree
+from planner.nouns.diagnosis import (
+    Assumption,
+    Diagnosis,
+    FoundEffect,
+    FoundTerm,
+    NavigationCost,
+    NextMeasurement,
+    NotFound,
+    ResidualChange,
+    Rival,
+    UnitDiagnosis,
+    Unknown,
+    Untestable,
+)
+from planner.units import UnitError, from_si, unit_factor
+
+SCHEMA_VERSION = 1
+_DIGITS = 9
+REQUIRED = ("verdict", "effects", "residual", "spec", "unit")
+
+
+def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
+    """The tree of diagnosis.json."""
+    found = diagnosis.found
+    return {
+        "planner": diagnosis.version,
+        "schema_version": SCHEMA_VERSION,
+        "unit": found.unit,
+        "data": {"file": diagnosis.source, "sha256": diagnosis.data_sha256},
+        "spec": {"name": diagnosis.spec_name, "sha256": diagnosis.spec_sha256},
+        "seed": diagnosis.seed,
+        "verdict": found.verdict,
+        "effects": [_effect(e) for e in found.effects],
+        "unknown": [
+            {
+                "channels": [channel(c) for c in u.channels],
+                "varies_with": u.varies_with,
+                "p_value": _number(u.p_value),
+                "strength_sigma": _number(u.strength),
+            }
+            for u in found.unknown
+        ],
+        "not_found": [
+            {
+                "effect": n.effect,
+                "upper_limit95": _shown(n.upper_limit, n.unit),
+                "unit": n.unit,
+                "sensor": n.sensor,
+            }
+            for n in found.not_found
+        ],
+        "untestable": [{"effect": u.effect, "why": u.why, "sensor": u.sensor} for u in found.untestable],
+        "residual": {channel(r.channel): _residual(r) for r in diagnosis.residual},
+        "navigation": _first_navigation(diagnosis),
+        "navigation_of_every_requirement": [_navigation(n) for n in diagnosis.navigation],
+        "next_measurement": [_measurement(m) for m in diagnosis.next_measurement],
+        "assumptions": [_assumption(a) for a in found.assumptions],
+        "notes": [*diagnosis.notes, *found.notes],
+    }
+
+
+def diagnosis_text(diagnosis: Diagnosis) -> str:
+    """diagnosis.json. The same data, spec and seed give the same bytes."""
+    return json.dumps(diagnosis_document(diagnosis), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def channel(name: str) -> str:
+    """`accelerometer_x` as files write it: `acc_x`."""
+    return name.replace("accelerometer_", "acc_")
+
+
+def _effect(e: FoundEffect) -> dict[str, Any]:
+    return {
+        "effect": e.effect,
+        "channels": [channel(c) for c in e.channels],
+        "terms": [_term(t) for t in e.terms],
+        "p_value": _number(e.p_value),
+        "rivals": [{"effect": r.effect, "separated_by": _number(r.separated_by)} for r in e.rivals],
+        "below_bench_uncertainty": e.below_bench_uncertainty,
+        "sensor": e.sensor,
+        "strength_sigma": _number(e.strength),
+        "nonlinear": {name: _number(value) for name, value in e.nonlinear.items()},
+    }
+
+
+def _term(t: FoundTerm) -> dict[str, Any]:
+    value, low, high = (_number(x / t.scale) for x in (t.value, t.low, t.high))
+    return {
+        "name": t.name,
+        "value": value,
+        "unit": t.unit,
+        "ci95": [low, high],
+        "channel": channel(t.channel),
+        "degrees_of_freedom": _number(t.freedom),
+        "nonlinear": t.parameter,
+    }
+
+
+def _residual(r: ResidualChange) -> dict[str, Any]:
+    def shown(value: float) -> float | None:
+        return _shown(value, r.unit)
+
+    return {
+        "unit": r.unit,
+        "before": {"rms": shown(r.before), "ci95": [shown(r.before_low), shown(r.before_high)]},
+        "after": {"rms": shown(r.after), "ci95": [shown(r.after_low), shown(r.after_high)]},
+        "within_run_before": shown(r.within_before),
+        "within_run_after": shown(r.within_after),
+        "noise_floor": shown(r.noise_floor),
+        "noise_floor_within_run": shown(r.noise_floor_within),
+        "within_run_before_sigma": _number(r.sigma_before),
+        "within_run_after_sigma": _number(r.sigma_after),
+        "record": {
+            "noise": shown(r.white),
+            "share_of_input": _number(r.stray),
+            "record_s": _number(r.record),
+        },
+        "held_out": r.held_out,
+        "held_out_by": r.split,
+        "rows": r.rows,
+        "runs": r.runs,
+        "how": r.how,
+    }
+
+
+def _first_navigation(diagnosis: Diagnosis) -> dict[str, Any]:
+    if diagnosis.navigation:
+        return _navigation(diagnosis.navigation[0])
+    nothing = 0.0 if not diagnosis.found.unknown and diagnosis.found.verdict == "clean" else None
+    why = "nothing was found that could cost anything" if nothing == 0.0 else "no effect was named"
+    return {"error": None, "unit": None, "before": nothing, "after": nothing, "how": why}
+
+
+def _navigation(n: NavigationCost) -> dict[str, Any]:
+    return {
+        "error": n.error,
+        "unit": n.unit,
+        "before": _shown(n.before, n.unit),
+        "after": _shown(n.after, n.unit),
+        "limit": _shown(n.limit, n.unit),
+        "before_as_calibrated": _shown(n.as_calibrated, n.unit),
+        "confidence": _number(n.confidence),
+        "how": n.how,
+    }
+
+
+def _measurement(m: NextMeasurement) -> dict[str, Any]:
+    return {
+        "separates": list(m.separates),
+        "condition": {
+            "bench": m.bench,
+            "test": m.test,
+            **{k: v if isinstance(v, str) else _number(v) for k, v in m.condition.items()},
+        },
+        "separation": _number(m.separation),
+        "time_s": _number(m.time_s),
+    }
+
+
+def _assumption(a: Assumption) -> dict[str, Any]:
+    return {
+        "error": a.error,
+        "channel": channel(a.channel) or None,
+        "part": a.part,
+        "unit": a.unit,
+        "assumed": None if a.assumed is None else _shown(a.assumed, a.unit),
+        "measured": _shown(a.measured, a.unit),
+        "ci95": [_shown(a.low, a.unit), _shown(a.high, a.unit)],
+        "degrees_of_freedom": _number(a.freedom),
+    }
+
+
+def _shown(value: float, unit: str) -> float | None:
+    return _number(from_si(value, unit)) if math.isfinite(value) else None
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
+
+
+# ---------------------------------------------------------------- reading back
+
+
+def read_diagnosis(path: Path) -> Diagnosis:
+    """A diagnosis.json, or the folder that has one, without the evidence that only the report draws.
+
+    Raises InputError for a file that cannot be read or is no diagnosis.
+    """
+    file = path / "diagnosis.json" if path.is_dir() else path
+    if path.is_dir() and not file.exists():
+        several = sorted(p.parent.name for p in path.glob("*/diagnosis.json"))
+        if several:
+            raise InputError(f"{path} holds the diagnoses of {', '.join(several)}; name one of these folders")
+    document = json_tree(file, "is no diagnosis", REQUIRED, "diagnosis.json of `planner diagnose`")
+    try:
+        return _diagnosis(document)
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError, UnitError) as error:
+        raise InputError(f"{file} is no diagnosis.json of planner: {error!r}") from error
+
+
+def _diagnosis(d: Mapping[str, Any]) -> Diagnosis:
+    every = d.get("navigation_of_every_requirement", ())
+    return Diagnosis(
+        found=UnitDiagnosis(
+            unit=str(d["unit"]),
+            verdict=d["verdict"],
+            effects=tuple(_effect_from(e) for e in d["effects"]),
+            unknown=tuple(
+                Unknown(
+                    tuple(u["channels"]),
+                    u["varies_with"],
+                    _float(u["p_value"]),
+                    _float(u.get("strength_sigma")),
+                )
+                for u in d["unknown"]
+            ),
+            not_found=tuple(
+                NotFound(n["effect"], n["sensor"], _si(n["upper_limit95"], n["unit"]), n["unit"])
+                for n in d["not_found"]
+            ),
+            untestable=tuple(Untestable(u["effect"], u["sensor"], u["why"]) for u in d["untestable"]),
+            evidence=(),
+            assumptions=tuple(_assumption_from(a) for a in d.get("assumptions", ())),
+        ),
+        residual=tuple(_residual_from(name, r) for name, r in d["residual"].items()),
+        navigation=tuple(_navigation_from(n) for n in every),
+        next_measurement=tuple(_measurement_from(m) for m in d["next_measurement"]),
+        version=d["planner"],
+        spec_name=d["spec"]["name"],
+        spec_sha256=d["spec"]["sha256"],
+        data_sha256=d["data"]["sha256"],
+        source=d["data"]["file"],
+        seed=int(d["seed"]),
+        notes=tuple(d.get("notes", ())),
+    )
+
+
+def _effect_from(e: Mapping[str, Any]) -> FoundEffect:
+    if e["effect"] not in catalog.effects():
+        raise ValueError(f"unknown effect {e['effect']!r}")
+    if e["sensor"] not in catalog.effects()[e["effect"]].sensors:
+        raise ValueError(f"{e['effect']} does not exist on {e['sensor']!r}")
+    return FoundEffect(
+        effect=e["effect"],
+        sensor=e["sensor"],
+        channels=tuple(e["channels"]),
+        terms=tuple(_term_from(t) for t in e["terms"]),
+        p_value=_float(e["p_value"]),
+        strength=_float(e["strength_sigma"]),
+        rivals=tuple(Rival(r["effect"], _float(r["separated_by"])) for r in e["rivals"]),
+        below_bench_uncertainty=bool(e["below_bench_uncertainty"]),
+        nonlinear={name: _float(v) for name, v in e["nonlinear"].items()},
+    )
+
+
+def _term_from(t: Mapping[str, Any]) -> FoundTerm:
+    bare = FoundTerm(
+        t["name"],
+        t["channel"],
+        0.0,
+        0.0,
+        0.0,
+        _float(t["degrees_of_freedom"]),
+        t["unit"],
+        bool(t["nonlinear"]),
+    )
+    value, low, high = (_float(x) * bare.scale for x in (t["value"], *t["ci95"]))
+    return replace(bare, value=value, low=low, high=high)
+
+
+def _residual_from(name: str, r: Mapping[str, Any]) -> ResidualChange:
+    unit = r["unit"]
+    ends = {key: [_si(x, unit) for x in r[key]["ci95"]] for key in ("before", "after")}
+    return ResidualChange(
+        channel=name,
+        unit=unit,
+        before=_si(r["before"]["rms"], unit),
+        before_low=ends["before"][0],
+        before_high=ends["before"][1],
+        after=_si(r["after"]["rms"], unit),
+        after_low=ends["after"][0],
+        after_high=ends["after"][1],
+        within_before=_si(r["within_run_before"], unit),
+        within_after=_si(r["within_run_after"], unit),
+        noise_floor=_si(r["noise_floor"], unit),
+        rows=int(r["rows"]),
+        runs=int(r["runs"]),
+        held_out=bool(r["held_out"]),
+        how=r["how"],
+        noise_floor_within=_si(r["noise_floor_within_run"], unit),
+        sigma_before=_float(r["within_run_before_sigma"]),
+        sigma_after=_float(r["within_run_after_sigma"]),
+        white=_si(r["record"]["noise"], unit),
+        stray=_float(r["record"]["share_of_input"]),
+        record=_float(r["record"]["record_s"]),
+        split=r.get("held_out_by", "runs"),
+    )
+
+
+def _navigation_from(n: Mapping[str, Any]) -> NavigationCost:
+    unit = n["unit"]
+    return NavigationCost(
+        n["error"],
+        unit,
+        _si(n["before"], unit),
+        _si(n["after"], unit),
+        _float(n["confidence"]),
+        n["how"],
+        _si(n["before_as_calibrated"], unit),
+        _si(n["limit"], unit),
+    )
+
+
+def _measurement_from(m: Mapping[str, Any]) -> NextMeasurement:
+    condition = {k: v for k, v in m["condition"].items() if k not in ("bench", "test")}
+    first, second = m["separates"]
+    return NextMeasurement(
+        (first, second),
+        m["condition"]["bench"],
+        m["condition"]["test"],
+        condition,
+        _float(m["separation"]),
+        _float(m["time_s"]),
+    )
+
+
+def _assumption_from(a: Mapping[str, Any]) -> Assumption:
+    unit = a["unit"]
+    return Assumption(
+        a["error"],
+        a["part"],
+        unit,
+        None if a["assumed"] is None else _si(a["assumed"], unit),
+        _si(a["measured"], unit),
+        _si(a["ci95"][0], unit),
+        _si(a["ci95"][1], unit),
+        _float(a["degrees_of_freedom"]),
+        a.get("channel") or "",
+    )
+
+
+def _si(value: Any, unit: str) -> float:
+    return _float(value) * unit_factor(unit)[0]
+
+
+def _float(value: Any) -> float:
+    if isinstance(value, bool):
+        raise TypeError(f"{value!r} is no number")
+    return math.nan if value is None else float(value)

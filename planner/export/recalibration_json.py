@@ -1,0 +1,82 @@
+"""recalibration.json: visits, hours and what they renew, per unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import date
+from typing import Any
+
+from planner import __version__
+from planner.fleet.history import day_label
+from planner.fleet.store import Visit
+from planner.fleet.visits import ShortestVisit, StorePlan
+
+DIGITS = 9
+
+
+def recalibration_document(
+    plans: Sequence[StorePlan],
+    shortest: Sequence[ShortestVisit],
+    start: date | None,
+    spec: Mapping[str, str],
+    notes: Sequence[str],
+) -> dict[str, Any]:
+    """The tree of recalibration.json."""
+    return {
+        "planner": __version__,
+        "spec": dict(spec),
+        "start": None if start is None else start.isoformat(),
+        "units": [_plan(p, [s for s in shortest if s.unit == p.unit], start) for p in plans],
+        "notes": list(notes),
+    }
+
+
+def _plan(p: StorePlan, shortest: Sequence[ShortestVisit], start: date | None) -> dict[str, Any]:
+    return {
+        "unit": p.unit,
+        "time_s": _number(p.time_s),
+        "whole": p.whole,
+        "proved": p.proved,
+        "kept_until_day": _number(p.kept_until),
+        "kept_until": day_label(start, p.kept_until),
+        "visits": [
+            {
+                "day": _number(v.day),
+                "date": day_label(start, v.day),
+                **_visit(v.visit),
+                "load_before": _number(v.load_before),
+                "load_after": _number(v.load_after),
+                "renews": list(v.renewed),
+            }
+            for v in p.visits
+        ],
+        "shortest": [
+            {
+                "day": _number(s.day),
+                "until_day": _number(s.until),
+                "until": day_label(start, s.until),
+                **(_visit(s.visit) if s.visit is not None else {"time_s": None}),
+                "load_without": _number(s.load_without),
+                "load_with": _number(s.load_with),
+                "renews": list(s.renewed),
+            }
+            for s in shortest
+        ],
+        "binding": [
+            {"term": name, "share_of_limit": _number(share), "renewable": can}
+            for name, share, can in p.binding
+        ],
+        "load": {
+            "day": [_number(d) for d in p.days],
+            "with": [_number(x) for x in p.load],
+            "without": [_number(x) for x in p.without],
+        },
+    }
+
+
+def _visit(v: Visit) -> dict[str, Any]:
+    return {"rest_power_ons": v.rests, "turn_power_ons": v.turns, "time_s": _number(v.time_s)}
+
+
+def _number(value: float) -> float:
+    return float(f"{float(value):.{DIGITS}g}")

@@ -1,0 +1,378 @@
+"""When to recalibrate in store, and how: the shortest visit that suffices, the schedule of least hours.
+
+The size of a term at day t, renewed last at day s to the half-width e, is e ⊕ g(s, t), with g what it moves
+in between and ⊕ the sum (worst_case) or the root of the squares; T of `allowed_region` at these sizes, with
+what flights add, must stay within every limit. A visit renews a term only where it leaves less than there
+is.
+
+g is the spec's storage, a random walk, storage·√((t − s)/60 d), or with a history
+|μ(t) − μ(s)| + z √(V(t) − V(s)) of its forecast, and e at the start |μ| + z √V.
+
+Schedule: every size grows until it is renewed, so of all times for a given visit the latest at which the
+limits still hold leaves no larger size at any later day. A search over visits, each made as late as it can be
+(on a grid of days), in the order of their hours, keeps only states that no other beats in hours and in every
+term; its first way to the end is the cheapest of all (Dijkstra 1959, Martins 1984).
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.fleet.allowed_region import ALL_AXES, PARTS, AllowedRegion, Reserve, reserve_of
+from planner.fleet.drift import ChannelForecast
+from planner.fleet.forecast._method import two_sided
+from planner.fleet.store import StoreBench, Visit, visit_time, visits
+from planner.nouns.allowances import ErrorModel
+from planner.nouns.array import Array
+from planner.spec.budget import STORAGE_DAYS
+
+STEPS = 73  # of the grid: five days in a year
+NUMBERS = (*range(21), 30, 50, 100)  # power-ons that a schedule chooses from, up to the most that are allowed
+_ALIKE = 1e-3  # of the limit
+MOST_STATES = 15_000  # of the search; beyond them the best way so far is kept and marked
+_SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Growth:
+    """How terms move. days: (W,) grid; start: (t,) sizes at days[0]; between: (t, W, W) from s to t."""
+
+    days: Array
+    start: Array
+    between: Array
+
+
+@dataclass(frozen=True)
+class PlannedVisit:
+    """One visit of a schedule. load_before, load_after: share of the limit; renewed: names of the terms."""
+
+    day: float
+    visit: Visit
+    load_before: float
+    load_after: float
+    renewed: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class StorePlan:
+    """The schedule of one unit.
+
+    visits: empty when none is needed; hours_s: of all visits; kept_until: last day within the limits whole:
+    whether the visits carry it to the end; proved: no visits cost less (or none carry it further); load:
+    (W,) share of the limit over the days, with the visits; without: (W,) without them; binding: terms with
+    the largest shares at the end of what can be kept
+    """
+
+    unit: str
+    days: Array
+    visits: tuple[PlannedVisit, ...]
+    time_s: float
+    kept_until: float
+    whole: bool
+    load: Array
+    without: Array
+    binding: tuple[tuple[str, float, bool], ...]
+    constraint: int
+    proved: bool = True
+
+
+@dataclass(frozen=True)
+class ShortestVisit:
+    """The shortest visit on a day that keeps a unit within its limits until another; None: no visit does."""
+
+    unit: str
+    day: float
+    until: float
+    visit: Visit | None
+    load_without: float
+    load_with: float
+    renewed: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _State:
+    """Sizes (t,) at the last renewal of every term, and the place of its day on the grid (t,)."""
+
+    size: Array
+    since: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class _Reached:
+    """How far a way of (place, visit) goes, and what it costs."""
+
+    place: int
+    way: tuple[tuple[int, Visit], ...]
+    cost: float
+
+
+_Entry = tuple[float, int, int, float, _State, tuple[tuple[int, Visit], ...]]
+
+
+class _Known:
+    """States on one day that were reached with fewer hours."""
+
+    def __init__(self, slack: Array) -> None:
+        self.slack = slack
+        self.sizes: list[Array] = []
+        self.since: list[NDArray[np.int64]] = []
+
+    def beats(self, state: _State) -> bool:
+        """Whether one of them has no larger and no older size in any term; if not, the state joins them."""
+        if self.sizes:
+            smaller = np.array(self.sizes) <= state.size + self.slack
+            if np.any(np.all(smaller & (np.array(self.since) >= state.since), axis=1)):
+                return True
+        self.sizes.append(state.size)
+        self.since.append(state.since)
+        return False
+
+
+class StorePlanner:
+    """One unit's region, growth and store, asked for visits and schedules."""
+
+    def __init__(
+        self, unit: str, region: AllowedRegion, growth: Growth, bench: StoreBench, confidence: float
+    ) -> None:
+        self.unit, self.region, self.growth, self.bench = unit, region, growth, bench
+        self.quantile = two_sided(confidence, np.inf)
+        self.adds = any(c.rule == "worst_case" for c in region.constraints)
+        self.reserve = flying_reserve(region)
+        self.first = _State(growth.start, np.zeros(len(region.terms), dtype=np.int64))
+
+    # ---------------------------------------------------------------- sizes and loads
+
+    def sizes(self, state: _State) -> Array:
+        """(W, t) sizes on every day from the renewals on."""
+        terms = np.arange(len(state.size))
+        moved = self.growth.between[terms, state.since, :].T
+        return state.size + moved if self.adds else np.hypot(state.size, moved)
+
+    def loads(self, state: _State) -> Array:
+        """(W,) share of the limit."""
+        return self.region.load(self.sizes(state), self.reserve)
+
+    def renewed(self, state: _State, place: int, visit: Visit) -> _State:
+        """The state after a visit on a day of the grid."""
+        before = self.sizes(state)[place]
+        after = self.bench.renewal(visit.rests, visit.turns).size(self.quantile)
+        better = after < before
+        return _State(np.where(better, after, state.size), np.where(better, place, state.since))
+
+    def last_within(self, state: _State, place: int) -> int:
+        """The last day of the grid until which the limits hold from `place` on; place − 1: not even then."""
+        over = np.flatnonzero(self.loads(state)[place:] > 1.0 + _SAME)
+        return len(self.growth.days) - 1 if len(over) == 0 else place + int(over[0]) - 1
+
+    # ---------------------------------------------------------------- questions
+
+    def shortest(self, place: int, end: int, state: _State | None = None) -> ShortestVisit:
+        """The shortest visit on one day of the grid that suffices until another."""
+        state = state or self.first
+        without = float(self.loads(state)[end])
+        now, then = float(self.growth.days[place]), float(self.growth.days[end])
+        for visit in visits(self.bench.asked):
+            after = self.renewed(state, place, visit)
+            if self.last_within(after, place) >= end:
+                names = self._names(state, after)
+                load = float(self.loads(after)[end])
+                return ShortestVisit(self.unit, now, then, visit, without, load, names)
+        best = self.renewed(state, place, Visit(self.bench.asked.repeats, self.bench.asked.repeats, 0.0))
+        load = float(self.loads(best)[end])
+        return ShortestVisit(self.unit, now, then, None, without, load, ())
+
+    def ladder(self, rungs: int = 8) -> tuple[ShortestVisit, ...]:
+        """The shortest visit, on the day when the unit is due, for later and later days to be reached."""
+        due, end = max(self.last_within(self.first, 0), 0), len(self.growth.days) - 1
+        if due == end:
+            return ()
+        ends = np.unique(np.linspace(due + 1, end, rungs).round().astype(int))
+        found = [self.shortest(due, int(e)) for e in ends]
+        reached = [r for r in found if r.visit is not None]
+        return (*reached, *found[len(reached) : len(reached) + 1])
+
+    def schedule(self, numbers: Sequence[int] = NUMBERS) -> StorePlan:
+        """The visits that cost least hours to the end of the grid, or as far as the store carries."""
+        choices = self._choices(numbers)
+        furthest = self._thorough()
+        target = furthest.place
+        known = min((furthest, *self._uniform(choices, target)), key=lambda way: way.cost)
+        order = itertools.count()
+        start = min(self.last_within(self.first, 0), target)
+        cheapest, longest = min(v.time_s for v in choices), self._longest(choices)
+        queue: list[_Entry] = [(0.0, -start, next(order), 0.0, self.first, ())]
+        kept: dict[int, _Known] = {}
+        slack = self._slack()
+        for _ in range(MOST_STATES):
+            if not queue:
+                break
+            _, place, _, cost, state, way = heapq.heappop(queue)
+            place = -place
+            if place >= target:
+                return self._plan(_Reached(target, way, cost), proved=True)
+            if kept.setdefault(place, _Known(slack)).beats(state):
+                continue
+            for visit in choices:
+                after = self.renewed(state, place, visit)
+                then = min(self.last_within(after, place), target)
+                if then > place:
+                    total = cost + visit.time_s
+                    left = np.ceil((target - then) / longest) * cheapest  # no way to the end costs less
+                    if total + left >= known.cost and then < target:
+                        continue
+                    item = (total + left, -then, next(order), total, after, (*way, (place, visit)))
+                    heapq.heappush(queue, item)
+        return self._plan(known, proved=not queue)
+
+    def _slack(self) -> Array:
+        """(t,) sizes that together make a thousandth of a limit: states that differ by less are one."""
+        slope = np.max([c.steepest / c.limit for c in self.region.constraints], axis=0)
+        return np.asarray(_ALIKE / np.maximum(slope * len(slope), 1e-300))
+
+    def _uniform(self, choices: Sequence[Visit], target: int) -> list[_Reached]:
+        """Schedules of one and the same visit that reach the target: a bound for the search."""
+        ways = [self._repeated(visit, target) for visit in choices]
+        return [way for way in ways if way.place >= target]
+
+    def _thorough(self) -> _Reached:
+        """How far the most thorough visits carry, each as late as it can be: no others carry further."""
+        most = self.bench.asked.repeats
+        visit = Visit(most, most, visit_time(self.bench.asked, most, most))
+        return self._repeated(visit, len(self.growth.days) - 1)
+
+    def _repeated(self, visit: Visit, target: int) -> _Reached:
+        """How far one visit carries, made again and again as late as it can be."""
+        state, place = self.first, min(max(self.last_within(self.first, 0), 0), target)
+        way: tuple[tuple[int, Visit], ...] = ()
+        while place < target:
+            after = self.renewed(state, place, visit)
+            then = min(self.last_within(after, place), target)
+            if then <= place:
+                break
+            way, state, place = (*way, (place, visit)), after, then
+        return _Reached(place, way, len(way) * visit.time_s)
+
+    def _choices(self, numbers: Sequence[int]) -> list[Visit]:
+        """The visits of which no shorter one leaves as little, to a thousandth of the limit."""
+        most = self.bench.asked.repeats
+        slope = np.max([c.steepest / c.limit for c in self.region.constraints], axis=0)
+        found: list[Visit] = []
+        shares: list[Array] = []
+        for visit in visits(self.bench.asked, sorted({min(n, most) for n in numbers})):
+            left = self.bench.renewal(visit.rests, visit.turns).size(self.quantile)
+            share = np.minimum(left, self._ends()) * slope
+            more = [float(np.maximum(other - share, 0.0).sum()) for other in shares]
+            if min(more, default=np.inf) > _ALIKE:
+                found.append(visit)
+                shares.append(share)
+        return found
+
+    def _ends(self) -> Array:
+        """(t,) what every term grows to if nothing is done."""
+        return np.asarray(np.maximum(self.sizes(self.first)[-1], 1e-300))
+
+    def _longest(self, choices: Sequence[Visit]) -> int:
+        """Steps of the grid that no visit outlasts: everything that a store can renew is new at day 0."""
+        best = self.first
+        for visit in choices:
+            best = self.renewed(best, 0, visit)
+        return max(1, self.last_within(best, 0))
+
+    # ---------------------------------------------------------------- answers
+
+    def _names(self, before: _State, after: _State) -> tuple[str, ...]:
+        changed = (after.since != before.since) | (after.size != before.size)
+        return tuple(t.name for t, new in zip(self.region.terms, changed, strict=True) if new)
+
+    def _plan(self, reached: _Reached, *, proved: bool) -> StorePlan:
+        state, planned = self.first, []
+        load, end = self.loads(state), len(self.growth.days) - 1
+        for place, visit in reached.way:
+            after = self.renewed(state, place, visit)
+            now = self.loads(after)
+            renewed = self._names(state, after)
+            before, behind = float(load[place]), float(now[place])
+            planned.append(PlannedVisit(float(self.growth.days[place]), visit, before, behind, renewed))
+            load = np.where(np.arange(len(load)) >= place, now, load)
+            state = after
+        binding, constraint = self._binding(state, min(reached.place + 1, end))
+        return StorePlan(
+            unit=self.unit,
+            days=self.growth.days,
+            visits=tuple(planned),
+            time_s=reached.cost,
+            kept_until=float(self.growth.days[reached.place]),
+            whole=bool(load.max() <= 1.0 + _SAME),
+            load=load,
+            without=self.loads(self.first),
+            binding=binding,
+            constraint=constraint,
+            proved=proved,
+        )
+
+    def _binding(self, state: _State, place: int) -> tuple[tuple[tuple[str, float, bool], ...], int]:
+        """The terms that take most on a day: name, share, whether the store can renew it; the constraint."""
+        size = self.sizes(state)[place]
+        values = [float(self.region.value(c, size, self.reserve)) / c.limit for c in self.region.constraints]
+        worst = int(np.argmax(values))
+        share = size * self.region.constraints[worst].steepest / self.region.constraints[worst].limit
+        best = self.bench.renewal(self.bench.asked.repeats, self.bench.asked.repeats).size(self.quantile)
+        order = np.argsort(-share)[:5]
+        found = tuple((self.region.terms[t].name, float(share[t]), bool(best[t] < size[t])) for t in order)
+        return found, worst
+
+
+def flying_reserve(region: AllowedRegion) -> Reserve:
+    """What flights add to sizes that hold estimate and storage themselves."""
+    kept = np.ones((len(region.terms), len(PARTS)))
+    kept[:, PARTS.index("estimate")] = 0.0
+    kept[:, PARTS.index("storage")] = 0.0
+    return reserve_of(region, kept)
+
+
+def grid(period_days: float, start_day: float = 0.0) -> Array:
+    """The days on which something may happen."""
+    return start_day + np.linspace(0.0, period_days, max(2, min(STEPS, round(period_days)) + 1))
+
+
+def growth_of(
+    region: AllowedRegion,
+    models: Sequence[ErrorModel],
+    days: Array,
+    confidence: float,
+    channels: Sequence[ChannelForecast] = (),
+) -> Growth:
+    """What the spec says of storage, and what a unit's forecasts know better."""
+    storage = {m.name: m.storage for m in models}
+    start = region.parts[:, PARTS.index("estimate")].copy()
+    apart = np.maximum(days[None, :] - days[:, None], 0.0)
+    walk = np.sqrt(apart / STORAGE_DAYS)
+    between = np.array([storage.get(t.error, 0.0) * walk for t in region.terms])
+    for c in channels:
+        place = region.index(c.series.error, c.series.term)
+        f = c.at(days)
+        if place is None or f is None:
+            continue
+        z = two_sided(confidence, f.freedom)
+        mean, variance = f.mean - c.correction, np.maximum.accumulate(f.scale**2)
+        start[place] = abs(mean[0]) + z * np.sqrt(variance[0])
+        steps = np.maximum(variance[None, :] - variance[:, None], 0.0)
+        moved = np.abs(mean[None, :] - mean[:, None]) + z * np.sqrt(steps)
+        between[place] = np.where(apart > 0, moved, 0.0)
+    return Growth(days, start, between)
+
+
+def renewable(
+    region: AllowedRegion, bench: StoreBench, growth: Growth, confidence: float
+) -> tuple[bool, ...]:
+    """For every term: whether the most thorough visit leaves less than there is at the end of the period."""
+    most = bench.asked.repeats
+    best = bench.renewal(most, most).size(two_sided(confidence, np.inf))
+    end = growth.start + growth.between[:, 0, -1]
+    return tuple(bool(b < e) and t.term != ALL_AXES for b, e, t in zip(best, end, region.terms, strict=True))

@@ -1,0 +1,25 @@
+"""What a sensor is exposed to: the one question put to every effect."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from planner.nouns.array import Array
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a sensor is exposed to, at n instants or in n records: the one question put to every effect.
+
+    rate: (n, 3) true inertial angular rate in body axes, rad/s
+    specific_force: (n, 3) true specific force in body axes, m/s^2
+    temperature_degc: (n,); temperature_rate: (n,) K/s
+    time_on: (n,) seconds since power-on; day: (n,) days since the calibration
+    """
+
+    rate: Array
+    specific_force: Array
+    temperature_degc: Array
+    temperature_rate: Array
+    time_on: Array
+    day: Array

@@ -1,0 +1,234 @@
+"""The nouns of a diagnosis: what the declared error model lacks, on what evidence, and what it costs.
+
+SI and radians inside; `unit` is the display unit. Channels are `gyro_x` … `accelerometer_z`; the file writes
+`acc_x` for the latter (interfaces, section 6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from planner.nouns.array import Array
+from planner.nouns.sensor import Sensor
+from planner.units import unit_factor
+
+Split = Literal["runs", "branches", "blocks", "none"]
+LEAST_P = 0.001  # what a thousand sign flips can tell; a family-wise p below is extrapolated
+Verdict = Literal["clean", "explained", "partly_explained", "unexplained", "untestable"]
+
+
+@dataclass(frozen=True)
+class FoundTerm:
+    """One coefficient of a found effect, SI, with 95 % interval.
+
+    parameter: one of the effect's parameters, as the effect takes it: SI, temperatures in degC, days in days
+    """
+
+    name: str
+    channel: str
+    value: float
+    low: float
+    high: float
+    freedom: float
+    unit: str
+    parameter: bool = False
+
+    @property
+    def scale(self) -> float:
+        """SI per display unit; temperatures and days of parameters stand as they are."""
+        return 1.0 if self.parameter and self.unit in ("degC", "day", "d") else unit_factor(self.unit)[0]
+
+
+@dataclass(frozen=True)
+class Rival:
+    """An effect that the data cannot tell from the one found.
+
+    separated_by: square root of the noncentrality by which the data prefer the found one, in sigma
+    """
+
+    effect: str
+    separated_by: float
+
+
+@dataclass(frozen=True)
+class FoundEffect:
+    """An effect that the declared model lacks.
+
+    p_value: family-wise; strength: whitened length of its contribution, √Δ; nonlinear: its parameters
+    """
+
+    effect: str
+    sensor: Sensor
+    channels: tuple[str, ...]
+    terms: tuple[FoundTerm, ...]
+    p_value: float
+    strength: float
+    rivals: tuple[Rival, ...] = ()
+    below_bench_uncertainty: bool = False
+    nonlinear: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """Something is missing that no effect of the library explains. varies_with: `temperature`, `time_on` …"""
+
+    channels: tuple[str, ...]
+    varies_with: str
+    p_value: float
+    strength: float
+
+
+@dataclass(frozen=True)
+class NotFound:
+    """An effect that was looked for in vain: no larger than this with 95 % confidence, SI."""
+
+    effect: str
+    sensor: Sensor
+    upper_limit: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Untestable:
+    """An effect that the data cannot show, and why (which column or condition is missing)."""
+
+    effect: str
+    sensor: Sensor | None
+    why: str
+
+
+@dataclass(frozen=True)
+class ResidualChange:
+    """Residual root mean square of one channel on runs that the fit had not seen, SI, before and after.
+
+    *_low, *_high: 95 % interval; within: about the mean of each run
+    noise_floor: from replicates in different runs; noise_floor_within: the same about the mean of each run
+    sigma_*: within runs, in units of what the noise model expects of each row: 1 is noise alone
+    white: noise of a record at rest; stray: share of the input that adds to it; record: mean duration, s
+    how: how it was held out, in words; held_out: False when nothing could be; split: what was held out
+    """
+
+    channel: str
+    unit: str
+    before: float
+    before_low: float
+    before_high: float
+    after: float
+    after_low: float
+    after_high: float
+    within_before: float
+    within_after: float
+    noise_floor: float
+    rows: int
+    runs: int
+    held_out: bool
+    how: str
+    noise_floor_within: float = float("nan")
+    sigma_before: float = float("nan")
+    sigma_after: float = float("nan")
+    white: float = float("nan")
+    stray: float = float("nan")
+    record: float = float("nan")
+    split: Split = "runs"
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the report draws, for one channel of one unit; rows in the table's order, SI.
+
+    before, after: (n,) residual under the declared model and with what was found added
+    added: effect -> (n, 2) added-variable plot: what the effect adds and the reading, both cleared of the
+        declared model (n rows, whitened scale removed)
+    expected: (n,) standard deviation that the noise model expects of a row
+    """
+
+    channel: str
+    before: Array
+    after: Array
+    expected: Array
+    added: Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """A spread that the spec assumes, and what the data say of it, SI (NaN: the data cannot tell).
+
+    error: `gyro.bias`; part: `run_to_run`, `in_run`, `temperature_residual` …; channel: `gyro_x`, "" for all
+    """
+
+    error: str
+    part: str
+    unit: str
+    assumed: float | None
+    measured: float
+    low: float
+    high: float
+    freedom: float
+    channel: str = ""
+
+
+@dataclass(frozen=True)
+class NavigationCost:
+    """What the undeclared effects cost on the spec's trajectory, SI: nobody compensates, and compensated.
+
+    as_calibrated: nobody compensates, but the declared coefficients took up what they could on the bench
+    """
+
+    error: str
+    unit: str
+    before: float
+    after: float
+    confidence: float
+    how: str
+    as_calibrated: float = float("nan")
+    limit: float = float("nan")
+
+
+@dataclass(frozen=True)
+class NextMeasurement:
+    """A bench step that would separate two rivals.
+
+    condition: what to do, names with units (`temperature_degc`, `rate_1_dps`, `repeats` …); separation: sigma
+        reached with it; time_s: what it costs
+    """
+
+    separates: tuple[str, str]
+    bench: str
+    test: str
+    condition: Mapping[str, float | str]
+    separation: float
+    time_s: float
+
+
+@dataclass(frozen=True)
+class UnitDiagnosis:
+    """What the data of one unit say, before anything is made of it."""
+
+    unit: str
+    verdict: Verdict
+    effects: tuple[FoundEffect, ...]
+    unknown: tuple[Unknown, ...]
+    not_found: tuple[NotFound, ...]
+    untestable: tuple[Untestable, ...]
+    evidence: tuple[Evidence, ...]
+    assumptions: tuple[Assumption, ...]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The whole answer: what was found, before and after, what it costs, what to measure next."""
+
+    found: UnitDiagnosis
+    residual: tuple[ResidualChange, ...]
+    navigation: tuple[NavigationCost, ...]
+    next_measurement: tuple[NextMeasurement, ...]
+    version: str
+    spec_name: str
+    spec_sha256: str
+    data_sha256: str
+    source: str
+    seed: int
+    notes: tuple[str, ...] = ()

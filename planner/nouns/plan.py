@@ -1,0 +1,181 @@
+"""The plan: steps, benches, tests, what is achieved, and the proof."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from planner.nouns.allowances import Allowance, GeneticHistory
+from planner.nouns.choices import RepeatReason
+from planner.origin import Origin
+
+
+@dataclass(frozen=True)
+class Step:
+    """One action on one bench, with people if attended. Times in s from the start; motion in deg, deg/s."""
+
+    id: str
+    bench: str
+    action: str
+    start_s: float
+    end_s: float
+    test: str | None = None
+    temperature_degc: float | None = None
+    repeat: int | None = None
+    motion: Mapping[str, float] | None = None
+    units: int = 1
+    attended: bool = False
+
+
+@dataclass(frozen=True)
+class PlannedChamber:
+    """The chamber of a bench: its range, its speeds in K/s (None: at once), and how long a soak takes."""
+
+    coldest_degc: float
+    hottest_degc: float
+    heating: float | None
+    cooling: float | None
+    soak_s: float
+
+
+@dataclass(frozen=True)
+class PlannedBench:
+    """A bench as bench software must know it: axes, limits (SI, None: no limit), chamber, arm in metres.
+
+    travel: axis -> its stops in rad; an axis that is not named turns on and on
+    """
+
+    name: str
+    kind: str
+    axes: int
+    units: int
+    room_degc: float
+    rate: float | None
+    angular_acceleration: float | None
+    acceleration: float | None
+    arm: float | None
+    chamber: PlannedChamber | None
+    travel: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class PlannedTest:
+    """What one test does: its temperatures and, for each, the repeats.
+
+    attended: whether people make its power-ons and moves
+    """
+
+    test: str
+    bench: str
+    temperatures_degc: tuple[float, ...]
+    repeats: tuple[int, ...]
+    time_s: float
+    power_on_s: float
+    calibrates: tuple[str, ...] = ()
+    motions: int = 1
+    attended: bool = False
+
+
+@dataclass(frozen=True)
+class Achieved:
+    """One requirement and what the plan reaches: `achieved` by the requirement's own rule, SI.
+
+    flown: rms (rss) or promised percentile of flights by the campaign's own model; None: not predicted
+    """
+
+    error: str
+    at: str
+    rule: str
+    unit: str
+    limit: float
+    achieved: float
+    met: bool
+    shares: Mapping[str, float]  # error name -> its part of `achieved` (worst_case) or of its square
+    flown: float | None = None
+
+
+@dataclass(frozen=True)
+class GeneticPlan:
+    """The genetic algorithm's campaign beside the exact one."""
+
+    time_s: float
+    gap: float
+    history: GeneticHistory
+    front: tuple[Mapping[str, float], ...]  # allowances in SI with key `time_s` among them
+
+
+@dataclass(frozen=True)
+class SensitivityFigure:
+    """One coefficient as the plan used it: the length that one display unit of an error's term adds.
+
+    value: in the requirement's unit per `per`, e.g. m per deg/s; unit: `m/(deg/s)`; requirement: its index
+    """
+
+    error: str
+    axis: str
+    value: float
+    unit: str
+    requirement: int
+
+
+@dataclass(frozen=True)
+class Saving:
+    """Hours that one rule of the schedule saves: the same work timed with it and without it."""
+
+    rule: str
+    hours: float
+
+
+@dataclass(frozen=True)
+class TradeOffPoint:
+    """The best campaign when a second of power-on is worth `power_on_weight` seconds of the campaign."""
+
+    power_on_weight: float
+    time_s: float
+    power_on_s: float
+    proved: bool
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The answer: a campaign, why it suffices, and the proof that none is shorter.
+
+    objective: what was minimised, in words; objective_value, objective_bound: in weighted seconds
+    bound_s: proved lower bound of the objective (of `time_s` when time alone is minimised); gap: relative
+    hours_per_limit: requirement index -> hours saved per SI unit of more limit (continuous relaxation)
+    start: when second 0 falls in the week of the shifts, `mon 08:00`; None without shifts
+    by_total: chosen for a shorter `time_s`, at the price of more work; complete: not stopped at a time limit
+    shifts: (opens, closes) in seconds from Monday 00:00, disjoint; none: always; plugins: of other packages
+    work_proved: no temperatures and repeats take less work; `proved` is false when time_s exceeds its bound
+    """
+
+    version: str
+    name: str
+    spec_sha256: str
+    seed: int
+    objective: str
+    requirements: tuple[Achieved, ...]
+    sensitivities: tuple[SensitivityFigure, ...]
+    allowances: tuple[Allowance, ...]
+    tests: tuple[PlannedTest, ...]
+    steps: tuple[Step, ...]
+    reasons: tuple[RepeatReason, ...]
+    time_s: float
+    bound_s: float
+    gap: float
+    power_on_s: float
+    objective_value: float
+    hours_per_limit: Mapping[int, float]
+    genetic: GeneticPlan | None
+    notes: tuple[str, ...] = field(default=())
+    objective_bound: float = 0.0
+    proved: bool = True
+    benches: tuple[PlannedBench, ...] = ()
+    savings: tuple[Saving, ...] = ()
+    trade_off: tuple[TradeOffPoint, ...] = ()
+    work_proved: bool = False
+    by_total: bool = False
+    start: str | None = None
+    shifts: tuple[tuple[float, float], ...] = ()
+    plugins: tuple[Origin, ...] = ()
+    complete: bool = True

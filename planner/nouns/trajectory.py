@@ -1,0 +1,34 @@
+"""A flight and the ideal readings that belong to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from planner.nouns.array import Array
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A flight and the ideal readings that belong to it, on a uniform time grid of n + 1 instants.
+
+    Body axes forward-right-down, navigation axes north-east-down, WGS-84.
+    time_s: (n + 1,) uniform, from 0; latitude, longitude: (n + 1,) rad; altitude: (n + 1,) m
+    velocity: (n + 1, 3) north, east, down relative to the Earth, m/s
+    attitude: (n + 1, 3, 3) direction cosines C_nb, body to north-east-down
+    angle_increment: (n, 3) integral of the ideal gyro readings over each interval, rad
+    velocity_increment: (n, 3) integral of the ideal accelerometer readings over each interval, m/s
+    temperature_degc: (n + 1,); time_on: (n + 1,) seconds since power-on; day: days since calibration
+    """
+
+    name: str
+    time_s: Array
+    latitude: Array
+    longitude: Array
+    altitude: Array
+    velocity: Array
+    attitude: Array
+    angle_increment: Array
+    velocity_increment: Array
+    temperature_degc: Array
+    time_on: Array
+    day: float = 0.0

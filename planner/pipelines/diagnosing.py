@@ -1,0 +1,132 @@
+"""The flows that close the loop: data → diagnosis with before and after; spec and diagnosis → new spec."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from planner import __version__
+from planner.diagnose.diagnosis_to_navigation import navigation_costs
+from planner.diagnose.diagnosis_to_next_measurement import next_measurements
+from planner.diagnose.diagnosis_to_residual import UnitFits, residual_changes, unit_fits
+from planner.diagnose.diagnosis_to_spec import SpecUpdate, updated_spec
+from planner.diagnose.dwells_to_diagnosis import diagnose as diagnose_unit
+from planner.dwells.dwell_checks import check_rests
+from planner.dwells.dwell_files import read_dwells
+from planner.dwells.table_rows import rows_of
+from planner.errors import InfeasibleError, InputError
+from planner.nouns.diagnosis import Diagnosis, NavigationCost, UnitDiagnosis
+from planner.nouns.dwell_table import DwellTable
+from planner.nouns.plan import Plan
+from planner.pipelines import planning
+from planner.plan.spec_to_trajectory import trajectory_of
+from planner.spec.load import LoadedSpec, spec_from_bytes
+from planner.spec.model import Given
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """One unit's diagnosis with the table that its evidence belongs to, row for row."""
+
+    diagnosis: Diagnosis
+    table: DwellTable
+
+
+def diagnose(data: Path, loaded: LoadedSpec, seed: int, progress: Progress) -> tuple[Diagnosed, ...]:
+    """Dwell table's file and spec → the diagnosis of every unit in it, in the order of their names."""
+    progress(f"reading {data}")
+    table = read_dwells(data)
+    digest = _sha256(data)
+    units = np.unique(table.unit)
+    if len(units) == 0:
+        raise InputError(f"{data} has no rows: nothing to diagnose")
+    return tuple(_diagnosed(rows_of(table, table.unit == u), loaded, seed, digest, progress) for u in units)
+
+
+def _diagnosed(
+    table: DwellTable, loaded: LoadedSpec, seed: int, digest: str, progress: Progress
+) -> Diagnosed:
+    check_rests(table)
+    found = diagnose_unit(table, loaded.spec, seed=seed, progress=progress)
+    progress(f"{found.unit}: before and after on runs held out")
+    fits = unit_fits(table, loaded.spec, found)
+    residual = residual_changes(fits)
+    progress(f"{found.unit}: what it costs in flight")
+    navigation, notes = _navigation(found, fits, loaded)
+    progress(f"{found.unit}: what to measure next")
+    return Diagnosed(
+        Diagnosis(
+            found=found,
+            residual=residual,
+            navigation=navigation,
+            next_measurement=next_measurements(found.effects, fits, loaded.spec),
+            version=__version__,
+            spec_name=loaded.spec.name,
+            spec_sha256=loaded.sha256,
+            data_sha256=digest,
+            source=table.source,
+            seed=seed,
+            notes=(*table.notes, *notes),
+        ),
+        table,
+    )
+
+
+def _navigation(
+    found: UnitDiagnosis, fits: UnitFits, loaded: LoadedSpec
+) -> tuple[tuple[NavigationCost, ...], list[str]]:
+    if not found.effects:
+        return (), []
+    try:
+        trajectory = trajectory_of(loaded.spec.trajectory, loaded.folder)
+    except InputError as error:
+        if not isinstance(loaded.spec.sensitivities, Given):
+            raise
+        return (), [f"no navigation error: the spec gives published coefficients and no flight ({error})"]
+    return navigation_costs(found.effects, fits, loaded.spec, trajectory), []
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+# ---------------------------------------------------------------- update
+
+
+@dataclass(frozen=True)
+class Replanned:
+    """The plans of the old spec and of the new one; None and why where there is none."""
+
+    old: Plan | None
+    new: Plan | None
+    why: tuple[str, ...]
+
+
+def update(spec: Path, diagnosis: Diagnosis, target: Path) -> tuple[SpecUpdate, LoadedSpec]:
+    """Spec's file and a diagnosis of it → the text of the new spec, checked as `planner check` would."""
+    from planner.spec.load import load_spec
+
+    loaded = load_spec(spec)
+    made = updated_spec(spec.read_bytes().decode("utf-8-sig"), loaded, diagnosis)
+    return made, spec_from_bytes(made.text.encode(), target)
+
+
+def replanned(old: LoadedSpec, new: LoadedSpec, progress: Progress) -> Replanned:
+    """Plan both specs: hours and metres before and after."""
+    why: list[str] = []
+    plans: list[Plan | None] = []
+    for loaded, name in ((old, "the old spec"), (new, "the new spec")):
+        try:
+            progress(f"planning {name}")
+            plans.append(planning.plan(loaded, progress).plan)
+        except InfeasibleError as error:
+            why.append(f"{name} cannot be planned: {error}")
+            plans.append(None)
+    return Replanned(plans[0], plans[1], tuple(why))

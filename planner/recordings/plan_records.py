@@ -1,0 +1,44 @@
+"""The plan's records laid over a recording, by time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from planner.recordings.recording import Samples
+
+
+@dataclass(frozen=True)
+class PlannedRecord:
+    """One record of a plan: its step, and its times on the plan's clock in s."""
+
+    step: str
+    start: float
+    end: float
+
+
+def records_of(document: Mapping[str, Any]) -> tuple[PlannedRecord, ...]:
+    """The records among the steps of a plan.json tree, in order of time."""
+    found = [
+        PlannedRecord(str(step["id"]), float(step["start_s"]), float(step["end_s"]))
+        for step in document.get("steps", ())
+        if step.get("action") == "record"
+    ]
+    return tuple(sorted(found, key=lambda record: record.start))
+
+
+def labelled(
+    blocks: Iterable[Samples], records: Sequence[PlannedRecord], plan_time: float
+) -> Iterator[Samples]:
+    """Samples named by the record that they fall into; `plan_time`: the plan's clock at the first sample."""
+    start = np.array([record.start for record in records])
+    end = np.array([record.end for record in records])
+    names = np.array([*(record.step for record in records), ""])
+    for block in blocks:
+        now = block.time + plan_time
+        place = np.searchsorted(start, now, side="right") - 1
+        inside = (place >= 0) & (now <= end[place])
+        yield replace(block, label=names[np.where(inside, place, -1)])

@@ -1,0 +1,244 @@
+"""Raw recordings -> dwell table: rests found, spikes left out, temperature and its rate, an account of all.
+
+Two passes over each file, both in bounded memory: windows, from which rests and rows follow; then the longest
+rest once more for the Allan deviation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from planner.dwells.mix_ups import mix_ups
+from planner.errors import Fault, InputError
+from planner.nouns.array import Array
+from planner.nouns.dwell_table import DwellTable
+from planner.recordings.axis_check import axis_fault
+from planner.recordings.column_map import ColumnMap
+from planner.recordings.plan_records import PlannedRecord, labelled
+from planner.recordings.plausible import suspicious
+from planner.recordings.recording import Account, Recording, Samples
+from planner.recordings.reduction import LeftOut, Reduction, RowAccount, ScannedFile
+from planner.recordings.reduction_notes import notes_of
+from planner.recordings.rest_allan import RECORD_LIMITS_S, noise_of, snippet
+from planner.recordings.rests import Segment, segments_of, steps_of
+from planner.recordings.segments_to_rows import Row, cut, row_of, table_of
+from planner.recordings.temperature import alive
+from planner.recordings.windows import longest_gap, windows_of
+from planner.units import unit_factor
+
+Progress = Callable[[str], None]
+LEAST_WINDOWS = 3  # of a rest by which readings are judged
+
+
+def _silent(_: str) -> None:
+    return None
+
+
+def reduce_recordings(
+    paths: Sequence[Path],
+    columns: ColumnMap | None = None,
+    records: Sequence[PlannedRecord] | None = None,
+    references: Mapping[str, Array] | None = None,
+    progress: Progress = _silent,
+) -> Reduction:
+    """The dwell table of recordings, each of one power-on.
+
+    columns: the map; without it the columns must be named as a dwell table's, with `time_s`
+    records: the plan's records; without them rests are found, or taken from the column of steps
+    references: step -> (6,) true rate (rad/s) and specific force (m/s^2), for recordings without their own
+    Raises InputError for files that cannot be read or whose readings cannot be meant, and when nothing rests.
+    """
+    _distinct(paths)
+    files = []
+    for number, path in enumerate(paths):
+        progress(f"reading {path}")
+        files.append(_scanned(Path(path), columns, number, records))
+    progress("noise of the longest rest")
+    noise = noise_of(files)
+    rows, left_out = _rows(files, None if noise.is_bound else noise.record)
+    if not rows:
+        reasons = sorted({part.reason for part in left_out})
+        raise InputError(f"{files[0].recording.path}: nothing gives a row: {'; '.join(reasons)}")
+    _refuse_copies(files, rows)
+    rows, said = _referenced(rows, references)
+    table = table_of(rows, files[0].recording.columns)
+    _refuse_mix_ups(table, files[0].recording.path)
+    notes = [*notes_of(files, rows, left_out, noise.place), *said]
+    if records and references is None and table.ref_rate is None:
+        notes.append("no references: with --latitude they are taken from the plan's motions")
+    return Reduction(
+        table=replace(table, notes=tuple(notes), source=", ".join(str(path) for path in paths)),
+        rows=tuple(_row_account(row) for row in rows),
+        left_out=tuple(left_out),
+        counts={str(file.recording.path): dict(file.account.counts) for file in files},
+        allan=noise.allan,
+        record=noise.record,
+        record_is_bound=noise.is_bound,
+        snippet=snippet(noise.record),
+        rates_hz={str(file.recording.path): file.rate for file in files},
+    )
+
+
+# ---------------------------------------------------------------- files
+
+
+def _distinct(paths: Sequence[Path]) -> None:
+    if not paths:
+        raise InputError("no recording is given")
+    seen: set[Path] = set()
+    for path in paths:
+        whole = Path(path).resolve()
+        if whole in seen:
+            raise InputError(f"{path} is given twice; every power-on counts once")
+        seen.add(whole)
+
+
+def _scanned(
+    path: Path, columns: ColumnMap | None, number: int, records: Sequence[PlannedRecord] | None
+) -> ScannedFile:
+    recording = Recording(path, columns)
+    account = Account()
+    rate = sampling_rate(recording)
+    windows = windows_of(iter(_labelled(recording, account, records)), rate)
+    segments = steps_of(windows) if windows.label is not None else segments_of(windows, longest_gap(rate))
+    rests = [s for s in segments if s.kind == "rest" and s.last - s.first >= LEAST_WINDOWS]
+    said = suspicious(windows, rests) or axis_fault(windows, rests)
+    if said:
+        raise InputError(f"{path}: {said}")
+    unit = recording.columns.unit or path.stem
+    run = recording.columns.run + number
+    return ScannedFile(recording, unit, run, rate, windows, tuple(segments), account)
+
+
+def _labelled(
+    recording: Recording, account: Account, records: Sequence[PlannedRecord] | None
+) -> Iterable[Samples]:
+    """The samples, named by the plan's records, by the column of steps, or not at all."""
+    blocks = recording.samples(account)
+    wanted = recording.columns.records
+    if wanted == "plan" and not records:
+        raise InputError("the map takes the records from the plan; give it with --plan")
+    if wanted == "rests" or (wanted is None and not records and recording.columns.step is None):
+        return (replace(block, label=None) for block in blocks)
+    if wanted == "plan" or (records and recording.columns.step is None):
+        return labelled(blocks, records or (), recording.columns.plan_time)
+    return blocks
+
+
+def sampling_rate(recording: Recording) -> float:
+    """Hz: the map's, or from the times of the first block. Raises InputError when they contradict."""
+    first = next(iter(recording.samples()), None)
+    given = recording.columns.rate
+    if first is None:
+        raise InputError(f"{recording.path} has no samples")
+    if recording.columns.time is None or len(first) < 3:
+        if given is None:
+            raise InputError(f"{recording.path} has too few samples to tell the sampling rate; give rate")
+        return given
+    steps = np.diff(first.time)
+    step = float(steps[steps <= 3 * np.median(steps)].mean())  # without the gaps
+    if step <= 0 or not np.isfinite(step):
+        raise InputError(f"{recording.path}: the time does not rise")
+    if given is not None and abs(given * step - 1) > 0.05:
+        raise InputError(
+            f"{recording.path}: the map says {given:g} Hz, the time column {1 / step:g} Hz; are units right?"
+        )
+    return 1 / step
+
+
+# ---------------------------------------------------------------- rows
+
+
+def _rows(files: Sequence[ScannedFile], best: float | None) -> tuple[list[Row], list[LeftOut]]:
+    """Rows, and the stretches that gave none. best: s, what a rest is cut into; None: 600 s."""
+    rows: list[Row] = []
+    left_out: list[LeftOut] = []
+    for file in files:
+        living = alive(file.windows)
+        settings = file.recording.columns
+        longest = settings.record or float(np.clip(best or RECORD_LIMITS_S[1], *RECORD_LIMITS_S))
+        number = 0
+        for segment in file.segments:
+            reason = _why_not(file, segment, settings.shortest)
+            if reason:
+                left_out.append(_left(file, segment, reason))
+                continue
+            for part in cut(file.windows, segment, longest):
+                number += 1
+                label = part.label or f"{part.kind}_{number:03d}"
+                row = row_of(file.windows, part, living, label, file.unit, file.run, file.rate, settings)
+                if row is None:
+                    left_out.append(_left(file, part, "the temperature sensor is dead"))
+                else:
+                    rows.append(row)
+    return rows, left_out
+
+
+def _why_not(file: ScannedFile, segment: Segment, shortest: float) -> str:
+    part = file.windows[segment.first : segment.last]
+    if (~part.whole | (part.count < 2)).all():
+        return "samples are missing or broken"
+    if segment.kind == "turn" and (part.reference is None or not np.isfinite(part.reference[:, :3]).all()):
+        return "turns steadily, and the map names no ref_rate"
+    if segment.kind == "motion":
+        return segment.note or ("no step of the plan" if file.windows.label is not None else "moves")
+    if part.end[-1] - part.start[0] + 1 / file.rate < shortest:
+        return f"shorter than {shortest:g} s"
+    return "" if segment.quiet.any() else "no window without disturbance"
+
+
+def _left(file: ScannedFile, segment: Segment, reason: str) -> LeftOut:
+    part = file.windows[segment.first : segment.last]
+    samples = int((part.count + part.left_out).sum())
+    return LeftOut(
+        file.unit, file.run, segment.kind, float(part.start[0]), float(part.end[-1]), samples, reason
+    )
+
+
+def _row_account(row: Row) -> RowAccount:
+    return RowAccount(row.unit, row.run, row.step, row.start, row.end, row.n_samples, row.left_out)
+
+
+def _refuse_copies(files: Sequence[ScannedFile], rows: Sequence[Row]) -> None:
+    """Two recordings with a row that is the same to the last bit are one recording under two names."""
+    seen: dict[bytes, Row] = {}
+    names = {(file.unit, file.run): file.recording.path for file in files}
+    for row in rows:
+        if not row.spread.any():
+            continue
+        other = seen.setdefault(row.mean.tobytes() + row.spread.tobytes(), row)
+        if (other.unit, other.run) != (row.unit, row.run):
+            first, second = names[other.unit, other.run], names[row.unit, row.run]
+            raise InputError(f"{second} holds the same samples as {first}; every power-on counts once")
+
+
+# ---------------------------------------------------------------- references
+
+
+def _referenced(rows: list[Row], references: Mapping[str, Array] | None) -> tuple[list[Row], list[str]]:
+    """The rows with the plan's references, when every row has one and the recording has none of its own."""
+    if references is None:
+        return rows, []
+    if any(row.reference is not None for row in rows):
+        return rows, ["the recording has references of its own, so the plan's are not taken"]
+    unknown = [row.step for row in rows if row.step not in references]
+    if unknown:
+        return rows, [f"no references: the plan does not tell them for {len(unknown)} rows, as {unknown[0]}"]
+    return [replace(row, reference=references[row.step]) for row in rows], []
+
+
+def _refuse_mix_ups(table: DwellTable, path: Path) -> None:
+    """Raises InputError when the readings contradict their references: unit, axis or sign."""
+    triads = {"gyro": table.gyro, "acc": table.acc, "ref_rate": table.ref_rate, "ref_acc": table.ref_acc}
+    shown = {
+        field: values / unit_factor("deg/s" if field in ("gyro", "ref_rate") else "g")[0]
+        for field, values in triads.items()
+        if values is not None
+    }
+    faults = [Fault(str(path), 0, 0, *said) for said in mix_ups(shown)]
+    if faults:
+        raise InputError(f"{path}: readings and references contradict each other", faults)

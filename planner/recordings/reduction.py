@@ -1,0 +1,76 @@
+"""What came of a recording: the dwell table, and for every stretch of it what became of it and why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from planner.nouns.dwell_table import DwellTable
+from planner.recordings.allan import AllanResult
+from planner.recordings.recording import Account, Recording
+from planner.recordings.rests import Segment
+from planner.recordings.windows import Windows
+
+
+@dataclass(frozen=True)
+class ScannedFile:
+    """One recording in windows, with its rests and motions; rate in Hz."""
+
+    recording: Recording
+    unit: str
+    run: int
+    rate: float
+    windows: Windows
+    segments: tuple[Segment, ...]
+    account: Account
+
+
+@dataclass(frozen=True)
+class RowAccount:
+    """One row of the table: where it stands in the recording and how many samples it used and left out.
+
+    start, end: s since the first sample; reason -> number of samples left out
+    """
+
+    unit: str
+    run: int
+    label: str
+    start: float
+    end: float
+    samples: int
+    left_out: Mapping[str, int]
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A stretch that gave no row, and why. start, end: s since the first sample."""
+
+    unit: str
+    run: int
+    kind: str
+    start: float
+    end: float
+    samples: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """The dwell table with its account.
+
+    counts: file -> reason -> number of samples or bytes that were left out while reading, and `read`, the
+        number of samples that came through
+    allan: of the longest rest; record: s, the best averaging time of one dwell, None when no rest tells;
+    record_is_bound: the recording is too short to show the minimum, so longer may be better
+    snippet: the line of a spec's test that says so, such as `record: 120 s`
+    """
+
+    table: DwellTable
+    rows: tuple[RowAccount, ...]
+    left_out: tuple[LeftOut, ...]
+    counts: Mapping[str, Mapping[str, int]]
+    allan: tuple[AllanResult, ...]
+    record: float | None
+    record_is_bound: bool
+    snippet: str | None
+    rates_hz: Mapping[str, float]

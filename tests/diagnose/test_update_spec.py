@@ -1,0 +1,287 @@
+"""The spec with what was found: few edits, everything else kept, and it plans."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner.diagnose.bench_runs import run_of_test
+from planner.diagnose.calibration_cost import UNKNOWN, RecordNoise, Target, calibrating_test, repeat_spread
+from planner.diagnose.diagnosis_to_spec import updated_spec
+from planner.diagnose.spec_edit import SpecText
+from planner.errors import InputError
+from planner.nouns.diagnosis import Assumption, Diagnosis, ResidualChange, Rival, UnitDiagnosis, Unknown
+from planner.pipelines import planning
+from planner.spec.load import load_spec, spec_from_bytes
+from tests.diagnose.found import found_effect
+from tests.specs import SHIPPED, small
+
+LOOP = SHIPPED / "close_the_loop.yaml"
+NOISE = RecordNoise(white=1e-5, duration=60.0)
+
+
+def diagnosis(path: Path, *effects, assumptions=(), unknown=(), sha256=None) -> Diagnosis:
+    residual = tuple(
+        ResidualChange(c, "deg/s", *[2e-5] * 9, 100, 20, True, "", white=2e-5, stray=0.0, record=60.0)
+        for e in effects
+        for c in e.channels
+    )
+    found = UnitDiagnosis("u1", "explained", effects, unknown, (), (), (), tuple(assumptions))
+    digest = load_spec(path).sha256 if sha256 is None else sha256
+    return Diagnosis(found, residual, (), (), "0", "x", digest, "a" * 64, "data.csv", 1)
+
+
+def updated(path: Path, *effects, **more):
+    text = path.read_text(encoding="utf-8")
+    made = updated_spec(text, load_spec(path), diagnosis(path, *effects, **more))
+    return made, spec_from_bytes(made.text.encode(), path)
+
+
+# ---------------------------------------------------------------- the text
+
+
+@pytest.mark.parametrize("name", ["close_the_loop", "small_uav", "tactical_leg", "published_optimum"])
+def test_nothing_but_the_edits_changes(name):
+    path = SHIPPED / f"{name}.yaml"
+    made, loaded = updated(path, found_effect("scale_factor_asymmetry", "gyro_x", 1e-3, 1e-4))
+    old, new = path.read_text(encoding="utf-8").splitlines(), made.text.splitlines()
+    kept = [line for line in old if line in new]
+    assert len(kept) >= len(old) - 2  # the line of `effects`, the line of a test
+    assert [line for line in new if line in set(kept)] == kept  # in their order
+    assert "scale_factor_asymmetry" in loaded.spec.effects
+    assert set(load_spec(path).spec.effects) < set(loaded.spec.effects)
+
+
+def test_the_old_specs_digest_and_every_change_stand_at_the_top():
+    made, _ = updated(LOOP, found_effect("g_sensitivity", "gyro_x", 1e-5, 1e-7))
+    head = made.text.splitlines()[:6]
+    assert load_spec(LOOP).sha256 in head[0]
+    assert all(line.startswith("#") for line in head)
+    for change in made.changes:
+        assert change in made.text
+    assert "+effects:" in made.diff.replace(" ", "")
+
+
+def test_a_found_effect_is_declared_budgeted_and_calibrated_by_the_test_that_shows_it():
+    effect = found_effect("g_sensitivity", "gyro_x", 1e-5, 1e-7)
+    _, loaded = updated(LOOP, effect)
+    budget = loaded.spec.unit.gyro["g_sensitivity"]
+    assert 1e-5 <= budget.systematic.si <= 1.05 * 1.01e-5  # the far end of the interval, rounded up
+    assert budget.run_to_run.si > 0
+    assert "gyro.g_sensitivity" in loaded.spec.tests["static"].calibrates
+    assert loaded.warnings == ()
+
+
+def test_what_no_soaked_power_on_shows_has_what_is_left_as_its_size():
+    made, loaded = updated(LOOP, found_effect("temperature_rate", "gyro_x", 1e-3, 1e-5))
+    budget = loaded.spec.unit.gyro["temperature_rate"]
+    assert budget.systematic.si == pytest.approx(1e-5, rel=0.02)
+    assert budget.run_to_run is None
+    assert any("no test" in note for note in made.notes)
+
+
+def test_a_new_test_is_added_when_none_shows_the_effect(tmp_path):
+    spec = small(effects=["bias", "bias_temperature"])
+    spec["sensitivities"] = "simulated"
+    spec["trajectory"] = {"name": "level", "duration": "20 s"}
+    spec["benches"]["rate_table"]["axes"] = 2
+    path = tmp_path / "spec.yaml"
+    path.write_text(yaml.safe_dump(spec, sort_keys=False), encoding="utf-8")
+    _, loaded = updated(path, found_effect("scale_factor_asymmetry", "gyro_x", 1e-3, 1e-5))
+    assert loaded.spec.tests["show_scale_factor_asymmetry"].calibrates == ("gyro.scale_factor_asymmetry",)
+
+
+def test_published_coefficients_have_none_for_it_and_the_update_says_so():
+    made, loaded = updated(SHIPPED / "published_optimum.yaml", found_effect("warm_up", "gyro_x", 1e-4, 1e-6))
+    assert loaded.spec.unit.gyro["warm_up"].run_to_run is None
+    assert any("published" in note for note in made.notes)
+
+
+def test_two_channels_of_one_effect_are_one_error_of_the_spec():
+    made, loaded = updated(
+        LOOP,
+        found_effect("g_sensitivity", "gyro_x", 1e-5, 1e-7),
+        found_effect("g_sensitivity", "gyro_z", 3e-5, 1e-7),
+    )
+    assert made.text.count("    g_sensitivity:") == 1
+    assert loaded.spec.unit.gyro["g_sensitivity"].systematic.si >= 3e-5
+
+
+def test_doubts_are_said():
+    effect = found_effect("warm_up", "gyro_x", 1e-4, 1e-6, {"time_constant": 300.0})
+    effect = replace(effect, rivals=(Rival("temperature_rate", 1.0),), below_bench_uncertainty=True)
+    made, _ = updated(LOOP, effect, unknown=(Unknown(("gyro_y",), "day", 0.001, 20.0),))
+    said = " ".join(made.notes)
+    for word in ("may be the bench", "temperature_rate", "time_constant", "varies with day"):
+        assert word in said
+
+
+@settings(deadline=None, max_examples=30)
+@given(
+    st.sampled_from(["[a, b]", "a", "\n    - a\n    - b", "[]", "[a,\n     b]", "[a, b]  # why"]),
+    st.booleans(),
+    st.booleans(),
+)
+def test_a_list_grows_in_its_own_style(written, crlf, last):
+    text = f"x:\n  list: {written}\n" + ("" if last else "  other: 1  # kept\n")
+    text = text.rstrip("\n") if last else text
+    text = text.replace("\n", "\r\n") if crlf else text
+    before = yaml.safe_load(text)
+    edits = SpecText(text)
+    edits.append(("x", "list"), ["new", "newer"])
+    after = yaml.safe_load(edits.edited())
+    old = before["x"].pop("list")
+    old = [old] if isinstance(old, str) else old
+    assert after["x"].pop("list") == [*old, "new", "newer"]
+    assert after == before
+    assert ("\r\n" in edits.edited()) == ("\r\n" in text)
+
+
+@settings(deadline=None, max_examples=30)
+@given(
+    st.sampled_from(
+        [
+            "{a: 1}",
+            "{}",
+            "\n    a: 1\n    b: {c: 2}",
+            "\n    a: 1  # why\n\n    # b\n    b: 2",
+            "\n    a: |\n      t",
+        ]
+    ),
+    st.booleans(),
+)
+def test_a_mapping_grows_in_its_own_style(written, last):
+    text = f"x:\n  m: {written}\n" + ("" if last else "  other: 1  # kept\n")
+    before = yaml.safe_load(text)
+    edits = SpecText(text)
+    edits.enter(("x", "m"), "new", "{z: 1}", "because")
+    edits.enter(("x", "absent"), "key", "3")
+    after = yaml.safe_load(edits.edited())
+    assert after["x"].pop("absent") == {"key": 3}
+    assert after["x"]["m"].pop("new") == {"z": 1}
+    assert after == before
+
+
+# ---------------------------------------------------------------- what it costs on the bench
+
+
+def test_one_repeat_on_six_faces_tells_g_sensitivity_as_six_means_do():
+    """Closed form: k_ij is half the difference of two faces, so s = σ/√2 per g, bias free besides."""
+    spec = load_spec(LOOP).spec
+    target = Target("gyro", "g_sensitivity", (0,), 1e-5)
+    spread = repeat_spread(spec, run_of_test(spec, "static"), target, NOISE)
+    assert spread * 9.80665 == pytest.approx(NOISE.white / math.sqrt(2.0), rel=1e-3)
+
+
+def test_longer_records_tell_more_by_the_root():
+    spec = load_spec(LOOP).spec
+    target = Target("gyro", "g_sensitivity", (0,), 1e-5)
+    run = run_of_test(spec, "static")
+    longer = replace(run, duration=4.0 * run.duration)
+    assert repeat_spread(spec, longer, target, NOISE) == pytest.approx(
+        repeat_spread(spec, run, target, NOISE) / 2.0, rel=1e-3
+    )
+
+
+def test_a_day_cannot_be_seen_within_one_power_on():
+    spec = load_spec(LOOP).spec
+    target = Target("gyro", "ageing", (0, 1, 2), 1e-9)
+    assert repeat_spread(spec, run_of_test(spec, "static"), target, NOISE) > 0.9 * UNKNOWN
+    assert calibrating_test(spec, target, NOISE) is None
+
+
+# ---------------------------------------------------------------- spreads
+
+
+def assumption(assumed, low, measured, high, error="gyro.bias", part="run_to_run"):
+    return Assumption(error, part, "deg/s", assumed, measured, low, high, 50.0)
+
+
+RUN_TO_RUN = float(np.radians(0.002))
+
+
+def test_a_spread_is_replaced_only_where_the_interval_excludes_it():
+    inside = assumption(RUN_TO_RUN, 0.9 * RUN_TO_RUN, 1.1 * RUN_TO_RUN, 1.3 * RUN_TO_RUN)
+    above = assumption(RUN_TO_RUN, 1.5 * RUN_TO_RUN, 2.0 * RUN_TO_RUN, 2.6 * RUN_TO_RUN)
+    with pytest.raises(InputError, match="nothing that the spec lacks"):
+        updated(LOOP, assumptions=(inside,))
+    made, loaded = updated(LOOP, assumptions=(above,))
+    assert loaded.spec.unit.gyro["bias"].run_to_run.si == pytest.approx(2.0 * RUN_TO_RUN, rel=0.01)
+    assert "instead of 0.002 deg/s" in made.changes[0]
+
+
+def test_a_spread_comes_down_only_when_every_channel_says_so():
+    low = assumption(RUN_TO_RUN, 0.4 * RUN_TO_RUN, 0.5 * RUN_TO_RUN, 0.6 * RUN_TO_RUN)
+    lower = assumption(RUN_TO_RUN, 0.2 * RUN_TO_RUN, 0.3 * RUN_TO_RUN, 0.4 * RUN_TO_RUN)
+    unsure = assumption(RUN_TO_RUN, 0.5 * RUN_TO_RUN, 0.8 * RUN_TO_RUN, 1.2 * RUN_TO_RUN)
+    _, loaded = updated(LOOP, assumptions=(low, lower))
+    assert loaded.spec.unit.gyro["bias"].run_to_run.si == pytest.approx(0.5 * RUN_TO_RUN, rel=0.01)
+    with pytest.raises(InputError):
+        updated(LOOP, assumptions=(low, unsure))
+
+
+def test_a_spread_in_the_longer_form_is_replaced_in_its_place(tmp_path):
+    path, text = tmp_path / "longer.yaml", LOOP.read_text(encoding="utf-8")
+    longer = "run_to_run: {value: 0.002 deg/s, temperature_correlation: 40 K}"
+    path.write_text(text.replace("run_to_run: 0.002 deg/s", longer, 1), encoding="utf-8")
+    above = assumption(RUN_TO_RUN, 1.5 * RUN_TO_RUN, 2.0 * RUN_TO_RUN, 2.6 * RUN_TO_RUN)
+    _, loaded = updated(path, assumptions=(above,))
+    budget = loaded.spec.unit.gyro["bias"]
+    assert budget.run_to_run_largest == pytest.approx(2.0 * RUN_TO_RUN, rel=0.01)
+    assert budget.temperature_correlation == 40.0
+
+
+def test_a_spread_over_temperature_keeps_its_shape_and_its_unit():
+    path = SHIPPED / "tactical_leg.yaml"
+    old = load_spec(path).spec.unit.gyro["bias"].run_to_run
+    mean = float(np.mean([q.si for q in old.values()]))
+    _, loaded = updated(path, assumptions=(assumption(mean, 2.5 * mean, 3.0 * mean, 4.0 * mean),))
+    new = loaded.spec.unit.gyro["bias"].run_to_run
+    for t, q in new.items():
+        assert q.si == pytest.approx(3.0 * old[t].si, rel=0.01)
+        assert "deg/h" in q.text
+
+
+def test_what_the_data_cannot_tell_changes_nothing():
+    vague = assumption(RUN_TO_RUN, math.nan, 3 * RUN_TO_RUN, math.nan)
+    with pytest.raises(InputError):
+        updated(LOOP, assumptions=(vague,))
+
+
+# ---------------------------------------------------------------- refusals
+
+
+def test_a_diagnosis_of_another_spec_is_refused():
+    effect = found_effect("g_sensitivity", "gyro_x", 1e-5, 1e-7)
+    with pytest.raises(InputError, match="another spec"):
+        updated(LOOP, effect, sha256="0" * 64)
+
+
+def test_nothing_found_is_nothing_to_update():
+    with pytest.raises(InputError, match="nothing to update"):
+        updated(LOOP)
+
+
+def test_what_the_spec_declares_already_is_refused():
+    with pytest.raises(InputError, match="declares g_sensitivity already"):
+        updated(SHIPPED / "high_g.yaml", found_effect("g_sensitivity", "gyro_x", 1e-5, 1e-7))
+
+
+# ---------------------------------------------------------------- the new plan
+
+
+def test_the_new_spec_plans_and_keeps_the_limit_for_more_hours():
+    _, loaded = updated(LOOP, found_effect("g_sensitivity", "gyro_x", 1e-4, 1e-6))
+    old, new = (planning.plan(s, lambda message: None).plan for s in (load_spec(LOOP), loaded))
+    assert new.requirements[0].met
+    assert new.time_s >= old.time_s  # the same limit with one error more
+    assert "gyro.g_sensitivity" in {a.error for a in new.allowances}
+    assert re.search("g_sensitivity", " ".join(t for test in new.tests for t in test.calibrates))
