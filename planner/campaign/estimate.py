@@ -28,7 +28,7 @@ from planner.measurement import ChannelModel, Parts, evaluate, jacobian
 from planner.nouns.array import Array
 from planner.solvers.least_squares import factors, least_squares
 from planner.solvers.mixed_model import MixedFit, mixed_fit
-from planner.solvers.random_effects import covariance
+from planner.solvers.random_effects import RandomEffects, covariance
 from planner.solvers.reml import Variances
 from planner.spec.model import Spec
 
@@ -140,10 +140,7 @@ def weighed(
 ) -> tuple[Array, Array, Array]:
     """Coefficients (p,), their errors (p,) and white residuals (n,), V as it is: for the steps of a fit."""
     n, p = J.shape
-    X, target = augmented(y, J, prior)
-    effects, full = noise.effects, variances
-    if len(prior.sigma):
-        effects, full = augmented_effects(effects, prior), augmented_variances(effects, variances)
+    X, target, effects, full = _with_pseudo_records(y, J, prior, noise, variances)
     white = covariance(effects, full.theta).whiten(np.column_stack([X, target]))
     found = factors(white[:, :-1])
     beta = found.to_coefficients @ (found.basis.T @ white[:, -1])
@@ -154,11 +151,8 @@ def weighed(
 def solved(y: Array, J: Array, prior: Prior, noise: Noise, variances: Variances) -> MixedFit:
     """Generalised least squares of y (n,) on J (n, p) beside the shared unknowns, which are not returned."""
     n, p = J.shape
-    if len(prior.sigma) == 0:
-        return mixed_fit(y, J, noise.effects, variances)
-    X, target = augmented(y, J, prior)
-    effects = augmented_effects(noise.effects, prior)
-    found = mixed_fit(target, X, effects, augmented_variances(noise.effects, variances))
+    X, target, effects, full = _with_pseudo_records(y, J, prior, noise, variances)
+    found = mixed_fit(target, X, effects, full)
     return replace(
         found,
         coefficients=found.coefficients[:p],
@@ -168,6 +162,17 @@ def solved(y: Array, J: Array, prior: Prior, noise: Noise, variances: Variances)
         whitened=found.whitened[:n],
         variances=variances,
     )
+
+
+def _with_pseudo_records(
+    y: Array, J: Array, prior: Prior, noise: Noise, variances: Variances
+) -> tuple[Array, Array, RandomEffects, Variances]:
+    """Design, target and V of the records and of the unknowns with a prior, if there are any."""
+    if len(prior.sigma) == 0:
+        return J, y, noise.effects, variances
+    X, target = augmented(y, J, prior)
+    effects = augmented_effects(noise.effects, prior)
+    return X, target, effects, augmented_variances(noise.effects, variances)
 
 
 def _moved(model: ChannelModel, step: Array, error: Array) -> bool:

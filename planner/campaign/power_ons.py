@@ -48,11 +48,6 @@ class PowerOns:
             return np.ones(len(self))
         return self.duration
 
-    @property
-    def made(self) -> Array:
-        """(n,) how often every record is made."""
-        return np.repeat(self.counts, self.sizes)
-
     def response(self, sensor: Sensor, acting: Sequence[Acting]) -> Array:
         """(n, 3) what a unit reads in every record without noise, SI."""
         return response(sensor, self.conditions, acting)
