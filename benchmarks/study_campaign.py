@@ -87,9 +87,18 @@ def main() -> None:
     campaigns = int(sys.argv[1]) if len(sys.argv) > 1 else 840
     workers = int(sys.argv[2]) if len(sys.argv) > 2 else 1
     start = time.perf_counter()
-    jobs = [(n, range(a, min(a + 20, campaigns))) for n in SPECS for a in range(0, campaigns, 20)]
-    rows = [row for part in Parallel(workers)(delayed(one)(*job) for job in jobs) for row in part]
-    print(f"{campaigns} campaigns of each of {len(SPECS)} specs, {time.perf_counter() - start:.0f} s")
+    jobs = [(n, range(a, min(a + 20, campaigns))) for a in range(0, campaigns, 20) for n in SPECS]
+    rows: list[Row] = []
+    done = 0
+    try:
+        for part in Parallel(workers, return_as="generator")(delayed(one)(*job) for job in jobs):
+            rows += part
+            done += 1
+            print(f"{done} of {len(jobs)} jobs, {time.perf_counter() - start:.0f} s", file=sys.stderr)
+    except KeyboardInterrupt:
+        print("stopped: what was done so far")
+    made = sum(len(job[1]) for job in jobs[:done])
+    print(f"{made} of {campaigns * len(SPECS)} campaigns, {time.perf_counter() - start:.0f} s")
     report(rows)
 
 
