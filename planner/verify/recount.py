@@ -19,7 +19,7 @@ from planner.spec.load import LoadedSpec
 from planner.spec.model import Objective, Spec
 from planner.units import from_si
 from planner.verify.findings import Check, Fault, Findings
-from planner.verify.recount_budget import budgets_of, check_budget, unit_of
+from planner.verify.recount_budget import budgets_of, check_budget, made_by_hand, unit_of
 from planner.verify.recount_hours import start_of, windows_of
 from planner.verify.recount_navigation import check_navigation
 from planner.verify.recount_steps import batch_sizes, check_steps
@@ -250,17 +250,7 @@ def _weights(spec: Spec) -> tuple[float, float]:
 
 
 def _minimised(spec: Spec) -> str:
-    fixed = spec.plan.fixed
-    by_hand = all(
-        (test.repeats is not None or (name in fixed and fixed[name].repeats is not None))
-        and (
-            test.temperatures is not None
-            or (name in fixed and fixed[name].temperatures is not None)
-            or spec.benches[test.bench].chamber is None
-        )
-        for name, test in spec.tests.items()
-    )
-    if by_hand:
+    if made_by_hand(spec):
         return "nothing: the plan is made by hand"
     time, power = _weights(spec)
     if power == 0:

@@ -22,6 +22,7 @@ from planner.units import unit_factor
 from planner.verify.findings import Findings
 from planner.verify.recount_spread import spreads_of_records
 from planner.verify.recount_steps import in_room
+from planner.verify.recount_together import SAME, added_together
 
 PART_NAMES = ("run_to_run", "in_run", "storage", "temperature", "estimate")
 Document = Mapping[str, Any]
@@ -80,6 +81,15 @@ def _fixed(spec: Spec, name: str) -> tuple[Any, Any]:
     return t, n
 
 
+def made_by_hand(spec: Spec) -> bool:
+    """Whether the spec fixes temperatures and repeats of every test."""
+    return all(
+        _fixed(spec, name)[1] is not None
+        and (_fixed(spec, name)[0] is not None or spec.benches[test.bench].chamber is None)
+        for name, test in spec.tests.items()
+    )
+
+
 def _check_fixed(found: Findings, where: str, t: Document, spec: Spec) -> None:
     temperatures, repeats = _fixed(spec, t["test"])
     low, high = spec.plan.temperatures.range
@@ -112,7 +122,7 @@ def _check_reasons(
         for x, n in zip(t["temperatures_degc"], t["repeats"], strict=False)
     }
     reached: dict[str, tuple[str, list[float], float]] = {}
-    added = spreads_of_records(spec)
+    added = _added(found, document, spec)
     for i, r in enumerate(document["reasons"]):
         where = f"reasons {i}, {r['error']} at {r['temperature_degc']:g} degC"
         n = made.get((r["test"], float(r["temperature_degc"])))
@@ -133,6 +143,29 @@ def _check_reasons(
         within = added.get((r["error"], r["test"]), 0.0)
         _check_needed(found, f"reasons {i}, {r['error']}", r, reached, spec, within)
     return reached
+
+
+def _added(found: Findings, document: Document, spec: Spec) -> dict[tuple[str, str], float]:
+    """(error, test) -> what the records add to the spread of a repeat, SI.
+
+    Where no test alone tells an error, all of them together do: the plan's own figure is held to verify's,
+    and what follows from it to the plan's.
+    """
+    added = spreads_of_records(spec)
+    tests: dict[str, list[str]] = {}
+    for error, test in added:
+        tests.setdefault(error, []).append(test)
+    alone = [e for e, names in tests.items() if all(np.isinf(added[e, t]) for t in names)]
+    for error, own in added_together(document, spec, alone, made_by_hand(spec)).items():
+        rows = [(i, r) for i, r in enumerate(document["reasons"]) if r["error"] == error]
+        for i, r in rows[:1]:
+            factor = unit_factor(unit_of(error))[0]
+            run = _spread(budgets_of(spec)[error], float(r["temperature_degc"]), 0.0)
+            where = f"reasons {i}, {error}, spread of all tests together"
+            found.same(where, r["spread"], math.hypot(run, own) / factor, SAME)
+            own = math.sqrt(max((r["spread"] * factor) ** 2 - run**2, 0.0))
+        added |= dict.fromkeys(((error, test) for test in tests[error]), own)
+    return added
 
 
 def _check_reason(found: Findings, where: str, r: Document, n: int, spec: Spec, added: float) -> float:

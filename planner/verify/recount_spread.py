@@ -22,6 +22,8 @@ from planner.spec.model import Given, Spec
 from planner.spec.motions import motions_of
 from planner.verify.records import motion_on, referred
 
+SEEN = 1e-10  # share of the largest singular value, below which a combination of columns is not seen
+TOUCHED = 1e-6  # share of a column in such a combination
 MOTION = frozenset(("rate", "specific_force"))  # all that the records of one repeat differ in
 
 
@@ -104,8 +106,10 @@ def _added(
     m = len(seen.time_on)
     blocks.append(white / np.sqrt(record) * np.eye(m))
     unit_errors = np.concatenate(blocks, axis=1)
-    estimates = _weighed(served, columns, white / np.sqrt(record), m) @ unit_errors
-    return list(zip(served, np.linalg.norm(estimates, axis=1).tolist(), strict=True))
+    weights = _weighed(served, columns, white / np.sqrt(record), m)
+    told = np.asarray(np.isfinite(weights).all(axis=1))
+    sigma = np.linalg.norm(np.where(told[:, None], weights, 0.0) @ unit_errors, axis=1)
+    return list(zip(served, np.where(told, sigma, np.inf).tolist(), strict=True))
 
 
 def _root(time_on: Array, tau: float) -> Array:
@@ -115,7 +119,10 @@ def _root(time_on: Array, tau: float) -> Array:
 
 
 def _weighed(served: list[_Column], columns: list[_Column], noise: float, m: int) -> Array:
-    """(p, m) the estimator: least squares on records made white, drift taken as their own each time."""
+    """(p, m) the estimator: least squares on records made white, drift taken as their own each time.
+
+    Infinite for a coefficient that takes part in a combination which the records do not see.
+    """
     U = np.diag(sum((c.drift * c.output) ** 2 for c in columns) + np.full(m, noise**2))
     for c in columns:
         if not c.served:
@@ -125,4 +132,8 @@ def _weighed(served: list[_Column], columns: list[_Column], noise: float, m: int
     white = (vectors / np.sqrt(values)) @ vectors.T
     X = white @ np.array([c.output for c in served]).T
     size = np.linalg.norm(X, axis=0)
-    return np.asarray((np.linalg.pinv(X / size, rcond=1e-10) / size[:, None]) @ white)
+    u, s, vt = np.linalg.svd(X / size)
+    r = int(np.sum(s > SEEN * s[0]))
+    inverse = (vt[:r].T / s[:r]) @ u[:, :r].T
+    hidden = np.linalg.norm(vt[r:], axis=0) > TOUCHED
+    return np.asarray(np.where(hidden[:, None], np.inf, inverse / size[:, None] @ white))

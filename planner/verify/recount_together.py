@@ -1,0 +1,100 @@
+"""The spread of an error that no test alone tells, counted again: s = σ √n from all tests together.
+
+σ is the standard error by verify's own least squares over the records: those of the plan's steps where it is
+made by hand, else one power-on of every test at the middle of the range; n the fewest repeats of a test that
+calibrates the error. s is never less than the run-to-run. The walk over the days of the campaign adds
+P cov(w) Pᵀ, cov(w) = s² min(D, D′) / 60 days, P the weights of the records.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from planner import catalog
+from planner.errors import InputError
+from planner.nouns.array import Array
+from planner.protocols import SENSORS
+from planner.spec.budget import STORAGE_DAYS
+from planner.spec.model import Spec
+from planner.spec.motions import motions_of
+from planner.verify.calibrations import Estimator, estimators
+from planner.verify.chance import Chance
+from planner.verify.draws import unit_of
+from planner.verify.records import Records, records_of
+
+SAME = 2e-3  # found 1e-4 apart: three modes for a walk over the days there, floors of V of their own
+Document = Mapping[str, Any]
+
+
+def added_together(
+    document: Document, spec: Spec, errors: Collection[str], by_hand: bool
+) -> dict[str, float]:
+    """Error -> what the records add to its run-to-run, SI: √(n σ² − s_run²); infinite if nothing tells it."""
+    if not errors:
+        return {}
+    sigma = _sigmas(records_of(document if by_hand else {"steps": [*_one_repeat(spec)]}, spec), spec)
+    found = {}
+    for error in errors:
+        n = _fewest(document, error) if by_hand else 1
+        sensor, _, effect = error.partition(".")
+        run = getattr(spec.unit, sensor)[effect].run_to_run_largest
+        found[error] = float(np.sqrt(max(n * sigma.get(error, np.inf) ** 2 - run**2, 0.0)))
+    return found
+
+
+def _fewest(document: Document, error: str) -> int:
+    return min(int(n) for t in document["tests"] if error in t["calibrates"] for n in t["repeats"])
+
+
+def _sigmas(records: Records, spec: Spec) -> dict[str, float]:
+    """Error -> its largest standard error, SI, over channels, terms and nodes."""
+    chance = Chance(white={s: spec.unit.white(s) for s in SENSORS})
+    found: dict[str, float] = {}
+    try:
+        made = estimators(records, unit_of(spec), spec.effects, chance)
+    except InputError:  # fewer records than coefficients tell none of them
+        return found
+    for sensor, several in made.items():
+        for e in several:
+            sigmas = np.sqrt(e.error**2 + _walked(e, records, spec))
+            error = np.where(e.undetermined, np.inf, sigmas)
+            for column, sigma in zip(e.model.columns, error.tolist(), strict=True):
+                name = f"{sensor}.{column.effect}"
+                found[name] = max(found.get(name, 0.0), sigma)
+    return found
+
+
+def _walked(e: Estimator, records: Records, spec: Spec) -> Array:
+    """(p,) variance that the walks of the sensor's errors over the days add to its estimates."""
+    day, several = records.conditions.day, list(e.model.channels)
+    shared = np.minimum.outer(day, day) / STORAGE_DAYS
+    weights = e.inverse.reshape(len(e.inverse), len(records), len(several))
+    found = np.zeros(len(e.inverse))
+    for effect, budget in getattr(spec.unit, e.model.sensor).items():
+        if budget.storage_sigma > 0.0:
+            x = catalog.effects()[effect].regressors(e.model.sensor, records.conditions)[:, several]
+            on_days = np.einsum("pnc,nct->ptn", weights, x)
+            found += budget.storage_sigma**2 * np.einsum("ptn,nm,ptm->p", on_days, shared, on_days)
+    return found
+
+
+def _one_repeat(spec: Spec) -> Iterator[Mapping[str, Any]]:
+    """One power-on of every test at the middle of the range, as steps of a plan."""
+    low, high = spec.plan.temperatures.range
+    clock = 0.0
+    for name, test in spec.tests.items():
+        bench = spec.benches[test.bench]
+        motions = motions_of(test.bench, bench, test)
+        step = {"bench": test.bench, "test": name, "temperature_degc": (low + high) / 2.0, "motion": None}
+        yield {**step, "id": f"{name}/on", "action": "power_on", "start_s": clock, "end_s": clock}
+        clock += test.power_on
+        for k, motion in enumerate(motions):
+            begin = clock + bench.move
+            clock = begin + test.record
+            named = {"id": f"{name}/m{k + 1}", "action": "record", "start_s": begin, "end_s": clock}
+            yield {**step, **named, "motion": motion}
+            clock += test.gap
+        yield {**step, "id": f"{name}/off", "action": "power_off", "start_s": clock, "end_s": clock}
