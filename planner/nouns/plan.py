@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
 from planner.nouns.allowances import Allowance, GeneticHistory
 from planner.nouns.choices import RepeatReason
@@ -80,7 +81,8 @@ class PlannedTest:
 class Achieved:
     """One requirement and what the plan reaches: `achieved` by the requirement's own rule, SI.
 
-    flown: rms (rss) or promised percentile of flights by the campaign's own model; None: not predicted
+    family: of temperature curves, under which that is largest; temperature: where flights start, in words;
+    both empty for a plan by the published method
     """
 
     error: str
@@ -91,7 +93,8 @@ class Achieved:
     achieved: float
     met: bool
     shares: Mapping[str, float]  # error name -> its part of `achieved` (worst_case) or of its square
-    flown: float | None = None
+    family: str = ""
+    temperature: str = ""
 
 
 @dataclass(frozen=True)
@@ -147,6 +150,8 @@ class Plan:
     by_total: chosen for a shorter `time_s`, at the price of more work; complete: not stopped at a time limit
     shifts: (opens, closes) in seconds from Monday 00:00, disjoint; none: always; plugins: of other packages
     work_proved: no temperatures and repeats take less work; `proved` is false when time_s exceeds its bound
+    method: `information` promises what will be flown, `published` by half-widths and sums; families: of curves
+    -> requirement index -> what is promised under it, SI; proved_of: among which campaigns it is the shortest
     """
 
     version: str
@@ -179,3 +184,6 @@ class Plan:
     shifts: tuple[tuple[float, float], ...] = ()
     plugins: tuple[Origin, ...] = ()
     complete: bool = True
+    method: Literal["information", "published"] = "published"
+    families: Mapping[str, Mapping[int, float]] = field(default_factory=dict)
+    proved_of: str = ""
