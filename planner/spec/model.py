@@ -385,6 +385,12 @@ class Spec(SpecPart):
     )
 
     @property
+    def planned_by(self) -> Literal["information", "published"]:
+        """`plan.method`; published where a rule is worst_case or the sensitivities are given."""
+        worst_case = any(r is None or r.rule == "worst_case" for r in self.requirement)  # a draft has gaps
+        return "published" if worst_case or isinstance(self.sensitivities, Given) else self.plan.method
+
+    @property
     def flown_after_days(self) -> float:
         """Days from the end of the campaign to the flight."""
         return self.flown_after / DAY_S

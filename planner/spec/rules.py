@@ -7,6 +7,7 @@ from planner.spec.review import Review
 from planner.spec.rules_alignment import initial_alignment
 from planner.spec.rules_benches import benches
 from planner.spec.rules_flight_temperature import flight_temperatures
+from planner.spec.rules_method import method
 from planner.spec.rules_plan import plan
 from planner.spec.rules_recalibration import recalibration
 from planner.spec.rules_requirement import effects_declared, requirements, sensitivities, trajectory
@@ -34,6 +35,7 @@ def review(sheet: Review) -> None:
         tests,
         travel,
         plan,
+        method,
         schedule,
         recalibration,
         initial_alignment,

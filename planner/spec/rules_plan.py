@@ -55,7 +55,7 @@ def _candidates(sheet: Review) -> None:
     for index, number in enumerate(choice.candidates):
         if number in choice.candidates[:index]:
             sheet.fault((*path, index), f"{number} stands here twice; keep one")
-    if not sheet.whole("plan", "temperatures"):
+    if not sheet.whole("plan", "temperatures") or sheet.spec.planned_by != "published":
         return
     calibrated = sheet.calibrated()
     for sensor, effect, where, budget in sheet.budgets():
@@ -94,11 +94,17 @@ def _repeats(sheet: Review) -> None:
     if repeats.least > repeats.most:
         key = "least" if sheet.written(("plan", "repeats", "least")) is not None else "most"
         sheet.fault(("plan", "repeats", key), f"least {repeats.least} is more than most {repeats.most}")
-    if sheet.spec.plan.quantile == "student" and repeats.least < 2 and sheet.whole("plan", "quantile"):
+    if _student_counts(sheet) and repeats.least < 2:
         sheet.fault(
             ("plan", "repeats", "least"),
             "one repeat has no spread, so Student's t has no quantile; write 2, or 'quantile: normal'",
         )
+
+
+def _student_counts(sheet: Review) -> bool:
+    """Whether repeats are counted by Student's t, which needs two."""
+    published = sheet.spec.planned_by == "published"
+    return published and sheet.spec.plan.quantile == "student" and sheet.whole("plan", "quantile")
 
 
 def _fixed(sheet: Review, name: str, fixed: FixedTest) -> None:
@@ -135,7 +141,7 @@ def _repeat_list(sheet: Review, path: tuple[str, ...], test: Test, fixed: FixedT
 
 def _student(sheet: Review) -> None:
     """A fixed single repeat has no spread either."""
-    if sheet.spec.plan.quantile != "student" or not sheet.whole("plan", "quantile"):
+    if not _student_counts(sheet):
         return
     for name, test in sheet.spec.tests.items():
         fixed = sheet.spec.plan.fixed.get(name, FixedTest())

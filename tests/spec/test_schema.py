@@ -97,7 +97,7 @@ def test_an_editor_underlines_what_check_refuses(
         ("{1: 0.032 deg/s", "{curve: kink, figure: sigma, 1: 0.032 deg/s"),
         (
             "{curve: {-60 degC: 5 mg, 20 degC: 0 mg, 60 degC: -3 mg}}",
-            "{curve: [{0 degC: 5 mg, 20 degC: 0 mg}, {0 degC: 1 g, 9 degC: 3 g}, {1 degC: 1 g, 2 degC: 0 g}]}",
+            "{curve: [{0 degC: 5 mg, 20 degC: 0 g}, {0 degC: 1 g, 9 degC: 3 g}, {1 degC: 1 g, 2 degC: 0 g}]}",
         ),
         ("confidence: 95 %", "method: published\n  temperature_estimator: smooth\n  redundancy: 0"),
     ],
