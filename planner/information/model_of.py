@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from planner.information.curves import moments_of
+from planner.information.curves import Curves
 from planner.information.in_flight import SCENARIOS, Asked, Days, asked
 from planner.information.kinds import Kinds, kinds_of
 from planner.information.offers import Offers, offered, offers_of
-from planner.information.promise import Moments, Promise
+from planner.information.promise import Promise
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
@@ -26,10 +26,14 @@ QUICK_INSTANTS = 4  # of a requirement at any moment
 
 @dataclass(frozen=True)
 class Flight:
-    """A spec with its flight's linear combination; day: of the flight since the first calibration, 0: not said."""
+    """A spec with its flight's linear combination and its families of curves.
+
+    day: of the flight since the first calibration, 0: not said
+    """
 
     spec: Spec
     response: FlightResponse
+    curves: Curves
     day: float = 0.0
 
     def in_store(self, span_days: float) -> float:
@@ -40,7 +44,8 @@ class Flight:
 def flight_of(spec: Spec, trajectory: Trajectory) -> Flight:
     """The flight of a spec for the errors that it budgets."""
     errors = [ErrorName.of(sensor, effect) for sensor in SENSORS for effect in getattr(spec.unit, sensor)]
-    return Flight(spec, flight_response(trajectory, errors, spec.requirement), trajectory.day)
+    response = flight_response(trajectory, errors, spec.requirement)
+    return Flight(spec, response, Curves(spec), trajectory.day)
 
 
 def scenarios(
@@ -82,11 +87,8 @@ def on_offer(flight: Flight, also: Sequence[float] = ()) -> tuple[Offers, Promis
     return offers_of(flight.spec, kinds.kinds), promise_of(flight, kinds, wanted)
 
 
-def promise_of(
-    flight: Flight, kinds: Kinds, wanted: tuple[Asked, ...], families: Mapping[str, Moments] | None = None
-) -> Promise:
-    """The model of a promise; families: second moments that are known already at the same points."""
+def promise_of(flight: Flight, kinds: Kinds, wanted: tuple[Asked, ...]) -> Promise:
+    """The model of a promise over kinds of power-on."""
     degc = [kinds.degc, *(a.temperature_degc.ravel() for a in wanted)]
     points = np.unique(np.round(np.concatenate(degc), 6))
-    known = moments_of(flight.spec, points) if families is None else families
-    return Promise(kinds, wanted, flight.response.flying, points, known)
+    return Promise(kinds, wanted, flight.response.flying, points, flight.curves.moments(points))
