@@ -1,1 +1,1 @@
-"""The campaign by what flies: information of power-ons, what a campaign leaves in flight, the shortest one."""
+"""The campaign by what flies: what power-ons tell, what is left in flight, the shortest one."""

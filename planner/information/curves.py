@@ -1,7 +1,7 @@
 """Second moments of every family of temperature curves that the promise must hold for.
 
-A curve's size is its own scale times a shape (`planner.simulate.temperature_curves`); shapes that know no table
-are drawn once for all errors, and so is what tables leave of them.
+A curve's size is its own scale times a shape (`planner.simulate.temperature_curves`); shapes that know no
+table are drawn once for all errors, and so is what tables leave of them.
 """
 
 from __future__ import annotations

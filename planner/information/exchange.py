@@ -1,7 +1,7 @@
-"""The shortest campaign that keeps the promise, by exchange: from several beginnings downhill, then with kicks.
+"""The shortest campaign that keeps the promise, by exchange: downhill from several beginnings, then kicked.
 
-Cost comes first, the load (the largest share of a limit that is used) second: steps that cost nothing and ease
-the promise open the way to steps that save. The same arguments give the same campaign.
+Cost comes first, the load (the largest share of a limit that is used) second: steps that cost nothing and
+ease the promise open the way to steps that save. The same arguments give the same campaign.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Judge:
         return np.asarray((figures * self.tightened / limits).max(axis=(1, 2)))
 
     def keeps(self, n: Array) -> bool:
-        """Whether one campaign that keeps it so far keeps it under every family; what breaks it is remembered."""
+        """Whether a campaign that keeps it so far keeps it under every family; what breaks it is remembered."""
         left = [f for f in self.promise.families if f not in self.families]
         for family in left:
             if self.loads(n[None], [family])[0] > 1.0:
@@ -57,7 +57,7 @@ class Judge:
 
 
 def shortest(offers: Offers, judge: Judge, most: int) -> Array | None:
-    """(g,) counts of the shortest campaign found, None if none keeps the promise; most: campaigns looked at."""
+    """(g,) counts of the shortest campaign found, None if none keeps the promise; most: to look at."""
     best: Array | None = None
     least = np.inf
     for start in beginnings(offers, judge):
@@ -71,7 +71,7 @@ def shortest(offers: Offers, judge: Judge, most: int) -> Array | None:
 
 
 def beginnings(offers: Offers, judge: Judge) -> list[Array]:
-    """Campaigns that keep the promise, the shortest first: tests at N even temperatures, as few repeats as do.
+    """Campaigns that keep the promise, the shortest first: tests at N even temperatures, enough repeats.
 
     Every test at all of them, or one test at all and the others at one.
     """
@@ -171,7 +171,7 @@ def _first(judge: Judge, ordered: Array) -> tuple[Array, float] | None:
 
 
 def _kicked(offers: Offers, judge: Judge, best: Array, most: int) -> Array:
-    """The best with records added at random and taken away again downhill, as long as there are campaigns left."""
+    """The best with records added at random and taken away downhill, as long as campaigns are left."""
     rng = np.random.default_rng(0)
     moves = Neighbours(offers)
     while judge.asked < most:

@@ -1,4 +1,4 @@
-"""What a requirement sees of a flight: temperatures, the linear combination, and what the flight draws itself.
+"""What a requirement sees of a flight: temperatures, the linear combination, what the flight draws itself.
 
     Σ_own(T) = J (s(T) s(T)ᵀ + σ² exp(−|Δt|/τ) + w²(D_flight)) Jᵀ + white noise
 
@@ -69,7 +69,7 @@ def asked(
 
 
 def collapsed(J: Array, along: Array) -> tuple[Array, Array]:
-    """Response (..., F, m) and temperatures (S, m); one moment where the temperature of a flight stands still."""
+    """Response (..., F, m) and temperatures (S, m); one moment where a flight's temperature stands still."""
     if np.ptp(along, axis=1).max(initial=0.0) < STILL_K:
         return J.sum(axis=-1, keepdims=True), along[:, :1]
     return J, along
@@ -86,7 +86,7 @@ def profiles(spec: Spec, response: FlightResponse, start_degc: Array) -> Array:
     flown = response.temperature_degc
     shifted = start_degc[:, None] + (flown - flown[0])[None, :]
     inside = (start_degc >= low) & (start_degc <= high)
-    return np.where(inside[:, None], np.clip(shifted, low, high), shifted)
+    return np.asarray(np.where(inside[:, None], np.clip(shifted, low, high), shifted))
 
 
 def _thinned(instants: Sequence[int], most: int) -> list[int]:
@@ -94,7 +94,7 @@ def _thinned(instants: Sequence[int], most: int) -> list[int]:
     if len(instants) <= most:
         return list(instants)
     place = np.linspace(0, len(instants) - 1, most + 1)[1:]
-    return [instants[int(round(p))] for p in place]
+    return [instants[round(float(p))] for p in place]
 
 
 def drawn_by_flights(spec: Spec, response: FlightResponse, J: Array, along: Array, days: Days) -> Array:

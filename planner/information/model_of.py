@@ -1,4 +1,4 @@
-"""A spec and its flight → the model of its promise, over what is on offer or over a campaign that was chosen."""
+"""A spec and its flight → the model of its promise, over what is on offer or a campaign."""
 
 from __future__ import annotations
 
@@ -90,5 +90,5 @@ def on_offer(flight: Flight, also: Sequence[float] = ()) -> tuple[Offers, Promis
 def promise_of(flight: Flight, kinds: Kinds, wanted: tuple[Asked, ...]) -> Promise:
     """The model of a promise over kinds of power-on."""
     degc = [kinds.degc, *(a.temperature_degc.ravel() for a in wanted)]
-    points = np.unique(np.round(np.concatenate(degc), 6))
+    points: Array = np.unique(np.round(np.concatenate(degc), 6)).astype(np.float64)
     return Promise(kinds, wanted, flight.response.flying, points, flight.curves.moments(points))

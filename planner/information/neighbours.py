@@ -1,4 +1,4 @@
-"""Campaigns one step away: a repeat or a visit less, elsewhere, exchanged for another, a temperature moved."""
+"""Campaigns one step away: a repeat or a visit less, elsewhere, exchanged; a temperature moved."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Neighbours:
         return np.asarray(every[(every != n).any(axis=1) & (every > 0).any(axis=1)])
 
     def more(self, n: Array) -> NDArray[np.float64]:
-        """(B, g) campaigns with more records: a repeat more somewhere, a visit more, at known temperatures or new."""
+        """(B, g) campaigns with more records: a repeat more somewhere, or a visit more."""
         found = []
         for offer in self._free:
             for k in offer.places:
@@ -81,8 +81,8 @@ class Neighbours:
             for shift in SHIFTS:
                 moved = n
                 for k in together:
-                    to = self._shifted(k, shift)
-                    moved = moved if to is None else _onto(moved, k, to)
+                    place = self._shifted(k, shift)
+                    moved = moved if place is None else _onto(moved, k, place)
                 yield moved
 
     def _joined(self, n: Array) -> Iterator[Array]:

@@ -1,8 +1,8 @@
 """What is left of every error in flight, part by part, and which error makes how much of each requirement.
 
-Marginal sigmas of each error's largest term, root mean square over the flight's temperatures: the flight's own
-power-on, drift and storage; `estimate`, what the campaign's noise leaves of the coefficients; `temperature`,
-what straight lines miss of the curves. The covariance of all terms stands beside them.
+Marginal sigmas of each error's largest term, root mean square over the flight's temperatures: the flight's
+own power-on, drift and storage; `estimate`, what the campaign's noise leaves of the coefficients;
+`temperature`, what straight lines miss of the curves. The covariance of all terms stands beside them.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from planner.information.exact import Foreseen
 from planner.information.in_flight import Asked, collapsed, drawn_by_flights, drawn_in_flight
 from planner.information.model_of import Flight
+from planner.information.promise import Moments, Promise
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying
@@ -36,19 +37,14 @@ class Left:
 
 def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
     """The parts of every error at the temperatures of a requirement, under the family that binds it."""
-    promise, spec = found.promise, flight.spec
+    promise = found.promise
     a = promise.asked[requirement]
     F, S = len(promise.flying), len(a.temperature_degc)
     each = _each_term(a, F)
     weights = np.full(S, 1.0 / S) if a.weights is None else a.weights
-    family = {found.binding(requirement): promise.families[found.binding(requirement)]}
+    curves = promise.families[found.binding(requirement)]
     noise, whole = (
-        np.einsum(
-            "s,sij->ij",
-            weights,
-            replace(promise, asked=(each,), families=f).covariance(found.counts, 0)[0, 0],
-        )
-        for f in ({next(iter(family)): {}}, family)
+        np.tensordot(weights, _left(promise, each, moments, found.counts), 1) for moments in ({}, curves)
     )
     own = {f: _own(flight, f, a, weights, found.days(f)) for f in promise.flying}
     variances = {
@@ -66,6 +62,11 @@ def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
         largest = max(mine, key=lambda v: sum(v.values()))
         parts[error] = {p: float(np.sqrt(largest[p])) for p in PARTS}
     return Left(promise.flying, parts, np.asarray(total))
+
+
+def _left(promise: Promise, a: Asked, moments: Moments, counts: Array) -> Array:
+    """(S, F, F) what a campaign leaves of what is asked, under one family."""
+    return np.asarray(replace(promise, asked=(a,), families={"": moments}).covariance(counts, 0)[0, 0])
 
 
 def _each_term(a: Asked, F: int) -> Asked:
@@ -100,8 +101,8 @@ def _own(flight: Flight, f: Flying, a: Asked, weights: Array, days: float) -> di
 def shares(flight: Flight, found: Foreseen, requirement: int) -> dict[str, float]:
     """Error -> its part of the mean square of |d| at the last instant, SI².
 
-    d is the sum of what each error adds, d = Σ_e d_e; an error's part is the covariance of d_e with d, so that
-    what the estimates of two errors share goes to both alike.
+    d is the sum of what each error adds, d = Σ_e d_e; an error's part is the covariance of d_e with d, so
+    that what the estimates of two errors share goes to both alike.
     """
     promise, a = found.promise, found.promise.asked[requirement]
     components, _ = flight.response.of(flight.spec.requirement[requirement])

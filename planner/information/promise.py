@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +49,7 @@ class Promise:
     def left(
         self, counts: Array, families: Sequence[str] | None = None
     ) -> tuple[list[Array], NDArray[np.bool_]]:
-        """Per requirement (B, families, S, I, c, c) of d; and (B,) whether a coefficient that flies is not told."""
+        """Per requirement (B, families, S, I, c, c) of d; (B,) whether what flies is undetermined."""
         named = [*self.families] if families is None else families
         chosen = [i for i, name in enumerate(self.families) if name in named]
         whole = [np.zeros((len(counts), len(chosen), *v.alone.shape[1:])) for v in self._views]
@@ -58,8 +59,8 @@ class Promise:
                 undetermined[found.which] |= group.misses(found)
                 for v, total in zip(group.seen_from, whole, strict=True):
                     total[found.which] += v.left(found, chosen)
-        for v, total in zip(self._views, whole, strict=True):
-            total += v.alone[chosen]
+        for view, total in zip(self._views, whole, strict=True):
+            total += view.alone[chosen]
         return [self._blocks(a, whole) for a in self.asked], undetermined
 
     def covariance(self, counts: Array, requirement: int) -> Array:
@@ -113,8 +114,10 @@ class _View:
 def _view(promise: Promise, group: Sequence[Asked]) -> _View:
     sizes = [a.response.shape[0] * a.response.shape[1] for a in group]
     ends = np.cumsum([0, *sizes])
-    rows = {a.index: slice(int(x), int(y)) for a, x, y in zip(group, ends, ends[1:], strict=False)}
-    response = np.concatenate([a.response.reshape(n, *a.response.shape[2:]) for a, n in zip(group, sizes)])
+    rows = {a.index: slice(int(x), int(y)) for a, (x, y) in zip(group, pairwise(ends), strict=True)}
+    response = np.concatenate(
+        [a.response.reshape(n, *a.response.shape[2:]) for a, n in zip(group, sizes, strict=True)]
+    )
     degc = group[0].temperature_degc
     alone = np.zeros((len(promise.families), len(degc), ends[-1], ends[-1]))
     for a, n in zip(group, sizes, strict=True):
@@ -187,7 +190,7 @@ class _Seen:
         return R
 
     def _curve(self, found: Told, R: Array, i: int, families: Sequence[int]) -> Array:
-        """(B, families, S, ρ, ρ) half of what the estimates make of a curve, and all of it with the curve itself."""
+        """(B, families, S, ρ, ρ) half of what estimates make of a curve, all of that with the curve itself."""
         M = self.moments[i][families]
         k = self.of_kind[found.kinds]
         gain = found.gains[i][:, :, None]

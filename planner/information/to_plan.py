@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
@@ -13,7 +12,7 @@ from planner.information.in_flight import share_of
 from planner.information.model_of import Flight
 from planner.information.parts import left_in_flight, shares
 from planner.nouns.allowances import Allowance, ErrorModel
-from planner.nouns.choices import RepeatReason
+from planner.nouns.choices import Campaign, RepeatReason
 from planner.nouns.plan import Achieved, Plan
 from planner.nouns.sensitivities import Constraint
 from planner.nouns.sensor import ErrorName
@@ -22,24 +21,13 @@ from planner.plan.campaign_to_plan import objective_words, rule_name, sensitivit
 from planner.plan.confidence import half_widths, quantile, spread_at
 from planner.plan.schedule_to_steps import planned_tests
 from planner.plan.spec_to_benches import planned_benches
-from planner.nouns.choices import Campaign
 from planner.spec.model import NAVIGATION_ERRORS, Requirement, Spec
 from planner.spec.plugins import foreign_plugins
-
-
-@dataclass(frozen=True)
-class Bound:
-    """What no campaign can be shorter than, weighted seconds; proved: that none is shorter than the plan."""
-
-    seconds: float
-    proved: bool
-    of: str
 
 
 def plan_of(
     flight: Flight,
     found: Found,
-    bound: Bound,
     models: Sequence[ErrorModel],
     constraints: Sequence[Constraint],
     *,
@@ -50,11 +38,11 @@ def plan_of(
     """Everything that plan.json and the report show of a campaign by information."""
     spec = flight.spec
     by_hand = is_hand_made(spec)
-    chosen = Campaign(found.visits, (), found.cost, bound.seconds, bound.proved)
+    chosen = Campaign(found.visits, (), found.cost, found.bound, found.proved)
     tests = planned_tests(spec, chosen, found.timeline)
     allowed = tuple(_allowances(flight, found, models))
     power_on = round(sum(test.power_on_s for test in tests), 6)
-    least = found.cost if by_hand else bound.seconds
+    least = found.cost if by_hand else found.bound
     return Plan(
         version=version,
         name=spec.name,
@@ -75,8 +63,8 @@ def plan_of(
         power_on_s=power_on,
         objective_value=round(found.cost, 6),
         objective_bound=round(least, 6),
-        proved=by_hand or bound.proved,
-        proved_of=bound.of,
+        proved=by_hand or found.proved,
+        proved_of=proved_of(found),
         hours_per_limit={},
         genetic=None,
         notes=(*notes, *worn_out(spec, power_on)),
@@ -85,12 +73,27 @@ def plan_of(
     )
 
 
+def proved_of(found: Found) -> str:
+    """Among which campaigns the plan is the shortest, or is said to be within its gap."""
+    offers = found.offers
+    tests = ", ".join(o.test for o in offers.tests)
+    degc = np.unique(offers.degc[offers.soaked])
+    grid = (
+        f"{len(degc)} candidate temperatures from {degc[0]:g} to {degc[-1]:g} degC" if len(degc) else "room"
+    )
+    families = ", ".join(found.foreseen.families)
+    return (
+        f"campaigns of {tests} at {grid}, by working time, under the spec's error model, curves of the "
+        f"families {families}, and tables with straight lines as estimator"
+    )
+
+
 def _families(spec: Spec, found: Found) -> dict[str, dict[int, float]]:
     return {name: dict(enumerate(figures)) for name, figures in found.foreseen.families.items()}
 
 
 def _achieved(flight: Flight, found: Found, index: int) -> Achieved:
-    spec, wanted = flight.spec, flight.spec.requirement[index]
+    wanted = flight.spec.requirement[index]
     value = found.foreseen.largest[index]
     return Achieved(
         error=wanted.error,

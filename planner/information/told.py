@@ -1,4 +1,4 @@
-"""What many campaigns tell of a sensor's channels at once: covariance of coefficients, and what curves do to them.
+"""What many campaigns tell of a sensor's channels at once: covariances, and what curves do to the estimates.
 
     M = Λ + Σ_k n_k Q_kᵀ J_k Q_k,   C = M⁻¹,   G_e = C Σ_k n_k Q_kᵀ J_k x_e 1_k
 
@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +50,7 @@ class Alike:
 
 @dataclass(frozen=True)
 class Told:
-    """B campaigns whose tables have as many nodes, on a channels: which they are among all, and what they tell.
+    """B campaigns whose tables have as many nodes, on a channels: which of all they are, what they tell.
 
     which: (B,); kinds, counts: (B, K); covariance: (a, B, P + q, P + q)
     of the estimates' errors and, in the rows and columns of the q shared ones, of these with the shared ones
@@ -117,7 +118,7 @@ def _told(
     hats = {False: hats_of(t, nodes), True: hats_of(t, driven)}
     sizes = [hats[x.driven].shape[2] if x.tabled else 1 for x in c.terms]
     ends = np.cumsum([0, *sizes])
-    places = tuple(slice(int(a), int(z)) for a, z in zip(ends, ends[1:], strict=False))
+    places = tuple(slice(int(a), int(z)) for a, z in pairwise(ends))
     P = int(ends[-1])
     Q = np.zeros((B, K, b + q, P + q))
     for i, term in enumerate(c.terms):

@@ -150,8 +150,9 @@ class Plan:
     by_total: chosen for a shorter `time_s`, at the price of more work; complete: not stopped at a time limit
     shifts: (opens, closes) in seconds from Monday 00:00, disjoint; none: always; plugins: of other packages
     work_proved: no temperatures and repeats take less work; `proved` is false when time_s exceeds its bound
-    method: `information` promises what will be flown, `published` by half-widths and sums; families: of curves
-    -> requirement index -> what is promised under it, SI; proved_of: among which campaigns it is the shortest
+    method: `information` promises what will be flown, `published` by half-widths and sums; families: of
+    curves -> requirement index -> what is promised under it, SI; proved_of: among which campaigns it is the
+    shortest
     """
 
     version: str

@@ -10,7 +10,6 @@ from planner import __version__
 from planner.errors import InfeasibleError
 from planner.information.choose import campaign_found
 from planner.information.model_of import flight_of
-from planner.information.to_plan import Bound
 from planner.information.to_plan import plan_of as information_plan
 from planner.nouns.allowances import AllowedErrors, ErrorModel
 from planner.nouns.choices import Campaign
@@ -142,18 +141,16 @@ def informed(
     progress("what each record tells, what will be flown")
     flight = flight_of(spec, navigation.flight)
     found = campaign_found(flight)
-    bound = Bound(0.0, False, "")
     made = information_plan(
         flight,
         found,
-        bound,
         navigation.models,
         navigation.constraints,
         version=__version__,
         sha256=loaded.sha256,
         notes=_notes(loaded),
     )
-    chosen = Campaign(found.visits, (), found.cost, bound.seconds, bound.proved)
+    chosen = Campaign(found.visits, (), found.cost, found.bound, found.proved)
     return Planned(with_schedule_figures(made, spec, chosen), navigation, None)
 
 

@@ -125,6 +125,7 @@ def rule_name(requirement: Requirement) -> str:
 
 
 def objective_words(spec: Spec) -> str:
+    """What is made least, in words."""
     time, power_on = weights_of(spec)
     if power_on == 0:
         return "campaign time"

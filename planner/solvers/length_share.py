@@ -2,7 +2,8 @@
 
 With d = Σ^½ ρ u, u a direction and ρ the length of a standard vector of c components,
 
-    P(|d| <= r) = ⟨ F_c(r² / (uᵀ Σ u)) ⟩,   F_1 = erf(√(x/2)),  F_2 = 1 − e^(−x/2),  F_3 = F_1 − √(2x/π) e^(−x/2)
+    P(|d| <= r) = ⟨ F_c(r² / (uᵀ Σ u)) ⟩
+    F_1 = erf(√(x/2)),  F_2 = 1 − e^(−x/2),  F_3 = F_1 − √(2x/π) e^(−x/2)
 
 ⟨⟩ the mean over directions in the principal axes, by midpoints over the angle and Gauss-Legendre over the
 height. Good to 1e-4 and better for a search; `gaussian_length` has the exact law.

@@ -28,7 +28,6 @@ from planner.report.region_of_two import AllowedRegion, allowed_region, axes_of_
 from planner.report.subjects import plan_basis, plan_tables
 from planner.report.subjects.plan_schedule import schedule
 
-
 _FLOWN = {
     "range": "flights over the whole range of temperatures",
     "worst": "flights at the worst temperature",
