@@ -47,7 +47,7 @@ class Judge:
         return np.asarray((figures * self.tightened / limits).max(axis=(1, 2)))
 
     def keeps(self, n: Array) -> bool:
-        """Whether a campaign that keeps it so far keeps it under every family; what breaks it is remembered."""
+        """Whether a campaign that keeps it so far keeps it under every family; what breaks it stays."""
         left = [f for f in self.promise.families if f not in self.families]
         for family in left:
             if self.loads(n[None], [family])[0] > 1.0:

@@ -190,7 +190,7 @@ class _Seen:
         return R
 
     def _curve(self, found: Told, R: Array, i: int, families: Sequence[int]) -> Array:
-        """(B, families, S, ρ, ρ) half of what estimates make of a curve, all of that with the curve itself."""
+        """(B, families, S, ρ, ρ) half of what estimates make of a curve; all with the curve itself."""
         M = self.moments[i][families]
         k = self.of_kind[found.kinds]
         gain = found.gains[i][:, :, None]
