@@ -46,6 +46,13 @@ Prior = Annotated[
     typer.Option(metavar="CALIBRATION", help="Old calibration.json that these few records renew."),
 ]
 Robust = Annotated[str, typer.Option(metavar="no|huber|bisquare", help="Resist outliers.")]
+Curves = Annotated[
+    str,
+    typer.Option(
+        metavar="NAME",
+        help="Temperature curves: measured (tables: cosines), cosines, kink, cubic, matern.",
+    ),
+]
 Latitude = Annotated[float, typer.Option(min=-90.0, max=90.0, metavar="DEG", help="Of the bench.")]
 
 
@@ -72,6 +79,7 @@ def simulate(
     spikes: Spikes = 0.0,
     settings: SettingsFile = None,
     assign: Assigned = None,
+    curves: Curves = "measured",
     latitude: Latitude = 45.0,
     as_json: AsJson = False,
 ) -> None:
@@ -95,7 +103,7 @@ def simulate(
     loaded = load_spec(spec)
     drawn = settings_from({**written, **chosen, **pairs(assign or [])}, settings_of(loaded.spec))
     document = None if plan is None else read_plan(plan)
-    table, truth = data_pipeline.simulate(loaded, document, hidden or (), seed, drawn, latitude)
+    table, truth = data_pipeline.simulate(loaded, document, hidden or (), seed, drawn, latitude, curves)
     write_dwells(table, out)
     beside = truth_path(out)
     write_whole(beside, truth_text(truth, out.name))

@@ -17,6 +17,7 @@ from planner.plan.default_campaign import default_campaign
 from planner.plan.schedule_to_steps import steps as steps_of_campaign
 from planner.simulate.campaign import Settings, Truth, prepared
 from planner.simulate.campaign import simulate as simulate_unit
+from planner.simulate.families import family_named
 from planner.simulate.hidden import hidden_effect
 from planner.spec.load import LoadedSpec
 
@@ -30,14 +31,18 @@ def simulate(
     seed: int,
     settings: Settings | None = None,
     latitude_deg: float = 45.0,
+    curves: str = "measured",
 ) -> tuple[DwellTable, Truth]:
-    """Spec, and a plan's tree if there is one → the dwell table that the bench would have measured."""
+    """Spec, and a plan's tree if there is one → the dwell table that the bench would have measured.
+
+    curves: the family of the temperature curves. Raises InputError for one that there is not.
+    """
     effects = [hidden_effect(text) for text in hidden]
     spec = loaded.spec
     steps = steps_of_campaign(spec, default_campaign(spec)) if plan is None else steps_of(plan)
     return simulate_unit(
         design(steps, spec, float(np.radians(latitude_deg))),
-        prepared(spec),
+        prepared(spec, family_named(curves)),
         seed,
         hidden=effects,
         settings=settings,

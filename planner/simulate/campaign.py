@@ -25,11 +25,15 @@ from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS, Effect, Sensor
+from planner.simulate.curves.grid import along
+from planner.simulate.curves.measured import OneUnit
+from planner.simulate.families import curve_families
 from planner.simulate.hidden import HiddenEffect, coefficients
 from planner.simulate.processes import gauss_markov, generator, power_on_draws, walk
 from planner.simulate.references import drawn_references
-from planner.simulate.temperature_curves import CurveFamily, along, curve_family
+from planner.simulate.temperature_curves import CurveFamily
 from planner.spec.budget import ErrorBudget
+from planner.spec.curve_names import FamilyName
 from planner.spec.model import Spec
 from planner.spec.references import BenchAccuracy
 from planner.units import STANDARD_GRAVITY_MPS2
@@ -118,17 +122,11 @@ class Unit:
     accuracies: Mapping[str, BenchAccuracy] = field(default_factory=dict)
 
 
-def prepared(spec: Spec) -> Unit:
-    """What does not depend on the seed: the families of temperature curves."""
-    budgets, families = {}, {}
-    low, high = spec.plan.temperatures.range
-    for sensor in SENSORS:
-        for effect, budget in getattr(spec.unit, sensor).items():
-            budgets[sensor, effect] = budget
-            table = budget.residual_table
-            if table is not None:
-                families[sensor, effect] = curve_family(table, low, high, budget.residual_figure)
-    return Unit(budgets, families, {name: bench.accuracy for name, bench in spec.benches.items()})
+def prepared(spec: Spec, shape: FamilyName = "measured") -> Unit:
+    """What does not depend on the seed: budgets, and the temperature curves by one family's name."""
+    budgets = {(s, effect): budget for s in SENSORS for effect, budget in getattr(spec.unit, s).items()}
+    accuracies = {name: bench.accuracy for name, bench in spec.benches.items()}
+    return Unit(budgets, curve_families(spec, shape), accuracies)
 
 
 def simulate(
@@ -291,16 +289,13 @@ def _size(largest: float, settings: Settings, rng: np.random.Generator) -> float
 
 
 def _curve(sized: _Sized, settings: Settings, rng: np.random.Generator) -> tuple[Array | None, Array | None]:
-    """Grid and values of the error's curve over temperature; a measured curve is taken as it is."""
-    measured = sized.budget.measured_curve
-    if not settings.temperature_residual:
+    """Grid and values of the error's curve over temperature."""
+    family = sized.family
+    if family is None or not settings.temperature_residual:
         return None, None
-    if measured is not None:
-        sign = rng.choice([-1.0, 1.0]) if settings.signs == "random" else 1.0
-        return measured.temperatures_degc, sign * measured.values
-    if sized.family is None:
-        return None, None
-    return sized.family.grid, sized.family.draw(rng)
+    if isinstance(family, OneUnit) and settings.signs == "plus":
+        return family.grid, family.values
+    return family.grid, family.draw(rng)
 
 
 def _random(

@@ -1,43 +1,63 @@
 """Random error curves over temperature whose piecewise-linear residual follows a spec's table.
 
-The table says what N evenly spread points leave (K table 2.10). A curve is a sum of cosines of random phase;
-their amplitudes are such that the residual falls with N as the table does. The table's figure is either the
-`largest` residual: every curve is scaled until its largest residual meets the table at one N and exceeds it
-at none; or `sigma`: the amplitudes are such that the root mean square over temperature and curves is the
-figure.
+The table says what N evenly spread points leave (K table 2.10), not what the curves look like: families of
+four shapes (`planner.simulate.curves`) leave the same table. Of every curve the mean is taken off. The
+table's figure is either the `largest` residual: every curve is scaled until its largest residual meets the
+table at one N and exceeds it at none; or `sigma`: the root mean square over temperature and curves. Cosines
+meet a sigma by their amplitudes, the other shapes by one scale for the family: the largest with which the
+root mean square exceeds the table at no N.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
 from planner.nouns.array import Array
+from planner.simulate.curves.cosines import cosines
+from planner.simulate.curves.cubic import Cubic
+from planner.simulate.curves.grid import POINTS, Shape, along, centred, even_table, largest_left
+from planner.simulate.curves.kink import Kink
+from planner.simulate.curves.matern import Matern
+from planner.spec.budget import CurveName
 
-POINTS = 481
-_MODES = 40
-_PEAK_OVER_RMS = 2.2  # of what a table leaves of such a curve
 Figure = Literal["largest", "sigma"]
 
 
-@dataclass(frozen=True)
-class CurveFamily:
-    """Curves over one range. amplitude: (m,) of the modes; numbers, residual: the table, SI.
+class CurveFamily(Protocol):
+    """Random curves over temperature, each on one grid (G,), degC ascending."""
 
-    cosine, sine: (POINTS, m) the modes on the grid; figure: what the table's numbers are
+    @property
+    def grid(self) -> Array:
+        """(G,) temperatures at which a curve is given."""
+
+    def draw(self, rng: np.random.Generator) -> Array:
+        """(G,) one curve, SI."""
+
+    def draws(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, G) independent curves, SI."""
+
+    def rows(self, count: int, rng: np.random.Generator) -> Array:
+        """(r, G) R whose RᵀR is E f fᵀ: exactly, or where no formula says it, of `count` curves."""
+
+
+@dataclass(frozen=True)
+class TableCurves:
+    """Curves of one shape over low … high that leave a table. numbers, residual: the table, SI.
+
+    scale: of every curve for a sigma; for the largest residual each curve has its own
     """
 
     low_degc: float
     high_degc: float
-    amplitude: Array
+    shape: Shape
     numbers: tuple[int, ...]
     residual: Array
-    cosine: Array
-    sine: Array
     figure: Figure = "largest"
+    scale: float = 1.0
 
     @property
     def grid(self) -> Array:
@@ -46,89 +66,58 @@ class CurveFamily:
 
     def draw(self, rng: np.random.Generator) -> Array:
         """(POINTS,) one curve, SI."""
-        phase = rng.uniform(0.0, 2.0 * np.pi, _MODES)
-        curve = self.cosine @ (self.amplitude * np.cos(phase)) - self.sine @ (self.amplitude * np.sin(phase))
-        curve -= curve.mean()
+        return np.asarray(self.draws(1, rng)[0])
+
+    def draws(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, POINTS) independent curves, SI."""
+        curves = centred(self.shape.draws(count, rng))
+        return np.asarray(curves * (self.scale if self.figure == "sigma" else self._own_scales(curves)))
+
+    def rows(self, count: int, rng: np.random.Generator) -> Array:
+        """(r, POINTS) R, E f fᵀ = RᵀR: exact for a sigma, of `count` draws for the largest residual."""
         if self.figure == "sigma":
-            return np.asarray(curve)
-        worst = np.array([np.abs(curve - even_table(curve, n)).max() for n in self.numbers])
-        scale = float(np.min(self.residual / np.where(worst > 0, worst, np.inf), initial=np.inf))
-        return np.asarray(curve * (scale if np.isfinite(scale) else 0.0))
+            return np.asarray(self.scale * centred(self.shape.rows()))
+        return np.asarray(self.draws(count, rng) / np.sqrt(count))
 
-
-def second_moment(family: CurveFamily, degc: Array, count: int, rng: np.random.Generator) -> Array:
-    """(k, k) mean of f fᵀ at temperatures (k,) over `count` curves as `CurveFamily.draw` gives them."""
-    phase = rng.uniform(0.0, 2.0 * np.pi, (count, _MODES))
-    curves = (family.amplitude * np.cos(phase)) @ family.cosine.T
-    curves -= (family.amplitude * np.sin(phase)) @ family.sine.T
-    curves -= curves.mean(axis=1, keepdims=True)
-    if family.figure == "largest":
-        worst = np.array([np.abs(curves - _even_tables(curves, n)).max(axis=1) for n in family.numbers])
-        scale = np.min(family.residual[:, None] / np.where(worst > 0, worst, np.inf), axis=0)
-        curves *= np.where(np.isfinite(scale), scale, 0.0)[:, None]
-    seen = np.array([along(degc, family.grid, curve) for curve in curves])
-    return np.asarray(seen.T @ seen / count)
-
-
-def _even_tables(curves: Array, points: int) -> Array:
-    """(N, POINTS) what `even_table` gives of each of many curves (N, POINTS)."""
-    nodes = np.linspace(0.0, 1.0, points) if points > 1 else np.array([0.5])
-    place = nodes * (POINTS - 1)
-    left = np.minimum(place.astype(int), POINTS - 2)
-    values = curves[:, left] * (1.0 - (place - left)) + curves[:, left + 1] * (place - left)
-    x = np.linspace(0.0, 1.0, POINTS)
-    return np.asarray(values @ np.array([np.interp(x, nodes, row) for row in np.eye(points)]))
-
-
-def along(temperature_degc: Array, grid: Array, curve: Array) -> Array:
-    """(n,) the curve at temperatures; its end segments go on beyond the grid."""
-    inside = np.interp(temperature_degc, grid, curve)
-    below, above = (
-        (curve[1] - curve[0]) / (grid[1] - grid[0]),
-        (curve[-1] - curve[-2]) / (grid[-1] - grid[-2]),
-    )
-    low, high = np.minimum(temperature_degc - grid[0], 0.0), np.maximum(temperature_degc - grid[-1], 0.0)
-    return np.asarray(inside + below * low + above * high)
-
-
-def even_table(curve: Array, points: int) -> Array:
-    """(POINTS,) what a table with `points` evenly spread points gives; one point gives the middle value."""
-    x = np.linspace(0.0, 1.0, len(curve))
-    nodes = np.linspace(0.0, 1.0, points) if points > 1 else np.array([0.5])
-    return np.asarray(np.interp(x, nodes, np.interp(nodes, x, curve)))
+    def _own_scales(self, curves: Array) -> Array:
+        """(count, 1) with which each curve meets the table at one N and exceeds it at none."""
+        scale = np.full(len(curves), np.inf)
+        for number, allowed in zip(self.numbers, self.residual, strict=True):
+            worst = largest_left(curves, number)
+            scale = np.minimum(scale, allowed / np.where(worst > 0, worst, np.inf))
+        return np.asarray(np.where(np.isfinite(scale), scale, 0.0)[:, None])
 
 
 def curve_family(
-    table: Mapping[int, float], low_degc: float, high_degc: float, figure: Figure = "largest"
-) -> CurveFamily:
-    """The curves whose residual after N points is table[N] (SI).
-
-    Where the figure is a sigma, they meet it in the least-squares sense: the published tables at every N to
-    6 %. A sigma of zero cannot be met and is left out.
-    """
-    from scipy.optimize import nnls
-
+    table: Mapping[int, float],
+    low_degc: float,
+    high_degc: float,
+    figure: Figure = "largest",
+    shape: CurveName = "cosines",
+) -> TableCurves:
+    """The curves of a shape whose residual after N points is table[N] (SI)."""
     numbers = tuple(sorted(table))
     residual = np.array([table[n] for n in numbers])
-    response = np.array([[_mode_residual(m, n) for m in range(1, _MODES + 1)] for n in numbers])
-    # squares of amplitudes, each equation relative to its own residual
-    weight = (residual / (_PEAK_OVER_RMS if figure == "largest" else 1.0)) ** 2
-    keep = weight > 0
-    power: Array = np.zeros(_MODES)
-    if keep.any():
-        power, _ = nnls(response[keep] / weight[keep, None], np.ones(int(keep.sum())))
-    if figure == "largest" and not power.any():
-        power = np.arange(1.0, _MODES + 1) ** -4.0
-    waves = np.pi * np.linspace(0.0, 1.0, POINTS)[:, None] * np.arange(1, _MODES + 1)
-    modes = np.cos(waves), np.sin(waves)
-    return CurveFamily(low_degc, high_degc, np.sqrt(power), numbers, residual, *modes, figure)
+    made = _shape(shape, table, figure)
+    scale = 1.0 if figure == "largest" or shape == "cosines" else _one_scale(made, numbers, residual)
+    return TableCurves(low_degc, high_degc, made, numbers, residual, figure, scale)
 
 
-def _mode_residual(mode: int, points: int) -> float:
-    """Mean square, over phase and temperature, of what a table leaves of cos(mode π x + φ)."""
-    x = np.linspace(0.0, 1.0, 241)
-    left = 0.0
-    for phase in (0.0, np.pi / 2.0):  # the mean over all phases is the mean of sine and cosine
-        wave = np.cos(np.pi * mode * x + phase)
-        left += float(np.mean((wave - even_table(wave, points)) ** 2)) / 2.0
-    return left
+def _shape(name: CurveName, table: Mapping[int, float], figure: Figure) -> Shape:
+    if name == "cosines":
+        return cosines(table, largest=figure == "largest")
+    shapes: Mapping[CurveName, type[Shape]] = {"kink": Kink, "cubic": Cubic, "matern": Matern}
+    return shapes[name]()
+
+
+def _one_scale(shape: Shape, numbers: tuple[int, ...], residual: Array) -> float:
+    """The largest with which the rms of what N points leave exceeds the table at no N."""
+    rows = centred(shape.rows())
+    left = [np.sum((rows - even_table(rows, n)) ** 2) / POINTS for n in numbers]
+    return float(np.min(residual / np.sqrt(left), initial=np.inf)) if numbers else 0.0
+
+
+def second_moment(family: CurveFamily, degc: Array, count: int, rng: np.random.Generator) -> Array:
+    """(k, k) E f fᵀ at temperatures (k,); where no formula gives it, the mean over `count` drawn curves."""
+    seen = along(degc, family.grid, family.rows(count, rng))
+    return np.asarray(seen.T @ seen)

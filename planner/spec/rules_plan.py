@@ -9,10 +9,13 @@ from planner.spec.places import did_you_mean
 from planner.spec.review import Review
 from planner.spec.yaml12 import Path
 
+MOST_TEMPERATURES = 240  # to choose from: half a kelvin over the widest range of a chamber
+
 
 def plan(sheet: Review) -> None:
     """All rules for `plan`."""
     _range(sheet)
+    _step(sheet)
     _candidates(sheet)
     _repeats(sheet)
     for name, fixed in sheet.spec.plan.fixed.items():
@@ -34,13 +37,25 @@ def _range(sheet: Review) -> None:
         sheet.fault(path, f"{low:g} degC is not below {high:g} degC; write [coldest, hottest]")
 
 
+def _step(sheet: Review) -> None:
+    choice = sheet.spec.plan.temperatures
+    low, high = choice.range
+    if (high - low) / choice.step > MOST_TEMPERATURES:
+        least = (high - low) / MOST_TEMPERATURES
+        sheet.fault(
+            ("plan", "temperatures", "step"),
+            f"makes {(high - low) / choice.step:.0f} steps of the range, more than {MOST_TEMPERATURES}; "
+            f"write {least:.2g} K or more",
+        )
+
+
 def _candidates(sheet: Review) -> None:
     choice = sheet.spec.plan.temperatures
     path: Path = ("plan", "temperatures", "candidates")
     for index, number in enumerate(choice.candidates):
         if number in choice.candidates[:index]:
             sheet.fault((*path, index), f"{number} stands here twice; keep one")
-    if not sheet.whole("plan", "temperatures"):
+    if not sheet.whole("plan", "temperatures") or sheet.spec.planned_by != "published":
         return
     calibrated = sheet.calibrated()
     for sensor, effect, where, budget in sheet.budgets():
@@ -79,11 +94,17 @@ def _repeats(sheet: Review) -> None:
     if repeats.least > repeats.most:
         key = "least" if sheet.written(("plan", "repeats", "least")) is not None else "most"
         sheet.fault(("plan", "repeats", key), f"least {repeats.least} is more than most {repeats.most}")
-    if sheet.spec.plan.quantile == "student" and repeats.least < 2 and sheet.whole("plan", "quantile"):
+    if _student_counts(sheet) and repeats.least < 2:
         sheet.fault(
             ("plan", "repeats", "least"),
             "one repeat has no spread, so Student's t has no quantile; write 2, or 'quantile: normal'",
         )
+
+
+def _student_counts(sheet: Review) -> bool:
+    """Whether repeats are counted by Student's t, which needs two."""
+    published = sheet.spec.planned_by == "published"
+    return published and sheet.spec.plan.quantile == "student" and sheet.whole("plan", "quantile")
 
 
 def _fixed(sheet: Review, name: str, fixed: FixedTest) -> None:
@@ -120,7 +141,7 @@ def _repeat_list(sheet: Review, path: tuple[str, ...], test: Test, fixed: FixedT
 
 def _student(sheet: Review) -> None:
     """A fixed single repeat has no spread either."""
-    if sheet.spec.plan.quantile != "student" or not sheet.whole("plan", "quantile"):
+    if not _student_counts(sheet):
         return
     for name, test in sheet.spec.tests.items():
         fixed = sheet.spec.plan.fixed.get(name, FixedTest())

@@ -14,8 +14,9 @@ from planner.physics.earth import EARTH_RATE_RADPS
 from planner.plan.default_campaign import default_campaign
 from planner.plan.schedule_to_steps import steps
 from planner.simulate.campaign import Settings, prepared, simulate
+from planner.simulate.curves.grid import even_table
 from planner.simulate.hidden import hidden_effect
-from planner.simulate.temperature_curves import Figure, curve_family, even_table
+from planner.simulate.temperature_curves import Figure, curve_family
 from planner.units import STANDARD_GRAVITY_MPS2
 from tests.simulate.benches import campaign_of, noiseless, shipped
 

@@ -1,0 +1,68 @@
+"""Cosines of random phase whose amplitudes make the residual fall with N as a table does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from planner.nouns.array import Array
+from planner.simulate.curves.grid import even_table, places
+
+MODES = 40
+_PEAK_OVER_RMS = 2.2  # of what a table leaves of such a curve
+_FINE = 241  # places at which a mode's residual is averaged
+
+
+@dataclass(frozen=True)
+class Cosines:
+    """f(x) = Σ a_m cos(mπx + φ_m), φ_m uniform; amplitude: (MODES,) a_m."""
+
+    amplitude: Array
+
+    def draws(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, POINTS) independent curves."""
+        phase = rng.uniform(0.0, 2.0 * np.pi, (count, MODES))
+        cosine, sine = _waves()
+        found = (self.amplitude * np.cos(phase)) @ cosine
+        found -= (self.amplitude * np.sin(phase)) @ sine
+        return np.asarray(found)
+
+    def rows(self) -> Array:
+        """(2·MODES, POINTS): E cos² = E sin² = ½, and nothing else is left."""
+        return np.vstack([np.sqrt(0.5) * self.amplitude[:, None] * wave for wave in _waves()])
+
+
+@cache
+def _waves() -> tuple[Array, Array]:
+    """(MODES, POINTS) cosines and sines."""
+    angle = np.pi * np.arange(1, MODES + 1)[:, None] * places()
+    return np.cos(angle), np.sin(angle)
+
+
+@cache
+def _mode_residuals(points: int) -> Array:
+    """(MODES,) mean square, over phase and temperature, of what a table leaves of cos(mπx + φ)."""
+    angle = np.pi * np.arange(1, MODES + 1)[:, None] * np.linspace(0.0, 1.0, _FINE)
+    left = [wave - even_table(wave, points) for wave in (np.cos(angle), np.sin(angle))]
+    return np.asarray(np.mean(left[0] ** 2 + left[1] ** 2, axis=1) / 2.0)
+
+
+def cosines(table: Mapping[int, float], *, largest: bool) -> Cosines:
+    """Cosines whose residual falls as the table's, relative to each number; a zero cannot be met.
+
+    largest: the table's numbers are about 2.2 rms; where all are zero any amplitudes do, the scale is zero.
+    A sigma is met in the least-squares sense: the published tables at every N to 6 %.
+    """
+    from scipy.optimize import nnls
+
+    asked = {n: (left / (_PEAK_OVER_RMS if largest else 1.0)) ** 2 for n, left in sorted(table.items())}
+    met = [n for n, square in asked.items() if square > 0]
+    power: Array = np.zeros(MODES)
+    if met:
+        power, _ = nnls(np.array([_mode_residuals(n) / asked[n] for n in met]), np.ones(len(met)))
+    if largest and not power.any():
+        power = np.arange(1.0, MODES + 1) ** -4.0
+    return Cosines(np.sqrt(power))

@@ -1,0 +1,54 @@
+"""Curves over one range, at POINTS even places x from 0 to 1; tables of straight lines on them.
+
+Curves are rows, (…, G); a shape is drawn as (count, POINTS).
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from planner.nouns.array import Array
+
+POINTS = 481
+
+
+class Shape(Protocol):
+    """What a random curve over x looks like, before its mean is taken off and a table sets its size."""
+
+    def draws(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, POINTS) independent curves."""
+
+    def rows(self) -> Array:
+        """(r, POINTS) R whose RᵀR is the second moment E f fᵀ of the shape."""
+
+
+def places() -> Array:
+    """(POINTS,) x."""
+    return np.linspace(0.0, 1.0, POINTS)
+
+
+def even_table(curve: Array, points: int) -> Array:
+    """(…, G) what a table of `points` even nodes gives; one point gives the middle value."""
+    nodes = np.linspace(0.0, 1.0, points) if points > 1 else np.array([0.5])
+    x = np.linspace(0.0, 1.0, np.shape(curve)[-1])
+    hats = np.array([np.interp(x, nodes, one) for one in np.eye(points)])
+    return np.asarray(along(nodes, x, curve) @ hats)
+
+
+def largest_left(curves: Array, points: int) -> Array:
+    """(…) the largest residual of `even_table`."""
+    return np.asarray(np.abs(curves - even_table(curves, points)).max(axis=-1))
+
+
+def centred(curves: Array) -> Array:
+    """(…, G) less the mean over the grid."""
+    return np.asarray(curves - curves.mean(axis=-1, keepdims=True))
+
+
+def along(at: Array, grid: Array, curve: Array) -> Array:
+    """(…, n) curves (…, G) at places (n,) of their grid (G,) ascending; the end segments go on beyond it."""
+    left = np.clip(np.searchsorted(grid, at, side="right") - 1, 0, len(grid) - 2)
+    share = (at - grid[left]) / (grid[left + 1] - grid[left])
+    return np.asarray(curve[..., left] * (1.0 - share) + curve[..., left + 1] * share)
