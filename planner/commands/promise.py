@@ -17,8 +17,17 @@ Flights = Annotated[
 FlightTemperature = Annotated[
     str,
     typer.Option(
-        metavar="flight|range",
-        help="Of the spec's flight, or anywhere in plan.temperatures.range.",
+        metavar="own|flight|range",
+        help="Where flights start: each requirement's own temperatures, the spec's flight, or anywhere in "
+        "plan.temperatures.range.",
+    ),
+]
+FlightCurves = Annotated[
+    str,
+    typer.Option(
+        metavar="binding|all|cosines|kink|cubic|matern|measured",
+        help="Family of the curves over temperature: the one that the plan says binds, one by name, or every "
+        "one for which the promise must hold.",
     ),
 ]
 
@@ -52,7 +61,8 @@ def verify(
     plan: PlanFile,
     flights: Flights = 2000,
     seed: Seed = 1,
-    temperature: FlightTemperature = "flight",
+    temperature: FlightTemperature = "own",
+    curves: FlightCurves = "binding",
     workers: Workers = 1,
     cluster: Cluster = None,
     through_files: Annotated[
@@ -70,9 +80,9 @@ def verify(
     """Count a plan again without the planner's arithmetic, then fly it: is its promise kept?
 
     Simulated units go through the plan's campaign, are calibrated, and fly the spec's flight nonlinearly,
-    each in a power-on of its own. All that is a second code: shared with the planner are effects, spec, units
-    and physics alone; a few units go through `calibrate` and `apply`, by files, too. Exit 0: kept; 1: broken;
-    4: not sure yet, or stopped early.
+    each in a power-on of its own, at the temperatures that each requirement speaks of. All that is a second
+    code: shared with the planner are effects, spec, units and physics alone; a few units go through
+    `calibrate` and `apply`, by files, too. Exit 0: kept; 1: broken; 4: not sure yet, or stopped early.
 
     Example: planner verify requirements_specs/small_uav.yaml plans/small_uav --flights 10000 --workers 2
     """
@@ -82,7 +92,9 @@ def verify(
     from planner.report.subjects.verify import verify_report
     from planner.spec.load import load_spec
 
-    options = pipeline.flight_options(flights, seed, temperature, workers, cluster, through_files)
+    options = pipeline.checked(
+        pipeline.FlightOptions(flights, seed, temperature, curves, workers, cluster, through_files)
+    )
     loaded, document = load_spec(spec), read_plan(plan)
     with progress_line() as progress:
         found = pipeline.verify(loaded, document, options, progress)

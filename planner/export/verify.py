@@ -7,7 +7,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from planner.export.json import number
+from planner.nouns.array import Array
 from planner.spec.model import NAVIGATION_ERRORS
 from planner.units import from_si
 from planner.verify.outcome import Claim, Part, RequirementOutcome
@@ -29,9 +32,14 @@ def verify_document(v: Verification) -> dict[str, Any]:
         "flights_wanted": v.wanted,
         "stopped": v.stopped,
         "seed": v.seed,
-        "temperature": v.where,
+        "temperature": v.temperature,
+        "curves": v.curves,
         "flight": v.flown,
-        "requirements": [_requirement(o) for o in v.outcomes],
+        "requirements": [_requirement(o) for o in v.worst],
+        "families": {
+            family: {str(o.index): _in_family(o) for o in v.outcomes if o.family == family}
+            for family in v.families
+        },
         "claims": [_claim(c) for c in v.claims],
         "weak": [{"error": w.error, "axis": w.axis, "why": w.why} for w in v.weak],
         "linear": [
@@ -102,7 +110,10 @@ def _requirement(o: RequirementOutcome) -> Mapping[str, Any]:
     return {
         "error": o.error,
         "at": o.at,
+        "instants": {"count": len(o.instants), "apart_s": _apart(o.instants)},
         "rule": o.rule,
+        "family": o.family,
+        "temperature": o.starts,
         "unit": o.unit,
         "limit": _in(o.limit, o.unit),
         "verdict": o.verdict,
@@ -120,6 +131,28 @@ def _requirement(o: RequirementOutcome) -> Mapping[str, Any]:
         "too_small": list(o.too_small),
         "parts": [_part(p, o.unit) for p in o.parts],
     }
+
+
+def _apart(instants: Array) -> float | int | None:
+    """Seconds between instants, at most; of a single one nothing."""
+    return number(float(np.diff(instants).max())) if len(instants) > 1 else None
+
+
+def _in_family(o: RequirementOutcome) -> Mapping[str, Any]:
+    """One requirement in one family of curves: predicted, flown, and the verdict."""
+    every = _requirement(o)
+    keys = (
+        "temperature",
+        "verdict",
+        "share",
+        "ci95",
+        "rms",
+        "rms_ci95",
+        "achieved",
+        "at_promise",
+        "pessimism",
+    )
+    return {key: every[key] for key in keys}
 
 
 def _part(p: Part, unit: str) -> Mapping[str, Any]:

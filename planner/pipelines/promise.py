@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,12 +14,16 @@ from planner.nouns.trajectory import Trajectory
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given
+from planner.spec.places import did_you_mean
 from planner.units import from_si
-from planner.verify.experiment import Experiment, Where, experiment
+from planner.verify.experiment import Experiment, experiment, flown_with
 from planner.verify.linearity import linearity
 from planner.verify.monte_carlo import MonteCarlo, fly
 from planner.verify.outcome import claims_of, outcomes
+from planner.verify.prediction import Prediction
 from planner.verify.recount import Recount, recount
+from planner.verify.rounds import BINDING, CURVES, OWN, TEMPERATURES, Worst, rounds
+from planner.verify.starts import as_flown
 from planner.verify.through_files import Pipeline, through_files
 from planner.verify.verification import Verification
 from planner.verify.weak import weak_coefficients
@@ -30,29 +34,33 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class FlightOptions:
-    """How many flights, from which seed, at which temperatures, and who flies them.
+    """How many flights, from which seed, and who flies them.
 
-    through_files: how many of their units go the whole way through files, too
+    temperature: `own` (each requirement's), `flight` or `range`; curves: a family, `all`, or `binding`, the
+    one that the plan says binds; through_files: how many units go the whole way through files, too
     """
 
     flights: int = 2000
     seed: int = 1
-    where: Where = "flight"
+    temperature: str = OWN
+    curves: str = BINDING
     workers: int = 1
     cluster: str | None = None
     through_files: int = 2
 
 
-def flight_options(
-    flights: int, seed: int, temperature: str, workers: int, cluster: str | None, through_files: int
-) -> FlightOptions:
-    """Options from words. Raises InputError for one that we do not know."""
-    if temperature not in ("flight", "range"):
-        raise InputError(f"--temperature must be flight or range, not {temperature!r}")
-    if workers == 0:
+def checked(options: FlightOptions) -> FlightOptions:
+    """The options. Raises InputError for a word that we do not know."""
+    if options.temperature not in TEMPERATURES:
+        raise InputError(f"--temperature must be {', '.join(TEMPERATURES)}, not {options.temperature!r}")
+    if options.curves not in CURVES:
+        raise InputError(
+            f"--curves must be {', '.join(CURVES)}, not {options.curves!r}"
+            f"{did_you_mean(options.curves, CURVES)}"
+        )
+    if options.workers == 0:
         raise InputError("--workers must be 1 or more, or -1 for all cores")
-    where: Where = "range" if temperature == "range" else "flight"
-    return FlightOptions(flights, seed, where, workers, cluster, through_files)
+    return options
 
 
 def verify(
@@ -69,22 +77,61 @@ def verify(
         return _answer(loaded, document, options, counted)
     progress("preparing the flights")
     try:
-        e = experiment(document, loaded.spec, trajectory, seed=options.seed, where=options.where)
+        e = experiment(document, loaded.spec, trajectory, seed=options.seed)
     except InputError as error:
         if counted.ok:
             raise
         return _answer(loaded, document, options, counted, why=str(error))
-    run = runner(options.workers, options.cluster)
-    flown = fly(e, options.flights, run, progress)
-    if flown is None:
-        raise StoppedEarly("stopped before the first flights had landed: nothing can be said")
-    found = _answer(loaded, document, options, counted, e, flown, trajectory)
-    if options.through_files == 0 or flown.stopped:
+    flown = _flown(e, document, options, progress)
+    found = _answer(loaded, document, options, counted, flown, trajectory)
+    if options.through_files == 0 or found.stopped:
         return found
     progress("some units the whole way through files")
     with TemporaryDirectory(prefix="planner-verify-") as folder:
-        files = through_files(e, flown.tally, options.through_files, _pipeline(loaded), Path(folder))
+        first = flown[0]
+        files = through_files(
+            first.e, first.found.tally, options.through_files, _pipeline(loaded), Path(folder)
+        )
     return replace(found, files=files)
+
+
+@dataclass(frozen=True)
+class _Flown:
+    """One round of flights. e: as it was flown."""
+
+    e: Experiment
+    found: MonteCarlo
+    requirements: tuple[int, ...]
+
+
+def _flown(
+    e: Experiment, document: Mapping[str, Any], options: FlightOptions, progress: Progress
+) -> list[_Flown]:
+    """Every round, or those that were done when the user stopped it."""
+    run, done = runner(options.workers, options.cluster), list[_Flown]()
+    for one in rounds(document, e.spec, options.curves, options.temperature, _worst(e)):
+        flying = flown_with(e, one.starts, one.family)
+        found = fly(flying, options.flights, run, _of(one.family, progress))
+        if found is not None:
+            done.append(_Flown(flying, found, one.requirements))
+        if found is None or found.stopped:
+            break
+    if not done:
+        raise StoppedEarly("stopped before the first flights had landed: nothing can be said")
+    return done
+
+
+def _of(family: str, progress: Progress) -> Progress:
+    """Progress that says of which family it is."""
+    return lambda said: progress(f"{said}, curves {family}")
+
+
+def _worst(e: Experiment) -> Worst:
+    """Looked for by verify's own linear model; without a flight nothing depends on the temperature."""
+    if e.flight is None:
+        return lambda index, family: as_flown(e.spec)
+    prediction = Prediction(e, e.flight)
+    return lambda index, family: prediction.worst(index, family)[0]
 
 
 def _pipeline(loaded: LoadedSpec) -> Pipeline:
@@ -116,28 +163,31 @@ def _answer(
     document: Mapping[str, Any],
     options: FlightOptions,
     counted: Recount,
-    e: Experiment | None = None,
-    flown: MonteCarlo | None = None,
+    flown: Sequence[_Flown] = (),
     trajectory: Trajectory | None = None,
     why: str | None = None,
 ) -> Verification:
     confidence = loaded.spec.plan.confidence
-    judged = () if e is None or flown is None else outcomes(e, flown.tally, document, loaded.spec)
+    first = flown[0] if flown else None
+    e, tally = (first.e, first.found.tally) if first else (None, None)
+    judged = [outcomes(f.e, f.found.tally, document, loaded.spec, f.requirements) for f in flown]
+    stopped = any(f.found.stopped for f in flown)
     return Verification(
         version=__version__,
         name=loaded.spec.name,
         spec_sha256=loaded.sha256,
         plan_sha256=str(document.get("plan_sha256", "")),
         recount=counted,
-        outcomes=judged,
-        claims=() if e is None or flown is None else claims_of(e, flown.tally, confidence),
+        outcomes=tuple(o for several in judged for o in several),
+        claims=() if e is None or tally is None else claims_of(e, tally, confidence),
         weak=() if e is None else weak_coefficients(e),
-        linear=() if e is None or flown is None or flown.stopped else linearity(e),
-        flights=0 if flown is None else flown.tally.flights,
+        linear=() if e is None or stopped else linearity(e),
+        flights=min((f.found.tally.flights for f in flown), default=0),
         wanted=options.flights,
-        stopped=flown is not None and flown.stopped,
+        stopped=stopped,
         seed=options.seed,
-        where=options.where,
+        temperature=options.temperature,
+        curves=options.curves,
         flown=_words(loaded, e, trajectory),
         confidence=confidence,
         notes=tuple(_notes(loaded, e) if why is None else [f"not flown: {why}"]),

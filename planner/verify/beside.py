@@ -75,6 +75,15 @@ class Beside:
             found[ALIGNMENT] = (z * [a.roll_pitch, a.roll_pitch, a.heading]) @ _turns(trajectory).T
         return found
 
+    def sigmas(self, trajectory: Trajectory) -> dict[str, Array]:
+        """Name -> (p, p) coefficients of one sigma of each of its chances, row by row."""
+        spread = np.repeat(1.0 / np.sqrt(np.diff(self.edges)), 3)
+        found = {noise_name(s): np.diag(density * spread) for s, density in self.noise.items()}
+        if self.alignment is not None:
+            a = self.alignment
+            found[ALIGNMENT] = np.diag([a.roll_pitch, a.roll_pitch, a.heading]) @ _turns(trajectory).T
+        return found
+
     def tilt(self, trajectory: Trajectory, force_error: Array) -> Array:
         """(B, 3) φ of a self-alignment with accelerometers that err by force_error (B, 3), body, m/s²."""
         if self.alignment is None or not self.alignment.self_aligned:

@@ -1,47 +1,70 @@
 """Random curves over temperature that leave what the spec's table says, by verify's own arithmetic.
 
-A curve is Σ a_m cos(mπx + φ_m), x from 0 to 1 over the range, phases at random, its mean taken off. The a_m
-are such that N evenly spread points with straight lines leave, over phases and temperatures, mean squares
-that fall with N as the table does. `figure: largest`: each curve is scaled until its largest residual meets
-the table at one N and exceeds it at none, 2.2 being peak over rms of what is left; `sigma`: the mean square
-itself is the table's.
+The table does not say what the curves look like: `curve_shapes` has four families that may leave the same.
+Of every curve the mean over the range is taken off. `figure: largest`: each curve is scaled until its largest
+residual meets the table at one N and exceeds it at none. `figure: sigma`: the mean square itself is the
+table's, of cosines at every N; the others have one scale for the family, the largest at which they exceed it
+at no N. The amplitudes of the cosines are such that N evenly spread points with straight lines leave, over
+phases and temperatures, mean squares that fall with N as the table does, 2.2 being peak over rms of what is
+left.
+
+A curve measured on one unit is one sample: units draw from the families that leave what N points leave of it,
+or are that curve, plus or minus (`measured`). Of several units' curves mean and covariance are taken.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
 from planner.nouns.array import Array
+from planner.verify.curve_shapes import DRAWN, MODES, POINTS, ROWS, cosines
 
-POINTS = 481
-MODES = 40
+Figure = Literal["largest", "sigma"]
+MOST_POINTS = 10  # of the table that one measured curve is turned into
 _PEAK = 2.2
 _FINE = 241  # points at which a mode's residual is averaged
 
 
+class Curves(Protocol):
+    """Curves over temperature to draw from. grid: (G,) degC."""
+
+    @property
+    def grid(self) -> Array:
+        """(G,) degC."""
+
+    def drawn(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, G) curves, SI."""
+
+
 @dataclass(frozen=True)
 class Family:
-    """Curves over one range. grid: (POINTS,) degC; amplitude: (MODES,); numbers, left: the table, SI."""
+    """Curves of one shape that leave a table. grid: (POINTS,) degC; numbers, left: the table, SI.
 
+    amplitude: (MODES,) of cosines; scale: of the other shapes, for a sigma
+    """
+
+    shape: str
     grid: Array
-    amplitude: Array
     numbers: tuple[int, ...]
     left: Array
-    figure: Literal["largest", "sigma"]
+    figure: Figure
+    amplitude: Array
+    scale: float = 1.0
 
-    def drawn(self, phase: Array) -> Array:
-        """(m, POINTS) curves of phases (m, MODES), SI."""
-        x = np.linspace(0.0, 1.0, POINTS)
-        angle = np.pi * np.arange(1, MODES + 1)[:, None] * x
-        curve = (self.amplitude * np.cos(phase)) @ np.cos(angle)
-        curve -= (self.amplitude * np.sin(phase)) @ np.sin(angle)
+    def drawn(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, POINTS) curves, SI."""
+        if self.shape == "cosines":
+            curve = cosines(count, rng, self.amplitude)
+        else:
+            curve = self.scale * DRAWN[self.shape](count, rng)
         curve -= curve.mean(axis=1, keepdims=True)
-        if self.figure == "sigma":
-            return np.asarray(curve)
+        return curve if self.figure == "sigma" else self._to_the_largest(curve)
+
+    def _to_the_largest(self, curve: Array) -> Array:
         scale = np.full(len(curve), np.inf)
         for number, allowed in zip(self.numbers, self.left, strict=True):
             worst = np.abs(curve - tabled(curve, number)).max(axis=1)
@@ -49,21 +72,62 @@ class Family:
         return np.asarray(curve * np.where(np.isfinite(scale), scale, 0.0)[:, None])
 
 
-def family(
-    table: Mapping[int, float], low: float, high: float, figure: Literal["largest", "sigma"]
-) -> Family:
-    """The curves over low … high degC that leave table[N] (SI) after N points."""
-    from scipy.optimize import nnls
+@dataclass(frozen=True)
+class OneUnits:
+    """The curve measured on one unit, plus or minus. grid, values: (G,)."""
 
+    grid: Array
+    values: Array
+
+    def drawn(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, G)."""
+        return np.asarray(rng.choice(np.array([-1.0, 1.0]), size=count)[:, None] * self.values)
+
+
+@dataclass(frozen=True)
+class SeveralUnits:
+    """Gaussian with the mean and the covariance (n − 1) of n units' curves. grid: (G,); values: (n, G)."""
+
+    grid: Array
+    values: Array
+
+    def drawn(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, G)."""
+        mean = self.values.mean(axis=0)
+        z = rng.normal(size=(count, len(self.values)))
+        return np.asarray(mean + z @ (self.values - mean) / np.sqrt(len(self.values) - 1.0))
+
+
+def several_units(curves: Sequence[tuple[Array, Array]]) -> SeveralUnits:
+    """Of the (temperatures, values) of each unit: on all their temperatures, linear between."""
+    grid = np.unique(np.concatenate([t for t, _ in curves]))
+    rows = [along(grid[None, :], t, v[None, None, :])[0, 0] for t, v in curves]
+    return SeveralUnits(grid, np.array(rows))
+
+
+def family(
+    table: Mapping[int, float], low: float, high: float, figure: Figure, shape: str = "cosines"
+) -> Family:
+    """The curves of a shape over low … high degC that leave table[N] (SI) after N points."""
     numbers = tuple(sorted(table))
     left = np.array([table[n] for n in numbers])
+    grid = np.linspace(low, high, POINTS)
+    if shape == "cosines":
+        return Family(shape, grid, numbers, left, figure, _amplitudes(numbers, left, figure))
+    scale = _scale(ROWS[shape](), numbers, left) if figure == "sigma" else 1.0
+    return Family(shape, grid, numbers, left, figure, np.zeros(MODES), scale)
+
+
+def _amplitudes(numbers: Sequence[int], left: Array, figure: Figure) -> Array:
+    from scipy.optimize import nnls
+
     asked = (left / (_PEAK if figure == "largest" else 1.0)) ** 2
     kept = asked > 0
     squares = np.array([_of_modes(n) for n in numbers])[kept] / asked[kept, None]
     power, _ = nnls(squares, np.ones(len(squares))) if kept.any() else (np.zeros(MODES), 0.0)
     if figure == "largest" and not power.any():
         power = np.arange(1, MODES + 1) ** -4.0
-    return Family(np.linspace(low, high, POINTS), np.sqrt(power), numbers, left, figure)
+    return np.sqrt(power)
 
 
 def _of_modes(points: int) -> Array:
@@ -72,6 +136,20 @@ def _of_modes(points: int) -> Array:
     angle = np.pi * np.arange(1, MODES + 1)[:, None] * x
     parts = [wave - tabled(wave, points) for wave in (np.cos(angle), np.sin(angle))]
     return np.asarray(sum(np.mean(part**2, axis=1) for part in parts) / 2.0)
+
+
+def _scale(rows: Array, numbers: Sequence[int], left: Array) -> float:
+    """The largest scale at which the rms of what N points leave exceeds left[N] at no N; rows (r, POINTS)."""
+    rms = np.array([np.sqrt(np.mean((rows - tabled(rows, n)) ** 2, axis=1).sum()) for n in numbers])
+    return float(np.min(left / rms))
+
+
+def table_of(temperature_degc: Array, values: Array, low: float, high: float) -> dict[int, float]:
+    """N -> the largest that N evenly spread points leave of one measured curve, N = 1 … 10 or its points."""
+    grid = np.linspace(low, high, POINTS)[None, :]
+    curve = along(grid, temperature_degc, values[None, None, :])[0]
+    most = min(MOST_POINTS, len(temperature_degc))
+    return {n: float(np.abs(curve - tabled(curve, n)).max()) for n in range(1, most + 1)}
 
 
 def tabled(curve: Array, points: int) -> Array:

@@ -19,11 +19,13 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
-from planner.protocols import SENSORS, Sensor
+from planner.protocols import Sensor
 from planner.spec.budget import STORAGE_DAYS, ErrorBudget
 from planner.spec.model import Spec
 from planner.verify.chance import Chance
-from planner.verify.curves import MODES, POINTS, Family, along, family
+from planner.verify.curve_shapes import SHAPES
+from planner.verify.curves import Curves, along
+from planner.verify.families import curves_in, with_tables
 from planner.verify.records import Records
 
 
@@ -35,35 +37,15 @@ def generator(seed: int, chunk: int, *key: str) -> np.random.Generator:
 
 @dataclass(frozen=True)
 class Unit:
-    """A spec prepared for many draws: budgets and families of curves by (sensor, effect)."""
+    """A spec prepared for many draws: budgets and curves by (sensor, effect)."""
 
     budgets: Mapping[tuple[Sensor, str], ErrorBudget]
-    families: Mapping[tuple[Sensor, str], Family]
+    curves: Mapping[tuple[Sensor, str], Curves]
 
 
-def unit_of(spec: Spec) -> Unit:
-    """What does not depend on the seed; declared effects without a budget are there with an empty one.
-
-    Of those the unit has nothing, but its calibration finds some. The bench's own effects do not fly, and an
-    effect that a table carries is found in the table of the one that it changes.
-    """
-    budgets: dict[tuple[Sensor, str], ErrorBudget] = {
-        (s, e): budget for s in SENSORS for e, budget in getattr(spec.unit, s).items()
-    }
-    known = catalog.effects()
-    for name in spec.effects:
-        carrier = known[name].temperature_of if known[name].tabled else name
-        if carrier is not None and not known[carrier].bench_only:
-            for sensor in SENSORS:
-                if sensor in known[name].sensors:
-                    budgets.setdefault((sensor, carrier), ErrorBudget())
-    low, high = spec.plan.temperatures.range
-    families = {
-        error: family(budget.residual_table, low, high, budget.residual_figure)
-        for error, budget in budgets.items()
-        if budget.residual_table
-    }
-    return Unit(budgets, families)
+def unit_of(spec: Spec, family: str = SHAPES[0]) -> Unit:
+    """What does not depend on the seed, the curves of one family."""
+    return Unit(with_tables(spec), curves_in(spec, family))
 
 
 @dataclass(frozen=True)
@@ -133,7 +115,7 @@ def _drawn(
         return generator(*key, what, sensor, effect)
 
     constant = _sizes(budget, shape, chance, rng("systematic"))
-    grid, curve = _curves(budget, unit.families.get(error), shape, chance, rng("curve"))
+    grid, curve = _curves(unit.curves.get(error), shape, rng("curve"))
     records = np.broadcast_to(constant[:, None, :], (shape[0], len(made.records), shape[1])).copy()
     if grid is not None and curve is not None:
         records += np.moveaxis(along(made.temperature_degc, grid, curve), 1, 2)
@@ -155,21 +137,12 @@ def _sizes(budget: ErrorBudget, shape: tuple[int, int], chance: Chance, rng: np.
 
 
 def _curves(
-    budget: ErrorBudget,
-    drawn_from: Family | None,
-    shape: tuple[int, int],
-    chance: Chance,
-    rng: np.random.Generator,
+    curves: Curves | None, shape: tuple[int, int], rng: np.random.Generator
 ) -> tuple[Array | None, Array | None]:
-    """Grid (G,) and curves (B, t, G); a measured curve is taken as it is, up to its sign."""
-    measured = budget.measured_curve
-    if measured is not None:
-        sign = rng.choice(np.array([-1.0, 1.0]), size=shape) if chance.signs == "random" else np.ones(shape)
-        return measured.temperatures_degc, sign[..., None] * measured.values
-    if drawn_from is None:
+    """Grid (G,) and curves (B, t, G)."""
+    if curves is None:
         return None, None
-    phase = rng.uniform(0.0, 2.0 * np.pi, size=(shape[0] * shape[1], MODES))
-    return drawn_from.grid, drawn_from.drawn(phase).reshape(*shape, POINTS)
+    return curves.grid, curves.drawn(shape[0] * shape[1], rng).reshape(*shape, len(curves.grid))
 
 
 # ---------------------------------------------------------------- random parts

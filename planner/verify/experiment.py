@@ -6,8 +6,8 @@ A chunk is CHUNK units, drawn by generators keyed by (seed, chunk): who runs it 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from planner.verify.beside import beside_of
 from planner.verify.calibrations import Estimator, calibrated, estimators, readings, white_noise
 from planner.verify.chance import Chance, chance_of
 from planner.verify.draws import Campaign, DrawnError, Exposed, Unit, drawn_errors, generator, unit_of
+from planner.verify.families import usual_family
 from planner.verify.flights import (
     FlightModel,
     beside_coefficients,
@@ -33,10 +34,10 @@ from planner.verify.flights import (
 from planner.verify.records import Records, records_of
 from planner.verify.references import Met, met_by_units
 from planner.verify.residuals import PARTS, Left, flying, left_over
+from planner.verify.starts import Starts, as_flown
 from planner.verify.tally import Tally
 
 CHUNK = 100
-Where = Literal["flight", "range"]
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class Experiment:
     """Everything that a chunk needs, and nothing that a worker would have to look up.
 
     flight: None when the spec gives the sensitivities: then the linear combination stands for the flight
-    given: error -> metres per SI unit; where: temperatures of the flight itself, or anywhere in the range
+    given: error -> metres per SI unit; starts: at which temperatures; family: of the units' curves
     half_widths: error -> SI, what the plan claims of the estimate; day: of the flight
     """
 
@@ -57,7 +58,8 @@ class Experiment:
     half_widths: Mapping[str, float]
     chance: Chance
     seed: int
-    where: Where
+    starts: Starts
+    family: str
     day: float
 
     @property
@@ -82,16 +84,18 @@ def experiment(
     trajectory: Trajectory | None,
     *,
     seed: int,
-    where: Where = "flight",
+    starts: Starts | None = None,
+    family: str | None = None,
     chance: Chance | None = None,
 ) -> Experiment:
     """The plan's tree (plan.json) on a spec, prepared.
 
-    Without a day of its own the flight comes `flown_after` the campaign's end. Raises InputError for a plan
-    without records, or with fewer than coefficients.
+    Without other words it is flown as warm as the flight is, with the curves that stand first. Without a day
+    of its own the flight comes `flown_after` the campaign's end. Raises InputError for a plan without
+    records, or with fewer than coefficients.
     """
-    chance = chance or chance_of(spec)
-    records, unit = records_of(document, spec), unit_of(spec)
+    chance, family = chance or chance_of(spec), family or usual_family(spec)
+    records, unit = records_of(document, spec), unit_of(spec, family)
     given = spec.sensitivities.given if isinstance(spec.sensitivities, Given) else {}
     flown = None
     if not given and trajectory is not None:
@@ -109,9 +113,16 @@ def experiment(
         half_widths=_half_widths(document),
         chance=chance,
         seed=seed,
-        where=where,
+        starts=starts or as_flown(spec),
+        family=family,
         day=day,
     )
+
+
+def flown_with(e: Experiment, starts: Starts, family: str) -> Experiment:
+    """The same plan and units' seeds, flown from other temperatures, or with other curves."""
+    unit = e.unit if family == e.family else unit_of(e.spec, family)
+    return replace(e, starts=starts, family=family, unit=unit)
 
 
 def _flight(spec: Spec, unit: Unit, chance: Chance, trajectory: Trajectory) -> FlightModel:
@@ -179,11 +190,8 @@ def _exposed(e: Experiment, flights: int, key: tuple[int, int]) -> Exposed:
         time = e.flight.moments
         flown = e.flight.trajectory
         profile = np.interp(time, flown.time_s, flown.temperature_degc)
-    if e.where == "flight":
-        return Exposed(profile, time, e.day)
-    low, high = e.spec.plan.temperatures.range
-    start = generator(*key, "flight_temperature").uniform(low, high, size=(flights, 1))
-    return Exposed(np.clip(start + profile - profile[0], low, high), time, e.day)
+    rng = generator(*key, "flight_temperature")
+    return Exposed(e.starts.drawn(profile, flights, rng), time, e.day)
 
 
 # ---------------------------------------------------------------- what it means for the requirements
@@ -248,7 +256,7 @@ def _of_part(e: Experiment, x: Left, value: Array) -> list[Array]:
     """(c, B) of every requirement."""
     if e.flight is None:
         return [_given(e, [x], [value])[0]] * len(e.requirements)
-    coefficients = part_coefficients(e.flight, x, value)
+    coefficients = part_coefficients(e.flight, x.sensor, x.effect, value)
     return [_linear(e.flight, coefficients, r)[-1] for r in e.requirements]
 
 

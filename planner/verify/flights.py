@@ -29,7 +29,7 @@ from planner.verify.structure import affine
 BLOCK_S = 0.25
 MOMENT_S = 60.0  # a tenth of the in-run process's usual correlation time
 MOMENT_K = 2.0
-INSTANTS = 60  # of a flight at which a requirement that holds at any moment is looked at
+INSTANTS = 120  # of a flight at which a requirement that holds at any moment is looked at
 BASIC = 12  # columns of A and c
 
 
@@ -151,17 +151,16 @@ def exact_coefficients(
     return _with_beside(model, own, beside or {})
 
 
-def part_coefficients(model: FlightModel, x: Left, value: Array) -> Array:
-    """(B, p) of one part of one error to first order; value: (B, K, t)."""
+def part_coefficients(model: FlightModel, sensor: Sensor, effect: str, value: Array) -> Array:
+    """(B, p) of values (B, K, t) of one error to first order."""
     own = {}
-    for sensor in SENSORS:
+    found = affine(sensor, effect)
+    for s in SENSORS:
         basic = np.zeros((*value.shape[:2], BASIC))
-        found = affine(x.sensor, x.effect) if sensor == x.sensor else None
-        if found is not None:
+        if found is not None and s == sensor:
             basic[:, :, :3] = value @ found.constant.T
             basic[:, :, 3:] = value @ found.slope.reshape(9, -1).T
-        extra = {x.effect: value} if sensor == x.sensor and found is None else {}
-        own[sensor] = _with_extras(basic, model, sensor, extra)
+        own[s] = _with_extras(basic, model, s, {effect: value} if s == sensor and found is None else {})
     return _with_beside(model, own, {})
 
 
@@ -236,10 +235,15 @@ def vectors_of(history: ErrorHistory, instants: Array, requirement: Requirement)
     """(k, c, B) components that a requirement asks for, at the instants at which it holds."""
     field_of, components = COMPONENTS[requirement.error]
     values: Array = getattr(history, field_of)[:, components]
+    return values[instants_at(instants, requirement)]
+
+
+def instants_at(instants: Array, requirement: Requirement) -> list[int]:
+    """Which of the instants a requirement holds at."""
     if requirement.at == "any":
-        return values
+        return list(range(len(instants)))
     at = instants[-1] if requirement.at == "end" else float(requirement.at)
-    return values[[int(np.argmin(np.abs(instants - at)))]]
+    return [int(np.argmin(np.abs(instants - at)))]
 
 
 def lengths_of(vectors: Array) -> Array:

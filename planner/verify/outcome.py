@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -15,6 +15,7 @@ from planner.spec.model import NAVIGATION_ERRORS, PercentileRule, Requirement, S
 from planner.units import to_si, unit_factor
 from planner.verify.beside import noise_name
 from planner.verify.experiment import Experiment
+from planner.verify.flights import instants_at
 from planner.verify.residuals import PARTS
 from planner.verify.tally import Tally
 
@@ -56,6 +57,7 @@ class Claim:
 class RequirementOutcome:
     """One requirement over all flights, SI.
 
+    family: of the curves; starts: at which temperatures, in words; instants: (k,) s, when it was looked at
     promised: share of the flights that the rule promises; None for rss, which promises the root mean square
     share, low, high: of the flights within the limit, with its exact interval; rms with rms_low, rms_high
     achieved: what the plan says; at_promise: what it should be compared with, the promised percentile or the
@@ -63,8 +65,11 @@ class RequirementOutcome:
     """
 
     index: int
+    family: str
+    starts: str
     error: str
     at: str
+    instants: Array
     rule: str
     unit: str
     limit: float
@@ -102,10 +107,15 @@ def share_interval(hits: int, of: int, confidence: float = SURE) -> tuple[float,
 
 
 def outcomes(
-    e: Experiment, tally: Tally, document: Mapping[str, Any], spec: Spec
+    e: Experiment,
+    tally: Tally,
+    document: Mapping[str, Any],
+    spec: Spec,
+    which: Sequence[int] | None = None,
 ) -> tuple[RequirementOutcome, ...]:
-    """Every requirement of the spec, judged."""
-    return tuple(_outcome(e, tally, document, spec, r) for r in range(len(spec.requirement)))
+    """Requirements of the spec, judged: all of them, or some."""
+    every = range(len(spec.requirement)) if which is None else which
+    return tuple(_outcome(e, tally, document, spec, r) for r in every)
 
 
 def _outcome(
@@ -121,11 +131,15 @@ def _outcome(
     rms_low, rms_high = _rms_interval(lengths)
     verdict = _verdict(limit, promised, (low, high), (rms_low, rms_high))
     parts = _parts(e, tally, document, index)
-    figures = document["requirements"][index]
     return RequirementOutcome(
         index=index,
+        family=e.family,
+        starts=e.starts.words,
         error=wanted.error,
         at=wanted.at if isinstance(wanted.at, str) else f"{wanted.at:g} s",
+        instants=np.zeros(0)
+        if e.flight is None
+        else e.flight.instants[instants_at(e.flight.instants, wanted)],
         rule=rule_name(wanted),
         unit=unit,
         limit=limit,
@@ -136,7 +150,7 @@ def _outcome(
         rms=rms,
         rms_low=rms_low,
         rms_high=rms_high,
-        achieved=to_si(f"{figures['achieved']} {figures['unit']}", figures["unit"]),
+        achieved=predicted(document, index, e.family),
         at_promise=rms if promised is None else float(np.quantile(lengths, promised)),
         percentiles=tuple((p, float(np.percentile(lengths, p))) for p in PERCENTILES),
         largest=float(lengths.max()),
@@ -146,6 +160,13 @@ def _outcome(
         parts=parts,
         lengths=lengths,
     )
+
+
+def predicted(document: Mapping[str, Any], index: int, family: str) -> float:
+    """What the plan says of a requirement, of that family if it has a figure for each, SI."""
+    said = document["requirements"][index]
+    of_family = document.get("families", {}).get(family, {})
+    return to_si(f"{of_family.get(str(index), said['achieved'])} {said['unit']}", said["unit"])
 
 
 def promised_share(wanted: Requirement, spec: Spec) -> float | None:

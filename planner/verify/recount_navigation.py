@@ -22,6 +22,7 @@ from planner.spec.model import NAVIGATION_ERRORS, Given, PercentileRule, Require
 from planner.units import unit_factor
 from planner.verify.along_flight import COMPONENTS
 from planner.verify.findings import Findings
+from planner.verify.lengths import length_quantile
 from planner.verify.recount_sensitivities import Slopes, slopes_of
 
 Document = Mapping[str, Any]
@@ -186,51 +187,6 @@ def _covariance(document: Document, vectors: Vectors) -> Array:
     for name, v in vectors.items():
         total += _size(document, name, False) ** 2 * v.T @ v
     return total
-
-
-def length_quantile(covariance: Array, probability: float) -> float:
-    """r with P(|x| < r) = p for a Gaussian x: Σ λ z² by Imhof's inversion (Biometrika 48, 1961)."""
-    from scipy.optimize import brentq
-    from scipy.special import ndtri
-
-    variances = np.linalg.eigvalsh(covariance)
-    variances = variances[variances > 1e-12 * variances.max(initial=0.0)]
-    if len(variances) == 0:
-        return 0.0
-    if len(variances) == 1:
-        return float(np.sqrt(variances[0]) * ndtri(0.5 + probability / 2))
-    scale = float(variances.sum())
-    share = variances / scale
-    low, high = 1e-6, 60.0
-    rule = np.polynomial.legendre.leggauss(96)
-    root = brentq(lambda x: _beyond(share, x, rule) - (1.0 - probability), low, high, xtol=1e-12, rtol=1e-13)
-    return float(np.sqrt(root * scale))
-
-
-def _beyond(variances: Array, x: float, rule: tuple[Array, Array]) -> float:
-    """P(Σ λ z² > x) of two or three λ by conditioning: the last direction integrated out by Gauss-Legendre.
-
-    Polar in the first two: P(λ₁z₁² + λ₂z₂² > y) = mean over θ of exp(−y / 2(λ₁cos² + λ₂sin²)).
-    """
-    # periodic and smooth: 1e-13 of the length for variances from 1 : 1 to 1 : 1e-6
-    angle = (np.arange(128) + 0.5) * (np.pi / 2.0) / 128
-    pair = np.sort(variances)[::-1][:2]
-    width = pair[0] * np.cos(angle) ** 2 + pair[1] * np.sin(angle) ** 2
-
-    def two(y: Array) -> Array:
-        return np.asarray(np.exp(-np.maximum(y, 0.0)[:, None] / (2.0 * width)).mean(axis=1))
-
-    if len(variances) == 2:
-        return float(two(np.array([x]))[0])
-    third = float(np.sort(variances)[0])
-    node, weight = rule
-    most = min(np.sqrt(x / third), 12.0)
-    z = 0.5 * most * (node + 1.0)
-    density = np.exp(-(z**2) / 2.0) / np.sqrt(2.0 * np.pi)
-    inside = float(np.sum(weight * density * two(x - third * z**2)) * most)  # both signs: 2 · most/2
-    from scipy.special import erfc
-
-    return inside + float(erfc(most / np.sqrt(2.0)))
 
 
 def _of_lengths(document: Document, wanted: Requirement, lengths: Mapping[str, Array]) -> float:

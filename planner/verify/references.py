@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
@@ -90,3 +91,51 @@ def felt(motion: Motion, base: Array, mounted: Array, faster: Array) -> tuple[Ar
     turn = (base @ earth_rate()) @ motion.turned.T + np.outer(1.0 + faster, motion.driven)
     load = (base @ upward()) @ motion.turned.T + np.outer((1.0 + faster) ** 2, motion.pushed)
     return (mounted @ turn[..., None])[..., 0], (mounted @ load[..., None])[..., 0]
+
+
+# ---------------------------------------------------------------- to first order
+
+_STEP = 1e-5  # rad, or of the rate: what is of second order is 1e-5 of the slope
+
+
+@dataclass(frozen=True)
+class Direction:
+    """One way in which references err, of so many sigma: rate, specific_force: (n, 3) true minus referred."""
+
+    sigma: float
+    rate: Array
+    specific_force: Array
+
+
+def directions(records: Records, spec: Spec) -> tuple[Direction, ...]:
+    """Levels and rates of every bench, and the mountings of every installation: one unit of each."""
+    found = []
+    for name in dict.fromkeys(records.bench.tolist()):
+        accuracy = spec.benches[name].accuracy
+        rows = np.flatnonzero(records.bench == name)
+        ways = [(accuracy.level, k, rows) for k in (0, 1)] + [(accuracy.rate, 2, rows)]
+        for visit in np.unique(records.installation[rows]).tolist():
+            there = rows[records.installation[rows] == visit]
+            ways += [(accuracy.mounting, k, there) for k in (3, 4, 5)]
+        found += [Direction(sigma, *_slope(records, k, there)) for sigma, k, there in ways if sigma > 0]
+    return tuple(found)
+
+
+def _slope(records: Records, way: int, rows: NDArray[np.int64]) -> tuple[Array, Array]:
+    """(n, 3) rate and force per radian of a tilt (0, 1) or a turn (3, 4, 5), or per one of a rate (2)."""
+    sign = np.array([1.0, -1.0])
+    off = np.zeros((2, 6))
+    off[:, way] = _STEP * sign
+    base, mounted = turned_by(off[:, :3] * [1.0, 1.0, 0.0]), turned_by(off[:, 3:])
+    rate, force = np.zeros((2, len(records), 3))
+    for row in rows:
+        turn, load = felt(records.motions[row], base, mounted, off[:, 2])
+        rate[row], force[row] = sign @ turn / (2.0 * _STEP), sign @ load / (2.0 * _STEP)
+    return rate, force
+
+
+def thermometers(records: Records, spec: Spec) -> tuple[tuple[float, Array], ...]:
+    """(sigma in K, (n,) one for its records) of every bench whose thermometer errs."""
+    names = dict.fromkeys(records.bench.tolist())
+    every = [(spec.benches[name].accuracy.temperature, records.bench == name) for name in names]
+    return tuple((sigma, rows.astype(float)) for sigma, rows in every if sigma > 0)

@@ -90,10 +90,10 @@ def _left(
     t = np.broadcast_to(flight.temperature_degc, (units, len(flight.time)))
     parts = np.zeros((5, units, len(flight.time), len(error.terms)))
     for e in whole:
-        share = _share(e, effect, t, flight)
-        parts[0] += share * e.run_to_run
-        parts[1] += share * e.in_run
-        parts[2] += share * e.storage[:, None, :]
+        part = share(e.sensor, e.effect, effect, t, flight)
+        parts[0] += part * e.run_to_run
+        parts[1] += part * e.in_run
+        parts[2] += part * e.storage[:, None, :]
     curve = _systematic(whole, effect, t, flight)
     nodes_of, at_nodes = [], []
     estimated = np.zeros(parts.shape[1:])
@@ -123,15 +123,15 @@ def _left(
 
 def _systematic(whole: Sequence[DrawnError], effect: str, t: Array, flight: Exposed) -> Array:
     """(B, K, t) constants and curves at temperatures (B, K), in the terms of the carrying effect."""
-    return np.asarray(sum(_share(e, effect, t, flight) * e.systematic(t) for e in whole))
+    return np.asarray(sum(share(e.sensor, e.effect, effect, t, flight) * e.systematic(t) for e in whole))
 
 
-def _share(error: DrawnError, effect: str, t: Array, flight: Exposed) -> Array | float:
+def share(sensor: Sensor, own: str, effect: str, t: Array, flight: Exposed) -> Array | float:
     """(B, K, terms) what one unit of an error is in units of the effect that carries it, at temperatures.
 
     Asked of both effects' regressors under a turn and a load about no axis of the body.
     """
-    if error.effect == effect:
+    if own == effect:
         return 1.0
     rows = t.size
     seen = Conditions(
@@ -142,9 +142,9 @@ def _share(error: DrawnError, effect: str, t: Array, flight: Exposed) -> Array |
         time_on=np.full(rows, float(np.mean(flight.time))),
         day=np.full(rows, flight.day),
     )
-    own, carrying = (catalog.effects()[e].regressors(error.sensor, seen) for e in (error.effect, effect))
+    alone, carrying = (catalog.effects()[e].regressors(sensor, seen) for e in (own, effect))
     size = np.sum(carrying**2, axis=1)
-    found = np.sum(own * carrying, axis=1) / np.where(size > 0, size, 1.0)
+    found = np.sum(alone * carrying, axis=1) / np.where(size > 0, size, 1.0)
     return np.asarray(found.reshape(*t.shape, -1))
 
 

@@ -15,7 +15,8 @@ from planner.verify.weak import Weak
 class Verification:
     """Everything that verify found.
 
-    flown: what the flights are, in words; where: `flight` or `range`, at which temperatures
+    outcomes: every requirement in every family of curves that was flown, family by family
+    flown: what the flights are, in words; temperature, curves: which were asked for
     """
 
     version: str
@@ -31,11 +32,25 @@ class Verification:
     wanted: int
     stopped: bool
     seed: int
-    where: str
+    temperature: str
+    curves: str
     flown: str
     confidence: float
     notes: tuple[str, ...]
     files: ThroughFiles = field(default_factory=ThroughFiles)
+
+    @property
+    def families(self) -> tuple[str, ...]:
+        """Those that were flown."""
+        return tuple(dict.fromkeys(o.family for o in self.outcomes))
+
+    @property
+    def worst(self) -> tuple[RequirementOutcome, ...]:
+        """Of every requirement the family in which it stands worst."""
+        found: dict[int, RequirementOutcome] = {}
+        for o in self.outcomes:
+            found[o.index] = max(found.get(o.index, o), o, key=_badness)
+        return tuple(found[i] for i in sorted(found))
 
     @property
     def verdict(self) -> Verdict:
@@ -44,3 +59,8 @@ class Verification:
         if not self.recount.ok or not self.files.ok or "broken" in verdicts:
             return "broken"
         return "undecided" if not verdicts or "undecided" in verdicts else "kept"
+
+
+def _badness(o: RequirementOutcome) -> tuple[int, float]:
+    """Broken before undecided before kept; then what is nearest to the limit."""
+    return ("kept", "undecided", "broken").index(o.verdict), o.at_promise / o.limit

@@ -12,6 +12,7 @@ from planner import catalog
 from planner.effects._channels import CHANNELS, BaseEffect, ChannelEffect
 from planner.pipelines.promise import FlightOptions, verify
 from planner.verify.experiment import experiment, units_left
+from planner.verify.starts import anywhere
 from planner.verify.structure import affine
 from tests.plugins.installing import Installed
 from tests.verify.plans import flown, planned_from
@@ -52,7 +53,7 @@ def test_what_a_table_carries_flies_with_the_effect_that_it_changes() -> None:
     spec = copy.deepcopy(flown())
     spec["unit"]["gyro"]["bias_temperature"] = {"systematic": "0.0001 deg/s/K"}
     one = planned_from(spec)
-    e = experiment(one.document, one.loaded.spec, one.trajectory, seed=2, where="range")
+    e = experiment(one.document, one.loaded.spec, one.trajectory, seed=2, starts=anywhere(one.loaded.spec))
     left = {str(x.name): x for x in units_left(e, 0, 50)}
     assert "gyro.bias_temperature" not in left
     # the table takes a slope out whole: estimate and curve are as small as without it

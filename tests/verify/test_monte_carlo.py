@@ -19,6 +19,7 @@ from planner.verify.draws import generator
 from planner.verify.experiment import experiment, run_chunk, units_left, units_measured
 from planner.verify.flights import exact_coefficients, lengths_of, vectors_of
 from planner.verify.outcome import share_interval
+from planner.verify.starts import anywhere
 from planner.verify.through_files import SIGMAS, WORSE
 from tests import oracle
 from tests.verify.plans import plan_of
@@ -145,9 +146,7 @@ def test_a_unit_without_chance_reads_what_simulate_reads():
     table, _ = simulate(design(steps_of(plan.document), plan.loaded.spec), still, 7, settings=quiet)
     own = replace(
         e,
-        unit=replace(
-            e.unit, families={}, budgets={k: _only_systematic(b) for k, b in e.unit.budgets.items()}
-        ),
+        unit=replace(e.unit, curves={}, budgets={k: _only_systematic(b) for k, b in e.unit.budgets.items()}),
         chance=Chance(white=dict.fromkeys(SENSORS, 0.0), temperature_jitter=0.0, case="worst", signs="plus"),
     )
     made = units_measured(own, 0, 2)
@@ -178,7 +177,9 @@ def test_the_random_parts_have_the_spreads_of_the_budget():
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_parts_add_up_to_what_is_left(seed):
-    for x in units_left(prepared_experiment("flown", seed=seed, where="range"), 0, 20):
+    for x in units_left(
+        prepared_experiment("flown", seed=seed, starts=anywhere(plan_of("flown").loaded.spec)), 0, 20
+    ):
         np.testing.assert_allclose(x.parts.sum(axis=0), x.true - x.estimated, atol=1e-15)
 
 

@@ -16,6 +16,7 @@ from planner.verify.experiment import experiment
 from planner.verify.monte_carlo import fly
 from planner.verify.outcome import claims_of, outcomes
 from planner.verify.recount import recount
+from planner.verify.starts import anywhere
 from planner.verify.weak import weak_coefficients
 from planner.verify.workers import here
 from tests.specs import SHIPPED, shipped
@@ -72,7 +73,9 @@ def test_the_anchor_of_the_helicopter_fixed_by_hand():
         wanted["limit"] = limit
     one = spec_from_bytes(yaml.safe_dump(spec, allow_unicode=True).encode(), SHIPPED / "fixed.yaml")
     document = json.loads(plan_text(exact_plan(one)))
-    e = experiment(document, one.spec, trajectory_of(one.spec.trajectory, one.folder), seed=1, where="range")
+    e = experiment(
+        document, one.spec, trajectory_of(one.spec.trajectory, one.folder), seed=1, starts=anywhere(one.spec)
+    )
     flown = fly(e, 4000, here, lambda message: None)
     position, heading = outcomes(e, flown.tally, document, one.spec)
     assert position.at_promise == pytest.approx(73.5, rel=0.03)

@@ -42,7 +42,7 @@ def verify_report(v: Verification) -> Report:
         title=v.name,
         answer=words.headline(v),
         sentences=(*sentences, words.second_code()),
-        verdicts=tuple(map(_verdict, v.outcomes)),
+        verdicts=tuple(map(_verdict, v.worst)),
         notes=tuple(v.notes),
         facts=_facts(v),
         sections=_sections(v),
@@ -91,6 +91,10 @@ BASIS = (
     "calibrated by generalised least squares with the spec's variances, and flies the spec's flight: "
     "corrected readings through a nonlinear strapdown, in a power-on of its own, with in-run drift, with the "
     "noise that unit.noise gives, and flown_after the campaign's end unless the flight has a day.",
+    "Each requirement is flown at the temperatures that it speaks of: anywhere in the range of use, in a "
+    "distribution, at the start that verify's own linear model finds worst, or as the flight has it; a worst "
+    "case always as the flight has it. The curves over temperature are of one family; the promise is kept "
+    "if it is in each that was flown.",
     "worst_case promises that the limit holds in the plan's confidence share of the flights; a percentile "
     "that it holds in that share; rss that the root mean square of the flights does not exceed it.",
     "Intervals of shares are exact (Clopper and Pearson); kept or broken is said only when the whole "
@@ -114,7 +118,8 @@ INDEPENDENT = (
 
 
 def _flights(v: Verification) -> Iterator[Block | None]:
-    for o in v.outcomes:
+    yield words.families_table(v)
+    for o in v.worst:
         said = [words.share_sentence(o), words.pessimism_sentence(o)]
         if o.verdict == "broken":
             said.append(f"too small in the budget: {', '.join(o.too_small)}")
@@ -138,7 +143,7 @@ def _of_limit(ratio: float) -> str:
 
 
 def _made(v: Verification) -> Iterator[Block | None]:
-    for o in v.outcomes:
+    for o in v.worst:
         yield charts.parts_picture(o)
         yield words.parts_table(o)
 

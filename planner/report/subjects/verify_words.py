@@ -28,10 +28,11 @@ def headline(v: Verification) -> str:
         return f"The promise is broken: {SAID}."
     if not v.outcomes:
         return "The plan is what it says; nothing was flown."
-    broken = [o for o in v.outcomes if o.verdict == "broken"]
+    broken = [o for o in v.worst if o.verdict == "broken"]
     if broken:
         parts = ", ".join(broken[0].too_small[:3])
-        return f"The promise is broken: {name_of(broken[0])} is exceeded; too small: {parts}."
+        where = f" with curves {broken[0].family}" if _several(v) else ""
+        return f"The promise is broken: {name_of(broken[0])} is exceeded{where}; too small: {parts}."
     if v.verdict == "undecided":
         return f"Not sure yet after {v.flights} flights: fly more."
     return "The promise is kept."
@@ -64,9 +65,36 @@ def files_sentence(files: ThroughFiles) -> str:
 
 def flight_sentence(v: Verification) -> str:
     """What was flown."""
-    where = "at any temperature of the range" if v.where == "range" else "as warm as the flight is"
+    where = "; ".join(dict.fromkeys(o.starts for o in v.outcomes))
     stopped = f", stopped before {v.wanted}" if v.stopped else ""
-    return f"{v.flights} units calibrated and flown{stopped}; {v.flown}, {where}, seed {v.seed}"
+    each = f" in each of the families {', '.join(v.families)}" if len(v.families) > 1 else ""
+    curves = f", curves {v.families[0]}" if len(v.families) == 1 else ""
+    return f"{v.flights} units calibrated and flown{each}{stopped}; {v.flown}, {where}{curves}, seed {v.seed}"
+
+
+def families_table(v: Verification) -> Table | None:
+    """Every requirement in every family of curves, where there are several."""
+    rows = (
+        (
+            name_of(o),
+            o.family,
+            digits(from_si(o.achieved, o.unit)),
+            f"{digits(from_si(o.at_promise, o.unit))} {o.unit}",
+            percent(o.share, 2),
+            o.verdict,
+        )
+        for o in v.outcomes
+    )
+    title = "Curves over temperature: each family that leaves the same table"
+    return (
+        table(title, "requirement | family | predicted | flown | within the limit |", rows)
+        if _several(v)
+        else None
+    )
+
+
+def _several(v: Verification) -> bool:
+    return len(v.families) > 1
 
 
 def name_of(o: RequirementOutcome) -> str:

@@ -1,0 +1,104 @@
+"""What a requirement asks of the rests of all errors, by the linear model of the flight; and its figure.
+
+d = Σ asked · rest + what flies beside the errors; its covariance at each start gives the figure: the quantile
+of |d| over all flights, or its root mean square. `at: any`: of the largest |d| over the instants, by draws.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner import catalog
+from planner.nouns.array import Array
+from planner.spec.model import PercentileRule, Requirement
+from planner.verify.draws import generator
+from planner.verify.flights import FlightModel, beside_coefficients, part_coefficients, vectors_of
+from planner.verify.foreseen import Asked, Foresight, Moment
+from planner.verify.lengths import mixed_quantile
+from planner.verify.starts import Starts
+from planner.verify.told import Error
+
+DRAWS = 100_000  # of flights, for a requirement at any moment: a 95 % quantile is then known to 0.3 %
+
+
+@dataclass(frozen=True)
+class Navigation:
+    """One requirement. asked: error -> (R, K, t), R = instants · components; beside: (R, R)."""
+
+    wanted: Requirement
+    instants: int
+    asked: Asked
+    beside: Array
+
+
+def navigation(flight: FlightModel, wanted: Requirement, errors: Sequence[Error]) -> Navigation:
+    """A requirement on a flight with errors."""
+    vectors = vectors_of(flight.linear, flight.instants, wanted)
+    rows = vectors.reshape(-1, vectors.shape[2])
+    count, asked = len(flight.moments), {}
+    for sensor, effect in errors:
+        terms = len(catalog.effects()[effect].terms(sensor))
+        one = np.eye(count * terms).reshape(-1, count, terms)
+        added = rows @ part_coefficients(flight, sensor, effect, one).T
+        asked[sensor, effect] = added.reshape(len(rows), count, terms)
+    beside = np.zeros((len(rows), len(rows)))
+    for name, sigmas in flight.beside.sigmas(flight.trajectory).items():
+        added = rows @ beside_coefficients(flight, {name: sigmas}, len(sigmas)).T
+        beside += added @ added.T
+    return Navigation(wanted, len(vectors), asked, beside)
+
+
+def covariances(
+    n: Navigation, f: Foresight, degc: Array, families: Mapping[str, Mapping[Error, Moment]]
+) -> dict[str, Array]:
+    """Family -> (S, R, R) at temperatures (S, K) along the flight."""
+    found: dict[str, list[Array]] = {family: [] for family in families}
+    for one in degc:
+        common = sum(f.without_curves(n.asked, one).values()) + n.beside
+        for family, moments in families.items():
+            found[family].append(common + sum(f.curves(n.asked, one, moments)))
+    return {family: np.array(several) for family, several in found.items()}
+
+
+def figure(n: Navigation, covariances: Array, shares: Array) -> float:
+    """The quantile or the root mean square of flights that have covariances (S, R, R) in shares (S,), SI."""
+    rule = n.wanted.rule
+    p = rule.percentile if isinstance(rule, PercentileRule) else None
+    if n.instants > 1:
+        longest, weight = _longest(n, covariances, shares)
+        return _weighed_quantile(longest, weight, p) if p else float(np.sqrt(weight @ longest**2))
+    if p is None:
+        return float(np.sqrt(shares @ np.trace(covariances, axis1=1, axis2=2)))
+    return mixed_quantile(list(covariances), shares.tolist(), p)
+
+
+def _longest(n: Navigation, covariances: Array, shares: Array) -> tuple[Array, Array]:
+    """Largest lengths over the instants of drawn flights, and the share that each stands for."""
+    rng = generator(0, 0, "any moment")
+    each = DRAWS // len(covariances)
+    found = []
+    for one in covariances:
+        value, vector = np.linalg.eigh(one)
+        kept = value > 1e-12 * value.max(initial=0.0)
+        root = vector[:, kept] * np.sqrt(value[kept])
+        d = (rng.normal(size=(each, root.shape[1])) @ root.T).reshape(each, n.instants, -1)
+        found.append(np.linalg.norm(d, axis=2).max(axis=1))
+    return np.concatenate(found), np.repeat(shares / each, each)
+
+
+def _weighed_quantile(values: Array, weights: Array, p: float) -> float:
+    order = np.argsort(values)
+    return float(values[order][np.searchsorted(np.cumsum(weights[order]), p)])
+
+
+def worst_start(
+    n: Navigation, f: Foresight, moments: Mapping[Error, Moment], starts: Starts, profile: Array, degc: Array
+) -> tuple[float, float]:
+    """(start, figure) of the worst of the starts (S,)."""
+    every = covariances(n, f, starts.along(profile, degc), {"": moments})[""]
+    figures = [figure(n, one[None], np.ones(1)) for one in every]
+    worst = int(np.argmax(figures))
+    return float(degc[worst]), figures[worst]

@@ -1,0 +1,161 @@
+"""What a campaign leaves in flight, foreseen: covariances of what is asked of the rests of all errors.
+
+The rest of a term in flight is what the unit has there less what its calibration says,
+
+    e(T, t) = c + f(T) + r' + g'(t) + w(D) − Σ_n hat_n(T) θ̂_n,    θ̂ from the campaign (told)
+
+and every chance of it is followed by itself: constants and curves that the tables miss, the walk up to the
+flight, the flight's own power-on and drift, the campaign's runs, drift, noise and references. Nothing here is
+the planner's: its information matrices are not asked, and curves count by the mean of f fᵀ over curves that
+verify draws itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.nouns.array import Array
+from planner.spec.budget import STORAGE_DAYS
+from planner.verify.curves import Curves
+from planner.verify.draws import Exposed, Unit, generator
+from planner.verify.nodes import read
+from planner.verify.residuals import carrier, flying, share
+from planner.verify.told import Error, Told
+
+CURVES = 6000  # of every family: their second moment is then known to 2 %, a figure with it to less than 1 %
+PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
+Asked = Mapping[Error, Array]
+"""Error -> (R, K, t): what is asked of its terms at the moments of the flight."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """Mean of f fᵀ over an error's curves. grid: (G,) degC; value: (G, G)."""
+
+    grid: Array
+    value: Array
+
+    def at(self, degc: Array) -> Array:
+        """(k, k) at temperatures (k,), the end segments going on beyond the grid."""
+        left, s = self._between(degc)
+        return self._mixed(left, np.stack([1.0 - s, s]))
+
+    def of_slopes(self, degc: Array) -> Array:
+        """(k, k) of the slopes of f, per K²."""
+        left, _ = self._between(degc)
+        each = 1.0 / (self.grid[left + 1] - self.grid[left])
+        return self._mixed(left, np.stack([-each, each]))
+
+    def _between(self, degc: Array) -> tuple[NDArray[np.intp], Array]:
+        left = np.clip(np.searchsorted(self.grid, degc, side="right") - 1, 0, len(self.grid) - 2)
+        return left, (degc - self.grid[left]) / (self.grid[left + 1] - self.grid[left])
+
+    def _mixed(self, left: NDArray[np.intp], weights: Array) -> Array:
+        ends = [(left, weights[0]), (left + 1, weights[1])]
+        parts = [np.outer(a, b) * self.value[np.ix_(i, j)] for i, a in ends for j, b in ends]
+        return np.asarray(sum(parts))
+
+
+def moments_of(curves: Mapping[Error, Curves], family: str) -> dict[Error, Moment]:
+    """Of the curves of every error, from CURVES of them."""
+    return {error: _moment(one, error, family) for error, one in curves.items()}
+
+
+def _moment(curves: Curves, error: Error, family: str) -> Moment:
+    drawn = curves.drawn(CURVES, generator(0, 0, "second moment", family, *error))
+    return Moment(curves.grid, drawn.T @ drawn / CURVES)
+
+
+@dataclass(frozen=True)
+class Foresight:
+    """A plan, its campaign and its flight. time: (K,) s, moments of the flight; day: of the flight."""
+
+    unit: Unit
+    told: Told
+    time: Array
+    day: float
+
+    @property
+    def errors(self) -> list[Error]:
+        """Those that stand for themselves in flight."""
+        return flying(list(self.unit.budgets))
+
+    def without_curves(self, asked: Asked, degc: Array) -> dict[str, Array]:
+        """Part -> (R, R) of a flight at temperatures (K,), all but the curves' own."""
+        G, flown = self._tables(asked, degc), self._flown(asked, degc)
+        found = {part: np.zeros((len(G), len(G))) for part in PARTS}
+        found["estimate"] += G @ self.told.noise @ G.T
+        for error, own in flown.items():
+            budget = self.unit.budgets[error]
+            constant = own.sum(axis=1) - G @ self.told.constant[error]
+            found["estimate"] += budget.systematic_size**2 / 3.0 * constant @ constant.T
+            found["storage"] += budget.storage_sigma**2 * self._walked(G, error, own)
+            apart = np.abs(np.subtract.outer(self.time, self.time))
+            drift = budget.in_run_sigma**2 * np.exp(-apart / budget.in_run_time)
+            found["in_run"] += _through(own, drift)
+            s, length = budget.run_to_run_sigma(degc), budget.temperature_correlation
+            warmer = np.subtract.outer(degc, degc)
+            alike = 1.0 if length is None else np.exp(-0.5 * (warmer / length) ** 2)
+            found["run_to_run"] += _through(own, np.outer(s, s) * alike)
+        return found
+
+    def curves(self, asked: Asked, degc: Array, moments: Mapping[Error, Moment]) -> tuple[Array, Array]:
+        """(R, R) of what tables miss of the curves, and of what thermometers do to them."""
+        G, flown = self._tables(asked, degc), self._flown(asked, degc)
+        missed, misread = np.zeros((2, len(G), len(G)))
+        for error, moment in moments.items():
+            both = np.concatenate(
+                [-_over(G, self.told.curve[error]), np.swapaxes(flown[error], 1, 2)], axis=2
+            )
+            missed += _through(np.swapaxes(both, 1, 2), moment.at(np.concatenate([self.told.degc, degc])))
+            for one in self.told.slope[error]:
+                slopes = moment.of_slopes(self.told.degc)
+                misread += _through(np.swapaxes(_over(G, one), 1, 2), slopes)
+        return missed, misread
+
+    def _tables(self, asked: Asked, degc: Array) -> Array:
+        """(R, P): what is asked of every coefficient, read in flight by straight lines."""
+        rows = len(next(iter(asked.values())))
+        G = np.zeros((rows, len(self.told.columns)))
+        places: dict[tuple[Error, int], list[int]] = {}
+        for i, (sensor, column) in enumerate(self.told.columns):
+            places.setdefault(((sensor, column.effect), column.index), []).append(i)
+        for (error, term), mine in places.items():
+            if error in asked:
+                nodes = np.array([self.told.columns[i][1].node_degc for i in mine])
+                weights = np.ones((len(degc), 1)) if np.isnan(nodes).any() else read(degc, nodes)
+                G[:, mine] = asked[error][:, :, term] @ weights
+        return G
+
+    def _flown(self, asked: Asked, degc: Array) -> dict[Error, Array]:
+        """Every budgeted error -> (R, K, t): what is asked of it, through the error that carries it."""
+        every = list(self.unit.budgets)
+        seen = Exposed(degc, self.time, self.day)
+        found = {}
+        for sensor, effect in every:
+            by = carrier(sensor, effect, every)
+            found[sensor, effect] = asked[sensor, by] * share(sensor, effect, by, degc, seen)
+        return found
+
+    def _walked(self, G: Array, error: Error, own: Array) -> Array:
+        """(R, R) of a walk of unit sigma in STORAGE_DAYS, from day 0 through the records to the flight."""
+        days = self.told.days
+        weights = np.concatenate([-_over(G, self.told.walk[error]), own.sum(axis=1)[:, :, None]], axis=2)
+        later = np.cumsum(weights[:, :, ::-1], axis=2)[:, :, ::-1]  # each step is in all that follows
+        width = np.diff(np.concatenate([[0.0], days, [max(self.day, days[-1])]])) / STORAGE_DAYS
+        return _through(np.swapaxes(later, 1, 2), np.diag(width))
+
+
+def _over(G: Array, told: Array) -> Array:
+    """(R, P) · (P, t, N) -> (R, t, N)."""
+    return np.asarray(np.tensordot(G, told, axes=1))
+
+
+def _through(rows: Array, kernel: Array) -> Array:
+    """(R, R) Σ over terms of rows K rowsᵀ; rows: (R, K, t)."""
+    by_term = np.moveaxis(rows, 2, 0)
+    return np.asarray((by_term @ kernel @ np.swapaxes(by_term, 1, 2)).sum(axis=0))

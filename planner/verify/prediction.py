@@ -1,0 +1,68 @@
+"""What the flights of an experiment are foreseen to find: any requirement, family and start."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from planner.nouns.array import Array
+from planner.verify.asked import Navigation, covariances, figure, navigation, worst_start
+from planner.verify.experiment import Experiment
+from planner.verify.families import curves_in
+from planner.verify.flights import FlightModel
+from planner.verify.foreseen import Foresight, Moment, moments_of
+from planner.verify.starts import Starts, anywhere, at_one
+from planner.verify.told import Error, told
+
+FINE = 49  # starts among which the worst is looked for
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """An experiment that has a flight, foreseen."""
+
+    e: Experiment
+    flight: FlightModel
+    _moments: dict[str, Mapping[Error, Moment]] = field(default_factory=dict)
+
+    @cached_property
+    def foresight(self) -> Foresight:
+        """Its campaign."""
+        e = self.e
+        known = told(e.records, e.unit, e.estimators, e.spec, e.chance)
+        return Foresight(e.unit, known, self.flight.moments, e.day)
+
+    @cached_property
+    def asked(self) -> list[Navigation]:
+        """Its requirements."""
+        return [navigation(self.flight, wanted, self.foresight.errors) for wanted in self.e.requirements]
+
+    @cached_property
+    def profile(self) -> Array:
+        """(K,) degC along the flight."""
+        flown = self.flight.trajectory
+        return np.interp(self.flight.moments, flown.time_s, flown.temperature_degc)
+
+    def moments(self, family: str) -> Mapping[Error, Moment]:
+        """Second moments of the curves of a family."""
+        if family not in self._moments:
+            self._moments[family] = moments_of(curves_in(self.e.spec, family), family)
+        return self._moments[family]
+
+    def figures(self, index: int, starts: Starts, families: tuple[str, ...]) -> dict[str, float]:
+        """Family -> the quantile or root mean square of a requirement, SI."""
+        degc, shares = starts.grid(self.profile)
+        wanted = self.asked[index]
+        found = covariances(wanted, self.foresight, degc, {name: self.moments(name) for name in families})
+        return {family: figure(wanted, several, shares) for family, several in found.items()}
+
+    def worst(self, index: int, family: str) -> tuple[Starts, float]:
+        """The start of the range at which a requirement is worst, and its figure there."""
+        spec = self.e.spec
+        grid = np.linspace(*spec.plan.temperatures.range, FINE)
+        wanted, moments = self.asked[index], self.moments(family)
+        degc, most = worst_start(wanted, self.foresight, moments, anywhere(spec), self.profile, grid)
+        return at_one(spec, degc), most
