@@ -2,18 +2,37 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 from planner.nouns.allowances import Allowance, GeneticHistory
 from planner.nouns.choices import RepeatReason
 from planner.origin import Origin
 
+Action = Literal[
+    "install",
+    "ramp",
+    "soak",
+    "power_on",
+    "move",
+    "record",
+    "power_off",
+    "cool_down",
+    "pause",
+    "remove",
+]
+ACTIONS: tuple[str, ...] = get_args(Action)  # in the order in which a bench does them
+_BATCH = re.compile(r"b(\d+)/")
+
 
 @dataclass(frozen=True)
 class Step:
-    """One action on one bench, with people if attended. Times in s from the start; motion in deg, deg/s."""
+    """One action on one bench, with people if attended. Times in s from the start; motion in deg, deg/s.
+
+    attended: None where an older plan does not say
+    """
 
     id: str
     bench: str
@@ -25,7 +44,18 @@ class Step:
     repeat: int | None = None
     motion: Mapping[str, float] | None = None
     units: int = 1
-    attended: bool = False
+    attended: bool | None = False
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts."""
+        return self.end_s - self.start_s
+
+    @property
+    def batch(self) -> int | None:
+        """Which batch of units it is for: `b02/…`, which only the id tells; None: the only one."""
+        found = _BATCH.match(self.id)
+        return None if found is None else int(found[1])
 
 
 @dataclass(frozen=True)
