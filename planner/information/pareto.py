@@ -1,0 +1,183 @@
+"""A genetic campaign beside the plan, and the Pareto set of hours, accuracy and power-on hours.
+
+NSGA-II (Deb et al., IEEE Trans. Evol. Comput. 6, 2002; DEAP's selection) over the same counts that the plan is
+made of. A whole generation is judged at once by the model of the promise, so that it costs as much as its
+information does. Where an individual breaks the promise it is not lost: what it would cost to promise less is
+what the set shows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.information.exchange import Judge, even
+from planner.information.offers import Offer, Offers
+from planner.nouns.allowances import GeneticHistory
+from planner.nouns.array import Array
+from planner.nouns.plan import GeneticPlan
+from planner.plan.costs import repeat_power_on
+
+INDIVIDUALS, GENERATIONS = 40, 24
+USELESS = 4.0  # loads from which on an individual counts as breaking the promise alike
+SHOWN = 40
+
+
+@dataclass(frozen=True)
+class Point:
+    """One campaign of the set: counts (g,), weighted seconds, load (share of the tightest limit), power-on s."""
+
+    counts: Array
+    cost: float
+    load: float
+    power_on_s: float
+
+
+def pareto_set(offers: Offers, judge: Judge, seed: int) -> tuple[list[Point], GeneticHistory]:
+    """The Pareto set that the genetic algorithm found, the shortest first, and how it got there."""
+    from deap import tools
+
+    rng = np.random.default_rng(seed)
+    people = _judged(offers, judge, [_individual(offers, rng) for _ in range(INDIVIDUALS)])
+    people = tools.selNSGA2(people, INDIVIDUALS)
+    best, mean, kept = [], [], list(people)
+    for _ in range(GENERATIONS):
+        children = [_child(offers, people, rng) for _ in range(INDIVIDUALS)]
+        people = tools.selNSGA2([*people, *_judged(offers, judge, children)], INDIVIDUALS)
+        kept += people
+        keeping = [p.point.cost for p in people if p.point.load <= 1.0]
+        best.append(min([*keeping, *best[-1:]], default=float("nan")))
+        mean.append(float(np.mean([p.point.cost for p in people])))
+    points = sorted(undominated([p.point for p in kept if p.point.load < USELESS]), key=lambda p: p.cost)
+    evaluations = INDIVIDUALS * (GENERATIONS + 1)
+    return points, GeneticHistory(tuple(best), tuple(mean), GENERATIONS, evaluations, "generations")
+
+
+def undominated(points: Sequence[Point]) -> list[Point]:
+    """The distinct points than which none is better in cost, load and power-on together."""
+    distinct = [*{p.counts.tobytes(): p for p in points}.values()]
+    of = np.array([[p.cost, p.load, p.power_on_s] for p in distinct]).reshape(-1, 3)
+    better = (of[:, None] <= of[None, :]).all(axis=2) & (of[:, None] < of[None, :]).any(axis=2)
+    return [p for p, beaten in zip(distinct, better.any(axis=0), strict=True) if not beaten]
+
+
+def genetic_beside(offers: Offers, judge: Judge, plan_cost: float, seed: int) -> GeneticPlan | None:
+    """The genetic campaign beside the plan with its gap; None where it found none that keeps the promise."""
+    points, history = pareto_set(offers, judge, seed)
+    keeping = [p for p in points if p.load <= 1.0 and judge.keeps(p.counts)]
+    if not keeping:
+        return None
+    best = min(p.cost for p in keeping)
+    gap = max(0.0, best - plan_cost) / plan_cost if plan_cost else 0.0
+    return GeneticPlan(round(best, 6), gap, history, tuple(_shown(judge, points)))
+
+
+def _shown(judge: Judge, points: Sequence[Point]) -> list[dict[str, float]]:
+    """Hours, power-on hours and the figure of every requirement (SI), of at most SHOWN points."""
+    chosen = [points[i] for i in np.unique(np.linspace(0, len(points) - 1, min(SHOWN, len(points))).astype(int))]
+    figures = judge.promise.figures(np.array([p.counts for p in chosen])).max(axis=1) * judge.tightened
+    return [
+        {"time_s": p.cost, "power_on_s": p.power_on_s, **{str(k): float(x) for k, x in enumerate(row)}}
+        for p, row in zip(chosen, figures, strict=True)
+    ]
+
+
+# ---------------------------------------------------------------- individuals
+
+
+class _Fitness:
+    """What DEAP's selection asks of a fitness: weighted values, larger is better."""
+
+    def __init__(self, values: tuple[float, ...]) -> None:
+        self.wvalues = tuple(-v for v in values)
+        self.values = values
+        self.valid = True
+        self.crowding_dist = 0.0
+
+    def dominates(self, other: _Fitness) -> bool:
+        """No worse in all, better in one."""
+        pairs = list(zip(self.wvalues, other.wvalues, strict=True))
+        return all(a >= b for a, b in pairs) and any(a > b for a, b in pairs)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Fitness) and self.wvalues == other.wvalues
+
+    def __hash__(self) -> int:
+        return hash(self.wvalues)
+
+
+@dataclass
+class _Individual:
+    point: Point
+    fitness: _Fitness
+
+
+def _judged(offers: Offers, judge: Judge, every: Sequence[Array]) -> list[_Individual]:
+    counts = np.array(every)
+    powered = np.array([repeat_power_on(offers.spec, offers.spec.tests[k.test]) for k in offers.kinds])
+    loads = np.minimum(judge.loads(counts), USELESS)
+    each = zip(counts, offers.cost(counts).tolist(), loads.tolist(), (counts @ powered).tolist(), strict=True)
+    points = [Point(n, cost, load, power) for n, cost, load, power in each]
+    return [_Individual(p, _Fitness((p.cost, p.load, p.power_on_s))) for p in points]
+
+
+def _individual(offers: Offers, rng: np.random.Generator) -> Array:
+    """Tests at some even temperatures each, with a few repeats."""
+    n = np.zeros(len(offers.kinds))
+    for offer in offers.tests:
+        alone = even(offers, int(rng.integers(1, 7)))
+        n[offer.places] = alone[offer.places] + rng.integers(0, 3) * (alone[offer.places] > 0)
+    return _allowed(offers, n)
+
+
+def _child(offers: Offers, parents: Sequence[_Individual], rng: np.random.Generator) -> Array:
+    """Each test as one of two parents has it; then a visit more, less, moved, or a repeat more or less."""
+    mother, father = (parents[i].point.counts for i in rng.integers(len(parents), size=2))
+    child = mother.copy()
+    for offer in offers.tests:
+        if rng.random() < 0.5:
+            child[offer.places] = father[offer.places]
+    for _ in range(int(rng.integers(1, 3))):
+        child = _mutated(offers, child, rng)
+    return _allowed(offers, child)
+
+
+def _mutated(offers: Offers, n: Array, rng: np.random.Generator) -> Array:
+    free = [o for o in offers.tests if o.fixed is None]
+    if not free:
+        return n
+    offer, changed = free[int(rng.integers(len(free)))], n.copy()
+    used = [int(k) for k in offer.places if n[k] > 0]
+    what = rng.integers(4)
+    if what == 0 or not used:
+        k = int(rng.choice(offer.places))
+        changed[k] = max(n[k], offer.least)
+    elif what == 1:
+        changed[int(rng.choice(used))] = 0.0
+    elif what == 2:
+        k = int(rng.choice(used))
+        changed[k] = n[k] + rng.choice([-1, 1])
+    else:
+        k = int(rng.choice(used))
+        place = int(np.flatnonzero(offer.places == k)[0]) + int(rng.integers(-3, 4))
+        to = int(offer.places[int(np.clip(place, 0, len(offer.places) - 1))])
+        changed[k], changed[to] = 0.0, n[k]
+    return changed
+
+
+def _allowed(offers: Offers, n: Array) -> Array:
+    """Within what the spec allows: the least and most repeats, what hands fixed, at least one test."""
+    found = n.copy()
+    for offer in offers.tests:
+        found[offer.places] = _of_offer(offer, found[offer.places])
+    return found if np.any(found > 0) else even(offers, 1)
+
+
+def _of_offer(offer: Offer, n: Array) -> Array:
+    if offer.fixed is not None:
+        return np.array(offer.fixed, dtype=float)
+    if offer.everywhere:
+        n = np.full(len(n), n.max(initial=0.0))
+    return np.where(n > 0, np.clip(n, offer.least, offer.most), 0.0)
