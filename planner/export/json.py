@@ -202,16 +202,21 @@ def _reason(r: RepeatReason, plan: Plan) -> Mapping[str, Any]:
     }
 
 
+def _of_front(key: str, value: float, plan: Plan) -> float:
+    """Seconds, the figure of a requirement by its index, or the allowance of an error, in display units."""
+    if key in ("time_s", "power_on_s"):
+        return value
+    if key.isdigit():
+        return from_si(value, plan.requirements[int(key)].unit)
+    return from_si(value, next(a.unit for a in plan.allowances if a.error == key))
+
+
 def _genetic(genetic: GeneticPlan, plan: Plan) -> Mapping[str, Any]:
-    units = {a.error: a.unit for a in plan.allowances}
     return {
         "time_s": number(genetic.time_s),
         "gap": number(genetic.gap),
         "generations": genetic.history.generations,
         "evaluations": genetic.history.evaluations,
         "stopped": genetic.history.stopped,
-        "front": [
-            {k: number(v if k == "time_s" else from_si(v, units[k])) for k, v in point.items()}
-            for point in genetic.front
-        ],
+        "front": [{k: number(_of_front(k, v, plan)) for k, v in point.items()} for point in genetic.front],
     }

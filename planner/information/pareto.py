@@ -76,7 +76,9 @@ def genetic_beside(offers: Offers, judge: Judge, plan_cost: float, seed: int) ->
 
 def _shown(judge: Judge, points: Sequence[Point]) -> list[dict[str, float]]:
     """Hours, power-on hours and the figure of every requirement (SI), of at most SHOWN points."""
-    chosen = [points[i] for i in np.unique(np.linspace(0, len(points) - 1, min(SHOWN, len(points))).astype(int))]
+    chosen = [
+        points[i] for i in np.unique(np.linspace(0, len(points) - 1, min(SHOWN, len(points))).astype(int))
+    ]
     figures = judge.promise.figures(np.array([p.counts for p in chosen])).max(axis=1) * judge.tightened
     return [
         {"time_s": p.cost, "power_on_s": p.power_on_s, **{str(k): float(x) for k, x in enumerate(row)}}

@@ -13,7 +13,7 @@ from planner.information.model_of import Flight
 from planner.information.parts import left_in_flight, shares
 from planner.nouns.allowances import Allowance, ErrorModel
 from planner.nouns.choices import Campaign, RepeatReason
-from planner.nouns.plan import Achieved, Plan
+from planner.nouns.plan import Achieved, GeneticPlan, Plan
 from planner.nouns.sensitivities import Constraint
 from planner.nouns.sensor import ErrorName
 from planner.plan.by_hand import fixed_repeats, is_hand_made
@@ -28,6 +28,7 @@ from planner.spec.plugins import foreign_plugins
 def plan_of(
     flight: Flight,
     found: Found,
+    genetic: GeneticPlan | None,
     models: Sequence[ErrorModel],
     constraints: Sequence[Constraint],
     *,
@@ -66,7 +67,7 @@ def plan_of(
         proved=by_hand or found.proved,
         proved_of=proved_of(found),
         hours_per_limit={},
-        genetic=None,
+        genetic=genetic,
         notes=(*notes, *worn_out(spec, power_on)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),

@@ -10,6 +10,7 @@ from planner import __version__
 from planner.errors import InfeasibleError
 from planner.information.choose import campaign_found
 from planner.information.model_of import flight_of
+from planner.information.pareto import genetic_beside
 from planner.information.to_plan import plan_of as information_plan
 from planner.nouns.allowances import AllowedErrors, ErrorModel
 from planner.nouns.choices import Campaign
@@ -127,8 +128,7 @@ def by_information(spec: Spec) -> bool:
 
     `worst_case` is always the published method, and so is what stands beside it.
     """
-    probable = all(r.rule != "worst_case" for r in spec.requirement)
-    return spec.plan.method == "information" and probable and not isinstance(spec.sensitivities, Given)
+    return spec.planned_by == "information"
 
 
 def informed(
@@ -141,9 +141,12 @@ def informed(
     progress("what each record tells, what will be flown")
     flight = flight_of(spec, navigation.flight)
     found = campaign_found(flight)
+    progress("genetic campaign beside it")
+    genetic = genetic_beside(found.offers, found.judge, found.cost, spec.plan.seed) if beside else None
     made = information_plan(
         flight,
         found,
+        genetic,
         navigation.models,
         navigation.constraints,
         version=__version__,

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from planner.plan.campaign_to_flight import Predicted, predicted
 
 from planner.campaign.design import design
 from planner.campaign.model import Campaign, campaign
@@ -16,7 +17,6 @@ from planner.export.json import plan_text
 from planner.nouns.plan_file import steps_of
 from planner.nouns.sensor import ErrorName
 from planner.pipelines.planning import exact_plan
-from planner.plan.campaign_to_flight import Predicted, predicted
 from planner.plan.flight_response import flight_response
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.protocols import SENSORS
