@@ -1,6 +1,6 @@
 """A genetic campaign beside the plan, and the Pareto set of hours, accuracy and power-on hours.
 
-NSGA-II (Deb et al., IEEE Trans. Evol. Comput. 6, 2002; DEAP's selection) over the same counts that the plan is
+NSGA-II (Deb et al., IEEE Trans. Evol. Comput. 6, 2002; DEAP's selection) over the counts that the plan is
 made of. A whole generation is judged at once by the model of the promise, so that it costs as much as its
 information does. Where an individual breaks the promise it is not lost: what it would cost to promise less is
 what the set shows.
@@ -27,7 +27,7 @@ SHOWN = 40
 
 @dataclass(frozen=True)
 class Point:
-    """One campaign of the set: counts (g,), weighted seconds, load (share of the tightest limit), power-on s."""
+    """One campaign of the set: counts (g,), weighted seconds, load (share of a limit), power-on s."""
 
     counts: Array
     cost: float
@@ -42,7 +42,9 @@ def pareto_set(offers: Offers, judge: Judge, seed: int) -> tuple[list[Point], Ge
     rng = np.random.default_rng(seed)
     people = _judged(offers, judge, [_individual(offers, rng) for _ in range(INDIVIDUALS)])
     people = tools.selNSGA2(people, INDIVIDUALS)
-    best, mean, kept = [], [], list(people)
+    best: list[float] = []
+    mean: list[float] = []
+    kept = list(people)
     for _ in range(GENERATIONS):
         children = [_child(offers, people, rng) for _ in range(INDIVIDUALS)]
         people = tools.selNSGA2([*people, *_judged(offers, judge, children)], INDIVIDUALS)
@@ -60,7 +62,7 @@ def undominated(points: Sequence[Point]) -> list[Point]:
     distinct = [*{p.counts.tobytes(): p for p in points}.values()]
     of = np.array([[p.cost, p.load, p.power_on_s] for p in distinct]).reshape(-1, 3)
     better = (of[:, None] <= of[None, :]).all(axis=2) & (of[:, None] < of[None, :]).any(axis=2)
-    return [p for p, beaten in zip(distinct, better.any(axis=0), strict=True) if not beaten]
+    return [distinct[i] for i in np.flatnonzero(~better.any(axis=0))]
 
 
 def genetic_beside(offers: Offers, judge: Judge, plan_cost: float, seed: int) -> GeneticPlan | None:
