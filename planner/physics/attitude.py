@@ -50,26 +50,6 @@ def rph_from_dcm(matrix: Array) -> tuple[Array, Array, Array]:
     return roll, pitch, heading
 
 
-def dcm_from_rotation_vector(vector: ArrayLike) -> Array:
-    """exp([φ×]) (..., 3, 3) of rotation vectors (..., 3) by Rodrigues' formula.
-
-    exp([φ×]) = I + sinφ/φ [φ×] + (1 - cosφ)/φ² [φ×]²
-    """
-    v = np.asarray(vector, dtype=float)
-    angle = np.sqrt(np.sum(v * v, axis=-1))
-    first = np.sinc(angle / np.pi)
-    second = 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
-    weighted = second[..., None] * v
-    matrix: Array = weighted[..., :, None] * v[..., None, :]
-    diagonal = 1.0 - np.sum(weighted * v, axis=-1)
-    turn = first[..., None] * v
-    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
-        matrix[..., i, i] += diagonal
-        matrix[..., k, j] += turn[..., i]
-        matrix[..., j, k] -= turn[..., i]
-    return matrix
-
-
 def rotation_vector_from_dcm(matrix: Array) -> Array:
     """The rotation vector (..., 3) of |φ| <= π with exp([φ×]) = C."""
     c = np.asarray(matrix, dtype=float)
