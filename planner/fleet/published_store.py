@@ -9,7 +9,7 @@ import numpy as np
 from planner.fleet.store import sensor_left
 from planner.nouns.allowances import ErrorModel
 from planner.nouns.array import Array
-from planner.spec.model import Recalibration
+from planner.spec.recalibration import Recalibration
 from planner.units import unit_factor
 
 

@@ -31,7 +31,7 @@ from planner.physics.earth import EARTH_RATE_RADPS
 from planner.plan.confidence import spread_at
 from planner.protocols import SENSORS, Sensor
 from planner.simulate.campaign import Settings
-from planner.spec.model import Recalibration
+from planner.spec.recalibration import Recalibration
 from planner.units import STANDARD_GRAVITY_MPS2
 
 ROOM_DEGC = 20.0

@@ -8,20 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from difflib import get_close_matches
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
-from pydantic import Field, GetJsonSchemaHandler, Tag, model_validator
+from pydantic import AfterValidator, Field, GetJsonSchemaHandler, Tag, model_validator
 from pydantic_core import CoreSchema
 
 from planner.nouns.array import Array
 from planner.quantities import AnyQuantity, Celsius, Count, PositiveKelvin, PositiveSeconds
-from planner.spec.forms import mapping_or_text, of_forms, table_or_curve, text_table_or_parts
+from planner.spec.forms import mapping_or_text, of_forms, table_or_curves, text_table_or_parts
 from planner.spec.part import SpecPart
 from planner.units import Quantity
 
 IN_RUN_TIME_S = 600.0  # correlation time of the in-run process where the spec gives none
 STORAGE_DAYS = 60.0  # a budget's storage is what two months do (K 2.5.3)
+FEWEST_UNITS = 3  # whose measured curves tell a mean and a spread
 
 
 class InRun(SpecPart):
@@ -46,11 +47,16 @@ class RunToRun(SpecPart):
     """One power-on's draw over temperature, r(T) = s(T) z(T), z Gaussian of unit variance.
 
     E z(T) z(T') = exp(−(T − T')² / (2 L²)), L the `temperature_correlation`; left out: one z everywhere
+    power_ons n: s was estimated from so many, s² (n − 1) / χ²(n − 1) is what it may be; left out: it is known
     """
 
     value: Spread = Field(description="one sigma, e.g. 1 mg, or {-55 degC: 2 mg, 20 degC: 1 mg}")
     temperature_correlation: PositiveKelvin | None = Field(
         None, description="over which distance one power-on's draw stays the same, e.g. 40 K"
+    )
+    power_ons: Annotated[Count, Field(ge=2)] | None = Field(
+        None,
+        description="from so many power-ons the spread was estimated, e.g. 12; left out: it is known exactly",
     )
 
 
@@ -59,18 +65,15 @@ _RunToRun = Annotated[
     | Annotated[dict[Celsius, AnyQuantity], Field(min_length=1), Tag("table")]
     | Annotated[RunToRun, Tag("parts")],
     of_forms(
-        "must be a number with unit, a table over temperature, or {value: …, temperature_correlation: 40 K}",
-        text_table_or_parts("value", "temperature_correlation"),
+        "must be a number with unit, a table over temperature, "
+        "or {value: …, power_ons: 12, temperature_correlation: 40 K}",
+        text_table_or_parts("value", "temperature_correlation", "power_ons"),
     ),
 ]
 
 
-class MeasuredCurve(SpecPart):
-    """A measured error over temperature; the planner places the calibration points on it."""
-
-    curve: dict[Celsius, AnyQuantity] = Field(
-        min_length=2, description="temperature: measured error, e.g. {-60 degC: 0.03 deg/s, 20 degC: 0 deg/s}"
-    )
+class _Measured(SpecPart):
+    """What was measured over temperature, on one unit or on several."""
 
     @model_validator(mode="before")
     @classmethod
@@ -78,6 +81,14 @@ class MeasuredCurve(SpecPart):
         if isinstance(written, dict) and "figure" in written:
             raise ValueError("a measured curve is itself; 'figure' is for a table, leave it out")
         return written
+
+
+class MeasuredCurve(_Measured):
+    """A measured error over temperature; the planner places the calibration points on it."""
+
+    curve: dict[Celsius, AnyQuantity] = Field(
+        min_length=2, description="temperature: measured error, e.g. {-60 degC: 0.03 deg/s, 20 degC: 0 deg/s}"
+    )
 
     @property
     def temperatures_degc(self) -> Array:
@@ -90,11 +101,42 @@ class MeasuredCurve(SpecPart):
         return np.array([self.curve[t].si for t in sorted(self.curve)])
 
 
+def _enough(curves: tuple[Any, ...]) -> tuple[Any, ...]:
+    if len(curves) < FEWEST_UNITS:
+        count = f"{len(curves)} unit{'s' if len(curves) > 1 else ''}" if curves else "no unit"
+        raise ValueError(
+            f"curves of {count} tell no mean and spread; give {FEWEST_UNITS} or more, "
+            "or one unit's curve without the brackets of a list"
+        )
+    return curves
+
+
+class MeasuredCurves(_Measured):
+    """The error over temperature measured on several units: mean and covariance of all units are theirs."""
+
+    curve: Annotated[
+        tuple[Annotated[dict[Celsius, AnyQuantity], Field(min_length=2)], ...], AfterValidator(_enough)
+    ] = Field(
+        description="of each unit, temperature: measured error, e.g. [{-60 degC: 1 mg, 20 degC: 0 mg}, …]",
+        json_schema_extra={"minItems": FEWEST_UNITS},
+    )
+
+    @property
+    def units(self) -> tuple[MeasuredCurve, ...]:
+        """Each unit's curve, as it was read here."""
+        return tuple(MeasuredCurve.model_construct(curve=one) for one in self.curve)
+
+
+CurveName = Literal["cosines", "kink", "cubic", "matern"]
+CURVE_NAMES: tuple[CurveName, ...] = get_args(CurveName)
+
+
 class ResidualTable(SpecPart):
     """What N evenly spaced points with straight lines leave, against N: `{1: …, 3: …, figure: largest}`.
 
     figure: `largest`, the largest value over the range is about the number; `sigma`, the root mean square
     over temperature and units is the number
+    curve: what the curves look like that leave it; left out: a promise holds for each family
     """
 
     table: dict[Count, AnyQuantity] = Field(min_length=1)
@@ -102,14 +144,21 @@ class ResidualTable(SpecPart):
         "largest",
         description="what the numbers are: the largest over the range, or sigma over temperature and units",
     )
+    curve: CurveName | None = Field(
+        None,
+        description="family of the curves: cosines, kink (quadratic with one), cubic, matern (Matérn 3/2); "
+        "left out: the promise holds for each of them",
+    )
 
     @model_validator(mode="before")
     @classmethod
     def _from_one_mapping(cls, written: Any) -> Any:
-        """In the file the word `figure` stands among the numbers of points, rightly spelt or not."""
+        """In the file words stand among the numbers of points: `figure`, `curve`, rightly spelt or not."""
         if not isinstance(written, dict):
             return written
-        words = {key: value for key, value in written.items() if get_close_matches(str(key), ["figure"])}
+        words = {key: v for key, v in written.items() if get_close_matches(str(key), ["figure", "curve"])}
+        if words.keys() == {"curve"} == written.keys():
+            raise ValueError("a family of curves needs the table that they leave: {1: …, 3: …, curve: …}")
         return {"table": {key: value for key, value in written.items() if key not in words}, **words}
 
     @classmethod
@@ -119,13 +168,19 @@ class ResidualTable(SpecPart):
         table = schema["properties"].pop("table")
         schema.pop("required", None)
         schema["additionalProperties"] = table["additionalProperties"]
-        schema["propertyNames"] = {"pattern": "^([0-9]+|figure)$"}
+        schema["propertyNames"] = {"pattern": "^([0-9]+|figure|curve)$"}
         return schema
 
 
 _Residual = Annotated[
-    Annotated[MeasuredCurve, Tag("measured")] | Annotated[ResidualTable, Tag("table")],
-    of_forms("must be a table {1: 0.03 deg/s, 3: …} or {curve: …}", table_or_curve),
+    Annotated[MeasuredCurve, Tag("measured")]
+    | Annotated[MeasuredCurves, Tag("units")]
+    | Annotated[ResidualTable, Tag("table")],
+    of_forms(
+        "must be a table {1: 0.03 deg/s, 3: …, curve: kink}, one unit's {curve: {-60 degC: …, 20 degC: …}}, "
+        "or several units' {curve: [{…}, {…}, {…}]}",
+        table_or_curves,
+    ),
 ]
 
 
@@ -134,7 +189,7 @@ class ErrorBudget(SpecPart):
 
     systematic: size before calibration; run_to_run: one sigma from power-on to power-on, over temperature if
     it varies; in_run, storage: parts that no campaign removes; temperature_residual: what a piecewise-linear
-    table of N points leaves, against N, or a measured curve over temperature
+    table of N points leaves, against N, or the curve over temperature measured on one unit or on several
     """
 
     systematic: AnyQuantity | None = Field(
@@ -143,7 +198,8 @@ class ErrorBudget(SpecPart):
     run_to_run: _RunToRun | None = Field(
         None,
         description="one sigma from power-on to power-on, e.g. 0.002 deg/s, or {-55 degC: 0.012 deg/s, …}; "
-        "{value: either, temperature_correlation: 40 K} for a draw that changes with temperature",
+        "{value: either, power_ons: 12} where that spread is an estimate, "
+        "temperature_correlation: 40 K beside it for a draw that changes with temperature",
     )
     in_run: _InRun | None = Field(
         None,
@@ -156,8 +212,9 @@ class ErrorBudget(SpecPart):
     temperature_residual: _Residual | None = Field(
         None,
         description="what is left against the number of points, {1: 0.032 deg/s, 5: 0.0035 deg/s}, "
-        "figure: largest or sigma beside them; "
-        "or {curve: {-60 degC: 0.03 deg/s, …}}, the measured error over temperature",
+        "figure: largest or sigma and the curves' family, curve: kink, beside them; "
+        "or {curve: {-60 degC: 0.03 deg/s, …}}, the error over temperature measured on one unit; "
+        "or {curve: [{…}, {…}, {…}]}, on several",
     )
 
     @property
@@ -200,6 +257,11 @@ class ErrorBudget(SpecPart):
         """L in K of exp(−(T − T')² / (2 L²)); None: one power-on's draw is the same at every temperature."""
         return self.run_to_run.temperature_correlation if isinstance(self.run_to_run, RunToRun) else None
 
+    @property
+    def power_ons(self) -> int | None:
+        """From how many power-ons the spread was estimated; None: it is known."""
+        return self.run_to_run.power_ons if isinstance(self.run_to_run, RunToRun) else None
+
     # ------------------------------------------------------------ within a power-on, and over days
 
     @property
@@ -221,9 +283,21 @@ class ErrorBudget(SpecPart):
 
     @property
     def measured_curve(self) -> MeasuredCurve | None:
-        """The measured error over temperature, if the spec has one."""
+        """The error over temperature measured on one unit, if the spec has one."""
         residual = self.temperature_residual
         return residual if isinstance(residual, MeasuredCurve) else None
+
+    @property
+    def measured_curves(self) -> tuple[MeasuredCurve, ...]:
+        """The curves of each of several units; () where the spec has none, or one unit's."""
+        residual = self.temperature_residual
+        return residual.units if isinstance(residual, MeasuredCurves) else ()
+
+    @property
+    def curve_family_name(self) -> CurveName | None:
+        """The family of curves that the spec names beside the table; None where it leaves that open."""
+        residual = self.temperature_residual
+        return residual.curve if isinstance(residual, ResidualTable) else None
 
     @property
     def residual_table(self) -> Mapping[int, float] | None:
@@ -242,9 +316,9 @@ class ErrorBudget(SpecPart):
     @property
     def whole_variation(self) -> float:
         """What remains without any temperature table, SI: the systematic size or the largest residual."""
-        curve, table = self.measured_curve, self.residual_table or {}
-        found = [*table.values()] if curve is None else [*np.abs(curve.values).tolist()]
-        return max([self.systematic_size, *found])
+        measured = [m for m in (self.measured_curve, *self.measured_curves) if m is not None]
+        found = [float(np.abs(m.values).max()) for m in measured]
+        return max([self.systematic_size, *found, *(self.residual_table or {}).values()])
 
 
 def _si(quantity: Quantity | None) -> float:

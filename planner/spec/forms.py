@@ -64,12 +64,15 @@ def text_table_or_parts(*parts: str) -> Callable[[object], str]:
     return form
 
 
-def table_or_curve(value: object) -> str:
-    """`measured` of a mapping that has a `curve`, else `table`; the other forms are always wrong."""
+def table_or_curves(value: object) -> str:
+    """`table`, with a word as its `curve` or none; `measured`, `units` where that is a mapping or a list.
+
+    The other forms are always wrong.
+    """
     if _form(value) != "mapping":
         return _form(value)
-    measured = "curve" in value if isinstance(value, dict) else hasattr(value, "curve")
-    return "measured" if measured else "table"
+    curve = value.get("curve") if isinstance(value, dict) else getattr(value, "curve", None)
+    return {"mapping": "measured", "list": "units"}.get(_form(curve), "table")
 
 
 def moment(value: object) -> str:

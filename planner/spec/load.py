@@ -134,7 +134,7 @@ def _part(path: Path) -> Path:
     if path[:1] == ("requirement",):
         entry = path[:2] if len(path) > 1 and isinstance(path[1], int) else path[:1]
         optional = path[len(entry) : len(entry) + 1]
-        return (*entry, *optional) if optional in (("rule",), ("at",)) else entry
+        return (*entry, *optional) if optional in (("rule",), ("at",), ("temperature",)) else entry
     return path[: depth.get(str(path[0]), 1)] if path else path
 
 

@@ -21,8 +21,8 @@ from planner.quantities import (
     KelvinPerSecond,
     Number,
     PositiveAcceleration,
-    PositiveAngle,
     PositiveAngularAcceleration,
+    PositiveKelvin,
     PositiveMetres,
     PositiveRate,
     PositiveSeconds,
@@ -35,6 +35,7 @@ from planner.quantities import (
     Whole,
 )
 from planner.spec.budget import ErrorBudget
+from planner.spec.flight_temperature import FlightTemperature
 from planner.spec.forms import (
     Name,
     first_format,
@@ -45,6 +46,7 @@ from planner.spec.forms import (
 )
 from planner.spec.noise_density import AccelerometerNoise, GyroNoise
 from planner.spec.part import SpecPart
+from planner.spec.recalibration import Recalibration
 from planner.spec.references import BenchAccuracy, InitialAlignment
 
 NAVIGATION_ERRORS = {
@@ -89,6 +91,11 @@ class Requirement(SpecPart):
         description="worst_case: moduli add; rss: squares add; {percentile: 95 %}: share of all flights",
     )
     at: Moment = Field("end", description="end of the flight, any moment of it, or a time such as 30 s")
+    temperature: FlightTemperature = Field(
+        "range",
+        description="where the flights start: anywhere in plan.temperatures.range, at the worst temperature "
+        "of it, as the trajectory has it (flight), or {distribution: {20 degC: 0.7, 60 degC: 0.3}}",
+    )
 
 
 class Noise(SpecPart):
@@ -229,6 +236,9 @@ class TemperatureChoice(SpecPart):
         False, description="whether a residual may be read between the table's numbers"
     )
     room: Celsius = Field(20.0, description="temperature without a chamber, e.g. 20 degC")
+    step: PositiveKelvin = Field(
+        5.0, description="grid of the temperatures to choose from, method information, e.g. 5 K"
+    )
 
 
 class RepeatChoice(SpecPart):
@@ -284,6 +294,17 @@ class Shift(SpecPart):
 class PlanChoice(SpecPart):
     """How to plan."""
 
+    method: Literal["information", "published"] = Field(
+        "information",
+        description="information: what all records together leave in flight; published: each error on its "
+        "own, by K's confidence intervals. worst_case and given sensitivities: always published",
+    )
+    temperature_estimator: Literal["lines", "smooth"] = Field(
+        "lines", description="of the tables over temperature: straight lines, or the smooth posterior mean"
+    )
+    redundancy: Annotated[Whole, Field(le=1)] = Field(
+        1, description="1: no error rests on a single record; 0: it may"
+    )
     confidence: Share = Field(0.95, description="of the interval that the repeats must give, e.g. 95 %")
     quantile: Literal["student", "normal"] = Field(
         "student",
@@ -316,36 +337,6 @@ class PlanChoice(SpecPart):
     )
     seed: Whole = Field(1, description="of every random number; the same seed gives the same bytes")
     time_limit: PositiveSeconds = Field(120.0, description="longest time for the proof, e.g. 2 min")
-
-
-class Recalibration(SpecPart):
-    """What may be done in store: faces on a levelled surface, turns by hand through known angles.
-
-    No chamber and no rate table: what only they can excite stays as it is. Accuracies are one sigma.
-    """
-
-    headings: Annotated[Count, Field(le=2)] = Field(
-        2, description="how often each of the six faces rests: 2 is again after half a turn on the surface"
-    )
-    rest: PositiveSeconds = Field(60.0, description="how long one rest is recorded, e.g. 5 min")
-    turns: Count = Field(1, description="whole turns about each axis and each way of one repeat")
-    turn: PositiveSeconds = Field(20.0, description="how long one whole turn by hand takes, e.g. 20 s")
-    angle_error: PositiveAngle = Field(
-        0.0008726646259971648, description="how well the angle of the turns is known, e.g. 0.05 deg"
-    )
-    level: PositiveAngle = Field(
-        0.0017453292519943296, description="how well surface and faces are levelled, e.g. 0.1 deg"
-    )
-    set_up: Seconds = Field(600.0, description="time before the first power-on, e.g. 10 min")
-    move: Seconds = Field(10.0, description="time to put it on the next face, e.g. 10 s")
-    power_on: Seconds = Field(30.0, description="from power-on until the first record, e.g. 30 s")
-    cool_down: Seconds = Field(600.0, description="power off after every repeat, e.g. 10 min")
-    repeats: Annotated[Count, Field(le=100)] = Field(
-        20, description="never more power-ons of one visit than this"
-    )
-    period: PositiveSeconds = Field(
-        31_536_000.0, description="how long recalibrations in store must carry the unit, e.g. 365 d"
-    )
 
 
 class Given(SpecPart):

@@ -6,6 +6,7 @@ from planner.spec.plugins import plugins_load
 from planner.spec.review import Review
 from planner.spec.rules_alignment import initial_alignment
 from planner.spec.rules_benches import benches
+from planner.spec.rules_flight_temperature import flight_temperatures
 from planner.spec.rules_plan import plan
 from planner.spec.rules_recalibration import recalibration
 from planner.spec.rules_requirement import effects_declared, requirements, sensitivities, trajectory
@@ -24,6 +25,7 @@ def review(sheet: Review) -> None:
         return
     for rule in (
         requirements,
+        flight_temperatures,
         trajectory,
         sensitivities,
         effects_declared,

@@ -9,10 +9,13 @@ from planner.spec.places import did_you_mean
 from planner.spec.review import Review
 from planner.spec.yaml12 import Path
 
+MOST_TEMPERATURES = 240  # to choose from: half a kelvin over the widest range of a chamber
+
 
 def plan(sheet: Review) -> None:
     """All rules for `plan`."""
     _range(sheet)
+    _step(sheet)
     _candidates(sheet)
     _repeats(sheet)
     for name, fixed in sheet.spec.plan.fixed.items():
@@ -32,6 +35,18 @@ def _range(sheet: Review) -> None:
     if low >= high:
         path = ("plan", "temperatures", "range")
         sheet.fault(path, f"{low:g} degC is not below {high:g} degC; write [coldest, hottest]")
+
+
+def _step(sheet: Review) -> None:
+    choice = sheet.spec.plan.temperatures
+    low, high = choice.range
+    if (high - low) / choice.step > MOST_TEMPERATURES:
+        least = (high - low) / MOST_TEMPERATURES
+        sheet.fault(
+            ("plan", "temperatures", "step"),
+            f"makes {(high - low) / choice.step:.0f} steps of the range, more than {MOST_TEMPERATURES}; "
+            f"write {least:.2g} K or more",
+        )
 
 
 def _candidates(sheet: Review) -> None:

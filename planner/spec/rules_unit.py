@@ -8,7 +8,7 @@ from typing import Any
 
 from planner import catalog
 from planner.nouns.sensor import ErrorName
-from planner.spec.budget import ErrorBudget, InRun, MeasuredCurve, ResidualTable, RunToRun
+from planner.spec.budget import ErrorBudget, InRun, MeasuredCurve, MeasuredCurves, ResidualTable, RunToRun
 from planner.spec.places import did_you_mean
 from planner.spec.review import Review
 from planner.spec.rules_requirement import wrong_unit
@@ -52,23 +52,25 @@ def _quantities(sheet: Review, path: Path, budget: ErrorBudget) -> Iterator[tupl
     signs = {"systematic": "not negative", "in_run": "not negative", "storage": "not negative"}
     signs |= {"run_to_run": "positive", "temperature_residual": "not negative"}
     for name, sign in signs.items():
-        where, value = _plain(path, name, budget)
-        if isinstance(value, Quantity):
-            yield where, value, sign
-        elif isinstance(value, Mapping):
-            yield from _entries(sheet, where, value, "any" if where[-1] == "curve" else sign)
+        for where, value in _plain(path, name, budget):
+            if isinstance(value, Quantity):
+                yield where, value, sign
+            elif isinstance(value, Mapping):
+                yield from _entries(sheet, where, value, "any" if "curve" in where else sign)
 
 
 def _plain(
     path: Path, name: str, budget: ErrorBudget
-) -> tuple[Path, Quantity | Mapping[Any, Quantity] | None]:
-    """Where the number or the table of one part of a budget stands, and what it is, in whatever form."""
+) -> list[tuple[Path, Quantity | Mapping[Any, Quantity] | None]]:
+    """Where the number or the tables of one part of a budget stand, and what they are, in whatever form."""
     value = getattr(budget, name)
     if isinstance(value, InRun | RunToRun):
-        return (*path, name, "value"), value.value
+        return [((*path, name, "value"), value.value)]
     if isinstance(value, MeasuredCurve):
-        return (*path, name, "curve"), value.curve
-    return (*path, name), value.table if isinstance(value, ResidualTable) else value
+        return [((*path, name, "curve"), value.curve)]
+    if isinstance(value, MeasuredCurves):
+        return [((*path, name, "curve", unit), curve) for unit, curve in enumerate(value.curve)]
+    return [((*path, name), value.table if isinstance(value, ResidualTable) else value)]
 
 
 def _entries(
@@ -102,19 +104,25 @@ def _check(sheet: Review, path: Path, quantity: Quantity, unit: str, sign: str) 
 
 def _tables(sheet: Review, path: Path, budget: ErrorBudget) -> None:
     for name in ("run_to_run", "temperature_residual"):
-        where, _ = _plain(path, name, budget)
-        seen: set[float] = set()
-        for key, entry in _written_keys(sheet, where):
-            if key in seen:
-                sheet.fault(
-                    entry, "this temperature stands here twice in different words; keep one", key=True
-                )
-            seen.add(key)
+        for where, _ in _plain(path, name, budget):
+            once(sheet, where)
     residual = budget.temperature_residual
     if isinstance(residual, ResidualTable):
         _falls(sheet, (*path, "temperature_residual"), residual.table)
     elif isinstance(residual, MeasuredCurve):
         _covers(sheet, (*path, "temperature_residual", "curve"), residual)
+    elif isinstance(residual, MeasuredCurves):
+        for number, unit in enumerate(residual.units):
+            _covers(sheet, (*path, "temperature_residual", "curve", number), unit)
+
+
+def once(sheet: Review, path: Path) -> None:
+    """Every temperature of a table stands there once, in whatever words."""
+    seen: set[float] = set()
+    for key, entry in _written_keys(sheet, path):
+        if key in seen:
+            sheet.fault(entry, "this temperature stands here twice in different words; keep one", key=True)
+        seen.add(key)
 
 
 def _falls(sheet: Review, path: Path, table: Mapping[int, Quantity]) -> None:

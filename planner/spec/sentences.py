@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -44,8 +44,9 @@ def faults_of(
     `model` is asked which keys exist and what a missing one should look like.
     """
     schema = _schema(model)
-    for detail in error.errors(include_url=False):
-        if _counts_good_items_only(detail):
+    found = error.errors(include_url=False)
+    for detail in found:
+        if _counts_good_items_only(detail, found):
             continue
         path, missing, key = data_path(value, detail["loc"])
         if detail["type"] == "missing" and missing:
@@ -55,13 +56,17 @@ def faults_of(
         yield path, fault_at(document, (*root, *path), message, key=key or kind == "extra_forbidden")
 
 
-def _counts_good_items_only(detail: Mapping[str, Any]) -> bool:
-    """pydantic calls a list too short when enough items stand there but one has a fault of its own."""
-    given = detail["input"]
+def _counts_good_items_only(detail: Mapping[str, Any], found: Sequence[Mapping[str, Any]]) -> bool:
+    """pydantic calls a list too short when enough items stand there but one has a fault of its own.
+
+    Keys that are the same in two words are too few indeed.
+    """
+    given, here = detail["input"], len(detail["loc"])
     return (
         detail["type"] == "too_short"
         and isinstance(given, list | tuple | dict)
         and len(given) >= detail["ctx"]["min_length"]
+        and any(len(one["loc"]) > here and one["loc"][:here] == detail["loc"] for one in found)
     )
 
 

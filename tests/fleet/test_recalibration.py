@@ -17,7 +17,7 @@ from planner.fleet.store import StoreBench, attitudes, sensor_left, store_record
 from planner.fleet.visits import StorePlanner, grid, growth_of
 from planner.nouns.allowances import ErrorModel
 from planner.pipelines.fleet import ForecastOptions, basis_of, recalibrate
-from planner.spec.model import Recalibration
+from planner.spec.recalibration import Recalibration
 from tests.fleet.fleets import DEG, G, small_basis
 from tests.specs import loaded, small, with_limit
 

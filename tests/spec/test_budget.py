@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.spec.budget import IN_RUN_TIME_S, ErrorBudget
+from planner.spec.budget import CURVE_NAMES, IN_RUN_TIME_S, CurveName, ErrorBudget
+from planner.spec.flight_temperature import TemperatureShares
 from planner.units import STANDARD_GRAVITY_MPS2
 from tests.spec.example import changed, loaded
 
@@ -82,6 +83,33 @@ def test_a_measured_curve_comes_in_order_and_is_no_table() -> None:
     assert b.whole_variation == pytest.approx(5 * MG)
 
 
+@pytest.mark.parametrize("name", [None, *CURVE_NAMES])
+def test_a_table_may_name_the_family_of_its_curves(name: CurveName | None) -> None:
+    b = budget(temperature_residual={1: "4 mg", 5: "1 mg", **({} if name is None else {"curve": name})})
+    assert b.curve_family_name == name
+    assert [*(b.residual_table or {})] == [1, 5]
+    assert (b.measured_curve, b.measured_curves) == (None, ())
+
+
+def test_curves_of_several_units_are_no_curve_of_one_and_no_table() -> None:
+    written = [{"20 degC": f"{-k} mg", "-10 degC": "1 mg"} for k in (1, 7, 2)]
+    b = budget(systematic="3 mg", temperature_residual={"curve": written})
+    assert [one.values.tolist() for one in b.measured_curves] == [
+        pytest.approx([MG, -k * MG]) for k in (1, 7, 2)
+    ]
+    assert (b.residual_table, b.measured_curve, b.curve_family_name) == (None, None, None)
+    assert b.whole_variation == pytest.approx(7 * MG)
+
+
+@pytest.mark.parametrize("value", ["2 mg", TABLE])
+def test_a_spread_may_be_an_estimate(value: object) -> None:
+    b = budget(run_to_run={"value": value, "power_ons": 12})
+    assert (b.power_ons, b.temperature_correlation) == (12, None)
+    assert budget(run_to_run={"value": value}).power_ons is None
+    assert budget(run_to_run=value).power_ons is None
+    assert b.run_to_run_largest == budget(run_to_run=value).run_to_run_largest
+
+
 # ---------------------------------------------------------------- in a spec
 
 AT_THE_END = "  fixed: {gyro_drift: {temperatures: 15, repeats: 15}}\n"
@@ -92,6 +120,38 @@ def test_what_a_spec_leaves_out_is_sixty_days_and_perfect() -> None:
     assert (spec.flown_after, spec.flown_after_days) == (60 * 86400.0, 60.0)
     assert spec.initial_alignment is None
     assert set(spec.benches["rate_table"].accuracy.model_dump().values()) == {0.0}
+
+
+def test_what_a_spec_leaves_out_is_planned_by_information_and_flies_anywhere() -> None:
+    spec = loaded(changed()).spec
+    plan = spec.plan
+    assert (plan.method, plan.temperature_estimator, plan.redundancy) == ("information", "lines", 1)
+    assert plan.temperatures.step == 5.0
+    assert [r.temperature for r in spec.requirement] == ["range"]
+
+
+def test_the_keys_of_the_method_are_read() -> None:
+    keys = "method: published\n  temperature_estimator: smooth\n  redundancy: 0\n  confidence: 90 %"
+    spec = loaded(changed(("confidence: 95 %", keys), ("candidates: [1,", "step: 2 K, candidates: [1,"))).spec
+    plan = spec.plan
+    assert (plan.method, plan.temperature_estimator, plan.redundancy) == ("published", "smooth", 0)
+    assert plan.temperatures.step == 2.0
+
+
+@pytest.mark.parametrize("word", ["range", "worst", "flight"])
+def test_where_the_flights_start_is_a_word(word: str) -> None:
+    spec = loaded(changed(("worst_case}", f"rss, temperature: {word}}}"))).spec
+    assert spec.requirement[0].temperature == word
+
+
+@given(st.dictionaries(st.integers(-60, 60), st.floats(0.01, 100.0), min_size=1, max_size=5))
+def test_weights_of_temperatures_are_shares(weights: dict[int, float]) -> None:
+    found = TemperatureShares.model_validate({"distribution": {f"{t} degC": w for t, w in weights.items()}})
+    assert found.temperatures_degc.tolist() == sorted(weights)
+    assert found.shares.sum() == pytest.approx(1.0)
+    np.testing.assert_allclose(
+        found.shares * sum(weights.values()), [weights[t] for t in sorted(weights)], rtol=1e-12
+    )
 
 
 def test_a_spec_says_when_and_how_it_flies_and_how_well_its_bench_is_known() -> None:

@@ -126,11 +126,74 @@ REFUSALS = {
         RESIDUAL, "{1: 0.03 deg/s, figure: sigmma}", "sigmma", "unit.gyro.bias.temperature_residual.figure", "'sigma'?",
     ),
     "misspelt figure": (RESIDUAL, "{1: 0.03 deg/s, figur: sigma}", "figur:", "unit.gyro.bias.temperature_residual.figur", "'figure'?"),
+    "estimated from one power-on": (
+        "run_to_run: 1 mg", "run_to_run: {value: 1 mg, power_ons: 1}", "1}", "unit.accelerometer.bias.run_to_run.power_ons", "less than 2",
+    ),
+    "power-ons without a spread": ("run_to_run: 1 mg", "run_to_run: {power_ons: 12}", "run_to_run: {p", "unit.accelerometer.bias.run_to_run.value", "missing"),
+    "power-ons misspelt": (
+        "run_to_run: 1 mg", "run_to_run: {value: 1 mg, poweron: 9}", "poweron", "unit.accelerometer.bias.run_to_run.poweron", "'power_ons'?",
+    ),
+    "unknown family": (RESIDUAL, "{1: 0.03 deg/s, curve: kinck}", "kinck", "unit.gyro.bias.temperature_residual.curve", "'kink'?"),
+    "a family of no table": (RESIDUAL, "{curve: kink}", "{curve: kink", "unit.gyro.bias.temperature_residual", "{1: …, 3: …, curve: …}"),
+    "misspelt curve": (RESIDUAL, "{1: 0.03 deg/s, curv: kink}", "curv:", "unit.gyro.bias.temperature_residual.curv", "'curve'?"),
+    "two units' curves": (
+        CURVE, "{curve: [{0 degC: 1 mg, 9 degC: 2 mg}, {0 degC: 1 mg, 9 degC: 3 mg}]}", "[{0 degC", "unit.accelerometer.bias.temperature_residual.curve",
+        "2 units tell no mean and spread; give 3 or more",
+    ),
+    "no unit's curve": (CURVE, "{curve: []}", "[]}", "unit.accelerometer.bias.temperature_residual.curve", "no unit"),
+    "a unit of one temperature": (
+        CURVE, "{curve: [{0 degC: 1 mg, 9 degC: 2 mg}, {1 degC: 1 mg, 8 degC: 3 mg}, {5 degC: 7 mg}]}", "{5 degC",
+        "unit.accelerometer.bias.temperature_residual.curve[2]", "at least 2",
+    ),
+    "a unit in another unit": (
+        CURVE, "{curve: [{0 degC: 1 mg, 9 degC: 2 mg}, {1 degC: 1 mg, 8 degC: 3 deg/h}, {5 degC: 7 mg, 6 degC: 1 mg}]}", "3 deg/h",
+        "unit.accelerometer.bias.temperature_residual.curve[1][8 degC]", "one like g",
+    ),
+    "a unit beyond the range": (
+        CURVE, "{curve: [{0 degC: 1 mg, 9 degC: 2 mg}, {61 degC: 1 mg, 80 degC: 3 mg}, {5 degC: 7 mg, 6 degC: 1 mg}]}", "{61 degC",
+        "unit.accelerometer.bias.temperature_residual.curve[1]", "plan.temperatures.range",
+    ),
+    "a unit's temperature in two words": (
+        CURVE, "{curve: [{0 degC: 1 mg, 9 degC: 2 mg}, {1 degC: 1 mg, 8 degC: 3 mg}, {0 degC: 7 mg, 273.15 K: 1 mg, 9 degC: 0 mg}]}", "273.15 K",
+        "unit.accelerometer.bias.temperature_residual.curve[2][273.15 K]", "twice",
+    ),
+    "a curve of one temperature in two words": (
+        CURVE, "{curve: {0 degC: 1 mg, 273.15 K: 2 mg}}", "{0 degC", "unit.accelerometer.bias.temperature_residual.curve", "at least 2",
+    ),
+    "a figure of several curves": (
+        CURVE, "{curve: [{0 degC: 1 mg, 9 degC: 2 mg}], figure: sigma}", "{curve: [", "unit.accelerometer.bias.temperature_residual", "for a table",
+    ),
+    # where flights start
+    "unknown temperature": ("worst_case}", "rss, temperature: wurst}", "wurst", "requirement[0].temperature", "'worst'?"),
+    "temperatures in a list": ("worst_case}", "rss, temperature: [20 degC]}", "[20 degC]}", "requirement[0].temperature", "distribution: {"),
+    "distribution misspelt": (
+        "worst_case}", "rss, temperature: {distributon: {20 degC: 1}}}", "distributon", "requirement[0].temperature.distributon", "'distribution'?",
+    ),
+    "no weights": ("worst_case}", "rss, temperature: {distribution: {}}}", "{}}", "requirement[0].temperature.distribution", "at least 1"),
+    "a negative weight": (
+        "worst_case}", "rss, temperature: {distribution: {20 degC: -0.5}}}", "-0.5", "requirement[0].temperature.distribution[20 degC]", "less than 0",
+    ),
+    "only zero weights": (
+        "worst_case}", "rss, temperature: {distribution: {20 degC: 0, 30 degC: 0.0}}}", "{20 degC: 0", "requirement[0].temperature.distribution", "all weights are zero",
+    ),
+    "a weight that is text": (
+        "worst_case}", "rss, temperature: {distribution: {20 degC: much}}}", "much", "requirement[0].temperature.distribution[20 degC]", "not a number",
+    ),
+    "a start in two words": (
+        "worst_case}", "rss, temperature: {distribution: {20 degC: 1, 293.15 K: 1}}}", "293.15 K", "requirement[0].temperature.distribution[293.15 K]", "twice",
+    ),
+    # how to plan
+    "unknown method": ("confidence: 95 %", "method: informaton", "informaton", "plan.method", "'information'?"),
+    "unknown estimator": ("confidence: 95 %", "temperature_estimator: line", "line\n", "plan.temperature_estimator", "'lines'?"),
+    "redundancy of two": ("confidence: 95 %", "redundancy: 2", "2\n  quantile", "plan.redundancy", "more than 1"),
+    "no step": (CANDIDATES, "step: 0 K", "0 K", "plan.temperatures.step", "greater than 0"),
+    "a step as a temperature": (CANDIDATES, "step: 5 degC", "5 degC}", "plan.temperatures.step", "K"),
+    "too fine a step": (CANDIDATES, "step: 0.1 K", "0.1 K", "plan.temperatures.step", "1200 steps of the range, more than 240; write 0.5 K"),
     "a figure of no table": (RESIDUAL, "{figure: sigma}", "{figure", "unit.gyro.bias.temperature_residual", "at least 1"),
     "a figure of a curve": (
         CURVE, "{curve: {0 degC: 1 mg, 9 degC: 2 mg}, figure: sigma}", "{curve: {0", "unit.accelerometer.bias.temperature_residual", "for a table",
     ),
-    "a residual of no form": (RESIDUAL, "[0.03 deg/s]", "[0.03 deg/s]", "unit.gyro.bias.temperature_residual", "{curve: …}"),
+    "a residual of no form": (RESIDUAL, "[0.03 deg/s]", "[0.03 deg/s]", "unit.gyro.bias.temperature_residual", "{curve: ["),
     # accuracy and alignment
     "accuracy without unit": ("    axes: 2", "    axes: 2\n    accuracy: {rate: 20}", "20}\n", "benches.rate_table.accuracy.rate", "'20 ppm'"),
     "accuracy of another dimension": ("    axes: 2", "    axes: 2\n    accuracy: {rate: 2 deg/s}", "2 deg/s}", "benches.rate_table.accuracy.rate", "ppm"),
@@ -345,11 +408,23 @@ def test_a_flight_file_lies_beside_the_spec(tmp_path: Path) -> None:
         (", misalignment]", ", warm_up]", "effects[4]", "warm_up"),
         (CANDIDATES, "candidates: [1, 2, 3]", "plan.temperatures.candidates", "2:"),
         ("  centrifuge: {", "  big_one: {", "benches.big_one", "no kind of bench"),
+        ("worst_case}", "worst_case, temperature: worst}", "requirement[0].temperature", "says nothing"),
+        (
+            "worst_case}",
+            "rss, temperature: {distribution: {0 degC: 1, 61 degC: 1}}}",
+            "requirement[0].temperature.distribution",
+            "61 degC: outside",
+        ),
     ],
 )
 def test_what_is_odd_but_possible_is_a_warning(old: str, new: str, path: str, words: str) -> None:
     found = {fault.path: fault.message for fault in loaded(changed((old, new))).warnings}
     assert words in found[path]
+
+
+def test_a_temperature_with_a_rule_that_is_wrong_is_not_remarked() -> None:
+    (fault,) = faults(changed(("worst_case}", "worst, temperature: range}")))
+    assert fault.path == "requirement[0].rule"
 
 
 def test_one_fault_in_a_requirement_is_one_fault() -> None:

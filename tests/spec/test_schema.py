@@ -15,7 +15,7 @@ from planner.spec.model import Spec
 from planner.spec.schema import json_schema
 from planner.spec.starter import starter_text
 from planner.spec.yaml12 import read_yaml
-from tests.spec.example import EXAMPLE, changed, faults
+from tests.spec.example import EXAMPLE, changed, faults, loaded
 
 SHIPPED = sorted((Path(__file__).parents[2] / "requirements_specs").glob("*.yaml"))
 
@@ -66,6 +66,17 @@ def test_the_example_and_the_starter_are_valid(text: str, validator: jsonschema.
         ("    axes: 2\n", "    axes: 2\n    kind: rate_tabel\n", "benches.rate_table.kind"),
         ("in_run: 0.001 deg/s", "in_run:", "unit.gyro.bias.in_run"),
         ("name: small UAV, one minute without aiding\n", "", ""),
+        ("worst_case}", "rss, temperature: wurst}", "requirement"),
+        ("worst_case}", "rss, temperature: {distribution: {20: 1}}}", "requirement"),
+        ("run_to_run: 1 mg", "run_to_run: {value: 1 mg, power_ons: 1}", "unit.accelerometer.bias.run_to_run"),
+        ("{1: 0.032 deg/s", "{curve: kinck, 1: 0.032 deg/s", "unit.gyro.bias.temperature_residual"),
+        (
+            "{curve: {-60 degC: 5 mg, 20 degC: 0 mg, 60 degC: -3 mg}}",
+            "{curve: [{0 degC: 5 mg, 20 degC: 0 mg}, {0 degC: 1 mg, 60 degC: -3 mg}]}",
+            "unit.accelerometer.bias.temperature_residual",
+        ),
+        ("confidence: 95 %", "method: informaton", "plan.method"),
+        ("confidence: 95 %", "redundancy: 2", "plan.redundancy"),
     ],
 )
 def test_an_editor_underlines_what_check_refuses(
@@ -75,6 +86,28 @@ def test_an_editor_underlines_what_check_refuses(
     found = {".".join(map(str, error.absolute_path)) for error in validator.iter_errors(as_json(text))}
     assert where in found
     assert faults(text)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("worst_case}", "rss, temperature: worst}"),
+        ("worst_case}", "rss, temperature: {distribution: {-20 degC: 0.2, 60 degC: 1}}}"),
+        ("run_to_run: 1 mg", "run_to_run: {value: {0 degC: 1 mg, 9 degC: 2 mg}, power_ons: 12}"),
+        ("{1: 0.032 deg/s", "{curve: kink, figure: sigma, 1: 0.032 deg/s"),
+        (
+            "{curve: {-60 degC: 5 mg, 20 degC: 0 mg, 60 degC: -3 mg}}",
+            "{curve: [{0 degC: 5 mg, 20 degC: 0 mg}, {0 degC: 1 g, 9 degC: 3 g}, {1 degC: 1 g, 2 degC: 0 g}]}",
+        ),
+        ("confidence: 95 %", "method: published\n  temperature_estimator: smooth\n  redundancy: 0"),
+    ],
+)
+def test_an_editor_accepts_what_check_accepts(
+    old: str, new: str, validator: jsonschema.Draft202012Validator
+) -> None:
+    text = changed((old, new))
+    validator.validate(as_json(text))
+    loaded(text)
 
 
 def properties(node: Any, path: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
