@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from planner.bench_run import language
 from planner.bench_run.clock import Clock
 from planner.bench_run.errors import BenchFault
-from planner.bench_run.job import ChamberFacts
 from planner.bench_run.line import Line, ask, send
 from planner.bench_run.tolerances import Tolerances
+from planner.control import words
+from planner.nouns.bench import ChamberFacts
 
 POLL_S = (1.0, 30.0)  # at first, and at most: a twentieth of what has been waited already
 
@@ -21,9 +21,9 @@ class ChamberDriver:
 
     def open(self, room_degc: float) -> None:
         """Setpoint at room before power, so that it starts from a harmless one."""
-        self._order(language.setpoint(room_degc))
-        self._order(language.POWER_ON)
-        self._order(language.CONSTANT)
+        self._order(words.setpoint(room_degc))
+        self._order(words.POWER_ON)
+        self._order(words.CONSTANT)
         self._target = None
 
     def bring_to(self, temperature_degc: float) -> None:
@@ -32,13 +32,13 @@ class ChamberDriver:
             self.check()
             return
         self._target = None
-        self._order(language.setpoint(temperature_degc))
+        self._order(words.setpoint(temperature_degc))
         self._settle(temperature_degc)
         self._target = temperature_degc
 
     def temperature_degc(self) -> float:
         """The air, as the chamber reads it."""
-        return ask(self._line, "chamber", language.READ_TEMPERATURE, _measured)
+        return ask(self._line, "chamber", words.READ_TEMPERATURE, _measured)
 
     def check(self) -> None:
         """Raises BenchFault when the air has strayed from the temperature that it had."""
@@ -52,10 +52,10 @@ class ChamberDriver:
         """Whatever happened before: to room temperature. Connects again when the line is down."""
         self._target = None
         try:
-            self._order(language.setpoint(room_degc))
+            self._order(words.setpoint(room_degc))
         except BenchFault:
             self._line.reopen()
-            self._order(language.setpoint(room_degc))
+            self._order(words.setpoint(room_degc))
 
     def _order(self, message: str) -> None:
         """Send and hear `OK`; when no word comes, the chamber must be alive and show the setpoint."""
@@ -72,7 +72,7 @@ class ChamberDriver:
             raise BenchFault(f"the chamber refused {message!r}: {reply}")
 
     def _confirm(self, message: str) -> None:
-        shown = ask(self._line, "chamber", language.READ_TEMPERATURE, _setpoint)
+        shown = ask(self._line, "chamber", words.READ_TEMPERATURE, _setpoint)
         if message.startswith("TEMP,S") and shown is not None and shown != float(message[6:]):
             raise BenchFault(f"the chamber did not take {message!r}: its setpoint is {shown:g} degC")
 

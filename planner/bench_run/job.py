@@ -3,46 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 from planner.errors import InputError
+from planner.nouns.bench import BenchFacts, Stops
 from planner.nouns.plan import Step
+from planner.nouns.plan_file import typed_plan
 from planner.quantities import DAY_S, WEEKDAYS
-
-BY_HAND = "levelled_plate"  # a kind of bench without a drive: the operator is the table
-
-
-@dataclass(frozen=True)
-class ChamberFacts:
-    """What the chamber can do; rates in K/min, None where the plan knows none."""
-
-    coldest_degc: float
-    hottest_degc: float
-    heating_k_per_min: float | None = None
-    cooling_k_per_min: float | None = None
-    soak_s: float = 0.0
-
-
-@dataclass(frozen=True)
-class BenchFacts:
-    """What the bench can do, None: not limited. travel: axis -> (least, most) deg of an axis with stops."""
-
-    name: str
-    kind: str
-    axes: int
-    room_degc: float
-    rate_dps: float | None = None
-    angular_acceleration_dps2: float | None = None
-    acceleration_g: float | None = None
-    arm_m: float | None = None
-    chamber: ChamberFacts | None = None
-    travel: Mapping[int, tuple[float, float]] = field(default_factory=dict)
-
-    @property
-    def driven(self) -> bool:
-        """Whether it has a drive that takes commands."""
-        return self.kind != BY_HAND
 
 
 @dataclass(frozen=True)
@@ -75,23 +42,28 @@ class Job:
 
 
 def job_from(
-    document: Mapping[str, Any],
+    document: object,
     *,
     arm_m: float | None = None,
-    travel: Mapping[int, tuple[float, float]] | None = None,
+    travel: Mapping[int, Stops] | None = None,
     any_time: bool = False,
 ) -> Job:
-    """The job of a checked plan.
+    """The job of a plan's tree.
 
     arm_m: of a centrifuge whose arm the plan does not know; travel: stops, instead of the plan's own
+    Raises InputError for a tree that is no plan.
     """
-    shifts = tuple((float(s["opens_s"]), float(s["closes_s"])) for s in document.get("shifts", ()))
+    plan = typed_plan(document)
+    benches = {
+        name: replace(bench, arm_m=bench.arm_m or arm_m, travel={**bench.travel, **(travel or {})})
+        for name, bench in plan.benches.items()
+    }
     return Job(
-        document["plan_sha256"],
-        tuple(_step(step) for step in document["steps"]),
-        {name: _bench(name, facts, arm_m, travel or {}) for name, facts in document["benches"].items()},
-        shifts=() if any_time else shifts,
-        start_s=_moment(document.get("start")),
+        plan.plan_sha256,
+        plan.steps,
+        benches,
+        shifts=() if any_time else tuple((shift.opens_s, shift.closes_s) for shift in plan.shifts),
+        start_s=_moment(plan.start),
         any_time=any_time,
     )
 
@@ -103,45 +75,3 @@ def _moment(words: str | None) -> float:
     day, time = words.split()
     hours, minutes = time.split(":")
     return DAY_S * WEEKDAYS.index(day) + 3600.0 * int(hours) + 60.0 * int(minutes)
-
-
-def _step(step: Mapping[str, Any]) -> Step:
-    return Step(
-        id=step["id"],
-        bench=step["bench"],
-        action=step["action"],
-        start_s=float(step["start_s"]),
-        end_s=float(step["end_s"]),
-        test=step["test"],
-        temperature_degc=None if step["temperature_degc"] is None else float(step["temperature_degc"]),
-        repeat=step["repeat"],
-        motion=step["motion"],
-        units=step["units"],
-        attended=bool(step.get("attended")),
-    )
-
-
-def _bench(
-    name: str, facts: Mapping[str, Any], arm_m: float | None, travel: Mapping[int, tuple[float, float]]
-) -> BenchFacts:
-    limits, chamber = facts["limits"], facts["chamber"]
-    return BenchFacts(
-        name=name,
-        kind=facts["kind"],
-        axes=facts["axes"],
-        room_degc=float(facts["room_degc"]),
-        rate_dps=limits["rate_dps"],
-        angular_acceleration_dps2=limits["angular_acceleration_dps2"],
-        acceleration_g=limits["acceleration_g"],
-        arm_m=arm_m if facts["arm_m"] is None else facts["arm_m"],
-        chamber=None if chamber is None else ChamberFacts(**{k: chamber[k] for k in _CHAMBER}),
-        travel=_stops(limits) | dict(travel),
-    )
-
-
-def _stops(limits: Mapping[str, Any]) -> dict[int, tuple[float, float]]:
-    given = limits.get("travel_deg", {})
-    return {int(axis): (float(least), float(most)) for axis, (least, most) in given.items()}
-
-
-_CHAMBER = ("coldest_degc", "hottest_degc", "heating_k_per_min", "cooling_k_per_min", "soak_s")

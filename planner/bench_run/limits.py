@@ -3,32 +3,18 @@
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 
-from planner.bench_run.job import BenchFacts, Job
-from planner.bench_run.motion import AxisOrder, MotionError, orders
+from planner.bench_run.job import Job
+from planner.control import limits
+from planner.control.kinematics import move_s
+from planner.control.orders import AxisOrder, orders
+from planner.control.words import rounding_note
 from planner.errors import Fault, InputError
-from planner.nouns.plan import Step
-from planner.spec.axis_travel import travel_faults
-
-ACTIONS = frozenset(
-    {
-        "install",
-        "ramp",
-        "soak",
-        "power_on",
-        "move",
-        "record",
-        "power_off",
-        "cool_down",
-        "pause",
-        "remove",
-    }
-)
-MOST_FAULTS = 20
-_BATCH = re.compile(r"b\d+/")
+from planner.nouns.bench import BenchFacts
+from planner.nouns.plan import ACTIONS, Step
+from planner.nouns.plan_file import MOST_FAULTS
 
 
 def check(job: Job) -> tuple[str, ...]:
@@ -49,54 +35,28 @@ def _faults(job: Job) -> Iterator[tuple[str, str]]:
         if count > 1:
             yield name, "two steps have this id"
     said: set[tuple[str, str]] = set()
-    for step in job.steps:
-        for why in _step_faults(step, job):
-            if (step.bench, why) not in said:  # one line a reason: a plan has thousands of steps
-                said.add((step.bench, why))
-                yield step.id, why
-    yield from _travel(job)
+    for step, why in [*_senseless(job.steps), *limits.faults(job.benches, job.steps, arms_known=True)]:
+        if (step.bench, why) not in said:  # one line a reason: a plan has thousands of steps
+            said.add((step.bench, why))
+            yield step.id, why
 
 
-def _step_faults(step: Step, job: Job) -> Iterator[str]:
-    bench = job.benches.get(step.bench)
-    if bench is None:
-        yield f"the bench '{step.bench}' is missing from the plan's benches"
-        return
-    if step.action not in ACTIONS:
-        yield f"unknown action '{step.action}'"
-    if not (math.isfinite(step.start_s) and 0 <= step.end_s - step.start_s < math.inf):
-        yield "it ends before it starts"
-    yield from _temperature(step, bench)
-    if bench.driven:
-        yield from _motion(step, bench)
-
-
-def _temperature(step: Step, bench: BenchFacts) -> Iterator[str]:
-    t, chamber = step.temperature_degc, bench.chamber
-    if t is None:
-        return
-    if chamber is None:
-        if t != bench.room_degc:
-            yield f"{t:g} degC on a bench without a chamber"
-    elif not chamber.coldest_degc <= t <= chamber.hottest_degc:
-        yield f"{t:g} degC is outside the chamber's {chamber.coldest_degc:g} … {chamber.hottest_degc:g} degC"
-
-
-def _motion(step: Step, bench: BenchFacts) -> Iterator[str]:
-    try:
-        orders(step.motion, bench)
-    except MotionError as error:
-        yield str(error)
+def _senseless(steps: Iterable[Step]) -> Iterator[limits.Wrong]:
+    for step in steps:
+        if step.action not in ACTIONS:
+            yield step, f"unknown action '{step.action}'"
+        if not (math.isfinite(step.start_s) and 0 <= step.seconds < math.inf):
+            yield step, "it ends before it starts"
 
 
 def _interleaved(job: Job) -> Iterator[tuple[str, str]]:
     """One run goes to another bench only when a batch has left the one before: to leave a bench in the middle
     of a visit would warm its chamber, and the unit on it would not be soaked when the run came back.
     """
-    left: set[tuple[str, str]] = set()
-    now: tuple[str, str] | None = None
+    left: set[tuple[str, int | None]] = set()
+    now: tuple[str, int | None] | None = None
     for step in job.steps:
-        visit = (step.bench, _batch(step))
+        visit = (step.bench, step.batch)
         if visit == now:
             continue
         if visit in left:
@@ -108,53 +68,26 @@ def _interleaved(job: Job) -> Iterator[tuple[str, str]]:
         now = visit
 
 
-def _batch(step: Step) -> str:
-    match = _BATCH.match(step.id)
-    return match[0] if match else ""
-
-
-def _travel(job: Job) -> Iterator[tuple[str, str]]:
-    """Axes with stops, followed through the campaign from where they stand to where they turn."""
-    for name, bench in job.benches.items():
-        steps = [step for step in job.steps if step.bench == name]
-        said: set[str] = set()
-        for step, why in travel_faults(steps, bench.travel, bench.angular_acceleration_dps2):
-            if why not in said:
-                said.add(why)
-                yield step.id, why
-
-
 def _notes(job: Job) -> Iterator[str]:
-    for name in job.used_benches:
+    for name, steps in limits.by_bench(job.steps).items():
         bench = job.benches[name]
-        yield from _rounded(bench, (step for step in job.steps if step.bench == name))
+        rounded = rounding_note(name, (step.temperature_degc for step in steps)) if bench.chamber else None
+        if rounded:
+            yield rounded
         if not bench.driven:
             yield f"{name} has no drive: the operator puts the unit on every face"
             continue
-        missing = [
-            what
-            for what, limit in (
-                ("rate", bench.rate_dps),
-                ("angular_acceleration", bench.angular_acceleration_dps2),
-            )
-            if limit is None
-        ]
-        if missing:
-            yield (
-                f"{name}: the plan knows no limit of {' and '.join(missing)}, so the table's own holds; "
-                "to be checked beforehand they must stand under limits in the spec"
-            )
-        yield from _long_moves(bench, (step for step in job.steps if step.bench == name))
+        yield from _unlimited(bench)
+        yield from _long_moves(bench, steps)
 
 
-def _rounded(bench: BenchFacts, steps: Iterable[Step]) -> Iterator[str]:
-    """Temperatures with finer digits than the chamber takes."""
-    wanted = {step.temperature_degc for step in steps} - {None} if bench.chamber else set()
-    finer = sorted(t for t in wanted if t is not None and abs(t - float(f"{t:.1f}")) > 1e-6)
-    if finer:
+def _unlimited(bench: BenchFacts) -> Iterator[str]:
+    given = {"rate": bench.rate_dps, "angular_acceleration": bench.angular_acceleration_dps2}
+    missing = [what for what, limit in given.items() if limit is None]
+    if missing:
         yield (
-            f"{bench.name}: the chamber takes tenths of a degree, so {len(finer)} of the plan's temperatures "
-            f"are rounded, e.g. {finer[0]:g} degC to {finer[0]:.1f}"
+            f"{bench.name}: the plan knows no limit of {' and '.join(missing)}, so the table's own holds; "
+            "to be checked beforehand they must stand under limits in the spec"
         )
 
 
@@ -163,26 +96,13 @@ def _long_moves(bench: BenchFacts, steps: Iterable[Step]) -> Iterator[str]:
     acceleration = bench.angular_acceleration_dps2
     if acceleration is None:
         return
-    late, before = 0.0, dict.fromkeys(range(1, bench.axes + 1), AxisOrder(1, "position", 0.0))
+    late, before = 0.0, {axis: AxisOrder(axis, "position", 0.0) for axis in range(1, bench.axes + 1)}
     for step in steps:
         if step.action != "move":
             continue
         wanted = orders(step.motion, bench)
-        needed = max((_seconds(before[o.axis], o, bench, acceleration) for o in wanted), default=0.0)
-        late += max(needed - (step.end_s - step.start_s), 0.0)
+        needed = max((move_s(before[o.axis], o, bench, acceleration) for o in wanted), default=0.0)
+        late += max(needed - step.seconds, 0.0)
         before |= {o.axis: o for o in wanted}
     if late > 0:
         yield f"{bench.name}: moves take {late:.0f} s more than planned at the limits of the table"
-
-
-def _seconds(old: AxisOrder, new: AxisOrder, bench: BenchFacts, acceleration: float) -> float:
-    fastest = bench.rate_dps or math.inf
-    start = old.value if old.mode == "rate" else 0.0
-    if new.mode == "rate":
-        return abs(new.value - start) / acceleration
-    way = 180.0 if old.mode == "rate" else abs(math.remainder(new.value - old.value, 360.0))
-    if new.axis in bench.travel:
-        least, most = bench.travel[new.axis]
-        way = most - least if old.mode == "rate" else abs(new.value - old.value)
-    peak = min(fastest, math.sqrt(way * acceleration))
-    return abs(start) / acceleration + (way / peak + peak / acceleration if peak else 0.0)

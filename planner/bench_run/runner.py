@@ -16,15 +16,16 @@ from datetime import UTC, datetime
 
 from planner.bench_run.chamber_driver import ChamberDriver
 from planner.bench_run.clock import Clock
-from planner.bench_run.job import BenchFacts, Job
+from planner.bench_run.job import Job
 from planner.bench_run.journal import Entry, Journal
 from planner.bench_run.line import Line
-from planner.bench_run.motion import fastest_dps
 from planner.bench_run.people import NoRecorder, Operator, Recorder, Waiting
 from planner.bench_run.shifts import Hours, begins
 from planner.bench_run.table import TableDriver
 from planner.bench_run.tolerances import Tolerances
+from planner.control.orders import fastest_dps
 from planner.errors import PlannerError
+from planner.nouns.bench import BenchFacts
 from planner.nouns.plan import Step
 
 ATTENTION = "ATTENTION"  # begins what somebody must look at: the bench may not be safe
@@ -113,7 +114,7 @@ class _Run:
             self._catch_up(step)
             self._wait_for_people(self._done)  # the soak of catching up may have taken the rest of the shift
         self._began = self._clock.now()
-        getattr(self, f"_{step.action}")(step)  # `limits.ACTIONS` are the names that get here
+        getattr(self, f"_{step.action}")(step)  # `nouns.plan.ACTIONS` are the names that get here
         self._write(step)
         self._done += 1
 
@@ -177,7 +178,7 @@ class _Run:
         earlier = self._job.steps[: self._done]
         soaks = [s for s in earlier if s.action == "soak" and _same_place(s, step)]
         if soaks:
-            self._hold(_seconds(soaks[-1]))
+            self._hold(soaks[-1].seconds)
         if step.action != "power_on" and self._lacks_records(step):
             powered = next(s for s in reversed(earlier) if s.action == "power_on")
             self._switch(False, step)
@@ -192,7 +193,7 @@ class _Run:
     def _install(self, step: Step) -> None:
         self._rest()
         self._at_temperature(step)
-        self._attend(step, _seconds(step))
+        self._attend(step, step.seconds)
 
     _remove = _install
 
@@ -201,7 +202,7 @@ class _Run:
 
     def _soak(self, step: Step) -> None:
         self._at_temperature(step)
-        self._hold(_seconds(step))
+        self._hold(step.seconds)
 
     def _power_on(self, step: Step) -> None:
         self._at_temperature(step)
@@ -209,14 +210,14 @@ class _Run:
             self._attend(step, 0.0)
         self._journal.power_on()
         self._switch(True, step)
-        self._hold(_seconds(step))
+        self._hold(step.seconds)
 
     def _move(self, step: Step) -> None:
         turned = self._turned_round(step)
         if turned or step.attended:
-            self._attend(step, _seconds(step) if turned else 0.0)
+            self._attend(step, step.seconds if turned else 0.0)
         if self._table is not None:
-            self._table.move(step.motion, _seconds(step))
+            self._table.move(step.motion, step.seconds)
 
     def _record(self, step: Step) -> None:
         self._at_temperature(step)
@@ -225,7 +226,7 @@ class _Run:
         self._recording = step
         self._eq.recorder.start(step, self._journal.power_ons)
         self._began = self._clock.now()
-        self._hold(_seconds(step))
+        self._hold(step.seconds)
         self._look()
         self._eq.recorder.stop(step, complete=True)
         self._recording = None
@@ -235,14 +236,14 @@ class _Run:
         self._switch(False, step)
 
     def _cool_down(self, step: Step) -> None:
-        self._hold(_seconds(step))
+        self._hold(step.seconds)
 
     def _pause(self, step: Step) -> None:
         """Of a test: for its time. Of none: until people are there for what follows (bench_run.shifts)."""
         if step.test is None and (self._job.shifts or self._job.any_time):
             self._wait_for_people(self._done + 1)
         else:
-            self._hold(_seconds(step))
+            self._hold(step.seconds)
 
     # ------------------------------------------------------------ their parts
 
@@ -329,10 +330,6 @@ class _Run:
         if self._recording is not None:
             step, self._recording = self._recording, None
             self._eq.recorder.stop(step, complete=False)
-
-
-def _seconds(step: Step) -> float:
-    return step.end_s - step.start_s
 
 
 def _motions(job: Job, bench: str) -> Iterator[Mapping[str, float] | None]:

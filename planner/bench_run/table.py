@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from planner.bench_run import language
 from planner.bench_run.clock import Clock
 from planner.bench_run.errors import BenchFault
-from planner.bench_run.job import BenchFacts
 from planner.bench_run.line import Line, ask, last_number, send
-from planner.bench_run.motion import AxisOrder, orders
 from planner.bench_run.tolerances import Tolerances
+from planner.control import words
+from planner.control.kinematics import change, turn_s
+from planner.control.orders import AxisOrder, orders
+from planner.nouns.bench import BenchFacts
 
 POLL_S = (0.05, 1.0)  # at first, and at most: a tenth of what has been waited already
 SLOWEST_DPS2 = 10.0  # to bound the time of a start when the plan knows no limit of acceleration
@@ -31,10 +32,10 @@ class TableDriver:
 
         Raises BenchFault when the table does not obey.
         """
-        for message in language.INTERLOCKS:
+        for message in words.INTERLOCKS:
             send(self._line, "table", message)
         self._errors()  # of whoever used the table before us; what persists is refused next
-        self._order(";".join([*language.limits(self._bench, fastest_dps), language.OFF]))
+        self._order(";".join([*words.limits(self._bench, fastest_dps), words.OFF]))
         self._reads_rate = self._can_read_rate()
         self._turning = set(range(1, self._bench.axes + 1)) if self._reads_rate else set()
         self.stop_turning()
@@ -47,7 +48,7 @@ class TableDriver:
             return
         self._holding = ()
         named = {order.axis for order in wanted}
-        self._order(language.motion(wanted, sorted(self._turning - named)))
+        self._order(words.motion(wanted, sorted(self._turning - named)))
         self._turning = {order.axis for order in wanted if order.mode == "rate" and order.value}
         self._arrive(wanted, planned_s)
         self._holding = wanted
@@ -63,7 +64,7 @@ class TableDriver:
         """Axes that turn go to zero rate, and are seen to."""
         if self._turning:
             self._holding = ()
-            self._order(language.OFF)
+            self._order(words.OFF)
             still = tuple(AxisOrder(axis, "rate", 0.0) for axis in sorted(self._turning))
             self._arrive(still, 0.0)
             self._turning = set()
@@ -80,9 +81,9 @@ class TableDriver:
 
     def _off(self) -> None:
         """Errors of earlier commands may still stand in the ECP; what counts is the second time."""
-        send(self._line, "table", language.OFF)
+        send(self._line, "table", words.OFF)
         if any(self._errors().values()):
-            self._order(language.OFF)
+            self._order(words.OFF)
 
     def _order(self, message: str) -> None:
         send(self._line, "table", message)
@@ -136,12 +137,12 @@ class TableDriver:
         return ask(self._line, "table", f":Read:{order.mode.title()}? {order.axis}", last_number)
 
     def _longest_s(self, order: AxisOrder) -> float:
-        """Bound of the time to a rate from the opposite one, or of half a turn, at the limits."""
+        """Bound of the time to a rate from the opposite one, or of a stop and a whole turn, at the limits."""
         acceleration = self._bench.angular_acceleration_dps2 or SLOWEST_DPS2
+        fastest = max(abs(order.value) if order.mode == "rate" else 0.0, self._bench.rate_dps or 0.0)
         if order.mode == "rate":
-            return 2 * max(abs(order.value), self._bench.rate_dps or 0.0) / acceleration
-        fastest = self._bench.rate_dps or math.inf
-        return 360.0 / fastest + 2 * math.sqrt(360.0 / acceleration)
+            return change(-fastest, fastest, acceleration)[0]
+        return change(fastest, 0.0, acceleration)[0] + turn_s(360.0, self._bench, acceleration)
 
 
 def _said(order: AxisOrder) -> str:

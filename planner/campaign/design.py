@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,26 +49,6 @@ class Design:
 
     def __len__(self) -> int:
         return len(self.run)
-
-
-def steps_of(document: Mapping[str, Any]) -> tuple[Step, ...]:
-    """The steps of a plan.json tree."""
-    names = (
-        "id",
-        "bench",
-        "action",
-        "start_s",
-        "end_s",
-        "test",
-        "temperature_degc",
-        "repeat",
-        "motion",
-        "units",
-    )
-    try:
-        return tuple(Step(**{name: step[name] for name in names}) for step in document["steps"])
-    except (KeyError, TypeError) as error:
-        raise InputError(f"the plan's steps cannot be read: {error}") from error
 
 
 def design(steps: Sequence[Step], spec: Spec, latitude: float = DEFAULT_LATITUDE) -> Design:

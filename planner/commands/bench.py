@@ -147,10 +147,8 @@ def _job(
     from planner.bench_run.job import job_from
     from planner.export._scripts import file_name
     from planner.export.documents import read_sealed_plan
-    from planner.export.plan_schema import typed_plan
 
     document = read_sealed_plan(plan)
-    typed_plan(document)
     if arm is not None and not 0 < arm < 1000:
         raise InputError(f"--arm must be a length in metres, not {arm:g}")
     job = job_from(document, arm_m=arm, travel=session.travel_from(travel), any_time=any_time)

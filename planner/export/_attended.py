@@ -1,4 +1,4 @@
-"""What people do in a campaign: install, remove, turn or remount the unit where the bench cannot, and what
+"""What people do in a campaign: install, remove or turn the unit where the bench cannot, and what
 the spec has them attend: the power-ons and moves of a test.
 
 A levelled plate has no drive: every move is a person's. A centrifuge of one axis cannot turn the unit round:
@@ -7,18 +7,18 @@ when the sign of the load changes, a person does.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
-from planner.export._scripts import by_bench, figure
-from planner.export.plan_schema import BenchFacts, PlanDocument, PlannedStep
+from planner.control.limits import by_bench
+from planner.control.words import figure
+from planner.nouns.bench import BenchFacts
+from planner.nouns.plan import Step
+from planner.nouns.plan_file import PlanDocument
 
-HANDLING = ("install", "remove", "remount")
+HANDLING = ("install", "remove")
 TURN, PUT, MOVE, SWITCH = "turn round", "put on its face", "attend the move", "switch on"
-BY_HAND = (TURN, PUT, "remount")
-_BATCH = re.compile(r"b(\d+)/")
 
 
 @dataclass(frozen=True)
@@ -39,14 +39,14 @@ class HandTask:
 
 def hand_tasks(plan: PlanDocument) -> list[HandTask]:
     """Every single one, in the order of time."""
-    found = [t for b, steps in by_bench(plan).items() for t in _on_bench(plan.benches[b], steps)]
+    found = [t for b, steps in by_bench(plan.steps).items() for t in _on_bench(plan.benches[b], steps)]
     return sorted(found, key=_time)
 
 
 def attendances(plan: PlanDocument) -> list[HandTask]:
     """For calendars: the tasks within one repeat of a test are one appointment, from first to last."""
     found = []
-    for bench, steps in by_bench(plan).items():
+    for bench, steps in by_bench(plan.steps).items():
         tasks = _on_bench(plan.benches[bench], steps)
         found += [_together(list(group)) for _, group in groupby(tasks, key=_visit)]
     return sorted(found, key=_time)
@@ -73,7 +73,7 @@ def _together(tasks: Sequence[HandTask]) -> HandTask:
     return replace(first, what="attend", end_s=tasks[-1].end_s, detail=", ".join(each))
 
 
-def _on_bench(bench: BenchFacts, steps: Sequence[PlannedStep]) -> Iterator[HandTask]:
+def _on_bench(bench: BenchFacts, steps: Sequence[Step]) -> Iterator[HandTask]:
     load = 1.0  # the unit is installed with its axis outwards: positive loads
     attended = False  # the whole repeat, and not only the moves at which the unit may have to be turned
     for step in steps:
@@ -88,11 +88,11 @@ def _on_bench(bench: BenchFacts, steps: Sequence[PlannedStep]) -> Iterator[HandT
             yield _task(step, what, _detail(bench, step, what))
 
 
-def _what(bench: BenchFacts, step: PlannedStep, load: float, attended: bool) -> str | None:
+def _what(bench: BenchFacts, step: Step, load: float, attended: bool) -> str | None:
     """What a person does in a step, or None; load: of the sign that the unit is mounted for."""
     if step.action in HANDLING:
         return step.action
-    if step.action == "move" and bench.kind == "levelled_plate":
+    if step.action == "move" and not bench.driven:
         return PUT
     if (
         step.action == "move"
@@ -103,10 +103,9 @@ def _what(bench: BenchFacts, step: PlannedStep, load: float, attended: bool) -> 
     return {"power_on": SWITCH, "move": MOVE}.get(step.action) if attended else None
 
 
-def _detail(bench: BenchFacts, step: PlannedStep, what: str) -> str:
+def _detail(bench: BenchFacts, step: Step, what: str) -> str:
     if what in HANDLING:
-        batch = _BATCH.match(step.id)
-        of = f"batch {int(batch[1])}, " if batch else ""
+        of = f"batch {step.batch}, " if step.batch is not None else ""
         return f"{of}{step.units} unit{'s' if step.units > 1 else ''}, {bench.kind.replace('_', ' ')}"
     motion = motion_text(step.motion or {})
     if what == SWITCH:
@@ -114,7 +113,7 @@ def _detail(bench: BenchFacts, step: PlannedStep, what: str) -> str:
     return f"then {motion}" if what == TURN else motion or "the next motion"
 
 
-def _task(step: PlannedStep, what: str, detail: str) -> HandTask:
+def _task(step: Step, what: str, detail: str) -> HandTask:
     return HandTask(
         id=step.id,
         bench=step.bench,

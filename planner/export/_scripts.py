@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from planner.export.plan_schema import PlanDocument, PlannedStep
+from planner.control.words import figure
 
 PACE_MS = 200  # between two commands of a host script, as in the published one (K 3.1)
 
@@ -37,23 +37,9 @@ def milliseconds(seconds: float) -> int:
     return round(seconds * 1000)
 
 
-def figure(value: float) -> str:
-    """A number as controllers read it: no exponent, at most six decimals, no `-0`."""
-    text = f"{value:.6f}".rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text
-
-
 def file_name(bench: str) -> str:
     """A bench's name as a file can bear it."""
     return re.sub(r"[^\w.-]", "_", bench).lstrip(".") or "bench"
-
-
-def by_bench(plan: PlanDocument) -> dict[str, list[PlannedStep]]:
-    """Every bench that has steps, with its own in the order of time."""
-    found: dict[str, list[PlannedStep]] = {}
-    for step in plan.steps:
-        found.setdefault(step.bench, []).append(step)
-    return {bench: sorted(steps, key=lambda s: (s.start_s, s.end_s)) for bench, steps in found.items()}
 
 
 def shares_ms(wanted: Sequence[int], ms: int) -> list[int]:

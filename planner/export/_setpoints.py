@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from planner.export._scripts import figure
+from planner.control.words import figure
 from planner.export.header import header
-from planner.export.plan_schema import BenchFacts, PlannedStep
+from planner.nouns.bench import BenchFacts
+from planner.nouns.plan import Step
 
-TENTHS = 1  # decimals of a setpoint that a controller of the P300 kind takes
 SETPOINT_COLUMNS = ("start_s", "end_s", "setpoint_degc", "soaked_s", "step")
 HEADER_COLUMNS = ("plan_sha256", "spec_sha256", "schema_version")
 
@@ -28,7 +28,7 @@ class Setpoint:
     step: str
 
 
-def setpoints(bench: BenchFacts, steps: Sequence[PlannedStep]) -> list[Setpoint]:
+def setpoints(bench: BenchFacts, steps: Sequence[Step]) -> list[Setpoint]:
     """Every temperature that the bench's steps ask for, in order; room temperature at the start and end."""
     found: list[Setpoint] = []
     now, since, soaked, name = bench.room_degc, steps[0].start_s, steps[0].start_s, steps[0].id
@@ -46,7 +46,7 @@ def setpoints(bench: BenchFacts, steps: Sequence[PlannedStep]) -> list[Setpoint]
     return found
 
 
-def setpoint_text(document: Mapping[str, Any], bench: BenchFacts, steps: Sequence[PlannedStep]) -> str:
+def setpoint_text(document: Mapping[str, Any], bench: BenchFacts, steps: Sequence[Step]) -> str:
     """The setpoints as CSV: seconds from the start of the campaign, degrees Celsius."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -56,21 +56,3 @@ def setpoint_text(document: Mapping[str, Any], bench: BenchFacts, steps: Sequenc
         figures = [figure(x) for x in (p.start_s, p.end_s, p.degc, p.soaked_s)]
         writer.writerow([*figures, p.step, *plan])
     return out.getvalue()
-
-
-def sent_degc(temperature_degc: float) -> str:
-    """A setpoint as the controller takes it: tenths, never `-0.0`."""
-    text = f"{temperature_degc:.{TENTHS}f}"
-    return "0.0" if text == "-0.0" else text
-
-
-def rounding_note(bench: str, temperatures_degc: Iterable[float]) -> str | None:
-    """What a person should know where a setpoint has finer digits than the controller takes."""
-    finer = [t for t in dict.fromkeys(temperatures_degc) if abs(t - float(sent_degc(t))) > 1e-6]
-    if not finer:
-        return None
-    most = max(finer, key=lambda t: abs(t - float(sent_degc(t))))
-    return (
-        f"{bench}: the chamber takes tenths of a degree, so {len(finer)} of the plan's temperatures are "
-        f"rounded, most {most:g} degC, sent as {sent_degc(most)}; the setpoint list has them as planned"
-    )

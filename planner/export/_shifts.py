@@ -6,7 +6,8 @@ from datetime import datetime, timedelta
 
 from planner.errors import InputError
 from planner.export._clock import WallClock, time_text
-from planner.export.plan_schema import PlanDocument, PlannedStep
+from planner.nouns.plan import Step
+from planner.nouns.plan_file import PlanDocument
 from planner.quantities import DAY_S, WEEKDAYS
 
 WEEK_S = 7 * DAY_S
@@ -51,12 +52,11 @@ def week_words(moment: datetime) -> str:
     return f"{WEEKDAYS[moment.weekday()]} {moment:%H:%M}"
 
 
-def _inside(plan: PlanDocument, clock: WallClock, step: PlannedStep) -> bool:
+def _inside(plan: PlanDocument, clock: WallClock, step: Step) -> bool:
     begin = clock.at(step.start_s)
     opens = DAY_S * begin.weekday() + 3600 * begin.hour + 60 * begin.minute + begin.second
-    lasts = step.end_s - step.start_s
     return any(
-        shift.opens_s - _ROUNDING_S <= at and at + lasts <= shift.closes_s + _ROUNDING_S
+        shift.opens_s - _ROUNDING_S <= at and at + step.seconds <= shift.closes_s + _ROUNDING_S
         for shift in plan.shifts
         for at in (opens, opens + WEEK_S)
     )

@@ -14,8 +14,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from planner.errors import InputError
+from planner.nouns.plan_file import SCHEMA_VERSION
 
-SCHEMA_VERSION = 1
 _OUTSIDE = ("plan_sha256", "$schema")
 
 

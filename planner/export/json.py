@@ -26,6 +26,7 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
         "planner": plan.version,
         "spec": {"name": plan.name, "sha256": plan.spec_sha256},
         "seed": plan.seed,
+        "method": plan.method,
         "objective": {
             "minimise": plan.objective,
             "value_s": number(plan.objective_value),
@@ -35,9 +36,14 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
         "bound_s": number(plan.bound_s),
         "gap": number(plan.gap),
         "proved": plan.proved,
+        "proved_of": plan.proved_of,
         "power_on_s": number(plan.power_on_s),
         "benches": {bench.name: _bench(bench) for bench in plan.benches},
         "requirements": [_requirement(r) for r in plan.requirements],
+        "families": {
+            name: {str(i): number(from_si(x, plan.requirements[i].unit)) for i, x in figures.items()}
+            for name, figures in plan.families.items()
+        },
         "sensitivities": [
             {
                 "error": s.error,
@@ -165,7 +171,7 @@ def _requirement(r: Achieved) -> Mapping[str, Any]:
         "unit": r.unit,
         "met": r.met,
         "shares": {error: number(share) for error, share in r.shares.items()},
-        **({} if r.flown is None else {"flown": number(from_si(r.flown, r.unit))}),
+        **({"family": r.family, "temperature": r.temperature} if r.family else {}),
     }
 
 

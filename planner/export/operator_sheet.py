@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
-from planner.export._attended import HandTask, hand_tasks
+from planner.control.limits import by_bench
+from planner.export._attended import HANDLING, HandTask, hand_tasks
 from planner.export._clock import WallClock, elapsed_text, time_text
-from planner.export._scripts import by_bench
 from planner.export.header import header
-from planner.export.plan_schema import PlanDocument, PlannedStep
+from planner.nouns.plan import Step
+from planner.nouns.plan_file import PlanDocument
 
 _ALONE = {"ramp": "Chamber goes to temperature", "soak": "Unit soaks"}
-_ATTENDED = {"install", "remove", "remount"}
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def operator_sheet(document: Mapping[str, Any], plan: PlanDocument, clock: WallC
         end=time_text(clock.at(plan.time_s)),
         hours=f"{plan.time_s / 3600:.2f}",
         benches=plan.benches,
-        stopped=any(bench.stops for bench in plan.benches.values()),
+        stopped=any(bench.travel for bench in plan.benches.values()),
         rows=rows,
         attended=sum(row.attended for row in rows),
     )
@@ -83,21 +83,21 @@ def _by_hand(tasks: Sequence[HandTask], clock: WallClock) -> Iterator[Row]:
 
 def _alone(plan: PlanDocument, clock: WallClock) -> Iterator[Row]:
     """What the bench does by itself: ramps, soaks, and all repeats of a test at a temperature in one line."""
-    for bench, steps in by_bench(plan).items():
-        alone = [step for step in steps if step.action not in _ATTENDED]
+    for bench, steps in by_bench(plan.steps).items():
+        alone = [step for step in steps if step.action not in HANDLING]
         for _, group in groupby(alone, key=lambda s: (s.test, s.temperature_degc, s.test or s.action)):
             own = list(group)
             first, last = own[0], own[-1]
             yield _row(clock, first.start_s, last.end_s, bench, first.temperature_degc, _what(own), False)
 
 
-def _what(steps: Sequence[PlannedStep]) -> str:
+def _what(steps: Sequence[Step]) -> str:
     first = steps[0]
     if first.test is None:
         return _ALONE.get(first.action, first.action.replace("_", " ").capitalize())
     records = [step for step in steps if step.action == "record"]
     repeats = len({step.repeat for step in records})
-    seconds = sorted({round(step.end_s - step.start_s, 3) for step in records})
+    seconds = sorted({round(step.seconds, 3) for step in records})
     each = " or ".join(f"{s:g}" for s in seconds)
     return f"{first.test}: {_count(repeats, 'repeat')}, {_count(len(records), 'record')} of {each} s"
 

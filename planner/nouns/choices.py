@@ -115,4 +115,4 @@ class RepeatReason:
     repeats: int
     half_width: float
     needed_half_width: float
-    bound_by: Literal["accuracy", "least", "shared", "fixed"]
+    bound_by: Literal["accuracy", "least", "shared", "fixed", "promise"]

@@ -2,17 +2,37 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 from planner.nouns.allowances import Allowance, GeneticHistory
 from planner.nouns.choices import RepeatReason
 from planner.origin import Origin
 
+Action = Literal[
+    "install",
+    "ramp",
+    "soak",
+    "power_on",
+    "move",
+    "record",
+    "power_off",
+    "cool_down",
+    "pause",
+    "remove",
+]
+ACTIONS: tuple[str, ...] = get_args(Action)  # in the order in which a bench does them
+_BATCH = re.compile(r"b(\d+)/")
+
 
 @dataclass(frozen=True)
 class Step:
-    """One action on one bench, with people if attended. Times in s from the start; motion in deg, deg/s."""
+    """One action on one bench, with people if attended. Times in s from the start; motion in deg, deg/s.
+
+    attended: None where an older plan does not say
+    """
 
     id: str
     bench: str
@@ -24,7 +44,18 @@ class Step:
     repeat: int | None = None
     motion: Mapping[str, float] | None = None
     units: int = 1
-    attended: bool = False
+    attended: bool | None = False
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts."""
+        return self.end_s - self.start_s
+
+    @property
+    def batch(self) -> int | None:
+        """Which batch of units it is for: `b02/…`, which only the id tells; None: the only one."""
+        found = _BATCH.match(self.id)
+        return None if found is None else int(found[1])
 
 
 @dataclass(frozen=True)
@@ -80,7 +111,8 @@ class PlannedTest:
 class Achieved:
     """One requirement and what the plan reaches: `achieved` by the requirement's own rule, SI.
 
-    flown: rms (rss) or promised percentile of flights by the campaign's own model; None: not predicted
+    family: of temperature curves, under which that is largest; temperature: where flights start, in words;
+    both empty for a plan by the published method
     """
 
     error: str
@@ -91,7 +123,8 @@ class Achieved:
     achieved: float
     met: bool
     shares: Mapping[str, float]  # error name -> its part of `achieved` (worst_case) or of its square
-    flown: float | None = None
+    family: str = ""
+    temperature: str = ""
 
 
 @dataclass(frozen=True)
@@ -147,6 +180,9 @@ class Plan:
     by_total: chosen for a shorter `time_s`, at the price of more work; complete: not stopped at a time limit
     shifts: (opens, closes) in seconds from Monday 00:00, disjoint; none: always; plugins: of other packages
     work_proved: no temperatures and repeats take less work; `proved` is false when time_s exceeds its bound
+    method: `information` promises what will be flown, `published` by half-widths and sums; families: of
+    curves -> requirement index -> what is promised under it, SI; proved_of: among which campaigns it is the
+    shortest
     """
 
     version: str
@@ -179,3 +215,6 @@ class Plan:
     shifts: tuple[tuple[float, float], ...] = ()
     plugins: tuple[Origin, ...] = ()
     complete: bool = True
+    method: Literal["information", "published"] = "published"
+    families: Mapping[str, Mapping[int, float]] = field(default_factory=dict)
+    proved_of: str = ""

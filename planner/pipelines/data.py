@@ -9,10 +9,11 @@ import numpy as np
 
 from planner.calibrate.dwells_to_fit import calibrate as calibrate_table
 from planner.calibrate.fit_options import FitOptions
-from planner.campaign.design import design, steps_of
+from planner.campaign.design import design
 from planner.errors import InputError
 from planner.nouns.calibration import Calibration
 from planner.nouns.dwell_table import DwellTable
+from planner.nouns.plan_file import steps_of
 from planner.plan.default_campaign import default_campaign
 from planner.plan.schedule_to_steps import steps as steps_of_campaign
 from planner.simulate.campaign import Settings, Truth, prepared

@@ -8,6 +8,9 @@ from pathlib import Path
 
 from planner import __version__
 from planner.errors import InfeasibleError
+from planner.information.choose import campaign_found
+from planner.information.model_of import flight_of
+from planner.information.to_plan import plan_of as information_plan
 from planner.nouns.allowances import AllowedErrors, ErrorModel
 from planner.nouns.choices import Campaign
 from planner.nouns.plan import GeneticPlan, Plan, TradeOffPoint
@@ -17,7 +20,6 @@ from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.budget import common_rule
 from planner.plan.by_hand import is_hand_made
 from planner.plan.campaign_by_total import by_total
-from planner.plan.campaign_to_flight import with_flown
 from planner.plan.campaign_to_plan import plan_of
 from planner.plan.errors_to_points import point_menus
 from planner.plan.genetic_campaign import genetic_plan
@@ -87,6 +89,8 @@ def allow(loaded: LoadedSpec, progress: Progress) -> tuple[Navigation, AllowedEr
 def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
     """Spec → the shortest campaign that suffices, with its proof and its reasons."""
     spec = loaded.spec
+    if by_information(spec):
+        return informed(loaded, navigate(loaded, progress), progress)
     navigation = navigate(loaded, progress)
     task = task_of(spec, navigation)
     progress("choosing temperatures and repeats")
@@ -101,8 +105,6 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
     progress("the same with waiting and batches in sight")
     chosen = observable_campaign(task, by_total(task, chosen))
     made = _timed(loaded, navigation, task, chosen, genetic, [*_notes(loaded), *notes])
-    progress("what will be flown, by the campaign's own model")
-    made = with_flown(made, spec, navigation.flight)
     curve: tuple[TradeOffPoint, ...] = ()
     if spec.plan.trade_off and not is_hand_made(spec):
         progress("trade-off of campaign time and power-on time")
@@ -113,9 +115,43 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
 def exact_plan(loaded: LoadedSpec) -> Plan:
     """Spec → campaign and steps as of `plan`; no genetic algorithm beside them, no trade-off, no notes."""
     navigation = navigate(loaded, lambda message: None)
+    if by_information(loaded.spec):
+        return informed(loaded, navigation, lambda message: None, beside=False).plan
     task = task_of(loaded.spec, navigation)
     chosen = observable_campaign(task, by_total(task, campaign(task)))
     return with_schedule_figures(_timed(loaded, navigation, task, chosen), loaded.spec, chosen)
+
+
+def by_information(spec: Spec) -> bool:
+    """Whether the plan promises what will be flown: requirements of probability, and a flight to see them on.
+
+    `worst_case` is always the published method, and so is what stands beside it.
+    """
+    probable = all(r.rule != "worst_case" for r in spec.requirement)
+    return spec.plan.method == "information" and probable and not isinstance(spec.sensitivities, Given)
+
+
+def informed(
+    loaded: LoadedSpec, navigation: Navigation, progress: Progress, *, beside: bool = True
+) -> Planned:
+    """The plan by information; beside: with what stands beside it in plan.json and report."""
+    spec = loaded.spec
+    refuse_what_no_campaign_tells(spec)
+    assert navigation.flight is not None  # sensitivities are simulated
+    progress("what each record tells, what will be flown")
+    flight = flight_of(spec, navigation.flight)
+    found = campaign_found(flight)
+    made = information_plan(
+        flight,
+        found,
+        navigation.models,
+        navigation.constraints,
+        version=__version__,
+        sha256=loaded.sha256,
+        notes=_notes(loaded),
+    )
+    chosen = Campaign(found.visits, (), found.cost, found.bound, found.proved)
+    return Planned(with_schedule_figures(made, spec, chosen), navigation, None)
 
 
 def _observable(spec: Spec, navigation: Navigation) -> Campaign:

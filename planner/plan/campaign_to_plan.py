@@ -50,9 +50,9 @@ def plan_of(
         name=spec.name,
         spec_sha256=sha256,
         seed=spec.plan.seed,
-        objective="nothing: the plan is made by hand" if timed_only else _objective(spec),
+        objective="nothing: the plan is made by hand" if timed_only else objective_words(spec),
         requirements=tuple(_achieved(spec, i, constraints, allowed) for i in range(len(spec.requirement))),
-        sensitivities=tuple(_figures(spec, constraints, allowed)),
+        sensitivities=tuple(sensitivity_figures(spec, constraints, allowed)),
         allowances=allowed,
         tests=tuple(tests),
         steps=tuple(timeline),
@@ -67,7 +67,7 @@ def plan_of(
         complete=chosen.proved,
         hours_per_limit={} if timed_only else _hours_per_limit(task, chosen, allowed, constraints),
         genetic=genetic,
-        notes=(*notes, *_said_of_added(chosen), *_hardly_known(task, chosen), *_worn_out(spec, power_on)),
+        notes=(*notes, *_said_of_added(chosen), *_hardly_known(task, chosen), *worn_out(spec, power_on)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),
     )
@@ -97,7 +97,7 @@ def _hardly_known(task: Task, chosen: Campaign) -> Iterator[str]:
             )
 
 
-def _worn_out(spec: Spec, power_on: float) -> Iterator[str]:
+def worn_out(spec: Spec, power_on: float) -> Iterator[str]:
     """A remark on a campaign that outlives the sensors."""
     life = spec.unit.service_life
     if life is not None and power_on > life:
@@ -124,7 +124,8 @@ def rule_name(requirement: Requirement) -> str:
     return requirement.rule
 
 
-def _objective(spec: Spec) -> str:
+def objective_words(spec: Spec) -> str:
+    """What is made least, in words."""
     time, power_on = weights_of(spec)
     if power_on == 0:
         return "campaign time"
@@ -154,7 +155,7 @@ def _achieved(
     )
 
 
-def _figures(
+def sensitivity_figures(
     spec: Spec, constraints: Sequence[Constraint], allowed: Sequence[Allowance]
 ) -> Iterator[SensitivityFigure]:
     """Length of the error vector per display unit of every term, where each requirement is used most."""

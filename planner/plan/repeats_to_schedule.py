@@ -143,14 +143,14 @@ def _impossible(found: Impossible) -> str:
     shares = ", ".join(f"{part} {share:.0%}" for part, share in found.binds[:4] if share >= 0.005)
     return (
         f"requirement {constraint.requirement + 1} ({constraint.error} within "
-        f"{_figure(from_si(constraint.limit, unit))} {unit}) cannot be met: "
+        f"{figure(from_si(constraint.limit, unit))} {unit}) cannot be met: "
         f"with every error as small as the bench can make it, "
-        f"{_figure(from_si(value, unit))} {unit} are reached; what binds: {shares}; "
+        f"{figure(from_si(value, unit))} {unit} are reached; what binds: {shares}; "
         f"the nearest limit that can be met is {rounded_up(from_si(value, unit))} {unit}"
     )
 
 
-def _figure(value: float) -> str:
+def figure(value: float) -> str:
     """Six digits, never 3.1e+07."""
     return f"{Decimal(f'{value:.6g}'):f}"
 

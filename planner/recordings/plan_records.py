@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
+from planner.nouns.plan_file import steps_of
 from planner.recordings.recording import Samples
 
 
@@ -20,14 +20,10 @@ class PlannedRecord:
     end: float
 
 
-def records_of(document: Mapping[str, Any]) -> tuple[PlannedRecord, ...]:
-    """The records among the steps of a plan.json tree, in order of time."""
-    found = [
-        PlannedRecord(str(step["id"]), float(step["start_s"]), float(step["end_s"]))
-        for step in document.get("steps", ())
-        if step.get("action") == "record"
-    ]
-    return tuple(sorted(found, key=lambda record: record.start))
+def records_of(document: object) -> tuple[PlannedRecord, ...]:
+    """The records among the steps of a plan's tree, in order of time. Raises InputError for no plan."""
+    records = (step for step in steps_of(document) if step.action == "record")
+    return tuple(PlannedRecord(step.id, step.start_s, step.end_s) for step in records)
 
 
 def labelled(

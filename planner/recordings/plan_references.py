@@ -8,31 +8,29 @@ from typing import Any
 
 import numpy as np
 
-from planner.campaign.design import steps_of
 from planner.campaign.exposure import exposure
-from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.nouns.plan import Step
+from planner.nouns.plan_file import PlanOnBenches, plan_part
 
 
 def references_of(document: Mapping[str, Any], latitude: float) -> dict[str, Array]:
     """Step -> (6,) true inertial rate (rad/s, the Earth's included) and specific force (m/s^2) in the body.
 
     document: tree of plan.json; latitude: of the bench, rad. A record on a centrifuge whose arm the plan does
-    not name is left out, since its rate √(a/R) is not known. Raises InputError for a plan without benches.
+    not name is left out, since its rate √(a/R) is not known. Raises InputError for what is no plan,
+    or does not describe its benches.
     """
-    benches = document.get("benches")
-    if not isinstance(benches, Mapping):
-        raise InputError("the plan does not describe its benches; make it again with this `planner plan`")
-    records = [step for step in steps_of(document) if step.action == "record"]
+    plan = plan_part(document, PlanOnBenches)
+    records = [step for step in plan.steps if step.action == "record"]
     motions = _motions(records)
     found = {}
     for step in records:
-        bench = benches.get(step.bench, {})
-        if "acceleration_g" in (step.motion or {}) and bench.get("arm_m") is None:
+        bench = plan.benches.get(step.bench)
+        arm, axes = (None, 2) if bench is None else (bench.arm_m, bench.axes)
+        if "acceleration_g" in (step.motion or {}) and arm is None:
             continue
-        mount = _mount(step, motions, int(bench.get("axes") or 2))
-        seen = exposure(step.motion, step.end_s - step.start_s, latitude, arm=bench.get("arm_m"), mount=mount)
+        seen = exposure(step.motion, step.seconds, latitude, arm=arm, mount=_mount(step, motions, axes))
         found[step.id] = np.concatenate([seen.rate, seen.specific_force])
     return found
 

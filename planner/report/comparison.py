@@ -10,9 +10,10 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from planner.errors import InputError
-from planner.nouns.plan import PlannedTest, Step
+from planner.nouns.plan import Step
+from planner.nouns.plan_file import RequirementFigures, TestFigures
 from planner.report.numbers import degrees, digits, hours, plain, runs
-from planner.report.plan_facts import MICROSECONDS, Figure, PlanDocument, PlanFacts, length, plan_facts
+from planner.report.plan_facts import MICROSECONDS, PlanDocument, PlanFacts, length, plan_facts
 from planner.report.time_spent import action_order
 
 WAITING = "no step, or steps in parallel"
@@ -166,8 +167,8 @@ def _requirements(plans: Sequence[PlanFacts]) -> tuple[Reached, ...]:
     )
 
 
-def _by_kind(plan: PlanFacts) -> dict[tuple[str, str, str, str, int], Figure]:
-    found: dict[tuple[str, str, str, str, int], Figure] = {}
+def _by_kind(plan: PlanFacts) -> dict[tuple[str, str, str, str, int], RequirementFigures]:
+    found: dict[tuple[str, str, str, str, int], RequirementFigures] = {}
     for figure in plan.requirements:
         kind = (figure.error, figure.at, figure.rule, figure.unit)
         found[(*kind, sum(known[:4] == kind for known in found))] = figure
@@ -211,7 +212,7 @@ def _of_tests(plan: PlanFacts) -> dict[str, int]:
     return spent
 
 
-def _test_changes(a: PlannedTest | None, b: PlannedTest | None, spent_a: int, spent_b: int) -> list[str]:
+def _test_changes(a: TestFigures | None, b: TestFigures | None, spent_a: int, spent_b: int) -> list[str]:
     """What changed in a test, in words."""
     if a is None or b is None:
         return ["new" if a is None else "dropped"]
@@ -230,7 +231,7 @@ def _test_changes(a: PlannedTest | None, b: PlannedTest | None, spent_a: int, sp
     return changes
 
 
-def _repeats(test: PlannedTest) -> str:
+def _repeats(test: TestFigures) -> str:
     return plain(runs([str(n) for n in test.repeats])) or "0"
 
 

@@ -6,22 +6,10 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from planner.nouns.plan import Step
+from planner.nouns.plan import ACTIONS, Step
 
 PEOPLE = "waiting for people"  # a pause of no test: until a shift begins
-ACTIONS = (
-    "install",
-    "ramp",
-    "soak",
-    "power_on",
-    "move",
-    "record",
-    "power_off",
-    "cool_down",
-    "pause",
-    PEOPLE,
-    "remove",
-)
+HEADINGS = (*ACTIONS[:-1], PEOPLE, ACTIONS[-1])  # waiting before the last: removing
 SHARED = "no test (installing, ramps, soaks)"
 NO_TEMPERATURE = "none set"
 WAITING = "no step"
@@ -107,4 +95,4 @@ def _temperature_order(name: str) -> tuple[float, str]:
 
 
 def _action_order(name: str) -> tuple[float, str]:
-    return (float(ACTIONS.index(name)) if name in ACTIONS else math.inf, name)
+    return (float(HEADINGS.index(name)) if name in HEADINGS else math.inf, name)

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.bench_run import limits
-from planner.bench_run.job import BenchFacts
-from planner.bench_run.motion import MotionError, orders
+from planner.control.orders import MotionError, orders
 from planner.errors import InputError
+from planner.nouns.bench import BenchFacts
 from tests.bench_run.rig import Rig, small_job
 
 BENCH = BenchFacts("rate_table", "rate_table", 2, 20.0, rate_dps=600.0, angular_acceleration_dps2=500.0)
@@ -29,7 +29,7 @@ def changed(index=-1, bench=None, **step):
     [
         (changed(motion={"rate_1_dps": 601.0}), "over the limit of axis 1, 600 deg/s"),
         (changed(motion={"rate_1_dps": math.nan}), "nan"),
-        (changed(motion={"rate_3_dps": 1.0}), "axis 3 of a bench of 2"),
+        (changed(motion={"rate_3_dps": 1.0}), "axis 3 is named, but the bench has 2"),
         (changed(motion={"position_1_dps": 1.0}), "unknown motion"),
         (changed(motion={"rate_1_dps": 1.0, "position_1_deg": 1.0}), "both held and turned"),
         (changed(motion={"acceleration_g": 5.0}), "add 'arm: 1.5 m'"),
@@ -38,9 +38,9 @@ def changed(index=-1, bench=None, **step):
             "the load, 4 g",
         ),
         (changed(motion={"acceleration_g": 50.0}, bench={"arm_m": 1.5}), "the arm, 600 deg/s"),
-        (changed(temperature_degc=90.0), "outside the chamber's -65 … 85"),
+        (changed(temperature_degc=90.0), "outside the chamber's -65 .. 85"),
         (changed(temperature_degc=math.nan), "outside the chamber's"),
-        (changed(bench={"chamber": None}), "without a chamber"),
+        (changed(bench={"chamber": None}), "rate_table has no chamber"),
         (changed(bench={"travel": {2: (-95.0, 95.0)}}), "180 deg is outside the stops of axis 2"),
         (changed(bench={"travel": {1: (-400.0, 400.0)}}), "takes axis 1 from 270 to .* beyond its stops"),
     ],
@@ -53,7 +53,7 @@ def test_what_the_bench_cannot_do_is_refused_before_anything_moves(job, message)
 
 def test_steps_that_make_no_sense_are_refused():
     for change, message in (
-        ({"bench": "moon"}, "'moon' is missing"),
+        ({"bench": "moon"}, "no bench 'moon' in the plan"),
         ({"action": "dance"}, "unknown action"),
         ({"end_s": -1.0}, "ends before"),
         ({"id": "rate_table/install"}, "two steps"),

@@ -6,7 +6,7 @@ import pytest
 
 from planner.bench_run.errors import BenchFault
 from planner.bench_run.interrupts import stoppable
-from planner.bench_run.language import OFF
+from planner.control.words import OFF
 from planner.errors import InputError
 from tests.bench_run.rig import Rig, small_job
 
@@ -141,7 +141,7 @@ def test_interlocks_and_limits_come_first_and_demands_are_absolute(tmp_path):
     rig.run(small_job(), tmp_path / "run.jsonl")
     orders = [m for _, m in rig.table_line.sent if "?" not in m]
     assert orders[:2] == [":Interlock:Reset ALL", ":Interlock:Close ALL"]
-    assert orders[2].startswith(":Limit:Rate p,1,600;:Limit:Rate p,2,600;:Limit:Rate r,1,600")
+    assert orders[2].startswith(":Limit:Rate p,1,600;:Limit:Rate r,1,600;:Limit:Rate p,2,600")
     assert orders[-1] == OFF
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from planner.bench_run import limits
 from planner.bench_run.job import job_from
-from planner.bench_run.motion import orders
+from planner.control.orders import orders
 from tests.bench_run.rig import Rig
 from tests.shipped_plans import NAMES, shipped_document
 

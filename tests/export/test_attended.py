@@ -10,7 +10,7 @@ import pytest
 from planner.catalog import exports
 from planner.errors import InputError
 from planner.export.json import plan_document
-from planner.export.plan_schema import typed_plan
+from planner.nouns.plan_file import typed_plan
 from planner.protocols import ExportOptions
 from tests.export.samples import resealed, turning
 from tests.specs import planned, small, with_plan

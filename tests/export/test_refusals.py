@@ -175,11 +175,14 @@ CENTRIFUGE = {"kind": "centrifuge", "axes": 1, "arm_m": 1.0, "chamber": None}
 @pytest.mark.parametrize(
     ("document", "message"),
     [
-        (lambda: turning({"rate_1_dps": 600.1}), r"600.1 deg/s is beyond the bench's 600 deg/s"),
-        (lambda: turning({"rate_1_dps": -700}), r"-700 deg/s is beyond"),
+        (lambda: turning({"rate_1_dps": 600.1}), r"600.1 deg/s is over the limit of axis 1, 600 deg/s"),
+        (lambda: turning({"rate_1_dps": -700}), r"-700 deg/s is over"),
         (lambda: turning({"rate_3_dps": 10}), "axis 3 is named, but the bench has 2"),
         (lambda: turning({"position_2_deg": 10}, axes=1), "axis 2 is named, but the bench has 1"),
-        (lambda: turning({"acceleration_g": -51}, **CENTRIFUGE, limits=LIMITS), "-51 g is beyond"),
+        (
+            lambda: turning({"acceleration_g": -51}, **CENTRIFUGE, limits=LIMITS),
+            "-51 g is over the limit of the load",
+        ),
         (lambda: turning({"acceleration_g": 20}, **CENTRIFUGE, limits=LIMITS), "on an arm of 1 m is 802.4"),
         (
             lambda: turning({"rate_1_dps": 500}, move=0.5, axes=1),
@@ -193,6 +196,10 @@ CENTRIFUGE = {"kind": "centrifuge", "axes": 1, "arm_m": 1.0, "chamber": None}
         ),
         (lambda: small([("soak", 60.0, {"bench": "oven"})]), "no bench 'oven' in the plan; it has table"),
         (lambda: small([("soak", 60.0, {}), ("soak", 60.0, {"start_s": 30.0})]), "starts before the bench"),
+        (
+            lambda: small([("soak", 60.0, {}), ("soak", 60.0, {}), ("soak", 60.0, {"start_s": 30.0})]),
+            "start_s: 30 s, before the step that stands before it, 60 s",
+        ),
         (lambda: small([("soak", 60.0, {"end_s": -1.0})]), "not a plan that planner writes"),
     ],
 )

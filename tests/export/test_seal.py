@@ -15,7 +15,7 @@ from planner.errors import InputError
 from planner.export.documents import read_plan, read_sealed_plan
 from planner.export.header import check_seal, plan_sha256
 from planner.export.json import document_text
-from planner.export.plan_schema import plan_schema, typed_plan
+from planner.nouns.plan_file import plan_schema, typed_plan
 from planner.protocols import ExportOptions
 from tests.export.samples import cut, resealed, shipped
 from tests.shipped_plans import NAMES

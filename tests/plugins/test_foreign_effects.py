@@ -18,8 +18,8 @@ from planner.errors import InputError
 from planner.export.calibration import calibration_text, read_tables
 from planner.export.firmware import left_out_notes
 from planner.export.json import plan_document
-from planner.export.plan_schema import plan_schema, typed_plan
 from planner.nouns.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
+from planner.nouns.plan_file import plan_schema, typed_plan
 from planner.protocols import RawBlock, Sensor
 from planner.readers.text import TextReader
 from planner.simulate.hidden import hidden_effect

@@ -12,6 +12,7 @@ from planner.physics.earth import EARTH_RATE_RADPS
 from planner.recordings.plan_records import records_of
 from planner.recordings.plan_references import references_of
 from planner.units import STANDARD_GRAVITY_MPS2 as G
+from tests.export.samples import bench
 from tests.outcome import Run
 from tests.recordings.recordings import save
 
@@ -32,7 +33,7 @@ def step(number: int, start: float, motion: dict[str, float], bench: str = "tabl
 
 
 def plan(*steps: dict[str, object], arm: float | None = None) -> dict[str, object]:
-    benches = {"table": {"axes": 2, "arm_m": None}, "arm": {"axes": 1, "arm_m": arm}}
+    benches = {"table": bench(chamber=None), "arm": bench(kind="centrifuge", axes=1, arm_m=arm)}
     names = ("spec", "requirements", "allowances", "tests", "time_s", "bound_s", "gap")
     return {"planner": "1", "steps": list(steps), "benches": benches} | dict.fromkeys(names, 0)
 
@@ -42,9 +43,11 @@ TURNING = step(2, 25.0, {"rate_1_dps": 50.0})
 
 
 def test_records_come_in_order_of_time():
-    found = records_of(plan(TURNING, FLAT))
+    found = records_of(plan(FLAT, TURNING))
     assert [record.step for record in found] == [FLAT["id"], TURNING["id"]]
     assert (found[0].start, found[0].end) == (5.0, 15.0)
+    with pytest.raises(InputError, match=f"{FLAT['id']}.start_s: 5 s, before the step .* 25 s"):
+        records_of(plan(TURNING, FLAT))
 
 
 def test_references_at_zero_and_about_the_vertical():

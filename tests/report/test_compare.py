@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from planner.errors import InputError
-from planner.export.json import plan_document
+from planner.export.json import plan_document, step_document
 from planner.report.comparison import compare, comparison_document
 from planner.report.console import show
 from planner.report.subjects.compare import comparison_report
@@ -33,28 +33,37 @@ def document(
     tests: dict[str, Any], shared: list[tuple[str, float]], rest: float, limit: float
 ) -> dict[str, Any]:
     """A plan.json with steps one after another and `rest` seconds that no step covers."""
-    steps, now = [], 0.0
+    clock = sample.Clock()
     for action, length in shared:
-        steps.append(
-            {"bench": "table", "action": action, "start_s": now, "end_s": now + length, "test": None}
-        )
-        now += length
+        clock.add("table", action, length)
     rows = []
     for name, (repeats, length, bench) in tests.items():
-        step = {"bench": bench, "action": "record", "start_s": now, "end_s": now + length, "test": name}
-        steps.append(step)
-        now += length
-        degc = [10.0 * i for i in range(len(repeats))]
-        rows.append(
-            {"test": name, "bench": bench, "temperatures_degc": degc, "repeats": repeats, "time_s": length}
-        )
+        clock.add(bench, "record", length, test=name)
+        rows.append(row_of(name, repeats, length, bench))
     requirement = {"error": "position", "limit": limit, "achieved": limit * 0.9, "unit": "m", "rule": "rss"}
     return {
-        "spec": {"name": "drawn", "sha256": "00"},
-        "requirements": [requirement],
+        "spec": {"name": "drawn", "sha256": "00" * 32},
+        "requirements": [requirement | {"at": "end", "met": True, "shares": {}}],
+        "allowances": {},
         "tests": rows,
-        "steps": steps,
-        "time_s": now + rest,
+        "steps": list(map(step_document, clock.steps)),
+        "time_s": max(clock.now + rest, 0.0),
+        "power_on_s": 0.0,
+        "gap": 0.0,
+    }
+
+
+def row_of(name: str, repeats: list[int], length: float, bench: str) -> dict[str, Any]:
+    """A test of plan.json, its temperatures 10 K apart."""
+    return {
+        "test": name,
+        "bench": bench,
+        "calibrates": [],
+        "motions": 1,
+        "temperatures_degc": [10.0 * i for i in range(len(repeats))],
+        "repeats": repeats,
+        "time_s": length,
+        "power_on_s": 0.0,
     }
 
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from planner.calibrate.dwells_to_fit import calibrate
-from planner.campaign.design import design, steps_of
+from planner.campaign.design import design
 from planner.nouns.dwell_table import DwellTable
+from planner.nouns.plan_file import steps_of
 from planner.physics.strapdown import NavigationState, integrate
 from planner.protocols import SENSORS
 from planner.simulate.campaign import Settings, prepared, simulate

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.campaign.design import design, steps_of
+from planner.campaign.design import design
 from planner.campaign.exposure import Misplaced, exposure
+from planner.nouns.plan_file import steps_of
 from planner.protocols import SENSORS
 from planner.simulate.campaign import Settings
 from planner.simulate.temperature_curves import curve_family

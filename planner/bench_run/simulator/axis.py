@@ -10,6 +10,8 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from planner.control.kinematics import Leg, braking_way, change, legs
+
 
 class State(NamedTuple):
     """Angle in deg (unwound) and rate in deg/s."""
@@ -55,29 +57,28 @@ class Axis:
     def to_rate(self, now_s: float, rate_dps: float, acceleration_dps2: float) -> None:
         """Go over to a rate."""
         position, rate = self.at(now_s)
-        self._order(now_s, position, rate, [_change(rate, rate_dps, acceleration_dps2)])
+        self._order(now_s, position, rate, [change(rate, rate_dps, acceleration_dps2)])
 
     def to_position(self, now_s: float, target_deg: float, rate_dps: float, acceleration_dps2: float) -> None:
         """Go to an angle and stay: as fast as limits allow, from any rate."""
         position, rate = self.at(now_s)
-        braking = 0.5 * rate * abs(rate) / acceleration_dps2
-        way = target_deg - position - braking  # what is left when the axis has braked
+        after = target_deg - position - braking_way(rate, acceleration_dps2)
         if self.travel is None:
-            way = math.remainder(way, 360.0)
-        self._order(now_s, position, rate, _legs(rate, way + braking, way, rate_dps, acceleration_dps2))
+            after = math.remainder(after, 360.0)
+        self._order(now_s, position, rate, legs(rate, after, rate_dps, acceleration_dps2))
 
     def seize(self, now_s: float) -> None:
         """The axis sticks where it is; orders no longer move it."""
         self._order(now_s, self.at(now_s).position_deg, 0.0, [])
         self.stuck = True
 
-    def _order(self, now_s: float, position: float, rate: float, legs: list[tuple[float, float]]) -> None:
+    def _order(self, now_s: float, position: float, rate: float, course: list[Leg]) -> None:
         if self.stuck:
             return
         while self.pieces[-1].start_s >= now_s:
             self.pieces.pop()
         start = now_s
-        for seconds, acceleration in [*legs, (math.inf, 0.0)]:
+        for seconds, acceleration in [*course, (math.inf, 0.0)]:
             if seconds <= 0:
                 continue
             piece = Piece(start, position, rate, acceleration)
@@ -85,29 +86,10 @@ class Axis:
             if seconds < math.inf:
                 start += seconds
                 position, rate = piece.at(start)
-        self._land(legs)
+        self._land()
 
-    def _land(self, legs: list[tuple[float, float]]) -> None:
+    def _land(self) -> None:
         """The last piece holds exactly: rounding would let a held axis creep over hours."""
         last = self.pieces[-1]
         if abs(last.rate_dps) < 1e-9:
             self.pieces[-1] = Piece(last.start_s, last.position_deg, 0.0, 0.0)
-
-
-def _change(rate: float, wanted: float, acceleration: float) -> tuple[float, float]:
-    """Seconds and signed acceleration from one rate to another."""
-    return abs(wanted - rate) / acceleration, math.copysign(acceleration, wanted - rate)
-
-
-def _legs(rate: float, way: float, after: float, limit: float, a: float) -> list[tuple[float, float]]:
-    """Time-optimal legs over `way` deg from `rate` to rest; `after` is what is left once braked.
-
-    Speed up to the peak v with v² = a·way·sign + rate²/2, at most the limit, cruise, brake.
-    """
-    sign = 1.0 if after >= 0 else -1.0
-    peak = min(math.sqrt(max(a * way * sign + 0.5 * rate * rate, 0.0)), max(limit, 0.0))
-    up = _change(rate, sign * peak, a)
-    down = _change(sign * peak, 0.0, a)
-    moved = 0.5 * (rate + sign * peak) * up[0] + 0.5 * sign * peak * down[0]
-    cruise = (way - moved) * sign / peak if peak > 0 else 0.0
-    return [up, (max(cruise, 0.0), 0.0), down]

@@ -20,15 +20,18 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from planner.control import words
+from planner.control.kinematics import change
+from planner.control.limits import by_bench
+from planner.control.orders import AxisOrder, orders
+from planner.control.words import figure
 from planner.errors import InputError
-from planner.export._attended import BY_HAND, MOVE, SWITCH, hand_tasks
-from planner.export._limits import centrifuge_rate_dps, checked_plan
+from planner.export._attended import MOVE, PUT, SWITCH, TURN, hand_tasks
+from planner.export._checked import checked_plan
 from planner.export._scripts import (
     PACE_MS,
     Block,
     Command,
-    by_bench,
-    figure,
     file_name,
     host_lines,
     macro_lines,
@@ -37,15 +40,16 @@ from planner.export._scripts import (
 from planner.export._setpoints import setpoint_text
 from planner.export._shifts import start_notes
 from planner.export.header import comment_lines
-from planner.export.plan_schema import BenchFacts, PlanDocument, PlannedStep
+from planner.nouns.bench import BenchFacts
+from planner.nouns.plan import Step
+from planner.nouns.plan_file import PlanDocument
 from planner.protocols import Exported, ExportOptions
-from planner.spec.axis_travel import reduced, same_attitude
+from planner.spec.axis_travel import reduced
 
 LONGEST_MESSAGE = 32_000  # bytes; the controller takes 32 KB
 LEAD_MS = 10_000
 UNKNOWN_STOP_MS = 1000  # for an axis to stop when the spec gives no angular acceleration
-OFF = Command(":Mode:Off ALL")
-_WITHOUT_DRIVE = "levelled_plate"
+OFF = Command(words.OFF)
 _HOST_WORDS = {"power_on": "Power ON", "power_off": "Power OFF", "record": "Pusk"}
 
 
@@ -59,7 +63,7 @@ class Acutrol:
     def files(self, document: Mapping[str, Any], options: ExportOptions) -> Exported:
         """`<bench>.table.txt` (or `<bench>.macro.txt`, numbered when long), `<bench>.setpoints.csv`."""
         plan = checked_plan(document)
-        steps = by_bench(plan)
+        steps = by_bench(plan.steps)
         reasons = {bench: _why_not(plan.benches[bench], steps[bench]) for bench in steps}
         driven = {bench: plan.benches[bench] for bench, reason in reasons.items() if reason is None}
         if not driven:
@@ -79,7 +83,7 @@ def _missing(reasons: Mapping[str, str | None]) -> Iterator[str]:
 
 
 def _notes(
-    plan: PlanDocument, driven: Mapping[str, BenchFacts], steps: Mapping[str, Sequence[PlannedStep]]
+    plan: PlanDocument, driven: Mapping[str, BenchFacts], steps: Mapping[str, Sequence[Step]]
 ) -> Iterator[str]:
     yield from _hands(plan, driven)
     yield from _whole_turns(driven, steps)
@@ -89,7 +93,7 @@ def _notes(
 def _hands(plan: PlanDocument, benches: Iterable[str]) -> Iterator[str]:
     """Benches where a person must act while the script runs."""
     tasks = hand_tasks(plan)
-    turns = Counter(task.bench for task in tasks if task.what in BY_HAND)
+    turns = Counter(task.bench for task in tasks if task.what in (TURN, PUT))
     others = Counter(task.bench for task in tasks if task.what in (MOVE, SWITCH))
     for bench in benches:
         if turns[bench]:
@@ -98,9 +102,7 @@ def _hands(plan: PlanDocument, benches: Iterable[str]) -> Iterator[str]:
             yield f"{bench}: people attend {others[bench]} power-ons and moves; see the operator sheet"
 
 
-def _whole_turns(
-    benches: Mapping[str, BenchFacts], steps: Mapping[str, Sequence[PlannedStep]]
-) -> Iterator[str]:
+def _whole_turns(benches: Mapping[str, BenchFacts], steps: Mapping[str, Sequence[Step]]) -> Iterator[str]:
     """Positions beyond one turn: an axis without stops makes no whole turns on its way."""
     for bench, facts in benches.items():
         motions = (motion for step in steps[bench] if (motion := step.motion))
@@ -114,23 +116,23 @@ def _whole_turns(
 
 
 def _beyond_one_turn(key: str, value: float, facts: BenchFacts) -> bool:
-    return key.startswith("position") and abs(value) > 360.0 and int(key.split("_")[1]) not in facts.stops
+    return key.startswith("position") and abs(value) > 360.0 and int(key.split("_")[1]) not in facts.travel
 
 
-def _why_not(bench: BenchFacts, steps: Sequence[PlannedStep]) -> str | None:
+def _why_not(bench: BenchFacts, steps: Sequence[Step]) -> str | None:
     """Why a bench gets no script, or None."""
-    if bench.kind == _WITHOUT_DRIVE:
+    if not bench.driven:
         return "it has no drive; the operator sheet (--format ics) says what to do by hand"
     if bench.arm_m is None and any("acceleration_g" in (step.motion or {}) for step in steps):
         return "its loads need its arm's length; give 'arm: 1.5 m' in the spec and plan again"
     return None
 
 
-def _about(bench: str, facts: BenchFacts, steps: Sequence[PlannedStep]) -> Iterator[str]:
+def _about(bench: str, facts: BenchFacts, steps: Sequence[Step]) -> Iterator[str]:
     yield f"bench: {file_name(bench)}"
     yield f"start_s: {figure(steps[0].start_s)}"
     yield "units: positions deg, rates deg/s, accelerations deg/s^2"
-    if facts.limits.rate_dps is None:
+    if facts.rate_dps is None:
         yield "limits: none given in the spec; those of the controller stand"
 
 
@@ -161,7 +163,7 @@ def _messages(head: list[str], lines: Iterable[str]) -> Iterator[str]:
     yield _text(part)
 
 
-def blocks(bench: BenchFacts, steps: Sequence[PlannedStep]) -> Iterator[Block]:
+def blocks(bench: BenchFacts, steps: Sequence[Step]) -> Iterator[Block]:
     """The bench's steps as blocks: interlocks and limits first, zero rate and `:Mode:Off ALL` last."""
     table = _Table(bench)
     early = list(_moves_after(steps))
@@ -180,16 +182,10 @@ def blocks(bench: BenchFacts, steps: Sequence[PlannedStep]) -> Iterator[Block]:
 
 
 def _prologue(bench: BenchFacts) -> Iterator[Command]:
-    yield Command(":Interlock:Reset ALL")
-    yield Command(":Interlock:Close ALL")
-    limits = (("Rate", bench.limits.rate_dps), ("Acceleration", bench.limits.angular_acceleration_dps2))
-    for name, limit in limits:
-        for axis in range(1, bench.axes + 1) if limit is not None else ():
-            for mode in "pr":
-                yield Command(f":Limit:{name} {mode},{axis},{figure(limit or 0.0)}")
+    return map(Command, (*words.INTERLOCKS, *words.limits(bench)))
 
 
-def _moves_after(steps: Sequence[PlannedStep]) -> Iterator[Mapping[str, float] | None]:
+def _moves_after(steps: Sequence[Step]) -> Iterator[Mapping[str, float] | None]:
     """For every step the motion of the move that follows it with no time between and none of its own."""
     found: list[Mapping[str, float] | None] = []
     coming: Mapping[str, float] | None = None
@@ -210,7 +206,7 @@ class _Table:
         self.turning: dict[int, float] = {}
         self.sent: Mapping[str, float] | None = None
 
-    def step(self, step: PlannedStep, move: Mapping[str, float] | None) -> Iterator[Block]:
+    def step(self, step: Step, move: Mapping[str, float] | None) -> Iterator[Block]:
         """The blocks of one step; `move` is the timeless move that follows it."""
         ms = milliseconds(step.end_s) - milliseconds(step.start_s)
         if step.action == "record":
@@ -243,8 +239,10 @@ class _Table:
         return found
 
     def _settle(self, rate: float) -> int:
-        limit = self.bench.limits.angular_acceleration_dps2
-        return UNKNOWN_STOP_MS if limit is None else math.ceil(abs(rate) / limit * 1000) + PACE_MS
+        limit = self.bench.angular_acceleration_dps2
+        if limit is None:
+            return UNKNOWN_STOP_MS
+        return math.ceil(change(rate, 0.0, limit)[0] * 1000) + PACE_MS
 
     def _own_move(self, motion: Mapping[str, float], ms: int) -> Iterator[Block]:
         """A move where the plan has it, unless it was sent at the end of the wait before.
@@ -260,7 +258,7 @@ class _Table:
 
     def _lead(self, motion: Mapping[str, float]) -> int:
         """How long before a record its motion is sent: ten seconds, or what stopping and speeding up take."""
-        rates = [self._rate(key, value) for key, value in motion.items() if not key.startswith("position")]
+        rates = [order.value for order in orders(motion, self.bench) if order.mode == "rate"]
         change = [self._settle(rate) for rate in (*self.turning.values(), *rates)]
         return max(LEAD_MS, sum(change) + PACE_MS * 4)
 
@@ -270,34 +268,14 @@ class _Table:
 
     def _demands(self, motion: Mapping[str, float]) -> Iterator[Command]:
         """Positions before rates: an axis is tilted first, then another turns."""
-        for key in sorted(motion):
-            value = motion[key]
-            if key.startswith("position"):
-                axis = key.split("_")[1]
-                yield Command(f":Mode:Position {axis}")
-                yield Command(f":Demand:Position {axis},{figure(self._angle(int(axis), value))}")
-            else:
-                axis = "1" if key == "acceleration_g" else key.split("_")[1]
-                rate = self._rate(key, value)
-                self.turning[int(axis)] = rate
-                yield Command(f":Mode:Rate {axis}")
-                yield Command(f":Demand:Rate {axis},{figure(rate)}")
+        for order in sorted(orders(motion, self.bench), key=_tilting_first):
+            if order.mode == "rate":
+                self.turning[order.axis] = order.value
+            yield from map(Command, words.demand(order))
 
-    def _angle(self, axis: int, value: float) -> float:
-        """An angle between the stops of the axis, or within one turn."""
-        stops = self.bench.stops.get(axis)
-        same = reduced(value) if stops is None else same_attitude(value, stops)
-        if same is None:
-            raise InputError(f"{value:g} deg was asked of axis {axis}, which has stops before it")
-        return same
 
-    def _rate(self, key: str, value: float) -> float:
-        """What an axis turns at; a load is the rate of the arm, its sign is how the unit is mounted."""
-        if key.startswith("rate"):
-            return value
-        if self.bench.arm_m is None:
-            raise InputError("a load was asked of a bench whose arm is not known")
-        return centrifuge_rate_dps(value, self.bench.arm_m)
+def _tilting_first(order: AxisOrder) -> tuple[bool, int]:
+    return order.mode == "rate", order.axis
 
 
 FORMAT = Acutrol()

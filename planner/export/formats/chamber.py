@@ -9,13 +9,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from planner.control import words
+from planner.control.limits import by_bench
+from planner.control.words import figure, rounding_note
 from planner.errors import InputError
-from planner.export._limits import checked_plan
-from planner.export._scripts import Block, Command, by_bench, figure, file_name, host_lines, milliseconds
-from planner.export._setpoints import rounding_note, sent_degc, setpoint_text, setpoints
+from planner.export._checked import checked_plan
+from planner.export._scripts import Block, Command, file_name, host_lines, milliseconds
+from planner.export._setpoints import setpoint_text, setpoints
 from planner.export._shifts import start_notes
 from planner.export.header import comment_lines
-from planner.export.plan_schema import BenchFacts, PlannedStep
+from planner.nouns.bench import BenchFacts
+from planner.nouns.plan import Step
 from planner.protocols import Exported, ExportOptions
 
 
@@ -29,7 +33,7 @@ class ChamberScript:
     def files(self, document: Mapping[str, Any], options: ExportOptions) -> Exported:
         """`<bench>.chamber.txt` and `<bench>.setpoints.csv` of every bench with a chamber."""
         plan = checked_plan(document)
-        steps = by_bench(plan)
+        steps = by_bench(plan.steps)
         chambers = {b: plan.benches[b] for b in steps if plan.benches[b].chamber is not None}
         if not chambers:
             raise InputError("no bench of this plan has a chamber")
@@ -44,22 +48,19 @@ class ChamberScript:
             files[f"{file_name(bench)}.chamber.txt"] = "\n".join(lines) + "\n"
         for bench, facts in chambers.items():
             files[f"{file_name(bench)}.setpoints.csv"] = setpoint_text(document, facts, steps[bench])
-        rounded = (rounding_note(b, _temperatures(steps[b])) for b in chambers)
+        rounded = [rounding_note(b, (step.temperature_degc for step in steps[b])) for b in chambers]
         missing = (f"{b} has no chamber" for b in steps if b not in chambers)
-        return Exported(files, (*missing, *(note for note in rounded if note), *start_notes(plan)))
+        notes = (f"{note}; the setpoint list has them as planned" for note in rounded if note)
+        return Exported(files, (*missing, *notes, *start_notes(plan)))
 
 
-def _temperatures(steps: Sequence[PlannedStep]) -> Iterator[float]:
-    return (step.temperature_degc for step in steps if step.temperature_degc is not None)
-
-
-def blocks(bench: BenchFacts, steps: Sequence[PlannedStep]) -> Iterator[Block]:
+def blocks(bench: BenchFacts, steps: Sequence[Step]) -> Iterator[Block]:
     """Power and mode once, then each setpoint: until it is soaked, and with a look at it while it is held."""
-    first: tuple[Command, ...] = (Command("POWER,ON"), Command("MODE,CONSTANT"))
+    first: tuple[Command, ...] = (Command(words.POWER_ON), Command(words.CONSTANT))
     for point in setpoints(bench, steps):
         start, soaked, end = (milliseconds(t) for t in (point.start_s, point.soaked_s, point.end_s))
-        yield Block((*first, Command(f"TEMP,S{sent_degc(point.degc)}")), soaked - start)
-        yield Block((Command("TEMP?"),), end - soaked)
+        yield Block((*first, Command(words.setpoint(point.degc))), soaked - start)
+        yield Block((Command(words.READ_TEMPERATURE),), end - soaked)
         first = ()
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from planner.export.header import header
-from planner.export.json import plan_document
-from planner.nouns.plan import Plan
+from planner.export.json import plan_document, step_document
+from planner.nouns.plan import Plan, Step
+from planner.nouns.plan_file import typed_plan
 from planner.protocols import Exported, ExportOptions
 
 COLUMNS = (
@@ -32,20 +33,24 @@ HEADER_COLUMNS = ("plan_sha256", "spec_sha256", "schema_version")
 
 def steps_text(plan: Plan) -> str:
     """The steps as CSV; the motion is JSON with its units in the names (`rate_1_dps`)."""
-    return document_steps_text(plan_document(plan))
+    return _text(plan_document(plan), plan.steps)
 
 
 def document_steps_text(document: Mapping[str, Any]) -> str:
-    """steps.csv of a plan's tree, as `steps_text` writes it."""
+    """steps.csv of a plan's tree, as `steps_text` writes it. Raises InputError for what is no plan."""
+    return _text(document, typed_plan(document).steps)
+
+
+def _text(document: Mapping[str, Any], steps: Iterable[Step]) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS + HEADER_COLUMNS)
     plan = [header(document)[name] for name in HEADER_COLUMNS]
-    for step in document["steps"]:
-        motion = "" if step["motion"] is None else json.dumps(step["motion"])
-        attended = "true" if step.get("attended") else "false"
-        row = [step[name] for name in COLUMNS if name not in ("motion", "attended")]
-        writer.writerow([*row[:8], motion, *row[8:], attended, *plan])
+    for row in map(step_document, steps):
+        motion = "" if row["motion"] is None else json.dumps(row["motion"])
+        attended = "true" if row["attended"] else "false"
+        cells = row | {"motion": motion, "attended": attended}
+        writer.writerow([*(cells[name] for name in COLUMNS), *plan])
     return out.getvalue()
 
 

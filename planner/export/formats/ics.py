@@ -7,6 +7,7 @@ from datetime import UTC, date
 from typing import TYPE_CHECKING, Any
 
 from planner.export._attended import HandTask, attendances
+from planner.export._checked import checked_plan
 from planner.export._clock import (
     DEFAULT_START,
     DEFAULT_TIMEZONE,
@@ -15,7 +16,6 @@ from planner.export._clock import (
     started_with_the_plan,
     wall_clock,
 )
-from planner.export._limits import checked_plan
 from planner.export._shifts import checked_hours
 from planner.export.header import header
 from planner.export.operator_sheet import operator_sheet
@@ -34,8 +34,9 @@ class Calendar:
 
     def files(self, document: Mapping[str, Any], options: ExportOptions) -> Exported:
         """`attended.ics` and `operator.html`. Raises InputError for a wrong start or zone."""
-        options = started_with_the_plan(options, document.get("start"))
-        plan, clock = checked_plan(document), wall_clock(options)
+        plan = checked_plan(document)
+        options = started_with_the_plan(options, plan.start)
+        clock = wall_clock(options)
         notes = checked_hours(plan, clock)
         files: dict[str, str | bytes] = {
             "attended.ics": _calendar(document, attendances(plan), clock),

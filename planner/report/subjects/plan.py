@@ -28,6 +28,12 @@ from planner.report.region_of_two import AllowedRegion, allowed_region, axes_of_
 from planner.report.subjects import plan_basis, plan_tables
 from planner.report.subjects.plan_schedule import schedule
 
+_FLOWN = {
+    "range": "flights over the whole range of temperatures",
+    "worst": "flights at the worst temperature",
+    "flight": "at the flight's own temperature",
+}
+
 
 def plan_report(
     plan: Plan,
@@ -77,19 +83,18 @@ def plan_report(
 
 
 def verdict(achieved: Achieved, binds: str) -> Verdict:
-    """The requirement's line; under it what will be flown, where that is known, and what binds."""
-    flown = "" if achieved.flown is None else quantity(achieved.flown, achieved.unit)
-    budget = f"That is the budget; by the campaign's own model {flown} will be flown."
+    """The requirement's line; under it what binds."""
     sign = "≤" if achieved.met else ">"
     reached, limit = (quantity(value, achieved.unit) for value in (achieved.achieved, achieved.limit))
+    at = f", {_FLOWN[achieved.temperature]}" if achieved.temperature in _FLOWN else ""
     return Verdict(
         f"{achieved.error}: {reached} {sign} {limit}",
-        f"{when(achieved.at)}, {achieved.rule.replace('_', ' ')}",
+        f"{when(achieved.at)}, {achieved.rule.replace('_', ' ')}{at}",
         achieved.achieved,
         achieved.limit,
         achieved.met,
         word="met" if achieved.met else "NOT met",
-        why=(budget, binds) if flown else (binds,),
+        why=(binds,),
     )
 
 

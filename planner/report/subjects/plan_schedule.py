@@ -53,7 +53,7 @@ def people_hours(plan: Plan) -> str:
     shifts = "; ".join(f"{', '.join(names)} {times}" for times, names in days.items())
     waits = [step.end_s - step.start_s for step in plan.steps if action_of(step) == PEOPLE]
     pauses = counted(len(waits), "pause")
-    attended = sum(step.attended for step in plan.steps)
+    attended = sum(bool(step.attended) for step in plan.steps)
     return (
         f"People are there {shifts}; the campaign begins {plan.start}. {attended} of {len(plan.steps)} steps "
         f"need them; waiting for them takes {hours(sum(waits))} h of the benches, in {pauses}."

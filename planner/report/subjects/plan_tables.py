@@ -26,7 +26,7 @@ from planner.report.numbers import (
     percent,
     runs,
 )
-from planner.report.time_spent import ACTIONS, Spent, by_action, by_bench, by_temperature, by_test
+from planner.report.time_spent import HEADINGS, Spent, by_action, by_bench, by_temperature, by_test
 from planner.units import from_si, unit_factor
 
 if TYPE_CHECKING:
@@ -270,7 +270,7 @@ def _hours_table(caption: str, rows: Sequence[Spent], time_s: float) -> Table:
 
 def _heading(name: str) -> str:
     """Actions are words, temperatures numbers; benches and tests keep the names that the spec gives them."""
-    if name in ACTIONS:
+    if name in HEADINGS:
         return name.replace("_", " ")
     try:
         return degrees_celsius(float(name))

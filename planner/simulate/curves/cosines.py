@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.simulate.curves.grid import even_table, places
+from planner.simulate.curves.grid import places
 
 MODES = 40
 _PEAK_OVER_RMS = 2.2  # of what a table leaves of such a curve
@@ -45,9 +45,14 @@ def _waves() -> tuple[Array, Array]:
 @cache
 def _mode_residuals(points: int) -> Array:
     """(MODES,) mean square, over phase and temperature, of what a table leaves of cos(mπx + φ)."""
-    angle = np.pi * np.arange(1, MODES + 1)[:, None] * np.linspace(0.0, 1.0, _FINE)
-    left = [wave - even_table(wave, points) for wave in (np.cos(angle), np.sin(angle))]
-    return np.asarray(np.mean(left[0] ** 2 + left[1] ** 2, axis=1) / 2.0)
+    x = np.linspace(0.0, 1.0, _FINE)
+    nodes = np.linspace(0.0, 1.0, points) if points > 1 else np.array([0.5])
+    found = np.zeros(MODES)
+    for phase in (0.0, np.pi / 2.0):  # the mean over all phases is the mean of sine and cosine
+        for m in range(1, MODES + 1):
+            wave = np.cos(np.pi * m * x + phase)
+            found[m - 1] += np.mean((wave - np.interp(x, nodes, np.interp(nodes, x, wave))) ** 2) / 2.0
+    return found
 
 
 def cosines(table: Mapping[int, float], *, largest: bool) -> Cosines:
@@ -58,11 +63,9 @@ def cosines(table: Mapping[int, float], *, largest: bool) -> Cosines:
     """
     from scipy.optimize import nnls
 
-    asked = {n: (left / (_PEAK_OVER_RMS if largest else 1.0)) ** 2 for n, left in sorted(table.items())}
-    met = [n for n, square in asked.items() if square > 0]
-    power: Array = np.zeros(MODES)
-    if met:
-        power, _ = nnls(np.array([_mode_residuals(n) / asked[n] for n in met]), np.ones(len(met)))
-    if largest and not power.any():
-        power = np.arange(1.0, MODES + 1) ** -4.0
+    met = {n: table[n] / (_PEAK_OVER_RMS if largest else 1.0) for n in sorted(table) if table[n] > 0}
+    if not met:
+        return Cosines(np.arange(1.0, MODES + 1) ** -2.0 if largest else np.zeros(MODES))
+    shares = np.array([_mode_residuals(n) / sigma**2 for n, sigma in met.items()])
+    power, _ = nnls(shares, np.ones(len(met)))
     return Cosines(np.sqrt(power))

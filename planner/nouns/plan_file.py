@@ -1,41 +1,34 @@
-"""plan.json, typed: its JSON Schema (draft 2020-12), and the parts that bench software works from.
+"""plan.json, typed: its JSON Schema (draft 2020-12), and the one reader of its tree.
 
-The models say what every key is; units stand in the keys. `typed_plan` checks a tree against them.
+The models say what every key is; units stand in the keys. Steps and benches come out as the records of
+`planner.nouns`. Whoever needs a part of a plan asks for that part: `PlanSteps`, `PlanOnBenches`, …
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from planner.errors import Fault, InputError
-from planner.export.header import SCHEMA_VERSION
+from planner.nouns.bench import BenchFacts, ChamberFacts
+from planner.nouns.plan import Action, Step
 from planner.quantities import MOMENT_PATTERN
 
+SCHEMA_VERSION = 1
 SCHEMA_FILE = "plan.schema.json"
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
+MOST_FAULTS = 20  # one mistake in a plan is one in thousands of steps
+_SAME_S = 1e-6  # twelve digits of a year are 30 microseconds, of a month two
 
 Sha256 = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Time = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Count = Annotated[int, Field(ge=1)]
-Action = Literal[
-    "install",
-    "ramp",
-    "soak",
-    "power_on",
-    "move",
-    "record",
-    "power_off",
-    "cool_down",
-    "pause",
-    "remount",
-    "remove",
-]
+Moment = Annotated[float, Field(ge=0, le=1e10, allow_inf_nan=False)]  # three centuries: calendars hold it
+Count = Annotated[int, Field(ge=1, le=10**9)]
 MotionKey = Literal[
     "position_1_deg",
     "position_2_deg",
@@ -97,7 +90,7 @@ class Limits(BenchPart):
     travel_deg: Travel = {}
 
 
-class ChamberFacts(BenchPart):
+class ChamberRow(BenchPart):
     """The bench's chamber; null speeds: a change of temperature takes no time of its own."""
 
     coldest_degc: Number
@@ -107,7 +100,7 @@ class ChamberFacts(BenchPart):
     soak_s: Time
 
 
-class BenchFacts(BenchPart):
+class BenchRow(BenchPart):
     """A bench as bench software must know it; `units` fit on it at once, `arm_m` is a centrifuge's."""
 
     kind: str
@@ -116,12 +109,24 @@ class BenchFacts(BenchPart):
     room_degc: Number
     arm_m: Positive | None
     limits: Limits
-    chamber: ChamberFacts | None
+    chamber: ChamberRow | None
 
-    @property
-    def stops(self) -> dict[int, tuple[float, float]]:
-        """Axis -> (least, most) deg, of the axes that have stops."""
-        return {int(axis): (least, most) for axis, (least, most) in self.limits.travel_deg.items()}
+    def named(self, name: str) -> BenchFacts:
+        """The record."""
+        limits, chamber = self.limits, self.chamber
+        return BenchFacts(
+            name=name,
+            kind=self.kind,
+            axes=self.axes,
+            room_degc=self.room_degc,
+            units=self.units,
+            rate_dps=limits.rate_dps,
+            angular_acceleration_dps2=limits.angular_acceleration_dps2,
+            acceleration_g=limits.acceleration_g,
+            arm_m=self.arm_m,
+            chamber=None if chamber is None else ChamberFacts(**dict(chamber)),
+            travel={int(axis): (least, most) for axis, (least, most) in limits.travel_deg.items()},
+        )
 
 
 class RequirementFigures(Part):
@@ -243,7 +248,7 @@ class PluginFigures(Part):
     version: str
 
 
-class PlannedStep(BenchPart):
+class StepRow(BenchPart):
     """One action on one bench; times in seconds from the start of the campaign.
 
     attended: whether a person must be there; null: an older plan does not say
@@ -252,8 +257,8 @@ class PlannedStep(BenchPart):
     id: str = Field(min_length=1)
     bench: str
     action: Action
-    start_s: Time
-    end_s: Time
+    start_s: Moment
+    end_s: Moment
     test: str | None
     temperature_degc: Number | None
     repeat: Count | None
@@ -262,26 +267,58 @@ class PlannedStep(BenchPart):
     attended: bool | None = None
 
 
-class PlanDocument(Part):
+if TYPE_CHECKING:
+    Steps = tuple[Step, ...]
+    Benches = dict[str, BenchFacts]
+else:
+    Steps = Annotated[list[StepRow], AfterValidator(lambda rows: tuple(Step(**dict(row)) for row in rows))]
+    Benches = Annotated[
+        dict[str, BenchRow],
+        AfterValidator(lambda rows: {name: row.named(name) for name, row in rows.items()}),
+    ]
+
+
+class PlanSteps(Part):
+    """What is done, in the order of time."""
+
+    steps: Steps
+
+
+class PlanOnBenches(PlanSteps):
+    """What is done, and on which benches."""
+
+    benches: Benches
+
+
+class PlanAllowances(Part):
+    """What every sensor error may be."""
+
+    allowances: dict[str, AllowanceFigures]
+
+
+class ComparedPlan(PlanSteps, PlanAllowances):
+    """What two plans are compared by."""
+
+    spec: SpecName
+    time_s: Moment
+    power_on_s: Moment
+    gap: Number
+    requirements: list[RequirementFigures]
+    tests: list[TestFigures]
+
+
+class PlanDocument(ComparedPlan, PlanOnBenches):
     """plan.json of `planner plan`."""
 
     reference: str | None = Field(None, alias="$schema")
     planner: str
     schema_version: Literal[1]
     plan_sha256: Sha256
-    spec: SpecName
     seed: Annotated[int, Field(ge=0)]
     objective: ObjectiveFigures
-    time_s: Time
     bound_s: Time
-    gap: Number
     proved: bool
-    power_on_s: Time
-    benches: dict[str, BenchFacts]
-    requirements: list[RequirementFigures]
     sensitivities: list[SensitivityFigures]
-    allowances: dict[str, AllowanceFigures]
-    tests: list[TestFigures]
     reasons: list[Reason]
     genetic: GeneticFigures | None
     hours_per_limit: dict[str, Number]
@@ -291,19 +328,59 @@ class PlanDocument(Part):
     trade_off: list[TradeOffFigures] = []
     plugins: list[PluginFigures] = []
     notes: list[str]
-    steps: list[PlannedStep]
 
 
-def typed_plan(document: Mapping[str, Any]) -> PlanDocument:
-    """The plan's tree as typed parts. Raises InputError with every place that is not as it should be."""
+Read = TypeVar("Read", bound=Part)
+
+
+def plan_part(document: object, part: type[Read], called: str = "this") -> Read:
+    """The part of a plan's tree that somebody works from; called: the plan's name in messages.
+
+    Raises InputError with every place that is not as it should be: a key that is missing or unknown, a value
+    of another type or beyond what can be, a step that ends before it starts or stands out of order.
+    """
     try:
-        return PlanDocument.model_validate(document)
+        found = part.model_validate(document)
     except ValidationError as error:
-        faults = [
-            Fault("plan.json", 0, 0, ".".join(map(str, e["loc"])), e["msg"])
-            for e in error.errors(include_url=False, include_input=False)
-        ]
-        raise InputError("this is not a plan that planner writes", faults) from error
+        faults = [_fault(document, e["loc"], e["msg"]) for e in error.errors(include_url=False)]
+    else:
+        faults = [*_time_faults(found.steps)] if isinstance(found, PlanSteps) else []
+        if not faults:
+            return found
+    more = f" ({len(faults)} faults in all)" if len(faults) > MOST_FAULTS else ""
+    raise InputError(f"{called} is not a plan that planner writes{more}", faults[:MOST_FAULTS])
+
+
+def typed_plan(document: object, called: str = "this") -> PlanDocument:
+    """All of a plan's tree. Raises InputError as `plan_part`."""
+    return plan_part(document, PlanDocument, called)
+
+
+def steps_of(document: object) -> tuple[Step, ...]:
+    """The steps of a plan's tree. Raises InputError as `plan_part`."""
+    return plan_part(document, PlanSteps).steps
+
+
+def _time_faults(steps: Sequence[Step]) -> Iterator[Fault]:
+    """Steps that end before they start, or start before the one that stands before them."""
+    now = 0.0
+    for step in steps:
+        if step.end_s < step.start_s:
+            message = f"{step.end_s:g} s, ends before it starts at {step.start_s:g} s"
+            yield Fault("plan.json", 0, 0, f"steps.{step.id}.end_s", message)
+        if step.start_s < now - _SAME_S:
+            message = f"{step.start_s:g} s, before the step that stands before it, {now:g} s"
+            yield Fault("plan.json", 0, 0, f"steps.{step.id}.start_s", message)
+        now = max(now, step.start_s)
+
+
+def _fault(document: object, place: Sequence[int | str], message: str) -> Fault:
+    """A fault where it stands; a step goes by its id, if it has one."""
+    names = list(map(str, place))
+    if len(place) > 1 and place[0] == "steps" and isinstance(document, Mapping):
+        step = document["steps"][place[1]]
+        names[1] = str(step.get("id") or names[1]) if isinstance(step, Mapping) else names[1]
+    return Fault("plan.json", 0, 0, ".".join(names), message)
 
 
 def plan_schema() -> dict[str, Any]:

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 import yaml
 
-from planner.campaign.design import design, steps_of
+from planner.campaign.design import design
 from planner.campaign.model import Campaign, campaign
 from planner.campaign.power_ons import of_design
 from planner.export.json import plan_text
+from planner.nouns.plan_file import steps_of
 from planner.nouns.sensor import ErrorName
 from planner.pipelines.planning import exact_plan
 from planner.plan.campaign_to_flight import Predicted, predicted

@@ -1,0 +1,76 @@
+"""What is said to the table and to the chamber, as text; nothing here waits or listens.
+
+A table with an Acutrol controller, a chamber with a controller of the ESPEC P300 kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from planner.control.orders import AxisOrder
+from planner.nouns.bench import BenchFacts
+
+OFF = ":Mode:Off ALL"  # servoed to zero rate; the drives stay on
+INTERLOCKS = (":Interlock:Reset ALL", ":Interlock:Close ALL")
+POWER_ON, CONSTANT, READ_TEMPERATURE = "POWER,ON", "MODE,CONSTANT", "TEMP?"
+
+
+def limits(bench: BenchFacts, fastest_dps: float = 0.0) -> tuple[str, ...]:
+    """The bench's limits for both modes (p position, r rate) of every axis.
+
+    fastest_dps: the fastest rate of the campaign, the limit of mode r where the bench has none of its own.
+    """
+    acceleration = bench.angular_acceleration_dps2
+    given = (
+        ("Rate", {"p": bench.rate_dps, "r": bench.rate_dps or fastest_dps}),
+        ("Acceleration", {"p": acceleration, "r": acceleration}),
+    )
+    return tuple(
+        f":Limit:{name} {mode},{axis},{figure(value)}"
+        for name, values in given
+        for axis in range(1, bench.axes + 1)
+        for mode, value in values.items()
+        if value
+    )
+
+
+def demand(order: AxisOrder) -> tuple[str, str]:
+    """The mode of an axis, then what is demanded of it."""
+    mode = order.mode.title()
+    return f":Mode:{mode} {order.axis}", f":Demand:{mode} {order.axis},{figure(order.value)}"
+
+
+def motion(orders: Iterable[AxisOrder], still_turning: Iterable[int] = ()) -> str:
+    """One frame: axes that turn without an order are stopped, the others get their mode and demand."""
+    stops = [f":Mode:Off {axis}" for axis in still_turning]
+    return ";".join([*stops, *(word for order in orders for word in demand(order))])
+
+
+def setpoint(temperature_degc: float) -> str:
+    """`TEMP,S-40.0`: the controller takes tenths of a degree."""
+    return f"TEMP,S{sent_degc(temperature_degc)}"
+
+
+def sent_degc(temperature_degc: float) -> str:
+    """A setpoint as the controller takes it: tenths, never `-0.0`."""
+    text = f"{temperature_degc:.1f}"
+    return "0.0" if text == "-0.0" else text
+
+
+def rounding_note(bench: str, temperatures_degc: Iterable[float | None]) -> str | None:
+    """What a person should know where a setpoint has finer digits than the controller takes."""
+    given = [t for t in dict.fromkeys(temperatures_degc) if t is not None]
+    finer = [t for t in given if abs(t - float(sent_degc(t))) > 1e-6]
+    if not finer:
+        return None
+    most = max(finer, key=lambda t: abs(t - float(sent_degc(t))))
+    return (
+        f"{bench}: the chamber takes tenths of a degree, so {len(finer)} of the plan's temperatures are "
+        f"rounded, most {most:g} degC, sent as {sent_degc(most)}"
+    )
+
+
+def figure(value: float) -> str:
+    """A number as controllers read it: no exponent, at most six decimals, no `-0`."""
+    text = f"{value:.6f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text

@@ -1,0 +1,324 @@
+"""What no campaign can be shorter than, and, where the remaining ones can be counted, that none is.
+
+Whatever a campaign visits, it knows no more of a curve than its exact values at the temperatures visited, and
+no linear estimate of the rest is better than the posterior mean (kriging) from these. So a set of
+temperatures from which even that breaks a requirement, under any family of curves, is no campaign; the
+others cost at least their soaks, ramps and the fewest records. Sets are looked at by their number of
+temperatures, the fewest first; a number that is not looked at counts with the cheapest of its sets. Where
+few campaigns cost less than the best one found, all of them are asked: then it is proved, or a shorter one
+is found.
+
+Ordinary kriging: Cressie, Statistics for Spatial Data (1993), 3.2; the mean is the coefficient's constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from math import comb
+from time import monotonic
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.information.exchange import CHUNK, EASIER, Judge
+from planner.information.in_flight import Asked
+from planner.information.model_of import Flight, asked_of
+from planner.information.offers import Offer, Offers
+from planner.information.promise import Moments
+from planner.nouns.array import Array
+from planner.solvers.length_share import length_within, variances_along
+
+Set = tuple[int, ...]  # places of the grid
+NUGGET = 1e-9  # of the variance: keeps equal rows of smooth curves apart
+SETS_AT_ONCE = 4000
+STEPS = 20  # of the count for every campaign that may be asked
+NEARLY = 1.01  # by the quick figure: then the exact one is asked
+CLEARLY = 1.0 + 1e-3  # a figure beyond the limit by more is beyond it whatever the quadrature
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How far a proof goes. sets: of temperatures looked at; campaigns: asked one by one; until: when, s"""
+
+    sets: int
+    campaigns: int
+    until: float
+
+
+@dataclass(frozen=True)
+class Bounded:
+    """bound: weighted seconds; proved: no campaign on offer costs less than `best`; best: (g,) counts"""
+
+    bound: float
+    proved: bool
+    best: Array
+
+
+@dataclass(frozen=True)
+class Prover:
+    """Everything that a bound asks: the exact requirements, what is on offer, and who judges campaigns.
+
+    exactly: whether one campaign (g,) keeps the promise by the exact figures
+    """
+
+    flight: Flight
+    offers: Offers
+    judge: Judge
+    exactly: Callable[[Array], bool]
+
+    def bounded(self, best: Array, effort: Effort) -> Bounded:
+        """A bound of every campaign on offer that keeps the promise; a shorter campaign if one is met."""
+        cost = float(self.offers.cost(best[None])[0])
+        survivors, beyond = self._survivors(cost, effort)
+        bound = min([*(floor for floor, _ in survivors), beyond, cost])
+        if beyond < cost - EASIER:
+            return Bounded(bound, False, best)
+        best, proved = self._counted(survivors, best, effort)
+        cost = float(self.offers.cost(best[None])[0])
+        return Bounded(cost if proved else min(bound, cost), proved, best)
+
+    # ------------------------------------------------------------ sets of temperatures
+
+    def _survivors(self, cost: float, effort: Effort) -> tuple[list[tuple[float, Set]], float]:
+        """(floor, set) of all that cost less and may keep the promise; the least of those not looked at."""
+        found: list[tuple[float, Set]] = []
+        T, left = len(self._grid), effort.sets
+        for size in range(0 if len(self._free) else 1, T + 1):
+            least = self._least_floor(size)
+            if least >= cost - EASIER:
+                return found, np.inf
+            if comb(T, size) > left or monotonic() > effort.until:
+                return found, least
+            left -= comb(T, size)
+            sets = np.array(list(combinations(range(T), size)), dtype=np.intp).reshape(comb(T, size), size)
+            floors = self._floors(sets)
+            sets, floors = sets[floors < cost - EASIER], floors[floors < cost - EASIER]
+            for start in range(0, len(sets), SETS_AT_ONCE):
+                some = sets[start : start + SETS_AT_ONCE]
+                good = start + np.flatnonzero(self._may_do(some))
+                found += [(float(floors[i]), tuple(map(int, sets[i]))) for i in good]
+        return found, np.inf
+
+    def _may_do(self, sets: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """(B,) whether perfect knowledge of the curves at sets (B, K) could keep every requirement."""
+        left = np.arange(len(sets))
+        for moments in self._moments.values():
+            for a in self._asked:
+                if len(left):
+                    left = left[self._figure(moments, a, sets[left]) <= a.limit * CLEARLY]
+        good = np.zeros(len(sets), dtype=bool)
+        good[left] = True
+        return good
+
+    def _figure(self, moments: Moments, a: Asked, sets: NDArray[np.intp]) -> Array:
+        """(B,) the figure at the last instant when nothing but the curves between the sets is unknown."""
+        own = a.own[:, -1, :, -1]
+        total = np.broadcast_to(own, (len(sets), *own.shape)).copy()
+        free = np.broadcast_to(self._free, (len(sets), len(self._free)))
+        points = np.concatenate([self._of_grid[sets], free], axis=1)
+        place = self._place(a.temperature_degc)
+        for error, moment in moments.items():
+            mine = [i for i, f in enumerate(self.flight.response.flying) if f.error.parts == error]
+            J = a.response[-1][:, mine]
+            if np.any(J):
+                left = _kriged(moment, points, place)
+                total += np.einsum("bsmn,cam,dan->bscd", left, J, J, optimize=True)
+        if a.share is None:
+            square = np.einsum("bscc->bs", total)
+            return np.asarray(np.sqrt(square.max(axis=1) if a.weights is None else square @ a.weights))
+        along, c = variances_along(total)
+        return length_within(along, c, a.share, a.weights)
+
+    # ------------------------------------------------------------ what a set costs at least
+
+    def _least_floor(self, size: int) -> float:
+        """The least that any set of so many temperatures costs: one of neighbours, wherever it lies."""
+        T = len(self._grid)
+        runs = np.array([[*range(i, i + size)] for i in range(T - size + 1)], dtype=np.intp)
+        return float(self._floors(runs.reshape(T - size + 1, size)).min(initial=np.inf))
+
+    def _floors(self, sets: NDArray[np.intp]) -> Array:
+        """(B,) weighted seconds that a campaign at sets (B, K) costs at least.
+
+        Soaks and ramps of the set, the cheapest test at each of its temperatures, every test without which
+        something that flies is undetermined: in the place of the cheapest one, or beside it.
+        """
+        offers, once = self.offers, np.zeros((len(sets), len(self.offers.once_price)), dtype=bool)
+        total = np.zeros(len(sets))
+        for t in range(len(self._grid)):
+            here = (sets == t).any(axis=1)
+            kinds = self._at[t]
+            each = [self._least(k) for k in kinds]
+            once[here] |= offers.once[kinds].all(axis=0) | self._saved[t]
+            total[here] += min(each)
+        cheapest = min((self._least(k) for kinds in self._at for k in kinds), default=0.0)
+        for offer in self._needed:
+            least = min(self._least(int(k)) for k in offer.places)
+            if offers.soaked[offer.places[0]]:
+                total += max(0.0, least - cheapest)
+            else:
+                total += least
+            once |= offers.once[offer.places].all(axis=0)
+        return np.asarray(total + once @ offers.once_price)
+
+    def _least(self, kind: int) -> float:
+        offer = self._offer_of[kind]
+        repeats = offer.least if offer.fixed is None else min(offer.fixed)
+        return float(repeats * self.offers.each_price[kind])
+
+    @cached_property
+    def _needed(self) -> tuple[Offer, ...]:
+        """Tests without which something that flies is undetermined, however often the others are made."""
+        found = []
+        for offer in self.offers.tests:
+            counts = np.ones((1, len(self.offers.kinds)))
+            counts[0, offer.places] = 0.0
+            by_hand = offer.fixed is not None
+            if by_hand or not np.any(counts) or self.judge.promise.left(counts)[1][0]:
+                found.append(offer)
+        return tuple(found)
+
+    @cached_property
+    def _at(self) -> list[list[int]]:
+        """Kinds at each temperature of the grid."""
+        soaked, degc = self.offers.soaked, self.offers.degc
+        return [[int(k) for k in np.flatnonzero(soaked & (degc == t))] for t in self._grid]
+
+    @cached_property
+    def _saved(self) -> list[NDArray[np.bool_]]:
+        """What may be saved at each temperature: resources of a negative price, whichever test uses them."""
+        cheap = self.offers.once_price < 0
+        return [self.offers.once[kinds].any(axis=0) & cheap for kinds in self._at]
+
+    # ------------------------------------------------------------ one by one
+
+    def _counted(
+        self, survivors: Sequence[tuple[float, Set]], best: Array, effort: Effort
+    ) -> tuple[Array, bool]:
+        """The shortest of all campaigns at the sets that are left, if there are few enough of them."""
+        cost = float(self.offers.cost(best[None])[0])
+        found: list[Array] = []
+        for _, some in sorted(survivors):
+            for n in self._campaigns(some, cost, effort):
+                if n is None or len(found) > effort.campaigns:
+                    return best, False
+                found.append(n)
+        every = np.array(found).reshape(-1, len(best))
+        prices = self.offers.cost(every)
+        every = every[prices < cost - EASIER][np.argsort(prices[prices < cost - EASIER], kind="stable")]
+        for start in range(0, len(every), CHUNK):
+            if monotonic() > effort.until:
+                return best, False
+            some_of = every[start : start + CHUNK]
+            for i in np.flatnonzero(self.judge.loads(some_of) <= NEARLY):
+                if self.exactly(some_of[i]):
+                    return some_of[i], True
+        return best, True
+
+    def _campaigns(self, some: Set, cost: float, effort: Effort) -> Iterator[Array | None]:
+        """All campaigns at exactly these temperatures that may cost less; None when they are too many.
+
+        Tests in the room are among them; what a set pays once it pays whatever is made there.
+        """
+        offers, steps = self.offers, 0
+        kinds = [k for t in some for k in self._at[t]] + np.flatnonzero(~offers.soaked).tolist()
+        groups = [frozenset(self._at[t]) for t in some]
+        once = np.zeros(len(offers.once_price), dtype=bool)
+        for t in some:
+            once |= offers.once[self._at[t]].all(axis=0) | self._saved[t]
+        slack = cost - EASIER - float(once @ offers.once_price)
+        ways = [[0, *_repeats(self._offer_of[k])] for k in kinds]
+        price = [float(offers.each_price[k]) for k in kinds]
+        made = [0] * len(kinds)
+        stack = [(0, 0.0, iter(ways[0]))] if kinds else []
+        while stack:
+            place, spent, left = stack[-1]
+            repeats = next(left, None)
+            steps += 1
+            if steps > STEPS * effort.campaigns:
+                yield None
+                return
+            if repeats is None or spent + repeats * price[place] >= slack:
+                made[place] = 0
+                stack.pop()
+                continue
+            made[place] = repeats
+            if place + 1 < len(kinds):
+                stack.append((place + 1, spent + repeats * price[place], iter(ways[place + 1])))
+                continue
+            n = np.zeros(len(offers.kinds))
+            n[kinds] = made
+            if all(any(n[k] > 0 for k in group) for group in groups) and self._by_hand(n):
+                yield n
+
+    @cached_property
+    def _offer_of(self) -> dict[int, Offer]:
+        return {int(k): offer for offer in self.offers.tests for k in offer.places}
+
+    def _by_hand(self, n: Array) -> bool:
+        """Whether what hands fixed is made as they fixed it."""
+        for offer in self.offers.tests:
+            if offer.fixed is not None and np.any(n[offer.places] != offer.fixed):
+                return False
+            if offer.everywhere and np.any(n[offer.places] > 0) and np.any(n[offer.places] == 0):
+                return False
+        return True
+
+    # ------------------------------------------------------------ temperatures and curves
+
+    @cached_property
+    def _grid(self) -> Array:
+        return np.unique(self.offers.degc[self.offers.soaked])
+
+    @cached_property
+    def _asked(self) -> tuple[Asked, ...]:
+        return asked_of(self.flight, exact=True)
+
+    @cached_property
+    def _points(self) -> Array:
+        degc = [self.offers.degc, *(a.temperature_degc.ravel() for a in self._asked)]
+        return np.unique(np.round(np.concatenate(degc), 6))
+
+    @cached_property
+    def _moments(self) -> dict[str, Moments]:
+        return self.flight.curves.moments(self._points)
+
+    def _place(self, degc: Array) -> NDArray[np.intp]:
+        return np.asarray(np.argmin(np.abs(np.asarray(degc)[..., None] - self._points), axis=-1))
+
+    @cached_property
+    def _of_grid(self) -> NDArray[np.intp]:
+        return self._place(self._grid)
+
+    @cached_property
+    def _free(self) -> NDArray[np.intp]:
+        """Points that cost no soak: temperatures of tests in the room."""
+        return self._place(np.unique(self.offers.degc[~self.offers.soaked]))
+
+
+def _repeats(offer: Offer) -> Sequence[int]:
+    """How often one visit of a test may be made."""
+    return sorted({*offer.fixed}) if offer.fixed is not None else range(offer.least, offer.most + 1)
+
+
+def _kriged(moment: Array, points: NDArray[np.intp], place: NDArray[np.intp]) -> Array:
+    """(B, S, m, m) covariance of constant + curve at flight points (S, m), known at points (B, K)."""
+    B, K = points.shape
+    S, m = place.shape
+    scale = float(np.trace(moment)) / len(moment)
+    if scale <= 0.0:
+        return np.zeros((B, S, m, m))
+    k, at = moment / scale, place.ravel()
+    system = np.zeros((B, K + 1, K + 1))
+    system[:, :K, :K] = k[points[:, :, None], points[:, None, :]]
+    system[:, range(K), range(K)] += NUGGET
+    system[:, :K, K] = system[:, K, :K] = 1.0
+    sides = np.ones((B, K + 1, len(at)))
+    sides[:, :K] = k[points][:, :, at]
+    weights = np.linalg.solve(system, sides).reshape(B, K + 1, S, m)
+    sides = sides.reshape(B, K + 1, S, m)
+    known = np.einsum("bksm,bksn->bsmn", sides, weights, optimize=True)
+    return np.asarray(scale * (k[place[:, :, None], place[:, None, :]] - known))

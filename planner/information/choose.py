@@ -1,0 +1,109 @@
+"""A spec and its flight → the campaign by information.
+
+It is searched by quick figures and foreseen by exact ones; what the quick ones miss tightens the search.
+Then it is asked how much shorter another one could be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import monotonic
+
+import numpy as np
+
+from planner.information.bound import Bounded, Effort, Prover
+from planner.information.exact import Foreseen, foreseen
+from planner.information.exchange import Judge, even, shortest
+from planner.information.model_of import Flight, on_offer
+from planner.information.offers import Offers
+from planner.information.refusal import refusal
+from planner.nouns.array import Array
+from planner.nouns.choices import Campaign, TestVisits
+from planner.nouns.plan import Step
+from planner.plan.by_hand import is_hand_made
+from planner.plan.schedule_to_steps import steps
+
+LOOKED_AT = 3000  # campaigns of one search; ten times as many found nothing shorter on the shipped specs
+ROUNDS = 4
+KEPT = 1.0 + 1e-6  # of a limit
+QUICK_SETS, QUICK_CAMPAIGNS = 3000, 1000  # of a proof that nobody waits for
+LONG_SETS, LONG_CAMPAIGNS = 2_000_000, 2_000_000
+
+
+@dataclass(frozen=True)
+class Found:
+    """The campaign, its steps, what it promises exactly, and how much shorter another one could be."""
+
+    offers: Offers
+    judge: Judge
+    counts: Array
+    visits: tuple[TestVisits, ...]
+    timeline: tuple[Step, ...]
+    foreseen: Foreseen
+    bound: float
+    proved: bool
+
+    @property
+    def cost(self) -> float:
+        """Weighted seconds of one batch's work."""
+        return float(self.offers.cost(self.counts[None])[0])
+
+
+def campaign_found(flight: Flight, *, thorough: bool = False) -> Found:
+    """The shortest campaign found that keeps every requirement exactly, with a bound for all others.
+
+    thorough: the proof may take `plan.time_limit`. What hands made altogether is only foreseen.
+    Raises InfeasibleError (what binds, nearest limit) when nothing on offer keeps the promise.
+    """
+    started = monotonic()
+    offers, promise = on_offer(flight)
+    judge = Judge(promise, np.ones(len(promise.asked)))
+    if is_hand_made(flight.spec):
+        counts = even(offers, 1)
+        cost = float(offers.cost(counts[None])[0])
+        return _found(flight, offers, judge, Bounded(cost, True, counts))
+    counts, judge = _searched(flight, offers, judge)
+    until = started + flight.spec.plan.time_limit
+    effort = Effort(*((LONG_SETS, LONG_CAMPAIGNS) if thorough else (QUICK_SETS, QUICK_CAMPAIGNS)), until)
+    prover = Prover(flight, offers, judge, lambda n: _keeps(flight, offers, n))
+    return _found(flight, offers, judge, prover.bounded(counts, effort))
+
+
+def _searched(flight: Flight, offers: Offers, judge: Judge) -> tuple[Array, Judge]:
+    """The shortest campaign that keeps every requirement exactly, and the judge tightened so far."""
+    limits = np.array([a.limit for a in judge.promise.asked])
+    for _ in range(ROUNDS):
+        counts = shortest(offers, judge, LOOKED_AT)
+        if counts is None:
+            raise refusal(flight, offers, judge)
+        exact = np.array(foreseen(flight, laid_out(flight, offers.visits(counts))).largest)
+        if np.all(exact <= limits * KEPT):
+            return counts, judge
+        quick = judge.promise.figures(counts[None])[0].max(axis=0)
+        judge = Judge(
+            judge.promise,
+            np.maximum(judge.tightened, exact / quick * (1.0 + 1e-5)),
+            judge.allowed,
+            judge.families,
+        )
+    raise refusal(flight, offers, judge)
+
+
+def _keeps(flight: Flight, offers: Offers, counts: Array) -> bool:
+    found = foreseen(flight, laid_out(flight, offers.visits(counts)))
+    limits = [wanted.limit.si for wanted in flight.spec.requirement]
+    return all(x <= limit * KEPT for x, limit in zip(found.largest, limits, strict=True))
+
+
+def _found(flight: Flight, offers: Offers, judge: Judge, bounded: Bounded) -> Found:
+    visits = offers.visits(bounded.best)
+    laid = laid_out(flight, visits)
+    return Found(
+        offers, judge, bounded.best, visits, laid, foreseen(flight, laid), bounded.bound, bounded.proved
+    )
+
+
+def laid_out(flight: Flight, visits: Sequence[TestVisits]) -> tuple[Step, ...]:
+    """The steps of visits on the benches."""
+    return steps(flight.spec, Campaign(tuple(visits), (), 0.0, 0.0, False))

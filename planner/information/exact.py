@@ -1,0 +1,135 @@
+"""The promise of one campaign that was chosen, with its days: what plan.json says of it.
+
+The walk of errors over the days of the campaign couples its power-ons; what the campaign saw of it counts.
+A requirement at any moment is judged by draws of the whole flight.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.campaign.design import design
+from planner.campaign.model import Campaign, campaign
+from planner.campaign.power_ons import of_design
+from planner.campaign.prior import walk_mode
+from planner.information.in_flight import Asked, Days
+from planner.information.kinds import Kind, Kinds, channel_kinds
+from planner.information.model_of import Flight, asked_of, promise_of
+from planner.information.promise import Promise
+from planner.nouns.array import Array
+from planner.nouns.plan import Step
+from planner.plan.flight_response import Flying
+from planner.solvers.gaussian_length import exceedance
+
+DRAWS = 4000  # of a flight at each temperature, for a requirement at any moment
+SETTLED = 1e-7
+
+
+@dataclass(frozen=True)
+class Foreseen:
+    """What a campaign promises. families: name -> (requirements,) quantile or rms, SI; infinite: undetermined
+
+    promise, counts: the model and the campaign (1, g) in it; days: over which each term walks unseen
+    """
+
+    families: Mapping[str, tuple[float, ...]]
+    promise: Promise
+    counts: Array
+    days: Days
+
+    @property
+    def largest(self) -> tuple[float, ...]:
+        """(requirements,) over the families."""
+        return tuple(float(x) for x in np.max([*self.families.values()], axis=0))
+
+    def binding(self, requirement: int) -> str:
+        """The family under which a requirement is used most."""
+        return max(self.families, key=lambda f: self.families[f][requirement])
+
+
+def foreseen(flight: Flight, steps: Sequence[Step]) -> Foreseen:
+    """The promise of the campaign that these steps make of one unit."""
+    return foreseen_of(flight, campaign(flight.spec, of_design(design(steps, flight.spec))))
+
+
+def foreseen_of(flight: Flight, made: Campaign) -> Foreseen:
+    """The promise of a campaign on the spec's flights."""
+    days = _days(flight, made)
+    wanted = asked_of(flight, exact=True, days=days)
+    promise = promise_of(flight, _kinds(made), wanted)
+    counts = made.runs.counts[None]
+    figures = promise.figures(counts)[0]
+    for k, a in enumerate(wanted):
+        if a.share is not None and np.all(np.isfinite(figures[:, k])):
+            S = promise.covariance(counts, k)[0]
+            figures[:, k] = [_quantile(a, one, near) for one, near in zip(S, figures[:, k], strict=True)]
+    each = zip(promise.families, figures, strict=True)
+    return Foreseen({name: tuple(map(float, row)) for name, row in each}, promise, counts, days)
+
+
+def _kinds(made: Campaign) -> Kinds:
+    """Every power-on of the campaign as a kind of its own."""
+    degc = made.runs.conditions.temperature_degc[made.runs.starts]
+    kinds = tuple(Kind("", round(float(t), 6)) for t in degc)
+    return Kinds(kinds, tuple(map(channel_kinds, made.channels.values())))
+
+
+def _days(flight: Flight, made: Campaign) -> Days:
+    """Days over which an error walks that no mode of the campaign carries."""
+    span = float(made.runs.conditions.day.max(initial=0.0))
+    carried: dict[tuple[object, str], float] = {}
+    for c in made.channels.values():
+        for u in c.prior.unknowns:
+            if u.error is not None:
+                key = (u.error, u.term)
+                carried[key] = carried.get(key, 0.0) + float(walk_mode(u.mode, np.array(1.0))) ** 2
+
+    def days(f: Flying) -> float:
+        return span * (1.0 - carried.get((f.error, f.term), 0.0)) + flight.in_store(span)
+
+    return days
+
+
+# ---------------------------------------------------------------- quantiles
+
+
+def _quantile(a: Asked, S: Array, near: float) -> float:
+    """The quantile of the largest |d| over the instants; S: (S, I c, I c), near: a first guess."""
+    instants, c = a.response.shape[:2]
+    if instants == 1:
+        return _exact(a, S, near)
+    return _drawn(a, S, c)
+
+
+def _exact(a: Asked, S: Array, near: float) -> float:
+    """The root of the mean (or largest) exceedance over the flight's temperatures, by bisection."""
+    assert a.share is not None
+    low, high = 0.5 * near, 2.0 * near
+    while high - low > SETTLED * high:
+        middle = 0.5 * (low + high)
+        beyond = exceedance(S, np.full(len(S), middle), 1e-8)
+        found = beyond.max() if a.weights is None else beyond @ a.weights
+        low, high = (middle, high) if found > 1.0 - a.share else (low, middle)
+    return high
+
+
+def _drawn(a: Asked, S: Array, c: int) -> float:
+    """By draws of whole flights at every temperature: the instants of one flight go together."""
+    assert a.share is not None
+    rng = np.random.default_rng(0)
+    value, vector = np.linalg.eigh(S)
+    root = vector * np.sqrt(np.maximum(value, 0.0))[:, None, :]
+    rank = max(int((value > 1e-9 * value.max()).sum(axis=1).max()), 1)
+    longest = []
+    for one in root[:, :, -rank:]:
+        d = (one @ rng.normal(size=(rank, DRAWS))).reshape(-1, c, DRAWS)
+        longest.append(np.sqrt(np.max(np.sum(d**2, axis=1), axis=0)))
+    lengths = np.array(longest)
+    if a.weights is None:
+        return float(np.quantile(lengths, a.share, axis=1).max())
+    order = np.argsort(lengths, axis=None)
+    weight = np.repeat(a.weights / DRAWS, DRAWS)[order]
+    return float(lengths.ravel()[order][np.searchsorted(np.cumsum(weight), a.share)])

@@ -1,0 +1,184 @@
+"""The shortest campaign that keeps the promise, by exchange: downhill from several beginnings, then kicked.
+
+Cost comes first, the load (the largest share of a limit that is used) second: steps that cost nothing and
+ease the promise open the way to steps that save. The same arguments give the same campaign.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from planner.information.neighbours import Neighbours
+from planner.information.offers import Offers
+from planner.information.promise import Promise
+from planner.nouns.array import Array
+
+CHUNK = 48  # campaigns that are evaluated together
+MOST_TEMPERATURES = 9
+MOST_STEPS = 400
+EASIER = 1e-6
+
+
+@dataclass
+class Judge:
+    """Who says whether campaigns keep the promise. families: those that have decided anything so far.
+
+    tightened: per requirement, by what the quick figure is multiplied to meet the exact one
+    allowed: further conditions on one campaign, such as redundancy
+    """
+
+    promise: Promise
+    tightened: Array
+    allowed: Callable[[Array], bool] = lambda n: True
+    families: list[str] = field(default_factory=list)
+    asked: int = 0
+
+    def __post_init__(self) -> None:
+        self.families = self.families or [next(iter(self.promise.families))]
+
+    def loads(self, counts: Array, families: list[str] | None = None) -> Array:
+        """(B,) loads under the families that have decided so far, or those that are named."""
+        self.asked += len(counts)
+        figures = self.promise.figures(counts, families or self.families)
+        limits = np.array([a.limit for a in self.promise.asked])
+        return np.asarray((figures * self.tightened / limits).max(axis=(1, 2)))
+
+    def keeps(self, n: Array) -> bool:
+        """Whether a campaign that keeps it so far keeps it under every family; what breaks it stays."""
+        left = [f for f in self.promise.families if f not in self.families]
+        for family in left:
+            if self.loads(n[None], [family])[0] > 1.0:
+                self.families.append(family)
+                return False
+        return self.allowed(n)
+
+
+def shortest(offers: Offers, judge: Judge, most: int) -> Array | None:
+    """(g,) counts of the shortest campaign found, None if none keeps the promise; most: to look at."""
+    best: Array | None = None
+    least = np.inf
+    for start in beginnings(offers, judge):
+        found = downhill(offers, judge, start)
+        cost = float(offers.cost(found[None])[0])
+        if cost < least - EASIER:
+            best, least = found, cost
+        if judge.asked > most:
+            break
+    return None if best is None else _kicked(offers, judge, best, most)
+
+
+def beginnings(offers: Offers, judge: Judge) -> list[Array]:
+    """Campaigns that keep the promise, the shortest first: tests at N even temperatures, enough repeats.
+
+    Every test at all of them, or one test at all and the others at one.
+    """
+    chosen = [o.test for o in offers.tests if not o.everywhere and o.fixed is None]
+    found = []
+    for N in range(1, MOST_TEMPERATURES + 1) if chosen else (1,):
+        for main in (None, *(chosen if len(chosen) > 1 and N > 1 else ())):
+            n = enough(offers, judge, even(offers, N, main))
+            if n is not None:
+                found.append(n)
+    return sorted(found, key=lambda n: float(offers.cost(n[None])[0]))
+
+
+def even(offers: Offers, N: int, main: str | None = None) -> Array:
+    """(g,) tests at N evenly spread temperatures of their places, with the fewest repeats.
+
+    main: the only test that is made at all of them; the others are made at the one in the middle
+    """
+    n = np.zeros(len(offers.kinds))
+    for offer in offers.tests:
+        if offer.fixed is not None:
+            n[offer.places] = offer.fixed
+        elif offer.everywhere:
+            n[offer.places] = offer.least
+        else:
+            share = (np.arange(N) + 0.5) / N if N < 3 else np.linspace(0.06, 0.94, N)
+            if main not in (None, offer.test):
+                share = share[N // 2 : N // 2 + 1]
+            chosen = np.round(share * (len(offer.places) - 1)).astype(int)
+            n[offer.places[np.unique(chosen)]] = offer.least
+    return n
+
+
+def enough(offers: Offers, judge: Judge, n: Array) -> Array | None:
+    """The campaign with repeats multiplied until it keeps the promise; None if none of them does."""
+    most = np.zeros(len(n))
+    fixed = np.zeros(len(n), dtype=bool)
+    for offer in offers.tests:
+        most[offer.places] = offer.most
+        fixed[offer.places] = offer.fixed is not None
+    levels = np.unique(np.round(1.5 ** np.arange(0, 24)))
+    every = np.array([np.where(fixed, n, np.minimum(n * k, most)) for k in levels])
+    every = np.unique(every, axis=0)
+    every = every[np.argsort(offers.cost(every), kind="stable")]
+    while True:
+        loads = judge.loads(every)
+        good = np.flatnonzero(loads <= 1.0)
+        if not len(good):
+            return None
+        if judge.keeps(every[good[0]]):
+            return np.asarray(every[good[0]])
+        every = every[good[1:]] if not judge.loads(every[good[:1]])[0] > 1.0 else every[good[0] :]
+        if not len(every):
+            return None
+
+
+def downhill(offers: Offers, judge: Judge, n: Array) -> Array:
+    """Steps to cheaper campaigns that keep the promise, or as cheap ones that keep it more easily."""
+    moves = Neighbours(offers)
+    load = float(judge.loads(n[None])[0])
+    for _ in range(MOST_STEPS):
+        step = _step(offers, judge, moves, n, load)
+        if step is None:
+            return n
+        n, load = step
+    return n
+
+
+def _step(
+    offers: Offers, judge: Judge, moves: Neighbours, n: Array, load: float
+) -> tuple[Array, float] | None:
+    near = moves.of(n)
+    cost, own = offers.cost(near), float(offers.cost(n[None])[0])
+    cheaper = near[cost < own - EASIER]
+    found = _first(judge, cheaper[np.argsort(cost[cost < own - EASIER], kind="stable")])
+    if found is not None:
+        return found
+    alike = near[np.abs(cost - own) <= EASIER]
+    if not len(alike):
+        return None
+    loads = judge.loads(alike)
+    best = int(np.argmin(loads))
+    if loads[best] < min(load, 1.0) - 1e-4 and judge.keeps(alike[best]):
+        return alike[best], float(loads[best])
+    return None
+
+
+def _first(judge: Judge, ordered: Array) -> tuple[Array, float] | None:
+    """The first of the campaigns that keeps the promise, and its load."""
+    for start in range(0, len(ordered), CHUNK):
+        some = ordered[start : start + CHUNK]
+        loads = judge.loads(some)
+        for i in np.flatnonzero(loads <= 1.0):
+            if judge.keeps(some[i]):
+                return some[i], float(loads[i])
+    return None
+
+
+def _kicked(offers: Offers, judge: Judge, best: Array, most: int) -> Array:
+    """The best with records added at random and taken away downhill, as long as campaigns are left."""
+    rng = np.random.default_rng(0)
+    moves = Neighbours(offers)
+    while judge.asked < most:
+        more = moves.more(best)
+        if not len(more):
+            return best
+        found = downhill(offers, judge, more[rng.integers(len(more))])
+        if offers.cost(found[None])[0] < offers.cost(best[None])[0] - EASIER:
+            best = found
+    return best

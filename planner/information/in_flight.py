@@ -1,0 +1,138 @@
+"""What a requirement sees of a flight: temperatures, the linear combination, what the flight draws itself.
+
+    Σ_own(T) = J (s(T) s(T)ᵀ + σ² exp(−|Δt|/τ) + w²(D_flight)) Jᵀ + white noise
+
+None of it depends on the campaign, so it is made once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.campaign.noise import budget_of
+from planner.nouns.array import Array
+from planner.plan.flight_response import FlightResponse, Flying
+from planner.spec.budget import STORAGE_DAYS
+from planner.spec.model import PercentileRule, Requirement, Spec
+
+SCENARIOS = 24  # temperatures at which a flight over the range is looked at
+STILL_K = 0.1  # a flight whose temperature changes by less is a flight at one temperature
+
+
+@dataclass(frozen=True)
+class Asked:
+    """One requirement. S flight temperatures (scenarios), I instants, c components, F terms, m moments.
+
+    limit: SI; share: of the flights, None for rss; weights: (S,) of the scenarios, None: the worst counts
+    profile: (S, K) temperatures at the response's moments; instants: of the response
+    temperature_degc: (S, m) along the flight; response: (I, c, F, m); own: (S, I, c, I, c)
+    """
+
+    index: int
+    limit: float
+    share: float | None
+    weights: Array | None
+    profile: Array
+    instants: tuple[int, ...]
+    temperature_degc: Array
+    response: Array
+    own: Array
+
+
+Days = Callable[[Flying], float]
+
+
+def asked(
+    index: int,
+    spec: Spec,
+    response: FlightResponse,
+    start_degc: Array,
+    weights: Array | None,
+    thinned: int,
+    days: Days,
+) -> Asked:
+    """A requirement of a spec on flights that start at temperatures (S,), for at most `thinned` instants.
+
+    days: over which an error walks in store that the campaign knows nothing of
+    """
+    wanted = spec.requirement[index]
+    components, instants = response.of(wanted)
+    chosen = _thinned(instants, thinned)
+    J = response.errors[chosen][:, components]
+    along = profiles(spec, response, start_degc)
+    own = drawn_by_flights(spec, response, J, along, days) + _white(spec, response, components, chosen)
+    J, seen = collapsed(J, along)
+    return Asked(index, wanted.limit.si, share_of(wanted), weights, along, tuple(chosen), seen, J, own)
+
+
+def collapsed(J: Array, along: Array) -> tuple[Array, Array]:
+    """Response (..., F, m) and temperatures (S, m); one moment where a flight's temperature stands still."""
+    if np.ptp(along, axis=1).max(initial=0.0) < STILL_K:
+        return J.sum(axis=-1, keepdims=True), along[:, :1]
+    return J, along
+
+
+def share_of(wanted: Requirement) -> float | None:
+    """The share of flights that a requirement promises; None for rss."""
+    return wanted.rule.percentile if isinstance(wanted.rule, PercentileRule) else None
+
+
+def profiles(spec: Spec, response: FlightResponse, start_degc: Array) -> Array:
+    """(S, K) the flight's temperature, shifted to start at (S,) and kept in the range of use."""
+    low, high = spec.plan.temperatures.range
+    flown = response.temperature_degc
+    shifted = start_degc[:, None] + (flown - flown[0])[None, :]
+    inside = (start_degc >= low) & (start_degc <= high)
+    return np.asarray(np.where(inside[:, None], np.clip(shifted, low, high), shifted))
+
+
+def _thinned(instants: Sequence[int], most: int) -> list[int]:
+    """So many of the instants, the last one among them."""
+    if len(instants) <= most:
+        return list(instants)
+    place = np.linspace(0, len(instants) - 1, most + 1)[1:]
+    return [instants[round(float(p))] for p in place]
+
+
+def drawn_by_flights(spec: Spec, response: FlightResponse, J: Array, along: Array, days: Days) -> Array:
+    """(S, I, c, I, c) by power-on, drift and storage, each flight's own."""
+    at = response.moments
+    apart = np.abs(at[:, None] - at[None, :])
+    total = np.zeros((len(along), *J.shape[:2], *J.shape[:2]))
+    for i, f in enumerate(response.flying):
+        if not np.any(J[:, :, i]):
+            continue
+        still, drawn = drawn_in_flight(spec, f, along, apart, days(f))
+        total += np.einsum("xak,kl,ybl->xayb", J[:, :, i], still, J[:, :, i], optimize=True)
+        if drawn is not None:
+            total += np.einsum("xak,skl,ybl->sxayb", J[:, :, i], drawn, J[:, :, i], optimize=True)
+    return total
+
+
+def drawn_in_flight(
+    spec: Spec, f: Flying, along: Array, apart: Array, days: float
+) -> tuple[Array, Array | None]:
+    """(K, K) of drift, storage and what was never calibrated; (S, K, K) of the power-on."""
+    budget = budget_of(spec.unit, f.error)
+    if budget is None:
+        return np.zeros_like(apart), None
+    walk = budget.storage_sigma**2 * days / STORAGE_DAYS
+    still = budget.in_run_sigma**2 * np.exp(-apart / budget.in_run_time) + walk
+    if f.error.effect not in spec.effects:
+        still = still + budget.systematic_size**2 / 3.0
+    s = budget.run_to_run_sigma(along)
+    drawn = s[:, :, None] * s[:, None, :]
+    length = budget.temperature_correlation
+    if length is not None:
+        drawn = drawn * np.exp(-0.5 * ((along[:, :, None] - along[:, None, :]) / length) ** 2)
+    return still, drawn
+
+
+def _white(spec: Spec, response: FlightResponse, components: slice, instants: Sequence[int]) -> Array:
+    """(I, c, I, c) by the sensors' white noise."""
+    W = response.white[instants][:, components]
+    density = np.array([spec.unit.white("gyro"), spec.unit.white("accelerometer")])
+    return np.asarray(np.einsum("xasb,yesb,s->xaye", W, W, density**2, optimize=True))

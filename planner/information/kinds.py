@@ -1,0 +1,157 @@
+"""What one power-on of every kind tells: a test at a temperature, with the campaign model's own V.
+
+    J_k = A_kᵀ V_k⁻¹ A_k     per channel, over what one unit of every term adds and the shared references
+
+Tables are not resolved into nodes here: a soaked power-on sees a table at one temperature only, so its node
+columns are its term's column times the hats at that temperature. J_k therefore serves every choice of nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.campaign.channel_model import EXCITED, EXCITING
+from planner.campaign.model import ChannelCampaign, campaign
+from planner.campaign.noise import columns_of_errors
+from planner.campaign.power_ons import PowerOns
+from planner.campaign.prior import walk_mode
+from planner.measurement import sensed
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+from planner.nouns.sensor import ErrorName
+from planner.plan.motions_to_records import RepeatRecords, repeat_records
+from planner.protocols import Sensor
+from planner.spec.model import Spec
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of power-on: a repeat of a test at a temperature."""
+
+    test: str
+    temperature_degc: float
+
+
+@dataclass(frozen=True)
+class Term:
+    """One term of an error on a channel; tabled: a table over temperature carries it; driven: only where the
+    input of the channel is large enough to tell a scale factor."""
+
+    error: ErrorName
+    name: str
+    tabled: bool
+    driven: bool
+
+
+@dataclass(frozen=True)
+class ChannelKinds:
+    """One channel of all kinds. b terms, q shared references, g kinds.
+
+    information: (g, b + q, b + q) of one power-on; drives: (g,) whether a kind tells a scale factor
+    sigma: (q,) of the references and of walks over the campaign's days; walks: for each of these its place
+    among the q, its term, and what of it is left in flight
+    rows: (n, b) columns without weights, starts: (g,) first row of each kind
+    """
+
+    sensor: Sensor
+    channel: int
+    terms: tuple[Term, ...]
+    information: Array
+    drives: NDArray[np.bool_]
+    sigma: Array
+    walks: tuple[tuple[int, int, float], ...]
+    rows: Array
+    starts: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Kinds:
+    """All kinds of power-on that a spec's tests offer at some temperatures."""
+
+    kinds: tuple[Kind, ...]
+    channels: tuple[ChannelKinds, ...]
+
+    @property
+    def degc(self) -> Array:
+        """(g,) temperatures."""
+        return np.array([k.temperature_degc for k in self.kinds])
+
+
+def kinds_of(spec: Spec, offered: Sequence[tuple[str, Sequence[float]]]) -> Kinds:
+    """The kinds that tests offer, each (test, temperatures). Tests of unknown motions are left out.
+
+    The days of a campaign are not known before it is chosen: the walk during it is left to the prediction.
+    """
+    kinds, records = [], []
+    for test, temperatures in offered:
+        one = repeat_records(spec, test)
+        if one is not None:
+            kinds += [Kind(test, float(t)) for t in temperatures]
+            records += [one] * len(temperatures)
+    runs = _runs(spec, kinds, records)
+    made = campaign(spec, runs)
+    return Kinds(tuple(kinds), tuple(map(channel_kinds, made.channels.values())))
+
+
+def _runs(spec: Spec, kinds: Sequence[Kind], records: Sequence[RepeatRecords]) -> PowerOns:
+    sizes = [len(r.duration) for r in records]
+    benches = list(spec.benches)
+    bench = [spec.tests[k.test].bench for k in kinds]
+    parts = [
+        replace(r.conditions, temperature_degc=np.full(n, k.temperature_degc))
+        for k, r, n in zip(kinds, records, sizes, strict=True)
+    ]
+    conditions = Conditions(
+        **{
+            name: np.concatenate([getattr(p, name) for p in parts])
+            for name in ("rate", "specific_force", "temperature_degc", "temperature_rate", "time_on", "day")
+        }
+    )
+    return PowerOns(
+        conditions,
+        np.concatenate([r.duration for r in records]),
+        np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64),
+        np.ones(len(kinds)),
+        np.repeat(bench, sizes),
+        np.repeat([benches.index(b) + 1 for b in bench], sizes),
+    )
+
+
+def channel_kinds(c: ChannelCampaign) -> ChannelKinds:
+    """One channel of a campaign, power-on by power-on."""
+    model = c.model
+    columns = columns_of_errors(model, c.parts)
+    rows = np.column_stack([*columns.values()])
+    white = c.whiten(np.column_stack([rows, c.prior.columns]))
+    products = np.einsum("na,nb->nab", white, white)
+    u = np.abs(sensed(model.sensor, model.conditions)[:, model.channel])
+    strong = u >= min(EXCITED * u.max(initial=0.0), EXCITING[model.sensor])
+    return ChannelKinds(
+        model.sensor,
+        model.channel,
+        tuple(_terms(c, list(columns))),
+        np.asarray(np.add.reduceat(products, c.runs.starts, axis=0)),
+        np.asarray(np.logical_or.reduceat(strong, c.runs.starts)),
+        c.prior.sigma,
+        tuple(_walks(c, list(columns))),
+        rows,
+        c.runs.starts,
+    )
+
+
+def _walks(c: ChannelCampaign, columns: Sequence[tuple[ErrorName, str]]) -> Iterator[tuple[int, int, float]]:
+    for j, u in enumerate(c.prior.unknowns):
+        if u.error is not None:
+            yield j, list(columns).index((u.error, u.term)), float(walk_mode(u.mode, np.array(1.0)))
+
+
+def _terms(c: ChannelCampaign, columns: Sequence[tuple[ErrorName, str]]) -> Iterator[Term]:
+    carried = {one.effect.name: one for one in c.model.carried}
+    for error, name in columns:
+        own = carried[error.effect]
+        tabled = own.nodes is not None
+        yield Term(error, name, tabled, tabled and own.effect.group == "scale_factor")

@@ -1,0 +1,94 @@
+"""A spec and its flight → the model of its promise, over what is on offer or a campaign."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.information.curves import Curves
+from planner.information.in_flight import SCENARIOS, Asked, Days, asked
+from planner.information.kinds import Kinds, kinds_of
+from planner.information.offers import Offers, offered, offers_of
+from planner.information.promise import Promise
+from planner.nouns.array import Array
+from planner.nouns.sensor import ErrorName
+from planner.nouns.trajectory import Trajectory
+from planner.plan.flight_response import FlightResponse, flight_response
+from planner.protocols import SENSORS
+from planner.spec.flight_temperature import TemperatureShares
+from planner.spec.model import Requirement, Spec
+
+QUICK_SCENARIOS = 12  # flight temperatures that the search looks at
+QUICK_INSTANTS = 4  # of a requirement at any moment
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A spec with its flight's linear combination and its families of curves.
+
+    day: of the flight since the first calibration, 0: not said
+    """
+
+    spec: Spec
+    response: FlightResponse
+    curves: Curves
+    day: float = 0.0
+
+    def in_store(self, span_days: float) -> float:
+        """Days from the end of a campaign of `span_days` to the flight."""
+        return max(self.day - span_days, 0.0) if self.day > 0 else self.spec.flown_after_days
+
+
+def flight_of(spec: Spec, trajectory: Trajectory) -> Flight:
+    """The flight of a spec for the errors that it budgets."""
+    errors = [ErrorName.of(sensor, effect) for sensor in SENSORS for effect in getattr(spec.unit, sensor)]
+    response = flight_response(trajectory, errors, spec.requirement)
+    return Flight(spec, response, Curves(spec), trajectory.day)
+
+
+def scenarios(
+    spec: Spec, wanted: Requirement, response: FlightResponse, count: int
+) -> tuple[Array, Array | None]:
+    """(S,) temperatures at which flights start, and their weights; None: the worst counts.
+
+    Over the range they stand in the middle of even parts of it; the worst is looked for from end to end.
+    """
+    low, high = spec.plan.temperatures.range
+    if isinstance(wanted.temperature, TemperatureShares):
+        return wanted.temperature.temperatures_degc, wanted.temperature.shares
+    if wanted.temperature == "flight":
+        return response.temperature_degc[:1], np.ones(1)
+    if wanted.temperature == "worst":
+        return np.linspace(low, high, count + 1), None
+    return low + (np.arange(count) + 0.5) * (high - low) / count, np.full(count, 1.0 / count)
+
+
+def asked_of(flight: Flight, *, exact: bool, days: Days | None = None) -> tuple[Asked, ...]:
+    """Every requirement of the spec in flight; exact: at all its instants and more temperatures.
+
+    days: over which an error walks unseen; left out: those in store
+    """
+    spec, found = flight.spec, []
+    stored = flight.in_store(0.0)
+    for index, wanted in enumerate(spec.requirement):
+        start, weights = scenarios(spec, wanted, flight.response, SCENARIOS if exact else QUICK_SCENARIOS)
+        instants = len(flight.response.time_s) if exact else QUICK_INSTANTS
+        walked = days or (lambda f: stored)
+        found.append(asked(index, spec, flight.response, start, weights, instants, walked))
+    return tuple(found)
+
+
+def on_offer(flight: Flight, also: Sequence[float] = ()) -> tuple[Offers, Promise]:
+    """What a campaign may be made of, and what any of them promises (quickly)."""
+    kinds = kinds_of(flight.spec, offered(flight.spec, also))
+    wanted = asked_of(flight, exact=False)
+    return offers_of(flight.spec, kinds.kinds), promise_of(flight, kinds, wanted)
+
+
+def promise_of(flight: Flight, kinds: Kinds, wanted: tuple[Asked, ...]) -> Promise:
+    """The model of a promise over kinds of power-on."""
+    degc = [kinds.degc, *(a.temperature_degc.ravel() for a in wanted)]
+    points: Array = np.unique(np.round(np.concatenate(degc), 6)).astype(np.float64)
+    return Promise(kinds, wanted, flight.response.flying, points, flight.curves.moments(points))

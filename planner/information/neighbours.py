@@ -1,0 +1,154 @@
+"""Campaigns one step away: a repeat or a visit less, elsewhere, exchanged; a temperature moved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.information.offers import Offer, Offers
+from planner.nouns.array import Array
+
+SHIFTS = (-3, -2, -1, 1, 2, 3)  # steps of the grid by which a temperature is moved
+
+
+@dataclass(frozen=True)
+class Neighbours:
+    """Moves over the counts (g,) of an offer that keep what hands fixed and the bounds of repeats."""
+
+    offers: Offers
+
+    def of(self, n: Array) -> NDArray[np.float64]:
+        """(B, g) distinct campaigns one step from n (g,)."""
+        found = [n.copy()]
+        for moves in (self._fewer, self._moved, self._joined, self._exchanged, self._spread):
+            found += list(moves(n))
+        every = np.unique(np.array(found), axis=0)
+        return np.asarray(every[(every != n).any(axis=1) & (every > 0).any(axis=1)])
+
+    def more(self, n: Array) -> NDArray[np.float64]:
+        """(B, g) campaigns with more records: a repeat more somewhere, or a visit more."""
+        found = []
+        for offer in self._free:
+            for k in offer.places:
+                step = 1 if n[k] > 0 else offer.least
+                if n[k] + step <= offer.most:
+                    found.append(_with(n, (k, n[k] + step)))
+            used = [k for k in offer.places if 0 < n[k] < offer.most]
+            if len(used) > 1:
+                found.append(_with(n, *((k, n[k] + 1) for k in used)))
+        return np.array(found).reshape(-1, len(n))
+
+    # ------------------------------------------------------------ what may be moved
+
+    @property
+    def _free(self) -> list[Offer]:
+        return [o for o in self.offers.tests if o.fixed is None]
+
+    @property
+    def _movable(self) -> list[Offer]:
+        return [o for o in self._free if not o.everywhere]
+
+    def _used(self, n: Array, offer: Offer) -> list[int]:
+        return [int(k) for k in offer.places if n[k] > 0]
+
+    def _fewer(self, n: Array) -> Iterator[Array]:
+        for offer in self._free:
+            used = self._used(n, offer)
+            for k in used:
+                if n[k] > offer.least:
+                    yield _with(n, (k, n[k] - 1))
+                if not offer.everywhere:
+                    yield _with(n, (k, 0))
+            if used and all(n[k] > offer.least for k in used):
+                yield _with(n, *((k, n[k] - 1) for k in used))
+            if used:
+                yield _with(n, *((k, offer.least) for k in used))
+                yield _with(n, *((k, 0) for k in used))
+        for t in self._temperatures(n):
+            yield _with(n, *((k, 0) for k in self._at(n, t)))
+
+    def _moved(self, n: Array) -> Iterator[Array]:
+        """Every visit for itself, and every temperature with all that is done there."""
+        for offer in self._movable:
+            for k in self._used(n, offer):
+                for to in self._beside(offer, k):
+                    yield _onto(n, k, to)
+        for t in self._temperatures(n):
+            together = self._at(n, t)
+            for shift in SHIFTS:
+                moved = n
+                for k in together:
+                    place = self._shifted(k, shift)
+                    moved = moved if place is None else _onto(moved, k, place)
+                yield moved
+
+    def _joined(self, n: Array) -> Iterator[Array]:
+        """A visit moved to another temperature that is visited already."""
+        visited = self._temperatures(n)
+        for offer in self._movable:
+            for k in self._used(n, offer):
+                for to in offer.places:
+                    if to != k and self.offers.degc[to] in visited:
+                        yield _onto(n, k, int(to))
+
+    def _exchanged(self, n: Array) -> Iterator[Array]:
+        """One repeat less here and one more there; a visit less here and a repeat more there."""
+        used = [(o, k) for o in self._free for k in self._used(n, o)]
+        for offer, k in used:
+            less = n[k] - 1 if n[k] > offer.least else 0
+            if less == 0 and offer.everywhere:
+                continue
+            for other, j in used:
+                if j != k and n[j] < other.most:
+                    yield _with(n, (k, less), (j, n[j] + 1))
+
+    def _spread(self, n: Array) -> Iterator[Array]:
+        """A temperature less, and those next to it moved towards where it was."""
+        visited = sorted(self._temperatures(n))
+        for i, t in enumerate(visited):
+            without = _with(n, *((k, 0) for k in self._at(n, t)))
+            for near, towards in ((i - 1, 1), (i + 1, -1)):
+                if 0 <= near < len(visited):
+                    for by in (1, 2, 3):
+                        moved = without
+                        for k in self._at(n, visited[near]):
+                            to = self._shifted(k, towards * by)
+                            moved = moved if to is None else _onto(moved, k, to)
+                        yield moved
+
+    # ------------------------------------------------------------ the grid
+
+    def _temperatures(self, n: Array) -> list[float]:
+        """Chamber temperatures that are visited by tests that may be moved."""
+        return sorted({float(self.offers.degc[k]) for o in self._movable for k in self._used(n, o)})
+
+    def _at(self, n: Array, t: float) -> list[int]:
+        return [k for o in self._movable for k in self._used(n, o) if self.offers.degc[k] == t]
+
+    def _beside(self, offer: Offer, k: int) -> Iterator[int]:
+        i = int(np.flatnonzero(offer.places == k)[0])
+        for shift in SHIFTS:
+            if 0 <= i + shift < len(offer.places):
+                yield int(offer.places[i + shift])
+
+    def _shifted(self, k: int, shift: int) -> int | None:
+        for offer in self._movable:
+            if k in offer.places:
+                i = int(np.flatnonzero(offer.places == k)[0]) + shift
+                return int(offer.places[i]) if 0 <= i < len(offer.places) else None
+        return None
+
+
+def _with(n: Array, *changes: tuple[int, float]) -> Array:
+    changed = n.copy()
+    for k, value in changes:
+        changed[k] = value
+    return changed
+
+
+def _onto(n: Array, k: int, to: int) -> Array:
+    """The visit at k made at `to` instead; where there is one already the larger stays."""
+    return _with(n, (to, max(n[k], n[to])), (k, 0)) if k != to else n

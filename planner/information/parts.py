@@ -1,0 +1,125 @@
+"""What is left of every error in flight, part by part, and which error makes how much of each requirement.
+
+Marginal sigmas of each error's largest term, root mean square over the flight's temperatures: the flight's
+own power-on, drift and storage; `estimate`, what the campaign's noise leaves of the coefficients;
+`temperature`, what straight lines miss of the curves. The covariance of all terms stands beside them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.information.exact import Foreseen
+from planner.information.in_flight import Asked, collapsed, drawn_by_flights, drawn_in_flight
+from planner.information.model_of import Flight
+from planner.information.promise import Moments, Promise
+from planner.nouns.array import Array
+from planner.nouns.sensor import ErrorName
+from planner.plan.flight_response import Flying
+
+PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
+
+
+@dataclass(frozen=True)
+class Left:
+    """What is left of the F terms that fly. parts: error -> part -> sigma, SI
+
+    covariance: (F, F) of all terms with everything in it, mean over the flight's temperatures
+    """
+
+    flying: tuple[Flying, ...]
+    parts: Mapping[ErrorName, Mapping[str, float]]
+    covariance: Array
+
+
+def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
+    """The parts of every error at the temperatures of a requirement, under the family that binds it."""
+    promise = found.promise
+    a = promise.asked[requirement]
+    F, S = len(promise.flying), len(a.temperature_degc)
+    each = _each_term(a, F)
+    weights = np.full(S, 1.0 / S) if a.weights is None else a.weights
+    curves = promise.families[found.binding(requirement)]
+    noise, whole = (
+        np.tensordot(weights, _left(promise, each, moments, found.counts), 1) for moments in ({}, curves)
+    )
+    own = {f: _own(flight, f, a, weights, found.days(f)) for f in promise.flying}
+    variances = {
+        f: {
+            **own[f],
+            "temperature": max(whole[i, i] - noise[i, i], 0.0),
+            "estimate": max(noise[i, i], 0.0) + own[f].pop("uncalibrated"),
+        }
+        for i, f in enumerate(promise.flying)
+    }
+    total = whole + np.diag([sum(o.values()) for o in own.values()])
+    parts = {}
+    for error in dict.fromkeys(f.error for f in promise.flying):
+        mine = [variances[f] for f in promise.flying if f.error == error]
+        largest = max(mine, key=lambda v: sum(v.values()))
+        parts[error] = {p: float(np.sqrt(largest[p])) for p in PARTS}
+    return Left(promise.flying, parts, np.asarray(total))
+
+
+def _left(promise: Promise, a: Asked, moments: Moments, counts: Array) -> Array:
+    """(S, F, F) what a campaign leaves of what is asked, under one family."""
+    return np.asarray(replace(promise, asked=(a,), families={"": moments}).covariance(counts, 0)[0, 0])
+
+
+def _each_term(a: Asked, F: int) -> Asked:
+    """A requirement that asks for every term itself."""
+    S = len(a.temperature_degc)
+    response = np.eye(F)[:, None, :, None]
+    return replace(
+        a,
+        share=None,
+        temperature_degc=a.temperature_degc[:, :1],
+        response=response,
+        own=np.zeros((S, F, 1, F, 1)),
+    )
+
+
+def _own(flight: Flight, f: Flying, a: Asked, weights: Array, days: float) -> dict[str, float]:
+    """Variances of one term that the flight draws itself."""
+    spec, at = flight.spec, np.zeros((1, 1))
+    along = a.temperature_degc[:, :1]
+    budget = getattr(spec.unit, f.error.sensor)[f.error.effect]
+    still, drawn = drawn_in_flight(spec, f, along, at, days)
+    walk = drawn_in_flight(spec, f, along, np.full((1, 1), np.inf), days)[0]
+    uncalibrated = budget.systematic_size**2 / 3.0 if f.error.effect not in spec.effects else 0.0
+    return {
+        "run_to_run": 0.0 if drawn is None else float(weights @ drawn[:, 0, 0]),
+        "in_run": float(still[0, 0] - walk[0, 0]),
+        "storage": float(walk[0, 0]) - uncalibrated,
+        "uncalibrated": uncalibrated,
+    }
+
+
+def shares(flight: Flight, found: Foreseen, requirement: int) -> dict[str, float]:
+    """Error -> its part of the mean square of |d| at the last instant, SI².
+
+    d is the sum of what each error adds, d = Σ_e d_e; an error's part is the covariance of d_e with d, so
+    that what the estimates of two errors share goes to both alike.
+    """
+    promise, a = found.promise, found.promise.asked[requirement]
+    components, _ = flight.response.of(flight.spec.requirement[requirement])
+    J = flight.response.errors[a.instants[-1]][components]
+    errors = list(dict.fromkeys(f.error for f in promise.flying))
+    mine = np.array([[f.error == e for f in promise.flying] for e in errors])
+    each = np.concatenate([np.where(mine[:, None, :, None], J, 0.0), J[None]])
+    response, seen = collapsed(each, a.profile)
+    S, n, c = len(seen), len(each), len(J)
+    asked = replace(a, share=None, temperature_degc=seen, response=response, own=np.zeros((S, n, c, n, c)))
+    name = found.binding(requirement)
+    only = replace(promise, asked=(asked,), families={name: promise.families[name]})
+    left = only.covariance(found.counts, 0)[0, 0].reshape(S, n, c, n, c)
+    own = drawn_by_flights(flight.spec, flight.response, each[:-1], a.profile, found.days)
+    weights = np.full(S, 1.0 / S) if a.weights is None else a.weights
+    squares = np.zeros(len(errors))
+    for e in range(len(errors)):
+        both = left[:, e, :, -1, :] + own[:, e, :, e, :]
+        squares[e] = float(weights @ np.trace(both, axis1=1, axis2=2))
+    return {str(error): float(square) for error, square in zip(errors, squares, strict=True)}

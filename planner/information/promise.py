@@ -1,0 +1,240 @@
+"""What campaigns promise: the navigation error that each requirement sees, for every family of curves.
+
+    d = R (θ̂ − θ) + Σ_e (J_e f_e(T) − R G_e f_e(T_k)) + own,   R = Σ_terms J_term h(T)
+
+R reads the campaign's coefficients at the flight's temperature; f_e, the curve that straight lines miss, goes
+through its second moment. The posterior part and the curves depend on the campaign, `own` does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.information.in_flight import Asked
+from planner.information.kinds import Kinds
+from planner.information.told import Alike, Told, alike, told
+from planner.nouns.array import Array
+from planner.plan.flight_response import Flying
+from planner.protocols import Sensor
+from planner.solvers.length_share import length_within, variances_along
+
+Moments = Mapping[tuple[Sensor, str], Array]
+
+
+@dataclass(frozen=True)
+class Promise:
+    """The model of a promise: kinds of power-on, requirements in flight, second moments of curves.
+
+    points: (N,) degC at which curves are known; families: name -> (sensor, effect) -> (N, N), SI²
+    """
+
+    kinds: Kinds
+    asked: tuple[Asked, ...]
+    flying: tuple[Flying, ...]
+    points: Array
+    families: Mapping[str, Moments]
+
+    def figures(self, counts: Array, families: Sequence[str] | None = None) -> Array:
+        """(B, families, requirements) quantile or rms in SI, infinite where a coefficient is undetermined."""
+        covariances, undetermined = self.left(counts, families)
+        found = [figure_of(a, S) for a, S in zip(self.asked, covariances, strict=True)]
+        return np.where(undetermined[:, None, None], np.inf, np.stack(found, axis=2))
+
+    def left(
+        self, counts: Array, families: Sequence[str] | None = None
+    ) -> tuple[list[Array], NDArray[np.bool_]]:
+        """Per requirement (B, families, S, I, c, c) of d; (B,) whether what flies is undetermined."""
+        named = [*self.families] if families is None else families
+        chosen = [i for i, name in enumerate(self.families) if name in named]
+        whole = [np.zeros((len(counts), len(chosen), *v.alone.shape[1:])) for v in self._views]
+        undetermined = np.zeros(len(counts), dtype=bool)
+        for group in self._groups:
+            for found in told(group.alike, counts, group.curved):
+                undetermined[found.which] |= group.misses(found)
+                for v, total in zip(group.seen_from, whole, strict=True):
+                    total[found.which] += v.left(found, chosen)
+        for view, total in zip(self._views, whole, strict=True):
+            total += view.alone[chosen]
+        return [self._blocks(a, whole) for a in self.asked], undetermined
+
+    def covariance(self, counts: Array, requirement: int) -> Array:
+        """(B, families, S, I c, I c) of one requirement with what goes between its instants."""
+        only = replace(self, asked=(self.asked[requirement],))
+        whole = [np.zeros((len(counts), len(self.families), *v.alone.shape[1:])) for v in only._views]
+        for group in only._groups:
+            for found in told(group.alike, counts, group.curved):
+                for v, total in zip(group.seen_from, whole, strict=True):
+                    total[found.which] += v.left(found, range(len(self.families)))
+        return np.asarray(whole[0] + only._views[0].alone)
+
+    def _blocks(self, a: Asked, whole: Sequence[Array]) -> Array:
+        view = next(i for i, v in enumerate(self._views) if a.index in v.rows)
+        rows = self._views[view].rows[a.index]
+        instants, c = a.response.shape[:2]
+        own = whole[view][..., rows, rows]
+        split = own.reshape(*own.shape[:3], instants, c, instants, c)
+        return np.asarray(np.moveaxis(np.diagonal(split, axis1=3, axis2=5), -1, 3))
+
+    @cached_property
+    def _views(self) -> list[_View]:
+        """Requirements by the temperatures at which they are flown."""
+        groups: dict[bytes, list[Asked]] = {}
+        for a in self.asked:
+            groups.setdefault(a.temperature_degc.tobytes(), []).append(a)
+        return [_view(self, group) for group in groups.values()]
+
+    @cached_property
+    def _groups(self) -> list[_Group]:
+        return [_group(self, g) for g in alike(self.kinds.channels, self.kinds.degc)]
+
+    def places(self, degc: Array) -> NDArray[np.intp]:
+        """Where temperatures stand among the points."""
+        return np.asarray(np.argmin(np.abs(np.asarray(degc)[..., None] - self.points), axis=-1))
+
+
+@dataclass(frozen=True)
+class _View:
+    """Requirements flown at the same temperatures. rows: requirement -> its rows among ρ
+
+    temperature_degc: (S, m); response: (ρ, F, m); alone: (families, S, ρ, ρ) own draws and the curves alone
+    """
+
+    temperature_degc: Array
+    response: Array
+    rows: Mapping[int, slice]
+    alone: Array
+
+
+def _view(promise: Promise, group: Sequence[Asked]) -> _View:
+    sizes = [a.response.shape[0] * a.response.shape[1] for a in group]
+    ends = np.cumsum([0, *sizes])
+    rows = {a.index: slice(int(x), int(y)) for a, (x, y) in zip(group, pairwise(ends), strict=True)}
+    response = np.concatenate(
+        [a.response.reshape(n, *a.response.shape[2:]) for a, n in zip(group, sizes, strict=True)]
+    )
+    degc = group[0].temperature_degc
+    alone = np.zeros((len(promise.families), len(degc), ends[-1], ends[-1]))
+    for a, n in zip(group, sizes, strict=True):
+        alone[:, :, rows[a.index], rows[a.index]] += a.own.reshape(len(degc), n, n)
+    place = promise.places(degc)
+    for i, f in enumerate(promise.flying):
+        J = response[:, i]
+        for k, family in enumerate(promise.families.values()):
+            moment = family.get(f.error.parts)
+            if moment is not None and np.any(J):
+                alone[k] += J @ moment[place[:, :, None], place[:, None, :]] @ J.T
+    return _View(degc, response, rows, alone)
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Channels that are solved together. flown: term -> (a,) index in the response"""
+
+    alike: Alike
+    flown: Mapping[int, NDArray[np.intp]]
+    curved: tuple[int, ...]
+    seen_from: tuple[_Seen, ...]
+
+    def misses(self, found: Told) -> NDArray[np.bool_]:
+        """(B,) whether a coefficient that the flight reads is undetermined."""
+        read = [found.undetermined[:, :, found.places[i]].any(axis=(0, 2)) for i in self.flown]
+        return np.any(read, axis=0) if read else np.zeros(len(found.which), dtype=bool)
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """A group of channels as one view sees it. response: term -> (a, ρ, m); moments: term -> (families, N, N)
+
+    of_kind: (g,), of_flight: (S, m) places among the points; walks: as of `ChannelKinds`
+    """
+
+    temperature_degc: Array
+    response: Mapping[int, Array]
+    moments: Mapping[int, Array]
+    of_kind: NDArray[np.intp]
+    of_flight: NDArray[np.intp]
+    walks: tuple[tuple[int, int, float], ...]
+
+    def left(self, found: Told, families: Sequence[int]) -> Array:
+        """(B, families, S, ρ, ρ) what the estimates leave, and what they make of the curves."""
+        R = self._reads(found)
+        noise = (R @ found.covariance[:, :, None] @ np.swapaxes(R, -1, -2)).sum(axis=0)[:, None]
+        if not self.moments:
+            return np.asarray(noise)
+        T = sum(self._curve(found, R, i, families) for i in self.moments)
+        return np.asarray(noise + T + np.swapaxes(T, -1, -2))
+
+    def _reads(self, found: Told) -> Array:
+        """(a, B, S, ρ, P) what d takes from the coefficients."""
+        S, m = self.temperature_degc.shape
+        hats = found.reads(self.temperature_degc.ravel())
+        a, B, P = found.covariance.shape[:3]
+        first = next(iter(self.response.values()))
+        R = np.zeros((a, B, S, first.shape[1], P))
+        for i, J in self.response.items():
+            h = hats[i]
+            if h is None:
+                R[..., found.places[i]] = J.sum(axis=2)[:, None, None, :, None]
+            else:
+                R[..., found.places[i]] = J[:, None, None] @ h.reshape(B, S, m, -1)
+        end = found.places[-1].stop
+        for j, i, left in self.walks:
+            if i in self.response:
+                R[..., end + j] = left * self.response[i].sum(axis=2)[:, None, None, :]
+        return R
+
+    def _curve(self, found: Told, R: Array, i: int, families: Sequence[int]) -> Array:
+        """(B, families, S, ρ, ρ) half of what estimates make of a curve; all with the curve itself."""
+        M = self.moments[i][families]
+        k = self.of_kind[found.kinds]
+        gain = found.gains[i][:, :, None]
+        seen = -(R[..., : gain.shape[-2]] @ gain)
+        kk = M[:, k[:, :, None], k[:, None, :]]
+        kf = M[:, k][..., self.of_flight]
+        J = self.response[i][:, None, None, None]
+        half = 0.5 * kk[None, :, :, None] @ np.swapaxes(seen, -1, -2)[:, None]
+        across = np.moveaxis(kf, 2, 3)[None] @ np.swapaxes(J, -1, -2)
+        return np.asarray(np.swapaxes((seen[:, None] @ (half + across)).sum(axis=0), 0, 1))
+
+
+def _group(promise: Promise, g: Alike) -> _Group:
+    known = {(f.error, f.term, f.channel): i for i, f in enumerate(promise.flying)}
+    flown = {}
+    for i in range(len(g.first.terms)):
+        each = [known.get((c.terms[i].error, c.terms[i].name, c.channel)) for c in g.channels]
+        if all(k is not None for k in each):
+            flown[i] = np.array(each, dtype=np.intp)
+    moments = {}
+    for i in flown:
+        each_family = [family.get(g.first.terms[i].error.parts) for family in promise.families.values()]
+        if any(m is not None for m in each_family):
+            none = np.zeros((len(promise.points),) * 2)
+            moments[i] = np.stack([none if m is None else m for m in each_family])
+    seen = tuple(
+        _Seen(
+            v.temperature_degc,
+            {i: np.moveaxis(v.response[:, f], 1, 0) for i, f in flown.items()},
+            moments,
+            promise.places(g.degc),
+            promise.places(v.temperature_degc),
+            g.first.walks,
+        )
+        for v in promise._views
+    )
+    return _Group(g, flown, tuple(moments), seen)
+
+
+def figure_of(a: Asked, S: Array) -> Array:
+    """(B, families) the largest figure over the instants: quantile of |d| or its root mean square."""
+    if a.share is None:
+        square = np.einsum("bfsicc->bfsi", S)
+        each = square.max(axis=2) if a.weights is None else np.einsum("bfsi,s->bfi", square, a.weights)
+        return np.asarray(np.sqrt(each.max(axis=2)))
+    along, c = variances_along(np.moveaxis(S, 3, 2))
+    return np.asarray(length_within(along, c, a.share, a.weights).max(axis=2))

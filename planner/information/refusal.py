@@ -1,0 +1,93 @@
+"""Why no campaign on offer keeps the promise: what the most records leave, what binds, the nearest limit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.errors import InfeasibleError, InputError
+from planner.information.exact import Foreseen
+from planner.information.exchange import MOST_TEMPERATURES, Judge, even
+from planner.information.model_of import Flight
+from planner.information.offers import Offers
+from planner.information.parts import left_in_flight, shares
+from planner.nouns.array import Array
+from planner.nouns.sensor import ErrorName
+from planner.plan.repeats_to_schedule import figure, rounded_up
+from planner.spec.model import NAVIGATION_ERRORS
+from planner.units import from_si
+
+MOST = 1000  # repeats that stand for as many as one likes
+SHOWN = 4
+
+
+def refusal(flight: Flight, offers: Offers, judge: Judge) -> InfeasibleError | InputError:
+    """The error to raise: every requirement that the most records at the best temperatures do not meet."""
+    every = np.array([_most(offers, even(offers, N)) for N in range(1, MOST_TEMPERATURES + 1)])
+    figures = judge.promise.figures(every).max(axis=1) * judge.tightened
+    if not np.any(np.isfinite(figures)):
+        return InputError(
+            "no campaign of the tests on offer determines everything that flies; "
+            "`planner check` names what is missing"
+        )
+    beyond = [_beyond(flight, judge, every, figures, k) for k in range(figures.shape[1])]
+    found = [b for b in beyond if b is not None]
+    if not found:
+        return InfeasibleError("the requirements can be met one by one but not together")
+    first = found[0]
+    said = "; ".join(b.words for b in found)
+    return InfeasibleError(said, requirement=first.requirement, binds=first.binds, nearest_limit=first.value)
+
+
+@dataclass(frozen=True)
+class _Beyond:
+    """A requirement that cannot be met: the least that is reached, SI, and what makes it up."""
+
+    requirement: int
+    value: float
+    binds: tuple[tuple[str, float], ...]
+    words: str
+
+
+def _beyond(flight: Flight, judge: Judge, every: Array, figures: Array, k: int) -> _Beyond | None:
+    wanted, best = flight.spec.requirement[k], int(np.argmin(figures[:, k]))
+    value = float(figures[best, k])
+    if value <= wanted.limit.si:
+        return None
+    unit, binds = NAVIGATION_ERRORS[wanted.error], _binding(flight, judge, every[best], k)
+    shown = ", ".join(f"{name} {share:.0%}" for name, share in binds[:SHOWN] if share >= 0.005)
+    return _Beyond(
+        k,
+        value,
+        binds,
+        f"requirement {k + 1} ({wanted.error} within {figure(from_si(wanted.limit.si, unit))} {unit}) "
+        f"cannot be met: with the most records at the best temperatures, "
+        f"{figure(from_si(value, unit))} {unit} are reached; what binds: {shown}; "
+        f"the nearest limit that can be met is {rounded_up(from_si(value, unit))} {unit}",
+    )
+
+
+def _most(offers: Offers, n: Array) -> Array:
+    """The campaign with as many repeats as the spec allows."""
+    most = n.copy()
+    for offer in offers.tests:
+        if offer.fixed is None:
+            most[offer.places] = np.where(n[offer.places] > 0, min(offer.most, MOST), 0)
+    return most
+
+
+def _binding(flight: Flight, judge: Judge, n: Array, k: int) -> tuple[tuple[str, float], ...]:
+    """Share of every part of every error in the requirement's square, the largest first."""
+    counts, stored = n[None], flight.in_store(0.0)
+    figures = judge.promise.figures(counts)[0]
+    each = {name: tuple(map(float, row)) for name, row in zip(judge.promise.families, figures, strict=True)}
+    found = Foreseen(each, judge.promise, counts, lambda f: stored)
+    parts, of_error = left_in_flight(flight, found, k).parts, shares(flight, found, k)
+    total = sum(of_error.values()) or 1.0
+    binds = []
+    for error, square in of_error.items():
+        own = {name: value**2 for name, value in parts[ErrorName(error)].items()}
+        whole = sum(own.values()) or 1.0
+        binds += [(f"{error} {name}", square / total * value / whole) for name, value in own.items()]
+    return tuple(sorted(binds, key=lambda item: -item[1]))

@@ -1,0 +1,28 @@
+"""Tables over temperature for many campaigns at once: hats, nodes, columns."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.nouns.array import Array
+from planner.temperature_table import REACH_K
+
+
+def hats_of(temperature_degc: Array, nodes: Array) -> Array:
+    """(B, X, N) weights of nodes (B, N), ascending, at temperatures (X,) or (B, X), as `hats` gives them."""
+    B, N = nodes.shape
+    t = np.broadcast_to(temperature_degc, (B, np.shape(temperature_degc)[-1]))
+    if N == 1:
+        return np.ones((*t.shape, 1))
+    t = np.clip(t, nodes[:, :1] - REACH_K, nodes[:, -1:] + REACH_K)
+    left = np.clip((nodes[:, None, :] <= t[:, :, None]).sum(axis=2) - 1, 0, N - 2)
+    low, high = np.take_along_axis(nodes, left, 1), np.take_along_axis(nodes, left + 1, 1)
+    share = (t - low) / (high - low)
+    place = np.arange(N)[None, None, :] - left[:, :, None]
+    return np.where(place == 0, 1.0 - share[:, :, None], np.where(place == 1, share[:, :, None], 0.0))
+
+
+def distinct(temperature_degc: Array, used: NDArray[np.bool_]) -> list[Array]:
+    """For every campaign its distinct temperatures, ascending: (B, K) with a mask -> B arrays."""
+    return [np.unique(t[u]) for t, u in zip(temperature_degc, used, strict=True)]

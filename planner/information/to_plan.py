@@ -1,0 +1,162 @@
+"""The campaign by information → the plan: what is promised, by which family, and what it is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from statistics import NormalDist
+
+import numpy as np
+
+from planner.information.choose import Found
+from planner.information.in_flight import share_of
+from planner.information.model_of import Flight
+from planner.information.parts import left_in_flight, shares
+from planner.nouns.allowances import Allowance, ErrorModel
+from planner.nouns.choices import Campaign, RepeatReason
+from planner.nouns.plan import Achieved, Plan
+from planner.nouns.sensitivities import Constraint
+from planner.nouns.sensor import ErrorName
+from planner.plan.by_hand import fixed_repeats, is_hand_made
+from planner.plan.campaign_to_plan import objective_words, rule_name, sensitivity_figures, worn_out
+from planner.plan.confidence import half_widths, quantile, spread_at
+from planner.plan.schedule_to_steps import planned_tests
+from planner.plan.spec_to_benches import planned_benches
+from planner.spec.model import NAVIGATION_ERRORS, Requirement, Spec
+from planner.spec.plugins import foreign_plugins
+
+
+def plan_of(
+    flight: Flight,
+    found: Found,
+    models: Sequence[ErrorModel],
+    constraints: Sequence[Constraint],
+    *,
+    version: str,
+    sha256: str,
+    notes: Sequence[str],
+) -> Plan:
+    """Everything that plan.json and the report show of a campaign by information."""
+    spec = flight.spec
+    by_hand = is_hand_made(spec)
+    chosen = Campaign(found.visits, (), found.cost, found.bound, found.proved)
+    tests = planned_tests(spec, chosen, found.timeline)
+    allowed = tuple(_allowances(flight, found, models))
+    power_on = round(sum(test.power_on_s for test in tests), 6)
+    least = found.cost if by_hand else found.bound
+    return Plan(
+        version=version,
+        name=spec.name,
+        spec_sha256=sha256,
+        seed=spec.plan.seed,
+        method="information",
+        objective="nothing: the plan is made by hand" if by_hand else objective_words(spec),
+        requirements=tuple(_achieved(flight, found, i) for i in range(len(spec.requirement))),
+        families=_families(spec, found),
+        sensitivities=tuple(sensitivity_figures(spec, constraints, allowed)),
+        allowances=allowed,
+        tests=tests,
+        steps=found.timeline,
+        reasons=tuple(_reasons(spec, found, models)),
+        time_s=round(max((s.end_s for s in found.timeline), default=0.0), 6),
+        bound_s=round(least, 6),
+        gap=0.0 if by_hand else max(0.0, found.cost - least) / found.cost,
+        power_on_s=power_on,
+        objective_value=round(found.cost, 6),
+        objective_bound=round(least, 6),
+        proved=by_hand or found.proved,
+        proved_of=proved_of(found),
+        hours_per_limit={},
+        genetic=None,
+        notes=(*notes, *worn_out(spec, power_on)),
+        benches=planned_benches(spec),
+        plugins=foreign_plugins(spec),
+    )
+
+
+def proved_of(found: Found) -> str:
+    """Among which campaigns the plan is the shortest, or is said to be within its gap."""
+    offers = found.offers
+    tests = ", ".join(o.test for o in offers.tests)
+    degc = np.unique(offers.degc[offers.soaked])
+    grid = (
+        f"{len(degc)} candidate temperatures from {degc[0]:g} to {degc[-1]:g} degC" if len(degc) else "room"
+    )
+    families = ", ".join(found.foreseen.families)
+    return (
+        f"campaigns of {tests} at {grid}, by working time, under the spec's error model, curves of the "
+        f"families {families}, and tables with straight lines as estimator"
+    )
+
+
+def _families(spec: Spec, found: Found) -> dict[str, dict[int, float]]:
+    return {name: dict(enumerate(figures)) for name, figures in found.foreseen.families.items()}
+
+
+def _achieved(flight: Flight, found: Found, index: int) -> Achieved:
+    wanted = flight.spec.requirement[index]
+    value = found.foreseen.largest[index]
+    return Achieved(
+        error=wanted.error,
+        at=wanted.at if isinstance(wanted.at, str) else f"{wanted.at:g} s",
+        rule=rule_name(wanted),
+        unit=NAVIGATION_ERRORS[wanted.error],
+        limit=wanted.limit.si,
+        achieved=value,
+        met=value <= wanted.limit.si * (1.0 + 1e-6),
+        shares=shares(flight, found.foreseen, index),
+        family=found.foreseen.binding(index),
+        temperature=temperature_words(wanted),
+    )
+
+
+def temperature_words(wanted: Requirement) -> str:
+    """`range`, `worst`, `flight`, or the distribution as it is written."""
+    if isinstance(wanted.temperature, str):
+        return wanted.temperature
+    shares_ = wanted.temperature.distribution.items()
+    return "{" + ", ".join(f"{t:g} degC: {share:g}" for t, share in sorted(shares_)) + "}"
+
+
+def quantile_of(wanted: Requirement) -> float:
+    """How many sigmas of one error a requirement's figure is: z of its percentile, 1 for rss."""
+    share = share_of(wanted)
+    return 1.0 if share is None else NormalDist().inv_cdf(0.5 + share / 2.0)
+
+
+def _allowances(flight: Flight, found: Found, models: Sequence[ErrorModel]) -> Iterator[Allowance]:
+    spec = flight.spec
+    left = left_in_flight(flight, found.foreseen, 0)
+    z = max(quantile_of(wanted) for wanted in spec.requirement)
+    for model in models:
+        parts = {name: z * value for name, value in left.parts[ErrorName(model.name)].items()}
+        total = float(np.sqrt(sum(value**2 for value in parts.values())))
+        yield Allowance(model.name, model.unit, total, **parts, calibrated=model.calibrated)
+
+
+def _reasons(spec: Spec, found: Found, models: Sequence[ErrorModel]) -> Iterator[RepeatReason]:
+    """K's half-widths d = t s / √n of the same records, beside ours."""
+    plan = spec.plan
+    by_name = {model.name: model for model in models}
+    for visit in found.visits:
+        for error in spec.tests[visit.test].calibrates:
+            model = by_name.get(error)
+            if model is None or not model.calibrated or not np.isfinite(model.within.get(visit.test, 0.0)):
+                continue
+            spreads = spread_at(model, visit.temperatures_degc, visit.test)
+            widths = half_widths(spec, model, visit.test, visit.temperatures_degc, visit.repeats)
+            for t, n, s, d in zip(visit.temperatures_degc, visit.repeats, spreads, widths, strict=True):
+                if not np.isfinite(d):
+                    continue  # one power-on has no interval
+                yield RepeatReason(
+                    error=error,
+                    test=visit.test,
+                    temperature_degc=t,
+                    spread=float(s),
+                    confidence=plan.confidence,
+                    quantile_name=plan.quantile,
+                    quantile=float(quantile(plan.confidence, plan.quantile, np.array([n]))[0]),
+                    repeats=n,
+                    half_width=float(d),
+                    needed_half_width=float(d),
+                    bound_by="fixed" if fixed_repeats(spec, visit.test) is not None else "promise",
+                )

@@ -1,0 +1,149 @@
+"""What many campaigns tell of a sensor's channels at once: covariances, and what curves do to the estimates.
+
+    M = Λ + Σ_k n_k Q_kᵀ J_k Q_k,   C = M⁻¹,   G_e = C Σ_k n_k Q_kᵀ J_k x_e 1_k
+
+Q_k resolves the terms of a kind into the nodes of the campaign's tables; G_e is what the estimate makes of an
+error's curve at the kinds' temperatures. Campaigns with as many nodes are solved together, and so are the
+channels of a sensor that have the same errors and are driven by the same kinds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.information.kinds import ChannelKinds
+from planner.information.tables import hats_of
+from planner.nouns.array import Array
+
+RIDGE = 1e-14  # of M's unit diagonal: a singular one is inverted, and its inflation told from a good one's
+UNSEEN = 1e10  # inflation of a variance from which on a coefficient counts as undetermined
+
+
+@dataclass(frozen=True)
+class Alike:
+    """Channels that are solved together: as many terms of the same errors, driven by the same kinds.
+
+    information: (a, g, b + q, b + q) of a channels; degc: (g,) of the kinds
+    """
+
+    channels: tuple[ChannelKinds, ...]
+    information: Array
+    degc: Array
+
+    @property
+    def first(self) -> ChannelKinds:
+        """One for all."""
+        return self.channels[0]
+
+    @cached_property
+    def grid(self) -> tuple[Array, Array]:
+        """(T,) the temperatures of all kinds, and (g, T) which kind is at which."""
+        t, place = np.unique(self.degc, return_inverse=True)
+        return t, np.eye(len(t))[place]
+
+
+@dataclass(frozen=True)
+class Told:
+    """B campaigns whose tables have as many nodes, on a channels: which of all they are, what they tell.
+
+    which: (B,); kinds, counts: (B, K); covariance: (a, B, P + q, P + q)
+    of the estimates' errors and, in the rows and columns of the q shared ones, of these with the shared ones
+    themselves; gains: term -> (a, B, P, K)
+    undetermined: (a, B, P); places: (b,) columns of each term; nodes: (b,) (B, N) of its table, or None
+    """
+
+    which: NDArray[np.intp]
+    kinds: NDArray[np.intp]
+    covariance: Array
+    gains: dict[int, Array]
+    undetermined: NDArray[np.bool_]
+    places: tuple[slice, ...]
+    nodes: tuple[Array | None, ...]
+
+    def reads(self, temperature_degc: Array) -> list[Array | None]:
+        """Per term (B, X, N) hats of its table at temperatures (X,); None: a constant."""
+        made: dict[int, Array] = {}
+        for nodes in self.nodes:
+            if nodes is not None and id(nodes) not in made:
+                made[id(nodes)] = hats_of(temperature_degc, nodes)
+        return [None if nodes is None else made[id(nodes)] for nodes in self.nodes]
+
+
+def alike(channels: Sequence[ChannelKinds], degc: Array) -> list[Alike]:
+    """The channels by what can be solved together."""
+    groups: dict[object, list[ChannelKinds]] = {}
+    for c in channels:
+        terms = tuple((t.error, t.tabled, t.driven) for t in c.terms)
+        groups.setdefault((terms, c.drives.tobytes(), c.sigma.tobytes(), c.walks), []).append(c)
+    return [Alike(tuple(g), np.stack([c.information for c in g]), degc) for g in groups.values()]
+
+
+def told(group: Alike, counts: Array, curved: Sequence[int]) -> Iterator[Told]:
+    """What campaigns with counts (B, g) tell; curved: the terms whose curves count."""
+    used = counts > 0
+    t, at = group.grid
+    order = np.argsort(~used, axis=1, kind="stable")[:, : int(used.sum(axis=1).max(initial=1))]
+    n = np.take_along_axis(counts, order, 1)
+    seen = used.astype(float) @ at > 0
+    driven = (used & group.first.drives).astype(float) @ at > 0
+    driven = np.where(driven.any(axis=1, keepdims=True), driven, seen)
+    sizes = seen.sum(axis=1) * 1000 + driven.sum(axis=1)
+    for size in np.unique(sizes):
+        which = np.flatnonzero(sizes == size)
+        nodes, own = (
+            np.sort(np.where(mask[which], t, np.inf), axis=1)[:, : int(mask[which[0]].sum())]
+            for mask in (seen, driven)
+        )
+        yield _told(group, which, order[which], n[which], nodes, own, curved)
+
+
+def _told(
+    group: Alike,
+    which: NDArray[np.intp],
+    kinds: NDArray[np.intp],
+    n: Array,
+    nodes: Array,
+    driven: Array,
+    curved: Sequence[int],
+) -> Told:
+    c, (B, K) = group.first, n.shape
+    b, q = len(c.terms), len(c.sigma)
+    t = group.degc[kinds]
+    hats = {False: hats_of(t, nodes), True: hats_of(t, driven)}
+    sizes = [hats[x.driven].shape[2] if x.tabled else 1 for x in c.terms]
+    ends = np.cumsum([0, *sizes])
+    places = tuple(slice(int(a), int(z)) for a, z in pairwise(ends))
+    P = int(ends[-1])
+    Q = np.zeros((B, K, b + q, P + q))
+    for i, term in enumerate(c.terms):
+        Q[:, :, i, places[i]] = hats[term.driven] if term.tabled else 1.0
+    for j in range(q):
+        Q[:, :, b + j, P + j] = 1.0
+    JQ = (group.information[:, kinds] * n[:, :, None, None]) @ Q
+    a = len(group.channels)
+    M = np.swapaxes(Q.reshape(B, K * (b + q), P + q), 1, 2) @ JQ.reshape(a, B, K * (b + q), P + q)
+    if q:
+        M[..., range(P, P + q), range(P, P + q)] += c.sigma**-2.0
+    C, inflated = _inverse(M)
+    gains = {i: C[..., :P, :] @ np.swapaxes(JQ[:, :, :, i, :], 2, 3) for i in curved}
+    C[..., P:, P:] = np.diag(c.sigma**2)  # what is flown of a walk is the walk, not its estimate's error
+    own = tuple((driven if x.driven else nodes) if x.tabled else None for x in c.terms)
+    return Told(which, kinds, C, gains, inflated > UNSEEN, places, own)
+
+
+def _inverse(M: Array) -> tuple[Array, Array]:
+    """M⁻¹ and the inflation of each variance by the other unknowns, (..., P, P) and (..., P)."""
+    P = M.shape[-1]
+    every = range(P)
+    diagonal = M[..., every, every]
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    unit = M * scale[..., :, None] * scale[..., None, :]
+    unit[..., every, every] = np.where(diagonal > 0, 1.0 + RIDGE, RIDGE)
+    inverse = np.linalg.inv(unit)
+    return inverse * scale[..., :, None] * scale[..., None, :], np.abs(inverse[..., every, every])
