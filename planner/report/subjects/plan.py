@@ -63,20 +63,42 @@ def plan_report(
         verdicts=tuple(verdict(r, why) for r, why in zip(plan.requirements, binds, strict=True)),
         notes=tuple(plan.notes),
         facts=_facts(plan, trajectory_name),
-        sections=existing(
-            budget(plan, constraints),
-            section("campaign", "The campaign", gantt.campaign_picture(plan) if plan.steps else None),
-            hours_spent(plan, service_life_s),
-            schedule(plan),
-            section("tests", "Tests", plan_tables.tests_table(plan)),
-            repeats(plan),
-            region(plan, constraints),
-            pareto(plan, allowed),
-            convergence(plan, allowed),
-            sensitivity(plan, sensitivities),
-            basis(plan, allowed, sensitivities, trajectory_name),
-            spec_read(spec_text),
+        sections=(
+            *_for_everybody(plan, constraints, service_life_s),
+            *_for_reviewers(plan, allowed, sensitivities, constraints, trajectory_name),
+            *existing(spec_read(spec_text)),
         ),
+    )
+
+
+def _for_everybody(
+    plan: Plan, constraints: Sequence[Constraint], service_life_s: float | None
+) -> tuple[Section, ...]:
+    """What is done and where the time goes."""
+    return existing(
+        budget(plan, constraints),
+        section("campaign", "The campaign", gantt.campaign_picture(plan) if plan.steps else None),
+        hours_spent(plan, service_life_s),
+        schedule(plan),
+        section("tests", "Tests", plan_tables.tests_table(plan)),
+    )
+
+
+def _for_reviewers(
+    plan: Plan,
+    allowed: AllowedErrors | None,
+    sensitivities: Sensitivities | None,
+    constraints: Sequence[Constraint],
+    trajectory_name: str,
+) -> tuple[Section, ...]:
+    """Why it suffices, and what else would."""
+    return existing(
+        repeats(plan),
+        region(plan, constraints),
+        pareto(plan, allowed),
+        convergence(plan, allowed),
+        sensitivity(plan, sensitivities),
+        basis(plan, allowed, sensitivities, trajectory_name),
     )
 
 
