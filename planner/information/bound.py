@@ -251,7 +251,7 @@ class Prover:
                 continue
             n = np.zeros(len(offers.kinds))
             n[kinds] = made
-            if all(any(n[k] > 0 for k in group) for group in groups) and self._by_hand(n):
+            if np.any(n) and all(any(n[k] > 0 for k in group) for group in groups) and self._by_hand(n):
                 yield n
 
     @cached_property
