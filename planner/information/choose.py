@@ -12,7 +12,7 @@ from time import monotonic
 
 import numpy as np
 
-from planner.information.bound import Bounded, Effort, Prover
+from planner.information.bound import Effort, Prover
 from planner.information.exact import Foreseen, foreseen
 from planner.information.exchange import Judge, even, shortest
 from planner.information.model_of import Flight, on_offer
@@ -33,7 +33,10 @@ LONG_SETS, LONG_CAMPAIGNS = 2_000_000, 2_000_000
 
 @dataclass(frozen=True)
 class Found:
-    """The campaign, its steps, what it promises exactly, and how much shorter another one could be."""
+    """The campaign, its steps, what it promises exactly, and how much shorter another one could be.
+
+    judge: by quick figures that meet the exact ones of this campaign
+    """
 
     offers: Offers
     judge: Judge
@@ -62,12 +65,13 @@ def campaign_found(flight: Flight, *, thorough: bool = False) -> Found:
     if is_hand_made(flight.spec):
         counts = even(offers, 1)
         cost = float(offers.cost(counts[None])[0])
-        return _found(flight, offers, judge, Bounded(cost, True, counts))
+        return found_of(flight, offers, judge, counts, cost, proved=True)
     counts, judge = _searched(flight, offers, judge)
     until = started + flight.spec.plan.time_limit
     effort = Effort(*((LONG_SETS, LONG_CAMPAIGNS) if thorough else (QUICK_SETS, QUICK_CAMPAIGNS)), until)
     prover = Prover(flight, offers, judge, lambda n: _keeps(flight, offers, n))
-    return _found(flight, offers, judge, prover.bounded(counts, effort))
+    bounded = prover.bounded(counts, effort)
+    return found_of(flight, offers, judge, bounded.best, bounded.bound, proved=bounded.proved)
 
 
 def _searched(flight: Flight, offers: Offers, judge: Judge) -> tuple[Array, Judge]:
@@ -96,12 +100,22 @@ def _keeps(flight: Flight, offers: Offers, counts: Array) -> bool:
     return all(x <= limit * KEPT for x, limit in zip(found.largest, limits, strict=True))
 
 
-def _found(flight: Flight, offers: Offers, judge: Judge, bounded: Bounded) -> Found:
-    visits = offers.visits(bounded.best)
+def found_of(
+    flight: Flight,
+    offers: Offers,
+    judge: Judge,
+    counts: Array,
+    bound: float = 0.0,
+    *,
+    proved: bool = False,
+) -> Found:
+    """A campaign with its steps and its exact promise; bound: what none can be shorter than."""
+    visits = offers.visits(counts)
     laid = laid_out(flight, visits)
-    return Found(
-        offers, judge, bounded.best, visits, laid, foreseen(flight, laid), bounded.bound, bounded.proved
-    )
+    exact = foreseen(flight, laid)
+    quick = judge.promise.figures(counts[None])[0].max(axis=0)
+    meets = Judge(judge.promise, np.array(exact.largest) / quick, judge.allowed, judge.families)
+    return Found(offers, meets, counts, visits, laid, exact, bound, proved)
 
 
 def laid_out(flight: Flight, visits: Sequence[TestVisits]) -> tuple[Step, ...]:

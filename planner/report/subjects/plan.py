@@ -75,11 +75,14 @@ def plan_report(
             convergence(plan, allowed),
             sensitivity(plan, sensitivities),
             basis(plan, allowed, sensitivities, trajectory_name),
-            section(
-                "spec", "The spec", Folded("Show the spec as it was read", spec_text) if spec_text else None
-            ),
+            spec_read(spec_text),
         ),
     )
+
+
+def spec_read(text: str) -> Section | None:
+    """The spec, for whoever wants to see it."""
+    return section("spec", "The spec", Folded("Show the spec as it was read", text) if text else None)
 
 
 def verdict(achieved: Achieved, binds: str) -> Verdict:
