@@ -6,23 +6,21 @@ Then it is asked how much shorter another one could be.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from time import monotonic
 
 import numpy as np
 
 from planner.information.bound import Effort, Prover
-from planner.information.exact import Foreseen, foreseen
+from planner.information.exact import Foreseen, foreseen, laid_out
 from planner.information.exchange import Judge, even, shortest
 from planner.information.model_of import Flight, on_offer
 from planner.information.offers import Offers
 from planner.information.refusal import refusal
 from planner.nouns.array import Array
-from planner.nouns.choices import Campaign, TestVisits
+from planner.nouns.choices import TestVisits
 from planner.nouns.plan import Step
 from planner.plan.by_hand import is_hand_made
-from planner.plan.schedule_to_steps import steps
 
 LOOKED_AT = 3000  # campaigns of one search; ten times as many found nothing shorter on the shipped specs
 ROUNDS = 4
@@ -116,8 +114,3 @@ def found_of(
     quick = judge.promise.figures(counts[None])[0].max(axis=0)
     meets = Judge(judge.promise, np.array(exact.largest) / quick, judge.allowed, judge.families)
     return Found(offers, meets, counts, visits, laid, exact, bound, proved)
-
-
-def laid_out(flight: Flight, visits: Sequence[TestVisits]) -> tuple[Step, ...]:
-    """The steps of visits on the benches."""
-    return steps(flight.spec, Campaign(tuple(visits), (), 0.0, 0.0, False))
