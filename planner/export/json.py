@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from planner.export.header import sealed
 from planner.nouns.allowances import Allowance
 from planner.nouns.choices import RepeatReason
-from planner.nouns.plan import Achieved, GeneticPlan, Plan, PlannedBench, PlannedChamber, Step
+from planner.nouns.plan import Achieved, GeneticPlan, Plan, PlannedBench, PlannedChamber, Step, Worth
 from planner.units import from_si, unit_factor
 
 # Twelve digits tell every figure apart and hide the rounding of unit conversions (0.002 stays 0.002).
@@ -75,6 +76,8 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
             str(k): number(v * unit_factor(plan.requirements[k].unit)[0])
             for k, v in plan.hours_per_limit.items()
         },
+        "worth": [_worth(w, plan) for w in plan.worth],
+        "prices": [{"change": p.change, "time_s": number(p.time_s)} for p in plan.prices],
         "start": plan.start,
         "shifts": [{"opens_s": number(a), "closes_s": number(b)} for a, b in plan.shifts],
         "savings": [{"rule": s.rule, "hours": number(s.hours)} for s in plan.savings],
@@ -199,6 +202,26 @@ def _reason(r: RepeatReason, plan: Plan) -> Mapping[str, Any]:
         "needed_half_width": number(from_si(r.needed_half_width, unit)),
         "unit": unit,
         "bound_by": r.bound_by,
+    }
+
+
+def _worth(w: Worth, plan: Plan) -> Mapping[str, Any]:
+    def figures(values: Sequence[float]) -> dict[str, float | None]:
+        """By requirement, display units; null where nothing bounds it."""
+        pairs = zip(values, plan.requirements, strict=True)
+        return {
+            str(i): number(from_si(v, r.unit)) if math.isfinite(v) else None for i, (v, r) in enumerate(pairs)
+        }
+
+    return {
+        "test": w.test,
+        "temperature_degc": number(w.temperature_degc),
+        "repeats": w.repeats,
+        "time_s": number(w.time_s),
+        "repeat_s": number(w.repeat_s),
+        "without": figures(w.without),
+        "one_fewer": figures(w.one_fewer),
+        "one_more": figures(w.one_more),
     }
 
 

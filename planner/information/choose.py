@@ -33,7 +33,10 @@ LONG_SETS, LONG_CAMPAIGNS = 2_000_000, 2_000_000
 
 @dataclass(frozen=True)
 class Found:
-    """The campaign, its steps, what it promises exactly, and how much shorter another one could be."""
+    """The campaign, its steps, what it promises exactly, and how much shorter another one could be.
+
+    judge: by quick figures that meet the exact ones of this campaign
+    """
 
     offers: Offers
     judge: Judge
@@ -99,9 +102,10 @@ def _keeps(flight: Flight, offers: Offers, counts: Array) -> bool:
 def _found(flight: Flight, offers: Offers, judge: Judge, bounded: Bounded) -> Found:
     visits = offers.visits(bounded.best)
     laid = laid_out(flight, visits)
-    return Found(
-        offers, judge, bounded.best, visits, laid, foreseen(flight, laid), bounded.bound, bounded.proved
-    )
+    exact = foreseen(flight, laid)
+    quick = judge.promise.figures(bounded.best[None])[0].max(axis=0)
+    meets = Judge(judge.promise, np.array(exact.largest) / quick, judge.allowed, judge.families)
+    return Found(offers, meets, bounded.best, visits, laid, exact, bounded.bound, bounded.proved)
 
 
 def laid_out(flight: Flight, visits: Sequence[TestVisits]) -> tuple[Step, ...]:

@@ -11,6 +11,9 @@ from planner.information.choose import Found
 from planner.information.in_flight import share_of
 from planner.information.model_of import Flight
 from planner.information.parts import left_in_flight, shares
+from planner.information.prices import parts_by_share, prices_of
+from planner.information.scaled import Part
+from planner.information.worth import worth_of
 from planner.nouns.allowances import Allowance, ErrorModel
 from planner.nouns.choices import Campaign, RepeatReason
 from planner.nouns.plan import Achieved, GeneticPlan, Plan
@@ -68,6 +71,8 @@ def plan_of(
         proved_of=proved_of(found),
         hours_per_limit={},
         genetic=genetic,
+        worth=worth_of(found),
+        prices=() if by_hand else prices_of(flight, found, _spreads(flight, found)),
         notes=(*notes, *worn_out(spec, power_on)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),
@@ -132,6 +137,14 @@ def _allowances(flight: Flight, found: Found, models: Sequence[ErrorModel]) -> I
         parts = {name: z * value for name, value in left.parts[ErrorName(model.name)].items()}
         total = float(np.sqrt(sum(value**2 for value in parts.values())))
         yield Allowance(model.name, model.unit, total, **parts, calibrated=model.calibrated)
+
+
+def _spreads(flight: Flight, found: Found) -> list[tuple[ErrorName, Part, float]]:
+    """Every spread by its share of the requirement that is used most."""
+    used = [a / w.limit.si for a, w in zip(found.foreseen.largest, flight.spec.requirement, strict=True)]
+    tightest = int(np.argmax(used))
+    left = left_in_flight(flight, found.foreseen, tightest)
+    return parts_by_share(shares(flight, found.foreseen, tightest), left.parts)
 
 
 def _reasons(spec: Spec, found: Found, models: Sequence[ErrorModel]) -> Iterator[RepeatReason]:

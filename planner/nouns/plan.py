@@ -170,6 +170,32 @@ class TradeOffPoint:
 
 
 @dataclass(frozen=True)
+class Worth:
+    """What one visit buys. time_s, repeat_s: seconds saved without it, and with one repeat less
+
+    without, one_fewer, one_more: the figures of every requirement (SI) without it, with one repeat less and
+    with one more; infinite: something that flies is undetermined
+    """
+
+    test: str
+    temperature_degc: float
+    repeats: int
+    time_s: float
+    repeat_s: float
+    without: tuple[float, ...]
+    one_fewer: tuple[float, ...]
+    one_more: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Price:
+    """What a change is worth: seconds of the campaign that it adds; negative: that it saves."""
+
+    change: str
+    time_s: float
+
+
+@dataclass(frozen=True)
 class Plan:
     """The answer: a campaign, why it suffices, and the proof that none is shorter.
 
@@ -218,3 +244,5 @@ class Plan:
     method: Literal["information", "published"] = "published"
     families: Mapping[str, Mapping[int, float]] = field(default_factory=dict)
     proved_of: str = ""
+    worth: tuple[Worth, ...] = ()
+    prices: tuple[Price, ...] = ()
