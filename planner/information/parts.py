@@ -21,6 +21,7 @@ from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
+ROUNDING = 1e-12  # of a variance
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
     variances = {
         f: {
             **own[f],
-            "temperature": max(whole[i, i] - noise[i, i], 0.0),
+            "temperature": _above(whole[i, i], noise[i, i]),
             "estimate": max(noise[i, i], 0.0) + own[f].pop("uncalibrated"),
         }
         for i, f in enumerate(promise.flying)
@@ -61,6 +62,12 @@ def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
         largest = max(mine, key=lambda v: sum(v.values()))
         parts[error] = {p: float(np.sqrt(largest[p])) for p in PARTS}
     return Left(promise.flying, parts, np.asarray(total))
+
+
+def _above(whole: float, noise: float) -> float:
+    """The rest of a variance; what rounding leaves of it is nothing."""
+    rest = whole - noise
+    return float(rest) if rest > ROUNDING * whole else 0.0
 
 
 def left_by_campaign(promise: Promise, counts: Array, requirement: int, family: str) -> Array:

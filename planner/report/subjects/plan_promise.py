@@ -1,4 +1,4 @@
-"""What is particular to a plan by information: the promise under each family of curves, what binds, prices."""
+"""What is particular to a plan by information: the promise under each family of curves, what binds."""
 
 from __future__ import annotations
 
@@ -29,7 +29,6 @@ FAMILIES = {  # what a family's name stands for
     "kink": "a quadratic with a kink",
     "cubic": "a cubic",
     "matern": "Matérn 3/2",
-    "measured": "as measured",
 }
 
 
@@ -45,7 +44,7 @@ def binding(plan: Plan, constraints: Sequence[Constraint]) -> Section | None:
     return section(
         "binds",
         "What binds",
-        Items(said),
+        Items(said, "What uses the limits:"),
         Text(
             "What a table leaves between its temperatures is known in size but not in shape: the promise "
             "holds for every family of curves that leaves the residuals of the spec.",
@@ -82,11 +81,15 @@ def families_table(plan: Plan) -> Table | None:
         title = f"{i + 1}: {r.error}" if several else r.error
         columns += [f"{title}, {display_unit(r.unit)}", f"of {quantity(r.limit, r.unit)}"]
     rows = [
-        (f"{name}: {FAMILIES.get(name, name)}", *_figures(plan, figures), _where_it_binds(plan, name))
+        (
+            f"{name}: {FAMILIES[name]}" if name in FAMILIES else name,
+            *_figures(plan, figures),
+            _where_it_binds(plan, name),
+        )
         for name, figures in plan.families.items()
     ]
     return table(
-        "What is promised under each family of temperature curves", " | ".join([*columns, "that"]), rows
+        "What is promised under each family of temperature curves", " | ".join([*columns, "binds"]), rows
     )
 
 
@@ -98,7 +101,7 @@ def _figures(plan: Plan, figures: Mapping[int, float]) -> list[Cell]:
 
 def _where_it_binds(plan: Plan, family: str) -> str:
     bound = [r.error for r in plan.requirements if r.family == family]
-    return "" if not bound else "binds" if len(plan.requirements) == 1 else f"binds {' and '.join(bound)}"
+    return ", ".join(bound) if len(plan.requirements) > 1 else "yes" if bound else ""
 
 
 def budget(plan: Plan, constraints: Sequence[Constraint]) -> Section | None:
@@ -157,8 +160,14 @@ def _promised(value: float, achieved: Achieved) -> str:
 
 def prices_table(plan: Plan) -> Table | None:
     """Hours that changes add or, with a minus, save."""
-    rows = [(p.change, f"{'+' if p.time_s > 0 else ''}{hours(p.time_s)}") for p in plan.prices]
+    rows = [(p.change, _added(p.time_s)) for p in plan.prices]
     return table("Prices: what a change adds to the campaign", "change | h", rows)
+
+
+def _added(seconds: float) -> str:
+    """Hours with their sign; what is shown as nothing has none."""
+    shown = hours(abs(seconds))
+    return shown if shown == hours(0.0) else f"{'+' if seconds > 0 else '−'}{shown}"
 
 
 def repeats(plan: Plan) -> Section | None:
