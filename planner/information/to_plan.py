@@ -7,6 +7,7 @@ from statistics import NormalDist
 
 import numpy as np
 
+from planner.information.borrowed import borrowed_notes
 from planner.information.choose import Found
 from planner.information.in_flight import share_of
 from planner.information.model_of import Flight
@@ -73,7 +74,7 @@ def plan_of(
         genetic=genetic,
         worth=worth_of(found),
         prices=() if by_hand else prices_of(flight, found, _spreads(flight, found)),
-        notes=(*notes, *worn_out(spec, power_on)),
+        notes=(*notes, *borrowed_notes(spec, found), *worn_out(spec, power_on)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),
     )
