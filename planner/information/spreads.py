@@ -17,7 +17,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.information.curves import Curves
 from planner.information.kinds import kinds_of
 from planner.information.model_of import Flight, asked_of, promise_of
 from planner.information.scaled import scaled
@@ -72,7 +71,7 @@ def spread_factor(flight: Flight, visits: Sequence[TestVisits]) -> float:
 def figures_with(flight: Flight, visits: Sequence[TestVisits], spec: Spec) -> Array:
     """(requirements,) the largest figures over the families of visits under an error model, quickly, SI."""
     kinds = kinds_of(spec, [(v.test, v.temperatures_degc) for v in visits])
-    other = Flight(spec, flight.response, Curves(spec, flight.curves.drawn), flight.day)
+    other = flight.under(spec)
     promise = promise_of(other, kinds, asked_of(other, exact=False))
     made = {(v.test, t): n for v in visits for t, n in zip(v.temperatures_degc, v.repeats, strict=True)}
     counts = np.array([[float(made[k.test, k.temperature_degc]) for k in kinds.kinds]])
