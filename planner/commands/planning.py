@@ -15,7 +15,7 @@ from planner.errors import InputError
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
-    for command in (init, check, schema, plan, sensitivity, allow, compare):
+    for command in (init, check, schema, plan, sensitivity, allow, compare, why, afford):
         app.command()(command)
 
 
@@ -191,3 +191,43 @@ def compare(
     deliver(files, (), document, report, as_json)
     if exit_code and found.differ:
         raise typer.Exit(1)
+
+
+def why(
+    plan: Annotated[Path, typer.Argument(metavar="PLAN", help="plan.json, or the folder that holds it.")],
+    as_json: AsJson = False,
+) -> None:
+    """Say why a plan is as it is: what binds, what every visit buys, what changes are worth.
+
+    Example: planner why plans/helicopter
+    """
+    from planner.export.documents import read_plan
+    from planner.nouns.plan_file import PlanWhy, plan_part
+    from planner.report.subjects.why import why_report
+
+    found = plan_part(read_plan(plan), PlanWhy, str(plan))
+    if not found.worth:
+        raise InputError(
+            f"{plan} is planned by the published method, which prices no record; "
+            "plan with requirements of probability and plan.method: information"
+        )
+    result(found.model_dump(mode="json"), why_report(found), as_json)
+
+
+def afford(
+    spec: SpecFile,
+    hours: Annotated[float, typer.Option("--hours", min=0.01, help="Hours that the campaign may take.")],
+    as_json: AsJson = False,
+) -> None:
+    """Say what so many hours can keep: the least limits, and the grade of sensor that the limits need.
+
+    Example: planner afford requirements_specs/helicopter.yaml --hours 8
+    """
+    from planner.pipelines import planning as pipeline
+    from planner.report.subjects.afford import afford_document, afford_report
+    from planner.spec.load import load_spec
+
+    loaded = load_spec(spec)
+    with progress_line() as progress:
+        found = pipeline.afford(loaded, 3600.0 * hours, progress)
+    result(afford_document(found, loaded.spec), afford_report(found, loaded.spec, hours), as_json)

@@ -70,8 +70,7 @@ def weighed_fit(
         parts = evaluate(model, theta)
         J = linear_jacobian(model, theta, parts)
         white = v.whiten(np.column_stack([J, y - parts.predicted]))
-        known = factors(white[:, :-1])
-        step = known.to_coefficients @ (known.basis.T @ white[:, -1])
+        step = factors(white[:, :-1]).solve(white[:, -1])
         theta = theta.copy()
         theta[: len(step)] += step
         if np.abs(white[:, :-1] @ step).max(initial=0.0) < _SETTLED:

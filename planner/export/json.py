@@ -10,7 +10,16 @@ from typing import Any
 from planner.export.header import sealed
 from planner.nouns.allowances import Allowance
 from planner.nouns.choices import RepeatReason
-from planner.nouns.plan import Achieved, GeneticPlan, Plan, PlannedBench, PlannedChamber, Step, Worth
+from planner.nouns.plan import (
+    Achieved,
+    GeneticPlan,
+    Plan,
+    PlannedBench,
+    PlannedChamber,
+    PlannedTest,
+    Step,
+    Worth,
+)
 from planner.units import from_si, unit_factor
 
 # Twelve digits tell every figure apart and hide the rounding of unit conversions (0.002 stays 0.002).
@@ -28,48 +37,16 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
         "spec": {"name": plan.name, "sha256": plan.spec_sha256},
         "seed": plan.seed,
         "method": plan.method,
-        "objective": {
-            "minimise": plan.objective,
-            "value_s": number(plan.objective_value),
-            "bound_s": number(plan.objective_bound),
-        },
-        "time_s": number(plan.time_s),
-        "bound_s": number(plan.bound_s),
-        "gap": number(plan.gap),
-        "proved": plan.proved,
-        "proved_of": plan.proved_of,
-        "power_on_s": number(plan.power_on_s),
+        **_outcome(plan),
         "benches": {bench.name: _bench(bench) for bench in plan.benches},
         "requirements": [_requirement(r) for r in plan.requirements],
         "families": {
             name: {str(i): number(from_si(x, plan.requirements[i].unit)) for i, x in figures.items()}
             for name, figures in plan.families.items()
         },
-        "sensitivities": [
-            {
-                "error": s.error,
-                "axis": s.axis,
-                "value": number(s.value),
-                "unit": s.unit,
-                "requirement": s.requirement,
-            }
-            for s in plan.sensitivities
-        ],
+        "sensitivities": [_plain(vars(s)) for s in plan.sensitivities],
         "allowances": {a.error: _allowance(a) for a in plan.allowances},
-        "tests": [
-            {
-                "test": t.test,
-                "bench": t.bench,
-                "calibrates": list(t.calibrates),
-                "motions": t.motions,
-                "attended": t.attended,
-                "temperatures_degc": [number(x) for x in t.temperatures_degc],
-                "repeats": list(t.repeats),
-                "time_s": number(t.time_s),
-                "power_on_s": number(t.power_on_s),
-            }
-            for t in plan.tests
-        ],
+        "tests": [_test(t) for t in plan.tests],
         "reasons": [_reason(r, plan) for r in plan.reasons],
         "genetic": None if plan.genetic is None else _genetic(plan.genetic, plan),
         "hours_per_limit": {  # per unit of the requirement
@@ -77,22 +54,28 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
             for k, v in plan.hours_per_limit.items()
         },
         "worth": [_worth(w, plan) for w in plan.worth],
-        "prices": [{"change": p.change, "time_s": number(p.time_s)} for p in plan.prices],
+        "prices": [_plain(vars(p)) for p in plan.prices],
         "start": plan.start,
         "shifts": [{"opens_s": number(a), "closes_s": number(b)} for a, b in plan.shifts],
-        "savings": [{"rule": s.rule, "hours": number(s.hours)} for s in plan.savings],
-        "trade_off": [
-            {
-                "power_on_weight": number(p.power_on_weight),
-                "time_s": number(p.time_s),
-                "power_on_s": number(p.power_on_s),
-                "proved": p.proved,
-            }
-            for p in plan.trade_off
-        ],
+        "savings": [_plain(vars(s)) for s in plan.savings],
+        "trade_off": [_plain(vars(p)) for p in plan.trade_off],
         "notes": list(plan.notes),
         **({"plugins": [used.document() for used in plan.plugins]} if plan.plugins else {}),
         "steps": [step_document(step) for step in plan.steps],
+    }
+
+
+def _outcome(plan: Plan) -> Mapping[str, Any]:
+    """How long it takes, and what is proved of that."""
+    value, bound = number(plan.objective_value), number(plan.objective_bound)
+    return {
+        "objective": {"minimise": plan.objective, "value_s": value, "bound_s": bound},
+        "time_s": number(plan.time_s),
+        "bound_s": number(plan.bound_s),
+        "gap": number(plan.gap),
+        "proved": plan.proved,
+        "proved_of": plan.proved_of,
+        "power_on_s": number(plan.power_on_s),
     }
 
 
@@ -112,25 +95,27 @@ def document_text(document: Mapping[str, Any]) -> str:
 
 def step_document(step: Step) -> dict[str, Any]:
     """One step with every key of the interfaces."""
-    return {
-        "id": step.id,
-        "bench": step.bench,
-        "action": step.action,
-        "start_s": number(step.start_s),
-        "end_s": number(step.end_s),
-        "test": step.test,
-        "temperature_degc": None if step.temperature_degc is None else number(step.temperature_degc),
-        "repeat": step.repeat,
-        "motion": None if step.motion is None else {k: number(v) for k, v in step.motion.items()},
-        "units": step.units,
-        "attended": step.attended,
-    }
+    return dict(_plain(vars(step)))
+
+
+def _plain(value: Any) -> Any:
+    """Records' fields as JSON has them, figures rounded."""
+    if isinstance(value, float):
+        return number(value)
+    if isinstance(value, Mapping):
+        return {name: _plain(one) for name, one in value.items()}
+    return [_plain(one) for one in value] if isinstance(value, tuple) else value
 
 
 def number(value: float) -> float | int:
     """A figure rounded to DIGITS digits; whole figures stay whole."""
     rounded = float(f"{value:.{DIGITS}g}")
     return int(rounded) if rounded.is_integer() and abs(rounded) < 1e15 else rounded
+
+
+def _test(t: PlannedTest) -> Mapping[str, Any]:
+    said = {name: getattr(t, name) for name in ("test", "bench", "calibrates", "motions", "attended")}
+    return {name: _plain(value) for name, value in {**said, **vars(t)}.items()}
 
 
 def _bench(b: PlannedBench) -> Mapping[str, Any]:

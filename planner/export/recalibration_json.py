@@ -9,7 +9,7 @@ from typing import Any
 from planner import __version__
 from planner.fleet.history import day_label
 from planner.fleet.store import Visit
-from planner.fleet.visits import ShortestVisit, StorePlan
+from planner.fleet.visits import PlannedVisit, ShortestVisit, StorePlan
 
 DIGITS = 9
 
@@ -39,29 +39,8 @@ def _plan(p: StorePlan, shortest: Sequence[ShortestVisit], start: date | None) -
         "proved": p.proved,
         "kept_until_day": _number(p.kept_until),
         "kept_until": day_label(start, p.kept_until),
-        "visits": [
-            {
-                "day": _number(v.day),
-                "date": day_label(start, v.day),
-                **_visit(v.visit),
-                "load_before": _number(v.load_before),
-                "load_after": _number(v.load_after),
-                "renews": list(v.renewed),
-            }
-            for v in p.visits
-        ],
-        "shortest": [
-            {
-                "day": _number(s.day),
-                "until_day": _number(s.until),
-                "until": day_label(start, s.until),
-                **(_visit(s.visit) if s.visit is not None else {"time_s": None}),
-                "load_without": _number(s.load_without),
-                "load_with": _number(s.load_with),
-                "renews": list(s.renewed),
-            }
-            for s in shortest
-        ],
+        "visits": [_planned(v, start) for v in p.visits],
+        "shortest": [_shortest(s, start) for s in shortest],
         "binding": [
             {"term": name, "share_of_limit": _number(share), "renewable": can}
             for name, share, can in p.binding
@@ -71,6 +50,29 @@ def _plan(p: StorePlan, shortest: Sequence[ShortestVisit], start: date | None) -
             "with": [_number(x) for x in p.load],
             "without": [_number(x) for x in p.without],
         },
+    }
+
+
+def _planned(v: PlannedVisit, start: date | None) -> dict[str, Any]:
+    return {
+        "day": _number(v.day),
+        "date": day_label(start, v.day),
+        **_visit(v.visit),
+        "load_before": _number(v.load_before),
+        "load_after": _number(v.load_after),
+        "renews": list(v.renewed),
+    }
+
+
+def _shortest(s: ShortestVisit, start: date | None) -> dict[str, Any]:
+    return {
+        "day": _number(s.day),
+        "until_day": _number(s.until),
+        "until": day_label(start, s.until),
+        **(_visit(s.visit) if s.visit is not None else {"time_s": None}),
+        "load_without": _number(s.load_without),
+        "load_with": _number(s.load_with),
+        "renews": list(s.renewed),
     }
 
 

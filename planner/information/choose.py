@@ -6,23 +6,21 @@ Then it is asked how much shorter another one could be.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from time import monotonic
 
 import numpy as np
 
-from planner.information.bound import Bounded, Effort, Prover
-from planner.information.exact import Foreseen, foreseen
+from planner.information.bound import Effort, Prover
+from planner.information.exact import Foreseen, foreseen, laid_out
 from planner.information.exchange import Judge, even, shortest
 from planner.information.model_of import Flight, on_offer
 from planner.information.offers import Offers
 from planner.information.refusal import refusal
 from planner.nouns.array import Array
-from planner.nouns.choices import Campaign, TestVisits
+from planner.nouns.choices import TestVisits
 from planner.nouns.plan import Step
 from planner.plan.by_hand import is_hand_made
-from planner.plan.schedule_to_steps import steps
 
 LOOKED_AT = 3000  # campaigns of one search; ten times as many found nothing shorter on the shipped specs
 ROUNDS = 4
@@ -65,12 +63,13 @@ def campaign_found(flight: Flight, *, thorough: bool = False) -> Found:
     if is_hand_made(flight.spec):
         counts = even(offers, 1)
         cost = float(offers.cost(counts[None])[0])
-        return _found(flight, offers, judge, Bounded(cost, True, counts))
+        return found_of(flight, offers, judge, counts, cost, proved=True)
     counts, judge = _searched(flight, offers, judge)
     until = started + flight.spec.plan.time_limit
     effort = Effort(*((LONG_SETS, LONG_CAMPAIGNS) if thorough else (QUICK_SETS, QUICK_CAMPAIGNS)), until)
     prover = Prover(flight, offers, judge, lambda n: _keeps(flight, offers, n))
-    return _found(flight, offers, judge, prover.bounded(counts, effort))
+    bounded = prover.bounded(counts, effort)
+    return found_of(flight, offers, judge, bounded.best, bounded.bound, proved=bounded.proved)
 
 
 def _searched(flight: Flight, offers: Offers, judge: Judge) -> tuple[Array, Judge]:
@@ -99,15 +98,19 @@ def _keeps(flight: Flight, offers: Offers, counts: Array) -> bool:
     return all(x <= limit * KEPT for x, limit in zip(found.largest, limits, strict=True))
 
 
-def _found(flight: Flight, offers: Offers, judge: Judge, bounded: Bounded) -> Found:
-    visits = offers.visits(bounded.best)
+def found_of(
+    flight: Flight,
+    offers: Offers,
+    judge: Judge,
+    counts: Array,
+    bound: float = 0.0,
+    *,
+    proved: bool = False,
+) -> Found:
+    """A campaign with its steps and its exact promise; bound: what none can be shorter than."""
+    visits = offers.visits(counts)
     laid = laid_out(flight, visits)
     exact = foreseen(flight, laid)
-    quick = judge.promise.figures(bounded.best[None])[0].max(axis=0)
+    quick = judge.promise.figures(counts[None])[0].max(axis=0)
     meets = Judge(judge.promise, np.array(exact.largest) / quick, judge.allowed, judge.families)
-    return Found(offers, meets, bounded.best, visits, laid, exact, bounded.bound, bounded.proved)
-
-
-def laid_out(flight: Flight, visits: Sequence[TestVisits]) -> tuple[Step, ...]:
-    """The steps of visits on the benches."""
-    return steps(flight.spec, Campaign(tuple(visits), (), 0.0, 0.0, False))
+    return Found(offers, meets, counts, visits, laid, exact, bound, proved)

@@ -184,7 +184,7 @@ def loads_with(flight: Flight, found: Found, spec: Spec) -> float:
 def parts_by_share(
     of_error: Mapping[str, float], parts: Mapping[ErrorName, Mapping[str, float]]
 ) -> list[tuple[ErrorName, Part, float]]:
-    """(error, part, share of the square) of every spread, the largest first, by the error's marginal parts."""
+    """(error, part, share of the square) of every spread, the largest first, by an error's parts."""
     total = sum(of_error.values()) or 1.0
     whole = {error: sum(v**2 for v in own.values()) or 1.0 for error, own in parts.items()}
     found = [

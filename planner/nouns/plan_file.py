@@ -124,13 +124,16 @@ class BenchRow(BenchPart):
             angular_acceleration_dps2=limits.angular_acceleration_dps2,
             acceleration_g=limits.acceleration_g,
             arm_m=self.arm_m,
-            chamber=None if chamber is None else ChamberFacts(**dict(chamber)),
+            chamber=None if chamber is None else ChamberFacts(**vars(chamber)),
             travel={int(axis): (least, most) for axis, (least, most) in limits.travel_deg.items()},
         )
 
 
 class RequirementFigures(Part):
-    """One requirement, and what the plan reaches, in `unit`; shares of every error."""
+    """One requirement, and what the plan reaches, in `unit`; shares of every error.
+
+    family: of temperature curves, under which that is largest; temperature: where flights start
+    """
 
     error: str
     at: str
@@ -140,7 +143,8 @@ class RequirementFigures(Part):
     unit: str
     met: bool
     shares: dict[str, Number]
-    flown: Time | None = None
+    family: str | None = None
+    temperature: str | None = None
 
 
 class SensitivityFigures(Part):
@@ -202,7 +206,7 @@ class Reason(Part):
     half_width: Time
     needed_half_width: Time
     unit: str
-    bound_by: Literal["accuracy", "least", "shared", "fixed"]
+    bound_by: Literal["accuracy", "least", "shared", "fixed", "promise"]
 
 
 class GeneticFigures(Part):
@@ -214,6 +218,26 @@ class GeneticFigures(Part):
     evaluations: Annotated[int, Field(ge=0)]
     stopped: str
     front: list[dict[str, Number]]
+
+
+class WorthFigures(Part):
+    """What one visit buys: seconds, and each requirement's figure without it, with one less, one more."""
+
+    test: str
+    temperature_degc: Number
+    repeats: Count
+    time_s: Number
+    repeat_s: Number
+    without: dict[str, Time | None]
+    one_fewer: dict[str, Time | None]
+    one_more: dict[str, Time | None]
+
+
+class PriceFigures(Part):
+    """What a change is worth: seconds of the campaign that it adds; negative: that it saves."""
+
+    change: str
+    time_s: Number
 
 
 class SavingFigures(Part):
@@ -271,7 +295,7 @@ if TYPE_CHECKING:
     Steps = tuple[Step, ...]
     Benches = dict[str, BenchFacts]
 else:
-    Steps = Annotated[list[StepRow], AfterValidator(lambda rows: tuple(Step(**dict(row)) for row in rows))]
+    Steps = Annotated[list[StepRow], AfterValidator(lambda rows: tuple(Step(**vars(row)) for row in rows))]
     Benches = Annotated[
         dict[str, BenchRow],
         AfterValidator(lambda rows: {name: row.named(name) for name, row in rows.items()}),
@@ -307,7 +331,22 @@ class ComparedPlan(PlanSteps, PlanAllowances):
     tests: list[TestFigures]
 
 
-class PlanDocument(ComparedPlan, PlanOnBenches):
+class PlanWhy(Part):
+    """Why a plan is as it is: what binds, what every visit buys, what changes are worth."""
+
+    spec: SpecName
+    time_s: Moment
+    bound_s: Time
+    proved: bool
+    requirements: list[RequirementFigures]
+    families: dict[str, dict[str, Time]] = {}
+    method: Literal["information", "published"] = "published"
+    proved_of: str = ""
+    worth: list[WorthFigures] = []
+    prices: list[PriceFigures] = []
+
+
+class PlanDocument(ComparedPlan, PlanOnBenches, PlanWhy):
     """plan.json of `planner plan`."""
 
     reference: str | None = Field(None, alias="$schema")
@@ -316,8 +355,6 @@ class PlanDocument(ComparedPlan, PlanOnBenches):
     plan_sha256: Sha256
     seed: Annotated[int, Field(ge=0)]
     objective: ObjectiveFigures
-    bound_s: Time
-    proved: bool
     sensitivities: list[SensitivityFigures]
     reasons: list[Reason]
     genetic: GeneticFigures | None

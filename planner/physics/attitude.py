@@ -38,23 +38,6 @@ def rotate(matrix: Array, vector: Array) -> Array:
     return np.asarray((matrix @ vector[..., None])[..., 0])
 
 
-def dcm_from_rph(roll: ArrayLike, pitch: ArrayLike, heading: ArrayLike) -> Array:
-    """C_nb (..., 3, 3) = R_z(heading) R_y(pitch) R_x(roll), aerospace sequence (Groves 2.2.2)."""
-    angles = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in (roll, pitch, heading)))
-    (sr, sp, sh), (cr, cp, ch) = (np.sin(x) for x in angles), (np.cos(x) for x in angles)
-    matrix = np.empty((*angles[0].shape, 3, 3))
-    matrix[..., 0, 0] = cp * ch
-    matrix[..., 0, 1] = sr * sp * ch - cr * sh
-    matrix[..., 0, 2] = cr * sp * ch + sr * sh
-    matrix[..., 1, 0] = cp * sh
-    matrix[..., 1, 1] = sr * sp * sh + cr * ch
-    matrix[..., 1, 2] = cr * sp * sh - sr * ch
-    matrix[..., 2, 0] = -sp
-    matrix[..., 2, 1] = sr * cp
-    matrix[..., 2, 2] = cr * cp
-    return matrix
-
-
 def rph_from_dcm(matrix: Array) -> tuple[Array, Array, Array]:
     """Roll, pitch, heading (...) of C_nb (..., 3, 3): roll and heading in (-π, π], pitch in [-π/2, π/2].
 
@@ -65,26 +48,6 @@ def rph_from_dcm(matrix: Array) -> tuple[Array, Array, Array]:
     pitch = np.arctan2(-c[..., 2, 0], np.hypot(c[..., 2, 1], c[..., 2, 2]))
     heading = np.arctan2(c[..., 1, 0], c[..., 0, 0])
     return roll, pitch, heading
-
-
-def dcm_from_rotation_vector(vector: ArrayLike) -> Array:
-    """exp([φ×]) (..., 3, 3) of rotation vectors (..., 3) by Rodrigues' formula.
-
-    exp([φ×]) = I + sinφ/φ [φ×] + (1 - cosφ)/φ² [φ×]²
-    """
-    v = np.asarray(vector, dtype=float)
-    angle = np.sqrt(np.sum(v * v, axis=-1))
-    first = np.sinc(angle / np.pi)
-    second = 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
-    weighted = second[..., None] * v
-    matrix: Array = weighted[..., :, None] * v[..., None, :]
-    diagonal = 1.0 - np.sum(weighted * v, axis=-1)
-    turn = first[..., None] * v
-    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
-        matrix[..., i, i] += diagonal
-        matrix[..., k, j] += turn[..., i]
-        matrix[..., j, k] -= turn[..., i]
-    return matrix
 
 
 def rotation_vector_from_dcm(matrix: Array) -> Array:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.physics.attitude import dcm_from_rotation_vector, rotation_vector_from_dcm
+from planner.physics.attitude import rotation_vector_from_dcm
 from planner.physics.earth import Array
 
 
@@ -47,11 +47,16 @@ def rotated(q: Array, v: Array) -> Array:
 
 
 def to_matrix(q: Array) -> Array:
-    """Direction cosines (..., 3, 3) of quaternions (4, ...)."""
-    length = np.sqrt(np.sum(q[1:] ** 2, axis=0))
-    half = np.arctan2(length, q[0])
-    scale = 2.0 / np.where(half == 0.0, 1.0, np.sinc(half / np.pi))
-    return dcm_from_rotation_vector(np.moveaxis(q[1:] * scale, 0, -1))
+    """Direction cosines (..., 3, 3) of quaternions (4, ...): C = I + 2/|q|² (q₀ [q×] + [q×]²)."""
+    twice = 2.0 / np.sum(q * q, axis=0)
+    matrix = np.empty((*q.shape[1:], 3, 3))
+    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
+        across = q[1 + j] * q[1 + k]
+        along = q[0] * q[1 + i]
+        matrix[..., i, i] = 1.0 - twice * (q[1 + j] ** 2 + q[1 + k] ** 2)
+        matrix[..., k, j] = twice * (across + along)
+        matrix[..., j, k] = twice * (across - along)
+    return matrix
 
 
 def from_matrix(matrix: Array) -> Array:

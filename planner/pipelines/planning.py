@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner import __version__
-from planner.errors import InfeasibleError
+from planner.errors import InfeasibleError, InputError
+from planner.information.afford import Affordable, affordable
 from planner.information.choose import campaign_found
 from planner.information.model_of import flight_of
 from planner.information.pareto import genetic_beside
@@ -111,6 +112,24 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
         progress("trade-off of campaign time and power-on time")
         curve = trade_off(spec, lambda other: _observable(other, navigation), [chosen])
     return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, allowed)
+
+
+def afford(loaded: LoadedSpec, seconds: float, progress: Progress) -> Affordable:
+    """Spec and hours → the least limits, and the grade of sensor, that so much campaign can keep.
+
+    Raises InputError for a spec that is not planned by information: only there are hours and metres one
+    model.
+    """
+    spec = loaded.spec
+    if not by_information(spec):
+        raise InputError(
+            "afford needs requirements of probability (rss or a percentile), simulated sensitivities and "
+            "plan.method: information"
+        )
+    navigation = navigate(loaded, progress)
+    assert navigation.flight is not None  # sensitivities are simulated
+    progress("what the hours can keep")
+    return affordable(flight_of(spec, navigation.flight), seconds)
 
 
 def exact_plan(loaded: LoadedSpec) -> Plan:

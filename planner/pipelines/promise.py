@@ -21,7 +21,8 @@ from planner.verify.linearity import linearity
 from planner.verify.monte_carlo import MonteCarlo, fly
 from planner.verify.outcome import claims_of, outcomes
 from planner.verify.prediction import Prediction
-from planner.verify.recount import Recount, recount
+from planner.verify.recount import Recount, is_by_information, recount
+from planner.verify.recount_promise import check_promise
 from planner.verify.rounds import BINDING, CURVES, OWN, TEMPERATURES, Worst, rounds
 from planner.verify.starts import as_flown
 from planner.verify.through_files import Pipeline, through_files
@@ -73,7 +74,7 @@ def verify(
     progress("counting the plan again")
     trajectory = trajectory_of(loaded.spec.trajectory, loaded.folder)
     counted = recount(document, loaded, trajectory)
-    if _is_foreign(counted) or options.flights == 0:
+    if _is_foreign(counted) or (options.flights == 0 and not is_by_information(document)):
         return _answer(loaded, document, options, counted)
     progress("preparing the flights")
     try:
@@ -82,6 +83,11 @@ def verify(
         if counted.ok:
             raise
         return _answer(loaded, document, options, counted, why=str(error))
+    if is_by_information(document):
+        progress("counting again what is promised")
+        counted = counted.and_also(check_promise(document, e))
+    if options.flights == 0:
+        return _answer(loaded, document, options, counted)
     flown = _flown(e, document, options, progress)
     found = _answer(loaded, document, options, counted, flown, trajectory)
     if options.through_files == 0 or found.stopped:

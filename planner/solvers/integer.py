@@ -14,18 +14,16 @@ uses it; its amounts are 0 or 1. Solved with HiGHS through scipy.optimize.milp.
 
 from __future__ import annotations
 
-import ctypes
-import os
-import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from planner.solvers.quiet import nothing_on_stdout
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -144,17 +142,18 @@ def solve(
     # a row that costs more than the whole slack between bound and ceiling is in no better selection
     possible = [np.flatnonzero(relaxed.bound + r <= ceiling) for r in relaxed.reduced_costs]
     if first.finished and all(np.isin(p, k).all() for p, k in zip(possible, likely, strict=True)):
-        best = min(known, key=lambda choice: choice.cost, default=None)
-        return best and replace(best, bound=best.cost, proved=True)
+        return _cheapest(known, np.inf, finished=True)
     second = _solve_with_cuts(_restricted(folded, possible), check, deadline, most_solves)
-    found = ([] if second.choice is None else [second.choice]) + known
-    if not found and second.finished:
-        return None
-    if not found:
+    known = ([] if second.choice is None else [second.choice]) + known
+    if not known and not second.finished:
         raise TimeoutError(f"no selection was found within {time_limit:g} s and {most_solves} solves")
-    best = min(found, key=lambda choice: choice.cost)
-    bound = best.cost if second.finished else max(second.bound, relaxed.bound)
-    return replace(best, bound=min(bound, best.cost), proved=second.finished)
+    return _cheapest(known, max(second.bound, relaxed.bound), finished=second.finished)
+
+
+def _cheapest(known: Sequence[Choice], bound: float, *, finished: bool) -> Choice | None:
+    """The best selection with what is proved of it: nothing cheaper when the search has ended."""
+    best = min(known, key=lambda choice: choice.cost, default=None)
+    return best and replace(best, bound=best.cost if finished else min(bound, best.cost), proved=finished)
 
 
 @dataclass(frozen=True)
@@ -288,7 +287,7 @@ def _milp(problem: Problem, cuts: Sequence[Cut], seconds: float) -> tuple[Rows |
     from scipy.optimize import Bounds, LinearConstraint, milp
 
     form = _standard_form(problem, cuts)
-    with _nothing_on_stdout():
+    with nothing_on_stdout():
         result = milp(
             form.objective,
             constraints=LinearConstraint(form.matrix, form.low, form.high),
@@ -306,26 +305,6 @@ def _milp(problem: Problem, cuts: Sequence[Cut], seconds: float) -> tuple[Rows |
     return positions, bound, result.status == 0
 
 
-@contextmanager
-def _nothing_on_stdout() -> Iterator[None]:
-    """HiGHS prints some lines of its own whatever its options say, in the midst of our results on stdout."""
-    try:
-        sys.stdout.flush()
-        kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    except (OSError, ValueError):  # stdout is closed: nothing to protect
-        yield
-        return
-    try:
-        os.dup2(nowhere, 1)
-        yield
-    finally:
-        with suppress(Exception):  # its lines wait in C's own buffer; where C is not to be had they may show
-            ctypes.CDLL(None).fflush(None)
-        os.dup2(kept, 1)
-        os.close(kept)
-        os.close(nowhere)
-
-
 @dataclass(frozen=True)
 class _StandardForm:
     """min objective·v, low <= matrix v <= high, least <= v <= most; first the rows' columns (`integral`)."""
@@ -339,61 +318,83 @@ class _StandardForm:
     integral: NDArray[np.bool_]
 
 
+@dataclass(frozen=True)
+class _Row:
+    """low <= Σ values · v[columns] <= high."""
+
+    columns: Indices
+    values: Array
+    low: float
+    high: float
+
+
 def _standard_form(problem: Problem, cuts: Sequence[Cut]) -> _StandardForm:
-    """Sparse rows: one per group, per limit, per shared resource and group, per cut."""
     from scipy.sparse import coo_array
 
-    groups, count = problem.groups, sum(len(g.cost) for g in problem.groups)
-    starts = np.cumsum([0, *(len(g.cost) for g in groups)])
-    entries: list[tuple[Indices, Indices, Array]] = []
-    low: list[float] = []
-    high: list[float] = []
-
-    def add(columns: Indices, values: Array, least: float, most: float) -> None:
-        entries.append((np.full(len(columns), len(low)), columns, values))
-        low.append(least)
-        high.append(most)
-
-    for group, start in zip(problem.groups, starts[:-1], strict=True):
-        add(np.arange(start, start + len(group.cost)), np.ones(len(group.cost)), 1.0, 1.0)
-    everything = np.arange(count)
-    for c, limit in enumerate(problem.limits):
-        if not np.isfinite(limit):
-            continue
-        unit = abs(limit) or 1.0
-        add(
-            everything,
-            np.concatenate([g.contribution[:, c] for g in problem.groups]) / unit,
-            -np.inf,
-            limit / unit,
-        )
-    for k in np.flatnonzero(problem.prices < 0):
-        own = [start + np.flatnonzero(g.amounts[:, k]) for g, start in zip(groups, starts[:-1], strict=True)]
-        users = np.concatenate([*own, [count + k]])
-        add(users, np.append(np.full(len(users) - 1, -1.0), 1.0), -np.inf, float(problem.forced[k]))
-        if problem.within is not None and problem.within[k] >= 0:
-            add(np.array([count + k, count + problem.within[k]]), np.array([1.0, -1.0]), -np.inf, 0.0)
-    for k in np.flatnonzero(problem.prices >= 0):
-        for group, start in zip(problem.groups, starts[:-1], strict=True):
-            uses = np.flatnonzero(group.amounts[:, k])
-            if len(uses):
-                columns = np.append(start + uses, count + k)
-                add(columns, np.append(-group.amounts[uses, k], 1.0), 0.0, np.inf)
-    for cut in cuts:
-        add(
-            everything,
-            np.concatenate([c[g.index] for c, g in zip(cut.coefficients, problem.groups, strict=True)]),
-            -np.inf,
-            cut.limit,
-        )
-    rows, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
-    shape = (len(low), count + len(problem.prices))
+    starts = np.cumsum([0, *(len(g.cost) for g in problem.groups)])
+    count = int(starts[-1])
+    rows = [
+        *_one_each(problem, starts),
+        *_limits(problem, count),
+        *_saved(problem, starts),
+        *_paid(problem, starts),
+        *_cut_away(problem, cuts, count),
+    ]
+    place = np.repeat(np.arange(len(rows)), [len(row.columns) for row in rows])
+    columns, values = (
+        np.concatenate(part) for part in zip(*((r.columns, r.values) for r in rows), strict=True)
+    )
+    shape = (len(rows), count + len(problem.prices))
     return _StandardForm(
-        objective=np.concatenate([*(g.cost for g in groups), problem.prices]),
-        matrix=coo_array((values, (rows, columns)), shape=shape).tocsr(),
-        low=np.array(low),
-        high=np.array(high),
+        objective=np.concatenate([*(g.cost for g in problem.groups), problem.prices]),
+        matrix=coo_array((values, (place, columns)), shape=shape).tocsr(),
+        low=np.array([row.low for row in rows]),
+        high=np.array([row.high for row in rows]),
         least=np.concatenate([np.zeros(count), problem.forced]),
         most=np.concatenate([np.full(count, np.inf), np.where(problem.prices < 0, 1.0, np.inf)]),
         integral=np.arange(count + len(problem.prices)) < count,
     )
+
+
+def _one_each(problem: Problem, starts: Indices) -> Iterator[_Row]:
+    """Σ_r x_gr = 1."""
+    for group, start in zip(problem.groups, starts[:-1], strict=True):
+        yield _Row(np.arange(start, start + len(group.cost)), np.ones(len(group.cost)), 1.0, 1.0)
+
+
+def _limits(problem: Problem, count: int) -> Iterator[_Row]:
+    """Σ contribution x <= limit, by the limit's size."""
+    for c in np.flatnonzero(np.isfinite(problem.limits)):
+        limit = problem.limits[c]
+        unit = abs(limit) or 1.0
+        values = np.concatenate([g.contribution[:, c] for g in problem.groups]) / unit
+        yield _Row(np.arange(count), values, -np.inf, limit / unit)
+
+
+def _saved(problem: Problem, starts: Indices) -> Iterator[_Row]:
+    """Of a negative price: y_k <= forced_k + Σ amount x, and y_k <= y of the resource that it is within."""
+    count = int(starts[-1])
+    for k in np.flatnonzero(problem.prices < 0):
+        own = [s + np.flatnonzero(g.amounts[:, k]) for g, s in zip(problem.groups, starts[:-1], strict=True)]
+        users = np.concatenate([*own, [count + k]])
+        yield _Row(users, np.append(np.full(len(users) - 1, -1.0), 1.0), -np.inf, float(problem.forced[k]))
+        if problem.within is not None and problem.within[k] >= 0:
+            both = np.array([count + k, count + problem.within[k]])
+            yield _Row(both, np.array([1.0, -1.0]), -np.inf, 0.0)
+
+
+def _paid(problem: Problem, starts: Indices) -> Iterator[_Row]:
+    """y_k >= Σ_r amount_grk x_gr, group by group."""
+    for k in np.flatnonzero(problem.prices >= 0):
+        for group, start in zip(problem.groups, starts[:-1], strict=True):
+            uses = np.flatnonzero(group.amounts[:, k])
+            if len(uses):
+                columns = np.append(start + uses, starts[-1] + k)
+                yield _Row(columns, np.append(-group.amounts[uses, k], 1.0), 0.0, np.inf)
+
+
+def _cut_away(problem: Problem, cuts: Sequence[Cut], count: int) -> Iterator[_Row]:
+    """Each cut, its coefficients by position."""
+    for cut in cuts:
+        parts = [c[g.index] for c, g in zip(cut.coefficients, problem.groups, strict=True)]
+        yield _Row(np.arange(count), np.concatenate(parts), -np.inf, cut.limit)

@@ -41,6 +41,10 @@ class Factors:
         """How many combinations of the coefficients are determined."""
         return int(self.basis.shape[1])
 
+    def solve(self, y: Array) -> Array:
+        """Coefficients (p,) that minimise |y − X β|, y (n,), of least scaled length where undetermined."""
+        return np.asarray(self.to_coefficients @ (self.basis.T @ y))
+
     def undetermined(self, tolerance: float = 1e-6) -> NDArray[np.bool_]:
         """(p,) which coefficients take part in a combination that X does not see."""
         if self.null_space.shape[1] == 0:
@@ -105,10 +109,10 @@ def least_squares(X: Array, y: Array, tolerance: float = RANK_TOLERANCE) -> tupl
     digits that a condition number of 1e9 would cost. Returns the factors with the coefficients.
     """
     found = factors(X, tolerance)
-    beta = found.to_coefficients @ (found.basis.T @ y)
+    beta = found.solve(y)
     if X.size <= _REFINED:
         wide = X.astype(np.longdouble)
         for _ in range(2):
             residual = np.asarray(y - wide @ beta.astype(np.longdouble), dtype=float)
-            beta = beta + found.to_coefficients @ (found.basis.T @ residual)
+            beta = beta + found.solve(residual)
     return beta, found

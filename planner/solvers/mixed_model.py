@@ -48,9 +48,9 @@ def mixed_fit(y: Array, X: Array, effects: RandomEffects, variances: Variances) 
     v = covariance(effects, variances.theta)
     white = v.whiten(np.column_stack([X, y]))
     found = factors(white[:, :-1])
-    beta = found.to_coefficients @ (found.basis.T @ white[:, -1])
+    beta = found.solve(white[:, -1])
     residual = white[:, -1] - white[:, :-1] @ beta
-    beta = beta + found.to_coefficients @ (found.basis.T @ residual)  # one refinement
+    beta = beta + found.solve(residual)  # one refinement
     adjusted, freedom = _small_sample(v, v.solve(X @ found.to_coefficients), variances, found.to_coefficients)
     return MixedFit(
         beta, adjusted, freedom, found.undetermined(), found, variances, white[:, -1] - white[:, :-1] @ beta
@@ -85,10 +85,3 @@ def _bracket(v: Covariance | BlockCovariance, W: Array, A: Sequence[Array], imag
                 (W[k, m] * (A[k] @ A[m]) for k in range(len(A))), np.zeros_like(out)
             )
     return np.asarray((out + out.T) / 2.0)
-
-
-def generalised_least_squares(y: Array, X: Array, effects: RandomEffects, theta: Array) -> Array:
-    """β (p,) of y (n,) on X (n, p) with V(θ) given; of least scaled length where X does not determine it."""
-    white = covariance(effects, theta).whiten(np.column_stack([X, y]))
-    found = factors(white[:, :-1])
-    return np.asarray(found.to_coefficients @ (found.basis.T @ white[:, -1]))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,16 +25,6 @@ def sweep(points: Sequence[float]) -> tuple[float, ...]:
     visits the points in one direction only, which also keeps temperature hysteresis out of the records.
     """
     return tuple(sorted(points))
-
-
-def travel_time(order: Sequence[float], home: float, up: float | None, down: float | None) -> float:
-    """Time of home → order → home at speeds `up` and `down` (None: no time), in units of 1/speed."""
-    places = [home, *order, home]
-    total = 0.0
-    for a, b in pairwise(places):
-        speed = up if b > a else down
-        total += abs(b - a) / speed if speed else 0.0
-    return total
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from planner.nouns.array import Array
 from planner.spec.model import PercentileRule, Requirement
 from planner.verify.draws import generator
 from planner.verify.flights import FlightModel, beside_coefficients, part_coefficients, vectors_of
-from planner.verify.foreseen import Asked, Foresight, Moment
+from planner.verify.foreseen import Asked, Foresight
 from planner.verify.lengths import mixed_quantile
+from planner.verify.second_moments import Error, Moment
 from planner.verify.starts import Starts
-from planner.verify.told import Error
 
 DRAWS = 100_000  # of flights, for a requirement at any moment: a 95 % quantile is then known to 0.3 %
 

@@ -25,6 +25,7 @@ from planner.verify.curve_shapes import DRAWN, MODES, POINTS, ROWS, cosines
 
 Figure = Literal["largest", "sigma"]
 MOST_POINTS = 10  # of the table that one measured curve is turned into
+ROUNDING = 1e-9  # of the largest value: what is less is left by arithmetic
 _PEAK = 2.2
 _FINE = 241  # points at which a mode's residual is averaged
 
@@ -62,14 +63,17 @@ class Family:
         else:
             curve = self.scale * DRAWN[self.shape](count, rng)
         curve -= curve.mean(axis=1, keepdims=True)
-        return curve if self.figure == "sigma" else self._to_the_largest(curve)
+        if self.figure == "sigma":
+            return np.asarray(curve)
+        return np.asarray(curve * self.scales({n: left_of(curve, n) for n in self.numbers})[:, None])
 
-    def _to_the_largest(self, curve: Array) -> Array:
-        scale = np.full(len(curve), np.inf)
+    def scales(self, left: Mapping[int, Array]) -> Array:
+        """(m,) with which curves that leave left[N] (m,) meet the table at one N and exceed it at none."""
+        scale = np.full(len(left[self.numbers[0]]), np.inf)
         for number, allowed in zip(self.numbers, self.left, strict=True):
-            worst = np.abs(curve - tabled(curve, number)).max(axis=1)
+            worst = left[number]
             scale = np.minimum(scale, allowed / np.where(worst > 0, worst, np.inf))
-        return np.asarray(curve * np.where(np.isfinite(scale), scale, 0.0)[:, None])
+        return np.asarray(np.where(np.isfinite(scale), scale, 0.0))
 
 
 @dataclass(frozen=True)
@@ -145,11 +149,20 @@ def _scale(rows: Array, numbers: Sequence[int], left: Array) -> float:
 
 
 def table_of(temperature_degc: Array, values: Array, low: float, high: float) -> dict[int, float]:
-    """N -> the largest that N evenly spread points leave of one measured curve, N = 1 … 10 or its points."""
+    """N -> the largest that N evenly spread points leave of one measured curve.
+
+    N is at most 10 and less than its points: nobody measured between them, so as many leave nothing.
+    """
     grid = np.linspace(low, high, POINTS)[None, :]
     curve = along(grid, temperature_degc, values[None, None, :])[0]
-    most = min(MOST_POINTS, len(temperature_degc))
-    return {n: float(np.abs(curve - tabled(curve, n)).max()) for n in range(1, most + 1)}
+    most = min(MOST_POINTS, len(temperature_degc) - 1)
+    left = {n: float(left_of(curve, n)[0]) for n in range(1, most + 1)}
+    return {n: size for n, size in left.items() if size > ROUNDING * np.abs(curve).max()}
+
+
+def left_of(curve: Array, points: int) -> Array:
+    """(m,) the largest that N evenly spread points leave of curves (m, G)."""
+    return np.asarray(np.abs(curve - tabled(curve, points)).max(axis=1))
 
 
 def tabled(curve: Array, points: int) -> Array:

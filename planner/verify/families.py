@@ -1,4 +1,4 @@
-"""For which families of curves a promise must hold, and what curves the errors have in each of them."""
+"""What curves the errors have where the promise is put to one family of them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from planner import catalog
 from planner.protocols import SENSORS, Sensor
 from planner.spec.budget import ErrorBudget
+from planner.spec.curve_names import families_of
 from planner.spec.model import Spec
 from planner.verify.curve_shapes import SHAPES
 from planner.verify.curves import Curves, OneUnits, family, several_units, table_of
@@ -17,19 +18,6 @@ MEASURED = "measured"  # as the units that were measured; errors with tables are
 def budgets_of(spec: Spec) -> dict[tuple[Sensor, str], ErrorBudget]:
     """(sensor, effect) -> its budget."""
     return {(s, e): budget for s in SENSORS for e, budget in getattr(spec.unit, s).items()}
-
-
-def families_of(spec: Spec) -> tuple[str, ...]:
-    """Those that the spec leaves open: all shapes, unless every curve is named or measured on several units.
-
-    With a curve measured on one unit that curve itself beside them.
-    """
-    budgets = [b for b in budgets_of(spec).values() if b.temperature_residual is not None]
-    one_unit = any(b.measured_curve is not None for b in budgets)
-    if one_unit or any(b.residual_table and b.curve_family_name is None for b in budgets):
-        return (*SHAPES, MEASURED) if one_unit else SHAPES
-    said = {MEASURED if b.measured_curves else b.curve_family_name for b in budgets}
-    return tuple(name for name in (*SHAPES, MEASURED) if name in said) or SHAPES[:1]
 
 
 def usual_family(spec: Spec) -> str:

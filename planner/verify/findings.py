@@ -54,6 +54,14 @@ class Findings:
         self.faults.append(Fault(self.name, where, f"is {shown(found)}, must be {shown(wanted)}"))
         return False
 
+    def near(self, where: str, found: float, wanted: float, within: float) -> bool:
+        """`found` may be so far from `wanted`."""
+        self.figures += 1
+        if abs(found - wanted) <= within:
+            return True
+        self.faults.append(Fault(self.name, where, f"is {shown(found)}, must be about {shown(wanted)}"))
+        return False
+
     def at_most(self, where: str, found: float, limit: float, tolerance: float = SAME) -> bool:
         """`found` must not exceed the limit."""
         self.figures += 1

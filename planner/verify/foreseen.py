@@ -6,8 +6,7 @@ The rest of a term in flight is what the unit has there less what its calibratio
 
 and every chance of it is followed by itself: constants and curves that the tables miss, the walk up to the
 flight, the flight's own power-on and drift, the campaign's runs, drift, noise and references. Nothing here is
-the planner's: its information matrices are not asked, and curves count by the mean of f fᵀ over curves that
-verify draws itself.
+the planner's: its information matrices are not asked, and curves count by verify's own second moments.
 """
 
 from __future__ import annotations
@@ -16,58 +15,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.spec.budget import STORAGE_DAYS
-from planner.verify.curves import Curves
-from planner.verify.draws import Exposed, Unit, generator
+from planner.verify.draws import Exposed, Unit
 from planner.verify.nodes import read
 from planner.verify.residuals import carrier, flying, share
-from planner.verify.told import Error, Told
+from planner.verify.second_moments import Error, Moment
+from planner.verify.told import Told
 
-CURVES = 6000  # of every family: their second moment is then known to 2 %, a figure with it to less than 1 %
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
 Asked = Mapping[Error, Array]
 """Error -> (R, K, t): what is asked of its terms at the moments of the flight."""
-
-
-@dataclass(frozen=True)
-class Moment:
-    """Mean of f fᵀ over an error's curves. grid: (G,) degC; value: (G, G)."""
-
-    grid: Array
-    value: Array
-
-    def at(self, degc: Array) -> Array:
-        """(k, k) at temperatures (k,), the end segments going on beyond the grid."""
-        left, s = self._between(degc)
-        return self._mixed(left, np.stack([1.0 - s, s]))
-
-    def of_slopes(self, degc: Array) -> Array:
-        """(k, k) of the slopes of f, per K²."""
-        left, _ = self._between(degc)
-        each = 1.0 / (self.grid[left + 1] - self.grid[left])
-        return self._mixed(left, np.stack([-each, each]))
-
-    def _between(self, degc: Array) -> tuple[NDArray[np.intp], Array]:
-        left = np.clip(np.searchsorted(self.grid, degc, side="right") - 1, 0, len(self.grid) - 2)
-        return left, (degc - self.grid[left]) / (self.grid[left + 1] - self.grid[left])
-
-    def _mixed(self, left: NDArray[np.intp], weights: Array) -> Array:
-        ends = [(left, weights[0]), (left + 1, weights[1])]
-        parts = [np.outer(a, b) * self.value[np.ix_(i, j)] for i, a in ends for j, b in ends]
-        return np.asarray(sum(parts))
-
-
-def moments_of(curves: Mapping[Error, Curves], family: str) -> dict[Error, Moment]:
-    """Of the curves of every error, from CURVES of them."""
-    return {error: _moment(one, error, family) for error, one in curves.items()}
-
-
-def _moment(curves: Curves, error: Error, family: str) -> Moment:
-    drawn = curves.drawn(CURVES, generator(0, 0, "second moment", family, *error))
-    return Moment(curves.grid, drawn.T @ drawn / CURVES)
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,10 @@ from planner.verify.asked import Navigation, covariances, figure, navigation, wo
 from planner.verify.experiment import Experiment
 from planner.verify.families import curves_in
 from planner.verify.flights import FlightModel
-from planner.verify.foreseen import Foresight, Moment, moments_of
+from planner.verify.foreseen import Foresight
+from planner.verify.second_moments import Error, Moment, moments_of
 from planner.verify.starts import Starts, anywhere, at_one
-from planner.verify.told import Error, told
+from planner.verify.told import told
 
 FINE = 49  # starts among which the worst is looked for
 
@@ -49,7 +50,7 @@ class Prediction:
     def moments(self, family: str) -> Mapping[Error, Moment]:
         """Second moments of the curves of a family."""
         if family not in self._moments:
-            self._moments[family] = moments_of(curves_in(self.e.spec, family), family)
+            self._moments[family] = moments_of(curves_in(self.e.spec, family))
         return self._moments[family]
 
     def figures(self, index: int, starts: Starts, families: tuple[str, ...]) -> dict[str, float]:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from planner.nouns.trajectory import Trajectory
@@ -33,6 +33,11 @@ NOT_RECOUNTED = (
 Document = Mapping[str, Any]
 
 
+def is_by_information(document: Document) -> bool:
+    """Whether a plan says that it promises what will be flown; others are by half-widths and sums."""
+    return document.get("method") == "information"
+
+
 @dataclass(frozen=True)
 class Recount:
     """Every check, every fault, and what was not counted again."""
@@ -40,6 +45,14 @@ class Recount:
     checks: tuple[Check, ...]
     faults: tuple[Fault, ...]
     not_recounted: tuple[str, ...] = NOT_RECOUNTED
+
+    def and_also(self, found: Sequence[Findings]) -> Recount:
+        """With more checks."""
+        return replace(
+            self,
+            checks=(*self.checks, *(f.check() for f in found)),
+            faults=(*self.faults, *(fault for f in found for fault in f.faults)),
+        )
 
     @property
     def ok(self) -> bool:
@@ -55,7 +68,8 @@ class Recount:
 def recount(document: Document, loaded: LoadedSpec, trajectory: Trajectory | None = None) -> Recount:
     """Count a plan's tree (plan.json) again. trajectory: the spec's flight, unless sensitivities are given.
 
-    A tree of another shape than planner's is a fault of its own, and nothing else can be counted then.
+    A tree of another shape than planner's is a fault of its own, and nothing else can be counted then. What a
+    plan by information promises is recount_promise's.
     """
     seal = _check_seal(document)
     shape = _check_shape(document)
@@ -68,8 +82,8 @@ def recount(document: Document, loaded: LoadedSpec, trajectory: Trajectory | Non
         if not names.faults:
             found.append(_check_bound(document, spec))
             found += check_steps(document, spec)
-            found += check_budget(document, spec)
-            found += check_navigation(document, spec, trajectory)
+            found += check_budget(document, spec, is_by_information(document))
+            found += check_navigation(document, spec, trajectory, is_by_information(document))
             found.append(_check_genetic(document, spec))
     return Recount(tuple(f.check() for f in found), tuple(fault for f in found for fault in f.faults))
 
@@ -333,6 +347,7 @@ def _check_genetic(document: Document, spec: Spec) -> Findings:
         found.same("genetic, gap", genetic["gap"], genetic["time_s"] / document["time_s"] - 1.0, 1e-6)
     for i, point in enumerate(genetic["front"]):
         for name in point:
-            if name != "time_s" and name not in document["allowances"]:
+            known = name in ("time_s", "power_on_s") or name in document["allowances"]
+            if not known and name not in map(str, range(len(document["requirements"]))):
                 found.fault(f"genetic, front {i}", f"{name} is no error of the plan")
     return found

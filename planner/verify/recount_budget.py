@@ -28,12 +28,20 @@ PART_NAMES = ("run_to_run", "in_run", "storage", "temperature", "estimate")
 Document = Mapping[str, Any]
 
 
-def check_budget(document: Document, spec: Spec) -> list[Findings]:
-    """Tests, repeats and why, allowances and their parts."""
+def check_budget(document: Document, spec: Spec, by_information: bool = False) -> list[Findings]:
+    """Tests, repeats and why, allowances and their parts.
+
+    A plan by information may leave a test out, has K's half-widths beside it only, and allowances of another
+    kind.
+    """
     tests = Findings("tests", "tests, temperatures and repeats are those that the spec allows")
     repeats = Findings("repeats", "half-widths are q(n) s / √n, and the repeats reach what is needed")
     parts = Findings("allowances", "parts are those of the budgets, and add up to what is allowed")
     _check_tests(tests, document, spec)
+    if by_information:
+        _check_beside(repeats, document, spec)
+        return [tests, repeats]
+    _check_all_are_made(tests, document, spec)
     reasons = _check_reasons(repeats, document, spec)
     _check_allowances(parts, document, spec, reasons)
     return [tests, repeats, parts]
@@ -56,6 +64,10 @@ def _check_tests(found: Findings, document: Document, spec: Spec) -> None:
         found.same(f"{where}, temperatures", t["temperatures_degc"], sorted(set(t["temperatures_degc"])))
         found.same(f"{where}, repeats", len(t["repeats"]), len(t["temperatures_degc"]))
         _check_fixed(found, where, t, spec)
+
+
+def _check_all_are_made(found: Findings, document: Document, spec: Spec) -> None:
+    names = [t["test"] for t in document["tests"]]
     wanted = {
         name for name, test in spec.tests.items() if test.calibrates or _fixed(spec, name)[1] is not None
     }
@@ -143,6 +155,25 @@ def _check_reasons(
         within = added.get((r["error"], r["test"]), 0.0)
         _check_needed(found, f"reasons {i}, {r['error']}", r, reached, spec, within)
     return reached
+
+
+def _check_beside(found: Findings, document: Document, spec: Spec) -> None:
+    """K's half-widths of the same records, beside a plan that does not rest on them."""
+    made = {
+        (t["test"], float(x)): n
+        for t in document["tests"]
+        for x, n in zip(t["temperatures_degc"], t["repeats"], strict=False)
+    }
+    added = _added(found, document, spec)
+    for i, r in enumerate(document["reasons"]):
+        where = f"reasons {i}, {r['error']} at {r['temperature_degc']:g} degC"
+        n = made.get((r["test"], float(r["temperature_degc"])), 0)
+        if n < 1 or r["error"] not in budgets_of(spec):
+            found.fault(where, f"no such error is measured there by test {r['test']}")
+            continue
+        _check_reason(found, where, r, n, spec, added.get((r["error"], r["test"]), 0.0))
+        wanted = "promise" if _fixed(spec, r["test"])[1] is None else "fixed"
+        found.same(f"{where}, bound_by", r["bound_by"], wanted)
 
 
 def _added(found: Findings, document: Document, spec: Spec) -> dict[tuple[str, str], float]:

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from planner.errors import InputError
+from planner.spec.curve_names import families_of
 from planner.spec.model import Requirement, Spec
 from planner.verify.curve_shapes import SHAPES
-from planner.verify.families import MEASURED, families_of, usual_family
+from planner.verify.families import MEASURED, usual_family
 from planner.verify.starts import Starts, anywhere, as_flown, starts_of
 
 ALL = "all"

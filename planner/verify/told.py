@@ -25,8 +25,7 @@ from planner.verify.declared import INPUT, Column
 from planner.verify.draws import Unit
 from planner.verify.records import Records
 from planner.verify.references import Direction, directions, thermometers
-
-Error = tuple[Sensor, str]
+from planner.verify.second_moments import Error
 
 
 @dataclass(frozen=True)

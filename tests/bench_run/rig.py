@@ -10,12 +10,11 @@ from planner.bench_run.job import Job, job_from
 from planner.bench_run.journal import Journal, open_journal
 from planner.bench_run.runner import Equipment, execute
 from planner.bench_run.simulator.chamber import Chamber
-from planner.bench_run.simulator.clock import VirtualClock
 from planner.bench_run.simulator.faults import Faulty, fault_from_text
-from planner.bench_run.simulator.memory import MemoryLine
 from planner.bench_run.simulator.table import Table
 from planner.export.json import plan_document
 from planner.nouns.plan import Step
+from tests.bench_run.memory_line import MemoryLine, VirtualClock
 from tests.specs import planned, small
 
 RATE_DPS, ACCELERATION_DPS2 = 600.0, 500.0

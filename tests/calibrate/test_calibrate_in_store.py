@@ -1,4 +1,4 @@
-"""Without a precise table: recalibration on top of an old one, gyros by Poisson, errors from SINS outputs."""
+"""Without a precise table: recalibration on top of an old one, gyros by Poisson."""
 
 from __future__ import annotations
 
@@ -18,14 +18,12 @@ from planner.calibrate.fit_options import FitOptions
 from planner.calibrate.in_store import combined
 from planner.calibrate.methods import fit_options
 from planner.calibrate.poisson_gyro import Turn, poisson_gyro
-from planner.calibrate.sins_outputs import SinsRest, sensor_errors
 from planner.cli import app
 from planner.dwells.dwell_files import write_dwells
 from planner.dwells.table_rows import rows_of
 from planner.errors import InputError
 from planner.nouns.calibration import Tables
 from planner.nouns.dwell_table import DwellTable
-from planner.physics.earth import EARTH_RATE_RADPS as EARTH
 from planner.units import STANDARD_GRAVITY_MPS2 as G
 from tests.calibrate import world
 from tests.calibrate.truths import LAYOUT, any_spec
@@ -249,61 +247,3 @@ def test_rests_and_turns_of_a_dwell_table_need_no_references() -> None:
     np.testing.assert_allclose(tables.bias[:, 0], bias, atol=1e-5)
     with pytest.raises(InputError, match="rest, turn and rest again"):
         calibrate(rows_of(t, np.arange(0, len(t), 2)), any_spec(), FitOptions("rests_and_turns"))
-
-
-# ---------------------------------------------------------------- SINS outputs
-
-
-def outputs(
-    gyro: np.ndarray, acc: np.ndarray, C: np.ndarray, latitude: float, noise: float, seed: int
-) -> SinsRest:
-    """A minute at rest by K's equations 24-26, written out and integrated by Runge-Kutta."""
-    from scipy.integrate import solve_ivp
-
-    w, n = C @ gyro, C @ acc
-    s, c = EARTH * np.sin(latitude), EARTH * np.cos(latitude)
-
-    def rate(_: float, x: np.ndarray) -> list[float]:
-        a, b, g, v1, v2, v3 = x
-        return [
-            w[0] + s * b - c * g,
-            w[1] - s * a,
-            w[2] + c * a,
-            n[0] + 2 * s * v2 - 2 * c * v3 - b * G,
-            n[1] - 2 * s * v1 + a * G,
-            n[2] + 2 * c * v1,
-        ]
-
-    t = np.linspace(0.0, 60.0, 1201)
-    x = solve_ivp(rate, (0.0, 60.0), np.zeros(6), t_eval=t, rtol=1e-11, atol=1e-14).y.T
-    rng = np.random.default_rng(seed)
-    return SinsRest(t, x[:, :3], x[:, 3:] + noise * rng.normal(size=(len(t), 3)), C, latitude)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_sins_outputs_agree_with_the_direct_method(seed: int) -> None:
-    """Figures of K table 4.8: gyro bias to 1e-5 deg/s, accelerometer bias to 1e-5 g, here at six faces."""
-    rng = np.random.default_rng(seed)
-    gyro, acc = 0.01 * DEG * rng.normal(size=3), 2e-3 * G * rng.normal(size=3)
-    latitude = np.radians(55.0)
-    found = []
-    for _ in range(6):
-        C = Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix()
-        found.append(sensor_errors(outputs(gyro, acc, C, latitude, 1e-5, seed)))
-    direct = np.array([gyro + 1e-9 * rng.normal(size=3) for _ in range(6)]).mean(
-        axis=0
-    )  # readings less truth
-    np.testing.assert_allclose(np.mean([e.gyro for e in found], axis=0), direct, rtol=0, atol=1e-5 * DEG)
-    np.testing.assert_allclose(np.mean([e.acc for e in found], axis=0), acc, rtol=0, atol=1e-5 * G)
-
-
-def test_whole_angles_and_broken_time_are_refused() -> None:
-    good = outputs(np.zeros(3), np.zeros(3), np.eye(3), 0.9, 0.0, 0)
-    for bad, says in (
-        (replace(good, attitude=good.attitude + 0.5), "small angles"),
-        (replace(good, time=good.time[::-1]), "time that rises"),
-        (replace(good, velocity=good.velocity * np.nan), "NaN"),
-        (SinsRest(good.time[:3], good.attitude[:3], good.velocity[:3], good.C, 0.9), "10 samples"),
-    ):
-        with pytest.raises(InputError, match=says):
-            sensor_errors(bad)

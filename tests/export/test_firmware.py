@@ -1,9 +1,12 @@
-"""The firmware's files: the C that comes out corrects as Python does; the image says when it is damaged."""
+"""The firmware's files: the C that comes out corrects as Python does; the image holds the same."""
 
 from __future__ import annotations
 
+import math
 import shutil
+import struct
 import subprocess
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +14,7 @@ import pytest
 
 from planner import __version__
 from planner.calibrate.correction import corrected
-from planner.errors import InputError
-from planner.export.binary_image import binary_image, read_image
+from planner.export.binary_image import binary_image
 from planner.export.c_header import c_header
 from planner.export.firmware import firmware_tables, left_out_notes
 from planner.nouns.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
@@ -148,27 +150,44 @@ def test_a_name_cannot_leave_its_comment() -> None:
         assert comment.count("*/") == 1
 
 
+SHAPES = {  # as the layout says; N nodes
+    "temperature": "N",
+    "bias": "N3",
+    "plus": "N3",
+    "minus": "N3",
+    "drift": "3",
+    "warm_up": "3",
+    "time_constant": "3",
+    "acceleration": "33",
+    "nonlinearity": "3",
+    "alignment": "33",
+}
+
+
+def read_image(data: bytes) -> dict[str, dict[str, np.ndarray]]:
+    """Sensor -> array name -> values, by the layout and not by planner."""
+    magic, version, count = struct.unpack_from("<4sHH", data)
+    assert (magic, version) == (b"IMUC", 1)
+    assert struct.unpack("<I", data[-4:])[0] == zlib.crc32(data[:-4])
+    found, at = {}, 8
+    for _ in range(count):
+        kind, nodes, _, _ = struct.unpack_from("<HHff", data, at)
+        at += 12
+        arrays = found[("gyro", "accelerometer")[kind]] = {}
+        for name, letters in SHAPES.items():
+            shape = [nodes if letter == "N" else int(letter) for letter in letters]
+            arrays[name] = np.frombuffer(data, "<f4", math.prod(shape), at).reshape(shape)
+            at += arrays[name].nbytes
+    assert at == len(data) - 4
+    return found
+
+
 def test_the_image_holds_the_arrays_of_the_header() -> None:
     found = calibration(5)
-    image = binary_image(found)
-    back = read_image(image)
+    back = read_image(binary_image(found))
     for sensor in firmware_tables(found):
         for name, values in sensor.arrays().items():
             assert back[sensor.sensor][name].tobytes() == values.astype("<f4").tobytes()
-
-
-@pytest.mark.parametrize("byte", [0, 5, 9, 40, -3])
-def test_one_flipped_bit_is_seen(byte: int) -> None:
-    image = bytearray(binary_image(calibration(6)))
-    image[byte] ^= 0x10
-    with pytest.raises(InputError, match=r"IMUC|CRC-32"):
-        read_image(bytes(image))
-
-
-@pytest.mark.parametrize("size", [0, 3, 11, 60])
-def test_a_cut_image_is_refused(size: int) -> None:
-    with pytest.raises(InputError, match=r"IMUC|CRC-32"):
-        read_image(binary_image(calibration(7))[:size])
 
 
 def test_what_the_arrays_cannot_hold_is_said() -> None:

@@ -7,10 +7,10 @@ import math
 import pytest
 
 from planner.bench_run.simulator.chamber import Chamber
-from planner.bench_run.simulator.clock import VirtualClock
 from planner.bench_run.simulator.table import Table
 from planner.catalog import exports
 from planner.protocols import ExportOptions
+from tests.bench_run.memory_line import VirtualClock
 from tests.export import grammar
 from tests.export.samples import shipped
 from tests.shipped_plans import NAMES

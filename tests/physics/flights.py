@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from planner.nouns.trajectory import Trajectory
 from planner.physics import earth
-from planner.physics.attitude import cross, dcm_from_rph, rotate
+from planner.physics.attitude import cross, rotate
 from planner.physics.earth import Array
 
 
@@ -66,7 +67,7 @@ def state(flight: Flight, t: Array) -> tuple[Array, Array, Array, Array, Array]:
         axis=-1,
     )
     w_ie, w_en = earth.earth_rate_ned(lat), earth.transport_rate_ned(lat, alt, v)
-    c_bn = dcm_from_rph(roll, pitch, heading).swapaxes(-1, -2)
+    c_bn = Rotation.from_euler("xyz", np.stack([roll, pitch, heading], axis=-1)).inv().as_matrix()
     force = rotate(c_bn, dv + cross(2 * w_ie + w_en, v) - earth.gravity_ned(lat, alt))
     euler = np.stack(
         [

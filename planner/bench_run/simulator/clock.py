@@ -1,25 +1,8 @@
-"""The bench's time: moved by whoever waits (in one process), by the wall clock, or by a client over TCP."""
+"""The bench's time: moved by the wall clock, or by a client over TCP."""
 
 from __future__ import annotations
 
 import time
-
-
-class VirtualClock:
-    """Time that passes only when somebody sleeps; a whole campaign takes as long as its arithmetic."""
-
-    def __init__(self) -> None:
-        self._now = 0.0
-
-    def now(self) -> float:
-        """Seconds since the clock was made."""
-        return self._now
-
-    def sleep(self, seconds: float) -> None:
-        """Let time pass. Raises ValueError for a negative time."""
-        if seconds < 0:
-            raise ValueError(f"time does not go back: {seconds} s")
-        self._now += seconds
 
 
 class ServedClock:

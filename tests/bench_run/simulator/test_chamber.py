@@ -3,7 +3,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.bench_run.simulator.chamber import Chamber
-from planner.bench_run.simulator.clock import VirtualClock
+from tests.bench_run.memory_line import VirtualClock
 
 
 def running():

@@ -4,13 +4,13 @@ import math
 
 import pytest
 
-from planner.bench_run.simulator.clock import VirtualClock
-from planner.bench_run.simulator.script import play
 from planner.bench_run.simulator.table import Table
 from planner.control.orders import orders
 from planner.export.formats.acutrol import FORMAT
 from planner.protocols import ExportOptions
+from tests.bench_run.memory_line import VirtualClock
 from tests.bench_run.rig import small_document, small_job
+from tests.bench_run.script import play
 
 
 @pytest.mark.parametrize("dialect", ["host", "macro"])

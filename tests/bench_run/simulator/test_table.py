@@ -1,7 +1,7 @@
 import pytest
 
-from planner.bench_run.simulator.clock import VirtualClock
 from planner.bench_run.simulator.table import Table
+from tests.bench_run.memory_line import VirtualClock
 
 READY = ":Interlock:Reset ALL;:Interlock:Close ALL"
 

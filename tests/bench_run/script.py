@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from planner.bench_run.simulator.clock import VirtualClock
 from planner.bench_run.simulator.table import Table
+from tests.bench_run.memory_line import VirtualClock
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,22 @@ from __future__ import annotations
 from collections import deque
 from typing import Protocol
 
-from planner.bench_run.simulator.clock import VirtualClock
+
+class VirtualClock:
+    """Time that passes only when somebody sleeps; a whole campaign takes as long as its arithmetic."""
+
+    def __init__(self) -> None:
+        self._now = 0.0
+
+    def now(self) -> float:
+        """Seconds since the clock was made."""
+        return self._now
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass. Raises ValueError for a negative time."""
+        if seconds < 0:
+            raise ValueError(f"time does not go back: {seconds} s")
+        self._now += seconds
 
 
 class _Receiver(Protocol):
