@@ -342,6 +342,7 @@ class PlanWhy(Part):
     families: dict[str, dict[str, Time]] = {}
     method: Literal["information", "published"] = "published"
     proved_of: str = ""
+    spread_factor: Positive = 1.0
     worth: list[WorthFigures] = []
     prices: list[PriceFigures] = []
 
