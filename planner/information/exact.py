@@ -20,8 +20,11 @@ from planner.information.kinds import Kind, Kinds, channel_kinds
 from planner.information.model_of import Flight, asked_of, promise_of
 from planner.information.promise import Promise
 from planner.nouns.array import Array
+from planner.nouns.choices import Campaign as Choice
+from planner.nouns.choices import TestVisits
 from planner.nouns.plan import Step
 from planner.plan.flight_response import Flying
+from planner.plan.schedule_to_steps import steps
 from planner.solvers.gaussian_length import exceedance
 
 DRAWS = 4000  # of a flight at each temperature, for a requirement at any moment
@@ -91,6 +94,11 @@ def _days(flight: Flight, made: Campaign) -> Days:
         return span * (1.0 - carried.get((f.error, f.term), 0.0)) + flight.in_store(span)
 
     return days
+
+
+def laid_out(flight: Flight, visits: Sequence[TestVisits]) -> tuple[Step, ...]:
+    """The steps of visits on the benches."""
+    return steps(flight.spec, Choice(tuple(visits), (), 0.0, 0.0, False))
 
 
 # ---------------------------------------------------------------- quantiles

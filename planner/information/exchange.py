@@ -20,6 +20,7 @@ CHUNK = 48  # campaigns that are evaluated together
 MOST_TEMPERATURES = 9
 MOST_STEPS = 400
 EASIER = 1e-6
+MOST_REPEATS = 1000  # that stand for as many as one likes
 
 
 @dataclass
@@ -60,7 +61,7 @@ def shortest(offers: Offers, judge: Judge, most: int) -> Array | None:
     """(g,) counts of the shortest campaign found, None if none keeps the promise; most: to look at."""
     best: Array | None = None
     least = np.inf
-    for start in beginnings(offers, judge):
+    for start in beginnings(offers, judge) or one_that_keeps(offers, judge):
         found = downhill(offers, judge, start)
         cost = float(offers.cost(found[None])[0])
         if cost < least - EASIER:
@@ -83,6 +84,43 @@ def beginnings(offers: Offers, judge: Judge) -> list[Array]:
             if n is not None:
                 found.append(n)
     return sorted(found, key=lambda n: float(offers.cost(n[None])[0]))
+
+
+def one_that_keeps(offers: Offers, judge: Judge) -> list[Array]:
+    """A campaign that keeps the promise, where none at even temperatures does; none where none is found."""
+    every = list(judge.promise.families)
+    n = easiest(offers, lambda counts: judge.loads(counts, every), 1.0)
+    return [n] if judge.loads(n[None], every)[0] <= 1.0 and judge.keeps(n) else []
+
+
+def easiest(offers: Offers, load_of: Callable[[Array], Array], enough: float = 0.0) -> Array:
+    """The campaign that is found to load the promise least, or so little as is enough, whatever it costs.
+
+    From the best of those at even temperatures with the most repeats, step by step; more records are not
+    always better, because straight lines between other temperatures miss another part of the curves.
+    """
+    every = np.array([even(offers, N) for N in range(1, MOST_TEMPERATURES + 1)])
+    every = np.concatenate([every, np.array([most_repeats(offers, n) for n in every])])
+    loads = load_of(every)
+    n, load = every[np.argmin(loads)], float(loads.min())
+    moves = Neighbours(offers)
+    for _ in range(MOST_STEPS):
+        near = np.concatenate([moves.of(n), moves.more(n), moves.most(n)])
+        loads = load_of(near)
+        best = int(np.argmin(loads))
+        if load <= enough or not loads[best] < load * (1.0 - EASIER):
+            break
+        n, load = near[best], float(loads[best])
+    return np.asarray(n)
+
+
+def most_repeats(offers: Offers, n: Array) -> Array:
+    """The campaign with as many repeats as the spec allows."""
+    most = n.copy()
+    for offer in offers.tests:
+        if offer.fixed is None:
+            most[offer.places] = np.where(n[offer.places] > 0, min(offer.most, MOST_REPEATS), 0)
+    return most
 
 
 def even(offers: Offers, N: int, main: str | None = None) -> Array:

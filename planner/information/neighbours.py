@@ -41,6 +41,14 @@ class Neighbours:
                 found.append(_with(n, *((k, n[k] + 1) for k in used)))
         return np.array(found).reshape(-1, len(n))
 
+    def most(self, n: Array) -> NDArray[np.float64]:
+        """(B, g) campaigns with one visit more, made as often as any other of its test."""
+        found = []
+        for offer in self._movable:
+            repeats = max(n[offer.places].max(), offer.least)
+            found += [_with(n, (k, repeats)) for k in offer.places if n[k] == 0]
+        return np.array(found).reshape(-1, len(n))
+
     # ------------------------------------------------------------ what may be moved
 
     @property

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.information.choose import Found
-from planner.information.curves import Curves
 from planner.information.exchange import Judge, downhill, enough
-from planner.information.kinds import kinds_of
-from planner.information.model_of import Flight, asked_of, promise_of
+from planner.information.model_of import Flight
 from planner.information.scaled import PARTS, Part, scaled
+from planner.information.spreads import figures_with
 from planner.nouns.array import Array
 from planner.nouns.plan import Price
 from planner.nouns.sensor import ErrorName
@@ -108,11 +107,12 @@ def _of_repeats(spec: Spec, found: Found) -> Iterator[Price]:
 
 def _of_benches(spec: Spec, found: Found) -> Iterator[Price]:
     now = makespan(spec, found.visits)
-    for words, changed in _bench_changes(spec, {spec.tests[v.test].bench for v in found.visits}):
+    for words, changed in _bench_changes(spec, [v.test for v in found.visits]):
         yield Price(words, (makespan(changed, found.visits) - now) * max(weights_of(spec)[0], 0.0))
 
 
-def _bench_changes(spec: Spec, used: set[str]) -> Iterator[tuple[str, Spec]]:
+def _bench_changes(spec: Spec, tests: Sequence[str]) -> Iterator[tuple[str, Spec]]:
+    used = {spec.tests[name].bench for name in tests}
     for name in [n for n in spec.benches if n in used]:
         bench = spec.benches[name]
         if bench.install > 0:
@@ -131,7 +131,7 @@ def _bench_changes(spec: Spec, used: set[str]) -> Iterator[tuple[str, Spec]]:
             )
         if spec.plan.units is not None:
             yield f"{name}: room for one unit more", _bench(spec, name, units=bench.units + 1)
-    for name in [n for n, t in spec.tests.items() if t.bench in used]:
+    for name in tests:
         test = spec.tests[name]
         if test.cool_down > 0:
             less = 0.5 * test.cool_down
@@ -170,15 +170,8 @@ def _of_spreads(
 
 def loads_with(flight: Flight, found: Found, spec: Spec) -> float:
     """The load of the same campaign under another error model, by the quick figures."""
-    offered = [(v.test, v.temperatures_degc) for v in found.visits]
-    kinds = kinds_of(spec, offered)
-    other = Flight(spec, flight.response, Curves(spec, flight.curves.drawn), flight.day)
-    promise = promise_of(other, kinds, asked_of(other, exact=False))
-    made = {(v.test, t): n for v in found.visits for t, n in zip(v.temperatures_degc, v.repeats, strict=True)}
-    counts = np.array([[float(made[k.test, k.temperature_degc]) for k in kinds.kinds]])
-    limits = np.array([a.limit for a in promise.asked])
-    figures = promise.figures(counts)[0].max(axis=0) * found.judge.tightened
-    return float((figures / limits).max())
+    limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
+    return float((figures_with(flight, found.visits, spec) * found.judge.tightened / limits).max())
 
 
 def parts_by_share(

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.errors import InfeasibleError, InputError
-from planner.information.exact import Foreseen
-from planner.information.exchange import MOST_TEMPERATURES, Judge, even
+from planner.information.exact import Foreseen, foreseen, laid_out
+from planner.information.exchange import Judge, easiest
 from planner.information.model_of import Flight
 from planner.information.offers import Offers
 from planner.information.parts import left_in_flight, shares
@@ -18,20 +18,19 @@ from planner.plan.repeats_to_schedule import figure, rounded_up
 from planner.spec.model import NAVIGATION_ERRORS
 from planner.units import from_si
 
-MOST = 1000  # repeats that stand for as many as one likes
 SHOWN = 4
 
 
 def refusal(flight: Flight, offers: Offers, judge: Judge) -> InfeasibleError | InputError:
     """The error to raise: every requirement that the most records at the best temperatures do not meet."""
-    every = np.array([_most(offers, even(offers, N)) for N in range(1, MOST_TEMPERATURES + 1)])
-    figures = judge.promise.figures(every).max(axis=1) * judge.tightened
+    each = [_easiest(offers, judge, k) for k in range(len(judge.promise.asked))]
+    figures = judge.promise.figures(np.array(each)).max(axis=1)
     if not np.any(np.isfinite(figures)):
         return InputError(
             "no campaign of the tests on offer determines everything that flies; "
             "`planner check` names what is missing"
         )
-    beyond = [_beyond(flight, judge, every, figures, k) for k in range(figures.shape[1])]
+    beyond = [_beyond(flight, offers, judge, n, k) for k, n in enumerate(each)]
     found = [b for b in beyond if b is not None]
     if not found:
         return InfeasibleError("the requirements can be met one by one but not together")
@@ -50,12 +49,17 @@ class _Beyond:
     words: str
 
 
-def _beyond(flight: Flight, judge: Judge, every: Array, figures: Array, k: int) -> _Beyond | None:
-    wanted, best = flight.spec.requirement[k], int(np.argmin(figures[:, k]))
-    value = float(figures[best, k])
+def _easiest(offers: Offers, judge: Judge, k: int) -> Array:
+    """The campaign that keeps requirement k most easily."""
+    return easiest(offers, lambda counts: judge.promise.figures(counts)[:, :, k].max(axis=1))
+
+
+def _beyond(flight: Flight, offers: Offers, judge: Judge, n: Array, k: int) -> _Beyond | None:
+    wanted = flight.spec.requirement[k]
+    value = foreseen(flight, laid_out(flight, offers.visits(n))).largest[k]
     if value <= wanted.limit.si:
         return None
-    unit, binds = NAVIGATION_ERRORS[wanted.error], _binding(flight, judge, every[best], k)
+    unit, binds = NAVIGATION_ERRORS[wanted.error], _binding(flight, judge, n, k)
     shown = ", ".join(f"{name} {share:.0%}" for name, share in binds[:SHOWN] if share >= 0.005)
     return _Beyond(
         k,
@@ -66,15 +70,6 @@ def _beyond(flight: Flight, judge: Judge, every: Array, figures: Array, k: int) 
         f"{figure(from_si(value, unit))} {unit} are reached; what binds: {shown}; "
         f"the nearest limit that can be met is {rounded_up(from_si(value, unit))} {unit}",
     )
-
-
-def _most(offers: Offers, n: Array) -> Array:
-    """The campaign with as many repeats as the spec allows."""
-    most = n.copy()
-    for offer in offers.tests:
-        if offer.fixed is None:
-            most[offer.places] = np.where(n[offer.places] > 0, min(offer.most, MOST), 0)
-    return most
 
 
 def _binding(flight: Flight, judge: Judge, n: Array, k: int) -> tuple[tuple[str, float], ...]:

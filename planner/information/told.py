@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from planner.information.kinds import ChannelKinds
 from planner.information.tables import hats_of
 from planner.nouns.array import Array
+from planner.temperature_table import GAP_K, LEAST_ROWS, nodes_with_rows, temperature_nodes
 
 RIDGE = 1e-14  # of M's unit diagonal: a singular one is inverted, and its inflation told from a good one's
 UNSEEN = 1e10  # inflation of a variance from which on a coefficient counts as undetermined
@@ -40,6 +41,11 @@ class Alike:
     def first(self) -> ChannelKinds:
         """One for all."""
         return self.channels[0]
+
+    @cached_property
+    def records(self) -> Array:
+        """(g,) records of one power-on of each kind."""
+        return np.diff(np.append(self.first.starts, len(self.first.rows)))
 
     @cached_property
     def grid(self) -> tuple[Array, Array]:
@@ -86,21 +92,38 @@ def alike(channels: Sequence[ChannelKinds], degc: Array) -> list[Alike]:
 
 def told(group: Alike, counts: Array, curved: Sequence[int]) -> Iterator[Told]:
     """What campaigns with counts (B, g) tell; curved: the terms whose curves count."""
-    used = counts > 0
-    t, at = group.grid
-    order = np.argsort(~used, axis=1, kind="stable")[:, : int(used.sum(axis=1).max(initial=1))]
+    order = np.argsort(counts <= 0, axis=1, kind="stable")
+    order = order[:, : int((counts > 0).sum(axis=1).max(initial=1))]
     n = np.take_along_axis(counts, order, 1)
-    seen = used.astype(float) @ at > 0
-    driven = (used & group.first.drives).astype(float) @ at > 0
-    driven = np.where(driven.any(axis=1, keepdims=True), driven, seen)
-    sizes = seen.sum(axis=1) * 1000 + driven.sum(axis=1)
+    nodes, driven = _nodes(group, counts)
+    sizes = np.isfinite(nodes).sum(axis=1) * 1000 + np.isfinite(driven).sum(axis=1)
     for size in np.unique(sizes):
         which = np.flatnonzero(sizes == size)
-        nodes, own = (
-            np.sort(np.where(mask[which], t, np.inf), axis=1)[:, : int(mask[which[0]].sum())]
-            for mask in (seen, driven)
-        )
-        yield _told(group, which, order[which], n[which], nodes, own, curved)
+        N, D = divmod(int(size), 1000)
+        yield _told(group, which, order[which], n[which], nodes[which, :N], driven[which, :D], curved)
+
+
+def _nodes(group: Alike, counts: Array) -> tuple[Array, Array]:
+    """(B, T) nodes of tables, and those of scale factors, ascending and infinite where there are no more.
+
+    As the fit places them: among many records a temperature of a single one is no node, and temperatures that
+    a soaked chamber cannot keep apart share theirs.
+    """
+    t, at = group.grid
+    used = counts > 0
+    records = (counts * group.records) @ at
+    seen = records > 0
+    driven = (used & group.first.drives).astype(float) @ at > 0
+    driven = np.where(driven.any(axis=1, keepdims=True), driven, seen)
+    nodes, own = (np.sort(np.where(mask, t, np.inf), axis=1) for mask in (seen, driven))
+    close = seen[:, :-1] & seen[:, 1:] & (np.diff(t) <= GAP_K)
+    for b in np.flatnonzero((seen & (records < LEAST_ROWS)).any(axis=1) | close.any(axis=1)):
+        fitted = temperature_nodes(np.repeat(group.degc, (counts[b] * group.records).astype(np.int64)))
+        nodes[b], own[b] = np.inf, np.inf
+        nodes[b, : len(fitted)] = fitted
+        fitted = nodes_with_rows(fitted, group.degc[used[b] & group.first.drives])
+        own[b, : len(fitted)] = fitted
+    return nodes, own
 
 
 def _told(

@@ -155,18 +155,18 @@ def tests_table(plan: Plan) -> Table | None:
     """What every test does."""
     return table(
         "What every test does",
-        "test | bench | calibrates | motions | temperatures, °C | repeats at each | records | h | powered, h",
+        "test | temperatures, °C | repeats at each | h | bench | motions | records | powered, h | calibrates",
         (
             (
                 _breakable(test.test),
-                _breakable(test.bench),
-                _breakable(", ".join(test.calibrates)) or "nothing: timed only",
-                str(test.motions),
                 degrees(test.temperatures_degc),
                 runs([str(n) for n in test.repeats]),
-                str(sum(test.repeats) * test.motions),
                 hours(test.time_s),
+                _breakable(test.bench),
+                str(test.motions),
+                str(sum(test.repeats) * test.motions),
                 hours(test.power_on_s),
+                _breakable(", ".join(test.calibrates)) or "nothing: timed only",
             )
             for test in plan.tests
         ),
@@ -238,12 +238,14 @@ def _own_corners(allowed: AllowedErrors) -> Table | None:
 
 
 def genetic_table(plan: Plan) -> Table | None:
-    """The campaign that the genetic algorithm finds beside the proved one."""
+    """The campaign that the genetic algorithm finds beside the plan; by information: of one batch's work."""
     if plan.genetic is None:
         return None
-    rows = (("this plan", hours(plan.time_s), "0", "–", "–"), _genetic_row(plan.genetic))
+    informed = plan.method == "information"
+    own = plan.objective_value if informed else plan.time_s
+    rows = (("this plan", hours(own), "0", "–", "–"), _genetic_row(plan.genetic))
     return table(
-        "The genetic algorithm's campaign beside the exact one",
+        f"The genetic algorithm's campaign beside the {'plan' if informed else 'exact one'}",
         "found by | h | longer by | generations | evaluations",
         rows,
     )

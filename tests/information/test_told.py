@@ -1,0 +1,183 @@
+"""What campaigns tell, many at once, against the campaign model one by one and against dense algebra."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.campaign.design import design
+from planner.campaign.model import ChannelCampaign, campaign
+from planner.campaign.power_ons import of_design
+from planner.information.choose import laid_out
+from planner.information.kinds import ChannelKinds
+from planner.information.model_of import Flight
+from planner.information.told import Alike, Told, alike, told
+from planner.nouns.array import Array
+from planner.solvers.least_squares import factors
+from tests import oracle
+from tests.information import cases
+from tests.information.cases import Everything
+
+SEEDS = [s for s in range(40) if 4 <= Everything(cases.flight(cases.tree(s))).size <= 5000][:14]
+
+
+def drawn(every: Everything, count: int, seed: int) -> Array:
+    """(count, g) campaigns of a case that tell all that flies."""
+    counts = every.counts()
+    counts = counts[np.all(np.isfinite(every.quick(counts)), axis=1)]
+    return counts[np.random.default_rng(seed).choice(len(counts), min(count, len(counts)), replace=False)]
+
+
+def laid(flight: Flight, every: Everything, n: Array) -> dict[tuple[str, int], ChannelCampaign]:
+    """The campaign model of the steps; all on one day, as `told` is without days."""
+    runs = of_design(design(laid_out(flight, every.offers.visits(n)), flight.spec))
+    runs.conditions.day[:] = 0.0
+    return {(s, k): c for (s, k), c in campaign(flight.spec, runs).channels.items()}
+
+
+def each(every: Everything, counts: Array) -> list[tuple[Alike, Told]]:
+    """What is told of every group of channels, with the gains of all tables."""
+    found = []
+    for group in alike(every.promise.kinds.channels, every.promise.kinds.degc):
+        tabled = [i for i, t in enumerate(group.first.terms) if t.tabled]
+        found += [(group, one) for one in told(group, counts, tabled)]
+    return found
+
+
+def of_channel(group: Alike, c: ChannelKinds) -> int:
+    return next(i for i, one in enumerate(group.channels) if one is c)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_covariance_is_the_campaign_models(seed: int) -> None:
+    """The same sigma in plan and calibrate: of every coefficient, and of all products between them."""
+    flight = cases.flight(cases.tree(seed))
+    every = Everything(flight)
+    counts = drawn(every, 3, seed)
+    looked_at = 0
+    for group, one in each(every, counts):
+        for b, which in enumerate(one.which):
+            made = laid(flight, every, counts[which])
+            for c in group.channels:
+                known = made[c.sensor, c.channel].known()
+                found = one.covariance[of_channel(group, c), b][: len(known.columns), : len(known.columns)]
+                assert not known.undetermined.any()
+                assert not one.undetermined[of_channel(group, c), b].any()
+                assert sum(s.stop - s.start for s in one.places) == len(known.columns)
+                scale = np.sqrt(np.outer(known.sigma, known.sigma))
+                np.testing.assert_allclose(found / scale, known.covariance / scale, atol=2e-7)
+                looked_at += 1
+    assert looked_at == 6 * len(counts)
+
+
+@pytest.mark.parametrize("seed", SEEDS[:8])
+def test_the_covariance_is_dense_algebras(seed: int) -> None:
+    """Against tests.oracle with a constant at every node: (AᵀV⁻¹A)⁻¹, records one by one."""
+    flight = cases.flight(cases.tree(seed))
+    spec, every = flight.spec, Everything(flight)
+    counts = drawn(every, 2, seed + 1)
+    for group, one in each(every, counts):
+        for b, which in enumerate(one.which):
+            runs = of_design(design(laid_out(flight, every.offers.visits(counts[which])), spec))
+            for a, c in enumerate(group.channels):
+                budgets = getattr(spec.unit, c.sensor)
+                names = dict.fromkeys(t.error.effect for t in c.terms)
+                sizes = {
+                    e: oracle.size_of(budgets[e], storage=0.0) if e in budgets else oracle.Size()
+                    for e in names
+                }
+                run = np.repeat(np.arange(len(runs.starts)), runs.sizes)
+                white = spec.unit.white(c.sensor) / np.sqrt(runs.duration)
+                V = oracle.covariance(c.sensor, runs.conditions, run, sizes, white)[
+                    c.channel :: 3, c.channel :: 3
+                ]
+                A = _columns(c, one, b, runs.conditions)
+                wanted = np.linalg.inv(A.T @ np.linalg.solve(V, A))
+                sigma = np.sqrt(np.diag(wanted))
+                found = one.covariance[a, b][: len(sigma), : len(sigma)]
+                np.testing.assert_allclose(
+                    found / np.outer(sigma, sigma), wanted / np.outer(sigma, sigma), atol=1e-6
+                )
+
+
+def _columns(c: ChannelKinds, one: Told, b: int, conditions: oracle.Conditions) -> Array:
+    """(n, P) the effects' regressors times hats by `interp`."""
+    found = []
+    for term, nodes in zip(c.terms, one.nodes, strict=True):
+        effect = oracle.catalog.effects()[term.error.effect]
+        place = [t.name for t in effect.terms(c.sensor)].index(term.name)
+        x = effect.regressors(c.sensor, conditions)[:, c.channel, place]
+        if nodes is None:
+            found.append(x)
+            continue
+        own = nodes[b]
+        found += [x * np.interp(conditions.temperature_degc, own, row) for row in np.eye(len(own))]
+    return np.stack(found, axis=1)
+
+
+@pytest.mark.parametrize("seed", SEEDS[:10])
+def test_gains_are_the_fits_answer_to_a_curve(seed: int) -> None:
+    """Readings without noise that hold one curve: the weighted fit of the campaign model answers by the gains."""
+    flight = cases.flight(cases.tree(seed))
+    every = Everything(flight)
+    counts = drawn(every, 3, seed + 2)
+    rng = np.random.default_rng(seed)
+    for group, one in each(every, counts):
+        for b, which in enumerate(one.which):
+            made = laid(flight, every, counts[which])
+            for i, gain in one.gains.items():
+                for a, c in enumerate(group.channels):
+                    curve = dict(zip(every.promise.kinds.degc.tolist(), rng.normal(size=99), strict=False))
+                    model = made[c.sensor, c.channel]
+                    t = model.runs.conditions.temperature_degc
+                    x = _term(c, i, model)
+                    y = x * np.array([curve[float(v)] for v in t])
+                    answer = _answer(model, y)
+                    mine = gain[a, b] @ np.array([curve[float(v)] for v in group.degc[one.kinds[b]]])
+                    np.testing.assert_allclose(mine, answer[: len(mine)], atol=1e-6 * np.abs(answer).max())
+
+
+def _term(c: ChannelKinds, i: int, model: ChannelCampaign) -> Array:
+    term = c.terms[i]
+    effect = oracle.catalog.effects()[term.error.effect]
+    place = [t.name for t in effect.terms(c.sensor)].index(term.name)
+    return effect.regressors(c.sensor, model.runs.conditions)[:, c.channel, place]
+
+
+def _answer(model: ChannelCampaign, y: Array) -> Array:
+    """(p,) least squares of white rows, one for every record."""
+    rows = model.rows()
+    found = factors(rows, 1e-9)
+    repeats = np.sqrt(np.repeat(model.runs.counts, model.runs.sizes))
+    white = np.concatenate([repeats * model.whiten(y[:, None])[:, 0], np.zeros(len(rows) - len(y))])
+    return np.linalg.lstsq(rows, white, rcond=None)[0] if found is not None else np.zeros(0)
+
+
+def test_information_of_a_union_is_the_sum() -> None:
+    every = Everything(cases.flight(cases.tree(SEEDS[0])))
+    rng = np.random.default_rng(0)
+    n = rng.integers(1, 3, (2, len(every.offers.kinds))).astype(float)
+    for (group, both), (_, one), (_, other) in zip(
+        each(every, n.sum(axis=0)[None]), each(every, n[:1]), each(every, n[1:]), strict=True
+    ):
+        P = both.undetermined.shape[2]
+        inverse = [np.linalg.inv(x.covariance[:, 0, :P, :P]) for x in (both, one, other)]
+        size = np.abs(inverse[0]).max()
+        np.testing.assert_allclose(inverse[0] / size, (inverse[1] + inverse[2]) / size, atol=1e-7)
+
+
+@pytest.mark.parametrize("seed", SEEDS[:6])
+def test_a_record_more_never_makes_the_posterior_larger(seed: int) -> None:
+    """At the temperatures of the campaign; a node more is another table."""
+    every = Everything(cases.flight(cases.tree(seed)))
+    counts = drawn(every, 5, seed)
+    used = counts > 0
+    more = counts + used * np.random.default_rng(seed).integers(0, 2, counts.shape)
+    before, after = (
+        {(id(g.first), w): one.covariance[:, b] for g, one in each(every, n) for b, w in enumerate(one.which)}
+        for n in (counts, more)
+    )
+    assert len(before) == len(after) == len(counts) * len({g for g, _ in before})
+    for key, covariance in before.items():
+        grown = np.linalg.eigvalsh(after[key] - covariance).max()
+        assert grown <= 1e-9 * np.abs(covariance).max()
