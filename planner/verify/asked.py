@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner import catalog
 from planner.nouns.array import Array
 from planner.spec.model import PercentileRule, Requirement
 from planner.verify.draws import generator
-from planner.verify.flights import FlightModel, beside_coefficients, part_coefficients, vectors_of
+from planner.verify.flights import FlightModel, beside_coefficients, vectors_of
 from planner.verify.foreseen import Asked, Foresight
 from planner.verify.lengths import mixed_quantile
 from planner.verify.second_moments import Error, Moment
@@ -39,12 +38,7 @@ def navigation(flight: FlightModel, wanted: Requirement, errors: Sequence[Error]
     """A requirement on a flight with errors."""
     vectors = vectors_of(flight.linear, flight.instants, wanted)
     rows = vectors.reshape(-1, vectors.shape[2])
-    count, asked = len(flight.moments), {}
-    for sensor, effect in errors:
-        terms = len(catalog.effects()[effect].terms(sensor))
-        one = np.eye(count * terms).reshape(-1, count, terms)
-        added = rows @ part_coefficients(flight, sensor, effect, one).T
-        asked[sensor, effect] = added.reshape(len(rows), count, terms)
+    asked = {error: flight.columns.responses(rows, *error) for error in errors}
     beside = np.zeros((len(rows), len(rows)))
     for name, sigmas in flight.beside.sigmas(flight.trajectory).items():
         added = rows @ beside_coefficients(flight, {name: sigmas}, len(sigmas)).T
