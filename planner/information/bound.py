@@ -36,7 +36,8 @@ NUGGET = 1e-9  # of the variance: keeps equal rows of smooth curves apart
 SETS_AT_ONCE = 4000
 STEPS = 20  # of the count for every campaign that may be asked
 NEARLY = 1.01  # by the quick figure: then the exact one is asked
-CLEARLY = 1.0 + 1e-3  # a figure beyond the limit by more is beyond it whatever the quadrature
+CLEARLY = 1.0 + 2e-3  # a figure beyond the limit by more is beyond it whatever the quadrature,
+HALF = 0.5  # of this share of the flights or more
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,7 @@ class Prover:
         left = np.arange(len(sets))
         for moments in self._moments.values():
             for a in self._asked:
-                if len(left):
+                if len(left) and (a.share is None or a.share >= HALF):
                     left = left[self._figure(moments, a, sets[left]) <= a.limit * CLEARLY]
         good = np.zeros(len(sets), dtype=bool)
         good[left] = True
