@@ -7,7 +7,8 @@ With d = Σ^½ ρ u, u a direction and ρ the length of a standard vector of c c
 
 ⟨⟩ the mean over directions in the principal axes, by midpoints over the angle and Gauss-Legendre over the
 height along the largest one. For a search: the length of 80 % of the vectors or more is good to 2e-4, that of
-half of them to 2e-3; of fewer it is worse. `gaussian_length` has the exact law.
+half of them to 2e-3; of fewer it is worse. The share within a length of flights of very different sizes
+together is good to 2e-3. `gaussian_length` has the exact law.
 """
 
 from __future__ import annotations

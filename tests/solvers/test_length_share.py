@@ -54,7 +54,7 @@ def test_mixtures_of_very_different_flights(components: int) -> None:
     for share in (0.8, 0.95):
         r = length_within(along, c, share, weights)
         beyond = exceedance(S, np.broadcast_to(r[:, None], (10, 6))) @ weights
-        np.testing.assert_allclose(beyond, 1.0 - share, atol=2e-4)
+        np.testing.assert_allclose(beyond, 1.0 - share, atol=2e-3)
         worst = length_within(along, c, share, None)
         np.testing.assert_allclose(worst, percentile(S, share).max(axis=1), rtol=2e-4)
 
