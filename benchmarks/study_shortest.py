@@ -92,7 +92,9 @@ def report(made: list[Judged]) -> None:
     longer = [j.longer for j in kept if j.longer > 1e-9]
     gaps = [1.0 - j.bound / j.cost for j in kept]
     print(f"{len(made)} cases, {sum(j.campaigns for j in made)} campaigns")
-    print(f"proved: {sum(j.proved for j in kept)}; gap: median {np.median(gaps):.1%}, largest {max(gaps):.1%}")
+    print(
+        f"proved: {sum(j.proved for j in kept)}; gap: median {np.median(gaps):.1%}, largest {max(gaps):.1%}"
+    )
     print(f"longer than the shortest campaign: {len(longer)}, by at most {max(longer, default=0.0):.2%}")
     for j in made:
         if j.fault:

@@ -48,7 +48,9 @@ class Fleet:
         if wanted.temperature == "flight":
             each = [np.broadcast_to(flown, (self.units, len(flown)))]
         else:
-            each = [np.clip(s[:, None] + flown - flown[0], low, high) for s in self._starts(wanted, low, high)]
+            each = [
+                np.clip(s[:, None] + flown - flown[0], low, high) for s in self._starts(wanted, low, high)
+            ]
         noise = self._white(components, instants)
         errors = self._left(each)
         return max(_figure(wanted, np.einsum("xcfk,bfk->bxc", J, e, optimize=True) + noise) for e in errors)
@@ -90,7 +92,9 @@ class Fleet:
             if f.error.sensor == sensor and f.channel == channel
         ]
         declared = [e for e in self.spec.effects if not catalog.effects()[e].tabled]
-        tabled = {catalog.effects()[e].temperature_of for e in self.spec.effects if catalog.effects()[e].tabled}
+        tabled = {
+            catalog.effects()[e].temperature_of for e in self.spec.effects if catalog.effects()[e].tabled
+        }
         truth = {i: self._drawn(f.error.effect, sensor, made, each) for i, f in terms}
         xs = {i: _regressor(f.error.effect, f.term, sensor, channel, made) for i, f in terms}
         y = sum(xs[i] * truth[i][0] for i, f in terms if f.error.effect in declared)
@@ -105,13 +109,19 @@ class Fleet:
                 continue
             own = None
             if f.error.effect in tabled:
-                told = strong >= 0.05 * strong.max() if f.error.effect == "scale_factor" else np.ones(len(t), bool)
+                told = (
+                    strong >= 0.05 * strong.max()
+                    if f.error.effect == "scale_factor"
+                    else np.ones(len(t), bool)
+                )
                 own = np.unique(t[told])
             new = [xs[i]] if own is None else list(xs[i][:, None].T * _hats(t, own).T)
             reads[i] = slice(len(columns), len(columns) + len(new)), own
             columns += new
         A = np.array(columns).T
-        V = self._covariance(made, sensor, channel, white, [f.error.effect for i, f in terms if i in reads], xs, terms)
+        V = self._covariance(
+            made, sensor, channel, white, [f.error.effect for i, f in terms if i in reads], xs, terms
+        )
         estimate = y @ np.linalg.solve(V, A) @ np.linalg.inv(A.T @ np.linalg.solve(V, A))
         found = []
         for i, _ in terms:
@@ -120,11 +130,22 @@ class Fleet:
                 place, own = reads[i]
                 for s, along in enumerate(each):
                     h = np.ones((1, 1, 1)) if own is None else _hats(along, own)
-                    errors[s] = errors[s] - np.einsum("bkn,bn->bk", np.broadcast_to(h, (*along.shape, h.shape[-1])), estimate[:, place])
+                    errors[s] = errors[s] - np.einsum(
+                        "bkn,bn->bk", np.broadcast_to(h, (*along.shape, h.shape[-1])), estimate[:, place]
+                    )
             found.append((i, errors))
         return found
 
-    def _covariance(self, made: Design, sensor: Sensor, channel: int, white: Array, effects: list[str], xs: dict[int, Array], terms: list) -> Array:  # type: ignore[type-arg]
+    def _covariance(
+        self,
+        made: Design,
+        sensor: Sensor,
+        channel: int,
+        white: Array,
+        effects: list[str],
+        xs: dict[int, Array],
+        terms: list,
+    ) -> Array:  # type: ignore[type-arg]
         budgets = getattr(self.spec.unit, sensor)
         sizes = {e: oracle.size_of(budgets[e]) for e in dict.fromkeys(effects)}
         V = oracle.covariance(sensor, made.conditions, made.run, sizes, white)[channel::3, channel::3]
@@ -135,7 +156,9 @@ class Fleet:
                 V = V + np.outer(xs[i], xs[i]) * walk
         return np.asarray(V)
 
-    def _drawn(self, effect: str, sensor: Sensor, made: Design, each: list[Array]) -> tuple[Array, list[Array]]:
+    def _drawn(
+        self, effect: str, sensor: Sensor, made: Design, each: list[Array]
+    ) -> tuple[Array, list[Array]]:
         """(B, n) at the records and, for each of the temperatures, (B, K) in flight: one term of an error."""
         budget: ErrorBudget = getattr(self.spec.unit, sensor)[effect]
         B, rng, n = self.units, self.rng, len(made)
@@ -148,10 +171,14 @@ class Fleet:
         r, g = rng.normal(size=(B, 1)), self._drift(budget, self.response.moments)
         walk, before = np.zeros(B), 0.0
         for i in np.argsort(day, kind="stable"):
-            walk = walk + budget.storage_sigma * np.sqrt((day[i] - before) / STORAGE_DAYS) * rng.normal(size=B)
+            walk = walk + budget.storage_sigma * np.sqrt((day[i] - before) / STORAGE_DAYS) * rng.normal(
+                size=B
+            )
             records[:, i] += walk
             before = day[i]
-        walk = walk + budget.storage_sigma * np.sqrt(self.spec.flown_after_days / STORAGE_DAYS) * rng.normal(size=B)
+        walk = walk + budget.storage_sigma * np.sqrt(self.spec.flown_after_days / STORAGE_DAYS) * rng.normal(
+            size=B
+        )
         family = curve_families(self.spec, self.family).get((sensor, effect))  # type: ignore[arg-type]
         curve = np.zeros((B, 1))
         if family is not None:
@@ -213,4 +240,6 @@ def _between(curve: Array, place: Array) -> Array:
     """(B, m) of curves (B, G) at places (B, m) of their grid."""
     k = np.clip(place.astype(int), 0, curve.shape[1] - 2)
     share = place - k
-    return np.asarray(np.take_along_axis(curve, k, 1) * (1.0 - share) + np.take_along_axis(curve, k + 1, 1) * share)
+    return np.asarray(
+        np.take_along_axis(curve, k, 1) * (1.0 - share) + np.take_along_axis(curve, k + 1, 1) * share
+    )

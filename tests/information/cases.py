@@ -84,7 +84,12 @@ def tree(seed: int) -> Tree:
 
 def _requirement(rng: np.random.Generator) -> Tree:
     rule: Any = "rss" if rng.random() < 0.4 else {"percentile": f"{rng.choice([50, 80, 90, 95, 99])} %"}
-    warm: list[Any] = ["range", "worst", "flight", {"distribution": {"-15 degC": 1, "10 degC": 2, "33 degC": 1}}]
+    warm: list[Any] = [
+        "range",
+        "worst",
+        "flight",
+        {"distribution": {"-15 degC": 1, "10 degC": 2, "33 degC": 1}},
+    ]
     return {
         "error": str(rng.choice(["position", "horizontal", "north", "east", "up"])),
         "limit": "1000000 m",
@@ -125,12 +130,25 @@ def _benches(rng: np.random.Generator, tests: Tree) -> Tree:
     def chamber() -> Tree:
         made: Tree = {"range": ["-60 degC", "80 degC"], "soak": f"{rng.integers(0, 60)} min"}
         if rng.random() < 0.8:
-            made |= {"heating": f"{rng.uniform(0.5, 20):.3g} K/min", "cooling": f"{rng.uniform(0.5, 20):.3g} K/min"}
+            made |= {
+                "heating": f"{rng.uniform(0.5, 20):.3g} K/min",
+                "cooling": f"{rng.uniform(0.5, 20):.3g} K/min",
+            }
         return made
 
     each = {
-        "table": {"kind": "rate_table", "axes": 2, "install": f"{rng.integers(0, 40)} min", "chamber": chamber()},
-        "second": {"kind": "rate_table", "axes": 2, "install": f"{rng.integers(0, 40)} min", "chamber": chamber()},
+        "table": {
+            "kind": "rate_table",
+            "axes": 2,
+            "install": f"{rng.integers(0, 40)} min",
+            "chamber": chamber(),
+        },
+        "second": {
+            "kind": "rate_table",
+            "axes": 2,
+            "install": f"{rng.integers(0, 40)} min",
+            "chamber": chamber(),
+        },
         "plain": {"kind": "rate_table", "axes": 2, "install": f"{rng.integers(0, 40)} min"},
     }
     return {name: each[name] for name in dict.fromkeys(t["bench"] for t in tests.values())}

@@ -31,7 +31,7 @@ def sets_of(every: Everything, p: Prover, counts: Array) -> dict[int, list[tuple
     return found
 
 
-@pytest.mark.parametrize("seed", SEEDS[:24])
+@pytest.mark.parametrize("seed", SEEDS[:12])
 def test_no_campaign_costs_less_than_its_temperatures(seed: int) -> None:
     every = Everything(cases.flight(cases.tree(seed)))
     counts = every.counts()
@@ -101,7 +101,7 @@ def needed_and_cheap() -> cases.Tree:
     return made
 
 
-@pytest.mark.parametrize("seed", SEEDS[:8])
+@pytest.mark.parametrize("seed", SEEDS[:4])
 def test_temperatures_of_a_campaign_that_keeps_its_limits_are_never_ruled_out(seed: int) -> None:
     """Limits that a campaign just keeps: perfect knowledge at its temperatures keeps them too."""
     made = cases.tree(seed)
@@ -111,11 +111,11 @@ def test_temperatures_of_a_campaign_that_keeps_its_limits_are_never_ruled_out(se
     for n in counts[np.random.default_rng(seed).choice(len(counts), 1)]:
         limits = np.array(every.exact(n).largest)
         p = prover(Everything(cases.flight(cases.limited(made, limits))))
-        (size, ((places, _),)), = sets_of(every, p, n[None]).items()
+        ((size, ((places, _),)),) = sets_of(every, p, n[None]).items()
         assert p._may_do(np.array(places, dtype=np.intp).reshape(1, size))[0]
 
 
-@pytest.mark.parametrize("seed", SEEDS[:6])
+@pytest.mark.parametrize("seed", SEEDS[:3])
 def test_a_proof_without_time_says_less_but_nothing_wrong(seed: int) -> None:
     made = cases.tree(seed)
     every = Everything(cases.flight(made))

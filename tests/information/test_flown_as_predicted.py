@@ -90,7 +90,9 @@ def test_a_later_flight_and_noisier_sensors_miss_by_more() -> None:
         return foreseen(flight_of(other, trajectory), steps_of(document)).largest[0]
 
     later = figure(flown_after=4.0 * spec.flown_after)
-    louder = spec.unit.noise.model_copy(update={"accelerometer": 100.0 * (spec.unit.noise.accelerometer or 0.0)})
+    louder = spec.unit.noise.model_copy(
+        update={"accelerometer": 100.0 * (spec.unit.noise.accelerometer or 0.0)}
+    )
     noisy = figure(unit=spec.unit.model_copy(update={"noise": louder}))
     assert figure() < later
     assert figure() < noisy

@@ -82,15 +82,22 @@ def test_the_covariance_is_dense_algebras(seed: int) -> None:
             for a, c in enumerate(group.channels):
                 budgets = getattr(spec.unit, c.sensor)
                 names = dict.fromkeys(t.error.effect for t in c.terms)
-                sizes = {e: oracle.size_of(budgets[e], storage=0.0) if e in budgets else oracle.Size() for e in names}
+                sizes = {
+                    e: oracle.size_of(budgets[e], storage=0.0) if e in budgets else oracle.Size()
+                    for e in names
+                }
                 run = np.repeat(np.arange(len(runs.starts)), runs.sizes)
                 white = spec.unit.white(c.sensor) / np.sqrt(runs.duration)
-                V = oracle.covariance(c.sensor, runs.conditions, run, sizes, white)[c.channel :: 3, c.channel :: 3]
+                V = oracle.covariance(c.sensor, runs.conditions, run, sizes, white)[
+                    c.channel :: 3, c.channel :: 3
+                ]
                 A = _columns(c, one, b, runs.conditions)
                 wanted = np.linalg.inv(A.T @ np.linalg.solve(V, A))
                 sigma = np.sqrt(np.diag(wanted))
                 found = one.covariance[a, b][: len(sigma), : len(sigma)]
-                np.testing.assert_allclose(found / np.outer(sigma, sigma), wanted / np.outer(sigma, sigma), atol=1e-6)
+                np.testing.assert_allclose(
+                    found / np.outer(sigma, sigma), wanted / np.outer(sigma, sigma), atol=1e-6
+                )
 
 
 def _columns(c: ChannelKinds, one: Told, b: int, conditions: oracle.Conditions) -> Array:
