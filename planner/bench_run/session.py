@@ -68,13 +68,13 @@ def run(job: Job, request: Request, say: Say, before: Callable[[Step], None]) ->
             return Finished(0, 0, 0.0)
         stack.enter_context(stoppable())
         equipment = _equipment(request, tables, stack)
-        return _told(job, equipment, journal, say, before)
+        return _reported(job, equipment, journal, say, before)
 
 
-def _told(
+def _reported(
     job: Job, equipment: Equipment, journal: Journal, say: Say, before: Callable[[Step], None]
 ) -> Finished:
-    """The run; whatever stops it is told with where it stopped and how to go on."""
+    """The run; whatever stops it is reported with where it stopped and how to go on."""
     done, at = len(journal.past.entries), "the start"
     unsafe: list[str] = []
 

@@ -12,11 +12,12 @@ from planner.campaign.prior import Prior
 from planner.nouns.array import Array
 from planner.solvers.least_squares import least_squares
 from planner.solvers.random_effects import RandomEffects
-from planner.solvers.reml import Variances, reml
+from planner.solvers.reml import Sample, Variances, reml, restricted_loglik
 from planner.spec.model import Spec
 
 _WORTH = 3.3  # gain of log-likelihood that a further variance must bring: one per cent of a χ² with 1
 LEAST_RUN_FREEDOM = 2
+LEAST_SHARE = 1e-9  # of what differs within runs, that is white
 OPTIONAL = ("rate_noise", "constant")  # kept only when they are worth it
 MOST_ROWS = 6_000  # of evenly chosen whole power-ons: a spread is then known to some 3 %, and that is enough
 
@@ -42,10 +43,34 @@ def measured_variances(
         slim, found = _worthwhile(thin, residual[rows], J[rows], cut, _carried_on(noise, before))
         keep = [i for i, c in enumerate(noise.components) if c in slim.components]
         return (noise.of(keep), found), []
-    white = within(residual, J, noise.effects)
+    white = _white(residual, J, prior, noise, spec)
     given = spec_variances(noise, spec.unit, white)
     note = "too few power-ons to measure the run-to-run spread: the spec's is taken for the intervals"
     return (replace(noise, known=True), given), [note]
+
+
+def _white(residual: Array, J: Array, prior: Prior, noise: Noise, spec: Spec) -> float:
+    """The white variance beside spreads that are the spec's: what differs within runs, less their drift.
+
+    Where errors drift within a run it is the likeliest one, the others given: a scale factor may drift by
+    more than the noise at high rates, and as noise it would take the weight of the records at rest.
+    """
+    largest = within(residual, J, noise.effects)
+    if not noise.effects.drifts or largest <= 0.0:
+        return largest
+    from scipy.optimize import minimize_scalar
+
+    X, target = augmented(residual, J, prior)
+    effects = augmented_effects(noise.effects, prior) if len(prior.sigma) else noise.effects
+    sample = Sample(target, X, effects)
+
+    def misfit(logarithm: float) -> float:
+        found = spec_variances(noise, spec.unit, largest * float(np.exp(logarithm)))
+        theta = augmented_variances(noise.effects, found).theta if len(prior.sigma) else found.theta
+        return -restricted_loglik(sample, theta)
+
+    best = minimize_scalar(misfit, bounds=(np.log(LEAST_SHARE), 0.0), method="bounded")
+    return float(largest * np.exp(best.x))
 
 
 def run_freedom(X: Array, effects: RandomEffects) -> int:

@@ -1,4 +1,4 @@
-"""calibration.json: coefficients with intervals, tables that correct a reading, what the data cannot tell.
+"""calibration.json: coefficients with intervals, tables that correct a reading, what is not determined.
 
 Display units stand beside every number; `tables` are in the units of their names. `random.json` holds the
 spreads by themselves: the seed of a Kalman filter (K 3.1).

@@ -53,6 +53,7 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
             str(k): number(v * unit_factor(plan.requirements[k].unit)[0])
             for k, v in plan.hours_per_limit.items()
         },
+        "spread_factor": number(plan.spread_factor),
         "worth": [_worth(w, plan) for w in plan.worth],
         "prices": [_plain(vars(p)) for p in plan.prices],
         "start": plan.start,

@@ -6,6 +6,7 @@ Then it is asked how much shorter another one could be.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import monotonic
 
@@ -16,7 +17,10 @@ from planner.information.exact import Foreseen, foreseen, laid_out
 from planner.information.exchange import Judge, even, shortest
 from planner.information.model_of import Flight, on_offer
 from planner.information.offers import Offers
+from planner.information.promise import Promise
+from planner.information.redundancy import survives_any_loss
 from planner.information.refusal import refusal
+from planner.information.spreads import spread_factor
 from planner.nouns.array import Array
 from planner.nouns.choices import TestVisits
 from planner.nouns.plan import Step
@@ -33,7 +37,8 @@ LONG_SETS, LONG_CAMPAIGNS = 2_000_000, 2_000_000
 class Found:
     """The campaign, its steps, what it promises exactly, and how much shorter another one could be.
 
-    judge: by quick figures that meet the exact ones of this campaign
+    judge: by quick figures that meet the exact ones of this campaign, at the asked confidence
+    spread_factor: what figures are multiplied by to hold with that confidence over spreads that are estimates
     """
 
     offers: Offers
@@ -42,6 +47,7 @@ class Found:
     visits: tuple[TestVisits, ...]
     timeline: tuple[Step, ...]
     foreseen: Foreseen
+    spread_factor: float
     bound: float
     proved: bool
 
@@ -59,7 +65,7 @@ def campaign_found(flight: Flight, *, thorough: bool = False) -> Found:
     """
     started = monotonic()
     offers, promise = on_offer(flight)
-    judge = Judge(promise, np.ones(len(promise.asked)))
+    judge = Judge(promise, np.ones(len(promise.asked)), _allowed(flight, promise))
     if is_hand_made(flight.spec):
         counts = even(offers, 1)
         cost = float(offers.cost(counts[None])[0])
@@ -67,7 +73,8 @@ def campaign_found(flight: Flight, *, thorough: bool = False) -> Found:
     counts, judge = _searched(flight, offers, judge)
     until = started + flight.spec.plan.time_limit
     effort = Effort(*((LONG_SETS, LONG_CAMPAIGNS) if thorough else (QUICK_SETS, QUICK_CAMPAIGNS)), until)
-    prover = Prover(flight, offers, judge, lambda n: _keeps(flight, offers, n))
+    factor = spread_factor(flight, offers.visits(counts))  # hardly another for a campaign that is as long
+    prover = Prover(flight, offers, judge, lambda n: _keeps(flight, offers, n, factor))
     bounded = prover.bounded(counts, effort)
     return found_of(flight, offers, judge, bounded.best, bounded.bound, proved=bounded.proved)
 
@@ -79,7 +86,8 @@ def _searched(flight: Flight, offers: Offers, judge: Judge) -> tuple[Array, Judg
         counts = shortest(offers, judge, LOOKED_AT)
         if counts is None:
             raise refusal(flight, offers, judge)
-        exact = np.array(foreseen(flight, laid_out(flight, offers.visits(counts))).largest)
+        visits = offers.visits(counts)
+        exact = _exactly(flight, visits) * spread_factor(flight, visits)
         if np.all(exact <= limits * KEPT):
             return counts, judge
         quick = judge.promise.figures(counts[None])[0].max(axis=0)
@@ -92,10 +100,21 @@ def _searched(flight: Flight, offers: Offers, judge: Judge) -> tuple[Array, Judg
     raise refusal(flight, offers, judge)
 
 
-def _keeps(flight: Flight, offers: Offers, counts: Array) -> bool:
-    found = foreseen(flight, laid_out(flight, offers.visits(counts)))
-    limits = [wanted.limit.si for wanted in flight.spec.requirement]
-    return all(x <= limit * KEPT for x, limit in zip(found.largest, limits, strict=True))
+def _keeps(flight: Flight, offers: Offers, counts: Array, factor: float) -> bool:
+    limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
+    return bool(np.all(_exactly(flight, offers.visits(counts)) * factor <= limits * KEPT))
+
+
+def _exactly(flight: Flight, visits: Sequence[TestVisits]) -> Array:
+    """(requirements,) what visits promise exactly at the stated spreads."""
+    return np.array(foreseen(flight, laid_out(flight, visits)).largest)
+
+
+def _allowed(flight: Flight, promise: Promise) -> Callable[[Array], bool]:
+    """Further conditions on a campaign: that it can lose any one record, unless the spec lowers that."""
+    if flight.spec.plan.redundancy == 0:
+        return lambda n: True
+    return lambda n: survives_any_loss(promise, n)
 
 
 def found_of(
@@ -112,5 +131,6 @@ def found_of(
     laid = laid_out(flight, visits)
     exact = foreseen(flight, laid)
     quick = judge.promise.figures(counts[None])[0].max(axis=0)
-    meets = Judge(judge.promise, np.array(exact.largest) / quick, judge.allowed, judge.families)
-    return Found(offers, meets, counts, visits, laid, exact, bound, proved)
+    factor = spread_factor(flight, visits)
+    meets = Judge(judge.promise, np.array(exact.largest) / quick * factor, judge.allowed, judge.families)
+    return Found(offers, meets, counts, visits, laid, exact, factor, bound, proved)

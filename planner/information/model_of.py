@@ -36,6 +36,10 @@ class Flight:
     curves: Curves
     day: float = 0.0
 
+    def under(self, spec: Spec) -> Flight:
+        """The same flight with another spec of the same errors; shapes of curves stay drawn."""
+        return Flight(spec, self.response, Curves(spec, self.curves.drawn), self.day)
+
     def in_store(self, span_days: float) -> float:
         """Days from the end of a campaign of `span_days` to the flight."""
         return max(self.day - span_days, 0.0) if self.day > 0 else self.spec.flown_after_days

@@ -21,6 +21,7 @@ from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
+ROUNDING = 1e-12  # of a variance
 
 
 @dataclass(frozen=True)
@@ -39,9 +40,8 @@ def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
     """The parts of every error at the temperatures of a requirement, under the family that binds it."""
     promise = found.promise
     a = promise.asked[requirement]
-    F, S = len(promise.flying), len(a.temperature_degc)
-    each = _each_term(a, F)
-    weights = np.full(S, 1.0 / S) if a.weights is None else a.weights
+    weights = _weights(a)
+    each = _each_term(a, len(promise.flying))
     curves = promise.families[found.binding(requirement)]
     noise, whole = (
         np.tensordot(weights, _left(promise, each, moments, found.counts), 1) for moments in ({}, curves)
@@ -50,7 +50,7 @@ def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
     variances = {
         f: {
             **own[f],
-            "temperature": max(whole[i, i] - noise[i, i], 0.0),
+            "temperature": _above(whole[i, i], noise[i, i]),
             "estimate": max(noise[i, i], 0.0) + own[f].pop("uncalibrated"),
         }
         for i, f in enumerate(promise.flying)
@@ -62,6 +62,25 @@ def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
         largest = max(mine, key=lambda v: sum(v.values()))
         parts[error] = {p: float(np.sqrt(largest[p])) for p in PARTS}
     return Left(promise.flying, parts, np.asarray(total))
+
+
+def _above(whole: float, noise: float) -> float:
+    """The rest of a variance; what rounding leaves of it is nothing."""
+    rest = whole - noise
+    return float(rest) if rest > ROUNDING * whole else 0.0
+
+
+def left_by_campaign(promise: Promise, counts: Array, requirement: int, family: str) -> Array:
+    """(F,) variances of what counts (g,) leave of every term, the flight's own draws left out, SI²."""
+    a = promise.asked[requirement]
+    left = _left(promise, _each_term(a, len(promise.flying)), promise.families[family], counts[None])
+    return np.asarray(np.diagonal(np.tensordot(_weights(a), left, 1)))
+
+
+def _weights(a: Asked) -> Array:
+    """(S,) of the flight's temperatures; where the worst counts, all alike."""
+    S = len(a.temperature_degc)
+    return np.full(S, 1.0 / S) if a.weights is None else a.weights
 
 
 def _left(promise: Promise, a: Asked, moments: Moments, counts: Array) -> Array:
@@ -117,7 +136,7 @@ def shares(flight: Flight, found: Foreseen, requirement: int) -> dict[str, float
     only = replace(promise, asked=(asked,), families={name: promise.families[name]})
     left = only.covariance(found.counts, 0)[0, 0].reshape(S, n, c, n, c)
     own = drawn_by_flights(flight.spec, flight.response, each[:-1], a.profile, found.days)
-    weights = np.full(S, 1.0 / S) if a.weights is None else a.weights
+    weights = _weights(a)
     squares = np.zeros(len(errors))
     for e in range(len(errors)):
         both = left[:, e, :, -1, :] + own[:, e, :, e, :]

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.information.choose import Found
-from planner.information.curves import Curves
 from planner.information.exchange import Judge, downhill, enough
-from planner.information.kinds import kinds_of
-from planner.information.model_of import Flight, asked_of, promise_of
+from planner.information.model_of import Flight
 from planner.information.scaled import PARTS, Part, scaled
+from planner.information.spreads import figures_with
 from planner.nouns.array import Array
 from planner.nouns.plan import Price
 from planner.nouns.sensor import ErrorName
@@ -170,15 +169,8 @@ def _of_spreads(
 
 def loads_with(flight: Flight, found: Found, spec: Spec) -> float:
     """The load of the same campaign under another error model, by the quick figures."""
-    offered = [(v.test, v.temperatures_degc) for v in found.visits]
-    kinds = kinds_of(spec, offered)
-    other = Flight(spec, flight.response, Curves(spec, flight.curves.drawn), flight.day)
-    promise = promise_of(other, kinds, asked_of(other, exact=False))
-    made = {(v.test, t): n for v in found.visits for t, n in zip(v.temperatures_degc, v.repeats, strict=True)}
-    counts = np.array([[float(made[k.test, k.temperature_degc]) for k in kinds.kinds]])
-    limits = np.array([a.limit for a in promise.asked])
-    figures = promise.figures(counts)[0].max(axis=0) * found.judge.tightened
-    return float((figures / limits).max())
+    limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
+    return float((figures_with(flight, found.visits, spec) * found.judge.tightened / limits).max())
 
 
 def parts_by_share(

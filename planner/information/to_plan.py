@@ -7,6 +7,7 @@ from statistics import NormalDist
 
 import numpy as np
 
+from planner.information.borrowed import borrowed_notes
 from planner.information.choose import Found
 from planner.information.in_flight import share_of
 from planner.information.model_of import Flight
@@ -69,11 +70,12 @@ def plan_of(
         objective_bound=round(least, 6),
         proved=by_hand or found.proved,
         proved_of=proved_of(found),
+        spread_factor=found.spread_factor,
         hours_per_limit={},
         genetic=genetic,
         worth=worth_of(found),
         prices=() if by_hand else prices_of(flight, found, _spreads(flight, found)),
-        notes=(*notes, *worn_out(spec, power_on)),
+        notes=(*notes, *borrowed_notes(spec, found), *worn_out(spec, power_on)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),
     )
@@ -108,7 +110,7 @@ def _achieved(flight: Flight, found: Found, index: int) -> Achieved:
         unit=NAVIGATION_ERRORS[wanted.error],
         limit=wanted.limit.si,
         achieved=value,
-        met=value <= wanted.limit.si * (1.0 + 1e-6),
+        met=value * found.spread_factor <= wanted.limit.si * (1.0 + 1e-6),
         shares=shares(flight, found.foreseen, index),
         family=found.foreseen.binding(index),
         temperature=temperature_words(wanted),

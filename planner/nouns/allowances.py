@@ -14,7 +14,7 @@ class ErrorModel:
     run_to_run: (temperature_degc, one sigma) pairs, one pair with NaN temperature when it is constant
     whole_variation: what remains without any temperature table (systematic size or largest residual)
     calibrated: whether the spec declares the effect and a test serves it; in_run_time: of in_run, s
-    within: test -> sigma that the records of one repeat add to run_to_run; infinite where they cannot tell
+    within: test -> sigma that the records of one repeat add to run_to_run; infinite: undetermined
     """
 
     name: str

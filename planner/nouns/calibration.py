@@ -41,7 +41,7 @@ class Coefficient:
 
 @dataclass(frozen=True)
 class RandomCharacteristic:
-    """One spread of one channel, SI, with its 95 % interval (NaN where it cannot be told).
+    """One spread of one channel, SI, with its 95 % interval (NaN where it is not determined).
 
     kind: `white` (one record), `white_density` (per root hertz), `rate_noise` (per unit of input),
         `run_to_run`, `in_run`, `storage`; error: what it spreads, e.g. `gyro.bias`

@@ -153,7 +153,7 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Assumption:
-    """A spread that the spec assumes, and what the data say of it, SI (NaN: the data cannot tell).
+    """A spread that the spec assumes, and what the data say of it, SI (NaN: not determined).
 
     error: `gyro.bias`; part: `run_to_run`, `in_run`, `temperature_residual` …; channel: `gyro_x`, "" for all
     """

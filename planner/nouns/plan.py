@@ -244,5 +244,6 @@ class Plan:
     method: Literal["information", "published"] = "published"
     families: Mapping[str, Mapping[int, float]] = field(default_factory=dict)
     proved_of: str = ""
+    spread_factor: float = 1.0
     worth: tuple[Worth, ...] = ()
     prices: tuple[Price, ...] = ()

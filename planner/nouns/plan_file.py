@@ -124,7 +124,7 @@ class BenchRow(BenchPart):
             angular_acceleration_dps2=limits.angular_acceleration_dps2,
             acceleration_g=limits.acceleration_g,
             arm_m=self.arm_m,
-            chamber=None if chamber is None else ChamberFacts(**dict(chamber)),
+            chamber=None if chamber is None else ChamberFacts(**vars(chamber)),
             travel={int(axis): (least, most) for axis, (least, most) in limits.travel_deg.items()},
         )
 
@@ -295,7 +295,7 @@ if TYPE_CHECKING:
     Steps = tuple[Step, ...]
     Benches = dict[str, BenchFacts]
 else:
-    Steps = Annotated[list[StepRow], AfterValidator(lambda rows: tuple(Step(**dict(row)) for row in rows))]
+    Steps = Annotated[list[StepRow], AfterValidator(lambda rows: tuple(Step(**vars(row)) for row in rows))]
     Benches = Annotated[
         dict[str, BenchRow],
         AfterValidator(lambda rows: {name: row.named(name) for name, row in rows.items()}),
@@ -342,6 +342,7 @@ class PlanWhy(Part):
     families: dict[str, dict[str, Time]] = {}
     method: Literal["information", "published"] = "published"
     proved_of: str = ""
+    spread_factor: Positive = 1.0
     worth: list[WorthFigures] = []
     prices: list[PriceFigures] = []
 

@@ -9,10 +9,11 @@ from pathlib import Path
 from planner import __version__
 from planner.errors import InfeasibleError, InputError
 from planner.information.afford import Affordable, affordable
-from planner.information.choose import campaign_found
+from planner.information.choose import Found, campaign_found
 from planner.information.model_of import flight_of
 from planner.information.pareto import genetic_beside
 from planner.information.to_plan import plan_of as information_plan
+from planner.information.unneeded import unneeded
 from planner.nouns.allowances import AllowedErrors, ErrorModel
 from planner.nouns.choices import Campaign
 from planner.nouns.plan import GeneticPlan, Plan, TradeOffPoint
@@ -162,6 +163,7 @@ def informed(
     found = campaign_found(flight)
     progress("genetic campaign beside it")
     genetic = genetic_beside(found.offers, found.judge, found.cost, spec.plan.seed) if beside else None
+    remarks = [*unneeded(flight, found)] if beside and not is_hand_made(spec) else []
     made = information_plan(
         flight,
         found,
@@ -170,10 +172,19 @@ def informed(
         navigation.constraints,
         version=__version__,
         sha256=loaded.sha256,
-        notes=_notes(loaded),
+        notes=[*_notes(loaded), *remarks],
     )
-    chosen = Campaign(found.visits, (), found.cost, found.bound, found.proved)
-    return Planned(with_schedule_figures(made, spec, chosen), navigation, None)
+    chosen = _chosen(found)
+    curve: tuple[TradeOffPoint, ...] = ()
+    if beside and spec.plan.trade_off and not is_hand_made(spec):
+        progress("trade-off of campaign time and power-on time")
+        curve = trade_off(spec, lambda other: _chosen(campaign_found(flight.under(other))), [chosen])
+    return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, None)
+
+
+def _chosen(found: Found) -> Campaign:
+    """A campaign by information as the schedule takes it."""
+    return Campaign(found.visits, (), found.cost, found.bound, found.proved)
 
 
 def _observable(spec: Spec, navigation: Navigation) -> Campaign:

@@ -42,7 +42,7 @@ class Factors:
         return int(self.basis.shape[1])
 
     def solve(self, y: Array) -> Array:
-        """Coefficients (p,) that minimise |y − X β|, y (n,), of least scaled length where X does not tell."""
+        """Coefficients (p,) that minimise |y − X β|, y (n,), of least scaled length where undetermined."""
         return np.asarray(self.to_coefficients @ (self.basis.T @ y))
 
     def undetermined(self, tolerance: float = 1e-6) -> NDArray[np.bool_]:

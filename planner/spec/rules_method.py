@@ -7,7 +7,13 @@ from planner.spec.yaml12 import Path
 
 
 def method(sheet: Review) -> None:
-    """Remarks on what the file says and nobody asks."""
+    """Remarks on what the file says and nobody asks; a fault for an estimator that there is not yet."""
+    if sheet.spec.plan.temperature_estimator == "smooth":
+        sheet.fault(
+            ("plan", "temperature_estimator"),
+            "smooth is not built yet: calibrate fits tables with straight lines, so no plan can rest on it; "
+            "write lines, or leave it out",
+        )
     if sheet.spec.planned_by == "published" or not _sure(sheet):
         return
     step = sheet.spec.plan.temperatures.step

@@ -347,6 +347,7 @@ def _check_genetic(document: Document, spec: Spec) -> Findings:
         found.same("genetic, gap", genetic["gap"], genetic["time_s"] / document["time_s"] - 1.0, 1e-6)
     for i, point in enumerate(genetic["front"]):
         for name in point:
-            if name != "time_s" and name not in document["allowances"]:
+            known = name in ("time_s", "power_on_s") or name in document["allowances"]
+            if not known and name not in map(str, range(len(document["requirements"]))):
                 found.fault(f"genetic, front {i}", f"{name} is no error of the plan")
     return found

@@ -96,13 +96,14 @@ def _front(points: Sequence[Mapping[str, float]], errors: Sequence[str]) -> Fron
 
 @dataclass(frozen=True)
 class Run:
-    """One run of the genetic algorithm: its fitness in words, `scale` a unit of it, the exact optimum."""
+    """One run of the genetic algorithm: its fitness in words, `scale` a unit of it, what stands beside it."""
 
     name: str
     fitness: str
     scale: float
     history: GeneticHistory
     exact: float | None = None
+    beside: str = "exact optimum"
 
 
 def convergence_picture(runs: Sequence[Run]) -> Picture | None:
@@ -287,9 +288,7 @@ def _convergence(axes: Axes, run: Run) -> None:
     axes.plot(generation, mean, color=theme.GREY, linewidth=1.1, label="mean")
     axes.plot(generation, best, color=theme.BLUE, linewidth=1.6, label="best")
     if run.exact is not None:
-        axes.axhline(
-            run.exact / run.scale, color=theme.RED, linestyle="--", linewidth=1.2, label="exact optimum"
-        )
+        axes.axhline(run.exact / run.scale, color=theme.RED, linestyle="--", linewidth=1.2, label=run.beside)
     if _wants_logarithm(np.concatenate([best, mean])):
         axes.set_yscale("log")
         _plain_decades(axes)

@@ -1,4 +1,4 @@
-"""A calibration: before and after per channel, the coefficients, what cannot be told."""
+"""A calibration: before and after per channel, the coefficients, what is not determined."""
 
 from __future__ import annotations
 

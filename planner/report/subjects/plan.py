@@ -25,7 +25,7 @@ from planner.report.contributions import binding_constraint, contributions
 from planner.report.numbers import days, digits, hours, percent, quantity, when
 from planner.report.readable import allowed_in, plan_in, sensitivities_in, units_of
 from planner.report.region_of_two import AllowedRegion, allowed_region, axes_of_region
-from planner.report.subjects import plan_basis, plan_tables
+from planner.report.subjects import plan_basis, plan_promise, plan_tables
 from planner.report.subjects.plan_schedule import schedule
 
 _FLOWN = {
@@ -54,39 +54,76 @@ def plan_report(
     allowed = allowed_in(allowed, units) if allowed else None
     sensitivities = sensitivities_in(sensitivities, units) if sensitivities else None
     long = f" ({days(plan.time_s)})" if days(plan.time_s) else ""
-    binds = what_binds(plan, constraints)
+    whole = (
+        _promised(plan, constraints, service_life_s)
+        if plan.method == "information"
+        else _published(plan, constraints, allowed, service_life_s)
+    )
+    folded = Folded("Show the spec as it was read", spec_text) if spec_text else None
     return Report(
         kind="Calibration plan",
         title=plan.name,
         answer=f"{hours(plan.time_s)} h{long}",
-        sentences=(plan_basis.proof(plan),),
-        verdicts=tuple(verdict(r, why) for r, why in zip(plan.requirements, binds, strict=True)),
+        sentences=plan_basis.proof(plan),
+        verdicts=tuple(
+            verdict(r, why) for r, why in zip(plan.requirements, _whys(plan, constraints), strict=True)
+        ),
         notes=tuple(plan.notes),
         facts=_facts(plan, trajectory_name),
         sections=existing(
-            budget(plan, constraints),
-            section("campaign", "The campaign", gantt.campaign_picture(plan) if plan.steps else None),
-            hours_spent(plan, service_life_s),
-            schedule(plan),
-            section("tests", "Tests", plan_tables.tests_table(plan)),
-            repeats(plan),
-            region(plan, constraints),
-            pareto(plan, allowed),
+            *whole,
             convergence(plan, allowed),
             sensitivity(plan, sensitivities),
             basis(plan, allowed, sensitivities, trajectory_name),
-            spec_read(spec_text),
+            section("spec", "The spec", folded),
         ),
     )
 
 
-def spec_read(text: str) -> Section | None:
-    """The spec, for whoever wants to see it."""
-    return section("spec", "The spec", Folded("Show the spec as it was read", text) if text else None)
+def _promised(
+    plan: Plan, constraints: Sequence[Constraint], service_life_s: float | None
+) -> tuple[Section | None, ...]:
+    """A plan by information: the campaign first, then what binds and what it is worth."""
+    return (
+        plan_promise.campaign(plan),
+        plan_promise.binding(plan, constraints),
+        plan_promise.budget(plan, constraints),
+        plan_promise.worth(plan),
+        hours_spent(plan, service_life_s),
+        schedule(plan),
+        plan_promise.repeats(plan),
+        plan_promise.other_campaigns(plan),
+    )
 
 
-def verdict(achieved: Achieved, binds: str) -> Verdict:
-    """The requirement's line; under it what binds."""
+def _published(
+    plan: Plan,
+    constraints: Sequence[Constraint],
+    allowed: AllowedErrors | None,
+    service_life_s: float | None,
+) -> tuple[Section | None, ...]:
+    """A plan by half-widths and sums: the budget first."""
+    return (
+        budget(plan, constraints),
+        section("campaign", "The campaign", gantt.campaign_picture(plan) if plan.steps else None),
+        hours_spent(plan, service_life_s),
+        schedule(plan),
+        section("tests", "Tests", plan_tables.tests_table(plan)),
+        repeats(plan),
+        region(plan, constraints),
+        pareto(plan, allowed),
+    )
+
+
+def _whys(plan: Plan, constraints: Sequence[Constraint]) -> tuple[tuple[str, ...], ...]:
+    """What stands under each verdict: what binds, unless it has a section of its own."""
+    if plan.method == "information":
+        return ((),) * len(plan.requirements)
+    return tuple((said,) for said in what_binds(plan, constraints))
+
+
+def verdict(achieved: Achieved, why: tuple[str, ...]) -> Verdict:
+    """The requirement's line; why: what stands under it."""
     sign = "≤" if achieved.met else ">"
     reached, limit = (quantity(value, achieved.unit) for value in (achieved.achieved, achieved.limit))
     at = f", {_FLOWN[achieved.temperature]}" if achieved.temperature in _FLOWN else ""
@@ -97,7 +134,7 @@ def verdict(achieved: Achieved, binds: str) -> Verdict:
         achieved.limit,
         achieved.met,
         word="met" if achieved.met else "NOT met",
-        why=(binds,),
+        why=why,
     )
 
 
@@ -214,7 +251,8 @@ def convergence(plan: Plan, allowed: AllowedErrors | None) -> Section | None:
         runs.append(charts.Run("allowed errors", "distance from the limit, %", 0.01, allowed.history))
     if plan.genetic is not None:
         exact = plan.objective_value
-        runs.append(charts.Run("campaign", "campaign, h", 3600.0, plan.genetic.history, exact))
+        beside = "the plan" if plan.method == "information" else "exact optimum"
+        runs.append(charts.Run("campaign", "campaign, h", 3600.0, plan.genetic.history, exact, beside))
     said = tuple(
         f"{run.name}: {run.history.generations} generations, {run.history.evaluations} evaluations, stopped "
         + ("when it had converged." if run.history.stopped == "converged" else "at the last one.")
@@ -246,7 +284,7 @@ def basis(
         "What this rests on",
         Items(plan_basis.assumed(plan, sensitivities, trajectory_name), "Assumed:"),
         Items(plan_basis.not_verified(plan, allowed), "Not verified here:"),
-        Items(plan_basis.sources(), "Sources:"),
+        Items(plan_basis.sources(plan), "Sources:"),
         only="page",
     )
 

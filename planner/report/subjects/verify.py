@@ -77,7 +77,7 @@ def _sections(v: Verification) -> tuple[Section, ...]:
         section("flights", "The flights", *_flights(v)),
         section("made", "What their errors are made of", *_made(v)),
         section("claims", "What the plan claims of its estimates", *_claims(v)),
-        section("weak", "What the records cannot tell", _weak_table(v)),
+        section("weak", "What the records do not determine", _weak_table(v)),
         section("linear", "Where the linear combination stops agreeing", *_linear(v), only="page"),
         section("files", "Through files", *_files(v)),
         section("recount", "The recount", *_recount(v)),

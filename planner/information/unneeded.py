@@ -1,0 +1,90 @@
+"""What the requirements do not need: a calibration at all, or a test whose errors may stay as they are.
+
+An error that nobody calibrates keeps its systematic size (its standard deviation is a third's root of it) and
+all of its curve. Where that is little beside the limits, a campaign without its test is shorter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from planner.errors import PlannerError
+from planner.information.choose import Found, campaign_found
+from planner.information.kinds import Kinds
+from planner.information.model_of import Flight, asked_of, promise_of
+from planner.information.told import alike, told
+from planner.nouns.array import Array
+from planner.spec.model import NAVIGATION_ERRORS, Spec
+from planner.units import from_si
+
+
+def unneeded(flight: Flight, found: Found) -> Iterator[str]:
+    """Remarks on a campaign that could be shorter if less were calibrated."""
+    spec = flight.spec
+    limits = np.array([wanted.limit.si for wanted in spec.requirement])
+    bare = _left_alone(flight, spec.model_copy(update={"effects": ()}))
+    if np.all(bare <= limits):
+        said = ", ".join(
+            f"{wanted.error} {from_si(value, unit):.4g} {unit}"
+            for wanted, value in zip(spec.requirement, bare, strict=True)
+            for unit in (NAVIGATION_ERRORS[wanted.error],)
+        )
+        yield f"requirement: no calibration is needed: units as they are keep every limit ({said})"
+        return
+    for visit in found.visits:
+        yield from _without(flight, found, visit.test, limits)
+
+
+def _without(flight: Flight, found: Found, test: str, limits: Array) -> Iterator[str]:
+    """A shorter campaign that leaves the errors uncalibrated which only this test tells."""
+    lost = _lost(found, test)
+    kept = tuple(e for e in flight.spec.effects if e not in lost)
+    if not lost or len(flight.spec.tests) == 1 or len(kept) == len(flight.spec.effects):
+        return
+    tests = {name: t for name, t in flight.spec.tests.items() if name != test}
+    spec = flight.spec.model_copy(update={"effects": kept, "tests": tests})
+    other = flight.under(spec)
+    if np.any(_left_alone(flight, spec, own_only=True) > limits):
+        return
+    try:
+        shorter = campaign_found(other)
+    except PlannerError:
+        return
+    if shorter.cost < found.cost:
+        yield (
+            f"tests.{test}: without it {shorter.cost / 3600:.2f} h suffice, with "
+            f"{', '.join(sorted(lost))} left uncalibrated; take the test and these effects out of the spec "
+            "to plan so"
+        )
+
+
+def _lost(found: Found, test: str) -> set[str]:
+    """Effects that fly and are undetermined without a test, however often all others are made."""
+    counts = np.array([[0.0 if k.test == test else 2.0 for k in found.offers.kinds]])
+    if not np.any(counts):
+        return set()
+    promise = found.judge.promise
+    flying = {(f.error, f.term, f.channel) for f in promise.flying}
+    lost: set[str] = set()
+    for group in alike(promise.kinds.channels, promise.kinds.degc):
+        for known in told(group, counts, ()):
+            for i, term in enumerate(group.first.terms):
+                if known.undetermined[:, :, known.places[i]].any() and any(
+                    (c.terms[i].error, c.terms[i].name, c.channel) in flying for c in group.channels
+                ):
+                    lost.add(term.error.effect)
+    return lost
+
+
+def _left_alone(flight: Flight, spec: Spec, *, own_only: bool = False) -> Array:
+    """(requirements,) the largest figures when nothing is calibrated; own_only: without any curve, SI."""
+    other = flight.under(spec)
+    wanted = asked_of(other, exact=False)
+    if own_only:
+        promise = replace(promise_of(other, Kinds((), ()), wanted), families={"": {}})
+    else:
+        promise = promise_of(other, Kinds((), ()), wanted)
+    return np.asarray(promise.figures(np.zeros((1, 0)))[0].max(axis=0))
