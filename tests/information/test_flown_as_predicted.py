@@ -1,4 +1,4 @@
-"""What a campaign promises is what verify's own code flies: units, calibrations and flights, family by family."""
+"""What a campaign promises is what verify's own code flies, family by family."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def test_zero_storage_and_no_curve() -> None:
 
 
 def test_least_above_most_is_refused() -> None:
-    with pytest.raises(PlannerError, match="least|most"):
+    with pytest.raises(PlannerError, match=r"least|most"):
         loaded(small(repeats={"least": 3, "most": 2}))
 
 

@@ -1,4 +1,4 @@
-"""The search against all campaigns of small specs (benchmarks/study_shortest.py), its laws and its Pareto set."""
+"""The search against all campaigns of small specs (see benchmarks/study_shortest.py), its laws."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def test_one_component_is_the_normal_law_at_any_share(share: float) -> None:
 
 @pytest.mark.parametrize("components", [1, 2, 3])
 def test_mixtures_of_very_different_flights(components: int) -> None:
-    """The share beyond the length found, by the exact law, is what was asked for; the worst is the worst one."""
+    """The share beyond the length found, by the exact law, is as asked; the worst is the worst one."""
     rng = np.random.default_rng(2)
     S = covariances(components, 60, 3).reshape(10, 6, components, components)
     S = S * 10.0 ** rng.uniform(-3.0, 3.0, (10, 6, 1, 1))
