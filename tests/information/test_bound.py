@@ -13,7 +13,7 @@ from planner.nouns.array import Array
 from tests.information import cases
 from tests.information.cases import Everything
 
-SEEDS = [s for s in range(60) if 4 <= Everything(cases.flight(cases.tree(s))).size <= 5000]
+SEEDS = (1, 4, 5, 9, 13, 18, 21, 32)
 
 
 def prover(every: Everything) -> Prover:
@@ -31,7 +31,7 @@ def sets_of(every: Everything, p: Prover, counts: Array) -> dict[int, list[tuple
     return found
 
 
-@pytest.mark.parametrize("seed", SEEDS[:12])
+@pytest.mark.parametrize("seed", SEEDS)
 def test_no_campaign_costs_less_than_its_temperatures(seed: int) -> None:
     every = Everything(cases.flight(cases.tree(seed)))
     counts = every.counts()
@@ -101,7 +101,7 @@ def needed_and_cheap() -> cases.Tree:
     return made
 
 
-@pytest.mark.parametrize("seed", SEEDS[:4])
+@pytest.mark.parametrize("seed", SEEDS[:3])
 def test_temperatures_of_a_campaign_that_keeps_its_limits_are_never_ruled_out(seed: int) -> None:
     """Limits that a campaign just keeps: perfect knowledge at its temperatures keeps them too."""
     made = cases.tree(seed)

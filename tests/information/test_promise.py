@@ -13,7 +13,7 @@ from tests.information import cases
 from tests.information.brute_force import Fleet
 from tests.information.cases import Everything, Tree, visits
 
-UNITS = 2500  # an rms is then known to 1-2 %, a quantile to 2 %; curves by 2000 on the other side add 1.6 %
+UNITS = 2000  # an rms is then known to 1-2 %, a quantile to 2 %; curves by 2000 on the other side add 1.6 %
 REQUIREMENTS: tuple[Tree, ...] = (
     {"error": "position", "rule": {"percentile": "95 %"}, "temperature": "range"},
     {"error": "horizontal", "rule": "rss", "temperature": "worst"},

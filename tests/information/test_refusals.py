@@ -40,7 +40,6 @@ def kept(campaign: Found) -> None:
     "temperatures",
     [
         {"range": ["19 degC", "21 degC"]},
-        {"range": ["20 degC", "21 degC"]},
         {"range": ["-20 degC", "40 degC"], "step": "100 K"},
         {"range": ["30 degC", "70 degC"], "step": "20 K"},
         {"range": ["-20 degC", "40 degC"], "room": "50 degC", "step": "30 K"},
