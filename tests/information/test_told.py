@@ -117,7 +117,7 @@ def _columns(c: ChannelKinds, one: Told, b: int, conditions: oracle.Conditions) 
 
 @pytest.mark.parametrize("seed", SEEDS[:10])
 def test_gains_are_the_fits_answer_to_a_curve(seed: int) -> None:
-    """Readings without noise that hold one curve: the weighted fit of the campaign model answers by the gains."""
+    """Readings without noise that hold one curve: the weighted fit answers by the gains."""
     flight = cases.flight(cases.tree(seed))
     every = Everything(flight)
     counts = drawn(every, 3, seed + 2)
@@ -157,7 +157,7 @@ def test_information_of_a_union_is_the_sum() -> None:
     every = Everything(cases.flight(cases.tree(SEEDS[0])))
     rng = np.random.default_rng(0)
     n = rng.integers(1, 3, (2, len(every.offers.kinds))).astype(float)
-    for (group, both), (_, one), (_, other) in zip(
+    for (_group, both), (_, one), (_, other) in zip(
         each(every, n.sum(axis=0)[None]), each(every, n[:1]), each(every, n[1:]), strict=True
     ):
         P = both.undetermined.shape[2]
