@@ -12,8 +12,6 @@ from planner.spec.starter import starter_text
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = ROOT / "requirements_specs"
-# keys that a shipped spec may keep though its rules need them no more
-IDLE = {"plan.quantile", "plan.temperatures.candidates"}
 
 
 def small(**changes: object) -> dict:

@@ -107,11 +107,12 @@ def _of_repeats(spec: Spec, found: Found) -> Iterator[Price]:
 
 def _of_benches(spec: Spec, found: Found) -> Iterator[Price]:
     now = makespan(spec, found.visits)
-    for words, changed in _bench_changes(spec, {spec.tests[v.test].bench for v in found.visits}):
+    for words, changed in _bench_changes(spec, [v.test for v in found.visits]):
         yield Price(words, (makespan(changed, found.visits) - now) * max(weights_of(spec)[0], 0.0))
 
 
-def _bench_changes(spec: Spec, used: set[str]) -> Iterator[tuple[str, Spec]]:
+def _bench_changes(spec: Spec, tests: Sequence[str]) -> Iterator[tuple[str, Spec]]:
+    used = {spec.tests[name].bench for name in tests}
     for name in [n for n in spec.benches if n in used]:
         bench = spec.benches[name]
         if bench.install > 0:
@@ -130,7 +131,7 @@ def _bench_changes(spec: Spec, used: set[str]) -> Iterator[tuple[str, Spec]]:
             )
         if spec.plan.units is not None:
             yield f"{name}: room for one unit more", _bench(spec, name, units=bench.units + 1)
-    for name in [n for n, t in spec.tests.items() if t.bench in used]:
+    for name in tests:
         test = spec.tests[name]
         if test.cool_down > 0:
             less = 0.5 * test.cool_down

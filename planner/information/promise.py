@@ -42,6 +42,12 @@ class Promise:
 
     def figures(self, counts: Array, families: Sequence[str] | None = None) -> Array:
         """(B, families, requirements) quantile or rms in SI, infinite where a coefficient is undetermined."""
+        made = np.any(counts > 0, axis=1)
+        if not made.all():  # a campaign of nothing tells nothing
+            none = np.full((len(counts), len(families or self.families), len(self.asked)), np.inf)
+            if made.any():
+                none[made] = self.figures(counts[made], families)
+            return none
         covariances, undetermined = self.left(counts, families)
         found = [figure_of(a, S) for a, S in zip(self.asked, covariances, strict=True)]
         return np.where(undetermined[:, None, None], np.inf, np.stack(found, axis=2))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner import __version__
-from planner.errors import InfeasibleError, InputError
+from planner.errors import InfeasibleError, InputError, PlannerError
 from planner.information.afford import Affordable, affordable
 from planner.information.choose import Found, campaign_found
 from planner.information.model_of import flight_of
@@ -39,9 +39,10 @@ from planner.plan.task import Task, extreme_allowances, planning_task
 from planner.plan.trade_off import trade_off
 from planner.solvers.genetic import GeneticSettings
 from planner.spec.load import LoadedSpec
-from planner.spec.model import Given, Spec
+from planner.spec.model import Given, PercentileRule, Spec
 
 Progress = Callable[[str], None]
+SURE = 0.95  # of the flights, for what a limit costs as a percentile
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,7 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
         genetic = genetic_plan(task, chosen, rule, _settings(spec), spec.plan.seed)
     progress("the same with waiting and batches in sight")
     chosen = observable_campaign(task, by_total(task, chosen))
+    notes += _as_percentile(loaded, navigation)
     made = _timed(loaded, navigation, task, chosen, genetic, [*_notes(loaded), *notes])
     curve: tuple[TradeOffPoint, ...] = ()
     if spec.plan.trade_off and not is_hand_made(spec):
@@ -180,6 +182,29 @@ def informed(
         progress("trade-off of campaign time and power-on time")
         curve = trade_off(spec, lambda other: _chosen(campaign_found(flight.under(other))), [chosen])
     return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, None)
+
+
+def _as_percentile(loaded: LoadedSpec, navigation: Navigation) -> list[str]:
+    """What the limits of a plan by sums of moduli cost as percentiles of what is flown."""
+    spec = loaded.spec
+    if navigation.flight is None or is_hand_made(spec):
+        return []
+    rule = PercentileRule.model_validate({"percentile": f"{100 * SURE:g} %"})
+    probable = [
+        r.model_copy(update={"rule": rule}) if r.rule == "worst_case" else r for r in spec.requirement
+    ]
+    other = spec.model_copy(update={"requirement": tuple(probable)})
+    if other == spec or other.planned_by != "information":
+        return []
+    try:
+        found = campaign_found(flight_of(other, navigation.flight))
+    except PlannerError:
+        return []
+    return [
+        f"requirement: worst_case adds moduli as if every error were at its limit at once; for {SURE:.0%} of "
+        f"all flights within the same limits {found.cost / 3600:.2f} h suffice "
+        f"(rule: {{percentile: {100 * SURE:g} %}})"
+    ]
 
 
 def _chosen(found: Found) -> Campaign:

@@ -22,7 +22,7 @@ from planner.verify.monte_carlo import MonteCarlo, fly
 from planner.verify.outcome import claims_of, outcomes
 from planner.verify.prediction import Prediction
 from planner.verify.recount import Recount, is_by_information, recount
-from planner.verify.recount_promise import check_promise
+from planner.verify.recount_promise import as_planned, check_promise
 from planner.verify.rounds import BINDING, CURVES, OWN, TEMPERATURES, Worst, rounds
 from planner.verify.starts import as_flown
 from planner.verify.through_files import Pipeline, through_files
@@ -85,7 +85,7 @@ def verify(
         return _answer(loaded, document, options, counted, why=str(error))
     if is_by_information(document):
         progress("counting again what is promised")
-        counted = counted.and_also(check_promise(document, e))
+        counted = counted.and_also(check_promise(document, as_planned(e)))
     if options.flights == 0:
         return _answer(loaded, document, options, counted)
     flown = _flown(e, document, options, progress)

@@ -1,11 +1,12 @@
 """Many campaigns of one plan at once: measured, and calibrated by generalised least squares of verify's own.
 
 The variances are the spec's: per power-on, the draw of every budgeted error over the records, its in-run
-drift of correlation exp(−|Δt|/τ), and white noise ∝ 1/duration. Whitening and the design's inverse are worked
-out once, P = (XᵀV⁻¹X)⁻¹XᵀV⁻¹; every unit then costs matrix products, θ ← θ + P (y − ŷ(θ)), which is
-Gauss-Newton with the Jacobian at zero: it contracts by κ, 0.5 % a round. Where the records hardly determine
-a coefficient it need not contract; then the first, linear solution stays, which is as useless as any that
-fits. `planner calibrate` finds the variances in each unit's data instead.
+drift of correlation exp(−|Δt|/τ), and white noise ∝ 1/duration; references of the bench that err are
+unknowns with a prior. Whitening and the design's inverse are worked out once, P = (XᵀV⁻¹X)⁻¹XᵀV⁻¹; every unit
+then costs matrix products, θ ← θ + P (y − ŷ(θ)), which is Gauss-Newton with the Jacobian at zero: it
+contracts by κ, 0.5 % a round. Where the records hardly determine a coefficient it need not contract; then the
+first, linear solution stays, which is as useless as any that fits. `planner calibrate` finds the variances in
+each unit's data instead.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from planner.verify.chance import Chance
 from planner.verify.declared import INPUT, Declared, declared, sensed
 from planner.verify.draws import DrawnError, Unit, generator
 from planner.verify.records import Records
+from planner.verify.references import Direction
 
 _ROUNDS = 5  # 0.5 % of scale factor to the fifth is nothing
 _LEAST_WHITE = 1e-8  # of what power-ons scatter: records without noise must not make V singular
@@ -47,12 +49,15 @@ class Estimator:
 
 
 def estimators(
-    records: Records, unit: Unit, effects: Sequence[str], chance: Chance
+    records: Records, unit: Unit, effects: Sequence[str], chance: Chance, off: Sequence[Direction] = ()
 ) -> dict[Sensor, tuple[Estimator, ...]]:
-    """Both sensors, channels with common terms together. Raises InputError for too few records."""
+    """Both sensors, channels with common terms together. Raises InputError for too few records.
+
+    off: the ways in which references err, which are unknowns of the fit with a prior of their sigma
+    """
     return {
         sensor: tuple(
-            _estimator(model, records, unit, chance)
+            _estimator(model, records, unit, chance, off)
             for model in declared(sensor, records.conditions, effects)
             if model.columns
         )
@@ -60,7 +65,9 @@ def estimators(
     }
 
 
-def _estimator(model: Declared, records: Records, unit: Unit, chance: Chance) -> Estimator:
+def _estimator(
+    model: Declared, records: Records, unit: Unit, chance: Chance, off: Sequence[Direction]
+) -> Estimator:
     conditions = records.conditions
     u = sensed(model.sensor, conditions)[:, list(model.channels)]
     X = np.concatenate(
@@ -78,9 +85,12 @@ def _estimator(model: Declared, records: Records, unit: Unit, chance: Chance) ->
         )
     roots = _roots(model, records, unit, chance)
     rows = [_rows(run, len(model.channels)) for run in records.runs]
-    white = np.concatenate([np.linalg.solve(root, X[r]) for root, r in zip(roots, rows, strict=True)])
-    inverse, undetermined = _inverse(white)
+    shared = [d.sigma * getattr(d, INPUT[model.sensor])[:, model.channels].ravel() for d in off]
+    both = np.column_stack([X, *(column for column in shared if column.any())])
+    white = np.concatenate([np.linalg.solve(root, both[r]) for root, r in zip(roots, rows, strict=True)])
+    inverse, undetermined = _inverse(white, X.shape[1])
     error = np.sqrt(np.sum(inverse**2, axis=1))
+    inverse = inverse[:, : len(X)]
     for root, r in zip(roots, rows, strict=True):
         inverse[:, r] = np.linalg.solve(root.T, inverse[:, r].T).T
     return Estimator(
@@ -93,14 +103,19 @@ def _rows(records: NDArray[np.int64], channels: int) -> NDArray[np.int64]:
     return (records[:, None] * channels + np.arange(channels)).ravel()
 
 
-def _inverse(white: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Pseudo-inverse of whitened columns (rows, p), and which coefficients the rows do not see."""
+def _inverse(white: Array, p: int) -> tuple[Array, NDArray[np.bool_]]:
+    """Pseudo-inverse (p, rows + q) of whitened columns (rows, p + q), and which coefficients no row sees.
+
+    The last q have a prior of unit variance: q pseudo-records below.
+    """
+    q = white.shape[1] - p
+    white = np.vstack([white, np.hstack([np.zeros((q, p)), np.eye(q)])])
     length = np.linalg.norm(white, axis=0)
     length = np.where(length > 0, length, 1.0)
     u, s, vt = np.linalg.svd(white / length, full_matrices=False)
     seen = s > _RANK * s.max(initial=0.0)
     unseen = np.linalg.norm(vt[~seen], axis=0) > _TOUCHED
-    return (vt[seen].T / s[seen]) @ u[:, seen].T / length[:, None], unseen
+    return ((vt[seen].T / s[seen]) @ u[:, seen].T / length[:, None])[:p], unseen[:p]
 
 
 # ---------------------------------------------------------------- variances by the spec

@@ -18,7 +18,7 @@ from planner.verify.second_moments import Error, Moment, moments_of
 from planner.verify.starts import Starts, anywhere, at_one
 from planner.verify.told import told
 
-FINE = 49  # starts among which the worst is looked for
+FINE = 25  # starts among which the worst is looked for
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,8 @@ class Prediction:
     e: Experiment
     flight: FlightModel
     _moments: dict[str, Mapping[Error, Moment]] = field(default_factory=dict)
+    _figures: dict[tuple[object, ...], dict[str, float]] = field(default_factory=dict)
+    _worst: dict[tuple[int, str], tuple[Starts, float]] = field(default_factory=dict)
 
     @cached_property
     def foresight(self) -> Foresight:
@@ -55,13 +57,21 @@ class Prediction:
 
     def figures(self, index: int, starts: Starts, families: tuple[str, ...]) -> dict[str, float]:
         """Family -> the quantile or root mean square of a requirement, SI."""
-        degc, shares = starts.grid(self.profile)
-        wanted = self.asked[index]
-        found = covariances(wanted, self.foresight, degc, {name: self.moments(name) for name in families})
-        return {family: figure(wanted, several, shares) for family, several in found.items()}
+        key = (index, starts.word, *starts.degc.tolist(), *families)
+        if key not in self._figures:
+            degc, shares = starts.grid(self.profile)
+            moments, wanted = {name: self.moments(name) for name in families}, self.asked[index]
+            found = covariances(wanted, self.foresight, degc, moments)
+            self._figures[key] = {name: figure(wanted, each, shares) for name, each in found.items()}
+        return self._figures[key]
 
     def worst(self, index: int, family: str) -> tuple[Starts, float]:
         """The start of the range at which a requirement is worst, and its figure there."""
+        if (index, family) not in self._worst:
+            self._worst[index, family] = self._looked_for(index, family)
+        return self._worst[index, family]
+
+    def _looked_for(self, index: int, family: str) -> tuple[Starts, float]:
         spec = self.e.spec
         grid = np.linspace(*spec.plan.temperatures.range, FINE)
         wanted, moments = self.asked[index], self.moments(family)

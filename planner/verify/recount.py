@@ -26,9 +26,9 @@ from planner.verify.recount_steps import batch_sizes, check_steps
 
 NOT_RECOUNTED = (
     "genetic: a search's history and front (only its gap is counted again)",
-    "hours_per_limit, savings, trade_off: other plans, which would have to be planned again",
-    "bound_s: that no plan is shorter is proved by the integer program, not by counting",
-    "notes: words",
+    "hours_per_limit, savings, trade_off, prices, worth: other plans, which would have to be planned again",
+    "bound_s: that no plan is shorter is proved by the search, not by counting",
+    "notes, proved_of: words",
 )
 Document = Mapping[str, Any]
 
@@ -216,6 +216,10 @@ def _check_origin(document: Document, loaded: LoadedSpec) -> Findings:
     found.same("spec, sha256", document["spec"].get("sha256"), loaded.sha256)
     found.same("spec, name", document["spec"].get("name"), spec.name)
     found.same("seed", document["seed"], spec.plan.seed)
+    if "method" in document:  # plans of before have none: they are by the published one
+        found.same("method", document["method"], spec.planned_by)
+    if not is_by_information(document):
+        found.same("families", document.get("families", {}), {})
     found.same("objective, minimise", document["objective"].get("minimise"), _minimised(spec))
     start = None
     if spec.plan.shifts:

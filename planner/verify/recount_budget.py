@@ -148,7 +148,7 @@ def _check_reasons(
         test, points, widest = reached.get(r["error"], (r["test"], [], 0.0))
         found.same(f"{where}, test", r["test"], test)
         reached[r["error"]] = (test, [*points, float(r["temperature_degc"])], max(widest, width))
-    for name in _calibrated(spec, document):
+    for name in calibrated_errors(spec):
         if name not in reached:
             found.fault("reasons", f"{name} is calibrated, but no repeats are given for it")
     for i, r in enumerate(document["reasons"]):
@@ -285,7 +285,8 @@ def unit_of(error: str) -> str:
     return str(catalog.effects()[effect].units[sensor])
 
 
-def _calibrated(spec: Spec, document: Document) -> list[str]:
+def calibrated_errors(spec: Spec) -> list[str]:
+    """Declared errors with a budget that some test calibrates."""
     served = {e for t in spec.tests.values() for e in t.calibrates}
     return [name for name in budgets_of(spec) if ErrorName(name).effect in spec.effects and name in served]
 
@@ -303,7 +304,7 @@ def _check_allowances(
 ) -> None:
     budgets = budgets_of(spec)
     found.same("allowances", sorted(document["allowances"]), sorted(budgets))
-    calibrated = _calibrated(spec, document)
+    calibrated = calibrated_errors(spec)
     for name, a in document["allowances"].items():
         if name not in budgets:
             continue

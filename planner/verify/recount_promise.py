@@ -31,34 +31,41 @@ from planner.verify.experiment import Experiment
 from planner.verify.findings import Findings
 from planner.verify.foreseen import PARTS, Foresight
 from planner.verify.prediction import Prediction
-from planner.verify.starts import Starts, starts_of
+from planner.verify.recount_budget import calibrated_errors
+from planner.verify.references import directions
+from planner.verify.starts import Starts, anywhere, starts_of
 
 SAME = 0.02
 _EXACT = 1e-9
 Document = Mapping[str, Any]
 
 
-def check_promise(document: Document, e: Experiment) -> list[Findings]:
-    """Families and their figures, allowances and their parts, shares."""
+def as_planned(e: Experiment) -> Prediction | None:
+    """What the plan of an experiment promises; None where nothing is flown.
+
+    With the noise that the spec gives, and none that a simulated bench would add.
+    """
     if e.flight is None:
+        return None
+    chance = Chance(white={s: e.spec.unit.white(s) for s in SENSORS}, flown=e.chance.flown)
+    off = directions(e.records, e.spec)
+    known = estimators(e.records, e.unit, e.spec.effects, chance, off)
+    return Prediction(replace(e, chance=chance, estimators=known), e.flight)
+
+
+def check_promise(document: Document, p: Prediction | None) -> list[Findings]:
+    """Families and their figures, allowances and their parts, shares."""
+    if p is None:
         found = Findings("promise", _PROMISE)
         found.fault("method", "is information, but nothing can be flown: the spec gives the sensitivities")
         return [found]
-    p = Prediction(_as_planned(e), e.flight)
     found = _check_families(document, p)
     if found.faults and not isinstance(document.get("families"), Mapping):
         return [found]
-    starts = [_starts(document, p, i) for i in range(len(e.requirements))]
-    return [found, _check_allowances(document, p, starts[0]), _check_shares(document, p, starts)]
+    return [found, _check_allowances(document, p), _check_shares(document, p)]
 
 
 _PROMISE = "what is promised in every family of curves is what the plan's own steps leave in flight"
-
-
-def _as_planned(e: Experiment) -> Experiment:
-    """With the noise that the spec gives, and none that a simulated bench would add."""
-    chance = Chance(white={s: e.spec.unit.white(s) for s in SENSORS}, flown=e.chance.flown)
-    return replace(e, chance=chance, estimators=estimators(e.records, e.unit, e.spec.effects, chance))
 
 
 def _binding(document: Document, spec: Spec, index: int) -> str:
@@ -67,9 +74,9 @@ def _binding(document: Document, spec: Spec, index: int) -> str:
     return said if said in names else names[0]
 
 
-def _starts(document: Document, p: Prediction, index: int) -> Starts:
-    spec = p.e.spec
-    return starts_of(spec.requirement[index], spec) or p.worst(index, _binding(document, spec, index))[0]
+def _starts(wanted: Requirement, spec: Spec) -> Starts:
+    """Over which parts and shares are means: where only the worst counts, all of the range."""
+    return starts_of(wanted, spec) or anywhere(spec)
 
 
 # ---------------------------------------------------------------- figures
@@ -77,7 +84,6 @@ def _starts(document: Document, p: Prediction, index: int) -> Starts:
 
 def _check_families(document: Document, p: Prediction) -> Findings:
     found, spec = Findings("promise", _PROMISE), p.e.spec
-    found.same("method", document.get("method"), spec.planned_by)
     said, names = document.get("families"), families_of(spec)
     if not isinstance(said, Mapping) or not found.same("families", sorted(said), sorted(names)):
         return found
@@ -114,14 +120,16 @@ def temperature_words(wanted: Requirement) -> str:
 # ---------------------------------------------------------------- errors
 
 
-def _check_allowances(document: Document, p: Prediction, starts: Starts) -> Findings:
+def _check_allowances(document: Document, p: Prediction) -> Findings:
     found = Findings("allowances", "parts are the sigmas of an error's largest term in flight, squares add")
     z = max(quantile_of(wanted) for wanted in p.e.requirements)
+    starts = _starts(p.e.requirements[0], p.e.spec)
     for error, own in sigmas_of(p, starts, _binding(document, p.e.spec, 0)).items():
         a = document["allowances"].get(error)
         if a is None:
             continue
         where = f"allowances, {error}"
+        found.same(f"{where}, calibrated", a["calibrated"], error in calibrated_errors(p.e.spec))
         allowed = float(np.linalg.norm([a["parts"][part] for part in PARTS]))
         found.same(f"{where}, allowed", a["allowed"], allowed, _EXACT)
         for part in PARTS:
@@ -168,17 +176,22 @@ def _largest(squares: Mapping[str, Array], rows: list[Any], error: tuple[str, st
 # ---------------------------------------------------------------- shares
 
 
-def _check_shares(document: Document, p: Prediction, starts: list[Starts]) -> Findings:
+def _check_shares(document: Document, p: Prediction) -> Findings:
     found = Findings("shares", "an error's part of the mean square is what it and the whole have in common")
-    for i, (r, start) in enumerate(zip(document["requirements"], starts, strict=False)):
-        own = shares_of(p, i, start, _binding(document, p.e.spec, i))
+    for i, (r, wanted) in enumerate(zip(document["requirements"], p.e.requirements, strict=False)):
+        whole = shares_of(p, i, _starts(wanted, p.e.spec), _binding(document, p.e.spec, i))
+        own = {error: share for error, share in whole.items() if error in document["allowances"]}
         said = {error: float(share) for error, share in r["shares"].items()}
         found.same(f"requirements {i}, shares", sorted(said), sorted(own))
-        whole, total = sum(said.values()), sum(own.values())
-        for error in said.keys() & own.keys():
-            share, wanted = (x / y if y > 0 else 0.0 for x, y in ((said[error], whole), (own[error], total)))
-            found.near(f"requirements {i}, shares, {error}", share, wanted, SAME)
+        for error in sorted(said.keys() & own.keys()):
+            share, counted = _part(said, error), _part(own, error)
+            found.near(f"requirements {i}, shares, {error}", share, counted, SAME)
     return found
+
+
+def _part(of: Mapping[str, float], error: str) -> float:
+    total = sum(of.values())
+    return of[error] / total if total > 0 else 0.0
 
 
 def shares_of(p: Prediction, index: int, starts: Starts, family: str) -> dict[str, float]:

@@ -11,7 +11,16 @@ import numpy as np
 from planner.nouns.allowances import Allowance, AllowedErrors, Corner, GeneticHistory
 from planner.nouns.array import Rule
 from planner.nouns.choices import RepeatReason
-from planner.nouns.plan import Achieved, GeneticPlan, Plan, PlannedTest, SensitivityFigure, Step
+from planner.nouns.plan import (
+    Achieved,
+    GeneticPlan,
+    Plan,
+    PlannedTest,
+    Price,
+    SensitivityFigure,
+    Step,
+    Worth,
+)
 from planner.nouns.sensitivities import Constraint, Sensitivities, SensitivityColumn
 from planner.units import unit_factor
 
@@ -297,3 +306,33 @@ def huge_plan(count: int = 100_000) -> Plan:
             ("rate_table", "centrifuge")[i % 2], action, 20.0 + i % 7, test="static", temperature_degc=degc
         )
     return replace(base, steps=tuple(clock.steps), time_s=clock.now, bound_s=clock.now)
+
+
+def informed_plan() -> Plan:
+    """A plan by information with two requirements, under two families of curves; each binds one of them."""
+    base = plan("percentile")
+    first = replace(base.requirements[0], family="kink", temperature="range")
+    second = replace(
+        first, error="horizontal", at="any", limit=20.0, achieved=18.0, family="cosines", temperature="worst"
+    )
+    rows: list[Mapping[str, float]] = [
+        {"time_s": base.time_s * (0.7 + 0.1 * i), "power_on_s": 3600.0 * i, "0": 60.0 / (1 + i), "1": 30.0}
+        for i in range(8)
+    ]
+    visits = (Worth("static", -20.0, 2, 3600.0, 1200.0, (math.inf, 40.0), (27.0, 18.5), (25.0, 17.5)),)
+    return replace(
+        base,
+        method="information",
+        objective="campaign_time",
+        requirements=(first, second),
+        families={"cosines": {0: 20.0, 1: 18.0}, "kink": {0: first.achieved, 1: 15.0}},
+        proved=False,
+        bound_s=0.8 * base.time_s,
+        gap=0.2,
+        proved_of="campaigns of static and rates at 25 temperatures",
+        reasons=tuple(replace(r, bound_by="promise") for r in base.reasons),
+        genetic=GeneticPlan(base.time_s * 1.02, 0.02, history(24, base.time_s), tuple(rows)),
+        worth=visits,
+        prices=(Price("soak 10 min less", -600.0), Price("limits 1 % wider", -1e-7)),
+        notes=(),
+    )

@@ -131,10 +131,10 @@ def test_what_a_spec_leaves_out_is_planned_by_information_and_flies_anywhere() -
 
 
 def test_the_keys_of_the_method_are_read() -> None:
-    keys = "method: published\n  temperature_estimator: smooth\n  redundancy: 0\n  confidence: 90 %"
+    keys = "method: published\n  temperature_estimator: lines\n  redundancy: 0\n  confidence: 90 %"
     spec = loaded(changed(("confidence: 95 %", keys), ("candidates: [1,", "step: 2 K, candidates: [1,"))).spec
     plan = spec.plan
-    assert (plan.method, plan.temperature_estimator, plan.redundancy) == ("published", "smooth", 0)
+    assert (plan.method, plan.temperature_estimator, plan.redundancy) == ("published", "lines", 0)
     assert plan.temperatures.step == 2.0
 
 

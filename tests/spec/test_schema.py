@@ -99,7 +99,7 @@ def test_an_editor_underlines_what_check_refuses(
             "{curve: {-60 degC: 5 mg, 20 degC: 0 mg, 60 degC: -3 mg}}",
             "{curve: [{0 degC: 5 mg, 20 degC: 0 g}, {0 degC: 1 g, 9 degC: 3 g}, {1 degC: 1 g, 2 degC: 0 g}]}",
         ),
-        ("confidence: 95 %", "method: published\n  temperature_estimator: smooth\n  redundancy: 0"),
+        ("confidence: 95 %", "method: published\n  temperature_estimator: lines\n  redundancy: 0"),
     ],
 )
 def test_an_editor_accepts_what_check_accepts(

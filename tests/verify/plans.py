@@ -75,10 +75,32 @@ def several() -> dict[str, Any]:
         {"error": "heading", "limit": "0.25 deg", "rule": "rss", "at": "30 s"},
         {"error": "velocity", "limit": "7.9 m/s", "rule": {"percentile": "90 %"}, "at": "any"},
     ]
-    return spec | {"requirement": wanted, "plan": spec["plan"] | {"quantile": "student"}}
+    return spec | {
+        "requirement": wanted,
+        "plan": spec["plan"] | {"quantile": "student", "method": "published"},
+    }
 
 
-SPECS = {"small": small, "shared": shared, "flown": flown, "attended": attended, "several": several}
+def informed() -> dict[str, Any]:
+    """The same requirements at temperatures of their own, by information."""
+    spec = several()
+    where: list[Any] = ["range", {"distribution": {"-20 degC": 1, "30 degC": 3}}, "worst"]
+    wanted = [r | {"temperature": t} for r, t in zip(spec["requirement"], where, strict=True)]
+    return spec | {
+        "name": "informed",
+        "requirement": wanted,
+        "plan": spec["plan"] | {"method": "information"},
+    }
+
+
+SPECS = {
+    "small": small,
+    "shared": shared,
+    "flown": flown,
+    "attended": attended,
+    "several": several,
+    "informed": informed,
+}
 
 
 @cache

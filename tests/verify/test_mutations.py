@@ -14,7 +14,8 @@ import planner.plan.records_to_spread as spread
 import planner.plan.spec_to_errors as errors
 import planner.plan.spec_to_sensitivity as sensitivity
 from planner.pipelines.promise import FlightOptions, verify
-from tests.verify.plans import Planned, plan_of, planned_from, sealed_again, several
+from tests.specs import loaded
+from tests.verify.plans import Planned, planned_from, sealed_again, several
 
 
 def by_hand() -> dict:
@@ -28,7 +29,11 @@ def by_hand() -> dict:
         r | {"limit": limit}
         for r, limit in zip(spec["requirement"], ["900 m", "5 deg", "50 m/s"], strict=True)
     ]
-    return spec | {"name": "by hand", "requirement": wide, "plan": spec["plan"] | {"fixed": fixed}}
+    return spec | {
+        "name": "by hand",
+        "requirement": wide,
+        "plan": spec["plan"] | {"fixed": fixed, "method": "published"},
+    }
 
 
 def verified(one: Planned, flights: int = 0, files: int = 0):
@@ -52,7 +57,7 @@ def test_without_a_fault_nothing_is_found(sound):
 def test_run_to_run_set_to_zero(monkeypatch):
     whole = errors.error_models
     monkeypatch.setattr(errors, "_run_to_run", lambda budget: ((float("nan"), 0.0),))
-    assert all(model.largest_run_to_run == 0.0 for model in whole(plan_of("several").loaded.spec))
+    assert all(model.largest_run_to_run == 0.0 for model in whole(loaded(several()).spec))
     assert {"allowances", "repeats"} <= faulty_checks(planned_from(by_hand()))
 
 

@@ -5,16 +5,21 @@ from __future__ import annotations
 import ast
 import copy
 import math
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import planner.verify
-from planner.verify.recount import recount
-from planner.verify.recount_navigation import length_quantile
+from planner.verify.experiment import experiment
+from planner.verify.lengths import length_quantile
+from planner.verify.prediction import Prediction
+from planner.verify.recount import is_by_information, recount
+from planner.verify.recount_promise import as_planned, check_promise
 from tests.verify.plans import SPECS, plan_of, sealed_again
 
 UNCOUNTED = {  # what a search found on the way, and words (planner.verify.recount.NOT_RECOUNTED)
@@ -25,6 +30,9 @@ UNCOUNTED = {  # what a search found on the way, and words (planner.verify.recou
     ("hours_per_limit",),
     ("genetic",),
     ("schema_version",),
+    ("prices",),
+    ("worth",),
+    ("proved_of",),
     ("plan_sha256",),
 }
 
@@ -69,8 +77,39 @@ def is_navigated(place: tuple[Any, ...]) -> bool:
     return place[0] in ("sensitivities", "requirements") and place[-1] in ("value", "achieved")
 
 
+def is_drawn(document: dict[str, Any], place: tuple[Any, ...]) -> bool:
+    """Figures of a plan by information: both sides draw curves, so that they agree to 2 % of the whole."""
+    if document["method"] != "information":
+        return False
+    return place[0] == "families" or "parts" in place or "shares" in place
+
+
+def is_little(document: dict[str, Any], place: tuple[Any, ...]) -> bool:
+    """A part or a share of less than a tenth: it may be three times as much within 2 % of the squares."""
+    if not is_drawn(document, place) or place[0] == "families":
+        return False
+    every = np.abs(list(value_at(document, place[:-1]).values()))
+    whole = np.linalg.norm(every) if "parts" in place else every.sum()
+    return bool(abs(value_at(document, place)) < 0.1 * whole)
+
+
+@cache
+def promised(name: str) -> Prediction | None:
+    plan = plan_of(name)
+    return as_planned(experiment(plan.document, plan.loaded.spec, plan.trajectory, seed=1))
+
+
+def is_right(name: str, document: dict[str, Any]) -> bool:
+    """As verify counts: what is promised, too, where the plan is by information."""
+    plan = plan_of(name)
+    found = recount(document, plan.loaded, plan.trajectory)
+    if found.ok and is_by_information(document):
+        found = found.and_also(check_promise(document, promised(name)))
+    return found.ok
+
+
 @st.composite
-def other(draw: st.DrawFn, value: Any, coarse: bool = False) -> Any:
+def other(draw: st.DrawFn, value: Any, coarse: bool = False, drawn: bool = False) -> Any:
     """Something else of the same kind; numbers from a part in a hundred thousand to a factor of three."""
     if isinstance(value, bool):
         return not value
@@ -78,7 +117,7 @@ def other(draw: st.DrawFn, value: Any, coarse: bool = False) -> Any:
         return value + draw(st.sampled_from([-2, -1, 1, 2, 7]))
     if isinstance(value, float):
         fine = [0.997, 1.003] if coarse else [1 - 1e-5, 1 + 1e-5]
-        factor = draw(st.sampled_from([*fine, 0.9, 1.1, 0.3, 3.0, -1.0]))
+        factor = draw(st.sampled_from([*([] if drawn else [*fine, 0.9, 1.1]), 0.3, 3.0, -1.0]))
         return value * factor if value else 0.125
     if value is None:
         return draw(st.sampled_from([1, 0.5]))
@@ -98,14 +137,17 @@ def test_a_plan_as_planner_wrote_it_agrees_in_every_figure(name):
 @given(data=st.data())
 def test_any_edit_that_is_sealed_again_is_found(name, data):
     plan = plan_of(name)
-    every = [p for p in places(plan.document) if p[:1] not in UNCOUNTED and not is_rounding(plan.document, p)]
+    tree = plan.document
+    every = [
+        p
+        for p in places(tree)
+        if p[:1] not in UNCOUNTED and not is_rounding(tree, p) and not is_little(tree, p)
+    ]
     # steps are most of a plan: without a choice of its own the rest would hardly ever be edited
     group = data.draw(st.sampled_from(sorted({p[0] for p in every})))
     place = data.draw(st.sampled_from([p for p in every if p[0] == group]))
-    edited = changed(
-        plan.document, place, data.draw(other(value_at(plan.document, place), is_navigated(place)))
-    )
-    assert not recount(edited, plan.loaded, plan.trajectory).ok, place
+    value = data.draw(other(value_at(tree, place), is_navigated(place), is_drawn(tree, place)))
+    assert not is_right(name, changed(tree, place, value)), place
 
 
 @pytest.mark.parametrize("name", SPECS)
@@ -207,8 +249,6 @@ def test_the_recount_imports_nothing_of_the_planner():
     ],
 )
 def test_the_length_quantile_is_that_of_the_closed_form(variances, probability, length):
-    import numpy as np
-
     # 1e-9 of variance beside 4 moves the length by 1e-10; the integral is good to 1e-9
     assert length_quantile(np.diag(variances), probability) == pytest.approx(length, rel=2e-9)
 

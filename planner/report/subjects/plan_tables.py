@@ -155,18 +155,18 @@ def tests_table(plan: Plan) -> Table | None:
     """What every test does."""
     return table(
         "What every test does",
-        "test | bench | calibrates | motions | temperatures, °C | repeats at each | records | h | powered, h",
+        "test | temperatures, °C | repeats at each | h | bench | motions | records | powered, h | calibrates",
         (
             (
                 _breakable(test.test),
-                _breakable(test.bench),
-                _breakable(", ".join(test.calibrates)) or "nothing: timed only",
-                str(test.motions),
                 degrees(test.temperatures_degc),
                 runs([str(n) for n in test.repeats]),
-                str(sum(test.repeats) * test.motions),
                 hours(test.time_s),
+                _breakable(test.bench),
+                str(test.motions),
+                str(sum(test.repeats) * test.motions),
                 hours(test.power_on_s),
+                _breakable(", ".join(test.calibrates)) or "nothing: timed only",
             )
             for test in plan.tests
         ),

@@ -1,0 +1,239 @@
+"""What a plan by information promises, counted again: agreement, edits, and faults in the planner's code."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import planner.campaign.noise
+import planner.information.curves
+import planner.information.promise
+from planner.information import in_flight, told
+from planner.pipelines.promise import FlightOptions, verify
+from planner.verify.experiment import experiment, flown_with
+from planner.verify.monte_carlo import fly
+from planner.verify.outcome import outcomes
+from planner.verify.recount_promise import as_planned, check_promise
+from planner.verify.starts import anywhere
+from planner.verify.workers import here
+from tests.verify.plans import Planned, plan_of, planned_from, sealed_again, several
+
+
+def by_hand(**unit: Any) -> dict[str, Any]:
+    """Every part of a promise matters: drift, curves between nodes, power-ons, the walk, directions."""
+    spec = several()
+    fixed = {"static": {"temperatures": 3, "repeats": 2}, "rates": {"temperatures": 1, "repeats": 2}}
+    limits = ["900 m", "5 deg"]
+    wide = [r | {"limit": limit} for r, limit in zip(spec["requirement"], limits, strict=False)]
+    plan = spec["plan"] | {"fixed": fixed, "method": "information"}
+    return spec | {"name": "by hand", "requirement": wide, "plan": plan, "unit": spec["unit"] | unit}
+
+
+def prediction(one: Planned):
+    return as_planned(experiment(one.document, one.loaded.spec, one.trajectory, seed=1))
+
+
+def faults(one: Planned, document: dict[str, Any] | None = None) -> list[str]:
+    """Checks of the promise that find one."""
+    found = check_promise(document or one.document, prediction(one))
+    return [fault.where for f in found for fault in f.faults]
+
+
+@pytest.fixture(scope="module", name="sound")
+def _sound() -> Planned:
+    return planned_from(by_hand())
+
+
+@pytest.mark.parametrize("name", ["informed", "by hand"])
+def test_a_plan_as_planner_wrote_it_agrees(sound, name):
+    one = sound if name == "by hand" else plan_of(name)
+    assert one.document["method"] == "information"
+    options = FlightOptions(flights=0, through_files=0)
+    found = verify(one.loaded, one.document, options, lambda message: None)
+    assert found.recount.ok, found.recount.faults[:5]
+    assert {"promise", "allowances", "shares"} <= {c.name for c in found.recount.checks}
+
+
+def test_references_that_err_and_noise_are_in_both(sound):
+    """A mounting is one and the same for all records of an installation; no number of repeats averages it."""
+    spec = by_hand(noise={"gyro": "3 deg/sqrt(h)", "accelerometer": "5 mg/sqrt(Hz)"})
+    bench = spec["benches"]["rate_table"]
+    accuracy = {"level": "0.2 deg", "mounting": "0.1 deg", "rate": "0.1 %"}
+    spec["benches"] = {"rate_table": bench | {"accuracy": accuracy}}
+    one = planned_from(spec)
+    assert not faults(one)
+    larger, smaller = (p.document["families"]["kink"]["0"] for p in (one, sound))
+    assert larger > 1.02 * smaller
+
+
+def test_what_is_foreseen_is_flown(sound):
+    """1500 flights: a 95 % quantile is known to 2 %, one sigma, a root mean square to 1.5 %."""
+    p = prediction(sound)
+    e = p.e
+    for family in sound.document["families"]:
+        flown = flown_with(e, anywhere(e.spec), family)
+        tally = fly(flown, 1500, here, lambda message: None)
+        for o in outcomes(flown, tally.tally, sound.document, e.spec):
+            assert p.figures(o.index, flown.starts, (family,))[family] == pytest.approx(
+                o.at_promise, rel=0.06
+            )
+
+
+# ---------------------------------------------------------------- edits
+
+
+def edited(one: Planned, change) -> list[str]:
+    document = copy.deepcopy(one.document)
+    change(document)
+    return faults(one, sealed_again(document))
+
+
+def _figure(d):
+    d["families"]["kink"]["0"] *= 0.97
+
+
+def _families_swapped(d):
+    d["families"]["cubic"], d["families"]["cosines"] = d["families"]["cosines"], d["families"]["cubic"]
+
+
+def _another_binds(d):
+    own = {name: figures["0"] for name, figures in d["families"].items()}
+    d["requirements"][0]["family"] = min(own, key=own.get)
+
+
+def _achieved(d):
+    d["requirements"][0]["achieved"] *= 0.99
+
+
+def _elsewhere(d):
+    d["requirements"][1]["temperature"] = "flight"
+
+
+def _one_family_less(d):
+    del d["families"]["matern"]
+
+
+def _part(d):
+    d["allowances"]["gyro.bias"]["parts"]["temperature"] *= 0.9
+
+
+def _allowed(d):
+    d["allowances"]["gyro.bias"]["allowed"] *= 1.001
+
+
+def _share(d):
+    d["requirements"][0]["shares"]["gyro.bias"] *= 1.3
+
+
+@pytest.mark.parametrize(
+    ("change", "where"),
+    [
+        (_figure, "families, kink, requirement 0"),
+        (_families_swapped, "families, cubic, requirement 0"),
+        (_another_binds, "requirements 0, family"),
+        (_achieved, "requirements 0, achieved"),
+        (_elsewhere, "requirements 1, temperature"),
+        (_one_family_less, "families"),
+        (_part, "allowances, gyro.bias, temperature"),
+        (_allowed, "allowances, gyro.bias, allowed"),
+        (_share, "requirements 0, shares, gyro.bias"),
+    ],
+)
+def test_an_edit_is_found_where_it_is(sound, change, where):
+    assert where in edited(sound, change)
+
+
+# ---------------------------------------------------------------- faults in the planner's code alone
+
+
+def test_no_power_on_of_the_flights_own(monkeypatch):
+    whole = in_flight.drawn_in_flight
+    monkeypatch.setattr(in_flight, "drawn_in_flight", lambda *asked: (whole(*asked)[0], None))
+    assert "families, kink, requirement 0" in faults(planned_from(by_hand()))
+
+
+def test_no_run_to_run_in_the_campaign(monkeypatch):
+    whole = planner.campaign.noise._from_spec
+
+    def quiet(c, *asked):
+        return 0.0 if c.kind == "run_to_run" else whole(c, *asked)
+
+    monkeypatch.setattr(planner.campaign.noise, "_from_spec", quiet)
+    assert "allowances, accelerometer.bias, estimate" in faults(planned_from(by_hand()))
+
+
+def test_drift_that_is_left_out(monkeypatch):
+    whole = planner.campaign.noise._from_spec
+
+    def still(c, *asked):
+        return 0.0 if c.kind == "in_run" else whole(c, *asked)
+
+    monkeypatch.setattr(planner.campaign.noise, "_from_spec", still)
+    spec = by_hand()
+    spec["unit"]["gyro"]["bias"] |= {"in_run": "0.006 deg/s", "run_to_run": "0.0005 deg/s"}
+    assert "allowances, gyro.bias, estimate" in faults(planned_from(spec))
+
+
+def test_the_curve_halved(monkeypatch):
+    whole = planner.information.curves.Curves._moment
+    monkeypatch.setattr(
+        planner.information.curves.Curves, "_moment", lambda self, *asked: 0.25 * whole(self, *asked)
+    )
+    found = faults(planned_from(by_hand()))
+    assert {f"families, {name}, requirement 0" for name in ("cosines", "kink", "cubic", "matern")} <= {*found}
+
+
+def test_what_curve_and_tables_have_in_common_dropped(monkeypatch):
+    """The estimate follows the unit's own curve: without that cross-covariance the curve counts twice."""
+
+    def alone(self, found, R, i, families):
+        S, rho = R.shape[2], R.shape[3]
+        return np.zeros((R.shape[1], len(families), S, rho, rho))
+
+    monkeypatch.setattr(planner.information.promise._Seen, "_curve", alone)
+    assert "families, kink, requirement 0" in faults(planned_from(by_hand()))
+
+
+def test_covariances_between_coefficients_dropped(monkeypatch):
+    """With rates at one temperature a scale factor's node hangs together with those of the bias."""
+    whole = told._inverse
+
+    def diagonal(M):
+        C, inflated = whole(M)
+        return C * np.eye(C.shape[-1]), inflated
+
+    monkeypatch.setattr(told, "_inverse", diagonal)
+    spec = by_hand()
+    # two faces up and down on one axis: bias and scale factor are told apart by differences alone
+    spec["tests"]["static"]["motions"] = [
+        {"position_1": "0 deg", "position_2": p} for p in ("0 deg", "60 deg", "120 deg", "240 deg")
+    ]
+    spec["unit"]["accelerometer"]["scale_factor"] = {"systematic": "0.1 %", "run_to_run": "0.05 %"}
+    assert faults(planned_from(spec))
+
+
+def test_families_that_are_mixed_up(monkeypatch):
+    whole = planner.information.curves.Curves.moments
+
+    def mixed(self, degc):
+        found = whole(self, degc)
+        return found | {"kink": found["cubic"], "cubic": found["kink"]}
+
+    monkeypatch.setattr(planner.information.curves.Curves, "moments", mixed)
+    assert {"families, kink, requirement 0", "families, cubic, requirement 0"} <= {
+        *faults(planned_from(by_hand()))
+    }
+
+
+def test_a_wrong_plan_is_broken_whatever_flies(sound):
+    document = copy.deepcopy(sound.document)
+    _figure(document)
+    wrong = replace(sound, document=sealed_again(document))
+    options = FlightOptions(flights=100, through_files=0)
+    found = verify(wrong.loaded, wrong.document, options, lambda message: None)
+    assert found.verdict == "broken"
+    assert all(o.verdict == "kept" for o in found.outcomes)
