@@ -145,7 +145,7 @@ class Fleet:
         effects: list[str],
         xs: dict[int, Array],
         terms: list,
-    ) -> Array:  # type: ignore[type-arg]
+    ) -> Array:  # type: ignore[type-arg]  # arrays of any kind
         budgets = getattr(self.spec.unit, sensor)
         sizes = {e: oracle.size_of(budgets[e]) for e in dict.fromkeys(effects)}
         V = oracle.covariance(sensor, made.conditions, made.run, sizes, white)[channel::3, channel::3]
@@ -179,7 +179,7 @@ class Fleet:
         walk = walk + budget.storage_sigma * np.sqrt(self.spec.flown_after_days / STORAGE_DAYS) * rng.normal(
             size=B
         )
-        family = curve_families(self.spec, self.family).get((sensor, effect))  # type: ignore[arg-type]
+        family = curve_families(self.spec, self.family).get((sensor, effect))  # type: ignore[arg-type]  # a name is drawn as text
         curve = np.zeros((B, 1))
         if family is not None:
             pool = family.draws(POOL, rng)
