@@ -25,7 +25,7 @@ from planner.information.choose import campaign_found
 from planner.nouns.array import Array
 from tests.information import cases
 
-LARGEST = 20_000  # campaigns of a case that are counted out
+LARGEST = 2_500  # campaigns of a case that are counted out
 MARGIN = 1.02  # of a limit by quick figures; the exact ones are some 1 % smaller at most
 ROOM = 1.005  # between a campaign's figure and the limit that it keeps
 
@@ -92,7 +92,9 @@ def report(made: list[Judged]) -> None:
     longer = [j.longer for j in kept if j.longer > 1e-9]
     gaps = [1.0 - j.bound / j.cost for j in kept]
     print(f"{len(made)} cases, {sum(j.campaigns for j in made)} campaigns")
-    print(f"proved: {sum(j.proved for j in kept)}; gap: median {np.median(gaps):.1%}, largest {max(gaps):.1%}")
+    print(
+        f"proved: {sum(j.proved for j in kept)}; gap: median {np.median(gaps):.1%}, largest {max(gaps):.1%}"
+    )
     print(f"longer than the shortest campaign: {len(longer)}, by at most {max(longer, default=0.0):.2%}")
     for j in made:
         if j.fault:
@@ -115,6 +117,8 @@ def main() -> None:
         made.append(one)
         if one.fault or one.longer > 1e-9:
             print(f"{one} longer by {one.longer:.2%}", flush=True)
+        if len(made) % 50 == 0:
+            print(f"{len(made)} cases", flush=True)
     report(made)
 
 

@@ -36,7 +36,8 @@ NUGGET = 1e-9  # of the variance: keeps equal rows of smooth curves apart
 SETS_AT_ONCE = 4000
 STEPS = 20  # of the count for every campaign that may be asked
 NEARLY = 1.01  # by the quick figure: then the exact one is asked
-CLEARLY = 1.0 + 1e-3  # a figure beyond the limit by more is beyond it whatever the quadrature
+CLEARLY = 1.0 + 2e-3  # a figure beyond the limit by more is beyond it whatever the quadrature,
+HALF = 0.5  # of this share of the flights or more
 
 
 @dataclass(frozen=True)
@@ -87,11 +88,12 @@ class Prover:
         found: list[tuple[float, Set]] = []
         T, left = len(self._grid), effort.sets
         for size in range(0 if len(self._free) else 1, T + 1):
-            least = self._least_floor(size)
-            if least >= cost - EASIER:
+            if np.sort(self._own)[:size].sum() >= cost - EASIER:
                 return found, np.inf
+            if self._least_floor(size) >= cost - EASIER:
+                continue
             if comb(T, size) > left or monotonic() > effort.until:
-                return found, least
+                return found, min(self._least_floor(more) for more in range(size, T + 1))
             left -= comb(T, size)
             sets = np.array(list(combinations(range(T), size)), dtype=np.intp).reshape(comb(T, size), size)
             floors = self._floors(sets)
@@ -107,7 +109,7 @@ class Prover:
         left = np.arange(len(sets))
         for moments in self._moments.values():
             for a in self._asked:
-                if len(left):
+                if len(left) and (a.share is None or a.share >= HALF):
                     left = left[self._figure(moments, a, sets[left]) <= a.limit * CLEARLY]
         good = np.zeros(len(sets), dtype=bool)
         good[left] = True
@@ -135,34 +137,64 @@ class Prover:
     # ------------------------------------------------------------ what a set costs at least
 
     def _least_floor(self, size: int) -> float:
-        """The least that any set of so many temperatures costs: one of neighbours, wherever it lies."""
+        """The least that any set of so many temperatures costs.
+
+        Where the same is on offer at each of them, it is one of neighbours, wherever it lies; else its
+        temperatures cost what is paid for each alone.
+        """
         T = len(self._grid)
-        runs = np.array([[*range(i, i + size)] for i in range(T - size + 1)], dtype=np.intp)
-        return float(self._floors(runs.reshape(T - size + 1, size)).min(initial=np.inf))
+        if self._uniform:
+            runs = np.array([[*range(i, i + size)] for i in range(T - size + 1)], dtype=np.intp)
+            return float(self._floors(runs.reshape(T - size + 1, size)).min(initial=np.inf))
+        return float(np.sort(self._own)[:size].sum() + self._floors(np.empty((1, 0), dtype=np.intp))[0])
 
     def _floors(self, sets: NDArray[np.intp]) -> Array:
         """(B,) weighted seconds that a campaign at sets (B, K) costs at least.
 
         Soaks and ramps of the set, the cheapest test at each of its temperatures, every test without which
-        something that flies is undetermined: in the place of the cheapest one, or beside it.
+        something that flies is undetermined: at one of them in the place of the cheapest, or in the room.
         """
         offers, once = self.offers, np.zeros((len(sets), len(self.offers.once_price)), dtype=bool)
-        total = np.zeros(len(sets))
-        for t in range(len(self._grid)):
-            here = (sets == t).any(axis=1)
-            kinds = self._at[t]
-            each = [self._least(k) for k in kinds]
-            once[here] |= offers.once[kinds].all(axis=0) | self._saved[t]
-            total[here] += min(each)
-        cheapest = min((self._least(k) for kinds in self._at for k in kinds), default=0.0)
+        here = (sets[:, :, None] == np.arange(len(self._grid))).any(axis=1)
+        total = here @ self._cheapest
+        for t, used in enumerate(self._paid_once):
+            once[here[:, t]] |= used
         for offer in self._needed:
-            least = min(self._least(int(k)) for k in offer.places)
-            if offers.soaked[offer.places[0]]:
-                total += max(0.0, least - cheapest)
-            else:
-                total += least
             once |= offers.once[offer.places].all(axis=0)
+            least = np.array([self._least(int(k)) for k in offer.places])
+            if not offers.soaked[offer.places[0]]:
+                total += least.min()
+                continue
+            places = np.searchsorted(self._grid, offers.degc[offer.places])
+            instead = np.where(here[:, places], least - self._cheapest[places], np.inf).min(axis=1)
+            total += np.where(np.isfinite(instead), instead, 0.0)
         return np.asarray(total + once @ offers.once_price)
+
+    @cached_property
+    def _cheapest(self) -> Array:
+        """(T,) what the cheapest test at each temperature costs."""
+        return np.array([min(self._least(k) for k in kinds) for kinds in self._at])
+
+    @cached_property
+    def _paid_once(self) -> NDArray[np.bool_]:
+        """(T, R) what every campaign at a temperature pays once, and what it may save there."""
+        paid = [
+            self.offers.once[kinds].all(axis=0) | s for kinds, s in zip(self._at, self._saved, strict=True)
+        ]
+        return np.array(paid, dtype=bool).reshape(len(self._at), len(self.offers.once_price))
+
+    @cached_property
+    def _own(self) -> Array:
+        """(T,) what a temperature costs at least beside all others."""
+        alone = self._paid_once & (self._paid_once.sum(axis=0) == 1)
+        return np.asarray(self._cheapest + alone @ self.offers.once_price)
+
+    @cached_property
+    def _uniform(self) -> bool:
+        """Whether the same tests are on offer at every temperature, for the same price."""
+        return (
+            len({tuple((self._offer_of[k].test, self._least(k)) for k in kinds) for kinds in self._at}) <= 1
+        )
 
     def _least(self, kind: int) -> float:
         offer = self._offer_of[kind]
@@ -171,15 +203,19 @@ class Prover:
 
     @cached_property
     def _needed(self) -> tuple[Offer, ...]:
-        """Tests without which something that flies is undetermined, however often the others are made."""
-        found = []
-        for offer in self.offers.tests:
-            counts = np.ones((1, len(self.offers.kinds)))
-            counts[0, offer.places] = 0.0
-            by_hand = offer.fixed is not None
-            if by_hand or not np.any(counts) or self.judge.promise.left(counts)[1][0]:
-                found.append(offer)
-        return tuple(found)
+        """Tests without which something that flies is undetermined, however often others are made.
+
+        Any of the others: a test that tells a node of a table too little leaves it undetermined.
+        """
+        return tuple(o for o in self.offers.tests if o.fixed is not None or not self._do_without(o))
+
+    def _do_without(self, offer: Offer) -> bool:
+        others = [o for o in self.offers.tests if o is not offer]
+        counts = np.zeros((2 ** len(others), len(self.offers.kinds)))
+        for i, o in enumerate(others):
+            made = np.arange(len(counts)) >> i & 1
+            counts[:, o.places] = made[:, None]
+        return len(counts) > 1 and not np.all(self.judge.promise.left(counts[1:])[1])
 
     @cached_property
     def _at(self) -> list[list[int]]:

@@ -19,6 +19,7 @@ from planner.spec.budget import STORAGE_DAYS
 from planner.spec.model import PercentileRule, Requirement, Spec
 
 SCENARIOS = 24  # temperatures at which a flight over the range is looked at
+STEP_K = 0.5  # of a flight that warms: a day of it has then no more temperatures than a minute
 STILL_K = 0.1  # a flight whose temperature changes by less is a flight at one temperature
 
 
@@ -84,7 +85,8 @@ def profiles(spec: Spec, response: FlightResponse, start_degc: Array) -> Array:
     """(S, K) the flight's temperature, shifted to start at (S,) and kept in the range of use."""
     low, high = spec.plan.temperatures.range
     flown = response.temperature_degc
-    shifted = start_degc[:, None] + (flown - flown[0])[None, :]
+    warmed = np.round((flown - flown[0]) / STEP_K) * STEP_K
+    shifted = start_degc[:, None] + warmed[None, :]
     inside = (start_degc >= low) & (start_degc <= high)
     return np.asarray(np.where(inside[:, None], np.clip(shifted, low, high), shifted))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,7 @@ from planner.plan.budget import common_rule
 from planner.plan.by_hand import is_hand_made
 from planner.plan.campaign_by_total import by_total
 from planner.plan.campaign_to_plan import plan_of
+from planner.plan.costs import weights_of
 from planner.plan.errors_to_points import point_menus
 from planner.plan.genetic_campaign import genetic_plan
 from planner.plan.observable_campaign import observable_campaign, refuse_what_no_campaign_tells
@@ -176,11 +178,11 @@ def informed(
         sha256=loaded.sha256,
         notes=[*_notes(loaded), *remarks],
     )
-    chosen = _chosen(found)
+    chosen = _chosen(spec, found)
     curve: tuple[TradeOffPoint, ...] = ()
     if beside and spec.plan.trade_off and not is_hand_made(spec):
         progress("trade-off of campaign time and power-on time")
-        curve = trade_off(spec, lambda other: _chosen(campaign_found(flight.under(other))), [chosen])
+        curve = trade_off(spec, lambda other: _chosen(other, campaign_found(flight.under(other))), [chosen])
     return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, None)
 
 
@@ -207,9 +209,18 @@ def _as_percentile(loaded: LoadedSpec, navigation: Navigation) -> list[str]:
     ]
 
 
-def _chosen(found: Found) -> Campaign:
-    """A campaign by information as the schedule takes it."""
-    return Campaign(found.visits, (), found.cost, found.bound, found.proved)
+def _chosen(spec: Spec, found: Found) -> Campaign:
+    """A campaign by information as the schedule takes it.
+
+    b batches through M benches take at least one batch's work and b − 1 times the work of the bench that has
+    most of it, which is no less than the mean over the benches: W (1 + (b − 1)/M).
+    """
+    total = None
+    if spec.plan.units is not None and weights_of(spec)[1] == 0.0:
+        used = {test.bench for test in spec.tests.values()}
+        batches = math.ceil(spec.plan.units / max(spec.benches[name].units for name in used))
+        total = found.bound * (1.0 + (batches - 1) / len(used))
+    return Campaign(found.visits, (), found.cost, found.bound, found.proved, total)
 
 
 def _observable(spec: Spec, navigation: Navigation) -> Campaign:

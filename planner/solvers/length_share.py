@@ -6,10 +6,14 @@ With d = Σ^½ ρ u, u a direction and ρ the length of a standard vector of c c
     F_1 = erf(√(x/2)),  F_2 = 1 − e^(−x/2),  F_3 = F_1 − √(2x/π) e^(−x/2)
 
 ⟨⟩ the mean over directions in the principal axes, by midpoints over the angle and Gauss-Legendre over the
-height. Good to 1e-4 and better for a search; `gaussian_length` has the exact law.
+height along the largest one. For a search: the length of 80 % of the vectors or more is good to 2e-4, that of
+half of them to 2e-3; of fewer it is worse. The share within a length of flights of very different sizes
+together is good to 2e-3. `gaussian_length` has the exact law.
 """
 
 from __future__ import annotations
+
+from functools import cache
 
 import numpy as np
 
@@ -19,6 +23,7 @@ _ANGLES = 12
 _HEIGHTS = 8
 _HALVINGS = 18
 _TINY = 1e-300
+_BEYOND = 1.03  # the directions that are looked along miss the largest axis by so much at most
 
 
 def variances_along(covariance: Array) -> tuple[Array, int]:
@@ -39,20 +44,27 @@ def within(along: Array, components: int, length: Array) -> Array:
 
     x = np.asarray(length)[..., None] ** 2 / along
     if components == 1:
-        return np.asarray(erf(np.sqrt(0.5 * x)).mean(axis=-1))
+        return np.asarray(erf(np.sqrt(0.5 * x))[..., 0])
     decay = np.exp(-0.5 * x)
     if components == 2:
         return np.asarray(1.0 - decay.mean(axis=-1))
-    return np.asarray((erf(np.sqrt(0.5 * x)) - np.sqrt(2.0 / np.pi * x) * decay).mean(axis=-1))
+    return np.asarray((erf(np.sqrt(0.5 * x)) - np.sqrt(2.0 / np.pi * x) * decay) @ _heights()[1])
 
 
 def length_within(along: Array, components: int, share: float, weights: Array | None) -> Array:
     """(...) the length within which `share` of the vectors lie, of mixtures (..., S, D) with weights (S,).
 
-    weights None: of the worst of the S. Bisection in the logarithm, to 3e-5.
+    weights None: of the worst of the S. Bisection in the logarithm.
     """
-    largest = along.max(axis=(-1, -2))
-    low, high = np.log(0.02 * np.sqrt(largest)), np.log(6.0 * np.sqrt(largest))
+    from scipy.special import gammaincinv, ndtri
+
+    # a vector is longer than its component along the largest axis, shorter than one as wide in all directions
+    each_largest = along.max(axis=-1)
+    least, most = ndtri(0.5 + 0.5 * share), _BEYOND * np.sqrt(2.0 * gammaincinv(1.5, share))
+    low, high = (
+        np.log(least * np.sqrt(each_largest.min(axis=-1))),
+        np.log(most * np.sqrt(each_largest.max(axis=-1))),
+    )
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         each = within(along, components, np.exp(middle)[..., None])
@@ -75,8 +87,14 @@ def _circle() -> Array:
 
 
 def _sphere() -> Array:
-    """(3, D) squares of direction cosines; heights of equal weight, so that the mean is the plain one."""
-    height = (np.arange(_HEIGHTS) + 0.5) / _HEIGHTS
-    angle = (np.arange(_ANGLES) + 0.5) * (0.5 * np.pi / _ANGLES)
-    h, a = (x.ravel() for x in np.meshgrid(height, angle, indexing="ij"))
-    return np.stack([(1.0 - h**2) * np.cos(a) ** 2, (1.0 - h**2) * np.sin(a) ** 2, h**2])
+    """(3, D) squares of direction cosines, of the smallest eigenvalue first."""
+    h = _heights()[0]
+    angle = np.tile((np.arange(_ANGLES) + 0.5) * (0.5 * np.pi / _ANGLES), _HEIGHTS)
+    return np.stack([(1.0 - h**2) * np.cos(angle) ** 2, (1.0 - h**2) * np.sin(angle) ** 2, h**2])
+
+
+@cache
+def _heights() -> tuple[Array, Array]:
+    """(D,) heights of the directions on the sphere, from 0 to 1, and their weights."""
+    x, weight = np.polynomial.legendre.leggauss(_HEIGHTS)
+    return np.repeat(0.5 + 0.5 * x, _ANGLES), np.repeat(0.5 * weight / _ANGLES, _ANGLES)

@@ -16,7 +16,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtri
 
 from planner import catalog
 from planner.nouns.array import Array
@@ -141,6 +140,8 @@ def _check_allowances(document: Document, p: Prediction) -> Findings:
 def quantile_of(wanted: Requirement) -> float:
     """How many sigmas of one error a requirement's figure is: z of its percentile, 1 for rss."""
     rule = wanted.rule
+    from scipy.special import ndtri
+
     return float(ndtri(0.5 + rule.percentile / 2.0)) if isinstance(rule, PercentileRule) else 1.0
 
 

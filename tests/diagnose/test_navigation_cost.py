@@ -19,7 +19,7 @@ from tests.calibrate.world import Layout, campaign
 from tests.diagnose.found import found_effect
 from tests.specs import SHIPPED
 
-SPEC = load_spec(SHIPPED / "small_uav.yaml").spec
+SPEC = load_spec(SHIPPED / "small_uav_worst_case.yaml").spec
 LAYOUT = Layout(temperatures=(-40.0, 20.0, 60.0), rate_temperatures=(20.0,), later=())
 TABLE = campaign(1, (), LAYOUT)
 FLIGHT = trajectory_of(SPEC.trajectory, Path())

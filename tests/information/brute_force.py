@@ -1,4 +1,4 @@
-"""Units drawn one by one, measured, fitted and flown: what a promise is held to. Nothing from planner.information.
+"""Units drawn one by one, measured, fitted and flown: what a promise is held to, by other code.
 
 Every power-on draws anew, drift goes from record to record, the walk from day to day, curves come from the
 simulator's families, the fit is dense weighted least squares, the flight the linear response with the
@@ -25,7 +25,7 @@ from planner.spec.model import PercentileRule, Requirement, Spec
 from tests import oracle
 
 POOL = 4000  # curves of a family; units take them in random order and sign
-WORST = 13  # starts between which the worst is looked for
+WORST = 25  # starts between which the worst is looked for
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Fleet:
         return np.asarray(np.einsum("xcsb,usb->uxc", W, n, optimize=True))
 
     def _left(self, each: list[Array]) -> list[Array]:
-        """For each of the temperatures (B, K) along flights: (B, F, K) what calibration leaves of every term."""
+        """Per temperatures (B, K) along flights: (B, F, K) what calibration leaves of every term."""
         made = design(self.steps, self.spec)
         found = [np.zeros((self.units, len(self.response.flying), len(self.response.moments))) for _ in each]
         for sensor in SENSORS:
@@ -145,7 +145,7 @@ class Fleet:
         effects: list[str],
         xs: dict[int, Array],
         terms: list,
-    ) -> Array:  # type: ignore[type-arg]
+    ) -> Array:  # type: ignore[type-arg]  # arrays of any kind
         budgets = getattr(self.spec.unit, sensor)
         sizes = {e: oracle.size_of(budgets[e]) for e in dict.fromkeys(effects)}
         V = oracle.covariance(sensor, made.conditions, made.run, sizes, white)[channel::3, channel::3]
@@ -179,7 +179,7 @@ class Fleet:
         walk = walk + budget.storage_sigma * np.sqrt(self.spec.flown_after_days / STORAGE_DAYS) * rng.normal(
             size=B
         )
-        family = curve_families(self.spec, self.family).get((sensor, effect))  # type: ignore[arg-type]
+        family = curve_families(self.spec, self.family).get((sensor, effect))  # type: ignore[arg-type]  # a name is drawn as text
         curve = np.zeros((B, 1))
         if family is not None:
             pool = family.draws(POOL, rng)

@@ -23,7 +23,6 @@ from planner.nouns.array import Array
 from planner.nouns.choices import TestVisits
 from planner.nouns.trajectory import Trajectory
 from planner.plan.spec_to_trajectory import trajectory_of
-from planner.spec.model import Spec
 from tests.specs import ROOT, loaded
 
 Tree = dict[str, Any]
@@ -258,13 +257,13 @@ class Everything:
         return max(s.end_s for s in laid_out(self.flight, self.offers.visits(n)))
 
     def shorter(self, counts: Array, cost: float, loads_of: Array, margin: float) -> Iterator[Array]:
-        """Campaigns that cost less and keep the limits by exact figures; asked are those near them quickly."""
+        """Campaigns that cost less and keep the limits exactly; asked are those that quickly come near."""
         prices = self.offers.cost(counts)
         limits = np.array([r.limit.si for r in self.flight.spec.requirement])
         for i in np.argsort(prices, kind="stable"):
-            if prices[i] < cost - 1e-6 and loads_of[i] <= margin:
-                if np.all(np.array(self.exact(counts[i]).largest) <= limits * (1.0 + 1e-6)):
-                    yield counts[i]
+            near = prices[i] < cost - 1e-6 and loads_of[i] <= margin
+            if near and np.all(np.array(self.exact(counts[i]).largest) <= limits * (1.0 + 1e-6)):
+                yield counts[i]
 
 
 def limited(made: Tree, values: Array) -> Tree:

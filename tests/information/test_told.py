@@ -18,7 +18,7 @@ from tests import oracle
 from tests.information import cases
 from tests.information.cases import Everything
 
-SEEDS = [s for s in range(40) if 4 <= Everything(cases.flight(cases.tree(s))).size <= 5000][:14]
+SEEDS = (0, 2, 4, 5, 9, 13, 18, 32)  # one to three tests, in the chamber and in the room, one bench and two
 
 
 def drawn(every: Everything, count: int, seed: int) -> Array:
@@ -70,7 +70,7 @@ def test_the_covariance_is_the_campaign_models(seed: int) -> None:
     assert looked_at == 6 * len(counts)
 
 
-@pytest.mark.parametrize("seed", SEEDS[:8])
+@pytest.mark.parametrize("seed", SEEDS[:4])
 def test_the_covariance_is_dense_algebras(seed: int) -> None:
     """Against tests.oracle with a constant at every node: (AᵀV⁻¹A)⁻¹, records one by one."""
     flight = cases.flight(cases.tree(seed))
@@ -115,9 +115,9 @@ def _columns(c: ChannelKinds, one: Told, b: int, conditions: oracle.Conditions) 
     return np.stack(found, axis=1)
 
 
-@pytest.mark.parametrize("seed", SEEDS[:10])
+@pytest.mark.parametrize("seed", SEEDS[:5])
 def test_gains_are_the_fits_answer_to_a_curve(seed: int) -> None:
-    """Readings without noise that hold one curve: the weighted fit of the campaign model answers by the gains."""
+    """Readings without noise that hold one curve: the weighted fit answers by the gains."""
     flight = cases.flight(cases.tree(seed))
     every = Everything(flight)
     counts = drawn(every, 3, seed + 2)
@@ -157,7 +157,7 @@ def test_information_of_a_union_is_the_sum() -> None:
     every = Everything(cases.flight(cases.tree(SEEDS[0])))
     rng = np.random.default_rng(0)
     n = rng.integers(1, 3, (2, len(every.offers.kinds))).astype(float)
-    for (group, both), (_, one), (_, other) in zip(
+    for (_group, both), (_, one), (_, other) in zip(
         each(every, n.sum(axis=0)[None]), each(every, n[:1]), each(every, n[1:]), strict=True
     ):
         P = both.undetermined.shape[2]
@@ -166,7 +166,7 @@ def test_information_of_a_union_is_the_sum() -> None:
         np.testing.assert_allclose(inverse[0] / size, (inverse[1] + inverse[2]) / size, atol=1e-7)
 
 
-@pytest.mark.parametrize("seed", SEEDS[:6])
+@pytest.mark.parametrize("seed", SEEDS[:4])
 def test_a_record_more_never_makes_the_posterior_larger(seed: int) -> None:
     """At the temperatures of the campaign; a node more is another table."""
     every = Everything(cases.flight(cases.tree(seed)))

@@ -1,0 +1,129 @@
+"""The bound against all campaigns that there are: what a set of temperatures costs and may keep at most."""
+
+from __future__ import annotations
+
+from time import monotonic
+
+import numpy as np
+import pytest
+
+from planner.information.bound import Effort, Prover
+from planner.information.exchange import Judge
+from planner.nouns.array import Array
+from tests.information import cases
+from tests.information.cases import Everything
+
+SEEDS = (1, 4, 5, 9, 13, 18, 21, 32)
+
+
+def prover(every: Everything) -> Prover:
+    judge = Judge(every.promise, np.ones(len(every.promise.asked)), families=list(every.promise.families))
+    return Prover(every.flight, every.offers, judge, lambda n: True)
+
+
+def sets_of(every: Everything, p: Prover, counts: Array) -> dict[int, list[tuple[tuple[int, ...], int]]]:
+    """Number of chamber temperatures -> (their places on the grid, which campaign)."""
+    found: dict[int, list[tuple[tuple[int, ...], int]]] = {}
+    for b, n in enumerate(counts):
+        degc = np.unique(every.offers.degc[every.offers.soaked & (n > 0)])
+        places = tuple(np.searchsorted(p._grid, degc).tolist())
+        found.setdefault(len(places), []).append((places, b))
+    return found
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_campaign_costs_less_than_its_temperatures(seed: int) -> None:
+    every = Everything(cases.flight(cases.tree(seed)))
+    counts = every.counts()
+    counts = counts[np.all(np.isfinite(every.quick(counts)), axis=1)]
+    p, cost = prover(every), every.offers.cost(counts)
+    for size, each in sets_of(every, p, counts).items():
+        floors = p._floors(np.array([s for s, _ in each], dtype=np.intp).reshape(len(each), size))
+        assert np.all(floors <= cost[[b for _, b in each]] + 1e-6)
+        assert p._least_floor(size) <= floors.min() + 1e-6
+
+
+def test_a_cheap_test_elsewhere_does_not_raise_what_a_needed_one_costs() -> None:
+    """The cheap one is made at 12 degC only and tells no scale factor; faces are needed, and may be all."""
+    made = needed_and_cheap()
+    made["tests"]["static"] |= {"bench": "table"}
+    del made["tests"]["static"]["temperatures"]
+    made["tests"]["faces"] |= {"motions": 1, "calibrates": ["gyro.bias"]}
+    made["benches"] = {"table": made["benches"]["table"]}
+    del made["tests"]["rates"], made["unit"]["gyro"]["scale_factor"]
+    every = Everything(cases.flight(made))
+    counts = every.counts()
+    counts = counts[np.all(np.isfinite(every.quick(counts)), axis=1)]
+    p, cost = prover(every), every.offers.cost(counts)
+    assert [o.test for o in p._needed] == ["static"]
+    for size, each in sets_of(every, p, counts).items():
+        floors = p._floors(np.array([s for s, _ in each], dtype=np.intp).reshape(len(each), size))
+        assert np.all(floors <= cost[[b for _, b in each]] + 1e-6)
+
+
+def test_temperatures_apart_may_be_cheaper_than_neighbours() -> None:
+    """Where a cheap test is offered at both ends only, and the chamber ramps at once."""
+    made = needed_and_cheap()
+    del made["benches"]["table"]["chamber"]["heating"], made["benches"]["table"]["chamber"]["cooling"]
+    made["tests"]["rates"] |= {"temperatures": "room"}
+    made["tests"]["static"] |= {"bench": "table", "record": "3000 s"}
+    del made["tests"]["static"]["temperatures"]
+    made["plan"]["fixed"] = {"faces": {"temperatures": ["-20 degC", "40 degC"]}}
+    every = Everything(cases.flight(made))
+    counts = every.counts()
+    p, cost = prover(every), every.offers.cost(counts)
+    for size, each in sets_of(every, p, counts).items():
+        floors = p._floors(np.array([s for s, _ in each], dtype=np.intp).reshape(len(each), size))
+        assert p._least_floor(size) <= floors.min() + 1e-6
+        assert p._least_floor(size) <= cost[[b for _, b in each]].min() + 1e-6
+
+
+def needed_and_cheap() -> cases.Tree:
+    made = cases.tree(0)
+    faces = ["gyro.bias", "accelerometer.bias", "accelerometer.scale_factor"]
+    timed = {"bench": "table", "motions": 6, "power_on": "30 s"}
+    chamber = {"range": ["-60 degC", "80 degC"], "soak": "5 min", "heating": "4 K/min", "cooling": "4 K/min"}
+    made["benches"] = {
+        "table": {"kind": "rate_table", "axes": 2, "install": "10 min", "chamber": chamber},
+        "plain": {"kind": "rate_table", "axes": 2, "install": "10 min"},
+    }
+    made["tests"] = {
+        "static": {**timed, "bench": "plain", "calibrates": faces, "record": "100 s", "temperatures": "room"},
+        "rates": {**timed, "calibrates": ["gyro.scale_factor"], "record": "600 s"},
+        "faces": {**timed, "calibrates": faces, "record": "10 s"},
+    }
+    scale = {"scale_factor": {"systematic": "0.5 %", "run_to_run": "0.01 %"}}
+    made["unit"] = cases.unit(np.random.default_rng(0), True)
+    assert made["unit"]["gyro"]["scale_factor"] == scale["scale_factor"]
+    made["effects"] = ["bias", "bias_temperature", "scale_factor"]
+    made["plan"] |= {"fixed": {"faces": {"temperatures": ["12 degC"]}}, "repeats": {"least": 1, "most": 2}}
+    made["plan"]["temperatures"]["step"] = "20 K"
+    return made
+
+
+@pytest.mark.parametrize("seed", SEEDS[:3])
+def test_temperatures_of_a_campaign_that_keeps_its_limits_are_never_ruled_out(seed: int) -> None:
+    """Limits that a campaign just keeps: perfect knowledge at its temperatures keeps them too."""
+    made = cases.tree(seed)
+    every = Everything(cases.flight(made))
+    counts = every.counts()
+    counts = counts[np.all(np.isfinite(every.quick(counts)), axis=1)]
+    for n in counts[np.random.default_rng(seed).choice(len(counts), 1)]:
+        limits = np.array(every.exact(n).largest)
+        p = prover(Everything(cases.flight(cases.limited(made, limits))))
+        ((size, ((places, _),)),) = sets_of(every, p, n[None]).items()
+        assert p._may_do(np.array(places, dtype=np.intp).reshape(1, size))[0]
+
+
+@pytest.mark.parametrize("seed", SEEDS[:3])
+def test_a_proof_without_time_says_less_but_nothing_wrong(seed: int) -> None:
+    made = cases.tree(seed)
+    every = Everything(cases.flight(made))
+    counts = every.counts()
+    counts = counts[np.all(np.isfinite(every.quick(counts)), axis=1)]
+    most = counts[np.argmax(every.offers.cost(counts))]
+    cost = float(every.offers.cost(counts).min())
+    for effort in (Effort(0, 0, monotonic() + 60), Effort(1, 1, monotonic() + 60), Effort(10**6, 10**6, 0.0)):
+        found = prover(every).bounded(most, effort)
+        assert found.bound <= cost + 1e-6
+        assert not found.proved or every.offers.cost(found.best[None])[0] <= cost + 1e-6

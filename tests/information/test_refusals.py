@@ -1,0 +1,143 @@
+"""Specs at the edge: what is refused says why, what is planned is finite and kept."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.errors import PlannerError
+from planner.information.choose import Found, campaign_found
+from planner.pipelines.planning import plan
+from tests.information import cases
+from tests.information.cases import Tree
+from tests.information.test_promise import tree
+from tests.specs import loaded
+
+
+def small(**plan_of: Any) -> Tree:
+    """Two tests on one table, four candidate temperatures, one requirement that is easily met."""
+    made = tree("level")
+    made["requirement"] = [{"error": "horizontal", "rule": {"percentile": "95 %"}, "limit": "2000 m"}]
+    made["plan"]["temperatures"]["step"] = "20 K"
+    made["plan"]["repeats"] = {"least": 1, "most": 3}
+    made["plan"] |= plan_of
+    return made
+
+
+def found(made: Tree) -> Found:
+    return campaign_found(cases.flight(made))
+
+
+def kept(campaign: Found) -> None:
+    figure, limit = campaign.foreseen.largest[0], campaign.judge.promise.asked[0].limit
+    assert 0.0 < figure <= limit * (1.0 + 1e-6)
+    assert 0.0 < campaign.bound <= campaign.cost + 1e-6
+
+
+@pytest.mark.parametrize(
+    "temperatures",
+    [
+        {"range": ["19 degC", "21 degC"]},
+        {"range": ["-20 degC", "40 degC"], "step": "100 K"},
+        {"range": ["30 degC", "70 degC"], "step": "20 K"},
+        {"range": ["-20 degC", "40 degC"], "room": "50 degC", "step": "30 K"},
+    ],
+)
+def test_ranges_at_the_edge(temperatures: Tree) -> None:
+    made = small(temperatures=temperatures)
+    made["requirement"][0]["limit"] = "20000 m"
+    campaign = found(made)
+    kept(campaign)
+    low, high = (float(t.split()[0]) for t in temperatures["range"])
+    assert all(low <= t <= high for v in campaign.visits for t in v.temperatures_degc)
+    if high - low < 3.0:
+        assert all(len(v.temperatures_degc) == 1 for v in campaign.visits)
+
+
+@pytest.mark.parametrize("fixed", [{"static": {"temperatures": "room"}, "rates": {"temperatures": "room"}}])
+def test_all_in_the_room(fixed: Tree) -> None:
+    made = small(fixed=fixed)
+    made["requirement"][0]["limit"] = "20000 m"
+    campaign = found(made)
+    kept(campaign)
+    assert {t for v in campaign.visits for t in v.temperatures_degc} == {20.0}
+    assert not [s for s in campaign.timeline if s.action in ("soak", "ramp")]
+
+
+def test_zero_storage_and_no_curve() -> None:
+    made = small()
+    for sensor in ("gyro", "accelerometer"):
+        for budget in made["unit"][sensor].values():
+            budget.pop("temperature_residual", None)
+            if "storage" in budget:
+                budget["storage"] = f"0 {budget['storage'].split()[1]}"
+    kept(found(made))
+
+
+def test_least_above_most_is_refused() -> None:
+    with pytest.raises(PlannerError, match=r"least|most"):
+        loaded(small(repeats={"least": 3, "most": 2}))
+
+
+def test_nothing_that_tells_an_error_that_matters() -> None:
+    made = small()
+    del made["tests"]["rates"]
+    made["tests"]["static"] |= {"motions": 1, "calibrates": ["gyro.bias", "accelerometer.bias"]}
+    with pytest.raises(PlannerError, match=r"scale_factor|g_sensitivity"):
+        plan(loaded(made), lambda message: None)
+
+
+def test_several_benches_with_chambers() -> None:
+    made = small()
+    made["benches"]["second"] = made["benches"]["rate_table"] | {"kind": "rate_table"}
+    made["tests"]["rates"]["bench"] = "second"
+    kept(found(made))
+
+
+@pytest.mark.parametrize(
+    "more", [{"units": 9}, {"shifts": {"days": ["mon", "tue"], "from": "08:00", "to": "17:00"}}]
+)
+def test_units_and_shifts(more: Tree) -> None:
+    """The campaign of one unit is the same; hours of work are those of its batch."""
+    made, alone = small(**more), found(small())
+    made["benches"]["rate_table"] |= {"units": 4, "attended": False}
+    kept(campaign := found(made))
+    assert campaign.visits == alone.visits
+    assert campaign.cost == pytest.approx(alone.cost)
+
+
+def test_a_plan_by_hand_is_foreseen_and_not_changed() -> None:
+    made = small(
+        fixed={
+            "static": {"temperatures": ["-20 degC", "40 degC"], "repeats": 2},
+            "rates": {"temperatures": 1, "repeats": 1},
+        }
+    )
+    made["requirement"][0]["limit"] = "1 m"
+    campaign = found(made)
+    assert campaign.foreseen.largest[0] > 1.0
+    assert [(v.test, v.temperatures_degc, v.repeats) for v in campaign.visits] == [
+        ("static", (-20.0, 40.0), (2, 2)),
+        ("rates", (10.0,), (1,)),
+    ]
+
+
+def test_one_record_among_many_is_no_node() -> None:
+    """One-record repeats at two temperatures: the fit has one node, and the promise is that of one node."""
+    made = small()
+    made["effects"] = ["bias", "bias_temperature"]
+    made["unit"]["gyro"] = {"bias": made["unit"]["gyro"]["bias"]}
+    made["unit"]["accelerometer"] = {"bias": made["unit"]["accelerometer"]["bias"]}
+    faces = ["gyro.bias", "accelerometer.bias"]
+    static = made["tests"]["static"] | {"calibrates": faces}
+    made["tests"] = {"static": static, "drift": static | {"motions": 1}}
+    every = cases.Everything(cases.flight(made))
+    one, two = (
+        every.offers.counts(cases.visits(("static", (20.0,), (2,)), ("drift", (-20.0, 40.0), (n, n))))
+        for n in (1, 2)
+    )
+    (quick,), (more,) = every.quick(one[None]), every.quick(two[None])
+    assert quick > 1.3 * more
+    np.testing.assert_allclose(quick, every.exact(one).largest, rtol=0.01)

@@ -1,0 +1,139 @@
+"""The search against all campaigns of small specs (see benchmarks/study_shortest.py), its laws."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+from planner.errors import InfeasibleError
+from planner.information.choose import Found, campaign_found
+from planner.information.exchange import Judge
+from planner.information.pareto import pareto_set
+from tests.information import cases
+from tests.information.cases import Everything, Tree
+from tests.specs import ROOT
+
+sys.path.insert(0, str(ROOT / "benchmarks"))
+import study_shortest as study
+
+SMALL = 300  # campaigns of a case
+SEEDS = (0, 1, 5, 9, 10, 18, 24, 32)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_campaign_is_shorter(seed: int) -> None:
+    one = study.judged(seed, SMALL)
+    assert one is not None
+    assert not one.fault
+    assert one.longer <= 1e-9
+
+
+# ---------------------------------------------------------------- laws
+
+
+def limits_of(made: Tree, seed: int) -> np.ndarray:
+    """The figures of one campaign of a case, with a little room."""
+    every = Everything(cases.flight(made))
+    counts = every.counts()
+    good = counts[np.all(np.isfinite(every.quick(counts)), axis=1)]
+    return np.array(every.exact(good[np.random.default_rng(seed).integers(len(good))]).largest) * 1.01
+
+
+def found(made: Tree, limits: np.ndarray) -> Found:
+    return campaign_found(cases.flight(cases.limited(made, limits)))
+
+
+def never_longer(before: Found, after: Found) -> None:
+    """Within the printed gap of what is easier or has more on offer."""
+    assert after.cost <= before.cost + 1e-6 or after.bound <= before.cost + 1e-6
+    if after.proved:
+        assert after.cost <= before.cost + 1e-6
+
+
+@pytest.mark.parametrize("seed", SEEDS[:2])
+def test_a_looser_limit_never_lengthens(seed: int) -> None:
+    made = cases.tree(seed)
+    limits = limits_of(made, seed)
+    costs = [found(made, limits * k) for k in (1.0, 1.05, 1.3)]
+    never_longer(costs[0], costs[1])
+    never_longer(costs[1], costs[2])
+
+
+@pytest.mark.parametrize("seed", SEEDS[:2])
+def test_a_better_sensor_never_lengthens(seed: int) -> None:
+    made = cases.tree(seed)
+    limits = limits_of(made, seed)
+    bias = made["unit"]["accelerometer"]["bias"]
+    value, word = bias["run_to_run"].split()
+    better = bias | {"run_to_run": f"{0.5 * float(value):.9g} {word}"}
+    other = made | {
+        "unit": made["unit"] | {"accelerometer": made["unit"]["accelerometer"] | {"bias": better}}
+    }
+    never_longer(found(made, limits), found(other, limits))
+
+
+@pytest.mark.parametrize("seed", [2, 24])
+def test_more_candidate_temperatures_never_lengthen(seed: int) -> None:
+    made = cases.tree(seed)
+    made["plan"]["temperatures"]["step"] = "20 K"  # -20, 0, 20, 40 degC
+    limits = limits_of(made, seed)
+    finer = made | {"plan": made["plan"] | {"temperatures": made["plan"]["temperatures"] | {"step": "10 K"}}}
+    never_longer(found(made, limits), found(finer, limits))
+
+
+@pytest.mark.parametrize("seed", [0, 9])
+def test_fewer_repeats_at_least_never_lengthen(seed: int) -> None:
+    made = cases.tree(seed)
+    limits = limits_of(made, seed)
+    freer = made | {"plan": made["plan"] | {"repeats": made["plan"]["repeats"] | {"least": 1}}}
+    never_longer(found(made, limits), found(freer, limits))
+
+
+@pytest.mark.parametrize("seed", [4, 9])
+def test_one_more_test_on_offer_never_lengthens(seed: int) -> None:
+    made = cases.tree(seed)
+    made["plan"] = made["plan"] | {"fixed": {t: v for t, v in made["plan"]["fixed"].items() if t != "faces"}}
+    made["tests"]["faces"].pop("repeats", None)
+    fewer = made | {"tests": {t: v for t, v in made["tests"].items() if t != "faces"}}
+    fewer["benches"] = {
+        b: v for b, v in made["benches"].items() if any(t["bench"] == b for t in fewer["tests"].values())
+    }
+    limits = limits_of(fewer, seed)
+    never_longer(found(fewer, limits), found(made, limits))
+
+
+# ---------------------------------------------------------------- refusals, Pareto set
+
+
+@pytest.mark.parametrize("seed", SEEDS[:3])
+def test_the_nearest_limit_can_be_met(seed: int) -> None:
+    made = cases.tree(seed)
+    made["requirement"] = made["requirement"][:1]
+    with pytest.raises(InfeasibleError) as refused:
+        found(made, np.array([1e-3]))
+    nearest = refused.value.nearest_limit
+    assert nearest is not None
+    every = Everything(cases.flight(made))
+    least = every.quick(every.counts())[:, 0].min()
+    assert nearest <= 1.012 * least  # no campaign reaches clearly less
+    campaign = found(made, np.array([nearest * (1.0 + 1e-5)]))
+    assert campaign.foreseen.largest[0] <= nearest * (1.0 + 2e-5)
+
+
+@pytest.mark.parametrize("seed", SEEDS[:1])
+def test_the_genetic_set_is_never_shorter_than_the_bound(seed: int) -> None:
+    """At limits between the hardest and twice that."""
+    made = cases.tree(seed)
+    made["requirement"] = made["requirement"][:1]
+    every = Everything(cases.flight(made))
+    counts = every.counts()
+    figures = every.quick(counts)[:, 0]
+    hardest = figures[np.isfinite(figures)].min()
+    for limit in hardest * np.geomspace(1.02, 2.0, 3):
+        plan = found(made, np.array([limit]))
+        judge = Judge(plan.judge.promise, np.ones(1), families=list(plan.judge.promise.families))
+        points, _ = pareto_set(plan.offers, judge, 1)
+        shorter = [p.counts for p in points if p.load <= 1.0 and p.cost < plan.bound - 1e-6]
+        assert all(every.exact(n).largest[0] > limit for n in shorter)  # by quick figures only
