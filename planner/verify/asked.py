@@ -1,7 +1,8 @@
 """What a requirement asks of the rests of all errors, by the linear model of the flight; and its figure.
 
-d = Σ asked · rest + what flies beside the errors; its covariance at each start gives the figure: the quantile
-of |d| over all flights, or its root mean square. `at: any`: of the largest |d| over the instants, by draws.
+d = Σ asked · rest + what flies beside the errors; its covariance at each start gives the figure: the
+quantile of |d| over all flights, or its root mean square. `at: any`: the quantile of the largest |d| over the
+instants, by draws; the root mean square at the instant at which it is largest.
 """
 
 from __future__ import annotations
@@ -62,11 +63,11 @@ def figure(n: Navigation, covariances: Array, shares: Array, draws: int = DRAWS)
     """The quantile or the root mean square of flights that have covariances (S, R, R) in shares (S,), SI."""
     rule = n.wanted.rule
     p = rule.percentile if isinstance(rule, PercentileRule) else None
-    if n.instants > 1:
-        longest, weight = _longest(n, covariances, shares, draws)
-        return _weighed_quantile(longest, weight, p) if p else float(np.sqrt(weight @ longest**2))
     if p is None:
-        return float(np.sqrt(shares @ np.trace(covariances, axis1=1, axis2=2)))
+        squares = shares @ np.diagonal(covariances, axis1=1, axis2=2)
+        return float(np.sqrt(squares.reshape(n.instants, -1).sum(axis=1).max()))
+    if n.instants > 1:
+        return _weighed_quantile(*_longest(n, covariances, shares, draws), p)
     return mixed_quantile(list(covariances), shares.tolist(), p)
 
 
