@@ -126,6 +126,7 @@ def _requirement(o: RequirementOutcome) -> Mapping[str, Any]:
         "largest": _in(o.largest, o.unit),
         "achieved": _in(o.achieved, o.unit),
         "at_promise": _in(o.at_promise, o.unit),
+        "foreseen": None if o.foreseen is None else _in(o.foreseen, o.unit),
         "pessimism": _finite(o.pessimism),
         "nonlinear_apart": _finite(o.apart),
         "too_small": list(o.too_small),
@@ -161,6 +162,7 @@ def _in_family(o: RequirementOutcome) -> Mapping[str, Any]:
         "rms_ci95",
         "achieved",
         "at_promise",
+        "foreseen",
         "pessimism",
         "types",
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -25,7 +25,7 @@ from planner.verify.outcome import RequirementOutcome, claims_of, outcomes
 from planner.verify.prediction import Prediction
 from planner.verify.recount import Recount, is_by_information, recount
 from planner.verify.recount_promise import as_planned, check_promise
-from planner.verify.rounds import BINDING, CURVES, OWN, TEMPERATURES, Worst, rounds
+from planner.verify.rounds import BINDING, CURVES, OWN, TEMPERATURES, Round, Worst, rounds
 from planner.verify.spreads import SPREADS, Typed, Types, TypeTally, judged, types_of
 from planner.verify.starts import as_flown
 from planner.verify.through_files import Pipeline, through_files
@@ -111,19 +111,23 @@ def verify(
 
 @dataclass(frozen=True)
 class _Flown:
-    """One round of flights. e: as it was flown; types: its units as of every type, where spreads are drawn."""
+    """One round of flights. e: as it was flown; types: its units as of every type, if spreads are drawn."""
 
     e: Experiment
     found: MonteCarlo
     requirements: tuple[int, ...]
     types: TypeTally | None = None
+    foreseen: Mapping[int, float] = field(default_factory=dict)
 
     def outcomes(self, document: Mapping[str, Any]) -> list[RequirementOutcome]:
         """Its requirements, judged."""
         spec, types = self.e.spec, self.types
-        found = outcomes(self.e, self.found.tally, document, spec, self.requirements)
+        found = [
+            replace(o, foreseen=self.foreseen.get(o.index))
+            for o in outcomes(self.e, self.found.tally, document, spec, self.requirements)
+        ]
         if types is None:
-            return list(found)
+            return found
         return [o.over_types(judged(types, o.index, spec.requirement[o.index], spec)) for o in found]
 
 
@@ -132,8 +136,8 @@ def _flown(
 ) -> list[_Flown]:
     """Every round, or those that were done when the user stopped it."""
     run, done = runner(options.workers, options.cluster), list[_Flown]()
-    types = _types(e, options)
-    for one in rounds(document, e.spec, options.curves, options.temperature, _worst(e)):
+    types, prediction = _types(e, options), None if e.flight is None else Prediction(e, e.flight)
+    for one in rounds(document, e.spec, options.curves, options.temperature, _worst(e, prediction)):
         flying = flown_with(e, one.starts, one.family)
         found = fly(flying, options.flights, run, _of(one.family, progress))
         if found is None:
@@ -141,7 +145,7 @@ def _flown(
         typed = None
         if types is not None and not found.stopped:
             typed = fly_types(Typed(flying, types), options.flights, run, _of(one.family, progress))
-        done.append(_Flown(flying, found, one.requirements, typed))
+        done.append(_Flown(flying, found, one.requirements, typed, _foreseen(one, e.spec, prediction)))
         if found.stopped or (types is not None and typed is None):
             break
     if not done:
@@ -160,11 +164,16 @@ def _of(family: str, progress: Progress) -> Progress:
     return lambda said: progress(f"{said}, curves {family}")
 
 
-def _worst(e: Experiment) -> Worst:
+def _foreseen(one: Round, spec: Spec, prediction: Prediction | None) -> dict[int, float]:
+    """Requirement -> figure by the linear model, of those that speak of probability."""
+    wanted = [i for i in one.requirements if spec.requirement[i].rule != "worst_case"]
+    return {i: prediction.drawn(i, one.family, one.starts) for i in wanted} if prediction else {}
+
+
+def _worst(e: Experiment, prediction: Prediction | None) -> Worst:
     """Looked for by verify's own linear model; without a flight nothing depends on the temperature."""
-    if e.flight is None:
+    if prediction is None:
         return lambda index, family: as_flown(e.spec)
-    prediction = Prediction(e, e.flight)
     return lambda index, family: prediction.worst(index, family)[0]
 
 

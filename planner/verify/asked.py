@@ -67,7 +67,7 @@ def figure(n: Navigation, covariances: Array, shares: Array, draws: int = DRAWS)
         squares = shares @ np.diagonal(covariances, axis1=1, axis2=2)
         return float(np.sqrt(squares.reshape(n.instants, -1).sum(axis=1).max()))
     if n.instants > 1:
-        return _weighed_quantile(*_longest(n, covariances, shares, draws), p)
+        return weighed_quantile(*_longest(n, covariances, shares, draws), p)
     return mixed_quantile(list(covariances), shares.tolist(), p)
 
 
@@ -85,7 +85,8 @@ def _longest(n: Navigation, covariances: Array, shares: Array, draws: int) -> tu
     return np.concatenate(found), np.repeat(shares / each, each)
 
 
-def _weighed_quantile(values: Array, weights: Array, p: float) -> float:
+def weighed_quantile(values: Array, weights: Array, p: float) -> float:
+    """The value within which a share p of the weights (n,) of values (n,) lies."""
     order = np.argsort(values)
     return float(values[order][np.searchsorted(np.cumsum(weights[order]), p)])
 

@@ -64,17 +64,23 @@ class Foresight:
 
     def curves(self, asked: Asked, degc: Array, moments: Mapping[Error, Moment]) -> tuple[Array, Array]:
         """(R, R) of what tables miss of the curves, and of what thermometers do to them."""
-        G, flown = self._tables(asked, degc), self._flown(asked, degc)
+        G, weights = self._tables(asked, degc), self.of_curves(asked, degc)
         missed, misread = np.zeros((2, len(G), len(G)))
         for error, moment in moments.items():
-            both = np.concatenate(
-                [-_over(G, self.told.curve[error]), np.swapaxes(flown[error], 1, 2)], axis=2
-            )
-            missed += _through(np.swapaxes(both, 1, 2), moment.at(np.concatenate([self.told.degc, degc])))
+            at = moment.at(np.concatenate([self.told.degc, degc]))
+            missed += _through(np.swapaxes(weights[error], 1, 2), at)
             for one in self.told.slope[error]:
                 slopes = moment.of_slopes(self.told.degc)
                 misread += _through(np.swapaxes(_over(G, one), 1, 2), slopes)
         return missed, misread
+
+    def of_curves(self, asked: Asked, degc: Array) -> dict[Error, Array]:
+        """Error -> (R, t, N + K) what its curve weighs at the records' temperatures, then in flight."""
+        G, flown = self._tables(asked, degc), self._flown(asked, degc)
+        return {
+            error: np.concatenate([-_over(G, self.told.curve[error]), np.swapaxes(own, 1, 2)], axis=2)
+            for error, own in flown.items()
+        }
 
     def _tables(self, asked: Asked, degc: Array) -> Array:
         """(R, P): what is asked of every coefficient, read in flight by straight lines."""

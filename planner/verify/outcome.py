@@ -72,6 +72,7 @@ class RequirementOutcome:
     family: of the curves; starts: at which temperatures, in words; instants: (k,) s, when it was looked at
     promised: share of the flights that the rule promises; None for rss, which promises the root mean square
     share, low, high: of the flights within the limit, with its exact interval; rms with rms_low, rms_high
+    foreseen: what verify's own linear model says of these flights, curves drawn; None for a worst case
     types: where spreads are estimates, in how many types of unit it is kept: then the verdict is theirs
     achieved: what the plan says; at_promise: what it should be compared with, the promised percentile or the
     rms; pessimism: achieved over at_promise; apart: rms of nonlinear − linear over the rms of the flights
@@ -103,6 +104,7 @@ class RequirementOutcome:
     parts: tuple[Part, ...]
     lengths: Array
     types: TypesOutcome | None = None
+    foreseen: float | None = None
 
     def over_types(self, types: TypesOutcome) -> RequirementOutcome:
         """Where spreads are estimates, the promise is that of the types."""

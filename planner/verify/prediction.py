@@ -9,7 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from planner.nouns.array import Array
+from planner.spec.model import PercentileRule
 from planner.verify.asked import Navigation, covariances, figure, navigation, worst_start
+from planner.verify.drawn_figures import Pool, drawn_quantile, pools_of
 from planner.verify.experiment import Experiment
 from planner.verify.families import curves_in
 from planner.verify.flights import FlightModel
@@ -28,6 +30,7 @@ class Prediction:
     e: Experiment
     flight: FlightModel
     _moments: dict[str, Mapping[Error, Moment]] = field(default_factory=dict)
+    _pools: dict[str, Mapping[Error, Pool]] = field(default_factory=dict)
     _figures: dict[tuple[object, ...], dict[str, float]] = field(default_factory=dict)
     _worst: dict[tuple[int, str], tuple[Starts, float]] = field(default_factory=dict)
 
@@ -64,6 +67,17 @@ class Prediction:
             found = covariances(wanted, self.foresight, degc, moments)
             self._figures[key] = {name: figure(wanted, each, shares) for name, each in found.items()}
         return self._figures[key]
+
+    def drawn(self, index: int, family: str, starts: Starts) -> float:
+        """The figure of a requirement with curves drawn from a family, SI; a root mean square needs none."""
+        rule, moments = self.e.requirements[index].rule, self.moments(family)
+        if not isinstance(rule, PercentileRule):
+            return self.figures(index, starts, (family,))[family]
+        if family not in self._pools:
+            self._pools[family] = pools_of(curves_in(self.e.spec, family))
+        degc, shares = starts.grid(self.profile)
+        pools, wanted = self._pools[family], self.asked[index]
+        return drawn_quantile(wanted, self.foresight, degc, shares, pools, moments, rule.percentile)
 
     def worst(self, index: int, family: str) -> tuple[Starts, float]:
         """The start of the range at which a requirement is worst, and its figure there."""

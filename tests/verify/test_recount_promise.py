@@ -78,6 +78,7 @@ def test_what_is_foreseen_is_flown(sound):
         flown = flown_with(e, anywhere(e.spec), family)
         tally = fly(flown, 1500, here, lambda message: None)
         for o in outcomes(flown, tally.tally, sound.document, e.spec):
+            assert p.drawn(o.index, family, flown.starts) == pytest.approx(o.at_promise, rel=0.06)
             assert p.figures(o.index, flown.starts, (family,))[family] == pytest.approx(
                 o.at_promise, rel=0.06
             )
@@ -237,3 +238,22 @@ def test_a_wrong_plan_is_broken_whatever_flies(sound):
     found = verify(wrong.loaded, wrong.document, options, lambda message: None)
     assert found.verdict == "broken"
     assert all(o.verdict == "kept" for o in found.outcomes)
+
+
+def test_curves_that_are_drawn_say_what_their_second_moment_does_not():
+    """One error that matters, tables of three even nodes: what these leave has a largest value, no tail."""
+    spec = by_hand()
+    gyro = spec["unit"]["gyro"]["bias"] | {"run_to_run": "1e-6 deg/s", "in_run": "1e-6 deg/s"}
+    spec["unit"] = {"gyro": {"bias": gyro}, "accelerometer": {"bias": {"run_to_run": "1e-6 g"}}}
+    spec["requirement"] = [{"error": "heading", "limit": "9 deg", "rule": {"percentile": "99 %"}}]
+    spec["tests"] = {"static": spec["tests"]["static"]}
+    spec["plan"]["fixed"] = {"static": {"temperatures": 3, "repeats": 2}}
+    spec["effects"] = ["bias", "bias_temperature"]
+    one = planned_from(spec)
+    p = prediction(one)
+    starts = anywhere(p.e.spec)
+    gaussian, drawn = p.figures(0, starts, ("cubic",))["cubic"], p.drawn(0, "cubic", starts)
+    tally = fly(flown_with(p.e, starts, "cubic"), 3000, here, lambda message: None)
+    (o,) = outcomes(flown_with(p.e, starts, "cubic"), tally.tally, one.document, p.e.spec)
+    assert drawn < 0.9 * gaussian
+    assert drawn == pytest.approx(o.at_promise, rel=0.1)  # 30 of 3000 flights lie beyond

@@ -79,6 +79,7 @@ def families_table(v: Verification) -> Table | None:
             name_of(o),
             o.family,
             digits(from_si(o.achieved, o.unit)),
+            "" if o.foreseen is None else digits(from_si(o.foreseen, o.unit)),
             f"{digits(from_si(o.at_promise, o.unit))} {o.unit}",
             percent(o.share, 2),
             o.verdict,
@@ -87,7 +88,7 @@ def families_table(v: Verification) -> Table | None:
     )
     title = "Curves over temperature: each family that leaves the same table"
     return (
-        table(title, "requirement | family | predicted | flown | within the limit |", rows)
+        table(title, "requirement | family | predicted | foreseen | flown | within the limit |", rows)
         if _several(v)
         else None
     )
@@ -127,10 +128,13 @@ def types_sentence(o: RequirementOutcome) -> str | None:
 def pessimism_sentence(o: RequirementOutcome) -> str:
     """What the rule predicted against what happened."""
     what = "root mean square" if o.promised is None else f"{percent(o.promised, 1)} of the flights within"
-    return (
+    said = (
         f"predicted {quantity(o.achieved, o.unit)}, {what} {quantity(o.at_promise, o.unit)}: "
         f"{digits(o.pessimism, 3)} times"
     )
+    if o.foreseen is None:
+        return said
+    return f"{said}; foreseen by verify's own linear model {quantity(o.foreseen, o.unit)}"
 
 
 def parts_table(o: RequirementOutcome) -> Table | None:

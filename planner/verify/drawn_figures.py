@@ -1,0 +1,73 @@
+"""The quantile of a requirement with the curves themselves, not only their second moments.
+
+Given its curves a flight's error is Gaussian; over the curves it need not be: those that are scaled to the
+largest residual have long tails, and where few nodes and few errors count these do not average out. So the
+curves are drawn, the rest by its covariance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.nouns.array import Array
+from planner.verify.asked import Navigation, weighed_quantile
+from planner.verify.curves import Curves
+from planner.verify.draws import generator
+from planner.verify.foreseen import Foresight
+from planner.verify.second_moments import Error, Moment
+
+DRAWS = 60_000  # of flights: a 95 % quantile is then known to 0.4 %
+POOL = 4_000  # curves of every error, from which all of them take theirs
+
+
+@dataclass(frozen=True)
+class Pool:
+    """Curves of one error to take from. grid: (G,) degC; values: (POOL, G)."""
+
+    grid: Array
+    values: Array
+
+    def at(self, degc: Array) -> Array:
+        """(POOL, k) at temperatures (k,), the end segments going on beyond the grid."""
+        left = np.clip(np.searchsorted(self.grid, degc, side="right") - 1, 0, len(self.grid) - 2)
+        share = (degc - self.grid[left]) / (self.grid[left + 1] - self.grid[left])
+        return np.asarray(self.values[:, left] * (1.0 - share) + self.values[:, left + 1] * share)
+
+
+def pools_of(curves: Mapping[Error, Curves]) -> dict[Error, Pool]:
+    """Of the curves of every error."""
+    return {
+        error: Pool(one.grid, one.drawn(POOL, generator(0, 0, "pool", *error)))
+        for error, one in curves.items()
+    }
+
+
+def drawn_quantile(
+    n: Navigation,
+    f: Foresight,
+    degc: Array,
+    shares: Array,
+    pools: Mapping[Error, Pool],
+    moments: Mapping[Error, Moment],
+    p: float,
+) -> float:
+    """Of the largest |d| over the requirement's instants; flights at temperatures (S, K) in shares (S,)."""
+    rng = generator(0, 0, "drawn quantile")
+    each = DRAWS // len(degc)
+    longest = []
+    for one in degc:
+        misread = f.curves(n.asked, one, moments)[1]
+        rest = sum(f.without_curves(n.asked, one).values()) + misread + n.beside
+        value, vector = np.linalg.eigh(rest)
+        root = vector * np.sqrt(np.maximum(value, 0.0))
+        d = rng.normal(size=(each, len(value))) @ root.T
+        for error, weights in f.of_curves(n.asked, one).items():
+            if error in pools:
+                curve = pools[error].at(np.concatenate([f.told.degc, one]))
+                for term in np.moveaxis(weights, 1, 0):
+                    d += curve[rng.integers(POOL, size=each)] @ term.T
+        longest.append(np.linalg.norm(d.reshape(each, n.instants, -1), axis=2).max(axis=1))
+    return weighed_quantile(np.concatenate(longest), np.repeat(shares / each, each), p)
