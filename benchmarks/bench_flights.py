@@ -44,7 +44,7 @@ def theirs(e: Experiment, coefficients: Array) -> tuple[float, Array]:
     """Seconds a flight, and position errors (B, 3), of python-ins on the same corrected readings."""
     assert e.flight is not None
     t = e.flight.trajectory
-    columns = [np.concatenate(parts, axis=2) for parts in e.flight.forcing(0, len(t.angle_increment))]
+    columns = [np.concatenate(parts, axis=2) for parts in e.flight.columns.forcing(0, len(t.angle_increment))]
     split, step = columns[0].shape[2], t.time_s[1] - t.time_s[0]
     readings = [
         (

@@ -24,7 +24,7 @@ from planner.nouns.trajectory import Trajectory
 from planner.physics.error_dynamics import propagate_errors
 from planner.physics.perturbed import navigate_with_errors
 from planner.plan.spec_to_trajectory import trajectory_of
-from planner.verify.flights import forcing
+from planner.verify.flight_columns import Columns
 from tests.verify.random_flights import random_flight
 
 LIMIT = 0.01
@@ -39,9 +39,7 @@ def apart(trajectory: Trajectory, factors: Sequence[float], seed: int) -> Array:
     draws = np.random.default_rng(seed).normal(size=(UNITS, 24)) * SIZES
     coefficients = np.concatenate([np.tile(draws[:, :12], (1, 2)), np.tile(draws[:, 12:], (1, 2))], axis=1)
 
-    def force(start: int, stop: int) -> tuple[list[Array], list[Array]]:
-        return forcing(trajectory, ends, (), start, stop)
-
+    force = Columns(trajectory, ends).forcing
     columns = propagate_errors(trajectory, force).position[-1]
     found = []
     for factor in factors:

@@ -63,6 +63,14 @@ def verify(
     seed: Seed = 1,
     temperature: FlightTemperature = "own",
     curves: FlightCurves = "binding",
+    spreads: Annotated[
+        str | None,
+        typer.Option(
+            metavar="stated|drawn",
+            help="Run-to-run spreads as stated, or drawn for types of unit where they are estimates; "
+            "default: drawn if the spec says from how many power_ons.",
+        ),
+    ] = None,
     workers: Workers = 1,
     cluster: Cluster = None,
     through_files: Annotated[
@@ -93,7 +101,7 @@ def verify(
     from planner.spec.load import load_spec
 
     options = pipeline.checked(
-        pipeline.FlightOptions(flights, seed, temperature, curves, workers, cluster, through_files)
+        pipeline.FlightOptions(flights, seed, temperature, curves, spreads, workers, cluster, through_files)
     )
     loaded, document = load_spec(spec), read_plan(plan)
     with progress_line() as progress:

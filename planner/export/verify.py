@@ -13,7 +13,7 @@ from planner.export.json import number
 from planner.nouns.array import Array
 from planner.spec.model import NAVIGATION_ERRORS
 from planner.units import from_si
-from planner.verify.outcome import Claim, Part, RequirementOutcome
+from planner.verify.outcome import Claim, Part, RequirementOutcome, TypesOutcome
 from planner.verify.recount import Recount
 from planner.verify.through_files import ThroughFiles
 from planner.verify.verification import Verification
@@ -129,7 +129,18 @@ def _requirement(o: RequirementOutcome) -> Mapping[str, Any]:
         "pessimism": _finite(o.pessimism),
         "nonlinear_apart": _finite(o.apart),
         "too_small": list(o.too_small),
+        "types": None if o.types is None else _types(o.types),
         "parts": [_part(p, o.unit) for p in o.parts],
+    }
+
+
+def _types(types: TypesOutcome) -> Mapping[str, Any]:
+    """Types of unit with true spreads of their own: in which share the promise is kept."""
+    return {
+        "types": types.types,
+        "share": number(types.share),
+        "ci95": [number(types.low), number(types.high)],
+        "promised": number(types.promised),
     }
 
 
@@ -151,6 +162,7 @@ def _in_family(o: RequirementOutcome) -> Mapping[str, Any]:
         "achieved",
         "at_promise",
         "pessimism",
+        "types",
     )
     return {key: every[key] for key in keys}
 

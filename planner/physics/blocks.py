@@ -22,6 +22,8 @@ Indices = NDArray[np.int64]
 Forcing = Callable[[int, int], tuple[Sequence[Array], Sequence[Array]]]
 """(start, stop) of samples -> errors of the gyros (rad/s) and of the accelerometers (m/s²), each as arrays
 (n, 3, k) whose columns follow one another: mean over each sample, in body axes."""
+Active = Callable[[int, int], Indices]
+"""(start, stop) of samples -> which of all columns the forcing gives there, gyro columns first."""
 
 _FAST_TURN_RAD = 1e-2  # in one sample; below it what the turn inside the sample adds is under 1e-5
 _CHUNK_SAMPLES = 4_000  # bounds the memory, 2 MB per ten columns; fewer or more cost speed
@@ -89,14 +91,22 @@ def cut_into_blocks(motion: Motion, forcing: Forcing, block_s: float, instants: 
     The forcing is asked for successive stretches of samples, so that two hours at 100 Hz need little memory.
     """
     edges = block_edges(motion.time_s, block_s, instants)
-    parts = [_responses(motion, forcing, starts, size) for starts, size in _chunks(edges)]
+    parts = list(pieces(motion, forcing, edges))
     return Blocks(
         edges=edges,
         duration=np.diff(motion.time_s[edges]),
-        force=np.concatenate([part[0] for part in parts]),
-        force_moment=np.concatenate([part[1] for part in parts]),
-        response=np.concatenate([part[2] for part in parts]),
+        force=np.concatenate([part.force for part in parts]),
+        force_moment=np.concatenate([part.force_moment for part in parts]),
+        response=np.concatenate([part.response for part in parts]),
     )
+
+
+def pieces(motion: Motion, forcing: Forcing, edges: Indices) -> Iterator[Blocks]:
+    """The blocks between edges (b + 1,), some thousand samples at a time: a flight of any length fits."""
+    for starts, size in _chunks(edges):
+        force, moment, response = _responses(motion, forcing, starts, size)
+        own = np.append(starts, starts[-1] + size)
+        yield Blocks(own, np.diff(motion.time_s[own]), force, moment, response)
 
 
 def block_edges(time_s: Array, block_s: float, instants: Sequence[float]) -> Indices:

@@ -35,11 +35,14 @@ from planner.physics.blocks import (
     POSITION,
     ROTATION,
     VELOCITY,
+    Active,
     Blocks,
     Forcing,
     Indices,
     Motion,
+    block_edges,
     cut_into_blocks,
+    pieces,
 )
 from planner.physics.earth import EARTH_RATE_RADPS, Array
 
@@ -76,6 +79,28 @@ def propagate_errors(
     for step, before, after in zip(_transitions(motion, blocks), state[:-1], state[1:], strict=True):
         after += step @ before
     return _in_local_axes(motion, blocks.edges, state)
+
+
+def errors_at(
+    motion: Motion, forcing: Forcing, active: Active, count: int, instants: Sequence[float]
+) -> ErrorHistory:
+    """The same at some instants (s) only, of `count` columns of which a few act at a time.
+
+    An hour of flight with a column for every minute of every error then needs no more than a minute of it.
+    """
+    edges = block_edges(motion.time_s, 1.0, instants)
+    at = [int(np.argmin(np.abs(motion.time_s[edges] - t))) for t in instants]
+    state = np.zeros((9, count))
+    kept, k = {0: state}, 0
+    for blocks in pieces(motion, forcing, edges):
+        acting = active(int(blocks.edges[0]), int(blocks.edges[-1]))
+        for step, response in zip(_transitions(motion, blocks), blocks.response, strict=True):
+            state = step @ state
+            state[:, acting] += response
+            k += 1
+            if k in at:
+                kept[k] = state
+    return _in_local_axes(motion, edges[at], np.stack([kept[k] for k in at]))
 
 
 def _transitions(motion: Motion, blocks: Blocks) -> Array:

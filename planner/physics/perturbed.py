@@ -16,13 +16,24 @@ What is of second order inside a block is taken as if force and errors were cons
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from planner.physics import earth, quaternion
 from planner.physics.attitude import rph_from_dcm
-from planner.physics.blocks import POSITION, ROTATION, VELOCITY, Blocks, Forcing, Motion, cut_into_blocks
+from planner.physics.blocks import (
+    POSITION,
+    ROTATION,
+    VELOCITY,
+    Active,
+    Blocks,
+    Forcing,
+    Indices,
+    Motion,
+    block_edges,
+    pieces,
+)
 from planner.physics.earth import Array
 from planner.physics.error_dynamics import ErrorHistory
 from planner.physics.quaternion import cross
@@ -36,42 +47,54 @@ def navigate_with_errors(
     *,
     block_s: float = 0.25,
     instants: Sequence[float] | None = None,
+    active: Active | None = None,
 ) -> ErrorHistory:
     """Navigation errors of B runs whose readings are off by forcing · coefficients.
 
     coefficients: (B, p) per run and column, gyro columns first
     instants: times (s) of the errors wanted, to the nearest sample; None for the end
+    active: which of the p columns the forcing gives over some samples; None: all of them, always
     Returns errors (k, 3, B), computed - true, at k instants; angles wrapped to ±π.
     """
     wanted = [float(motion.time_s[-1])] if instants is None else instants
-    blocks = cut_into_blocks(motion, forcing, block_s, wanted)
-    time = motion.time_s[blocks.edges] - motion.time_s[0]
-    at = [int(np.argmin(np.abs(motion.time_s[blocks.edges] - t))) for t in wanted]
-    true = _states(motion, blocks)
+    edges = block_edges(motion.time_s, block_s, wanted)
+    time = motion.time_s[edges] - motion.time_s[0]
+    at = [int(np.argmin(np.abs(motion.time_s[edges] - t))) for t in wanted]
+    true = _states(motion, edges)
     c_bi, velocity, position = to_inertial(true, time)
-    turn, dv, dr = _run(blocks, position, coefficients, at)
+    steps = _steps(pieces(motion, forcing, edges), coefficients, active)
+    turn, dv, dr = _run(steps, position, len(coefficients), at)
     computed = from_inertial(
         quaternion.to_matrix(turn) @ c_bi[at, None],
         velocity[at, None] + dv,
         position[at, None] + dr,
         time[at, None],
     )
-    return _difference(computed, _at(true, at), motion.time_s[blocks.edges[at]])
+    return _difference(computed, _at(true, at), motion.time_s[edges[at]])
 
 
-def _run(
-    blocks: Blocks, position: Array, coefficients: Array, at: Sequence[int]
-) -> tuple[Array, Array, Array]:
+_Step = tuple[float, Array, Array, Array]  # duration, X (3, 1), Y (3, 1), u (9, B)
+
+
+def _steps(several: Iterator[Blocks], coefficients: Array, active: Active | None) -> Iterator[_Step]:
+    """Block after block, what the errors of every run leave at its end."""
+    for blocks in several:
+        own = coefficients
+        if active is not None:
+            own = coefficients[:, active(int(blocks.edges[0]), int(blocks.edges[-1]))]
+        u = blocks.response @ own.T
+        force, moment = blocks.force[:, :, None], blocks.force_moment[:, :, None]
+        yield from zip(blocks.duration.tolist(), force, moment, u, strict=True)
+
+
+def _run(steps: Iterator[_Step], position: Array, runs: int, at: Sequence[int]) -> tuple[Array, Array, Array]:
     """Q (4, k, B), δv and δr (k, B, 3) in inertial axes at the edges `at`; position (b + 1, 3) is true."""
-    runs = len(coefficients)
     turn, dv, dr = np.zeros((4, runs)), np.zeros((3, runs)), np.zeros((3, runs))
     turn[0] = 1.0
     gravitation = earth.gravitation(position)
     before = np.zeros((3, runs))
     history = {0: (turn, dv, dr)}
-    for k, t in enumerate(blocks.duration):
-        u = blocks.response[k] @ coefficients.T
-        x, y = blocks.force[k, :, None], blocks.force_moment[k, :, None]
+    for k, (t, x, y, u) in enumerate(steps):
         angle, pushed, carried = u[ROTATION], u[VELOCITY], u[POSITION]
         pushed = pushed + cross(angle, pushed - cross(angle, x / 6.0)) / 2.0
         carried = carried + cross(angle, carried - cross(angle, y / 12.0)) / 3.0
@@ -90,8 +113,7 @@ def _run(
     return turns, np.moveaxis(velocities, 0, 2), np.moveaxis(positions, 0, 2)
 
 
-def _states(motion: Motion, blocks: Blocks) -> NavigationState:
-    at = blocks.edges
+def _states(motion: Motion, at: Indices) -> NavigationState:
     return NavigationState(
         motion.latitude[at],
         motion.longitude[at],

@@ -10,20 +10,23 @@ from typing import Any
 
 from planner import __version__, catalog
 from planner.errors import InputError, StoppedEarly
+from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.spec.load import LoadedSpec
-from planner.spec.model import Given
+from planner.spec.model import Given, Spec
 from planner.spec.places import did_you_mean
 from planner.units import from_si
 from planner.verify.experiment import Experiment, experiment, flown_with
+from planner.verify.families import budgets_of
 from planner.verify.linearity import linearity
-from planner.verify.monte_carlo import MonteCarlo, fly
-from planner.verify.outcome import claims_of, outcomes
+from planner.verify.monte_carlo import MonteCarlo, fly, fly_types
+from planner.verify.outcome import RequirementOutcome, claims_of, outcomes
 from planner.verify.prediction import Prediction
 from planner.verify.recount import Recount, is_by_information, recount
 from planner.verify.recount_promise import as_planned, check_promise
 from planner.verify.rounds import BINDING, CURVES, OWN, TEMPERATURES, Worst, rounds
+from planner.verify.spreads import SPREADS, Typed, Types, TypeTally, judged, types_of
 from planner.verify.starts import as_flown
 from planner.verify.through_files import Pipeline, through_files
 from planner.verify.verification import Verification
@@ -38,13 +41,16 @@ class FlightOptions:
     """How many flights, from which seed, and who flies them.
 
     temperature: `own` (each requirement's), `flight` or `range`; curves: a family, `all`, or `binding`, the
-    one that the plan says binds; through_files: how many units go the whole way through files, too
+    one that the plan says binds; spreads: `stated`, or `drawn` for types of unit where they are estimates
+    (None: drawn where the spec says from how many power-ons); through_files: how many units go the whole way
+    through files, too
     """
 
     flights: int = 2000
     seed: int = 1
     temperature: str = OWN
     curves: str = BINDING
+    spreads: str | None = None
     workers: int = 1
     cluster: str | None = None
     through_files: int = 2
@@ -59,6 +65,8 @@ def checked(options: FlightOptions) -> FlightOptions:
             f"--curves must be {', '.join(CURVES)}, not {options.curves!r}"
             f"{did_you_mean(options.curves, CURVES)}"
         )
+    if options.spreads not in (None, *SPREADS):
+        raise InputError(f"--spreads must be {' or '.join(SPREADS)}, not {options.spreads!r}")
     if options.workers == 0:
         raise InputError("--workers must be 1 or more, or -1 for all cores")
     return options
@@ -103,11 +111,20 @@ def verify(
 
 @dataclass(frozen=True)
 class _Flown:
-    """One round of flights. e: as it was flown."""
+    """One round of flights. e: as it was flown; types: its units as of every type, where spreads are drawn."""
 
     e: Experiment
     found: MonteCarlo
     requirements: tuple[int, ...]
+    types: TypeTally | None = None
+
+    def outcomes(self, document: Mapping[str, Any]) -> list[RequirementOutcome]:
+        """Its requirements, judged."""
+        spec, types = self.e.spec, self.types
+        found = outcomes(self.e, self.found.tally, document, spec, self.requirements)
+        if types is None:
+            return list(found)
+        return [o.over_types(judged(types, o.index, spec.requirement[o.index], spec)) for o in found]
 
 
 def _flown(
@@ -115,16 +132,27 @@ def _flown(
 ) -> list[_Flown]:
     """Every round, or those that were done when the user stopped it."""
     run, done = runner(options.workers, options.cluster), list[_Flown]()
+    types = _types(e, options)
     for one in rounds(document, e.spec, options.curves, options.temperature, _worst(e)):
         flying = flown_with(e, one.starts, one.family)
         found = fly(flying, options.flights, run, _of(one.family, progress))
-        if found is not None:
-            done.append(_Flown(flying, found, one.requirements))
-        if found is None or found.stopped:
+        if found is None:
+            break
+        typed = None
+        if types is not None and not found.stopped:
+            typed = fly_types(Typed(flying, types), options.flights, run, _of(one.family, progress))
+        done.append(_Flown(flying, found, one.requirements, typed))
+        if found.stopped or (types is not None and typed is None):
             break
     if not done:
         raise StoppedEarly("stopped before the first flights had landed: nothing can be said")
     return done
+
+
+def _types(e: Experiment, options: FlightOptions) -> Types | None:
+    """The types of unit, where spreads are drawn and some are estimates."""
+    found = types_of(e.spec, options.seed)
+    return None if options.spreads == "stated" or not found.errors or e.flight is None else found
 
 
 def _of(family: str, progress: Progress) -> Progress:
@@ -173,10 +201,9 @@ def _answer(
     trajectory: Trajectory | None = None,
     why: str | None = None,
 ) -> Verification:
-    confidence = loaded.spec.plan.confidence
+    confidence, by_information = loaded.spec.plan.confidence, is_by_information(document)
     first = flown[0] if flown else None
     e, tally = (first.e, first.found.tally) if first else (None, None)
-    judged = [outcomes(f.e, f.found.tally, document, loaded.spec, f.requirements) for f in flown]
     stopped = any(f.found.stopped for f in flown)
     return Verification(
         version=__version__,
@@ -184,8 +211,8 @@ def _answer(
         spec_sha256=loaded.sha256,
         plan_sha256=str(document.get("plan_sha256", "")),
         recount=counted,
-        outcomes=tuple(o for several in judged for o in several),
-        claims=() if e is None or tally is None else claims_of(e, tally, confidence),
+        outcomes=tuple(o for f in flown for o in f.outcomes(document)),
+        claims=() if e is None or tally is None or by_information else claims_of(e, tally, confidence),
         weak=() if e is None else weak_coefficients(e),
         linear=() if e is None or stopped else linearity(e),
         flights=min((f.found.tally.flights for f in flown), default=0),
@@ -225,6 +252,19 @@ def _in_flight(e: Experiment) -> str:
     return f"in flight, too, that of the {' and the '.join(e.flight.beside.noise)}"
 
 
+def _spreads(spec: Spec) -> str:
+    """Which run-to-run spreads are estimates."""
+    from_some = {
+        str(ErrorName.of(s, e)): b.power_ons
+        for (s, e), b in budgets_of(spec).items()
+        if b.power_ons is not None
+    }
+    if not from_some:
+        return "run-to-run spreads are taken as known: the spec says of none from how many power_ons it is"
+    named = ", ".join(f"{error} from {n} power-ons" for error, n in from_some.items())
+    return f"run-to-run spreads that are estimates: {named}; the others are taken as known"
+
+
 def _notes(loaded: LoadedSpec, e: Experiment | None) -> list[str]:
     if e is None:
         return []
@@ -233,6 +273,7 @@ def _notes(loaded: LoadedSpec, e: Experiment | None) -> list[str]:
         f"noise of the records: gyro {from_si(noise['gyro'], 'deg/s'):.3g} deg/s/√Hz, accelerometer "
         f"{from_si(noise['accelerometer'], 'mg'):.3g} mg/√Hz, {_whose(loaded)}; {_in_flight(e)}"
     ]
+    notes.append(_spreads(loaded.spec))
     if isinstance(loaded.spec.sensitivities, Given):
         notes.append(
             "sensitivities are given: nothing is flown; each error adds its published metres, all axes as one"

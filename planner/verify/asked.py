@@ -1,7 +1,8 @@
 """What a requirement asks of the rests of all errors, by the linear model of the flight; and its figure.
 
-d = Σ asked · rest + what flies beside the errors; its covariance at each start gives the figure: the quantile
-of |d| over all flights, or its root mean square. `at: any`: of the largest |d| over the instants, by draws.
+d = Σ asked · rest + what flies beside the errors; its covariance at each start gives the figure: the
+quantile of |d| over all flights, or its root mean square. `at: any`: the quantile of the largest |d| over the
+instants, by draws; the root mean square at the instant at which it is largest.
 """
 
 from __future__ import annotations
@@ -11,11 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner import catalog
 from planner.nouns.array import Array
 from planner.spec.model import PercentileRule, Requirement
 from planner.verify.draws import generator
-from planner.verify.flights import FlightModel, beside_coefficients, part_coefficients, vectors_of
+from planner.verify.flights import FlightModel, beside_coefficients, vectors_of
 from planner.verify.foreseen import Asked, Foresight
 from planner.verify.lengths import mixed_quantile
 from planner.verify.second_moments import Error, Moment
@@ -39,12 +39,7 @@ def navigation(flight: FlightModel, wanted: Requirement, errors: Sequence[Error]
     """A requirement on a flight with errors."""
     vectors = vectors_of(flight.linear, flight.instants, wanted)
     rows = vectors.reshape(-1, vectors.shape[2])
-    count, asked = len(flight.moments), {}
-    for sensor, effect in errors:
-        terms = len(catalog.effects()[effect].terms(sensor))
-        one = np.eye(count * terms).reshape(-1, count, terms)
-        added = rows @ part_coefficients(flight, sensor, effect, one).T
-        asked[sensor, effect] = added.reshape(len(rows), count, terms)
+    asked = {error: flight.columns.responses(rows, *error) for error in errors}
     beside = np.zeros((len(rows), len(rows)))
     for name, sigmas in flight.beside.sigmas(flight.trajectory).items():
         added = rows @ beside_coefficients(flight, {name: sigmas}, len(sigmas)).T
@@ -68,11 +63,11 @@ def figure(n: Navigation, covariances: Array, shares: Array, draws: int = DRAWS)
     """The quantile or the root mean square of flights that have covariances (S, R, R) in shares (S,), SI."""
     rule = n.wanted.rule
     p = rule.percentile if isinstance(rule, PercentileRule) else None
-    if n.instants > 1:
-        longest, weight = _longest(n, covariances, shares, draws)
-        return _weighed_quantile(longest, weight, p) if p else float(np.sqrt(weight @ longest**2))
     if p is None:
-        return float(np.sqrt(shares @ np.trace(covariances, axis1=1, axis2=2)))
+        squares = shares @ np.diagonal(covariances, axis1=1, axis2=2)
+        return float(np.sqrt(squares.reshape(n.instants, -1).sum(axis=1).max()))
+    if n.instants > 1:
+        return _weighed_quantile(*_longest(n, covariances, shares, draws), p)
     return mixed_quantile(list(covariances), shares.tolist(), p)
 
 

@@ -47,16 +47,23 @@ class Beside:
         noises = tuple(noise_name(sensor) for sensor in self.noise)
         return (*noises, ALIGNMENT) if self.alignment is not None else noises
 
-    def columns(self, sensor: Sensor, trajectory: Trajectory, start: int, stop: int) -> Array:
-        """(n, 3, p) of a sensor over the samples start..stop: noise of every stretch, then the alignment."""
+    @property
+    def stretches(self) -> int:
+        """How many stretches of noise."""
+        return len(self.edges) - 1
+
+    def columns(
+        self, sensor: Sensor, trajectory: Trajectory, start: int, stop: int, stretches: range
+    ) -> Array:
+        """(n, 3, p) of a sensor over the samples start..stop: noise of some stretches, then the alignment."""
         to_body = np.swapaxes(trajectory.attitude[start:stop], 1, 2)
         parts = [np.empty((stop - start, 3, 0))]
         if sensor in self.noise:
             middle = (trajectory.time_s[start:stop] + trajectory.time_s[start + 1 : stop + 1]) / 2.0
             where = np.searchsorted(self.edges, middle) - 1
-            inside = where[:, None] == np.arange(len(self.edges) - 1)
+            inside = where[:, None] == np.array(stretches)
             parts.append((inside[:, None, :, None] * to_body[:, :, None, :]).reshape(stop - start, 3, -1))
-        if sensor == "gyro" and self.alignment is not None:
+        if sensor == "gyro" and self.alignment is not None and start == 0:
             step = float(trajectory.time_s[1] - trajectory.time_s[0])
             first = (np.arange(start, stop) == 0)[:, None, None]
             parts.append(first * to_body / step)

@@ -209,6 +209,7 @@ def _tally(e: Experiment, left: Sequence[Left], number: int, flights: int) -> Ta
         lengths=np.stack([lengths_of(v) for v in exact]),
         linear=np.stack([lengths_of(v) for v in linear]),
         apart=np.array([float(np.sum(v**2)) for v in last]),
+        at_instants=_at_instants(exact),
         squares=_squares(e, left),
         beside=_squares_beside(e, beside, flights),
         sizes=np.array([np.sum(x.parts[:, :, -1] ** 2, axis=(1, 2)) for x in left]),
@@ -216,6 +217,16 @@ def _tally(e: Experiment, left: Sequence[Left], number: int, flights: int) -> Ta
         counts=np.array([float(flights * len(x.terms)) for x in left]),
         claimed=np.array([_claimed(e, x) for x in left]),
     )
+
+
+def _at_instants(exact: Sequence[Array]) -> Array:
+    """(R, 2, M) sums over the flights of |d|² and |d|⁴; exact: (k, c, B) of every requirement."""
+    found = np.zeros((len(exact), 2, max(len(v) for v in exact)))
+    with np.errstate(all="ignore"):  # a flight may have led beyond all numbers
+        for r, v in enumerate(exact):
+            square = np.sum(v**2, axis=1)
+            found[r, :, : len(v)] = square.sum(axis=1), (square**2).sum(axis=1)
+    return np.where(np.isfinite(found), found, np.inf)
 
 
 def _navigated(

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.physics.error_dynamics import propagate_errors
 from planner.verify.experiment import Experiment, units_left
-from planner.verify.flights import FlightModel, exact_coefficients
+from planner.verify.flights import FlightModel, exact_coefficients, looked_at
 
 FACTORS = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
 SHARES = (0.1, 0.2, 0.4, 0.6, 0.8, 1.0)
@@ -42,20 +41,7 @@ def linearity(e: Experiment, factors: Sequence[float] = FACTORS) -> tuple[Linear
 def _sampled(flight: FlightModel) -> FlightModel:
     """The flight, looked at after shares of it."""
     t = flight.trajectory.time_s
-    instants = t[0] + np.array(SHARES) * (t[-1] - t[0])
-    history = propagate_errors(flight.trajectory, flight.forcing, instants=instants.tolist())
-    rows = [int(np.argmin(np.abs(history.time_s - x))) for x in instants]
-    return replace(
-        flight,
-        instants=history.time_s[rows],
-        linear=replace(
-            history,
-            time_s=history.time_s[rows],
-            position=history.position[rows],
-            velocity=history.velocity[rows],
-            attitude=history.attitude[rows],
-        ),
-    )
+    return looked_at(flight.columns, t[0] + np.array(SHARES) * (t[-1] - t[0]))
 
 
 def _apart(model: FlightModel, coefficients: Array, factor: float) -> list[LinearPoint]:

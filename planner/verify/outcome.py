@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -54,12 +54,25 @@ class Claim:
 
 
 @dataclass(frozen=True)
+class TypesOutcome:
+    """In which share of the types a requirement is kept, with its exact interval; promised: in which."""
+
+    types: int
+    share: float
+    low: float
+    high: float
+    promised: float
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
 class RequirementOutcome:
     """One requirement over all flights, SI.
 
     family: of the curves; starts: at which temperatures, in words; instants: (k,) s, when it was looked at
     promised: share of the flights that the rule promises; None for rss, which promises the root mean square
     share, low, high: of the flights within the limit, with its exact interval; rms with rms_low, rms_high
+    types: where spreads are estimates, in how many types of unit it is kept: then the verdict is theirs
     achieved: what the plan says; at_promise: what it should be compared with, the promised percentile or the
     rms; pessimism: achieved over at_promise; apart: rms of nonlinear − linear over the rms of the flights
     """
@@ -89,6 +102,11 @@ class RequirementOutcome:
     too_small: tuple[str, ...]
     parts: tuple[Part, ...]
     lengths: Array
+    types: TypesOutcome | None = None
+
+    def over_types(self, types: TypesOutcome) -> RequirementOutcome:
+        """Where spreads are estimates, the promise is that of the types."""
+        return replace(self, types=types, verdict=types.verdict)
 
     @property
     def pessimism(self) -> float:
@@ -127,8 +145,7 @@ def _outcome(
     hits, flights = int(np.sum(lengths <= limit)), len(lengths)
     low, high = share_interval(hits, flights)
     promised = promised_share(wanted, spec)
-    rms = float(np.sqrt(np.mean(lengths**2)))
-    rms_low, rms_high = _rms_interval(lengths)
+    rms, rms_low, rms_high = _rms(tally, index, flights, wanted)
     verdict = _verdict(limit, promised, (low, high), (rms_low, rms_high))
     parts = _parts(e, tally, document, index)
     return RequirementOutcome(
@@ -191,14 +208,23 @@ def _verdict(
     return "kept" if share[0] >= promised else "broken" if share[1] < promised else "undecided"
 
 
-def _rms_interval(lengths: Array) -> tuple[float, float]:
-    """Of the root mean square: the mean of squares of independent flights is nearly normal."""
+def _rms(tally: Tally, index: int, flights: int, wanted: Requirement) -> tuple[float, float, float]:
+    """Root mean square with its interval: the mean of squares of independent flights is nearly normal.
+
+    What holds at any moment by its rss holds at the moment at which the root mean square is largest.
+    """
     from scipy.stats import norm
 
-    squares = lengths**2
-    half = float(norm.ppf((1 + SURE) / 2)) * float(squares.std(ddof=1) if len(squares) > 1 else np.inf)
-    mean, half = float(squares.mean()), half / np.sqrt(len(squares))
-    return float(np.sqrt(max(mean - half, 0.0))), float(np.sqrt(mean + half))
+    sums, fourth = tally.at_instants[index]
+    if wanted.rule != "rss":  # beside a share of the flights: of their largest errors
+        sums, fourth = (np.array([np.sum(tally.lengths[index] ** power)]) for power in (2, 4))
+    worst = int(np.argmax(sums))
+    mean, most = float(sums[worst]) / flights, float(norm.ppf((1 + SURE) / 2))
+    if not np.isfinite(mean) or flights < 2:
+        return float(np.sqrt(mean)), 0.0, float("inf")
+    spread = max(float(fourth[worst]) - flights * mean**2, 0.0) / (flights - 1)
+    half = most * float(np.sqrt(spread / flights))
+    return float(np.sqrt(mean)), float(np.sqrt(max(mean - half, 0.0))), float(np.sqrt(mean + half))
 
 
 # ---------------------------------------------------------------- what it is made of
@@ -214,6 +240,7 @@ def _parts(e: Experiment, tally: Tally, document: Mapping[str, Any], index: int)
     beside = np.sqrt(tally.beside[index] / tally.flights)
     sizes = np.sqrt(tally.sizes / tally.counts[:, None])
     whole = float(np.sum(adds**2) + np.sum(beside**2)) or 1.0
+    sigmas = sigmas_planned(document, e.spec)
     found = [
         _beside(e, name, add, add**2 / whole) for name, add in zip(e.beside, beside.tolist(), strict=True)
     ]
@@ -221,11 +248,27 @@ def _parts(e: Experiment, tally: Tally, document: Mapping[str, Any], index: int)
         claimed = document["allowances"].get(name)
         unit = catalog.effects()[name.effect].units[name.sensor]
         for p, part in enumerate(PARTS):
-            planned = 0.0 if claimed is None else float(claimed["parts"][part]) * unit_factor(unit)[0]
+            said = 0.0 if claimed is None else float(claimed["parts"][part])
+            planned = said * unit_factor(unit)[0] / sigmas
             share = float(adds[i, p] ** 2) / whole
             numbers = (float(adds[i, p]), share, float(sizes[i, p]), float(tally.largest[i, p]), planned)
             found.append(Part(name, part, unit, *numbers))
     return tuple(sorted(found, key=lambda part: -part.adds))
+
+
+def sigmas_planned(document: Mapping[str, Any], spec: Spec) -> float:
+    """How many sigmas a plan's parts are: one, or what a plan by information multiplies them with."""
+    if document.get("method") != "information":
+        return 1.0
+    return max(quantile_of(wanted) for wanted in spec.requirement)
+
+
+def quantile_of(wanted: Requirement) -> float:
+    """How many sigmas of one error a requirement's figure is: z of its percentile, 1 for rss."""
+    from scipy.special import ndtri
+
+    rule = wanted.rule
+    return float(ndtri(0.5 + rule.percentile / 2.0)) if isinstance(rule, PercentileRule) else 1.0
 
 
 def _beside(e: Experiment, name: str, adds: float, share: float) -> Part:

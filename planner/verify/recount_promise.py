@@ -22,13 +22,14 @@ from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS
 from planner.spec.curve_names import families_of
-from planner.spec.model import NAVIGATION_ERRORS, PercentileRule, Requirement, Spec
+from planner.spec.model import NAVIGATION_ERRORS, Requirement, Spec
 from planner.units import unit_factor
 from planner.verify.calibrations import estimators
 from planner.verify.chance import Chance
 from planner.verify.experiment import Experiment
 from planner.verify.findings import Findings
 from planner.verify.foreseen import PARTS, Foresight
+from planner.verify.outcome import sigmas_planned
 from planner.verify.prediction import Prediction
 from planner.verify.recount_budget import calibrated_errors
 from planner.verify.references import directions
@@ -121,7 +122,7 @@ def temperature_words(wanted: Requirement) -> str:
 
 def _check_allowances(document: Document, p: Prediction) -> Findings:
     found = Findings("allowances", "parts are the sigmas of an error's largest term in flight, squares add")
-    z = max(quantile_of(wanted) for wanted in p.e.requirements)
+    z = sigmas_planned(document, p.e.spec)
     starts = _starts(p.e.requirements[0], p.e.spec)
     for error, own in sigmas_of(p, starts, _binding(document, p.e.spec, 0)).items():
         a = document["allowances"].get(error)
@@ -135,14 +136,6 @@ def _check_allowances(document: Document, p: Prediction) -> Findings:
             wanted = z * own[part] / unit_factor(a["unit"])[0]
             found.near(f"{where}, {part}", a["parts"][part], wanted, SAME * allowed)
     return found
-
-
-def quantile_of(wanted: Requirement) -> float:
-    """How many sigmas of one error a requirement's figure is: z of its percentile, 1 for rss."""
-    rule = wanted.rule
-    from scipy.special import ndtri
-
-    return float(ndtri(0.5 + rule.percentile / 2.0)) if isinstance(rule, PercentileRule) else 1.0
 
 
 def sigmas_of(p: Prediction, starts: Starts, family: str) -> dict[str, dict[str, float]]:

@@ -17,6 +17,7 @@ class Tally:
     number: of the chunk, for the order; flights: how many
     lengths: (R, F) navigation error of every flight for each requirement, SI; linear: (R, F) the same by the
         linear combination; apart: (R,) sums of |nonlinear − linear|² at the requirement's last instant
+    at_instants: (R, 2, M) sums of |d|² and of |d|⁴ at each of the instants at which a requirement holds
     squares: (R, E, 5) sums of squared lengths of what each part of each error adds, at the last instant
     beside: (R, W) the same of what flies beside the errors: noise, initial alignment
     sizes: (E, 5) sums of squares of the parts themselves; largest: (E, 5) their largest moduli
@@ -29,6 +30,7 @@ class Tally:
     lengths: Array
     linear: Array
     apart: Array
+    at_instants: Array
     squares: Array
     beside: Array
     sizes: Array
@@ -53,6 +55,7 @@ def total(tallies: Sequence[Tally]) -> Tally:
         lengths=np.concatenate([t.lengths for t in ordered], axis=1),
         linear=np.concatenate([t.linear for t in ordered], axis=1),
         apart=summed("apart"),
+        at_instants=summed("at_instants"),
         squares=summed("squares"),
         beside=summed("beside"),
         sizes=summed("sizes"),

@@ -13,7 +13,7 @@ what the estimate itself does, on the shipped specs by 0.03 to 0.6 of it; SIGMAS
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -28,7 +28,6 @@ from planner.protocols import SENSORS, Sensor
 from planner.spec.model import NAVIGATION_ERRORS
 from planner.units import from_si, unit_factor
 from planner.verify.along_flight import apart, conditions_of, start_of
-from planner.verify.beside import NOTHING
 from planner.verify.calibrations import calibrated, readings
 from planner.verify.draws import DrawnError, Exposed
 from planner.verify.experiment import CHUNK, Experiment, Measured, units_measured
@@ -42,6 +41,7 @@ WORSE = 1.05
 SECOND_ORDER = 1e-3  # of the whole error: tables between their moments, effects kept to first order
 CHECK = "through files"
 SAID = "calibrate and verify's own estimator disagree"
+_AT_ONCE = 10_000  # rows of a file
 _AXES = "xyz"
 _PER = {"gyro": ("dps", "deg/s"), "accelerometer": ("g", "g")}
 _NAME = {"gyro": "gyro", "accelerometer": "acc"}
@@ -92,7 +92,7 @@ def through_files(e: Experiment, tally: Tally, units: int, way: Pipeline, folder
     units = min(units, size)
     made = units_measured(e, 0, size)
     left = _left(e, made, size)
-    bare = replace(e.flight, beside=NOTHING)
+    bare = e.flight.without_beside()
     direct = bare.navigate(exact_coefficients(bare, left)[:units])
     checks, faults = [], []
     for i in range(units):
@@ -166,7 +166,7 @@ def _by_files(
     return _navigated(flight, found["gyro"], found["accelerometer"])
 
 
-def _dwells(e: Experiment, made: Measured, unit: int, size: int) -> dict[str, Sequence[object]]:
+def _dwells(e: Experiment, made: Measured, unit: int, size: int) -> dict[str, Sequence[object] | Array]:
     n = len(e.records)
     rows = slice(unit * n, (unit + 1) * n)
     c = made.met.shown
@@ -184,7 +184,7 @@ def _dwells(e: Experiment, made: Measured, unit: int, size: int) -> dict[str, Se
 
 def _flight_readings(
     flight: FlightModel, exposed: Exposed, left: Sequence[Left], unit: int
-) -> dict[str, Sequence[object]]:
+) -> dict[str, Sequence[object] | Array]:
     """What the unit reads in flight, sample by sample; its coefficients are linear between the moments."""
     trajectory = flight.trajectory
     n = len(trajectory.angle_increment)
@@ -217,45 +217,47 @@ def _navigated(flight: FlightModel, rate: Array, force: Array) -> ErrorHistory:
 # ---------------------------------------------------------------- files
 
 
-def _columns(c: Conditions, duration: Array, run: Sequence[int]) -> dict[str, Sequence[object]]:
+def _columns(c: Conditions, duration: Array, run: Sequence[int]) -> dict[str, Sequence[object] | Array]:
     return {
         "unit": ["1"] * len(run),
         "run": run,
-        "day": c.day.tolist(),
-        "time_on_s": c.time_on.tolist(),
-        "duration_s": duration.tolist(),
-        "temp_degc": c.temperature_degc.tolist(),
-        "temp_rate_degc_min": (60.0 * c.temperature_rate).tolist(),
+        "day": c.day,
+        "time_on_s": c.time_on,
+        "duration_s": duration,
+        "temp_degc": c.temperature_degc,
+        "temp_rate_degc_min": 60.0 * c.temperature_rate,
     }
 
 
-def _triad(name: str, like: Sensor | str, values: Array) -> dict[str, Sequence[object]]:
+def _triad(name: str, like: Sensor | str, values: Array) -> dict[str, Array]:
     suffix, unit = _PER[like]
-    return {
-        f"{name}_{axis}_{suffix}": (values[:, i] / unit_factor(unit)[0]).tolist()
-        for i, axis in enumerate(_AXES)
-    }
+    return {f"{name}_{axis}_{suffix}": values[:, i] / unit_factor(unit)[0] for i, axis in enumerate(_AXES)}
 
 
-def _write(path: Path, columns: dict[str, Sequence[object]]) -> None:
-    """A dwell table as CSV, every number with all its digits."""
+def _write(path: Path, columns: Mapping[str, Sequence[object] | Array]) -> None:
+    """A dwell table as CSV, every number with all its digits; some rows at a time, for a flight has many."""
+    rows = len(next(iter(columns.values())))
     with path.open("w", newline="") as file:
         out = csv.writer(file, lineterminator="\n")
         out.writerow(columns)
-        out.writerows(zip(*columns.values(), strict=True))
+        for first in range(0, rows, _AT_ONCE):
+            part = (values[first : first + _AT_ONCE] for values in columns.values())
+            plain = (x.tolist() if isinstance(x, np.ndarray) else x for x in part)
+            out.writerows(zip(*plain, strict=True))
 
 
 def _read(path: Path) -> dict[Sensor, Array]:
     """(n, 3) readings of both sensors, SI. Raises InputError when a column is missing."""
+    named = [(s, f"{_NAME[s]}_{axis}_{_PER[s][0]}") for s in SENSORS for axis in _AXES]
     with path.open(newline="") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    found: dict[Sensor, Array] = {}
-    for sensor in SENSORS:
-        suffix, unit = _PER[sensor]
-        names = [f"{_NAME[sensor]}_{axis}_{suffix}" for axis in _AXES]
+        lines = (line for line in file if not line.startswith("#"))
+        header = next(csv.reader(lines), [])
         try:
-            values = np.array([[float(row[name]) for name in names] for row in rows])
-        except (KeyError, ValueError) as error:
+            places = [header.index(name) for _, name in named]
+            values = np.loadtxt(lines, delimiter=",", usecols=places, ndmin=2)
+        except ValueError as error:
             raise InputError(f"{path}: the corrected flight cannot be read: {error}") from error
-        found[sensor] = values * unit_factor(unit)[0]
-    return found
+    return {
+        sensor: values[:, 3 * i : 3 * i + 3] * unit_factor(_PER[sensor][1])[0]
+        for i, sensor in enumerate(SENSORS)
+    }

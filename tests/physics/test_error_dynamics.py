@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from planner.nouns.trajectory import Trajectory
 from planner.physics import earth
 from planner.physics.attitude import rph_from_dcm
-from planner.physics.error_dynamics import ErrorHistory, propagate_errors
+from planner.physics.error_dynamics import ErrorHistory, errors_at, propagate_errors
 from planner.physics.strapdown import integrate
 from tests.physics.flights import CRUISE, HARD, MANOEUVRES, SPIN, Curve, Flight, fly
 from tests.physics.test_strapdown import start_of
@@ -222,3 +222,34 @@ def test_short_flights_have_a_history_from_start_to_end(samples: int) -> None:
     history = columns(flight)
     np.testing.assert_allclose(history.time_s[[0, -1]], flight.time_s[[0, -1]])
     assert np.isfinite(all_errors(history)).all()
+
+
+def test_columns_that_act_a_few_at_a_time_add_up_to_the_same():
+    """One column for each third of the flight and axis, given where it acts, against all of them always."""
+    n = len(SHORT.angle_increment)
+    third = np.minimum(np.arange(n) // (n // 3), 2)
+
+    def whole(start, stop):
+        columns = np.zeros((stop - start, 3, 9))
+        for i in range(3):
+            columns[np.arange(stop - start), i, 3 * third[start:stop] + i] = 1.0
+        return [columns], [columns]
+
+    def active(start, stop):
+        parts = np.arange(third[start], third[stop - 1] + 1)
+        own = (3 * parts[:, None] + np.arange(3)).ravel()
+        return np.concatenate([own, 9 + own])
+
+    def some(start, stop):
+        own = active(start, stop)
+        gyro = own[own < 9]
+        return [whole(start, stop)[0][0][:, :, gyro]], [whole(start, stop)[0][0][:, :, gyro]]
+
+    instants = [float(SHORT.time_s[n // 2]), float(SHORT.time_s[-1])]
+    wanted = propagate_errors(SHORT, whole, instants=instants)
+    rows = [int(np.argmin(np.abs(wanted.time_s - t))) for t in instants]
+    found = errors_at(SHORT, some, active, 18, instants)
+    np.testing.assert_array_equal(found.time_s, wanted.time_s[rows])
+    for name in ("position", "velocity", "attitude"):
+        reference = getattr(wanted, name)[rows]
+        np.testing.assert_allclose(getattr(found, name), reference, atol=1e-12 * np.abs(reference).max())

@@ -191,7 +191,7 @@ def test_the_flights_are_those_of_the_strapdown(name):
     units, t = 3, plan_of(name).trajectory
     coefficients = 10.0 * exact_coefficients(e.flight, units_left(e, 0, units))
     flown = e.flight.navigate(coefficients)
-    gyro, accelerometer = e.flight.forcing(0, len(t.angle_increment))
+    gyro, accelerometer = e.flight.columns.forcing(0, len(t.angle_increment))
     step = t.time_s[1] - t.time_s[0]
     split = sum(x.shape[2] for x in gyro)
     start = NavigationState(t.latitude[0], t.longitude[0], t.altitude[0], t.velocity[0], t.attitude[0])

@@ -18,7 +18,8 @@ from planner.physics.perturbed import navigate_with_errors
 from planner.pipelines.promise import FlightOptions, verify
 from planner.report.page import html
 from planner.report.subjects.verify import verify_report
-from planner.verify.flights import forcing, moments
+from planner.verify.flight_columns import Columns
+from planner.verify.flights import moments
 from tests.verify.plans import Planned, flown, plan_of, planned_from, sealed_again
 from tests.verify.random_flights import random_flight
 
@@ -132,9 +133,7 @@ def test_linear_and_nonlinear_agree_within_a_per_cent_on_random_flights(seed):
     )
     assert coefficients.shape == (units, columns)
 
-    def force(a, b):
-        return forcing(trajectory, at, (), a, b)
-
+    force = Columns(trajectory, at).forcing
     nonlinear = navigate_with_errors(trajectory, force, coefficients).position[-1]
     linear = propagate_errors(trajectory, force).position[-1] @ coefficients.T
     assert np.sqrt(np.sum((nonlinear - linear) ** 2) / np.sum(nonlinear**2)) < 0.01

@@ -120,7 +120,8 @@ INDEPENDENT = (
 def _flights(v: Verification) -> Iterator[Block | None]:
     yield words.families_table(v)
     for o in v.worst:
-        said = [words.share_sentence(o), words.pessimism_sentence(o)]
+        sentences = (words.share_sentence(o), words.types_sentence(o), words.pessimism_sentence(o))
+        said = [sentence for sentence in sentences if sentence is not None]
         if o.verdict == "broken":
             said.append(f"too small in the budget: {', '.join(o.too_small)}")
         yield Items(tuple(said), f"{words.name_of(o)}: {o.verdict}")

@@ -112,6 +112,18 @@ def share_sentence(o: RequirementOutcome) -> str:
     return f"{inside}; promised {percent(o.promised, 1)}"
 
 
+def types_sentence(o: RequirementOutcome) -> str | None:
+    """Where spreads are estimates: in how many types of unit the promise is kept."""
+    if o.types is None:
+        return None
+    t = o.types
+    return (
+        f"kept by {percent(t.share)} of {t.types} types of unit, each with true run-to-run spreads of its "
+        f"own, 95 % interval {percent(t.low)} to {percent(t.high)}; promised with confidence "
+        f"{percent(t.promised, 1)}"
+    )
+
+
 def pessimism_sentence(o: RequirementOutcome) -> str:
     """What the rule predicted against what happened."""
     what = "root mean square" if o.promised is None else f"{percent(o.promised, 1)} of the flights within"
