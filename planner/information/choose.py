@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import monotonic
+from typing import Literal
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from planner.nouns.plan import Step
 from planner.plan.by_hand import is_hand_made
 
 LOOKED_AT = 3000  # campaigns of one search; ten times as many found nothing shorter on the shipped specs
+BRIEFLY = 300
 ROUNDS = 4
 KEPT = 1.0 + 1e-6  # of a limit
 QUICK_SETS, QUICK_CAMPAIGNS = 3000, 1000  # of a proof that nobody waits for
@@ -57,10 +59,11 @@ class Found:
         return float(self.offers.cost(self.counts[None])[0])
 
 
-def campaign_found(flight: Flight, *, thorough: bool = False) -> Found:
+def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thorough"] = "usual") -> Found:
     """The shortest campaign found that keeps every requirement exactly, with a bound for all others.
 
-    thorough: the proof may take `plan.time_limit`. What hands made altogether is only foreseen.
+    effort: brief looks at few campaigns and bounds nothing, thorough may prove for `plan.time_limit`.
+    What hands made altogether is only foreseen.
     Raises InfeasibleError (what binds, nearest limit) when nothing on offer keeps the promise.
     """
     started = monotonic()
@@ -70,20 +73,22 @@ def campaign_found(flight: Flight, *, thorough: bool = False) -> Found:
         counts = even(offers, 1)
         cost = float(offers.cost(counts[None])[0])
         return found_of(flight, offers, judge, counts, cost, proved=True)
-    counts, judge = _searched(flight, offers, judge)
+    counts, judge = _searched(flight, offers, judge, BRIEFLY if effort == "brief" else LOOKED_AT)
+    if effort == "brief":
+        return found_of(flight, offers, judge, counts)
     until = started + flight.spec.plan.time_limit
-    effort = Effort(*((LONG_SETS, LONG_CAMPAIGNS) if thorough else (QUICK_SETS, QUICK_CAMPAIGNS)), until)
+    far = (LONG_SETS, LONG_CAMPAIGNS) if effort == "thorough" else (QUICK_SETS, QUICK_CAMPAIGNS)
     factor = spread_factor(flight, offers.visits(counts))  # hardly another for a campaign that is as long
     prover = Prover(flight, offers, judge, lambda n: _keeps(flight, offers, n, factor))
-    bounded = prover.bounded(counts, effort)
+    bounded = prover.bounded(counts, Effort(*far, until))
     return found_of(flight, offers, judge, bounded.best, bounded.bound, proved=bounded.proved)
 
 
-def _searched(flight: Flight, offers: Offers, judge: Judge) -> tuple[Array, Judge]:
+def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> tuple[Array, Judge]:
     """The shortest campaign that keeps every requirement exactly, and the judge tightened so far."""
     limits = np.array([a.limit for a in judge.promise.asked])
     for _ in range(ROUNDS):
-        counts = shortest(offers, judge, LOOKED_AT)
+        counts = shortest(offers, judge, most)
         if counts is None:
             raise refusal(flight, offers, judge)
         visits = offers.visits(counts)

@@ -199,7 +199,7 @@ def _as_percentile(loaded: LoadedSpec, navigation: Navigation) -> list[str]:
     if other == spec or other.planned_by != "information":
         return []
     try:
-        found = campaign_found(flight_of(other, navigation.flight))
+        found = campaign_found(flight_of(other, navigation.flight), effort="brief")
     except PlannerError:
         return []
     return [

@@ -111,7 +111,7 @@ def verify(
 
 @dataclass(frozen=True)
 class _Flown:
-    """One round of flights. e: as it was flown; types: its units as of every type, if spreads are drawn."""
+    """One round of flights. e: as it was flown; types: its units as of each type, if spreads are drawn."""
 
     e: Experiment
     found: MonteCarlo

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from planner.nouns.trajectory import Trajectory
+from planner.protocols import SENSORS
 from planner.quantities import DAY_S, WEEKDAYS
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Objective, Spec
@@ -85,6 +86,7 @@ def recount(document: Document, loaded: LoadedSpec, trajectory: Trajectory | Non
             found += check_budget(document, spec, is_by_information(document))
             found += check_navigation(document, spec, trajectory, is_by_information(document))
             found.append(_check_genetic(document, spec))
+            found.append(_check_spreads(document, spec))
     return Recount(tuple(f.check() for f in found), tuple(fault for f in found for fault in f.faults))
 
 
@@ -336,6 +338,18 @@ def _check_bound(document: Document, spec: Spec) -> Findings:
         found.fault("proved", f"there is a gap of {gap:.3g}")
     if not document["proved"] and gap == 0:
         found.fault("proved", "the bound is reached, which proves the plan")
+    return found
+
+
+def _check_spreads(document: Document, spec: Spec) -> Findings:
+    """Figures need no room for spreads that are known; for estimates they need some."""
+    found = Findings("spreads", "the factor that figures keep for spreads that are estimates")
+    budgets = [b for sensor in SENSORS for b in getattr(spec.unit, sensor).values()]
+    factor = document.get("spread_factor", 1.0)
+    if all(b.power_ons is None or b.run_to_run_largest == 0.0 for b in budgets):
+        found.same("spread_factor", factor, 1.0, 0.0)
+    else:
+        found.at_most("spread_factor", 1.0, factor, 0.0)
     return found
 
 

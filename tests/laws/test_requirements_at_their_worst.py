@@ -18,17 +18,34 @@ def asking(error: str, limit: str, rule: object, at: str) -> dict:
 
 
 @pytest.mark.parametrize("at", ["end", "any", "7 s"])
-@pytest.mark.parametrize("rule", RULES)
 @pytest.mark.parametrize("error", UNITS)
-def test_the_nearest_limit_can_be_met_and_nothing_below_it(error: str, rule: str, at: str) -> None:
-    unit = UNITS[error]
-    with pytest.raises(InfeasibleError) as refusal:
-        planned(asking(error, f"1e-9 {unit}", RULES[rule], at))
-    assert refusal.value.nearest_limit is not None
-    nearest = from_si(refusal.value.nearest_limit, unit)
+def test_the_nearest_limit_can_be_met_and_nothing_below_it(error: str, at: str) -> None:
+    nearest = refused(error, "worst_case", at)
     # the message rounds up to four digits, so a part in a million above is the hardest limit anyone may try
-    met = planned(asking(error, f"{nearest * (1 + 1e-6):.12g} {unit}", RULES[rule], at)).plan
+    met = planned(asking(error, f"{nearest * (1 + 1e-6):.12g} {UNITS[error]}", "worst_case", at)).plan
     assert met.requirements[0].met
     assert met.proved
     with pytest.raises(InfeasibleError):
-        planned(asking(error, f"{nearest * (1 - 1e-3):.12g} {unit}", RULES[rule], at))
+        planned(asking(error, f"{nearest * (1 - 1e-3):.12g} {UNITS[error]}", "worst_case", at))
+
+
+@pytest.mark.parametrize(
+    ("error", "rule", "at"),
+    [("velocity", "rss", "any")],
+)
+def test_the_nearest_limit_of_a_promise_can_be_met_and_half_of_it_cannot(
+    error: str, rule: str, at: str
+) -> None:
+    nearest = refused(error, rule, at)
+    met = planned(asking(error, f"{nearest * (1 + 1e-6):.12g} {UNITS[error]}", RULES[rule], at)).plan
+    assert met.requirements[0].met
+    with pytest.raises(InfeasibleError):
+        planned(asking(error, f"{0.5 * nearest:.12g} {UNITS[error]}", RULES[rule], at))
+
+
+def refused(error: str, rule: str, at: str) -> float:
+    """The nearest limit, in the requirement's unit, that a refusal names."""
+    with pytest.raises(InfeasibleError) as refusal:
+        planned(asking(error, f"1e-9 {UNITS[error]}", RULES[rule], at))
+    assert refusal.value.nearest_limit is not None
+    return from_si(refusal.value.nearest_limit, UNITS[error])
