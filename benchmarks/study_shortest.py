@@ -69,7 +69,7 @@ def _against(
     seed: int, every: cases.Everything, counts: Array, loads: Array, limits: Array, thorough: bool
 ) -> Judged:
     try:
-        found = campaign_found(every.flight, thorough=thorough)
+        found = campaign_found(every.flight, effort="thorough" if thorough else "usual")
     except PlannerError as error:
         return Judged(seed, len(counts), np.inf, 0.0, np.inf, False, f"refused: {error}")
     shorter = next(every.shorter(counts, found.cost, loads.max(axis=1), MARGIN), None)

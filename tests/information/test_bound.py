@@ -13,7 +13,7 @@ from planner.nouns.array import Array
 from tests.information import cases
 from tests.information.cases import Everything
 
-SEEDS = (1, 4, 5, 9, 13, 18, 21, 32)
+SEEDS = (1, 4, 5, 21)
 
 
 def prover(every: Everything) -> Prover:

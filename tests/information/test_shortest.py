@@ -19,7 +19,7 @@ sys.path.insert(0, str(ROOT / "benchmarks"))
 import study_shortest as study
 
 SMALL = 300  # campaigns of a case
-SEEDS = (0, 1, 5, 9, 10, 18, 24, 32)
+SEEDS = (0, 1, 5, 9)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

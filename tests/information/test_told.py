@@ -18,7 +18,7 @@ from tests import oracle
 from tests.information import cases
 from tests.information.cases import Everything
 
-SEEDS = (0, 2, 4, 5, 9, 13, 18, 32)  # one to three tests, in the chamber and in the room, one bench and two
+SEEDS = (0, 2, 4, 5, 9)  # one to three tests, in the chamber and in the room, one bench and two
 
 
 def drawn(every: Everything, count: int, seed: int) -> Array:

@@ -31,7 +31,7 @@ def test_the_nearest_limit_can_be_met_and_nothing_below_it(error: str, at: str) 
 
 @pytest.mark.parametrize(
     ("error", "rule", "at"),
-    [("velocity", "rss", "any")],
+    [("position", "rss", "end")],
 )
 def test_the_nearest_limit_of_a_promise_can_be_met_and_half_of_it_cannot(
     error: str, rule: str, at: str

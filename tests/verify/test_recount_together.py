@@ -35,7 +35,7 @@ def one_face(**plan: Any) -> LoadedSpec:
     spec["tests"]["static"] = static | {"motions": [FACES[0], FACES[0]]}
     spec["tests"]["tilts"] = static | {"motions": FACES, "calibrates": ["gyro.bias"]}
     spec["requirement"][0]["limit"] = "900 m"
-    spec["plan"] |= plan
+    spec["plan"] |= {"method": "published", **plan}
     return spec_from_bytes(yaml.safe_dump(spec, allow_unicode=True).encode(), SHIPPED / "one_face.yaml")
 
 
