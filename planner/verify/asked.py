@@ -22,7 +22,6 @@ from planner.verify.second_moments import Error, Moment
 from planner.verify.starts import Starts
 
 DRAWS = 100_000  # of flights, for a requirement at any moment: a 95 % quantile is then known to 0.3 %
-FEW = 4_000  # to find out which start is worst: the same draws for all of them
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ def covariances(
     return {family: np.array(several) for family, several in found.items()}
 
 
-def figure(n: Navigation, covariances: Array, shares: Array, draws: int = DRAWS) -> float:
+def figure(n: Navigation, covariances: Array, shares: Array) -> float:
     """The quantile or the root mean square of flights that have covariances (S, R, R) in shares (S,), SI."""
     rule = n.wanted.rule
     p = rule.percentile if isinstance(rule, PercentileRule) else None
@@ -67,14 +66,14 @@ def figure(n: Navigation, covariances: Array, shares: Array, draws: int = DRAWS)
         squares = shares @ np.diagonal(covariances, axis1=1, axis2=2)
         return float(np.sqrt(squares.reshape(n.instants, -1).sum(axis=1).max()))
     if n.instants > 1:
-        return weighed_quantile(*_longest(n, covariances, shares, draws), p)
+        return weighed_quantile(*_longest(n, covariances, shares), p)
     return mixed_quantile(list(covariances), shares.tolist(), p)
 
 
-def _longest(n: Navigation, covariances: Array, shares: Array, draws: int) -> tuple[Array, Array]:
+def _longest(n: Navigation, covariances: Array, shares: Array) -> tuple[Array, Array]:
     """Largest lengths over the instants of drawn flights, and the share that each stands for."""
     rng = generator(0, 0, "any moment")
-    each = draws // len(covariances)
+    each = DRAWS // len(covariances)
     found = []
     for one in covariances:
         value, vector = np.linalg.eigh(one)
@@ -96,5 +95,9 @@ def worst_start(
 ) -> tuple[float, float]:
     """(start, figure) of the worst of the starts (S,)."""
     every = covariances(n, f, starts.along(profile, degc), {"": moments})[""]
-    worst = int(np.argmax([figure(n, one[None], np.ones(1), FEW) for one in every]))
+    if n.instants > 1:  # where an instant is worst by its mean square, for draws at all starts take long
+        squares = np.diagonal(every, axis1=1, axis2=2).reshape(len(every), n.instants, -1).sum(axis=2)
+        worst = int(np.argmax(squares.max(axis=1)))
+    else:
+        worst = int(np.argmax([figure(n, one[None], np.ones(1)) for one in every]))
     return float(degc[worst]), figure(n, every[worst][None], np.ones(1))

@@ -82,15 +82,16 @@ def several() -> dict[str, Any]:
 
 
 def informed() -> dict[str, Any]:
-    """The same requirements at temperatures of their own, by information."""
+    """The same requirements at temperatures of their own, by information; by hand, so that none searches."""
     spec = several()
     where: list[Any] = ["range", {"distribution": {"-20 degC": 1, "30 degC": 3}}, "worst"]
     wanted = [r | {"temperature": t} for r, t in zip(spec["requirement"], where, strict=True)]
-    return spec | {
-        "name": "informed",
-        "requirement": wanted,
-        "plan": spec["plan"] | {"method": "information"},
+    fixed = {
+        "static": {"temperatures": ["-50 degC", "0 degC", "50 degC"], "repeats": 2},
+        "rates": {"temperatures": ["0 degC"], "repeats": 2},
     }
+    plan = spec["plan"] | {"method": "information", "fixed": fixed}
+    return spec | {"name": "informed", "requirement": wanted, "plan": plan}
 
 
 SPECS = {

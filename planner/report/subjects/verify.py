@@ -110,8 +110,8 @@ INDEPENDENT = (
     "nonlinear strapdown; the planner solves linear error equations, and the two may be a thousandth apart), "
     "the spread of one repeat (least squares on unit errors), allowances, repeats, schedule, hours, sums.",
     "Of a plan by information: a dense least-squares problem of the whole campaign, second moments of the "
-    "families' curves from draws of its own, and every chance followed into flight by itself; so each family's "
-    "figure, the parts of the errors and their shares, to 2 %. Foreseen is the same with the curves drawn.",
+    "families' curves from draws of its own, and every chance followed into flight by itself; so the figure "
+    "of each family, the parts of the errors and their shares, to 2 %. Foreseen is that with curves drawn.",
     "The flights' own: the draws, power-on by power-on and day by day; the errors of the benches' "
     "references; the measurement equation; the design matrix and the estimator, which knows the spec's "
     "variances; the corrected readings. Which part of the navigation error comes from what, and how far the "
