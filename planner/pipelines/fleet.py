@@ -172,10 +172,10 @@ def forecast(
 ) -> Forecasted:
     """A history → forecasts with intervals, and the date until which each unit keeps its requirements."""
     basis = basis_of(loaded, plan, progress)
-    return Forecasted(basis, _forecast_on(inputs, basis, options, progress))
+    return Forecasted(basis, forecast_on(inputs, basis, options, progress))
 
 
-def _forecast_on(
+def forecast_on(
     inputs: Sequence[str], basis: Basis, options: ForecastOptions, progress: Progress
 ) -> FleetForecast:
     history = history_of(inputs, basis, options, progress)
@@ -243,7 +243,7 @@ def recalibrate(
         growths = {"spec": growth_of(basis.region, basis.models, days, confidence)}
         start, notes = options.start, basis.notes
     else:
-        found = _forecast_on(inputs, basis, replace(options, until=options.until or f"{period:g}"), progress)
+        found = forecast_on(inputs, basis, replace(options, until=options.until or f"{period:g}"), progress)
         days = grid(found.until - found.history.last_day, found.history.last_day)
         growths = {
             unit: growth_of(
