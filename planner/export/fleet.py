@@ -12,7 +12,8 @@ import numpy as np
 from planner import __version__
 from planner.fleet.acceptance import ChannelAcceptance, UnitAcceptance, counts
 from planner.fleet.allowed_region import AllowedRegion
-from planner.fleet.drift import ChannelForecast, FleetForecast, UnitDate
+from planner.fleet.dates import FleetForecast, UnitDate
+from planner.fleet.drift import ChannelForecast
 from planner.fleet.judge import ErrorRates
 from planner.fleet.validation import MethodScore
 from planner.units import from_si

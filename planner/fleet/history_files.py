@@ -4,8 +4,8 @@
     u1,2026-01-05,gyro.bias,x,0.0021 deg/s,0.0004 deg/s,  u1,0,0.0021,0.0004
 
 `date` (ISO) or `day` (a number, counted from any day 0); every value carries its unit, in the cell or in the
-header; `uncertainty` (one sigma) and `event` (any word, e.g. repair: the history starts anew there) may be
-absent. Empty cells are missing values. `#` lines are comments.
+header; `uncertainty` (one sigma) and `event` may be absent. The events `repair` and `replacement` begin the
+history anew, after `recalibration` the level does; any other word is kept as a remark. Empty cells are missing values. `#` lines are comments.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import csv
 import difflib
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import date
 from pathlib import Path
 
@@ -22,7 +22,7 @@ import numpy as np
 
 from planner import catalog
 from planner.errors import Fault, InputError
-from planner.fleet.history import History, Series
+from planner.fleet.history import Event, History, Series
 from planner.protocols import SENSORS
 from planner.units import UnitError, check_unit, parse, to_si
 
@@ -41,7 +41,7 @@ class _Sheet:
     faults: list[Fault] = field(default_factory=list)
     points: dict[tuple[str, str, str], list[tuple[float, float, float]]] = field(default_factory=dict)
     display: dict[tuple[str, str, str], str] = field(default_factory=dict)
-    events: dict[str, set[float]] = field(default_factory=dict)
+    events: dict[str, dict[Event, None]] = field(default_factory=dict)
     seen: set[tuple[str, ...]] = field(default_factory=set)
     doubled: int = 0
     dated: bool = False
@@ -166,7 +166,7 @@ def _row(sheet: _Sheet, line: int, cells: Mapping[str, str]) -> None:
     if day is None:
         return
     if cells.get("event"):
-        sheet.events.setdefault(unit, set()).add(day)
+        sheet.events.setdefault(unit, {})[Event(day, cells["event"])] = None
     for error, term, value, uncertainty, shown in _values(sheet, line, cells):
         key = (unit, error, term)
         sheet.points.setdefault(key, []).append((day, value, uncertainty))
@@ -244,7 +244,7 @@ def _history(sheet: _Sheet, path: Path) -> History:
     series = []
     for (unit, error, term), points in sorted(sheet.points.items()):
         day, value, sigma = (np.array(column) for column in zip(*points, strict=True))
-        events = tuple(sorted(e - origin for e in sheet.events.get(unit, ())))
+        events = tuple(replace(e, day=e.day - origin) for e in sheet.events.get(unit, ()))
         shown = sheet.display[unit, error, term]
         series.append(Series(unit, error, term, shown, day - origin, value, sigma, events))
     start = date.fromordinal(int(first)) if sheet.dated else None

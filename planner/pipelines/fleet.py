@@ -21,12 +21,21 @@ from planner.fleet.calibration_documents import (
 )
 from planner.fleet.check_groups import by_temperature
 from planner.fleet.check_residual import MeasuredResidual, check_residuals
-from planner.fleet.drift import Correction, FleetForecast, forecast_channels, unit_dates
-from planner.fleet.history import History, cleaned
-from planner.fleet.history_sources import check_days, correction_of, gathered_history, horizon
+from planner.fleet.dates import FleetForecast, unit_dates
+from planner.fleet.drift import Correction, forecast_channels
+from planner.fleet.history import History, ordered
+from planner.fleet.history_sources import (
+    check_days,
+    correction_of,
+    gathered_history,
+    horizon,
+    today_of,
+)
 from planner.fleet.judge import ErrorRates
 from planner.fleet.plan_allowances import plan_allowances
+from planner.fleet.shocks import without_shocks
 from planner.fleet.store import StoreBench
+from planner.fleet.suspects import without_suspects
 from planner.fleet.visits import (
     ShortestVisit,
     StorePlan,
@@ -160,7 +169,8 @@ def history_of(inputs: Sequence[str], basis: Basis, options: ForecastOptions, pr
     progress("reading the history")
     raw = gathered_history(inputs, basis.models, basis.region, options.start, read_dwells)
     check_days(raw, options.today)
-    return cleaned(raw)
+    storage = {m.name: m.storage for m in basis.models}
+    return without_shocks(without_suspects(ordered(raw), storage), storage, progress)
 
 
 def forecast(
@@ -176,18 +186,27 @@ def forecast(
 
 
 def forecast_on(
-    inputs: Sequence[str], basis: Basis, options: ForecastOptions, progress: Progress
+    inputs: Sequence[str],
+    basis: Basis,
+    options: ForecastOptions,
+    progress: Progress,
+    *,
+    validated: bool = True,
 ) -> FleetForecast:
+    """A history against a region; validated: with rolling origins of every method."""
     history = history_of(inputs, basis, options, progress)
-    until = horizon(history, options.until)
+    today = today_of(history, options.today)
+    until = horizon(history, options.until, today)
     correction: Correction = correction_of(options.correction, history)
     models = {m.name: m for m in basis.models}
     channels, scored, used = forecast_channels(
-        history, models, until, options.confidence, options.method, correction, progress
+        history, models, until, options.confidence, options.method, correction, progress, validated=validated
     )
-    units = unit_dates(channels, basis.region, until, history.last_day, options.confidence, progress)
-    notes = tuple(dict.fromkeys((*basis.notes, *history.notes)))
-    return FleetForecast(history, channels, units, scored, used, options.confidence, until, correction, notes)
+    units = unit_dates(channels, basis.region, until, today, options.confidence, progress)
+    notes = tuple(dict.fromkeys((*history.suspects, *basis.notes, *history.notes)))
+    return FleetForecast(
+        history, channels, units, scored, used, options.confidence, until, correction, notes, today
+    )
 
 
 def options_of(

@@ -19,7 +19,8 @@ class Past:
     """A series to forecast. day, value, sigma: (n,) in order of days, sigma NaN where unknown; SI.
 
     kind: what it is (`gyro.bias`): series of one kind may teach each other; storage: what the spec says that 60
-    days do, NaN if it says nothing; fresh: days on which the level starts anew
+    days do, NaN if it says nothing; fresh: days on which the level starts anew; doubtful: the last of these may
+    be an outlier as well
     """
 
     kind: str
@@ -28,6 +29,7 @@ class Past:
     sigma: Array
     storage: float = np.nan
     fresh: tuple[float, ...] = ()
+    doubtful: bool = False
 
     def __len__(self) -> int:
         return len(self.day)

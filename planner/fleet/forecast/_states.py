@@ -41,6 +41,12 @@ class States:
     noise: Array
     jumps: tuple[float, float] = (0.0, 0.0)
 
+    def or_else(self, other: States) -> States:
+        """Either of two: every second state of each."""
+        half = len(self.level) // 2
+        pairs = ((getattr(self, n), getattr(other, n)) for n in ("level", "beta", "covariance", "walk", "noise"))
+        return States(self.last, *(np.concatenate([a[:half], b[half:]]) for a, b in pairs), self.jumps)
+
     def moved(self, ahead: Array) -> Array:
         """(h, 1+p) what level and β add to the value after so many days."""
         x = columns_at(self.last + ahead) - columns_at(np.array([self.last]))

@@ -8,6 +8,7 @@ mixture's variance and, for its tails, Student's t of the same kurtosis.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -44,9 +45,13 @@ def _of_kind(series: Sequence[Past], ahead: Sequence[Array]) -> list[Forecast | 
     if unit is None:
         why = "hierarchical needs a value more, or the spec's storage"
         return [why] * len(series)
-    fleet = fleet_of(series, unit)
-    states = states_of(series, fleet, learned(fleet), unit)
-    return [forecast_of(s, h) for s, h in zip(states, ahead, strict=True)]
+    doubted = [i for i, s in enumerate(series) if s.doubtful]
+    every = [*series, *(replace(series[i], doubtful=False) for i in doubted)]
+    fleet = fleet_of(every, unit)
+    states = states_of(every, fleet, learned(fleet), unit)
+    for i, other in zip(doubted, states[len(series) :], strict=True):
+        states[i] = states[i].or_else(other)
+    return [forecast_of(s, h) for s, h in zip(states[: len(series)], ahead, strict=True)]
 
 
 def unit_of(series: Sequence[Past]) -> float | None:
@@ -73,6 +78,8 @@ def fleet_of(series: Sequence[Past], unit: float) -> Fleet:
         day[u, :k] = s.day
         used[u, :k] = True
         fresh[u, :k] = np.isin(s.day, s.fresh)
+        if s.doubtful and k > 1:  # one way to see it; the other is the same series with its last value believed
+            used[u, k - 1] = fresh[u, k - 1] = False
         if stated:
             weight[u, :k] = (np.where(np.isfinite(s.sigma), s.sigma, usual) / unit) ** 2
         elif len(known[u]):

@@ -7,7 +7,8 @@ from datetime import timedelta
 
 from planner.fleet.allowed_region import AllowedRegion
 from planner.fleet.appointment import Appointment
-from planner.fleet.drift import ChannelForecast, FleetForecast, UnitDate
+from planner.fleet.dates import FleetForecast, UnitDate
+from planner.fleet.drift import ChannelForecast
 from planner.fleet.history import gathered
 from planner.fleet.validation import MethodScore
 from planner.report.blocks import Block, Items, Report, Table, Text, existing, facts, section, table
