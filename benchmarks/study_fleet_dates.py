@@ -127,7 +127,7 @@ def one_fleet(law: Law, weeks: int, seed: int, basis: Basis, method: str) -> Cel
 
 
 def _names(note: str, unit: str) -> bool:
-    return "jump" in note and unit in note
+    return "jumps on" in note and unit in note
 
 
 def _today(weeks: int):

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from datetime import date
 
 from planner.fleet.allowed_region import AllowedRegion
+from planner.fleet.growth import Growth
 from planner.fleet.store import StoreBench
-from planner.fleet.visits import Growth, ShortestVisit, StorePlan
+from planner.fleet.visits import ShortestVisit, StorePlan
 from planner.nouns.allowances import ErrorModel
 from planner.nouns.sensitivities import Constraint
 from planner.spec.load import LoadedSpec

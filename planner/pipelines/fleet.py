@@ -23,6 +23,7 @@ from planner.fleet.check_groups import by_temperature
 from planner.fleet.check_residual import MeasuredResidual, check_residuals
 from planner.fleet.dates import FleetForecast, unit_dates
 from planner.fleet.drift import Correction, forecast_channels
+from planner.fleet.growth import Growth, growth_of
 from planner.fleet.history import History, ordered
 from planner.fleet.history_sources import (
     check_days,
@@ -36,14 +37,7 @@ from planner.fleet.plan_allowances import plan_allowances
 from planner.fleet.shocks import without_shocks
 from planner.fleet.store import StoreBench
 from planner.fleet.suspects import without_suspects
-from planner.fleet.visits import (
-    ShortestVisit,
-    StorePlan,
-    StorePlanner,
-    grid,
-    growth_of,
-    renewable,
-)
+from planner.fleet.visits import ShortestVisit, StorePlan, StorePlanner, grid, renewable
 from planner.pipelines import planning
 from planner.plan.budget import common_rule
 from planner.plan.repeats_to_schedule import campaign
@@ -255,33 +249,46 @@ def recalibrate(
         )
     basis = basis_of(loaded, plan, progress)
     bench = StoreBench(asked, basis.models, basis.region)
-    period = asked.period / 86_400.0
-    confidence = options.confidence
-    if not inputs:
-        days = grid(_period(options.until, period))
-        growths = {"spec": growth_of(basis.region, basis.models, days, confidence)}
-        start, notes = options.start, basis.notes
-    else:
-        found = forecast_on(inputs, basis, replace(options, until=options.until or f"{period:g}"), progress)
-        days = grid(found.until - found.history.last_day, found.history.last_day)
-        growths = {
-            unit: growth_of(
-                basis.region, basis.models, days, confidence,
-                [c for c in found.channels if c.series.unit == unit],
-            )
-            for unit in found.history.units
-        }  # fmt: skip
-        start, notes = found.history.start, found.notes
+    growths, start, notes = _growths(inputs, basis, bench, asked.period / 86_400.0, options, progress)
     plans: list[StorePlan] = []
     shortest: list[ShortestVisit] = []
     for unit, growth in growths.items():
         progress(f"{unit}: the schedule that costs least hours")
-        planner = StorePlanner(unit, basis.region, growth, bench, confidence)
+        planner = StorePlanner(unit, basis.region, growth, bench, options.confidence)
         plans.append(planner.schedule())
         shortest += planner.ladder()
     growth = next(iter(growths.values()))
-    can = renewable(basis.region, bench, growth, confidence)
+    can = renewable(basis.region, bench, growth, options.confidence)
     return Recalibrated(basis, bench, growth, tuple(plans), tuple(shortest), can, start, notes)
+
+
+def _growths(
+    inputs: Sequence[str],
+    basis: Basis,
+    bench: StoreBench,
+    period: float,
+    options: ForecastOptions,
+    progress: Progress,
+) -> tuple[Mapping[str, Growth], date | None, tuple[str, ...]]:
+    """How every unit grows from today on (`spec` when there is no history), the date of day 0, notes."""
+    confidence = options.confidence
+    if not inputs:
+        days = grid(_period(options.until, period))
+        growths = {"spec": growth_of(basis.region, basis.models, days, confidence)}
+        return growths, options.start or options.today, basis.notes
+    asked = replace(options, until=options.until or f"{period:g}")
+    found = forecast_on(inputs, basis, asked, progress, validated=False)
+    days = grid(found.until - found.today, found.today)
+    adds = any(c.rule == "worst_case" for c in basis.region.constraints)
+    once = bench.renewal(1, 1).sigma
+    growths = {
+        unit: growth_of(
+            basis.region, basis.models, days, confidence,
+            [c for c in found.channels if c.series.unit == unit], once, adds,
+        )
+        for unit in found.history.units
+    }  # fmt: skip
+    return growths, found.history.start, found.notes
 
 
 def _period(until: str | None, usual: float) -> float:
