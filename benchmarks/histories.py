@@ -1,8 +1,10 @@
-"""Histories in store that know nothing of `planner.fleet`: plain NumPy, day by day, and who knows the process.
+"""Histories in store that know nothing of `planner.fleet`: plain NumPy, day by day, and who knows the
+process.
 
-Each law moves a channel's true residual from day to day; sizes are in units of the spec's storage, so that 1 is
-what the spec expects of 60 days. Months before the history are lived through, too, so that slopes and seasons are
-under way when it begins, and the residual starts at zero on its first day (the unit has just been calibrated).
+Each law moves a channel's true residual from day to day; sizes are in units of the spec's storage, so that 1
+is what the spec expects of 60 days. Months before the history are lived through, too, so that slopes and
+seasons are under way when it begins, and the residual starts at zero on its first day (the unit has just
+been calibrated).
 
     python benchmarks/study_fleet_dates.py      # uses them
 """
@@ -26,8 +28,9 @@ class Law:
     """How channels move, in storage units: walk, slope and season are of 60 days (season: its amplitude).
 
     common: share of the slope that all units of the type have alike; fade: days over which ageing dies away
-    (0: never); pull: days over which the residual is drawn back (0: a pure walk); tail: degrees of freedom of the
-    walk's steps (0: normal); apart: spread of ln(size) from unit to unit; jumps: unmarked steps a year and channel
+    (0: never); pull: days over which the residual is drawn back (0: a pure walk); tail: degrees of freedom
+    of the walk's steps (0: normal); apart: spread of ln(size) from unit to unit; jumps: unmarked steps a
+    year and channel
     """
 
     walk: float = 0.0
@@ -87,7 +90,9 @@ def lived(law: Law, units: int, channels: int, weeks: int, rng: np.random.Genera
     wave = law.season * rng.normal(size=(*size.shape, 2))
     drift = _smooth(law, size, rate, wave, np.arange(days))
     steps = _steps(law, (*size.shape, days - 1), rng)
-    value = drift + size[..., None] * np.concatenate([np.zeros((*size.shape, 1)), _summed(law, steps)], axis=2)
+    value = drift + size[..., None] * np.concatenate(
+        [np.zeros((*size.shape, 1)), _summed(law, steps)], axis=2
+    )
     step, repaired = np.full(units, -1), np.full(units, -1)
     if law.mess and weeks >= 6:
         for u in range(units):
@@ -159,7 +164,8 @@ def passed(fleet: Lived, weeks: int, load: Callable[[Array], Array]) -> Array:
 
 @dataclass
 class Sheet:
-    """The history as somebody would keep it. rows: of the CSV; seen: (unit, channel) -> days that have a value."""
+    """The history as somebody would keep it. rows: of the CSV; seen: (unit, channel) -> days that have a
+    value."""
 
     rows: list[str] = field(default_factory=list)
 

@@ -1,9 +1,10 @@
-"""Do dates in store neither waste nor endanger? Fleets of laws that planner.fleet does not know (histories.py).
+"""Do dates in store neither waste nor endanger? Fleets of laws that planner.fleet does not know
+(histories.py).
 
-Of every law and length of history, over several fleets of 30 units: the share of units that pass the limit before
-their date (exact binomial interval), the median date beside the median of one who knows the law and the present
-truth (5 % first passage, capped at a year), how many later values lie within the 95 % band of the forecast, and how
-many unmarked steps were found, truly and falsely.
+Of every law and length of history, over several fleets of 30 units: the share of units that pass the limit
+before their date (exact binomial interval), the median date beside the median of one who knows the law and
+the present truth (5 % first passage, capped at a year), how many later values lie within the 95 % band of
+the forecast, and how many unmarked steps were found, truly and falsely.
 
     python benchmarks/study_fleet_dates.py                       # the laws on which it is judged
     python benchmarks/study_fleet_dates.py --tuned --fleets 2 --weeks 8,30 [law …]
@@ -63,8 +64,9 @@ class Cell:
         low, high = binomial_interval(self.late, self.units)
         date, best = np.median(self.dates), np.median(self.possible)
         return (
-            f"late {self.late:3d}/{self.units:4d} ({100 * low:4.1f} … {100 * high:4.1f} %)  days {date:4.0f} of "
-            f"{best:4.0f} = {date / max(best, 1e-9):4.2f}  inside {100 * self.inside / max(self.values, 1):5.1f} %  steps "
+            f"late {self.late:3d}/{self.units:4d} ({100 * low:4.1f} … {100 * high:4.1f} %)  days {date:4.0f} "
+            f"of {best:4.0f} = {date / max(best, 1e-9):4.2f}  inside "
+            f"{100 * self.inside / max(self.values, 1):5.1f} %  steps "
             f"{self.true}/{self.steps}, false {self.false}/{self.units - self.steps}  {self.seconds:5.1f} s"
         )
 
@@ -88,7 +90,12 @@ def one_fleet(law: Law, weeks: int, seed: int, basis: Basis, method: str) -> Cel
 
     fleet = lived(law, UNITS, len(places), weeks, rng)
     names = [
-        (region.terms[i].error, region.terms[i].term, region.terms[i].unit, s / unit_factor(region.terms[i].unit)[0])
+        (
+            region.terms[i].error,
+            region.terms[i].term,
+            region.terms[i].unit,
+            s / unit_factor(region.terms[i].unit)[0],
+        )
         for i, s in zip(places, one, strict=True)
     ]
     cell = Cell(units=UNITS)
@@ -96,12 +103,16 @@ def one_fleet(law: Law, weeks: int, seed: int, basis: Basis, method: str) -> Cel
         path = Path(folder) / "history.csv"
         path.write_text(sheet(fleet, weeks, names, rng, stated=bool(seed % 2)))
         started = time.perf_counter()
-        found = forecast_on([str(path)], basis, ForecastOptions(method=method, today=_today(weeks)), quiet, validated=False)
+        found = forecast_on(
+            [str(path)], basis, ForecastOptions(method=method, today=_today(weeks)), quiet, validated=False
+        )
         cell.seconds = time.perf_counter() - started
     last = 7.0 * (weeks - 1)
     over = passed(fleet, weeks, load)
     for u, unit in enumerate(found.units):
-        date = {"date": (unit.day or 0.0) - last, "kept": float(YEAR), "passed": 0.0}.get(unit.outcome, np.nan)
+        date = {"date": (unit.day or 0.0) - last, "kept": float(YEAR), "passed": 0.0}.get(
+            unit.outcome, np.nan
+        )
         cell.late += bool(over[u] < min(date, YEAR))
         cell.dates.append(0.0 if np.isnan(date) else date)
     cell.possible = possible(fleet, weeks, load, 400, seed + 1).tolist()
@@ -158,7 +169,11 @@ def main() -> None:
         for w in weeks:
             cell = Cell()
             for fleet in range(asked.fleets):
-                cell.add(one_fleet(laws[name], w, (1000 if asked.tuned else 5000) + 10 * w + fleet, basis, asked.method))
+                cell.add(
+                    one_fleet(
+                        laws[name], w, (1000 if asked.tuned else 5000) + 10 * w + fleet, basis, asked.method
+                    )
+                )
             print(f"{name:18s}{w:3d} weeks  {cell.line()}", flush=True)
             total.add(cell)
             by_length[w].add(cell)

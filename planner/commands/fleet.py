@@ -61,7 +61,9 @@ Today = Annotated[str | None, typer.Option(metavar="DATE", help="What counts as 
 Start = Annotated[
     str | None, typer.Option(metavar="DATE", help="Date of day 0, for histories that count days.")
 ]
-Until = Annotated[str | None, typer.Option(metavar="DATE|DAYS", help="How far to look [365 days].")]
+Until = Annotated[
+    str | None, typer.Option(metavar="DATE|DAYS", help="How far to look, from today [365 days].")
+]
 Carried = Annotated[
     str | None,
     typer.Option(metavar="DATE|DAYS", help="How long the store must carry [recalibration.period]."),
@@ -72,7 +74,8 @@ MethodName = Annotated[
     str,
     typer.Option(
         metavar="NAME",
-        help="auto (best on rolling origins), naive, local_trend, structural, gaussian_process or neural.",
+        help="auto (hierarchical: one model of the type), naive, local_trend, structural, gaussian_process "
+        "or neural.",
     ),
 ]
 CorrectedBy = Annotated[
@@ -148,8 +151,9 @@ def forecast(
     """Forecast drift in store: bias, drift, scale factor per channel, and the date of the next calibration.
 
     HISTORY is a CSV with one value a line: `unit, date (or day), error, term, value, uncertainty, event`,
-    e.g. `u1,2026-03-01,gyro.bias,x,0.0021 deg/s,0.0004 deg/s,`; uncertainty (one sigma) and event
-    (`repair`: the history starts anew there) may be absent. Or one column a coefficient:
+    e.g. `u1,2026-03-01,gyro.bias,x,0.0021 deg/s,0.0004 deg/s,`; uncertainty (one sigma), event
+    (`repair`, `replacement`, `recalibration`: the history starts anew there; other words are remarks) may be
+    absent. Or one column a coefficient:
     `unit,date,gyro.bias x [deg/s]`. Or calibrations, `calibration.json@2026-03-01`, or dwell tables with a
     column day.
 
@@ -222,7 +226,9 @@ def recalibrate(
     inputs = [*(history or ()), *(calibration or ())]
     with progress_line() as say:
         found = pipeline.recalibrate(loaded, planned, inputs, options, say)
-    document = recalibration_document(found.plans, found.shortest, found.start, _source(loaded), found.notes)
+    document = recalibration_document(
+        found.plans, found.shortest, found.start, _source(loaded), found.notes, found.sessions
+    )
     report = recalibration_report(found, loaded.spec.name)
     files = {} if out is None else _recalibration_files(found, document, report, out)
     deliver(files, found.notes, document, report, as_json)

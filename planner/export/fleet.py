@@ -94,11 +94,14 @@ def forecast_document(fleet: FleetForecast, region: AllowedRegion, spec: Mapping
         "confidence": fleet.confidence,
         "until_day": _number(fleet.until),
         "until": fleet.history.label(fleet.until),
+        "today_day": _number(fleet.today),
+        "today": fleet.history.label(fleet.today),
         "corrected_by": fleet.correction,
         "methods": dict(fleet.methods),
         "validation": [_score(s, fleet) for s in fleet.scores],
-        "units": [_date(u, fleet, region) for u in fleet.units],
+        "units": [_date(u, fleet, region) for u in fleet.by_urgency],
         "channels": [_forecast(c, fleet) for c in fleet.channels],
+        "suspects": list(fleet.history.suspects),
         "notes": list(fleet.notes),
     }
 
@@ -127,6 +130,7 @@ def _date(u: UnitDate, fleet: FleetForecast, region: AllowedRegion) -> dict[str,
     return {
         "unit": u.unit,
         "outcome": u.outcome,
+        "overdue": u.due_now,
         "day": None if u.day is None else _number(u.day),
         "date": None if u.day is None else fleet.history.label(u.day),
         "binds": {"requirement": c.requirement, "error": c.error, "rule": c.rule} if known else None,

@@ -6,9 +6,10 @@ residual of the plan),
     date = the last day t with  P( T_c(m(s)) <= L_c for every c and every s <= t ) >= confidence
 
 counted from the unit's last value, so the unit is late, past its limit before that date, with at most
-1 − confidence. The probability is counted over simulated paths: of the states that the model of the type leaves
-open (`forecast._states`), of other methods m(t) = mean(t) + w Σ ΔV^½ z, with V = scale² of the forecast and w the
-heavy tail of Student's t; independent increments cross a limit earlier than any smoother path of the same spread.
+1 − confidence. The probability is counted over simulated paths: of the states that the model of the type
+leaves open (`forecast._states`), of other methods m(t) = mean(t) + w Σ ΔV^½ z, with V = scale² of the
+forecast and w the heavy tail of Student's t; independent increments cross a limit earlier than any smoother
+path of the same spread.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ class UnitDate:
 
     outcome: `date`, `kept` (until the end of the horizon), `overdue` (its date lies before today), `passed`
     (at its last value already), `unknown`
-    day: of the history's count; days: (h,) from its last value on; middle, upper: (h,) load, median and at the
-    confidence; constraint: what is passed first; terms: which terms take most of it then, largest first
+    day: of the history's count; days: (h,) from its last value on; middle, upper: (h,) load, median and at
+    the confidence; constraint: what is passed first; terms: which terms take most of it then, largest first
     """
 
     unit: str
@@ -66,7 +67,8 @@ class UnitDate:
 
 @dataclass(frozen=True)
 class FleetForecast:
-    """All channels and units; scores: of the rolling origins; until: last day of the horizon; today: a day, too"""
+    """All channels and units; scores: of the rolling origins; until: last day of the horizon; today: a day,
+    too"""
 
     history: History
     channels: tuple[ChannelForecast, ...]
@@ -200,9 +202,7 @@ def _load(region: AllowedRegion, i: int, paths: Array, places: Array, reserve: R
     return region.value(c, residual, reserve) / c.limit
 
 
-def _notes(
-    region: AllowedRegion, felt: Sequence[tuple[int | None, ChannelForecast]]
-) -> tuple[str, ...]:
+def _notes(region: AllowedRegion, felt: Sequence[tuple[int | None, ChannelForecast]]) -> tuple[str, ...]:
     notes, seen = [], {place for place, _ in felt}
     rest = [t.error for i, t in enumerate(region.terms) if i not in seen]
     if rest:

@@ -1,7 +1,8 @@
 """History → forecasts of every channel.
 
-The residual of a term is m(t) = y(t) − c, c being what corrects it (`Correction`). `auto` takes the model of the
-whole type of unit (`forecast.hierarchical`); rolling origins show beside it how every method would have done.
+The residual of a term is m(t) = y(t) − c, c being what corrects it (`Correction`). `auto` takes the model of
+the whole type of unit (`forecast.hierarchical`); rolling origins show beside it how every method would have
+done.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ Correction = Literal["none", "first", "last"]
 GRID = 120
 AUTO = "auto"
 STORAGE = "storage of the spec"
+
 
 @dataclass(frozen=True)
 class ChannelForecast:

@@ -1,7 +1,7 @@
 """How terms grow between visits: by the spec's storage, or as a unit's own forecast knows better.
 
-Without a history a term walks, storage·√((t − s)/60 d). With one it is at first the forecast's |μ(t)| + z √V(t);
-a visit on day s measures the residual anew and corrects it, so from then on
+Without a history a term walks, storage·√((t − s)/60 d). With one it is at first the forecast's |μ(t)| + z
+√V(t); a visit on day s measures the residual anew and corrects it, so from then on
 
     g(s, t) = |E[m(t) − m(s)]| + z √(q (t − s) + Δx' Cov(β | history, visit) Δx)
 
@@ -48,8 +48,8 @@ def growth_of(
 ) -> Growth:
     """What the spec says of storage, and what a unit's forecasts know better.
 
-    measured: (t,) one sigma of what a visit measures of every term, infinite where it sees nothing; adds: whether
-    sizes add (else their squares do)
+    measured: (t,) one sigma of what a visit measures of every term, infinite where it sees nothing; adds:
+    whether sizes add (else their squares do)
     """
     storage = {m.name: m.storage for m in models}
     start = region.parts[:, PARTS.index("estimate")].copy()
@@ -74,7 +74,7 @@ def _added(size: Array, adds: bool) -> Array:
     """(W,) what must be added to the first size to have each."""
     if adds:
         return np.asarray(size - size[0])
-    return np.sqrt(np.maximum(size**2 - size[0] ** 2, 0.0))
+    return np.asarray(np.sqrt(np.maximum(size**2 - size[0] ** 2, 0.0)))
 
 
 def _after_visits(f: Forecast, last: float, days: Array, z: Array, sigma: float) -> Array:

@@ -1,9 +1,9 @@
 """The nouns of a history in store: series of measured errors over days, and what is wrong with them.
 
 A series is one coefficient of one channel of one unit, SI. What is cleaned is always said: doubled days are
-averaged, what lies before a declared repair or replacement does not tell what follows it, after a recalibration
-the level starts anew. Steps and outliers that nobody declared are found with the model of drift (`shocks`),
-values that cannot be right before it (`suspects`).
+averaged, what lies before a declared repair or replacement does not tell what follows it, after a
+recalibration the level starts anew. Steps and outliers that nobody declared are found with the model of
+drift (`shocks`), values that cannot be right before it (`suspects`).
 """
 
 from __future__ import annotations

@@ -5,7 +5,8 @@
 
 `date` (ISO) or `day` (a number, counted from any day 0); every value carries its unit, in the cell or in the
 header; `uncertainty` (one sigma) and `event` may be absent. The events `repair` and `replacement` begin the
-history anew, after `recalibration` the level does; any other word is kept as a remark. Empty cells are missing values. `#` lines are comments.
+history anew, after `recalibration` the level does; any other word is kept as a remark. Empty cells are
+missing values. `#` lines are comments.
 """
 
 from __future__ import annotations

@@ -151,7 +151,9 @@ def _joined(histories: Sequence[History]) -> History:
     for h in histories:
         shift = float((h.start - first).days) if first is not None and h.start is not None else 0.0
         for s in h.series:
-            moved = replace(s, day=s.day + shift, events=tuple(replace(e, day=e.day + shift) for e in s.events))
+            moved = replace(
+                s, day=s.day + shift, events=tuple(replace(e, day=e.day + shift) for e in s.events)
+            )
             series.setdefault((s.unit, s.error, s.term), []).append(moved)
     merged = tuple(_merged(parts) for parts in series.values())
     notes = tuple(n for h in histories for n in h.notes)

@@ -6,8 +6,8 @@ out, a shock of shape d (one value, or all from one on) is tested by
     z² = (d'P y)² / d'P d
 
 (de Jong, Penzer, J. Am. Stat. Assoc. 93, 1998, 796), all days at once from one inverse. The threshold is
-Bonferroni's over a unit's channels and days. One that is found is taken out (an outlier) or lets the level start
-anew (a step), the sizes are learned again, and what it hid is looked for.
+Bonferroni's over a unit's channels and days. One that is found is taken out (an outlier) or lets the level
+start anew (a step), the sizes are learned again, and what it hid is looked for.
 """
 
 from __future__ import annotations
@@ -101,7 +101,9 @@ def _cleared(series: Sequence[Series], storage: float, level: float) -> list[tup
         sizes = _sizes(known)
         stated = fleet_of(now, unit).stated
         again = [_searched(s, unit, sizes, stated, level) for s in series]
-        same = [[(x.kind, x.day) for x in a[1]] for a in again] == [[(x.kind, x.day) for x in f[1]] for f in found]
+        same = [[(x.kind, x.day) for x in a[1]] for a in again] == [
+            [(x.kind, x.day) for x in f[1]] for f in found
+        ]
         found = again
         if same and turn:
             break
@@ -190,7 +192,9 @@ def _covariance(one: Series, unit: float, sizes: _Sizes, stated: bool) -> Array:
     t = one.day - one.day[0]
     X = columns_at(one.day)
     X = X - X[0]
-    known = one.sigma / unit if stated else np.where(np.isnan(one.sigma), 1.0, np.sqrt(past_of(one, 1.0).weights))
+    known = (
+        one.sigma / unit if stated else np.where(np.isnan(one.sigma), 1.0, np.sqrt(past_of(one, 1.0).weights))
+    )
     noise = (sizes.noise * np.where(np.isfinite(known), known, np.nanmedian(known))) ** 2
     S = sizes.walk**2 / 60.0 * np.minimum.outer(t, t) + np.diag(noise) + _DIFFUSE
     S += X @ np.diag([sizes.age**2, sizes.season**2, sizes.season**2]) @ X.T
@@ -211,11 +215,11 @@ def _notes(history: History, shocks: Mapping[tuple[str, str, str], Sequence[Shoc
     words = {
         "step": "jumps on {day}, as after a repair: its level starts anew ({who})",
         "outlier": "the value on {day} lies alone and was set aside ({who})",
-        "last": "the last value, of {day}, lies apart: an outlier or a jump, the next will tell; both count ({who})",
+        "last": "the last value, of {day}, lies apart, an outlier or a jump: both count for now ({who})",
     }
-    found = []
+    notes = []
     for unit in sorted(by_unit):
         each = sorted(by_unit[unit].items(), key=lambda item: item[0][1])
         said = [words[w].format(day=history.label(d), who=", ".join(who)) for (w, d), who in each]
-        found.append(f"{unit}: {'; '.join(said)}")
-    return found
+        notes.append(f"{unit}: {'; '.join(said)}")
+    return notes

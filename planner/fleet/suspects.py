@@ -1,12 +1,12 @@
 """Values that cannot be right: readings that stand still, and slips of a unit or of the decimal point.
 
-Looked for before anything is learned from them, by what the spec's storage says of the size of a drift. What is
-suspected is set aside and said first: the remedy is at somebody's desk, not on a bench.
+Looked for before anything is learned from them, by what the spec's storage says of the size of a drift. What
+is suspected is set aside and said first: the remedy is at somebody's desk, not on a bench.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,17 +33,18 @@ class _Found:
 
 
 def without_suspects(history: History, storage: Mapping[str, float]) -> History:
-    """The history without values that cannot be right, each unit's said in `suspects`; storage: SI, by error."""
+    """The history without values that cannot be right, each unit's said in `suspects`; storage: SI, by
+    error."""
     series, by_unit = [], dict[str, list[str]]()
     for one in history.series:
-        for look in (lambda s: _slip(s, history, storage.get(s.error, 0.0)), lambda s: _still(s, history)):
-            found = look(one)
-            if found.said:
-                by_unit.setdefault(one.unit, []).append(f"{one.error} {one.term} {found.said}")
-                one = one.only(found.keep)
-        series.append(one)
-    said = [f"{unit}: {'; '.join(texts)}" for unit, texts in sorted(by_unit.items())]
-    return replace(history, series=tuple(series), suspects=(*history.suspects, *said))
+        slip = _slip(one, history, storage.get(one.error, 0.0))
+        still = _still(one.only(slip.keep), history)
+        said = [f"{one.error} {one.term} {found.said}" for found in (slip, still) if found.said]
+        if said:
+            by_unit.setdefault(one.unit, []).extend(said)
+        series.append(one.only(slip.keep).only(still.keep))
+    suspects = [f"{unit}: {'; '.join(texts)}" for unit, texts in sorted(by_unit.items())]
+    return replace(history, series=tuple(series), suspects=(*history.suspects, *suspects))
 
 
 def _slip(one: Series, history: History, storage: float) -> _Found:
@@ -57,9 +58,9 @@ def _slip(one: Series, history: History, storage: float) -> _Found:
         others = float(np.median(np.abs(np.delete(one.value, i))))
         ratio = abs(float(one.value[i])) / others if others > 0 else np.inf
         said.append(
-            f"is {_shown(one, i)} on {history.label(one.day[i])} after {_shown(one, i - 1 if i else 1)}: a slip of "
-            f"the unit or of the decimal point is suspected{_ratio_words(ratio)}; it was set aside. Correct it, or "
-            "write `repair` beside it"
+            f"is {_shown(one, i)} on {history.label(one.day[i])} after {_shown(one, i - 1 if i else 1)}: a "
+            f"slip of the unit or decimal point is suspected{_ratio_words(ratio)}; it was set aside. "
+            "Correct it, or write `repair` beside it"
         )
     return _Found(keep, "; ".join(said[:2])) if 0 < len(said) < len(one) / 2 + 0.5 else _Found(keep | True)
 
@@ -116,14 +117,14 @@ def _still(one: Series, history: History) -> _Found:
     keep[first + 1 : first + length] = False
     return _Found(
         keep,
-        f"is {_shown(one, first)} {length} times in a row from {history.label(one.day[first])} on, though its stated "
-        "uncertainty is not zero: a reading that is stuck, or copied; the first one was used",
+        f"is {_shown(one, first)} {length} times in a row from {history.label(one.day[first])} on, though "
+        "its stated uncertainty is not zero: a reading that is stuck, or copied; the first one was used",
     )
 
 
 def _longest_run(value: Array) -> tuple[int, int]:
     """First place and length of the longest run of equal values."""
     edges = np.flatnonzero(np.concatenate([[True], np.diff(value) != 0, [True]]))
-    lengths: Sequence[int] = np.diff(edges)
+    lengths = np.diff(edges)
     k = int(np.argmax(lengths))
     return int(edges[k]), int(lengths[k])

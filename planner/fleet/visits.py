@@ -18,7 +18,7 @@ from __future__ import annotations
 import heapq
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,6 +68,11 @@ class StorePlan:
     binding: tuple[tuple[str, float, bool], ...]
     constraint: int
     proved: bool = True
+
+    @property
+    def overdue(self) -> bool:
+        """Whether it is past its limit today already."""
+        return bool(self.without[0] > 1.0 + _SAME)
 
 
 @dataclass(frozen=True)
@@ -159,8 +164,11 @@ class StorePlanner:
         over = np.flatnonzero(self.loads(state)[place:] > 1.0 + _SAME)
         return len(self.growth.days) - 1 if len(over) == 0 else place + int(over[0]) - 1
 
-    def each(self, state: _State, place: int, left: Array) -> tuple[Array, Array, NDArray[np.int64]]:
-        """After each of C visits that leave sizes (C, t): sizes and rows of renewal (C, t), last day within (C,)."""
+    def each(
+        self, state: _State, place: int, left: Array
+    ) -> tuple[Array, NDArray[np.int64], NDArray[np.int64]]:
+        """After each of C visits that leave sizes (C, t): sizes and rows of renewal (C, t), last day within
+        (C,)."""
         terms = np.arange(len(state.size))
         going = self.growth.between[terms, state.since, place:]  # (t, w)
         anew = self.growth.between[:, place + 1, place:]
@@ -307,6 +315,39 @@ class StorePlanner:
     def _names(self, before: _State, after: _State) -> tuple[str, ...]:
         changed = (after.since != before.since) | (after.size != before.size)
         return tuple(t.name for t, new in zip(self.region.terms, changed, strict=True) if new)
+
+    def following(
+        self, done: Sequence[tuple[float, Visit]], later: Sequence[Visit], until: float
+    ) -> list[tuple[float, Visit]] | None:
+        """Days for later visits, each as late as it can be; None if they do not keep the limits until
+        then."""
+        state, place, end = self.first, 0, self.place_of(until)
+        for i, (day, visit) in enumerate(done):
+            place = self.place_of(day)
+            since = self.place_of(done[i - 1][0]) if i else 0
+            if place > 0 and self.last_within(state, since) < place:
+                return None
+            state = self.renewed(state, place, visit)
+        found = []
+        for visit in later:
+            then = min(self.last_within(state, place), end)
+            if then <= place:
+                return None
+            found.append((float(self.growth.days[then]), visit))
+            state, place = self.renewed(state, then, visit), then
+        return found if self.last_within(state, place) >= end else None
+
+    def place_of(self, day: float) -> int:
+        """The last day of the grid up to a day."""
+        return max(int(np.searchsorted(self.growth.days, day + 1e-6, side="right")) - 1, 0)
+
+    def replayed(self, plan: StorePlan, visits: Sequence[tuple[float, Visit]]) -> StorePlan:
+        """A plan with its visits on other days: days as given, loads as on the day of the grid before
+        each."""
+        way = tuple((self.place_of(day), visit) for day, visit in visits)
+        made = self._plan(_Reached(self.place_of(plan.kept_until), way, plan.time_s), proved=plan.proved)
+        dated = [replace(v, day=day) for v, (day, _) in zip(made.visits, visits, strict=True)]
+        return replace(made, visits=tuple(dated))
 
     def _plan(self, reached: _Reached, *, proved: bool) -> StorePlan:
         state, planned = self.first, []

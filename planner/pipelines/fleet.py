@@ -34,6 +34,7 @@ from planner.fleet.history_sources import (
 )
 from planner.fleet.judge import ErrorRates
 from planner.fleet.plan_allowances import plan_allowances
+from planner.fleet.sessions import Session, WorkingDays, on_one_calendar
 from planner.fleet.shocks import without_shocks
 from planner.fleet.store import StoreBench
 from planner.fleet.suspects import without_suspects
@@ -42,7 +43,10 @@ from planner.pipelines import planning
 from planner.plan.budget import common_rule
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.task import allowances as allowances_of
+from planner.quantities import DAY_S
+from planner.spec.attendance import windows_of
 from planner.spec.load import LoadedSpec
+from planner.spec.recalibration import Recalibration
 
 Progress = Callable[[str], None]
 
@@ -250,16 +254,32 @@ def recalibrate(
     basis = basis_of(loaded, plan, progress)
     bench = StoreBench(asked, basis.models, basis.region)
     growths, start, notes = _growths(inputs, basis, bench, asked.period / 86_400.0, options, progress)
+    planners = [StorePlanner(u, basis.region, g, bench, options.confidence) for u, g in growths.items()]
     plans: list[StorePlan] = []
     shortest: list[ShortestVisit] = []
-    for unit, growth in growths.items():
-        progress(f"{unit}: the schedule that costs least hours")
-        planner = StorePlanner(unit, basis.region, growth, bench, options.confidence)
+    for planner in planners:
+        progress(f"{planner.unit}: the schedule that costs least hours")
         plans.append(planner.schedule())
         shortest += planner.ladder()
-    growth = next(iter(growths.values()))
+    sessions: tuple[Session, ...] = ()
+    made = tuple(plans)
+    if inputs:
+        progress("one calendar for all units")
+        made, sessions = on_one_calendar(planners, plans, asked, _working_days(loaded, asked, start))
+    growth = planners[0].growth
     can = renewable(basis.region, bench, growth, options.confidence)
-    return Recalibrated(basis, bench, growth, tuple(plans), tuple(shortest), can, start, notes)
+    today = float(growth.days[0])
+    return Recalibrated(basis, bench, growth, made, tuple(shortest), can, start, notes, today, sessions)
+
+
+def _working_days(loaded: LoadedSpec, asked: Recalibration, start: date | None) -> WorkingDays:
+    """Days of the spec's shifts, all days without shifts; never more hours than a shift has."""
+    shifts = loaded.spec.plan.shifts
+    if not shifts:
+        return WorkingDays(start, frozenset(range(7)), asked.working_day)
+    windows = [window for shift in shifts for window in windows_of(shift)]
+    days = frozenset(int(opens // DAY_S) % 7 for opens, _ in windows)
+    return WorkingDays(start, days, min(asked.working_day, max(b - a for a, b in windows)))
 
 
 def _growths(

@@ -2,8 +2,9 @@
 
     y_i = α_i + x_i·β + n_i,   α_i = α_{i−1} + w_i,   var w_i = λ Δt_i,   var n_i = v_i,   α_0 diffuse
 
-Filtering y and every column of X by the same scalar filter gives innovations e (of y) and E (of X) with variances
-F, and with them everything that β and the marginal likelihood need (de Jong, Annals of Statistics 19, 1991, 1073):
+Filtering y and every column of X by the same scalar filter gives innovations e (of y) and E (of X) with
+variances F, and with them everything that β and the marginal likelihood need (de Jong, Annals of Statistics
+19, 1991, 1073):
 
     −2 log p(y | β) = Σ log F_i + Σ (e_i − E_i β)² / F_i
 """

@@ -1,13 +1,14 @@
-"""How a type of unit drifts in store: sizes of walk, ageing, season and noise, learned from all series together.
+"""How a type of unit drifts in store: sizes of walk, ageing, season and noise, learned from all series
+together.
 
     y_i = α_i + r t_i/60 d + a sin + b cos + n_i,   α a random walk of q in 60 days,
     r ~ N(0, s²),   a, b ~ N(0, c²),   n_i ~ N(0, v² w_i)
 
-all in units of the spec's storage, which is the prior: ln q, ln s, ln c, ln v are normal about it, so what the
-spec says counts where the data are silent and fades as they speak. Units of one type are alike, not the same:
-ln q and ln v of a series are normal about the type's with a spread that is learned, too. Everything is summed on
-a grid (coarse, then fine where the posterior is); the likelihood of a series is a closed form of what the filter
-left (`solvers.local_level`), with α_0 unknown:
+all in units of the spec's storage, which is the prior: ln q, ln s, ln c, ln v are normal about it, so what
+the spec says counts where the data are silent and fades as they speak. Units of one type are alike, not the
+same: ln q and ln v of a series are normal about the type's with a spread that is learned, too. Everything is
+summed on a grid (coarse, then fine where the posterior is); the likelihood of a series is a closed form of
+what the filter left (`solvers.local_level`), with α_0 unknown:
 
     −2 log p = Σ log F + e² − m'M⁻¹m + log |M| − log |Λ|,    M = E'E + Λ,  m = E'e,  Λ = diag(s, c, c)⁻²
 """
@@ -39,9 +40,11 @@ ATOMS = 64
 
 @dataclass(frozen=True)
 class Fleet:
-    """Series of one kind in units of the storage, padded. day, value, weight: (U, n); used, fresh: (U, n) flags
+    """Series of one kind in units of the storage, padded. day, value, weight: (U, n); used, fresh: (U, n)
+    flags
 
-    stated: whether the noise is a factor on stated uncertainties (weight their squares), else a size of its own
+    stated: whether the noise is a factor on stated uncertainties (weight their squares), else a size of its
+    own
     """
 
     day: Array
@@ -55,11 +58,6 @@ class Fleet:
     def columns(self) -> Array:
         """(U, n, 1+p) the values and what goes on steadily."""
         return np.concatenate([self.value[..., None], columns_at(self.day)], axis=2)
-
-    def rows(self, which: slice) -> Fleet:
-        """Some of the series."""
-        parts = (self.day, self.value, self.weight, self.used, self.fresh)
-        return Fleet(*(p[which] for p in parts), self.stated)  # type: ignore[arg-type]  # one tuple of five arrays
 
     @property
     def middle(self) -> Array:
@@ -164,7 +162,12 @@ def _on_grid(fleet: Fleet, grid: Grid) -> Learned:
     walk = np.repeat(q**2 / 60.0, len(v))
     noise = np.tile(v**2, len(q))
     left = filtered(
-        fleet.day, fleet.columns, fleet.weight[:, None, :] * noise[None, :, None], fleet.used, fleet.fresh, walk
+        fleet.day,
+        fleet.columns,
+        fleet.weight[:, None, :] * noise[None, :, None],
+        fleet.used,
+        fleet.fresh,
+        walk,
     )
     log = _log_likelihood(left, grid)
     log -= log.max(axis=(1, 2, 3, 4), keepdims=True)
@@ -196,7 +199,7 @@ def _spread_out(grid: Grid, weight: Array, spread: float) -> Array:
 
 def _log_likelihood(left: Filtered, grid: Grid) -> Array:
     """(U, *grid)"""
-    nq, na, nc, nv = grid.shape
+    nq, _, _, nv = grid.shape
     U = len(left.count)
     age, season = (4.0 ** -grid.axes[a] for a in (AGE, SEASON))
     G = left.gram.reshape(U, nq, 1, 1, nv, 1 + COLUMNS, 1 + COLUMNS)

@@ -18,9 +18,9 @@ DAYS_A_WEEK = 7.0
 class Past:
     """A series to forecast. day, value, sigma: (n,) in order of days, sigma NaN where unknown; SI.
 
-    kind: what it is (`gyro.bias`): series of one kind may teach each other; storage: what the spec says that 60
-    days do, NaN if it says nothing; fresh: days on which the level starts anew; doubtful: the last of these may
-    be an outlier as well
+    kind: what it is (`gyro.bias`): series of one kind may teach each other; storage: what the spec says that
+    60 days do, NaN if it says nothing; fresh: days on which the level starts anew; doubtful: the last of
+    these may be an outlier as well
     """
 
     kind: str
@@ -87,7 +87,7 @@ def two_sided(confidence: float, freedom: float | Array) -> Array:
 
     level = 0.5 * (1 + confidence)
     known = np.isfinite(freedom)
-    return np.where(known, stdtrit(np.where(known, freedom, 1.0), level), ndtri(level))
+    return np.asarray(np.where(known, stdtrit(np.where(known, freedom, 1.0), level), ndtri(level)))
 
 
 def too_short(method: Method, one: Past) -> str | None:

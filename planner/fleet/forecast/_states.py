@@ -15,7 +15,6 @@ from planner.nouns.array import Array
 
 YEAR_DAYS = 365.25
 PER_DAYS = 60.0  # storage of a spec is of two months
-FADES_DAYS = 180.0
 COLUMNS = 3  # slope, sine and cosine of the year
 
 
@@ -29,8 +28,8 @@ def columns_at(day: Array) -> Array:
 class States:
     """S states of a channel on day `last`, SI. level: (S,); beta: (S, p); covariance: (S, 1+p, 1+p) of both
 
-    walk: (S,) variance a day; noise: (S,) variance of a measurement; jumps: rate a day and sigma of steps that
-    nobody announces
+    walk: (S,) variance a day; noise: (S,) variance of a measurement; jumps: rate a day and sigma of steps
+    that nobody announces
     """
 
     last: float
@@ -44,8 +43,13 @@ class States:
     def or_else(self, other: States) -> States:
         """Either of two: every second state of each."""
         half = len(self.level) // 2
-        pairs = ((getattr(self, n), getattr(other, n)) for n in ("level", "beta", "covariance", "walk", "noise"))
-        return States(self.last, *(np.concatenate([a[:half], b[half:]]) for a, b in pairs), self.jumps)
+
+        def mixed(name: str) -> Array:
+            return np.concatenate([getattr(self, name)[:half], getattr(other, name)[half:]])
+
+        parts = [mixed(n) for n in ("level", "beta", "covariance", "walk", "noise")]
+        level, beta, covariance, walk, noise = parts
+        return States(self.last, level, beta, covariance, walk, noise, self.jumps)
 
     def moved(self, ahead: Array) -> Array:
         """(h, 1+p) what level and β add to the value after so many days."""
@@ -60,7 +64,7 @@ class States:
         return mean, own + self.walk[:, None] * ahead
 
     def paths(self, ahead: Array, rng: np.random.Generator, count: int) -> Array:
-        """(count, h) futures; path k is of state k mod S, so that channels of one kind share what is unknown."""
+        """(count, h) futures; path k is of state k mod S: channels of a kind share what is unknown."""
         which = np.arange(count) % len(self.level)
         root = _root(self.covariance)[which]
         start = np.column_stack([self.level, self.beta])[which]

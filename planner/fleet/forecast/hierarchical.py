@@ -1,8 +1,9 @@
-"""One model for a type of unit: random walk, ageing, season and noise, their sizes learned from the whole fleet.
+"""One model for a type of unit: random walk, ageing, season and noise, their sizes learned from the whole
+fleet.
 
-The spec's storage is the prior of the sizes (`_hyper`); every forecast is a mixture of Gaussians over what the
-fleet leaves open of them, with the level, the ageing and the season of the unit itself. Intervals take the
-mixture's variance and, for its tails, Student's t of the same kurtosis.
+The spec's storage is the prior of the sizes (`_hyper`); every forecast is a mixture of Gaussians over what
+the fleet leaves open of them, with the level, the ageing and the season of the unit itself. Intervals take
+the mixture's variance and, for its tails, Student's t of the same kurtosis.
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.fleet.forecast._hyper import ATOMS, COLUMNS, NOISE, WALK, Fleet, Learned, learned
+from planner.fleet.forecast._hyper import ATOMS, NOISE, WALK, Fleet, Learned, learned
 from planner.fleet.forecast._method import Forecast, Past
-from planner.fleet.forecast._states import States
+from planner.fleet.forecast._states import COLUMNS, States
 from planner.nouns.array import Array
 
 _SEED = 20240915
@@ -78,7 +79,9 @@ def fleet_of(series: Sequence[Past], unit: float) -> Fleet:
         day[u, :k] = s.day
         used[u, :k] = True
         fresh[u, :k] = np.isin(s.day, s.fresh)
-        if s.doubtful and k > 1:  # one way to see it; the other is the same series with its last value believed
+        if (
+            s.doubtful and k > 1
+        ):  # one way to see it; the other is the same series with its last value believed
             used[u, k - 1] = fresh[u, k - 1] = False
         if stated:
             weight[u, :k] = (np.where(np.isfinite(s.sigma), s.sigma, usual) / unit) ** 2
@@ -106,7 +109,7 @@ def states_of(series: Sequence[Past], fleet: Fleet, found: Learned, unit: float)
     whole[..., 0, 0] = variance - np.einsum("usp,usp->us", A, across)
     whole[..., 0, 1:] = whole[..., 1:, 0] = across
     whole[..., 1:, 1:] = covariance
-    # the level of the walk alone is not the value: what goes on steadily is added where it stands on the last day
+    # the level of the walk is not the value: what goes on steadily is added where it stands on the last day
     return [
         _state(one, unit, fleet, u, middle[u], beta[u], whole[u], sizes[u]) for u, one in enumerate(series)
     ]
