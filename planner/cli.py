@@ -45,7 +45,7 @@ for family in (planning, bench, recordings, data, diagnosis, promise, fleet, eff
 def main() -> None:
     """Run the program; every error ends it with its own exit code and no traceback."""
     try:
-        code = app(standalone_mode=False) or 0
+        code = app(_spelt_out(sys.argv[1:]), standalone_mode=False) or 0
         if code == INTERRUPTED:
             raise KeyboardInterrupt
     except SystemExit:
@@ -62,6 +62,15 @@ def main() -> None:
     except Exception as error:  # the last resort: exit 70 and a sentence, no traceback
         _usage_or_internal(error)
     sys.exit(code)
+
+
+def _spelt_out(arguments: list[str]) -> list[str]:
+    """`accept --plan` without a plan asks for the plan of a check."""
+    if arguments[:1] != ["accept"]:
+        return arguments
+    after = [*arguments[1:], "-"]
+    bare = [a == "--plan" and b.startswith("-") for a, b in zip(arguments, after, strict=True)]
+    return ["--plan-check" if is_bare else a for a, is_bare in zip(arguments, bare, strict=True)]
 
 
 def _usage_or_internal(error: Exception) -> None:

@@ -12,6 +12,7 @@ from planner.commands.output import deliver, page_of, progress_line
 
 if TYPE_CHECKING:
     from planner.fleet.basis import Recalibrated
+    from planner.fleet.judge import ErrorRates
     from planner.pipelines.fleet import Forecasted
     from planner.report.blocks import Report
     from planner.spec.load import LoadedSpec
@@ -24,7 +25,7 @@ Folder = Annotated[
     Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder for the files [none are written].")
 ]
 Checks = Annotated[
-    list[Path],
+    list[Path] | None,
     typer.Argument(
         metavar="DATA|CALIBRATION…",
         help="Dwell tables of checks after calibration, calibration.json files or folders.",
@@ -36,6 +37,26 @@ GoodRejected = Annotated[
 ]
 BadAccepted = Annotated[
     float, typer.Option(metavar="PERCENT", help="Of bad units, at most so many may be accepted.")
+]
+PlanCheck = Annotated[
+    bool,
+    typer.Option("--plan-check", help="Plan the check instead: also a bare `--plan`, or no DATA."),
+]
+AtLoad = Annotated[
+    float, typer.Option("--load", metavar="PERCENT", help="Of the limit: the unit that a check must decide.")
+]
+Decided = Annotated[
+    float, typer.Option("--decided", metavar="PERCENT", help="Of such units, so many must be decided.")
+]
+Looks = Annotated[
+    int | None,
+    typer.Option(
+        "--looks",
+        metavar="N",
+        min=1,
+        max=200,
+        help="Look after every power-on and stop at the first decision; N: power-ons that were planned.",
+    ),
 ]
 AsResidual = Annotated[
     bool,
@@ -95,9 +116,13 @@ def register(app: typer.Typer) -> None:
 
 
 def accept(
-    data: Checks,
     spec: SpecOption,
+    data: Checks = None,
     plan: PlanOption = None,
+    plan_check: PlanCheck = False,
+    load: AtLoad = 90.0,
+    decided: Decided = 90.0,
+    looks: Looks = None,
     out: Folder = None,
     good_rejected: GoodRejected = 5.0,
     bad_accepted: BadAccepted = 5.0,
@@ -112,6 +137,11 @@ def accept(
     the first is the residual; one alone is judged by what its intervals leave. Exit 1 if any unit is
     rejected.
 
+    `accept --plan` without a plan, or without DATA, plans the check: the cheapest temperatures, faces and
+    power-ons that decide a unit at a given load, and when it may stop (`--looks`).
+
+    Example: planner accept --spec spec.yaml --plan --load 95
+
     Example: planner accept check.csv --spec spec.yaml --plan plans/spec -o accepted
     """
     from planner.export.fleet import accept_document, fleet_text
@@ -121,8 +151,11 @@ def accept(
 
     rates = ErrorRates(good_rejected / 100, bad_accepted / 100)
     loaded, planned = _read(spec, plan)
+    if plan_check or not data:
+        _plan_check(loaded, planned, (load / 100, decided / 100), rates, out, as_json)
+        return
     with progress_line() as say:
-        found = pipeline.accept(data, loaded, planned, rates, say, as_residual=as_residual)
+        found = pipeline.accept(data, loaded, planned, rates, say, as_residual=as_residual, looks=looks)
     units, region = found.units, found.basis.region
     report = accept_report(units, region, rates, loaded.spec.name, found.notes)
     document = accept_document(units, region, rates, _source(loaded), found.notes)
@@ -133,6 +166,29 @@ def accept(
     deliver(files, found.notes, document, report, as_json)
     if any(u.verdict == "rejected" for u in units):
         raise typer.Exit(1)
+
+
+def _plan_check(
+    loaded: LoadedSpec,
+    planned: dict[str, Any] | None,
+    asked: tuple[float, float],
+    rates: ErrorRates,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    from planner.export.fleet import checks_document, fleet_text
+    from planner.pipelines import fleet as pipeline
+    from planner.report.subjects.check_plan import checks_report
+
+    with progress_line() as say:
+        found = pipeline.plan_check(loaded, planned, *asked, rates, say)
+    report = checks_report(found.checks, rates, loaded.spec.name, found.basis.notes)
+    document = checks_document(found.checks, rates, _source(loaded), found.basis.notes)
+    files: dict[Path, str | bytes] = {}
+    if out is not None:
+        files[out / "check_plan.json"] = fleet_text(document)
+        files[out / "report.html"] = page_of(report)
+    deliver(files, found.basis.notes, document, report, as_json)
 
 
 def forecast(

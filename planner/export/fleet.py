@@ -12,6 +12,7 @@ import numpy as np
 from planner import __version__
 from planner.fleet.acceptance import ChannelAcceptance, UnitAcceptance, counts
 from planner.fleet.allowed_region import AllowedRegion
+from planner.fleet.check_plan import Check
 from planner.fleet.dates import FleetForecast, UnitDate
 from planner.fleet.drift import ChannelForecast
 from planner.fleet.judge import ErrorRates
@@ -81,6 +82,31 @@ def _channel(ch: ChannelAcceptance) -> dict[str, Any]:
         "unit": ch.unit,
         "share_of_limit": _number(ch.share),
         "temperature_degc": _number(ch.temperature_degc),
+    }
+
+
+def checks_document(
+    checks: Sequence[Check], rates: ErrorRates, spec: Mapping[str, str], notes: Sequence[str]
+) -> dict[str, Any]:
+    """The tree of check_plan.json: the cheapest check first."""
+    return {
+        "planner": __version__,
+        "spec": dict(spec),
+        "rates": {"good_rejected": rates.good_rejected, "bad_accepted": rates.bad_accepted},
+        "checks": [
+            {
+                "load": _number(c.load),
+                "decides": _number(c.decides),
+                "temperatures_degc": list(c.temperatures_degc),
+                "tests": [{"test": t.test, "motions": [f + 1 for f in t.faces]} for t in c.tests],
+                "power_ons_per_temperature": c.power_ons,
+                "time_s": _number(c.time_s),
+                "looks": c.looks,
+                "expected_power_ons_per_temperature": _number(c.expected),
+            }
+            for c in checks
+        ],
+        "notes": list(notes),
     }
 
 

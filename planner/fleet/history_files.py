@@ -62,6 +62,12 @@ def read_history(path: Path) -> History:
     if not rows:
         raise InputError(f"{path} is empty; a history has the columns {HELP}")
     names = [cell.strip() for cell in rows[0][1]]
+    other = _other_separator(names)
+    if other is not None:
+        raise InputError(
+            f"{path} is a history whose cells are parted by {other}, as spreadsheets write them; save it "
+            "with commas between the cells and points in the numbers: unit,date,error,term,value"
+        )
     sheet = _Sheet(str(path))
     _check_names(sheet, rows[0][0], names)
     if sheet.faults:
@@ -83,9 +89,17 @@ def is_history(path: Path) -> bool:
         rows = _rows(path, 1)
     except InputError:
         return False
-    names = {cell.strip() for _, cells in rows[:1] for cell in cells}
+    names = {part.strip() for _, cells in rows[:1] for cell in cells for part in re.split(r"[;\t]", cell)}
     readings = {"gyro_x_dps", "acc_x_g"} & names
     return bool("unit" in names and {"day", "date"} & names and not readings)
+
+
+def _other_separator(names: Sequence[str]) -> str | None:
+    """`semicolons` or `tabs` if they part the header's names, None if commas do."""
+    for sign, word in ((";", "semicolons"), ("\t", "tabs")):
+        if any("unit" in [part.strip() for part in name.split(sign)] and sign in name for name in names):
+            return word
+    return None
 
 
 def _rows(path: Path, most: int | None = None) -> list[tuple[int, list[str]]]:

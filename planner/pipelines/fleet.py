@@ -20,6 +20,7 @@ from planner.fleet.calibration_documents import (
     read_calibration,
 )
 from planner.fleet.check_groups import by_temperature
+from planner.fleet.check_plan import Check, planned_checks
 from planner.fleet.check_residual import MeasuredResidual, check_residuals
 from planner.fleet.dates import FleetForecast, unit_dates
 from planner.fleet.drift import Correction, forecast_channels
@@ -33,7 +34,8 @@ from planner.fleet.history_sources import (
     today_of,
 )
 from planner.fleet.judge import ErrorRates
-from planner.fleet.plan_allowances import plan_allowances
+from planner.fleet.looks import accepted_as_they_come
+from planner.fleet.plan_allowances import by_probability, in_sigmas, plan_allowances
 from planner.fleet.sessions import Session, WorkingDays, on_one_calendar
 from planner.fleet.shocks import without_shocks
 from planner.fleet.store import StoreBench
@@ -74,10 +76,17 @@ def basis_of(loaded: LoadedSpec, plan: Mapping[str, Any] | None, progress: Progr
     """Spec, and a plan's tree if there is one → the region of its errors; without a plan it is chosen now."""
     navigation = planning.navigate(loaded, progress)
     notes: list[str] = []
+    spec = loaded.spec
     if plan is not None:
         allowances = plan_allowances(plan)
+        if by_probability(plan):
+            allowances = in_sigmas(allowances, spec.requirement)
         if plan["spec"].get("sha256") not in (None, "", loaded.sha256):
             notes.append("the plan was made from another state of the spec; its allowances were taken")
+    elif planning.by_information(spec):
+        progress("planning the campaign, as there is no plan")
+        made = planning.informed(loaded, navigation, progress, beside=False).plan
+        allowances = in_sigmas(made.allowances, spec.requirement)
     else:
         progress("choosing temperatures and repeats, as there is no plan")
         task = planning.task_of(loaded.spec, navigation)
@@ -101,13 +110,60 @@ def accept(
     progress: Progress,
     *,
     as_residual: bool = False,
+    looks: int | None = None,
 ) -> Accepted:
-    """Dwell tables of checks, and calibrations → every unit accepted, rejected or undecided."""
+    """Dwell tables of checks, and calibrations → every unit accepted, rejected or undecided.
+
+    looks: so many power-ons were planned, and the check may stop after each. Raises InputError for looks at
+    calibrations, or at several tables: power-ons must come one after another.
+    """
     basis = basis_of(loaded, plan, progress)
+    if looks is not None:
+        return _as_they_come(inputs, basis, loaded, rates, looks, progress)
     found, notes = _residuals(inputs, basis, progress, as_residual)
     progress("judging")
     units = accepted(found, basis.region, loaded.spec.plan.temperatures.range, rates)
     return Accepted(basis, units, rates, tuple(map(str, inputs)), (*basis.notes, *notes))
+
+
+def _as_they_come(
+    inputs: Sequence[Path],
+    basis: Basis,
+    loaded: LoadedSpec,
+    rates: ErrorRates,
+    looks: int,
+    progress: Progress,
+) -> Accepted:
+    if len(inputs) != 1 or is_calibration(inputs[0]):
+        raise InputError("--looks judges the power-ons of one dwell table as they come; give one table alone")
+    table = read_dwells(inputs[0])
+    progress("looking after every power-on")
+    reach = loaded.spec.plan.temperatures.range
+    units = accepted_as_they_come(table, basis.models, basis.region, reach, rates, looks)
+    return Accepted(basis, units, rates, tuple(map(str, inputs)), (*basis.notes, *table.notes))
+
+
+@dataclass(frozen=True)
+class PlannedChecks:
+    """Checks that decide a unit, the cheapest first."""
+
+    basis: Basis
+    checks: tuple[Check, ...]
+
+
+def plan_check(
+    loaded: LoadedSpec,
+    plan: Mapping[str, Any] | None,
+    load: float,
+    share: float,
+    rates: ErrorRates,
+    progress: Progress,
+) -> PlannedChecks:
+    """The cheapest records that decide such a share of the units at a load of the limit."""
+    basis = basis_of(loaded, plan, progress)
+    progress("temperatures, faces and power-ons that decide a unit")
+    spec = loaded.spec
+    return PlannedChecks(basis, planned_checks(spec, basis.models, basis.region, load, share, rates))
 
 
 def _residuals(
