@@ -1,7 +1,7 @@
 """The allowances of plan.json, back in SI.
 
-A plan by information gives every part as what its requirement's quantile makes of one sigma (`information.to_plan`);
-the allowed region takes quantiles itself, so its parts are sigmas.
+A plan by information gives every part as what its requirement's quantile makes of one sigma
+(`information.to_plan`); the allowed region takes quantiles itself, so its parts are sigmas.
 """
 
 from __future__ import annotations

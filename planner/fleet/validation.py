@@ -121,7 +121,8 @@ def _cases(series: Sequence[Past], least: int, origins: int) -> list[_Case]:
             )
         for origin in every:
             end = min(origin + STEPS_AHEAD, len(one))
-            past = replace(one, day=one.day[:origin], value=one.value[:origin], sigma=one.sigma[:origin])
+            cut = {name: getattr(one, name)[:origin] for name in ("day", "value", "sigma")}
+            past = replace(one, **cut, doubtful=False)
             found.append(_Case(i, past, one.day[origin:end] - one.day[origin - 1], one.value[origin:end]))
     return found
 

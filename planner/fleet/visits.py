@@ -27,6 +27,7 @@ from planner.fleet.allowed_region import ALL_AXES, PARTS, AllowedRegion, Reserve
 from planner.fleet.forecast._method import two_sided
 from planner.fleet.growth import Growth
 from planner.fleet.store import StoreBench, Visit, visit_time, visits
+from planner.fleet.visit_states import Known, Reached, State
 from planner.nouns.array import Array
 
 STEPS = 73  # of the grid: five days in a year
@@ -88,44 +89,7 @@ class ShortestVisit:
     renewed: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class _State:
-    """Sizes (t,) at the last renewal of every term, and when that was (t,): row of `Growth.between`."""
-
-    size: Array
-    since: NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class _Reached:
-    """How far a way of (place, visit) goes, and what it costs."""
-
-    place: int
-    way: tuple[tuple[int, Visit], ...]
-    cost: float
-
-
-_Entry = tuple[float, int, int, float, _State, tuple[tuple[int, Visit], ...]]
-
-
-class _Known:
-    """States on one day that were reached with fewer hours."""
-
-    def __init__(self, slack: Array) -> None:
-        self.slack, self.count = slack, 0
-        self.sizes, self.since = np.empty((16, len(slack))), np.empty((16, len(slack)), dtype=np.int64)
-
-    def beats(self, state: _State) -> bool:
-        """Whether one of them has no larger and no older size in any term; if not, the state joins them."""
-        n = self.count
-        smaller = (self.sizes[:n] <= state.size + self.slack) & (self.since[:n] >= state.since)
-        if smaller.all(axis=1).any():
-            return True
-        if n == len(self.sizes):
-            self.sizes, self.since = (np.concatenate([a, np.empty_like(a)]) for a in (self.sizes, self.since))
-        self.sizes[n], self.since[n] = state.size, state.since
-        self.count = n + 1
-        return False
+_Entry = tuple[float, int, int, float, State, tuple[tuple[int, Visit], ...]]
 
 
 class StorePlanner:
@@ -138,34 +102,34 @@ class StorePlanner:
         self.quantile = float(two_sided(confidence, np.inf))
         self.adds = any(c.rule == "worst_case" for c in region.constraints)
         self.reserve = flying_reserve(region)
-        self.first = _State(growth.start, np.zeros(len(region.terms), dtype=np.int64))
+        self.first = State(growth.start, np.zeros(len(region.terms), dtype=np.int64))
 
     # ---------------------------------------------------------------- sizes and loads
 
-    def sizes(self, state: _State) -> Array:
+    def sizes(self, state: State) -> Array:
         """(W, t) sizes on every day from the renewals on."""
         terms = np.arange(len(state.size))
         moved = self.growth.between[terms, state.since, :].T
         return state.size + moved if self.adds else np.hypot(state.size, moved)
 
-    def loads(self, state: _State) -> Array:
+    def loads(self, state: State) -> Array:
         """(W,) share of the limit."""
         return self.region.load(self.sizes(state), self.reserve)
 
-    def renewed(self, state: _State, place: int, visit: Visit) -> _State:
+    def renewed(self, state: State, place: int, visit: Visit) -> State:
         """The state after a visit on a day of the grid."""
         before = self.sizes(state)[place]
         after = self.bench.renewal(visit.rests, visit.turns).size(self.quantile)
         better = after < before
-        return _State(np.where(better, after, state.size), np.where(better, place + 1, state.since))
+        return State(np.where(better, after, state.size), np.where(better, place + 1, state.since))
 
-    def last_within(self, state: _State, place: int) -> int:
+    def last_within(self, state: State, place: int) -> int:
         """The last day of the grid until which the limits hold from `place` on; place − 1: not even then."""
         over = np.flatnonzero(self.loads(state)[place:] > 1.0 + _SAME)
         return len(self.growth.days) - 1 if len(over) == 0 else place + int(over[0]) - 1
 
     def each(
-        self, state: _State, place: int, left: Array
+        self, state: State, place: int, left: Array
     ) -> tuple[Array, NDArray[np.int64], NDArray[np.int64]]:
         """After each of C visits that leave sizes (C, t): sizes and rows of renewal (C, t), last day within
         (C,)."""
@@ -188,7 +152,7 @@ class StorePlanner:
 
     # ---------------------------------------------------------------- questions
 
-    def shortest(self, place: int, end: int, state: _State | None = None) -> ShortestVisit:
+    def shortest(self, place: int, end: int, state: State | None = None) -> ShortestVisit:
         """The shortest visit on one day of the grid that suffices until another."""
         state = state or self.first
         without = float(self.loads(state)[end])
@@ -224,7 +188,7 @@ class StorePlanner:
         start = min(self.last_within(self.first, 0), target)
         cheapest, longest = min(v.time_s for v in choices), self._longest(choices)
         queue: list[_Entry] = [(0.0, -start, next(order), 0.0, self.first, ())]
-        kept: dict[int, _Known] = {}
+        kept: dict[int, Known] = {}
         slack, left_by = self._slack(), self.left_by(choices)
         for _ in range(MOST_STATES):
             if not queue:
@@ -232,8 +196,8 @@ class StorePlanner:
             _, place, _, cost, state, way = heapq.heappop(queue)
             place = -place
             if place >= target:
-                return self._plan(_Reached(target, way, cost), proved=True)
-            if kept.setdefault(place, _Known(slack)).beats(state):
+                return self._plan(Reached(target, way, cost), proved=True)
+            if kept.setdefault(place, Known(slack)).beats(state):
                 continue
             sizes, since, last = self.each(state, place, left_by)
             for i in self._worth(sizes, since, last, place, slack):
@@ -242,7 +206,7 @@ class StorePlanner:
                 left = np.ceil((target - then) / longest) * cheapest  # no way to the end costs less
                 if total + left >= known.cost and then < target:
                     continue
-                after = _State(sizes[i], since[i])
+                after = State(sizes[i], since[i])
                 item = (total + left, -then, next(order), total, after, (*way, (place, visit)))
                 heapq.heappush(queue, item)
         return self._plan(known, proved=not queue)
@@ -261,18 +225,18 @@ class StorePlanner:
         slope = np.max([c.steepest / c.limit for c in self.region.constraints], axis=0)
         return np.asarray(_ALIKE / np.maximum(slope * len(slope), 1e-300))
 
-    def _uniform(self, choices: Sequence[Visit], target: int) -> list[_Reached]:
+    def _uniform(self, choices: Sequence[Visit], target: int) -> list[Reached]:
         """Schedules of one and the same visit that reach the target: a bound for the search."""
         ways = [self._repeated(visit, target) for visit in choices]
         return [way for way in ways if way.place >= target]
 
-    def _thorough(self) -> _Reached:
+    def _thorough(self) -> Reached:
         """How far the most thorough visits carry, each as late as it can be: no others carry further."""
         most = self.bench.asked.repeats
         visit = Visit(most, most, visit_time(self.bench.asked, most, most))
         return self._repeated(visit, len(self.growth.days) - 1)
 
-    def _repeated(self, visit: Visit, target: int) -> _Reached:
+    def _repeated(self, visit: Visit, target: int) -> Reached:
         """How far one visit carries, made again and again as late as it can be."""
         state, place = self.first, min(max(self.last_within(self.first, 0), 0), target)
         way: tuple[tuple[int, Visit], ...] = ()
@@ -282,7 +246,7 @@ class StorePlanner:
             if then <= place:
                 break
             way, state, place = (*way, (place, visit)), after, then
-        return _Reached(place, way, len(way) * visit.time_s)
+        return Reached(place, way, len(way) * visit.time_s)
 
     def _choices(self, numbers: Sequence[int]) -> list[Visit]:
         """The visits of which no shorter one leaves as little, to a thousandth of the limit."""
@@ -312,7 +276,7 @@ class StorePlanner:
 
     # ---------------------------------------------------------------- answers
 
-    def _names(self, before: _State, after: _State) -> tuple[str, ...]:
+    def _names(self, before: State, after: State) -> tuple[str, ...]:
         changed = (after.since != before.since) | (after.size != before.size)
         return tuple(t.name for t, new in zip(self.region.terms, changed, strict=True) if new)
 
@@ -345,11 +309,11 @@ class StorePlanner:
         """A plan with its visits on other days: days as given, loads as on the day of the grid before
         each."""
         way = tuple((self.place_of(day), visit) for day, visit in visits)
-        made = self._plan(_Reached(self.place_of(plan.kept_until), way, plan.time_s), proved=plan.proved)
+        made = self._plan(Reached(self.place_of(plan.kept_until), way, plan.time_s), proved=plan.proved)
         dated = [replace(v, day=day) for v, (day, _) in zip(made.visits, visits, strict=True)]
         return replace(made, visits=tuple(dated))
 
-    def _plan(self, reached: _Reached, *, proved: bool) -> StorePlan:
+    def _plan(self, reached: Reached, *, proved: bool) -> StorePlan:
         state, planned = self.first, []
         load, end = self.loads(state), len(self.growth.days) - 1
         for place, visit in reached.way:
@@ -375,7 +339,7 @@ class StorePlanner:
             proved=proved,
         )
 
-    def _binding(self, state: _State, place: int) -> tuple[tuple[tuple[str, float, bool], ...], int]:
+    def _binding(self, state: State, place: int) -> tuple[tuple[tuple[str, float, bool], ...], int]:
         """The terms that take most on a day: name, share, whether the store can renew it; the constraint."""
         size = self.sizes(state)[place]
         values = [float(self.region.value(c, size, self.reserve)) / c.limit for c in self.region.constraints]
