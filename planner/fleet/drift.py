@@ -54,7 +54,7 @@ class ChannelForecast:
         if f.states is not None:
             return forecast_of(f.states, h)
         mean, variance = np.interp(h, self.ahead, f.mean), np.interp(h, self.ahead, f.scale**2)
-        freedom = np.interp(h, self.ahead, f.freedom * np.ones(len(self.ahead)))
+        freedom = f.freedom if np.ndim(f.freedom) == 0 else np.interp(h, self.ahead, f.freedom)
         return Forecast(mean, np.sqrt(variance), f.noise, freedom)
 
 

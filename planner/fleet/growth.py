@@ -61,7 +61,7 @@ def growth_of(
         f = c.at(days)
         if place is None or f is None:
             continue
-        z = two_sided(confidence, f.freedom)
+        z = np.broadcast_to(two_sided(confidence, f.freedom), days.shape)
         size = np.abs(f.mean - c.correction) + z * f.scale
         start[place] = size[0]
         between[place, 0] = _added(size, adds)
@@ -86,7 +86,7 @@ def _after_visits(f: Forecast, last: float, days: Array, z: Array, sigma: float)
         mean = np.abs(np.interp(apart, days - days[0], f.mean) - f.mean[0])
         return np.asarray(mean + z[0] * np.sqrt(np.interp(apart, days - days[0], variance - variance[0])))
     mean, variance = _taught(f.states, np.maximum(days - last, 0.0), sigma)
-    grown = np.abs(mean) + np.asarray(z)[None, :] * np.sqrt(variance)
+    grown = np.abs(mean) + z[None, :] * np.sqrt(variance)
     later = np.triu(np.ones((len(days), len(days))), 1)
     # a later visit never leaves more: with a season it might by chance, and the search relies on it
     return np.asarray(np.maximum.accumulate((grown * later)[::-1], axis=0)[::-1] * later)

@@ -36,7 +36,7 @@ def accepted_as_they_come(
     """Every unit with the decision of the first look that makes one; looks: as many as were planned."""
     group = by_temperature(table)
     number = power_on_number(table, group)
-    levels = [_rates_of(rates, looks, k) for k in range(looks)]
+    levels = _levels(rates, looks)
     found: dict[str, UnitAcceptance] = {}
     for k in range(min(looks, int(number.max()) + 1)):
         waiting = ~np.isin(table.unit, [u for u, a in found.items() if a.verdict != "undecided"])
@@ -59,12 +59,12 @@ def power_on_number(table: DwellTable, group: NDArray[np.int64]) -> NDArray[np.i
     return number
 
 
-def _rates_of(rates: ErrorRates, looks: int, k: int) -> ErrorRates:
-    """The rates whose quantiles are the boundaries of look k."""
+def _levels(rates: ErrorRates, looks: int) -> list[ErrorRates]:
+    """The rates whose quantiles are the boundaries of each look."""
     from scipy.special import ndtr
 
-    good, bad = (float(ndtr(-boundaries(r, looks)[k])) for r in (rates.good_rejected, rates.bad_accepted))
-    return ErrorRates(max(good, 1e-12), max(bad, 1e-12))
+    good, bad = (ndtr(-boundaries(r, looks)) for r in (rates.good_rejected, rates.bad_accepted))
+    return [ErrorRates(max(float(g), 1e-12), max(float(b), 1e-12)) for g, b in zip(good, bad, strict=True)]
 
 
 def _told(unit: UnitAcceptance, look: int, looks: int) -> UnitAcceptance:

@@ -68,7 +68,7 @@ def _slip(one: Series, history: History, storage: float) -> _Found:
 def _far(one: Series, storage: float) -> list[int]:
     """Places of values that lie alone, far beyond what others and the storage allow."""
     found: list[int] = []
-    order = np.argsort(-np.abs(one.value - np.median(one.value))) if len(one) > 2 else np.array([1, 0])
+    order = np.argsort(-np.abs(one.value))
     for i in order:
         rest = np.delete(np.arange(len(one)), [*found, i])
         if len(rest) == 0:

@@ -15,9 +15,9 @@ import numpy as np
 from planner.nouns.array import Array
 
 DELTA = 0.25
-_POINTS = 801
+_POINTS = 201
 _LOWEST = -6.0  # sigmas of the last sum: further down nobody crosses any more
-_STEPS = 40  # of the bisection
+_STEPS = 26  # of the bisection
 
 
 def boundaries(rate: float, looks: int) -> Array:
