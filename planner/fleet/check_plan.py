@@ -15,7 +15,7 @@ soaks, power-ons.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -103,7 +103,7 @@ def planned_checks(
             for c in _check(spec, models, region, tests, count, load, share, rates)
         ]
         if each:
-            found.append(min(each, key=lambda c: (c.time_s, c.power_ons)))
+            found.append(_with_looks(min(each, key=lambda c: (c.time_s, c.power_ons)), share, rates))
     if not found:
         raise InfeasibleError(
             f"no check with up to {MOST_POWER_ONS} power-ons a temperature decides {100 * share:g} % of the "
@@ -165,15 +165,19 @@ def _check(
         middle = (low + high) // 2
         low, high = (low, middle) if decides(middle) >= each else (middle, high)
     time_s = _time(spec, tests, degc, high)
-    expected, looks = _expected(high, each, rates)
-    yield Check(degc, tuple(tests), high, time_s, decides(high) ** count, load, expected, looks)
+    yield Check(degc, tuple(tests), high, time_s, decides(high) ** count, load, float(high), 1)
+
+
+def _with_looks(check: Check, share: float, rates: ErrorRates) -> Check:
+    expected, looks = _expected(check.power_ons, share ** (1 / len(check.temperatures_degc)), rates)
+    return replace(check, expected=expected, looks=looks)
 
 
 def _expected(power_ons: int, share: float, rates: ErrorRates) -> tuple[float, int]:
     """Power-ons a temperature on average with a boundary at every look, and the looks that are planned.
 
-    A fixed check of n power-ons decides `share` where the distance is (z_share + z_β)/√n of one; the
-    sequential one gets half as many again, so that it decides as many.
+    A fixed check of n power-ons decides `share` where the distance is (z_share + z_β)/√n of one; the one that
+    may stop gets a quarter more, so that it decides about as many.
     """
     from scipy.special import ndtri
 
