@@ -42,13 +42,13 @@ def accelerometers_by_free_orientations(table: DwellTable, form: Form = "triangu
     coefficients = _coefficients(fit)
     names = [ErrorName(c.error).effect + "." + c.term for c in coefficients if c.status == "undetermined"]
     notes = [f"accelerometer: {len(a)} rests cannot tell {', '.join(names)}"] if names else []
-    notes.append("the body's axes are those of the accelerometers: lean of y and z alone can be told")
+    notes.append("the body's axes are those of the accelerometers: only y and z are found misaligned")
     if form == "symmetric":
         notes[-1] = "the body's axes are those that make the matrix symmetric"
     if fit.square and not fit.undetermined[[0, 1, 2, 6, 7, 8]].any():
         notes.append(
-            "accelerometer: lean needs rests on edges too; here the axes are taken as square to each other "
-            "within 1 deg, and the intervals of scale factor and bias hold that"
+            "accelerometer: misalignment needs rests on edges too; here the axes are taken as square to each "
+            "other within 1 deg, and the intervals of scale factor and bias hold that"
         )
     if fit.freedom < 1:
         notes.append("accelerometer: as many unknowns as rests, so no interval: measure more orientations")

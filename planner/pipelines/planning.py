@@ -28,7 +28,7 @@ from planner.plan.campaign_to_plan import plan_of
 from planner.plan.costs import weights_of
 from planner.plan.errors_to_points import point_menus
 from planner.plan.genetic_campaign import genetic_plan
-from planner.plan.observable_campaign import observable_campaign, refuse_what_no_campaign_tells
+from planner.plan.observable_campaign import observable_campaign, refuse_what_no_campaign_observes
 from planner.plan.plan_to_schedule_figures import with_schedule_figures
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.schedule_to_steps import planned_tests, steps
@@ -68,8 +68,8 @@ class Planned:
 
 
 def refuse_unplannable(loaded: LoadedSpec) -> None:
-    """What `plan` refuses before it plans: raises InputError when no campaign of the tests tells an error."""
-    refuse_what_no_campaign_tells(loaded.spec)
+    """What `plan` refuses before it plans: InputError for an error that no campaign of the tests observes."""
+    refuse_what_no_campaign_observes(loaded.spec)
 
 
 def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
@@ -160,7 +160,7 @@ def informed(
 ) -> Planned:
     """The plan by information; beside: with what stands beside it in plan.json and report."""
     spec = loaded.spec
-    refuse_what_no_campaign_tells(spec)
+    refuse_what_no_campaign_observes(spec)
     assert navigation.flight is not None  # sensitivities are simulated
     progress("what each record tells, what will be flown")
     flight = flight_of(spec, navigation.flight)
@@ -281,9 +281,9 @@ def _instants(spec: Spec) -> list[float]:
 def task_of(spec: Spec, navigation: Navigation) -> Task:
     """What may be chosen, temperatures and repeats, and what each choice costs and leaves of the errors.
 
-    Raises InputError when no campaign of the tests tells an error that they calibrate.
+    Raises InputError when an error that the tests calibrate is unobservable in every campaign.
     """
-    refuse_what_no_campaign_tells(spec)
+    refuse_what_no_campaign_observes(spec)
     menus = error_menus(spec, navigation.models, point_menus(spec))
     return planning_task(spec, navigation.models, menus, navigation.constraints)
 

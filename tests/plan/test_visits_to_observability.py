@@ -20,7 +20,7 @@ from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.errors_to_points import point_menus
 from planner.plan.observable_campaign import observable, refuse_what_no_campaign_tells
 from planner.plan.spec_to_errors import error_models
-from planner.plan.visits_to_observability import campaign_of, untold_by
+from planner.plan.visits_to_observability import campaign_of, unobservable_in
 from planner.spec.load import spec_from_bytes
 from tests.outcome import Run
 from tests.specs import SHIPPED, loaded, shipped, small
@@ -209,7 +209,7 @@ def test_where_the_planner_chooses_it_makes_the_test_at_the_other_temperatures_t
     assert any(
         "added so that the campaign as a whole tells the errors apart: faces at" in n for n in plan.notes
     )
-    assert untold_by(loaded(spec).spec, visits(plan)) == ()
+    assert unobservable_in(loaded(spec).spec, visits(plan)) == ()
 
 
 def test_what_was_added_was_needed() -> None:
@@ -220,12 +220,12 @@ def test_what_was_added_was_needed() -> None:
         kept = tuple((x, n) for x, n in zip(faces.temperatures_degc, faces.repeats, strict=True) if x != t)
         less = TestVisits("faces", tuple(x for x, _ in kept), tuple(n for _, n in kept))
         bare = tuple(less if v.test == "faces" else v for v in made)
-        hidden = untold_by(spec, bare)
+        hidden = unobservable_in(spec, bare)
         assert {(u.error.effect, u.term, u.nodes_degc) for u in hidden} == {
             ("bias", "z", (t,)),
             ("scale_factor", "z", (t,)),
         }
-        assert untold_by(spec, observable(spec, bare).visits) == ()
+        assert unobservable_in(spec, observable(spec, bare).visits) == ()
 
 
 def test_a_test_that_may_not_be_moved_is_not_moved() -> None:
@@ -245,7 +245,7 @@ def test_what_only_all_tests_together_tell_is_planned_together() -> None:
     assert np.isfinite(min(bias.within.values()))  # no test alone: of the campaign
     plan = exact_plan(found)
     assert {"static", "tilts"} == {t.test for t in plan.tests} - {"rates"}
-    assert untold_by(found.spec, visits(plan)) == ()
+    assert unobservable_in(found.spec, visits(plan)) == ()
     widths = {r.error: r.half_width for r in plan.reasons}
     assert np.all(np.isfinite([*widths.values()]))
     assert widths["accelerometer.bias"] > 0

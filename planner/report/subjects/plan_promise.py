@@ -155,7 +155,7 @@ def _bought(plan: Plan, one: Worth) -> list[Cell]:
 
 
 def _promised(value: float, achieved: Achieved) -> str:
-    return digits(in_unit(value, achieved.unit)) if math.isfinite(value) else "untold"
+    return digits(in_unit(value, achieved.unit)) if math.isfinite(value) else "unobservable"
 
 
 def prices_table(plan: Plan) -> Table | None:
