@@ -1,7 +1,7 @@
 """What a plan by information promises, counted again: figures of every family, parts of every error, shares.
 
 A dense least-squares problem of the whole campaign, from the plan's steps, says what its records do to the
-estimates (told); every chance is followed into flight by itself (foreseen), through the linear model of the
+estimates; every chance is followed into flight by itself (foreseen), through the linear model of the
 flights that verify flies nonlinearly. The planner adds up information matrices of kinds of power-on instead.
 
 Both sides draw the curves of a family and find the mean of f fᵀ. 20 000 of them here: of the family whose
@@ -148,7 +148,7 @@ def sigmas_of(p: Prediction, starts: Starts, family: str) -> dict[str, dict[str,
         mine = [i for i, (owner, _) in enumerate(rows) if owner == error]
         asked[error] = np.zeros((len(rows), 1, len(mine)))
         asked[error][mine, 0, range(len(mine))] = 1.0
-    begun = Foresight(f.unit, f.told, f.time[:1], f.day)
+    begun = Foresight(f.unit, f.estimates, f.time[:1], f.day)
     squares = {part: np.zeros(len(rows)) for part in PARTS}
     degc, shares = starts.grid(p.profile)
     for one, share in zip(degc, shares.tolist(), strict=True):
