@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,12 @@ def small(**plan_of: Any) -> Tree:
 
 def found(made: Tree) -> Found:
     return campaign_found(cases.flight(made))
+
+
+@cache
+def usual() -> Found:
+    """The campaign of `small` as it stands."""
+    return found(small())
 
 
 def kept(campaign: Found) -> None:
@@ -101,7 +108,7 @@ def test_several_benches_with_chambers() -> None:
 )
 def test_units_and_shifts(more: Tree) -> None:
     """The campaign of one unit is the same; hours of work are those of its batch."""
-    made, alone = small(**more), found(small())
+    made, alone = small(**more), usual()
     made["benches"]["rate_table"] |= {"units": 4, "attended": False}
     kept(campaign := found(made))
     assert campaign.visits == alone.visits
