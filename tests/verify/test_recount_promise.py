@@ -21,7 +21,7 @@ from planner.verify.prediction import Prediction
 from planner.verify.recount_promise import as_planned, check_promise
 from planner.verify.starts import anywhere
 from planner.verify.workers import here
-from tests.verify.plans import Planned, plan_of, planned_from, sealed_again, several
+from tests.verify.plans import Planned, planned_from, sealed_again, several
 
 
 def by_hand(**unit: Any) -> dict[str, Any]:
@@ -58,12 +58,11 @@ def _foreseen(sound: Planned) -> Prediction:
     return prediction(sound)
 
 
-@pytest.mark.parametrize("name", ["informed", "by hand"])
-def test_a_plan_as_planner_wrote_it_agrees(sound, name):
-    one = sound if name == "by hand" else plan_of(name)
-    assert one.document["method"] == "information"
+def test_a_plan_as_planner_wrote_it_agrees(sound):
+    """Another, at any moment and at temperatures of all kinds, in tests/verify/test_recount.py."""
+    assert sound.document["method"] == "information"
     options = FlightOptions(flights=0, through_files=0)
-    found = verify(one.loaded, one.document, options, lambda message: None)
+    found = verify(sound.loaded, sound.document, options, lambda message: None)
     assert found.recount.ok, found.recount.faults[:5]
     assert {"promise", "allowances", "shares"} <= {c.name for c in found.recount.checks}
 

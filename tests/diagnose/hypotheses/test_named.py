@@ -91,7 +91,7 @@ def test_forty_sigma_outliers_change_no_verdict() -> None:
 # ---------------------------------------------------------------- campaigns that others made
 
 WHOLE = "all 835 dwells of a campaign, power-on by power-on"
-KNOWN = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]
+KNOWN = [0, 1, 3, 6, 8, 11, 12]  # nothing, effects that the seeds above have and have not, an unknown one
 SHARED = {"earth_rate", "arm_bending", "misalignment_temperature"}  # these act on all channels of the data
 
 
