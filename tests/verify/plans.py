@@ -84,7 +84,7 @@ def several() -> dict[str, Any]:
 def informed() -> dict[str, Any]:
     """The same requirements at temperatures of their own, by information; by hand, so that none searches.
 
-    Its curves name their family: one in place of four is foreseen, and the worst start at any moment takes long.
+    Its curves name their family: to find the worst start at any moment takes four seconds a family.
     """
     spec = several()
     for sensor in spec["unit"].values():
