@@ -115,21 +115,21 @@ def _term(t: FoundTerm) -> dict[str, Any]:
 
 
 def _residual(r: ResidualChange) -> dict[str, Any]:
-    def shown(value: float) -> float | None:
+    def ours(value: float) -> float | None:
         return shown(value, r.unit)
 
     return {
         "unit": r.unit,
-        "before": {"rms": shown(r.before), "ci95": [shown(r.before_low), shown(r.before_high)]},
-        "after": {"rms": shown(r.after), "ci95": [shown(r.after_low), shown(r.after_high)]},
-        "within_run_before": shown(r.within_before),
-        "within_run_after": shown(r.within_after),
-        "noise_floor": shown(r.noise_floor),
-        "noise_floor_within_run": shown(r.noise_floor_within),
+        "before": {"rms": ours(r.before), "ci95": [ours(r.before_low), ours(r.before_high)]},
+        "after": {"rms": ours(r.after), "ci95": [ours(r.after_low), ours(r.after_high)]},
+        "within_run_before": ours(r.within_before),
+        "within_run_after": ours(r.within_after),
+        "noise_floor": ours(r.noise_floor),
+        "noise_floor_within_run": ours(r.noise_floor_within),
         "within_run_before_sigma": figure(r.sigma_before),
         "within_run_after_sigma": figure(r.sigma_after),
         "record": {
-            "noise": shown(r.white),
+            "noise": ours(r.white),
             "share_of_input": figure(r.stray),
             "record_s": figure(r.record),
         },
