@@ -18,7 +18,7 @@ from planner.nouns.plan import Plan
 from planner.pipelines.planning import exact_plan
 from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.errors_to_points import point_menus
-from planner.plan.observable_campaign import observable, refuse_what_no_campaign_tells
+from planner.plan.observable_campaign import observable, refuse_what_no_campaign_observes
 from planner.plan.spec_to_errors import error_models
 from planner.plan.visits_to_observability import campaign_of, unobservable_in
 from planner.spec.load import spec_from_bytes
@@ -98,7 +98,7 @@ def by_hand(repeats: int = 3, **degc: list[int]) -> dict[str, Any]:
 def refusal(spec: dict[str, Any]) -> str:
     """What `check` says; `plan` says the same."""
     with pytest.raises(InputError) as error:
-        refuse_what_no_campaign_tells(loaded(spec).spec)
+        refuse_what_no_campaign_observes(loaded(spec).spec)
     with pytest.raises(InputError) as planned:
         exact_plan(loaded(spec))
     assert str(planned.value) == str(error.value)
@@ -106,7 +106,7 @@ def refusal(spec: dict[str, Any]) -> str:
 
 
 def passes(spec: dict[str, Any]) -> bool:
-    refuse_what_no_campaign_tells(loaded(spec).spec)
+    refuse_what_no_campaign_observes(loaded(spec).spec)
     return True
 
 
@@ -282,7 +282,7 @@ def _columns_and_sigmas(made: Campaign, axis: int) -> tuple[tuple[Column, ...], 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in SHIPPED.glob("*.yaml")))
 def test_the_shipped_specs_can_be_calibrated(name: str) -> None:
-    refuse_what_no_campaign_tells(shipped(name).spec)
+    refuse_what_no_campaign_observes(shipped(name).spec)
 
 
 @pytest.mark.parametrize("points", [((5, 3), (1, 2)), ((5, 2), (1, 2)), ((3, 2), (1, 2))])
@@ -292,7 +292,7 @@ def test_hand_made_helicopters_that_fly_well_are_planned(points: tuple[tuple[int
     tests = zip(("static", "rates"), points, strict=True)
     lines = [f"    {name}: {{temperatures: {t}, repeats: {n}}}" for name, (t, n) in tests]
     found = spec_from_bytes("\n".join([text.rstrip(), "  fixed:", *lines]).encode(), Path("spec.yaml"))
-    refuse_what_no_campaign_tells(found.spec)
+    refuse_what_no_campaign_observes(found.spec)
     assert [len(t.temperatures_degc) for t in exact_plan(found).tests] == [count for count, _ in points]
 
 

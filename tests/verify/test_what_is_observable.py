@@ -82,7 +82,7 @@ def test_they_name_the_same(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(set(said)) == len(set(said[:1]))  # in the same words
     assert all(error in said[0] for error, _ in wanted)
     # planned all the same, so that verify has something to look at
-    monkeypatch.setattr(planning, "refuse_what_no_campaign_tells", lambda spec: None)
+    monkeypatch.setattr(planning, "refuse_what_no_campaign_observes", lambda spec: None)
     monkeypatch.setattr(planning, "observable_campaign", lambda task, chosen: chosen)
     plan = exact_plan(found)
     visits = [TestVisits(t.test, t.temperatures_degc, t.repeats) for t in plan.tests]
