@@ -67,6 +67,14 @@ Cluster = Annotated[
 ]
 
 
+Vary = Annotated[
+    list[str],
+    typer.Option(
+        metavar="KEY=A..B|A,B,…", help="A key of the spec and its values; may be given several times."
+    ),
+]
+
+
 def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
     for command in (verify, sweep):
@@ -142,12 +150,7 @@ def _exit_code(verdict: str, stopped: bool) -> int:
 
 def sweep(
     spec: SpecFile,
-    vary: Annotated[
-        list[str],
-        typer.Option(
-            metavar="KEY=A..B|A,B,…", help="A key of the spec and its values; may be given several times."
-        ),
-    ],
+    vary: Vary,
     out: Annotated[
         Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder [sweeps/<spec name>/].")
     ] = None,

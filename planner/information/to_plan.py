@@ -54,7 +54,7 @@ def plan_of(
         spec_sha256=sha256,
         seed=spec.plan.seed,
         method="information",
-        objective="nothing: the plan is made by hand" if by_hand else objective_words(spec),
+        objective=objective_words(spec),
         requirements=tuple(_achieved(flight, found, i) for i in range(len(spec.requirement))),
         families=_families(spec, found),
         sensitivities=tuple(sensitivity_figures(spec, constraints, allowed)),
