@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.errors import PlannerError
 from planner.information.allowed import extreme_sizes, in_sizes, largest_quantile
 from planner.information.choose import campaign_found
 from planner.information.parts import left_in_flight
@@ -14,19 +13,7 @@ from planner.solvers.linear_combination import combined
 from tests.information import cases
 
 
-def each() -> list[int]:
-    """Seeds of specs that can be planned."""
-    found = []
-    for seed in range(12):
-        try:
-            campaign_found(cases.flight(cases.tree(seed)), effort="brief")
-        except PlannerError:
-            continue
-        found.append(seed)
-    return found[:3]
-
-
-@pytest.mark.parametrize("seed", each())
+@pytest.mark.parametrize("seed", [0, 1, 2])
 def test_no_plan_leaves_less_than_the_most_records_and_none_leaves_what_units_have(seed: int) -> None:
     """A campaign may leave more than units have: of an error that it hardly tells it makes an estimate."""
     flight = cases.flight(cases.tree(seed))
