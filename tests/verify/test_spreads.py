@@ -67,7 +67,7 @@ def test_a_type_is_flown_as_a_unit_of_its_spread():
 @pytest.mark.parametrize(("limit", "verdict"), [("900 m", "kept"), ("60 m", "broken")])
 def test_the_promise_is_that_of_the_types(limit, verdict):
     one = planned_from(estimated(4, limit))
-    options = FlightOptions(flights=300, through_files=0)
+    options = FlightOptions(flights=100, through_files=0)  # of limits far beyond and far below
     (o,) = verify(one.loaded, one.document, options, lambda message: None).outcomes
     assert o.types is not None
     assert o.types.promised == 0.9
@@ -85,7 +85,7 @@ def test_fewer_power_ons_leave_more_types_outside():
         figure = max(f["0"] for f in one.document["families"].values())
         spec = estimated(power_ons, f"{1.15 * figure:.1f} m")
         tight = planned_from(spec)
-        options = FlightOptions(flights=200, through_files=0)
+        options = FlightOptions(flights=100, through_files=0)
         (o,) = verify(tight.loaded, tight.document, options, lambda message: None).outcomes
         kept.append(o.types.share)
     assert kept[0] < kept[1] - 0.1
