@@ -307,7 +307,7 @@ def _allowed(spec: Spec, task: Task, navigation: Navigation, progress: Progress)
 
 def _allowed_in_flight(spec: Spec, navigation: Navigation, progress: Progress) -> AllowedErrors:
     """The region of what errors may be in flight, between the most records and none."""
-    refuse_what_no_campaign_tells(spec)
+    refuse_what_no_campaign_observes(spec)
     assert navigation.flight is not None  # sensitivities are simulated
     progress("what the bench can reach")
     smallest, largest = extreme_sizes(flight_of(spec, navigation.flight))
