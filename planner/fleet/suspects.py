@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from planner.fleet.history import History, Series
 from planner.nouns.array import Array
-from planner.units import from_si
+from planner.units import displayed
 
 STILL = 4  # equal values with a stated uncertainty, all there are, are no measurements
 CHANCE = 1e-6  # of equal values in a row among others that differ
@@ -96,7 +96,7 @@ def _ratio_words(ratio: float) -> str:
 
 
 def _shown(one: Series, i: int) -> str:
-    return f"{from_si(float(one.value[i]), one.display):.4g} {one.display}".replace(" 1", "")
+    return f"{displayed(float(one.value[i]), one.display):.4g} {one.display}".replace(" 1", "")
 
 
 def _still(one: Series, history: History) -> _Found:

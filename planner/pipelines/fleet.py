@@ -309,7 +309,7 @@ def recalibrate(
         )
     basis = basis_of(loaded, plan, progress)
     bench = StoreBench(asked, basis.models, basis.region)
-    growths, start, notes = _growths(inputs, basis, bench, asked.period / 86_400.0, options, progress)
+    growths, start, notes = _growths(inputs, basis, bench, asked.period / DAY_S, options, progress)
     planners = [StorePlanner(u, basis.region, g, bench, options.confidence) for u, g in growths.items()]
     plans: list[StorePlan] = []
     shortest: list[ShortestVisit] = []
