@@ -202,7 +202,8 @@ def _time(spec: Spec, tests: Sequence[CheckTest], degc: Sequence[float], power_o
         room = spec.plan.temperatures.room
         path = [room, min(degc), max(degc), room]
         for a, b in pairwise(path):
-            total += abs(b - a) / (bench.chamber.heating if b > a else bench.chamber.cooling)
+            speed = bench.chamber.heating if b > a else bench.chamber.cooling
+            total += abs(b - a) / speed if speed else 0.0
         total += bench.chamber.soak * sum(abs(t - room) > 0 for t in degc)
     return total
 

@@ -11,10 +11,10 @@ from dataclasses import replace
 from typing import Any
 
 from planner.errors import InputError
-from planner.information.to_plan import quantile_of
+from planner.information.allowed import largest_quantile
 from planner.nouns.allowances import Allowance
 from planner.nouns.plan_file import AllowanceFigures, PlanAllowances, plan_part
-from planner.spec.model import Requirement
+from planner.spec.model import Spec
 from planner.units import UnitError, unit_factor
 
 
@@ -39,7 +39,7 @@ def by_probability(document: Mapping[str, Any]) -> bool:
     return document.get("method") == "information"
 
 
-def in_sigmas(allowances: Sequence[Allowance], requirements: Sequence[Requirement]) -> tuple[Allowance, ...]:
+def in_sigmas(allowances: Sequence[Allowance], spec: Spec) -> tuple[Allowance, ...]:
     """Allowances of a plan by information with one sigma of every part; the allowed size stays."""
-    z = max(quantile_of(wanted) for wanted in requirements)
+    z = largest_quantile(spec)
     return tuple(replace(a, **{name: value / z for name, value in a.parts.items()}) for a in allowances)

@@ -80,13 +80,13 @@ def basis_of(loaded: LoadedSpec, plan: Mapping[str, Any] | None, progress: Progr
     if plan is not None:
         allowances = plan_allowances(plan)
         if by_probability(plan):
-            allowances = in_sigmas(allowances, spec.requirement)
+            allowances = in_sigmas(allowances, spec)
         if plan["spec"].get("sha256") not in (None, "", loaded.sha256):
             notes.append("the plan was made from another state of the spec; its allowances were taken")
     elif planning.by_information(spec):
         progress("planning the campaign, as there is no plan")
         made = planning.informed(loaded, navigation, progress, beside=False).plan
-        allowances = in_sigmas(made.allowances, spec.requirement)
+        allowances = in_sigmas(made.allowances, spec)
     else:
         progress("choosing temperatures and repeats, as there is no plan")
         task = planning.task_of(loaded.spec, navigation)
