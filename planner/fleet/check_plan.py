@@ -28,6 +28,7 @@ from planner.fleet.judge import ErrorRates, judged
 from planner.nouns.allowances import ErrorModel
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
+from planner.plan.bench_work import ramp_time
 from planner.plan.by_hand import even_points
 from planner.plan.confidence import spread_at
 from planner.plan.motions_to_records import repeat_records
@@ -202,8 +203,7 @@ def _time(spec: Spec, tests: Sequence[CheckTest], degc: Sequence[float], power_o
         room = spec.plan.temperatures.room
         path = [room, min(degc), max(degc), room]
         for a, b in pairwise(path):
-            speed = bench.chamber.heating if b > a else bench.chamber.cooling
-            total += abs(b - a) / speed if speed else 0.0
+            total += ramp_time(bench.chamber, a, b)
         total += bench.chamber.soak * sum(abs(t - room) > 0 for t in degc)
     return total
 
