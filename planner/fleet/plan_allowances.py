@@ -42,4 +42,14 @@ def by_probability(document: Mapping[str, Any]) -> bool:
 def in_sigmas(allowances: Sequence[Allowance], spec: Spec) -> tuple[Allowance, ...]:
     """Allowances of a plan by information with one sigma of every part; the allowed size stays."""
     z = largest_quantile(spec)
-    return tuple(replace(a, **{name: value / z for name, value in a.parts.items()}) for a in allowances)
+    return tuple(
+        replace(
+            a,
+            run_to_run=a.run_to_run / z,
+            in_run=a.in_run / z,
+            storage=a.storage / z,
+            temperature=a.temperature / z,
+            estimate=a.estimate / z,
+        )
+        for a in allowances
+    )

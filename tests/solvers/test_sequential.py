@@ -21,9 +21,13 @@ def test_one_look_is_the_normal_quantile():
     assert boundaries(0.05, 1)[0] == pytest.approx(1.6448536, abs=1e-4)
 
 
-def test_a_published_boundary():
-    """Wang, Tsiatis 1987: two-sided 5 %, five looks, Δ = 0.25 has c = 2.194; one side is 2.5 %."""
-    assert boundaries(0.025, 5)[-1] == pytest.approx(2.194, abs=0.01)
+@pytest.mark.parametrize(
+    ("constant", "power"), [(2.413, 0.5), (2.040, 0.0)], ids=["Pocock", "O'Brien-Fleming"]
+)
+def test_published_boundaries(constant, power):
+    """Five looks at two-sided 5 % (Jennison, Turnbull 2000, tables 2.1 and 2.3): 2.5 % on one side."""
+    bounds = constant * (np.arange(1, 6) / 5) ** (power - 0.5)
+    assert crossed(bounds) == pytest.approx(0.025, abs=2e-4)
 
 
 def test_a_drift_stops_sooner():
