@@ -20,7 +20,8 @@ from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Condition, Sensor
 from planner.recordings.column_map import ColumnMap
 from planner.recordings.raw_to_dwells import sampling_rate
-from planner.recordings.recording import READ, Account, Recording, Samples, reader_of
+from planner.recordings.recording import Recording, reader_of
+from planner.recordings.samples import READ, Account, Samples
 from planner.recordings.temperature import POSSIBLE_DEGC, rates
 from planner.recordings.windows import windows_of
 from planner.units import unit_factor
@@ -45,7 +46,7 @@ def is_dwell_table(path: Path) -> bool:
 def correct_dwells(path: Path, out: Path, tables: Mapping[Sensor, Tables]) -> tuple[int, list[str]]:
     """Correct a dwell table's file; its rows, and notes."""
     _refuse_same(path, out)
-    table = corrected(read_dwells(path), tables)
+    table = corrected(read_dwells(path, motions=True), tables)
     write_dwells(table, out)
     notes = [*table.notes, *_lacking(table, tables)]
     return len(table), [*notes, *_beyond(table.temperature_degc, tables)]

@@ -22,7 +22,7 @@ from planner.campaign.model import campaign
 from planner.campaign.power_ons import of_table
 from planner.campaign.triad import ALL, TooFewRecords, shares
 from planner.dwells.references import referenced
-from planner.dwells.table_rows import by_run, rows_of
+from planner.dwells.table_rows import by_run, rows_of, whole_turns, without_motions
 from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.nouns.calibration import Calibration, SensorCalibration, Tables
@@ -60,6 +60,10 @@ def _calibrate_unit(
     table: DwellTable, spec: Spec, options: FitOptions, sha256: str, progress: Progress
 ) -> Calibration:
     progress(f"fitting the sensors of {table.unit[0]}")
+    if options.method == "cube":
+        table = whole_turns(table)
+    elif options.method != "rests_and_turns":
+        table = without_motions(table)
     if options.prior is not None:
         sensors, notes = _renewed(table, spec, options, options.prior)
     elif options.method == "rests_and_turns":

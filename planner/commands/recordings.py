@@ -54,7 +54,7 @@ def reduce(
     with progress_line() as say:
         found = recordings_pipeline.reduce(raw, columns, plan, latitude, say)
     deliver(
-        {out: dwells_bytes(found.table, form), beside: account_text(found)},
+        {out: dwells_bytes(found.whole, form), beside: account_text(found)},
         found.table.notes,
         {"written": [str(out), str(beside)], **reduction_document(found)},
         reduction_report(found),

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from planner.dwells.dwell_checks import absent_notes, check_values, odd_notes
 from planner.dwells.dwell_columns import AXES, BY_NAME, COLUMNS, SINGLES, TRIADS, DwellColumn, RawDwells
+from planner.dwells.table_rows import without_motions
 from planner.errors import Fault, InputError
 from planner.nouns.dwell_table import DwellTable
 from planner.units import unit_factor
@@ -32,8 +33,8 @@ DIGITS = 15  # what a double holds for certain; the conversion to degrees would 
 # ---------------------------------------------------------------- reading
 
 
-def read_dwells(path: Path) -> DwellTable:
-    """The dwell table of a file.
+def read_dwells(path: Path, motions: bool = False) -> DwellTable:
+    """The dwell table of a file; motions: with the pieces of hand turns, which only few methods can use.
 
     Columns that the file lacks are None, or stand at a neutral value and are listed in `absent`; both are
     said in the notes. Raises InputError with every fault found and its line: torn or ragged rows, unknown
@@ -45,8 +46,15 @@ def read_dwells(path: Path) -> DwellTable:
     _check_names(raw)
     check_values(raw)
     table = _table(raw)
-    notes = [*table.notes, *odd_notes(table)]
-    return _with_notes(table, notes)
+    records = without_motions(table)
+    notes = [*table.notes, *odd_notes(records)]
+    if len(records) < len(table):
+        notes.append(
+            f"{len(table) - len(records)} rows are pieces of hand turns, for rests_and_turns and cube"
+        )
+    if not len(records):
+        raise InputError(f"{path}: every row is a piece of a hand turn; no record is left")
+    return _with_notes(table if motions else records, notes)
 
 
 def dwell_form(path: Path) -> str:
@@ -60,7 +68,7 @@ def dwell_form(path: Path) -> str:
 def _read_csv(path: Path) -> RawDwells:
     from planner.readers._delimited import layout_of, text_blocks
 
-    layout = layout_of(path)
+    layout = layout_of(path, strict=True)
     if not layout.named:
         raise InputError(f"{path} has no header; its first line must name the columns: unit,run,day,…")
     _check_doubles(str(path), layout.names)

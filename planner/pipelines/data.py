@@ -70,7 +70,7 @@ def calibrate(
     from planner.dwells.dwell_files import read_dwells
 
     progress(f"reading {data}")
-    table = read_dwells(data)
+    table = read_dwells(data, motions=True)
     return calibrate_table(table, loaded.spec, options, spec_sha256=loaded.sha256, progress=progress)
 
 

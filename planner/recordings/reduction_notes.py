@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from planner.recordings.plausible import jumps_between, saturated
-from planner.recordings.recording import READ
 from planner.recordings.reduction import LeftOut, ScannedFile
+from planner.recordings.samples import READ
 from planner.recordings.segments_to_rows import Row
 from planner.recordings.temperature import alive
 
