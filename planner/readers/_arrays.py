@@ -41,7 +41,8 @@ def sides_of(shape: tuple[int, ...]) -> Sides:
     sample = int(np.argmax(shape))
     others = [i for i in range(3) if i != sample]
     threes = [i for i in others if shape[i] == 3] or [i for i in others if shape[i] == 6]
-    column = threes[-1] if threes else min(others, key=lambda i: shape[i])
+    after = (sample + 1) % 3 if sample < 2 else 1  # (n, k, m), (m, n, k), (m, k, n) where two sides are 3
+    column = min(others, key=lambda i: shape[i]) if not threes else after if after in threes else threes[0]
     (run,) = (i for i in others if i != column)
     return Sides(sample, column, run, shape[sample], shape[run])
 

@@ -23,6 +23,7 @@ from planner.recordings.column_map import CLOCK, ISO, ColumnMap, factor, is_writ
 from planner.recordings.samples import Account, Samples, joined
 
 DAY_S = 86400.0
+_DATES = ("%d", "%j", "%x", "%c", "%s")
 ODD_STEP = 0.5  # of the usual step: what differs by more is odd
 MOST_ODD = 0.05  # share of odd steps of an even clock: lost samples
 PAUSE = 20.0  # usual steps: a longer one is a gap in any clock
@@ -175,9 +176,9 @@ class SampleClock:
         return np.asarray(found)
 
     def _unwrapped(self, time: Array) -> Array:
-        """Hours:minutes:seconds that go on over midnight."""
+        """Times of day, without a date, that go on over midnight."""
         part = self.columns.time
-        if part is None or part.unit.lower() != CLOCK:
+        if part is None or not _without_date(part.unit):
             return time
         last = self.last + (self.start or 0.0) if np.isfinite(self.last) else time[0] if len(time) else 0.0
         before = np.concatenate([[last], time + self.turns])[:-1] if len(time) else time
@@ -194,6 +195,10 @@ class SampleClock:
                 f"({'; '.join(self.account.remarks[:1])}); was the clock set, or were recordings joined? "
                 "Power-ons one behind the other are told apart by `run: {clock: restarts}` in the map"
             )
+
+
+def _without_date(unit: str) -> bool:
+    return unit.lower() == CLOCK or ("%" in unit and not any(sign in unit for sign in _DATES))
 
 
 def written_seconds(texts: NDArray[Any], unit: str) -> Array:

@@ -73,10 +73,14 @@ def recordings_of(path: Path, columns: ColumnMap | None = None) -> list[Recordin
 
 
 def other_files(path: Path, columns: ColumnMap | None) -> list[Path]:
-    """The files that the map joins to a recording, apart from the one that it reads first."""
+    """The files that the map joins to a recording, apart from its own; none for one that is joined itself."""
     if columns is None:
         return []
-    return [source.path for source in sources_of(path, columns)[1:]]
+    try:
+        found = sources_of(path, columns)
+    except InputError:  # said when the file is read, unless it is one that another one takes along
+        return []
+    return [source.path for source in found if source.path.resolve() != found[0].path.resolve()]
 
 
 class Recording:

@@ -177,7 +177,7 @@ def test_a_turn_about_the_vertical_shows_nothing_and_is_named() -> None:
 
 @pytest.mark.parametrize("unit", range(5))
 def test_hand_held_gyros_carry_gravity_from_rest_to_rest(unit: int) -> None:
-    """Other people's units, turns in pieces as `reduce` gives them: gravity is met to a seventh of a degree."""
+    """Other people's units, turns in pieces as `reduce` gives them: gravity is met to 0.15 degrees."""
     whole, still = reduced(f"imu{unit}"), reduced(f"imu{unit}", "rest_")
     assert whole.gyro is not None
     f = forces(still)

@@ -2,8 +2,8 @@
 
     python -m tests.data.make
 
-Rests and the pieces of hand turns between them as `reduce` finds them; where their authors marked the stretches
-that are wanted, a step column names those. Means are kept to seven digits.
+Rests and the pieces of hand turns between them as `reduce` finds them; where their authors marked what is
+wanted, a step column names it. Means are kept to seven digits.
 """
 
 from __future__ import annotations
