@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson
-from planner.commands.output import deliver, progress_line
+from planner.commands.output import answer, deliver, progress_line
+from planner.errors import InputError
 
 
 def register(app: typer.Typer) -> None:
@@ -18,16 +19,21 @@ def register(app: typer.Typer) -> None:
 
 def reduce(
     raw: Annotated[
-        list[Path],
-        typer.Argument(metavar="RAW...", help="Recordings, each of one power-on.", show_default=False),
-    ],
+        list[Path] | None,
+        typer.Argument(metavar="RAW...", help="Recordings, or folders of their files.", show_default=False),
+    ] = None,
     out: Annotated[
-        Path, typer.Option("-o", "--out", metavar="DATA", help="Dwell table to write: .csv, .parquet or .h5.")
-    ],
+        Path | None,
+        typer.Option("-o", "--out", metavar="DATA", help="Dwell table to write: .csv, .parquet or .h5."),
+    ] = None,
     columns: Annotated[
         Path | None,
         typer.Option(metavar="MAP.yaml", help="Which column is what, in which unit, with which sign."),
     ] = None,
+    guess: Annotated[
+        bool, typer.Option("--guess", help="Write a commented map from what the files show; -o names it.")
+    ] = False,
+    map_help: Annotated[bool, typer.Option("--map-help", help="Explain every key of a map.")] = False,
     plan: Annotated[
         Path | None, typer.Option(metavar="PLAN", help="plan.json or its folder: the records are its steps.")
     ] = None,
@@ -39,11 +45,53 @@ def reduce(
 ) -> None:
     """Reduce raw recordings to a dwell table; an account of every sample stands beside it.
 
-    A map is lines like `rate: 1000 Hz` and `gyro: {x: gx, y: gy, z: -gz, unit: deg/s}`.
+    A map is lines like `rate: 1000 Hz` and `gyro: {x: gx, y: gy, z: -gz, unit: deg/s}`; --guess writes one.
     Text, Parquet, HDF5, MATLAB, .npy and the unit's packet stream are known by what the file holds.
 
-    Example: planner reduce recording.csv --columns map.yaml -o data.csv
+    Example: planner reduce --guess recording.csv -o map.yaml && planner reduce recording.csv --columns map.yaml -o data.csv
     """
+    if map_help:
+        _explain_map(as_json)
+    elif not raw:
+        raise InputError("name the recordings to reduce, or ask for --map-help")
+    elif guess:
+        _guess_map(raw, out, as_json)
+    elif out is None:
+        raise InputError("name the dwell table to write, as in -o data.csv")
+    else:
+        _reduce(raw, out, columns, plan, latitude, as_json)
+
+
+def _explain_map(as_json: bool) -> None:
+    from planner.recordings.map_help import map_help_text
+
+    text = map_help_text()
+    answer({"help": text}, text.rstrip("\n"), as_json)
+
+
+def _guess_map(raw: list[Path], out: Path | None, as_json: bool) -> None:
+    """The map on stdout, or in a file that is not there yet."""
+    from planner.export.files import write_whole
+    from planner.recordings.guess_map import guessed_map
+
+    if out is not None and out.exists():
+        raise InputError(f"{out} exists already; give another name")
+    with progress_line() as say:
+        say(f"looking at {raw[0]}")
+        text = guessed_map(raw)
+    document = {"map": text, "written": [] if out is None else [str(out)]}
+    if out is None:
+        answer(document, text.rstrip("\n"), as_json)
+        return
+    write_whole(out, text)
+    unsure = sum("CHECK" in line for line in text.splitlines()[2:])
+    told = f"; {unsure} lines say CHECK" if unsure else ""
+    answer(document, f"wrote {out}{told}; next: planner reduce {raw[0]} --columns {out} -o data.csv", as_json)
+
+
+def _reduce(
+    raw: list[Path], out: Path, columns: Path | None, plan: Path | None, latitude: float | None, as_json: bool
+) -> None:
     from planner.dwells.dwell_files import dwell_form, dwells_bytes
     from planner.export.reduction import account_text, reduction_document, refuse_overwriting
     from planner.pipelines import recordings as recordings_pipeline

@@ -44,6 +44,7 @@ class Clock:
 def clock_of(time: Array) -> Clock | None:
     """The clock of (n,) times in s; None for fewer than three, or where time stands still."""
     steps = np.diff(time)
+    steps = steps[steps > 0]  # where power-ons stand one behind the other, time falls
     if len(steps) < 2:
         return None
     usual = float(np.median(steps))
