@@ -17,6 +17,7 @@ from planner.calibrate.in_store import by_the_old, renewed
 from planner.calibrate.methods import METHODS, Method, resting
 from planner.calibrate.rest_methods import accelerometers_by_free_orientations, cube_references, modulus_check
 from planner.calibrate.rests_and_turns import by_rests_and_turns
+from planner.calibrate.what_would_tell import told_by_attitudes, told_by_turns
 from planner.campaign.estimate import Estimate, Robust
 from planner.campaign.model import campaign
 from planner.campaign.power_ons import of_table
@@ -68,6 +69,7 @@ def _calibrate_unit(
         sensors, notes = _renewed(table, spec, options, options.prior)
     elif options.method == "rests_and_turns":
         sensors, notes = by_rests_and_turns(table), []
+        notes += told_by_turns(sensors[0])
     elif options.method == DECLARED:
         sensors, notes = _by_declared_effects(table, spec, options)
     elif options.method in METHODS:
@@ -76,6 +78,7 @@ def _calibrate_unit(
         form = "symmetric" if options.method.endswith("symmetric") else "triangular"
         sensors, notes = [accelerometers_by_free_orientations(table, form)], []  # type: ignore[arg-type]  # one of the two words that it takes
         notes.append("free orientations calibrate the accelerometers alone")
+        notes += [] if table.acc is None else told_by_attitudes(table.acc, sensors[0])
     return Calibration(
         unit=str(table.unit[0]),
         version=__version__,

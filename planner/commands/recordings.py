@@ -48,7 +48,7 @@ def reduce(
     A map is lines like `rate: 1000 Hz` and `gyro: {x: gx, y: gy, z: -gz, unit: deg/s}`; --guess writes one.
     Text, Parquet, HDF5, MATLAB, .npy and the unit's packet stream are known by what the file holds.
 
-    Example: planner reduce --guess recording.csv -o map.yaml && planner reduce recording.csv --columns map.yaml -o data.csv
+    Example: planner reduce recording.csv --columns map.yaml -o data.csv
     """
     if map_help:
         _explain_map(as_json)

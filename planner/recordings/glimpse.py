@@ -1,4 +1,4 @@
-"""A first look at a file of which nothing is known: its columns, their names and units, and the first numbers."""
+"""A first look at a file of which nothing is known: its columns, their names and units, its first rows."""
 
 from __future__ import annotations
 

@@ -214,7 +214,9 @@ def _rate_of_comments(seen: Glimpse) -> tuple[float, str]:
     if seen.reader == "text":
         head = seen.path.read_bytes()[:20_000].decode("utf-8", "replace")
         rows = "\n".join(line for line in head.splitlines()[:60] if re.search(r"[A-Za-z]{2}", line))
-        told = re.search(r"(?:rate|freq\w*|fs|odr)\D{0,20}?([0-9]+(?:\.[0-9]+)?)\s*(k?)Hz?\b", rows, re.IGNORECASE)
+        told = re.search(
+            r"(?:rate|freq\w*|fs|odr)\D{0,20}?([0-9]+(?:\.[0-9]+)?)\s*(k?)Hz?\b", rows, re.IGNORECASE
+        )
         if told and float(told[1]) > 0:
             return float(told[1]) * (1000.0 if told[2] else 1.0), "as the file's head says"
     return 100.0, f"{CHECK}: no column of times; write the sampling rate"
@@ -291,7 +293,7 @@ def _is_of(unit: str, like: str) -> bool:
 def _head(file: _Seen, paths: Sequence[Path]) -> Iterator[str]:
     names = " ".join(path.name for path in paths)
     yield f"# Column map of {names}, guessed from the first {len(file.seen)} rows by planner reduce --guess."
-    yield f"# Lines that say {CHECK} are not told by the file. `planner reduce --map-help` explains every key."
+    yield f"# Lines that say {CHECK} are not told by the file; `planner reduce --map-help` explains the keys."
     if file.seen.skipped:
         yield f"# {file.seen.skipped} lines above the table are no rows of it and are passed over."
     yield f"format: {file.seen.reader}"
@@ -303,7 +305,8 @@ def _time_lines(file: _Seen) -> Iterator[str]:
     if RUN in file.seen.names:
         yield "# the runs of the array are power-ons, one after the other"
     elif file.roles.runs is not None:
-        yield f"run: {{column: {_quoted(file.seen, file.roles.runs)}}}    # {CHECK}: every value is a power-on of its own"
+        column = _quoted(file.seen, file.roles.runs)
+        yield f"run: {{column: {column}}}    # {CHECK}: every value is a power-on of its own"
     elif file.time.restarts:
         yield "run: {clock: restarts}    # the time begins again: power-ons one behind the other"
 
@@ -334,7 +337,7 @@ def _numbers(values: tuple[float, float, float]) -> str:
 
 
 def _file(first: Path, other: Path) -> str:
-    """The other file by the words in which the names differ, so that the map serves every run; else by name."""
+    """The other file by the words in which the names differ, so that the map serves all runs; or by name."""
     for old, new in (("gyro", "acc"), ("gyr", "acc"), ("Gyro", "Acc"), ("Gyroscope", "Accelerometer"),
                      ("gyroscope", "accelerometer"), ("GYRO", "ACC"), ("gyr", "accel")):  # fmt: skip
         for a, b in ((old, new), (new, old)):
@@ -352,7 +355,9 @@ def _temperature(file: _Seen) -> Iterator[str]:
     said = plain_unit(file.seen.units.get(name, ""))
     unit = said if said in ("degC", "K", "degF") else "K" if 200 < middle < 400 else "degC"
     sure = -90.0 < middle - (273.15 if unit == "K" else 0.0) < 150.0
-    why = f"{middle:.4g} in the middle" + ("" if sure else f"; {CHECK} scale, offset and zero: no such temperature")
+    why = f"{middle:.4g} in the middle" + (
+        "" if sure else f"; {CHECK} scale, offset and zero: no such temperature"
+    )
     yield f"temperature: {{column: {_quoted(file.seen, name)}, unit: {unit}}}    # {why}"
 
 

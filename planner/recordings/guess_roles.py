@@ -15,7 +15,9 @@ from planner.nouns.array import Array
 from planner.recordings.glimpse import Glimpse, bare_name, unit_of_name
 
 _NO_SENSOR = re.compile(r"mag|quat|orient|euler|cov|ref|pos|bias|std|_err|baro|press|gps|roll|pitch|yaw|^m$")
-_GYRO = re.compile(r"gyr|omega|angular|ang_?vel|angvel|rotat|rot_?rate|rate|turn|^w$|^g$|^r$|^om$|winkel|dreh")
+_GYRO = re.compile(
+    r"gyr|omega|angular|ang_?vel|angvel|rotat|rot_?rate|rate|turn|^w$|^g$|^r$|^om$|winkel|dreh"
+)
 _ACC = re.compile(r"acc|linear|force|grav|^a$|^f$|^sf$|beschl")
 _TIME = re.compile(r"time|stamp|epoch|utc|^t$|^ts$|secs?$|zeit|clock|^date")
 _COUNTER = re.compile(r"count|index|sample|seq|packet|^n$|^#$|^i$|number|frame$")
@@ -57,7 +59,8 @@ def roles_of(seen: Glimpse) -> Roles:
         gyro, acc = _by_numbers(seen, free, gyro, acc, how)
     taken |= {*(gyro or ()), *(acc or ())}
     temperature = next(
-        (n for n in seen.numbers if n not in taken and _DEGREES.search(_plain(n)) and _like_degrees(seen, n)), None
+        (n for n in seen.numbers if n not in taken and _DEGREES.search(_plain(n)) and _like_degrees(seen, n)),
+        None,
     )
     words = [*seen.texts, *(n for n in seen.numbers if n not in taken and n != temperature)]
     few = [n for n in words if n != time and 1 < _kinds(seen, n) <= max(2, len(seen) // 50)]
@@ -173,7 +176,11 @@ def _by_numbers(
     how: dict[str, str],
 ) -> tuple[tuple[str, str, str] | None, tuple[str, str, str] | None]:
     """Triads of neighbouring columns by their behaviour: at rest gyros read the same in every attitude."""
-    order = [n for n in seen.names if n in free and not _NO_SENSOR.search(_plain(n)) and np.ptp(seen.numbers[n]) > 0]
+    order = [
+        n
+        for n in seen.names
+        if n in free and not _NO_SENSOR.search(_plain(n)) and np.ptp(seen.numbers[n]) > 0
+    ]
     triads = [(order[i], order[i + 1], order[i + 2]) for i in range(0, len(order) - 2, 3)]
     if not triads:
         return gyro, acc
@@ -184,7 +191,9 @@ def _by_numbers(
         is_gyro = bool(re.search(r"gyr|omega|rate", name)) or (
             not re.search(r"acc", name) and not _near_gravity(seen, lone) and change[lone] < 10.0
         )
-        how["gyro" if is_gyro else "acc"] = "by the file's name" if re.search(r"gyr|acc", name) else "by their numbers"
+        how["gyro" if is_gyro else "acc"] = (
+            "by the file's name" if re.search(r"gyr|acc", name) else "by their numbers"
+        )
         return (lone, None) if is_gyro else (None, lone)
     ranked = sorted(triads, key=lambda t: (_near_gravity(seen, t), change[t]), reverse=True)
     if acc is None:
@@ -240,5 +249,12 @@ def _kinds(seen: Glimpse, name: str) -> int:
 
 def others(seen: Glimpse, roles: Roles) -> Iterator[str]:
     """Columns that no role took."""
-    taken = {roles.time, roles.nanoseconds, roles.temperature, roles.runs, *(roles.gyro or ()), *(roles.acc or ())}
+    taken = {
+        roles.time,
+        roles.nanoseconds,
+        roles.temperature,
+        roles.runs,
+        *(roles.gyro or ()),
+        *(roles.acc or ()),
+    }
     return (name for name in seen.names if name not in {*taken, *roles.labels})

@@ -1,7 +1,7 @@
-"""Units, zeros and scales of a recording that does not say them: gravity at rest, and gravity carried by turns.
+"""Units, zeros and scales of a recording that does not say them: gravity at rest, gravity carried by turns.
 
-    accelerometers   |f| at rest is 1 g; with an offset the rests lie on Σ ((reading_i − zero_i)/sensitivity_i)² = 1
-    gyros            between rests gravity turns by what the gyros turned by: df/dt = −ω × f
+accelerometers   |f| at rest is 1 g; with an offset rests lie on Σ ((reading_i − zero_i)/sensitivity_i)² = 1
+gyros            between rests gravity turns by what the gyros turned by: df/dt = −ω × f
 """
 
 from __future__ import annotations
@@ -129,9 +129,7 @@ def _three(values: Array) -> tuple[float, float, float]:
 # ---------------------------------------------------------------- gyros
 
 
-def rate(
-    rest: Array, said: str, carried: tuple[float, float] | None, is_whole: bool, with_si: bool
-) -> Guess:
+def rate(rest: Array, said: str, carried: tuple[float, float] | None, is_whole: bool, with_si: bool) -> Guess:
     """The unit of gyros whose readings at rests are (m, 3).
 
     carried: (rad/s in one reading that carries gravity best, angle by which it misses), None without turns
@@ -152,7 +150,12 @@ def rate(
 def _by_turns(carried: tuple[float, float], zero: tuple[float, float, float]) -> Guess:
     one, missed = carried
     said = f"turned by it, gravity misses the next rest by {np.degrees(missed):.1f} deg"
-    for unit, factor in (("rad/s", 1.0), ("deg/s", np.pi / 180), ("mdeg/s", np.pi / 180e3), ("rpm", np.pi / 30)):
+    for unit, factor in (
+        ("rad/s", 1.0),
+        ("deg/s", np.pi / 180),
+        ("mdeg/s", np.pi / 180e3),
+        ("rpm", np.pi / 30),
+    ):
         if abs(one / factor - 1) < NEAR:
             return Guess(unit, zero, why=said)
     counts = np.pi / 180 / one
@@ -161,10 +164,8 @@ def _by_turns(carried: tuple[float, float], zero: tuple[float, float, float]) ->
     return Guess("deg/s", zero, (best,) * 3, why=said)
 
 
-def carried_by(
-    gyro: Array, force: Array, time: Array, rests: Rests
-) -> tuple[float, float] | None:
-    """rad/s in one reading with which the gyros best carry gravity from rest to rest, and by how much it misses.
+def carried_by(gyro: Array, force: Array, time: Array, rests: Rests) -> tuple[float, float] | None:
+    """rad/s in one reading with which gyros best carry gravity from rest to rest, and by how much it misses.
 
     gyro: (n, 3) window means; force: (n, 3) of any unit with the right zero; time: (n,) s. Tried over 1e-6 …
     10, then finer about the best. None with fewer than two turns of over 20 deg.

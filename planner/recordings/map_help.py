@@ -18,12 +18,12 @@ from planner.recordings.column_map import (
 
 _INTRODUCTION = """\
 A column map says what a recording holds: a YAML file for `planner reduce`, `apply` and `look` (--columns).
-`planner reduce --guess FILE -o map.yaml` writes one from what the file shows; lines that it cannot tell say CHECK.
+`planner reduce --guess FILE -o map.yaml` writes one from what the file shows; what it cannot tell says CHECK.
 
     value = ± ((reading − zero) · scale + offset) in `unit`        sensitivity = 1 / scale, counts in one unit
 
-A column is named as in the file's header, or by its number from 1; a minus turns its sign. A constant stands as
-a quantity: `x: 0 deg/s`. Inside, x, y, z are the body's axes: swap and turn here until they are.
+A column is named as in the file's header, or by its number from 1; a minus turns its sign. A constant is a
+quantity: `x: 0 deg/s`. Inside, x, y, z are the body's axes: swap and turn here until they are.
 
 One file, times in microseconds, accelerometers in counts of 1/2048 g with the z axis pointing the other way:
 
@@ -59,11 +59,11 @@ Many power-ons in one file:
     run: {clock: restarts}      # where the time begins again
     unit: {column: serial}      # and many inertial units
 
-Arrays (.npy, .npz, .mat, .h5): (n, k) gives the columns NAME_1 … NAME_k; (n, k, m) and (m, n, k) are m power-ons.
+Arrays (.npy, .npz, .mat, .h5): (n, k) gives columns NAME_1 … NAME_k; (n, k, m) and (m, n, k) are m power-ons.
 
 A clock that jitters is found by itself: samples are then taken together in even steps, gaps stay, and the
-account says how much it jitters. Rests are found by the recording's own noise; hand turns between them are kept
-as rows of kind `motion` for `planner calibrate --method rests_and_turns` (motions: false leaves them out).
+account says how much it jitters. Rests are found by the recording's own noise; hand turns between them are
+kept as rows of kind `motion` for `planner calibrate --method rests_and_turns` (motions: false leaves them out).
 """
 
 _PARTS: tuple[tuple[str, type[BaseModel]], ...] = (
@@ -113,5 +113,7 @@ def _default(value: Any) -> str:
         return ""
     if isinstance(value, tuple):
         value = value[0]
-    shown = str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else value
+    shown = (
+        str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else value
+    )
     return f" [{shown}]"

@@ -145,7 +145,7 @@ def _runs(windows: Windows, quiet: NDArray[np.bool_], longest_step: float) -> li
 
 
 def _bursts_closed(windows: Windows, found: list[Segment]) -> list[Segment]:
-    """Rests on both sides of a burst, or of a short gap in time, become one that does not use what is between."""
+    """Rests on both sides of a burst, or of a short gap, become one that does not use what is between."""
     kept: list[Segment] = []
     spacing = float(np.median(np.diff(windows.start))) if len(windows) > 1 else 0.0
     longest = max(2, round(LONGEST_BURST_S / spacing) + 2) if spacing else 2
