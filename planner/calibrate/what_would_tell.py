@@ -32,7 +32,7 @@ def what_would_tell(fit: Estimate) -> list[str]:
     lost = np.flatnonzero(fit.fit.undetermined)
     if not len(lost):
         return []
-    names = [_name(fit, i) for i in lost]
+    names = [_name(fit, i) for i in lost.tolist()]
     told: dict[str, list[str]] = {}
     for i, name in zip(lost.tolist(), names, strict=True):
         record = _record_for(fit, i)

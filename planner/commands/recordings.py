@@ -1,4 +1,4 @@
-"""The command for raw recordings, no arithmetic: reduce."""
+"""The commands for raw recordings, no arithmetic: reduce, look."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson
-from planner.commands.output import answer, deliver, progress_line
+from planner.commands.output import answer, deliver, page_of, progress_line
 from planner.errors import InputError
 
 
 def register(app: typer.Typer) -> None:
-    """Add the command to the program."""
-    app.command()(reduce)
+    """Add the commands to the program."""
+    for command in (reduce, look):
+        app.command()(command)
 
 
 def reduce(
@@ -60,6 +61,39 @@ def reduce(
         raise InputError("name the dwell table to write, as in -o data.csv")
     else:
         _reduce(raw, out, columns, plan, latitude, as_json)
+
+
+def look(
+    recording: Annotated[
+        list[Path],
+        typer.Argument(metavar="RECORDING...", help="One, in one file or several.", show_default=False),
+    ],
+    columns: Annotated[
+        Path | None, typer.Option(metavar="MAP.yaml", help="Which column is what [guessed].")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder [looks/<recording's name>/].")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Look at a recording: signals, rests, temperature, noise, gaps, what is odd, and the map that reads it.
+
+    Writes report.html and map.yaml.
+
+    Example: planner look recording.csv
+    """
+    from planner.export.look import look_document
+    from planner.recordings.look import look as look_at
+    from planner.report.subjects.look import look_report
+
+    with progress_line() as say:
+        seen = look_at(recording, columns, say)
+        say("drawing the page")
+        report = look_report(seen)
+        page = page_of(report)
+    folder = out or Path("looks") / recording[0].stem
+    files: dict[Path, str | bytes] = {folder / "report.html": page, folder / "map.yaml": seen.map_text}
+    deliver(files, (), look_document(seen), report, as_json)
 
 
 def _explain_map(as_json: bool) -> None:

@@ -198,14 +198,21 @@ class ColumnMap(SpecPart):
 
 def read_map(path: Path) -> ColumnMap:
     """The map of a YAML file. Raises InputError with every fault at its line."""
-    from planner.spec.sentences import faults_of
-    from planner.spec.yaml12 import MAX_BYTES, read_yaml
+    from planner.spec.yaml12 import MAX_BYTES
 
     try:
         with Path(path).open("rb") as file:
-            document = read_yaml(file.read(MAX_BYTES + 1), str(path))
+            return map_of(file.read(MAX_BYTES + 1), path)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from error
+
+
+def map_of(text: bytes, path: Path) -> ColumnMap:
+    """The map of a YAML text that stands, or would stand, in a file. Raises InputError with every fault."""
+    from planner.spec.sentences import faults_of
+    from planner.spec.yaml12 import read_yaml
+
+    document = read_yaml(text, str(path))
     if not isinstance(document.value, dict):
         raise InputError(f"{path} is no map of columns; it is lines of 'key: value'")
     try:

@@ -68,7 +68,7 @@ def glimpse(path: Path) -> Glimpse:
     texts: dict[str, NDArray[np.str_]] = {}
     if reader.name in ("text", "packets", "parquet"):
         found = _rows(reader, path, tuple(n for n in names if n not in words), tuple(words))
-        numbers = {n: v for n, v in found.items() if n not in words}
+        numbers = {n: v.astype(np.float64) for n, v in found.items() if n not in words}
         texts = {n: v.astype(np.str_) for n, v in found.items() if n in words}
     else:
         numbers = _of_one_length(reader, path, names)

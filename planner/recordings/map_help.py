@@ -62,8 +62,8 @@ Many power-ons in one file:
 Arrays (.npy, .npz, .mat, .h5): (n, k) gives columns NAME_1 … NAME_k; (n, k, m) and (m, n, k) are m power-ons.
 
 A clock that jitters is found by itself: samples are then taken together in even steps, gaps stay, and the
-account says how much it jitters. Rests are found by the recording's own noise; hand turns between them are
-kept as rows of kind `motion` for `planner calibrate --method rests_and_turns` (motions: false leaves them out).
+account says how much it jitters. Rests are found by the recording's own noise. Hand turns between them are
+kept as rows of kind `motion`, for `calibrate --method rests_and_turns`; motions: false leaves them out.
 """
 
 _PARTS: tuple[tuple[str, type[BaseModel]], ...] = (

@@ -130,7 +130,10 @@ def _files(
             progress(
                 f"reading {path}" + (f", power-on {number + 1} of {len(found)}" if len(found) > 1 else "")
             )
-            files.append(_scanned(recording, run, len(found) > 1, records))
+            file = scanned(recording, run, len(found) > 1, records)
+            if said := doubted(file):
+                raise InputError(f"{recording.path}: {said}")
+            files.append(file)
     if not files:
         raise InputError(f"{paths[0]}: {_reasons(left_out)}")
     return files, left_out
@@ -150,19 +153,22 @@ def _reasons(left_out: Sequence[LeftOut]) -> str:
     return "; ".join(sorted({part.reason for part in left_out}))
 
 
-def _scanned(
-    recording: Recording, run: int, of_several: bool, records: Sequence[PlannedRecord] | None
+def scanned(
+    recording: Recording, run: int, of_several: bool, records: Sequence[PlannedRecord] | None = None
 ) -> ScannedFile:
+    """A recording in windows, with its rests and motions. Raises InputError when it cannot be read."""
     account = Account()
     rate = sampling_rate(recording)
     windows = windows_of(iter(_labelled(recording, account, records)), rate)
     segments = steps_of(windows) if windows.label is not None else segments_of(windows, longest_gap(rate))
-    rests = [s for s in segments if s.kind == "rest" and s.last - s.first >= LEAST_WINDOWS]
-    said = suspicious(windows, rests) or axis_fault(windows, rests)
-    if said:
-        raise InputError(f"{recording.path}: {said}")
     name = f"{recording.path}, run {run}" if of_several else str(recording.path)
     return ScannedFile(recording, recording.unit, run, rate, windows, tuple(segments), account, name)
+
+
+def doubted(file: ScannedFile) -> str:
+    """A sentence on readings that cannot be meant: units, axes, signs; or nothing."""
+    rests = [s for s in file.segments if s.kind == "rest" and s.last - s.first >= LEAST_WINDOWS]
+    return suspicious(file.windows, rests) or axis_fault(file.windows, rests)
 
 
 def _clock(file: ScannedFile) -> Clock | None:
@@ -218,7 +224,7 @@ def _rows(files: Sequence[ScannedFile], best: float | None) -> tuple[list[Row], 
     motions: list[Row] = []
     left_out: list[LeftOut] = []
     for file in files:
-        found, without = _rows_of(file, best)
+        found, without = rows_of_file(file, best)
         quiet, loud = calm(file, found)
         rows += [rest.row for rest in quiet]
         turns = motion_rows(file, quiet)
@@ -227,7 +233,8 @@ def _rows(files: Sequence[ScannedFile], best: float | None) -> tuple[list[Row], 
     return rows, motions, left_out
 
 
-def _rows_of(file: ScannedFile, best: float | None) -> tuple[list[Rest], list[tuple[Segment, str]]]:
+def rows_of_file(file: ScannedFile, best: float | None) -> tuple[list[Rest], list[tuple[Segment, str]]]:
+    """The rows of one power-on with their stretches, and the stretches without one and why."""
     living = alive(file.windows)
     settings = file.recording.whole
     longest = settings.record or float(np.clip(best or RECORD_LIMITS_S[1], *RECORD_LIMITS_S))
