@@ -41,7 +41,7 @@ class InputError(PlannerError):
         super().__init__("\n".join([message, *map(str, self.faults)]) if faults else message)
 
 
-class NothingFound(PlannerError):
+class NothingFound(InputError):
     """The data answer nothing of what was asked (exit 1): what they lack."""
 
     exit_code = 1

@@ -24,7 +24,7 @@ from planner.campaign.power_ons import of_table
 from planner.campaign.triad import ALL, TooFewRecords, shares
 from planner.dwells.references import referenced
 from planner.dwells.table_rows import by_run, rows_of, whole_turns, without_motions
-from planner.errors import InputError
+from planner.errors import InputError, NothingFound
 from planner.nouns.array import Array
 from planner.nouns.calibration import Calibration, SensorCalibration, Tables
 from planner.nouns.dwell_table import DwellTable
@@ -134,7 +134,7 @@ def _by_method(
     table, assumed = referenced(table, options.latitude)
     keep = method.rows(table)
     if not keep.any():
-        raise InputError(
+        raise NothingFound(
             f"--method {options.method} ({method.source}) needs {method.needs}; the table has none"
         )
     table = rows_of(table, keep)

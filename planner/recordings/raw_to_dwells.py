@@ -181,13 +181,13 @@ def _labelled(
 ) -> Iterable[Samples]:
     """The samples, named by the plan's records, by the column of steps, or not at all."""
     blocks = recording.even_samples(account)
-    wanted = recording.columns.records
+    wanted = recording.whole.records
     if wanted == "plan" and not records:
         raise InputError("the map takes the records from the plan; give it with --plan")
-    if wanted == "rests" or (wanted is None and not records and recording.columns.step is None):
+    if wanted == "rests" or (wanted is None and not records and recording.whole.step is None):
         return (replace(block, label=None) for block in blocks)
-    if wanted == "plan" or (records and recording.columns.step is None):
-        return labelled(blocks, records or (), recording.columns.plan_time)
+    if wanted == "plan" or (records and recording.whole.step is None):
+        return labelled(blocks, records or (), recording.whole.plan_time)
     return blocks
 
 
@@ -259,8 +259,11 @@ def rows_of_file(file: ScannedFile, best: float | None) -> tuple[list[Rest], lis
 
 def _why_not(file: ScannedFile, segment: Segment, shortest: float) -> str:
     part = file.windows[segment.first : segment.last]
+    if (part.count < 2).all():
+        return "samples are no numbers, or padding"
     if (~part.whole | (part.count < 2)).all():
-        return "samples are missing or broken"
+        longest = 1e3 * file.account.steps[1]
+        return f"gaps in time: steps of up to {longest:.4g} ms at {file.rate:.4g} Hz"
     if segment.kind == "turn" and (part.reference is None or not np.isfinite(part.reference[:, :3]).all()):
         return "turns steadily, and the map names no ref_rate"
     if segment.kind == "motion":

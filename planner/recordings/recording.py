@@ -29,6 +29,7 @@ from planner.recordings.column_map import (
     unsigned,
 )
 from planner.recordings.followers import Follower, Source, sources_of
+from planner.recordings.foreign_files import foreign
 from planner.recordings.parts import Part, parts_of
 from planner.recordings.samples import READ, Account, Samples
 from planner.units import ZERO_CELSIUS_K
@@ -52,6 +53,8 @@ def reader_of(path: Path, name: str | None = None) -> RawReader:
         raise InputError(f"cannot read {path}: {error.strerror}") from error
     if not head:
         raise InputError(f"{path} is empty")
+    if path.suffix.lower() != ".npz" and (said := foreign(head)):
+        raise InputError(f"{path}: this is {said}")
     in_turn = sorted(readers.values(), key=lambda r: r.name == "text")  # text takes what is left
     fit = next((reader for reader in in_turn if reader.recognises(path, head)), None)
     if name is not None:

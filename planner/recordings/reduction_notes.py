@@ -42,7 +42,7 @@ def _of_file(file: ScannedFile) -> Iterator[str]:
         yield f"{where}: {remark}"
     for said in (*jumps_between(file.windows, file.segments), *saturated(file.windows)):
         yield f"{where}: {said}"
-    if file.recording.columns.temperature is not None:
+    if file.recording.whole.temperature is not None:
         yield from _dead_temperature(file, where)
 
 
@@ -58,7 +58,7 @@ def _dead_temperature(file: ScannedFile, where: str) -> Iterator[str]:
 
 
 def _of_map(files: Sequence[ScannedFile]) -> Iterator[str]:
-    columns = files[0].recording.columns
+    columns = files[0].recording.whole
     if columns.time_on is None:
         yield "the map gives no time_on, so time since power-on counts from the first sample"
     if columns.unit is None and len(files) > 1:

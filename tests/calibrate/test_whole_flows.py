@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -62,7 +63,7 @@ def test_gyros_of_a_hand_held_unit_are_those_of_scipy(unit: int) -> None:
     gyros, accelerometers = found.sensors
     f = true_input(table.acc, accelerometers.tables, "accelerometer", table.conditions())
     rests = np.flatnonzero(table.kind == "rest")
-    turns = [(a, b) for a, b in zip(rests[:-1], rests[1:], strict=True) if b > a + 1]
+    turns = [(a, b) for a, b in pairwise(rests) if b > a + 1]
     assert len(turns) >= 13
 
     def residual(p: np.ndarray) -> np.ndarray:
@@ -200,7 +201,7 @@ def test_a_method_that_finds_nothing_is_no_success(
     outcome = run(
         "calibrate", HERE / f"{data}.csv", "--spec", spec, "--method", method, "-o", "cal", "--json"
     )
-    assert outcome.code in (1, 2)
+    assert outcome.code == 1
     assert said in outcome.err
     assert not (tmp_path / "cal").exists()
 

@@ -39,8 +39,8 @@ MAPS = {
 # what damage to text is made of: signs that a table means something by
 WORDS = (
     b'"', b"\r", b"\n", b"\r\n", b",", b";", b"\t", b" ", b"#", b"%", b"nan", b"inf", b"-", b"1e999", b"\0",
-    b"\xff", "\u0661".encode(), "\u00bd".encode(), b"\xef\xbb\xbf", b"1_0", b"0x1F", b"1,5", b"''", b"sep=;\n",
-    b".", b"e", b"+",
+    b"\xff", "\u0661".encode(), "\u00bd".encode(), b"\xef\xbb\xbf", b"1_0", b"0x1F", b"1,5", b"''",
+    b"sep=;\n", b".", b"e", b"+",
 )  # fmt: skip
 
 
@@ -88,7 +88,7 @@ def _arrays(folder: Path, values: np.ndarray) -> Iterator[tuple[str, bytes]]:
 
 
 def mutated(good: bytes, rng: np.random.Generator) -> bytes:
-    """One to four damages: a byte changed, a stretch cut out, doubled or moved, a sign put in, the end cut off."""
+    """One to four damages: a byte changed, a stretch cut out, doubled, moved, a sign put in, the end cut."""
     data = bytearray(good)
     for _ in range(int(rng.integers(1, 5))):
         place = int(rng.integers(0, max(len(data), 1)))
