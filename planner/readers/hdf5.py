@@ -28,7 +28,7 @@ class Hdf5Reader:
     def names(self, path: Path, skip_lines: int = 0) -> tuple[str, ...]:
         """The columns of the file. Raises InputError for a file that is not whole."""
         with _opened(path) as file:
-            return tuple(_columns(file))
+            return tuple(_columns(path, file))
 
     def blocks(
         self, path: Path, wanted: Sequence[str], texts: Sequence[str] = (), skip_lines: int = 0
@@ -36,8 +36,8 @@ class Hdf5Reader:
         """The wanted columns in blocks. Raises InputError for lengths that differ and for a damaged file."""
         with _opened(path) as file:
             try:
-                yield from wanted_blocks(path, _columns(file), wanted, texts)
-            except OSError as error:
+                yield from wanted_blocks(path, _columns(path, file), wanted, texts)
+            except (OSError, RuntimeError, KeyError) as error:
                 raise InputError(f"{path} is not a whole HDF5 file: {error}") from error
 
 
@@ -63,7 +63,7 @@ def _opened(path: Path) -> Any:
         raise InputError(f"{path} is not a whole HDF5 file: {error}") from error
 
 
-def _columns(file: Any) -> dict[str, Any]:
+def _columns(path: Path, file: Any) -> dict[str, Any]:
     """Column name -> where it stands; MATLAB's datasets carry the attribute MATLAB_class."""
     import h5py
 
@@ -78,7 +78,10 @@ def _columns(file: Any) -> dict[str, Any]:
             else:
                 found[name] = _Turned(item) if "MATLAB_class" in item.attrs and item.ndim > 1 else item
 
-    file.visititems(note)
+    try:
+        file.visititems(note)
+    except Exception as error:  # h5py raises many kinds for what is damaged within
+        raise InputError(f"{path} is not a whole HDF5 file: {error}") from error
     flat = {
         n: _Flat(a) if len(a.shape) == 2 and a.shape[0] == 1 < a.shape[1] else a for n, a in found.items()
     }

@@ -38,15 +38,16 @@ class NpyReader:
 
 def _columns(path: Path) -> dict[str, Any]:
     """Name -> (n,) view into the file. Raises InputError for pickled objects, other shapes and a cut file."""
-    import zipfile
-    import zlib
+    import warnings
 
     import numpy as np
 
     try:
-        loaded = np.load(path, mmap_mode="r", allow_pickle=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that a damaged header may be of Python 2
+            loaded = np.load(path, mmap_mode="r", allow_pickle=False)
         arrays = {"column": loaded} if isinstance(loaded, np.ndarray) else dict(loaded)
-    except (ValueError, OSError, EOFError, KeyError, zipfile.BadZipFile, zlib.error, SyntaxError) as error:
+    except Exception as error:  # numpy, zipfile and tokenize raise ten kinds for a cut or foreign file
         raise InputError(f"{path} is not a whole .npy file of numbers: {error}") from error
     found: dict[str, Any] = {}
     for name, array in arrays.items():

@@ -159,12 +159,13 @@ class SampleClock:
             if len(seconds) and not np.isfinite(seconds).any():
                 raise InputError(f"{self.path}: {str(raw[0])!r} is no time of the unit {part.unit!r}")
             return seconds
-        raw = self._uncounted(raw, part.wraps)
-        seconds = (raw * part.scale + part.offset) * factor(part.unit)
-        if part.plus is not None:
-            more = part.plus
-            raw = block.columns[self.names[more.column]]
-            seconds = seconds + ((raw - more.zero) * more.scale + more.offset) * factor(more.unit)
+        with np.errstate(over="ignore", invalid="ignore"):  # times that are not finite are left out
+            raw = self._uncounted(raw, part.wraps)
+            seconds = (raw * part.scale + part.offset) * factor(part.unit)
+            if part.plus is not None:
+                more = part.plus
+                raw = block.columns[self.names[more.column]]
+                seconds = seconds + ((raw - more.zero) * more.scale + more.offset) * factor(more.unit)
         return np.asarray(seconds)
 
     def _uncounted(self, raw: Array, wraps: float | None) -> Array:

@@ -217,7 +217,7 @@ def quiet_windows(values: Array) -> tuple[Array, Array]:
     rows = len(values) // WINDOW
     if rows < 1:
         return values.mean(axis=0, keepdims=True), values.std(axis=0, keepdims=True)
-    cut = values[: rows * WINDOW].reshape(rows, WINDOW, -1)
+    cut = values[: rows * WINDOW].reshape(rows, WINDOW, values.shape[1])
     means, scatter = cut.mean(axis=1), cut.std(axis=1)
     usual = np.maximum(np.median(scatter, axis=0), 1e-300)
     loudness = np.nan_to_num((scatter / usual).max(axis=1), nan=np.inf)

@@ -55,7 +55,7 @@ class Rests:
 def windows_of(values: Array) -> Array:
     """(n, k) means of windows of 20 samples."""
     rows = len(values) // WINDOW
-    return np.asarray(values[: rows * WINDOW].reshape(rows, WINDOW, -1).mean(axis=1))
+    return np.asarray(values[: rows * WINDOW].reshape(rows, WINDOW, values.shape[1]).mean(axis=1))
 
 
 def rests_of(values: Array) -> Rests:
@@ -63,7 +63,7 @@ def rests_of(values: Array) -> Rests:
     rows = len(values) // WINDOW
     if rows < 4:
         return Rests(((0, rows),) if rows else ())
-    scatter = values[: rows * WINDOW].reshape(rows, WINDOW, -1).std(axis=1)
+    scatter = values[: rows * WINDOW].reshape(rows, WINDOW, values.shape[1]).std(axis=1)
     floor = np.maximum(np.quantile(scatter, 0.3, axis=0), 1e-12)
     means = windows_of(values)
     apart = np.abs(np.diff(means, axis=0, prepend=means[:1]))

@@ -134,8 +134,8 @@ def _edges(
     last = np.nan
     for block in reader.blocks(path, wanted, texts, columns.skip_lines):
         seconds = clock.seconds(block)
-        steps = np.diff(seconds, prepend=last)
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):
+            steps = np.diff(seconds, prepend=last)
             new = steps < 0 if runs.gap is None else (steps < 0) | (steps > runs.gap)
         yield from block.sample[new].tolist()
         known = seconds[np.isfinite(seconds)]

@@ -280,8 +280,9 @@ class Recording:
                 continue
             sign, _ = unsigned(source)
             reading = block.columns[self.name(source)]
-            value = (reading - part.zero[i]) * part.scales[i] + part.offset[i]
-            axes.append(value * (sign * factor(part.unit)))
+            with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is told as such
+                value = (reading - part.zero[i]) * part.scales[i] + part.offset[i]
+                axes.append(value * (sign * factor(part.unit)))
         return np.column_stack(axes)
 
     def _temperature(self, block: RawBlock) -> Array:
@@ -289,7 +290,9 @@ class Recording:
         if part is None:
             return np.full(len(block.sample), np.nan)
         sign, _ = unsigned(part.column)
-        value = (block.columns[self.name(part.column)] - part.zero) * (sign * part.scale) + part.offset
+        reading = block.columns[self.name(part.column)]
+        with np.errstate(over="ignore", invalid="ignore"):
+            value = (reading - part.zero) * (sign * part.scale) + part.offset
         unit = plain_unit(part.unit)
         return value - ZERO_CELSIUS_K if unit == "K" else (value - 32.0) / 1.8 if unit == "degF" else value
 

@@ -103,7 +103,8 @@ def mutated(good: bytes, rng: np.random.Generator) -> bytes:
         elif kind == 3:
             piece = data[place : place + length]
             del data[place : place + length]
-            data[int(rng.integers(0, len(data) + 1)) :][:0] = piece
+            other = int(rng.integers(0, len(data) + 1))
+            data[other:other] = piece
         elif kind == 4 and rng.random() < 0.2:
             del data[place:]
         else:
