@@ -19,8 +19,9 @@ from planner.nouns.calibration import Tables
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Condition, Sensor
 from planner.recordings.column_map import ColumnMap
+from planner.recordings.formats import reader_of
 from planner.recordings.raw_to_dwells import sampling_rate
-from planner.recordings.recording import Recording, reader_of, recordings_of
+from planner.recordings.recording import Recording, recordings_of
 from planner.recordings.samples import READ, Account, Samples
 from planner.recordings.temperature import POSSIBLE_DEGC, rates
 from planner.recordings.windows import windows_of

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from planner.nouns.dwell_table import DwellTable
 
 ONE_AXIS = 0.97  # share of all turning that lies about one axis: 14 deg apart at most
+APART_S = 0.01  # pieces of one turn leave no time between them
 MOTION = "motion"  # kind of the rows that are pieces of a hand turn
 
 
@@ -56,10 +57,10 @@ def whole_turns(table: DwellTable) -> DwellTable:
     keep = np.asarray(table.kind != MOTION)
     gyro, duration = table.gyro.copy(), table.duration.copy()
     ordered = np.lexsort((table.time_on, table.run, table.unit))
-    moves = ~keep[ordered]
-    other = (table.run[ordered][1:] != table.run[ordered][:-1]) | (
-        table.unit[ordered][1:] != table.unit[ordered][:-1]
-    )
+    moves, run, unit = ~keep[ordered], table.run[ordered], table.unit[ordered]
+    half = table.duration[ordered] / 2.0
+    apart = np.diff(table.time_on[ordered]) - half[1:] - half[:-1] > APART_S
+    other = (run[1:] != run[:-1]) | (unit[1:] != unit[:-1]) | apart
     edges = np.flatnonzero((moves[1:] != moves[:-1]) | other) + 1
     for rows in np.split(ordered, edges):
         if keep[rows[0]]:

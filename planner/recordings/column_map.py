@@ -22,7 +22,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, ValidationError, WithJsonSchema
 
 from planner.errors import Fault, InputError
-from planner.quantities import Acceleration, Number, PositiveSeconds, Rate, Seconds, Switch, quantity
+from planner.quantities import Acceleration, Number, PositiveSeconds, Rate, Seconds, Switch, quantity, schema
 from planner.spec.part import SpecPart
 from planner.units import UnitError, dimension_of, parse, unit_factor
 
@@ -165,7 +165,7 @@ class ColumnMap(SpecPart):
     )
     day: Number | None = Field(None, description="days since the first calibration")
     time_on: Seconds | None = Field(None, description="seconds since power-on at the first sample")
-    rate: Annotated[float, quantity("Hz", "1000 Hz")] | None = None
+    rate: Annotated[float, quantity("Hz", "1000 Hz"), schema("1000 Hz")] | None = None
     time: TimeColumn | None = None
     gyro: AxisColumns | None = None
     acc: AxisColumns | None = None
@@ -173,8 +173,9 @@ class ColumnMap(SpecPart):
     ref_rate: AxisColumns | None = None
     ref_acc: AxisColumns | None = None
     step: Source | None = Field(None, description="column that names the plan's step of each sample")
-    records: Literal["rests", "step", "plan"] | None = Field(
-        None, description="rests: found; step: from the column; plan: from the plan's times"
+    records: Literal["rests", "step", "plan", "whole"] | None = Field(
+        None,
+        description="rests: found; step: from the column; plan: by the plan's times; whole: a power-on each",
     )
     plan_time: Seconds = Field(0.0, description="time on the plan's clock at the first sample")
     shortest: PositiveSeconds = Field(1.0, description="shorter rests are left out")

@@ -14,7 +14,7 @@ from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.protocols import RawReader
 from planner.readers._arrays import RUN
-from planner.recordings.recording import reader_of
+from planner.recordings.formats import reader_of
 
 MOST_ROWS = 1 << 18
 MOST_COLUMNS = 128

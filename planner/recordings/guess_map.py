@@ -375,6 +375,7 @@ def _rest(file: _Seen, no_gyro: bool, no_acc: bool) -> Iterator[str]:
 
 def _quoted(seen: Glimpse, name: str) -> str:
     """A name as YAML and the map read it; its number where the name alone would not do."""
-    if " (column " in name or re.match(r"[-+\d.]", name) or name.startswith("column_"):
+    again = any(other.startswith(f"{name} (column ") for other in seen.names)
+    if again or " (column " in name or re.match(r"[-+\d.]", name) or name.startswith("column_"):
         return str(seen.names.index(name) + 1)
     return name if _PLAIN_NAME.fullmatch(name) else json.dumps(name, ensure_ascii=False)

@@ -81,7 +81,7 @@ def _time(seen: Glimpse, how: dict[str, str]) -> tuple[str | None, str | None]:
     rising = [n for n, values in seen.numbers.items() if _rises(values)]
     seconds = [n for n in seen.numbers if re.search(r"(^|[._ ])secs?$", _plain(n))]
     fine = [n for n in seen.numbers if re.search(r"(^|[._ ])n(ano)?_?secs?$", _plain(n))]
-    if seconds and fine and not _rises(seen.numbers[fine[0]]):
+    if seconds and fine and 1e6 < np.nanmax(seen.numbers[fine[0]]) < 1e9:
         how["time"] = "by name"
         return seconds[0], fine[0]
     for name in rising:

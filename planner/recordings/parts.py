@@ -23,12 +23,14 @@ MOST_PARTS = 10_000
 class Part:
     """The rows of one power-on: those that say what `where` does, from sample `first` to before `last`.
 
+    together: they stand in one piece, so that first and last tell them all
     unit, run: what they are called; None: as the file and the map say
     """
 
     where: Mapping[str, str] = field(default_factory=dict)
     first: int = 0
     last: int | None = None
+    together: bool = False
     unit: str | None = None
     run: int | None = None
 
@@ -37,7 +39,7 @@ class Part:
         keep = block.sample >= self.first
         if self.last is not None:
             keep &= block.sample < self.last
-        for name, text in self.where.items():
+        for name, text in () if self.together else self.where.items():
             keep &= same_text(block.columns[name], text)
         if keep.all() and not self.first and not self.where:
             return block
@@ -89,25 +91,47 @@ def parts_of(
     return found
 
 
+@dataclass
+class _Extent:
+    """From which sample to before which one the rows of a power-on reach, and whether in one piece."""
+
+    first: int
+    last: int = -1
+    together: bool = True
+
+    def take(self, first: int, last: int) -> None:
+        """Rows first … last − 1 are of it too."""
+        self.together &= self.last in (-1, first)
+        self.last = last
+
+
 def _by_columns(
     path: Path, reader: RawReader, columns: ColumnMap, keys: Sequence[str], has_unit: bool
 ) -> list[Part]:
     """One for every combination of texts, in the order of the first rows."""
-    seen: dict[tuple[str, ...], None] = {}
+    seen: dict[tuple[str, ...], _Extent] = {}
     for block in reader.blocks(path, keys, keys, columns.skip_lines):
         stacked = np.column_stack([np.asarray(block.columns[key], dtype=np.str_) for key in keys])
+        if not len(stacked):
+            continue
         new = np.append(True, (stacked[1:] != stacked[:-1]).any(axis=1))[: len(stacked)]
-        for row in dict.fromkeys(map(tuple, stacked[new].tolist())):
-            seen.setdefault(tuple(plain_text(text) for text in row))
+        starts = np.flatnonzero(new)
+        stops = np.append(starts[1:], len(stacked))
+        for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
+            texts = tuple(plain_text(text) for text in stacked[start])
+            extent = seen.setdefault(texts, _Extent(int(block.sample[start])))
+            extent.take(int(block.sample[start]), int(block.sample[stop - 1]) + 1)
         if len(seen) > MOST_PARTS:
             break
     numbers: dict[str, int] = {}
     found = []
-    for texts in seen:
+    for texts, extent in seen.items():
         unit = texts[0] if has_unit else None
         number = numbers[unit or ""] = numbers.get(unit or "", -1) + 1
         run = columns.first_run + number
-        found.append(Part(dict(zip(keys, texts, strict=True)), unit=unit, run=run))
+        where, last = dict(zip(keys, texts, strict=True)), extent.last if extent.together else None
+        first = extent.first if extent.together else 0
+        found.append(Part(where, first, last, extent.together, unit, run))
     return found
 
 

@@ -184,6 +184,8 @@ def _labelled(
     wanted = recording.whole.records
     if wanted == "plan" and not records:
         raise InputError("the map takes the records from the plan; give it with --plan")
+    if wanted == "whole":
+        return (replace(block, label=np.full(len(block), "record")) for block in blocks)
     if wanted == "rests" or (wanted is None and not records and recording.whole.step is None):
         return (replace(block, label=None) for block in blocks)
     if wanted == "plan" or (records and recording.whole.step is None):

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from planner import catalog
 from planner.errors import InputError
 from planner.nouns.array import Array
-from planner.protocols import RawBlock, RawReader
+from planner.protocols import RawBlock
 from planner.recordings.clocks import Clock, SampleClock, clock_of, evened
 from planner.recordings.column_map import (
     AXES,
@@ -29,44 +28,16 @@ from planner.recordings.column_map import (
     unsigned,
 )
 from planner.recordings.followers import Follower, Source, sources_of
-from planner.recordings.foreign_files import foreign
+from planner.recordings.formats import reader_of
 from planner.recordings.parts import Part, parts_of
 from planner.recordings.samples import READ, Account, Samples
 from planner.units import ZERO_CELSIUS_K
 
-HEAD_BYTES = 8192
+HELD_BYTES = 1 << 26  # of a file of several power-ons that stays in memory while they are read
 STANDARD_TRIADS = ("gyro_{}_dps", "acc_{}_g", "ref_rate_{}_dps", "ref_acc_{}_g")
 DWELL_NAMES = ("run", "duration_s")  # of a table that is reduced already
 STANDARD_SINGLES = ("time_s", "temp_degc", "step")
 AGAIN = " (column "  # what follows a name that stands in the header once more
-
-
-def reader_of(path: Path, name: str | None = None) -> RawReader:
-    """The reader for a file, by name or by what the file holds. Raises InputError when none fits."""
-    readers = catalog.readers()
-    if name is not None and name not in readers:
-        raise InputError(f"no reader is called {name!r}; there are {', '.join(readers)}")
-    try:
-        with path.open("rb") as file:
-            head = file.read(HEAD_BYTES)
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
-    if not head:
-        raise InputError(f"{path} is empty")
-    if path.suffix.lower() != ".npz" and (said := foreign(head)):
-        raise InputError(f"{path}: this is {said}")
-    in_turn = sorted(readers.values(), key=lambda r: r.name == "text")  # text takes what is left
-    fit = next((reader for reader in in_turn if reader.recognises(path, head)), None)
-    if name is not None:
-        if fit is not None and fit.name != name and not readers[name].recognises(path, head):
-            raise InputError(
-                f"{path}: this is {fit.name}, not {name}: write `format: {fit.name}`, or leave format out"
-            )
-        return readers[name]
-    if fit is None:
-        broken = "".join(f"; {one}" for one in catalog.unloadable("readers"))
-        raise InputError(f"{path} is of no format that can be read; there are {', '.join(readers)}{broken}")
-    return fit
 
 
 def recordings_of(path: Path, columns: ColumnMap | None = None) -> list[Recording]:
@@ -109,6 +80,7 @@ class Recording:
         self._where = dict(sources[0].where) if sources else {}
         self.names = _names(self.path, found, self.given, self._where)
         self.part = Part({self.names[c]: text for c, text in self._where.items()})
+        self._held: dict[tuple[str, ...], list[RawBlock]] = {}
 
     def parts(self) -> list[Part]:
         """The power-ons that the map tells apart. Raises InputError when the file cannot be read."""
@@ -118,7 +90,8 @@ class Recording:
         """The recording of one of its power-ons."""
         other = Recording.__new__(Recording)
         vars(other).update({k: v for k, v in vars(self).items() if k != "clock"})
-        other.part = replace(part, where={**self.part.where, **part.where})
+        together = part.together and not self.part.where
+        other.part = replace(part, where={**self.part.where, **part.where}, together=together)
         return other
 
     @property
@@ -178,7 +151,7 @@ class Recording:
         account.counts[READ] = rows
         low, high = account.steps
         account.note(
-            f"the clock jitters: steps of {1e3 * low:.3g} to {1e3 * high:.4g} ms, usually "
+            f"the clock jitters: steps of {1e3 * low:.3g} to {1e3 * high:.0f} ms, usually "
             f"{1e3 * clock.usual:.3g}, deviation {1e3 * clock.deviation:.3g}; {read} samples are taken "
             f"together in {rows} steps of {1e3 * clock.step:.3g} ms"
         )
@@ -209,7 +182,8 @@ class Recording:
             where = {
                 n: t for n, t in self.part.where.items() if n in other.given and n not in self._where_names
             }
-            other = other.of(Part(where))
+            alike = (part for part in other.parts() if dict(part.where) == where) if where else ()
+            other = other.of(next(iter(alike), Part(where)))
         return Follower(other._timed(account), str(source.path))
 
     @property
@@ -222,7 +196,7 @@ class Recording:
         rows = 0
         texts = self._texts()
         wanted = list(dict.fromkeys([*self.names.values(), *self.part.where]))
-        for block in self.reader.blocks(self.path, wanted, texts, self.columns.skip_lines):
+        for block in self._blocks(wanted, texts):
             past = self.part.last is not None and len(block.sample) and block.sample[0] >= self.part.last
             if past:
                 break
@@ -236,9 +210,18 @@ class Recording:
                 yield clock.start or 0.0, samples
         clock.close(rows)
 
+    def _blocks(self, wanted: list[str], texts: list[str]) -> Iterable[RawBlock]:
+        """The file's blocks; those of a small file of many power-ons are held: each would read it anew."""
+        if self.part == Part() or self.path.stat().st_size > HELD_BYTES:
+            return self.reader.blocks(self.path, wanted, texts, self.columns.skip_lines)
+        key = (*wanted, "", *texts)
+        if key not in self._held:
+            self._held[key] = list(self.reader.blocks(self.path, wanted, texts, self.columns.skip_lines))
+        return self._held[key]
+
     def _renumbered(self, block: RawBlock, rows: int) -> RawBlock:
         """Of rows that a column tells apart the samples are counted on, without holes."""
-        if not self.part.where:
+        if not self.part.where or self.part.together:
             return block
         return replace(block, sample=np.arange(rows, rows + len(block.sample)))
 
