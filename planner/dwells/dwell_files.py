@@ -98,7 +98,7 @@ def _read_parquet(path: Path) -> RawDwells:
 
     try:
         table = pq.read_table(path)
-    except (ArrowException, OSError) as error:
+    except (ArrowException, OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path} is not a whole Parquet file: {error}") from error
     _check_doubles(str(path), table.column_names)
     known = [name for name in table.column_names if name in BY_NAME]
@@ -117,7 +117,7 @@ def _read_hdf5(path: Path) -> RawDwells:
             names = tuple(name for name in group if isinstance(group[name], h5py.Dataset))
             columns = {name: _dataset(group[name]) for name in names if name in BY_NAME}
             notes = tuple(filter(None, str(group.attrs.get("notes", "")).split("\n")))
-    except (OSError, RuntimeError, KeyError) as error:
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         raise InputError(f"{path} is not a whole HDF5 file: {error}") from error
     wrong = [name for name, values in columns.items() if values.ndim != 1]
     if wrong:
