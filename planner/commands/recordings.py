@@ -11,6 +11,18 @@ from planner.commands.options import AsJson
 from planner.commands.output import answer, deliver, page_of, progress_line
 from planner.errors import InputError
 
+Columns = Annotated[
+    Path | None,
+    typer.Option(metavar="MAP.yaml", help="Which column is what, in which unit, with which sign."),
+]
+OfPlan = Annotated[
+    Path | None, typer.Option(metavar="PLAN", help="plan.json or its folder: the records are its steps.")
+]
+Latitude = Annotated[
+    float | None,
+    typer.Option(min=-90.0, max=90.0, metavar="DEG", help="Of the bench: references from the plan."),
+]
+
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
@@ -27,21 +39,13 @@ def reduce(
         Path | None,
         typer.Option("-o", "--out", metavar="DATA", help="Dwell table to write: .csv, .parquet or .h5."),
     ] = None,
-    columns: Annotated[
-        Path | None,
-        typer.Option(metavar="MAP.yaml", help="Which column is what, in which unit, with which sign."),
-    ] = None,
+    columns: Columns = None,
     guess: Annotated[
         bool, typer.Option("--guess", help="Write a commented map from what the files show; -o names it.")
     ] = False,
     map_help: Annotated[bool, typer.Option("--map-help", help="Explain every key of a map.")] = False,
-    plan: Annotated[
-        Path | None, typer.Option(metavar="PLAN", help="plan.json or its folder: the records are its steps.")
-    ] = None,
-    latitude: Annotated[
-        float | None,
-        typer.Option(min=-90.0, max=90.0, metavar="DEG", help="Of the bench: references from the plan."),
-    ] = None,
+    plan: OfPlan = None,
+    latitude: Latitude = None,
     as_json: AsJson = False,
 ) -> None:
     """Reduce raw recordings to a dwell table; an account of every sample stands beside it.
