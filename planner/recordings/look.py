@@ -115,9 +115,10 @@ def _looked(file: ScannedFile, columns: ColumnMap) -> Looked:
 def _gaps(file: ScannedFile) -> Iterator[Gap]:
     """Between windows and within them, in order of time."""
     windows, longest = file.windows, longest_gap(file.rate)
-    found = []
-    for i in np.flatnonzero(windows.start[1:] - windows.end[:-1] > longest):
-        found.append(Gap(float(windows.end[i]), float(windows.start[i + 1] - windows.end[i])))
+    found = [
+        Gap(float(windows.end[i]), float(windows.start[i + 1] - windows.end[i]))
+        for i in np.flatnonzero(windows.start[1:] - windows.end[:-1] > longest)
+    ]
     for i in np.flatnonzero(~windows.whole):
         samples = windows.count[i] + windows.left_out[i]
         seconds = float(windows.end[i] - windows.start[i] - max(samples - 2, 0) / file.rate)
