@@ -88,7 +88,7 @@ def look(paths: Sequence[Path], columns: Path | None, progress: Progress) -> Loo
     files, run = [], made.first_run
     for number, recording in enumerate(found[:MOST_POWER_ONS]):
         progress(f"reading {path}, power-on {number + 1} of {len(found)}")
-        files.append(scanned(recording, run + number, len(found) > 1))
+        files.append(scanned(recording, run + number, len(found) > 1, None, progress))
     if not files:
         raise InputError(f"{path} has no samples")
     progress("noise of the longest rest")

@@ -6,7 +6,7 @@ rest once more for the Allan deviation.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -130,7 +130,7 @@ def _files(
             progress(
                 f"reading {path}" + (f", power-on {number + 1} of {len(found)}" if len(found) > 1 else "")
             )
-            file = scanned(recording, run, len(found) > 1, records)
+            file = scanned(recording, run, len(found) > 1, records, progress)
             if said := doubted(file):
                 raise InputError(f"{recording.path}: {said}")
             files.append(file)
@@ -154,15 +154,27 @@ def _reasons(left_out: Sequence[LeftOut]) -> str:
 
 
 def scanned(
-    recording: Recording, run: int, of_several: bool, records: Sequence[PlannedRecord] | None = None
+    recording: Recording,
+    run: int,
+    of_several: bool,
+    records: Sequence[PlannedRecord] | None = None,
+    progress: Progress = _silent,
 ) -> ScannedFile:
     """A recording in windows, with its rests and motions. Raises InputError when it cannot be read."""
     account = Account()
     rate = sampling_rate(recording)
-    windows = windows_of(iter(_labelled(recording, account, records)), rate)
+    windows = windows_of(_told(_labelled(recording, account, records), recording.path, progress), rate)
     segments = steps_of(windows) if windows.label is not None else segments_of(windows, longest_gap(rate))
     name = f"{recording.path}, run {run}" if of_several else str(recording.path)
     return ScannedFile(recording, recording.unit, run, rate, windows, tuple(segments), account, name)
+
+
+def _told(blocks: Iterable[Samples], path: Path, progress: Progress) -> Iterator[Samples]:
+    """The blocks, each told of when it comes."""
+    for block in blocks:
+        if len(block):
+            progress(f"reading {path}: {block.time[-1] / 60.0:.1f} min")
+        yield block
 
 
 def doubted(file: ScannedFile) -> str:
