@@ -134,8 +134,8 @@ class AxisColumns(SpecPart):
 class FullScale(SpecPart):
     """Readings at these are saturated."""
 
-    gyro: Annotated[Rate | None, Field()] = None
-    acc: Annotated[Acceleration | None, Field()] = None
+    gyro: Rate | None = Field(None, description="of the gyros, as 2000 deg/s")
+    acc: Acceleration | None = Field(None, description="of the accelerometers, as 16 g")
 
 
 class PowerOns(SpecPart):

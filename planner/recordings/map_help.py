@@ -75,6 +75,7 @@ _PARTS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("unit", UnitColumn),
     ("full_scale", FullScale),
 )
+_SECONDS = ("plan_time", "shortest")
 _WORDS = {
     "rate": "sampling rate, as 100 Hz; needed when no column holds the time",
     "time": "the column of the time",
@@ -90,6 +91,7 @@ _WORDS = {
     "unit": "of the value, as deg/s, rad/s, g, m/s^2",
     "scale": "units in one count",
     "offset": "added after the scale, in the unit",
+    "file": "another file of the same run: its name, or {_acc: _gyro} to replace in the recording's",
     "planner": "version of the map's form",
     "column": "name or number of the column",
 }
@@ -101,14 +103,17 @@ def map_help_text() -> str:
     for title, model in _PARTS:
         lines.append(f"{title}:")
         for key, field in model.model_fields.items():
-            default = "" if field.is_required() or field.default in (None, {}) else _default(field.default)
+            unit = " s" if key in _SECONDS else ""
+            default = (
+                "" if field.is_required() or field.default in (None, {}) else _default(field.default, unit)
+            )
             lines.append(f"    {key:<12} {field.description or _WORDS.get(key, '')}{default}")
         lines.append("")
     lines.append("`planner schema --of column-map` prints the JSON Schema, for editors.")
     return "\n".join([*lines, ""])
 
 
-def _default(value: Any) -> str:
+def _default(value: Any, unit: str) -> str:
     if isinstance(value, BaseModel) or repr(value).startswith("PydanticUndefined"):
         return ""
     if isinstance(value, tuple):
@@ -116,4 +121,4 @@ def _default(value: Any) -> str:
     shown = (
         str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else value
     )
-    return f" [{shown}]"
+    return f" [{shown}{unit}]"
