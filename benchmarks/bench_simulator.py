@@ -25,8 +25,7 @@ from planner.bench_run.job import Job, job_from
 from planner.bench_run.simulator.server import SimulatedBench
 from planner.export.json import plan_document
 from tests.bench_run.kills import campaign_with_kills
-from tests.bench_run.rig import Rig
-from tests.bench_run.test_shipped import compare
+from tests.bench_run.rig import Rig, compare
 from tests.specs import SHIPPED, planned
 
 LEAST_IN_MEMORY, LEAST_OVER_TCP = 500.0, 50.0  # steps a second
@@ -58,12 +57,12 @@ def over_tcp(job: Job, folder: Path) -> float:
     with SimulatedBench() as bench:
         request = session.Request(
             tables=(f"TCPIP::127.0.0.1::{bench.ports.table}::SOCKET",),
-            chamber=f"TCPIP::127.0.0.1::{bench.ports.chamber}::SOCKET",
+            chambers=(f"TCPIP::127.0.0.1::{bench.ports.chamber}::SOCKET",),
             journal=path,
             clock_port=bench.ports.clock,
         )
         start = time.perf_counter()
-        session.run(job, request, lambda text: None, lambda step: None)
+        session.run(job, request, lambda text: None)
         spent = time.perf_counter() - start
         assert not bench.table.refusals
         assert not bench.chamber.refusals

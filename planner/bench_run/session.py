@@ -2,97 +2,105 @@
 
 from __future__ import annotations
 
-import math
 import re
-import shlex
-import sys
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass
-from pathlib import Path
+from contextlib import ExitStack, suppress
 
 from planner.bench_run import limits
-from planner.bench_run.clock import Clock, SimulatorClock, WallClock
 from planner.bench_run.dry import dry_run
+from planner.bench_run.equipment import Equipment, Finished, Status
 from planner.bench_run.errors import BenchFault, Interrupted
 from planner.bench_run.interrupts import stoppable
 from planner.bench_run.job import Job
 from planner.bench_run.journal import Journal, open_journal, read_past
-from planner.bench_run.line import Line
-from planner.bench_run.people import Asking, CommandRecorder, NoRecorder, Operator, Waiting
-from planner.bench_run.runner import ATTENTION, Equipment, Finished, execute
-from planner.bench_run.shifts import local_week_s
-from planner.bench_run.visa import VisaLine, is_simulator
-from planner.errors import InputError
+from planner.bench_run.resources import Request, dialects_of, equipment_of, resources_of
+from planner.bench_run.runner import execute
+from planner.bench_run.safety import Left
+from planner.errors import InputError, PlannerError
 from planner.nouns.plan import Step
 
+__all__ = ["Request", "rehearse", "run", "travel_from"]
+
 Say = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Request:
-    """What the user asked for. tables: `RESOURCE` for all benches, or `BENCH=RESOURCE` for each."""
-
-    tables: tuple[str, ...]
-    chamber: str | None
-    journal: Path
-    resume: bool = False
-    unattended: bool = False
-    recorder: str | None = None
-    speed: float | None = None
-    clock_port: int | None = None
-    baud: int = 19200
+Watch = Callable[[Status], None]
 
 
 def rehearse(job: Job, request: Request, say: Say) -> None:
     """Check the limits and say what would be sent; nothing is opened or written."""
     for note in limits.check(job):
         say(f"note: {note}")
-    dry_run(job, read_past(request.journal, job.plan_sha256, _ids(job)), say)
+    dry_run(job, read_past(request.journal, job.plan_sha256, _ids(job)), say, dialects_of(job, request))
 
 
-def run(job: Job, request: Request, say: Say, before: Callable[[Step], None]) -> Finished:
+def run(
+    job: Job,
+    request: Request,
+    say: Say,
+    before: Callable[[Step], None] = lambda step: None,
+    watch: Watch = lambda status: None,
+) -> Finished:
     """Run the campaign, or what is left of it.
 
     Raises InputError before anything moves for a plan that the bench cannot do, a journal that does not fit,
     a bench that cannot be reached; BenchFault and Interrupted later, when everything has been made safe.
     """
+    say = undisturbed(say)
     for note in limits.check(job):
         say(f"note: {note}")
-    tables = _resources(job, request, say)
+    dialects = dialects_of(job, request)
+    found = resources_of(job, request, say, apart=False)
     with ExitStack() as stack:
-        journal = open_journal(request.journal, job.plan_sha256, _ids(job), resume=request.resume)
+        journal = open_journal(
+            request.journal,
+            job.plan_sha256,
+            _ids(job),
+            resume=request.resume,
+            from_start=request.from_start,
+        )
         stack.callback(journal.close)
         if len(journal.past.entries) == len(job.steps):
             say(f"{request.journal} tells of a finished campaign; nothing is left to do")
             return Finished(0, 0, 0.0)
-        stack.enter_context(stoppable())
-        equipment = _equipment(request, tables, stack)
-        return _reported(job, equipment, journal, say, before)
+        stop = stack.enter_context(stoppable())
+        equipment = equipment_of(request, found, dialects, stack, stop, lambda event, words: None)
+        return _reported(job, equipment, journal, say, undisturbed(before), undisturbed(watch))
+
+
+def undisturbed(tell: Callable[..., None]) -> Callable[..., None]:
+    """Telling somebody something, whose ear may be closed or full: that changes nothing of a run."""
+
+    def told(*words: object) -> None:
+        with suppress(OSError, ValueError):  # of a closed terminal, a full disk, a closed file
+            tell(*words)
+
+    return told
 
 
 def _reported(
-    job: Job, equipment: Equipment, journal: Journal, say: Say, before: Callable[[Step], None]
+    job: Job,
+    equipment: Equipment,
+    journal: Journal,
+    say: Say,
+    before: Callable[[Step], None],
+    watch: Watch,
 ) -> Finished:
     """The run; whatever stops it is reported with where it stopped and how to go on."""
-    done, at = len(journal.past.entries), "the start"
-    unsafe: list[str] = []
+    done, at, how = len(journal.past.entries), "the start", Left()
 
     def count(step: Step) -> None:
         nonlocal done, at
         done, at = done + (at != "the start"), step.id
         before(step)
 
-    def listen(text: str) -> None:
-        if text.startswith(ATTENTION):
-            unsafe.append(text)
-        say(text)
+    def was_left(left: Left) -> None:
+        nonlocal how
+        how = left
 
     try:
-        return execute(job, equipment, journal, listen, count)
-    except (BenchFault, KeyboardInterrupt) as error:
-        state = "NOT everything was made safe, see above" if unsafe else "table at zero rate, chamber to room"
-        kind = BenchFault if isinstance(error, BenchFault) else Interrupted
+        return execute(job, equipment, journal, say, count, was_left, watch)
+    except (PlannerError, KeyboardInterrupt) as error:
+        kind = Interrupted if isinstance(error, KeyboardInterrupt) else BenchFault
+        state = str(how) if how.safe else f"NOT everything was made safe: {how}"
         raise kind(
             f"{str(error) or 'stopped'}. Stopped at {at}, {done} of {len(job.steps)} steps done; {state}. "
             f"Go on with --resume (journal: {journal.path})"
@@ -101,75 +109,6 @@ def _reported(
 
 def _ids(job: Job) -> Sequence[str]:
     return [step.id for step in job.steps]
-
-
-def _resources(job: Job, request: Request, say: Say) -> Mapping[str, str]:
-    """The table's resource for every driven bench. Raises InputError for what is missing or one too many."""
-    named = dict(text.split("=", 1) for text in request.tables if "=" in text)
-    bare = [text for text in request.tables if "=" not in text]
-    driven = [name for name in job.used_benches if job.benches[name].driven]
-    if len(bare) > 1 or set(named) - set(driven):
-        raise InputError(f"--table takes RESOURCE once, or BENCH=RESOURCE for each of {', '.join(driven)}")
-    missing = [name for name in driven if name not in named and not bare]
-    if missing:
-        raise InputError(f"no table for {', '.join(missing)}; give --table {missing[0]}=RESOURCE")
-    if any(job.benches[name].chamber for name in job.used_benches) and request.chamber is None:
-        raise InputError("the plan needs a chamber; give --chamber RESOURCE")
-    shared = [name for name in driven if name not in named]
-    if len(shared) > 1:
-        say(
-            f"note: {bare[0]} is the table of {' and '.join(shared)}; --table BENCH=RESOURCE tells them apart"
-        )
-    return {name: named.get(name, bare[0] if bare else "") for name in driven}
-
-
-def _equipment(request: Request, tables: Mapping[str, str], stack: ExitStack) -> Equipment:
-    resources = [*tables.values(), *([request.chamber] if request.chamber else [])]
-    clock = _clock(request, all(map(is_simulator, resources)), stack)
-    operator = _operator(request, clock, all(map(is_simulator, resources)))
-    lines: dict[str, Line] = {}
-    for resource in dict.fromkeys(tables.values()):
-        lines[resource] = _line(resource, "\n", request, stack)
-    return Equipment(
-        tables={name: lines[resource] for name, resource in tables.items()},
-        chamber=_line(request.chamber, "\r\n", request, stack) if request.chamber else None,
-        clock=clock,
-        recorder=CommandRecorder(shlex.split(request.recorder)) if request.recorder else NoRecorder(),
-        operator=operator,
-        week=None if all(map(is_simulator, resources)) else local_week_s,
-    )
-
-
-def _line(resource: str, line_end: str, request: Request, stack: ExitStack) -> Line:
-    line = VisaLine(resource, line_end, request.baud)
-    stack.callback(line.close)
-    return line
-
-
-def _clock(request: Request, simulated: bool, stack: ExitStack) -> Clock:
-    if request.speed is None and request.clock_port is None:
-        return WallClock()
-    if not simulated:
-        raise InputError(
-            "--speed and --clock-port are for simulators on this machine; real soaks take their time"
-        )
-    if request.clock_port is not None:
-        clock = SimulatorClock(request.clock_port)
-        stack.callback(clock.close)
-        return clock
-    speed = request.speed or 0.0
-    if not (math.isfinite(speed) and speed > 0):
-        raise InputError(f"--speed must be more than 0, not {speed:g}")
-    return WallClock(speed)
-
-
-def _operator(request: Request, clock: Clock, simulated: bool) -> Operator:
-    """Somebody must say that hands are off the table, unless it is no real one or --unattended says so."""
-    if request.unattended or simulated:
-        return Waiting(clock)
-    if not sys.stdin.isatty():
-        raise InputError("nobody to ask when the unit is installed: use a terminal, or --unattended")
-    return Asking(lambda text: input(f"{text} "))
 
 
 def travel_from(texts: Sequence[str]) -> Mapping[int, tuple[float, float]]:

@@ -91,7 +91,7 @@ def simulate(
     """
     from planner.dwells.dwell_files import write_dwells
     from planner.export.documents import read_plan
-    from planner.export.files import write_whole
+    from planner.whole_files import write_whole
     from planner.export.truth import truth_path, truth_text
     from planner.pipelines import data as data_pipeline
     from planner.simulate.settings import pairs, settings_from, settings_of

@@ -53,7 +53,7 @@ def deliver(
     written: str | None = None,
 ) -> None:
     """Write the files; then notes, the result and a line for each file, or what `written` says of them."""
-    from planner.export.files import write_all_whole
+    from planner.whole_files import write_all_whole
 
     write_all_whole(files)
     notes(remarks)

@@ -27,7 +27,7 @@ def init(
 
     Example: planner init spec.yaml
     """
-    from planner.export.files import write_whole
+    from planner.whole_files import write_whole
     from planner.spec.starter import starter_text
 
     target = file or Path("spec.yaml")
