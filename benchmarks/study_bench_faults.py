@@ -3,8 +3,8 @@
     python benchmarks/study_bench_faults.py --campaigns 1000
     python benchmarks/study_bench_faults.py --kills 1000
 
-Says how many campaigns held: each record once, or void and made again, made as the plan says by the true state
-of the bench; the bench seen safe and safe in truth at every end, or ATTENTION. Exit 1 when one did not.
+Says how many campaigns held: each record once, or void and made again, made as the plan says by the true
+state of the bench; the bench seen safe and safe in truth at every end, or ATTENTION. Exit 1 when one did not.
 """
 
 from __future__ import annotations
@@ -30,14 +30,18 @@ def campaigns(count: int, first: int) -> int:
     for seed in range(first, first + count):
         with tempfile.TemporaryDirectory() as folder:
             outcome = campaign(job, Path(folder), seed)
-        sessions, void, attention = sessions + outcome.sessions, void + outcome.void, attention + outcome.attention
+        sessions, void, attention = (
+            sessions + outcome.sessions,
+            void + outcome.void,
+            attention + outcome.attention,
+        )
         if outcome.wrong:
             bad += 1
             print(f"seed {seed}: {'; '.join(outcome.wrong[:3])}")
     spent = time.perf_counter() - start
     print(
-        f"{count} campaigns (seeds {first} … {first + count - 1}), {sessions} sessions, {void} records void and "
-        f"made again, {attention} ends with ATTENTION; {bad} campaigns did not hold; {spent:.0f} s"
+        f"{count} campaigns (seeds {first} … {first + count - 1}), {sessions} sessions, {void} records void "
+        f"and made again, {attention} ends with ATTENTION; {bad} campaigns did not hold; {spent:.0f} s"
     )
     return 1 if bad else 0
 

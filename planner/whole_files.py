@@ -1,6 +1,6 @@
 """Writing files whole or not at all, and files that belong together together.
 
-A file is written beside its place, synced, and renamed. Files of one set are renamed one right after the other
+A file is written beside its place, synced, and renamed. Files of one set are renamed right after one another
 by a process of their own: kill -9 of the writer, at any moment, leaves the old set or the new one.
 """
 
@@ -193,7 +193,9 @@ def temporary_beside(target: Path) -> tuple[int, Path]:
     Those that dead processes left for the same file are swept away.
     """
     _sweep(target)
-    handle, name = tempfile.mkstemp(prefix=f".{target.name}.{os.getpid()}-", suffix=".part", dir=target.parent)
+    handle, name = tempfile.mkstemp(
+        prefix=f".{target.name}.{os.getpid()}-", suffix=".part", dir=target.parent
+    )
     return handle, Path(name)
 
 

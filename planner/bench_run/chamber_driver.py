@@ -7,7 +7,7 @@ from planner.bench_run.errors import BenchFault
 from planner.bench_run.line import Conversation, Line
 from planner.bench_run.readings import Air
 from planner.bench_run.tolerances import Tolerances
-from planner.control.dialect import ChamberDialect, figure, filled, finite, matched
+from planner.control.dialect import ChamberDialect, filled, finite, matched
 from planner.control.dialect_files import chamber_dialect
 from planner.nouns.bench import ChamberFacts
 from planner.units import ZERO_CELSIUS_K
@@ -37,10 +37,10 @@ class ChamberDriver:
         self._started = False
         self._tells_mode: bool | None = None if self._dialect.questions.mode else False
 
-    def open(self) -> None:
-        """Setpoint at room before power, so that it starts from a harmless one."""
+    def open(self, harmless_degc: float | None = None) -> None:
+        """Setpoint before power, so that it starts from a harmless one: from room, if no other is given."""
         self._target = None
-        self._set(self._room)
+        self._set(self._room if harmless_degc is None else harmless_degc)
         self._start()
         self._check_mode()
         self._started = True
@@ -87,7 +87,7 @@ class ChamberDriver:
         self._start()
         if self._target is None:
             return 0.0
-        shown = self._shown()
+        shown = self.setpoint_degc()
         if shown is not None and not self._same(shown, self._target):
             self._set(self._target)
         elif abs(reading - self._target) <= self._within.drift_k:
@@ -107,9 +107,16 @@ class ChamberDriver:
 
     def not_at_room(self) -> list[str]:
         """What speaks against the chamber's going to room, in words: its setpoint, its mode."""
-        shown, mode = self._shown(), self._wrong_mode()
-        found = [] if shown is None or self._same(shown, self._room) else [f"its setpoint reads {shown:g} degC"]
+        shown, mode = self.setpoint_degc(), self._wrong_mode()
+        found = (
+            [] if shown is None or self._same(shown, self._room) else [f"its setpoint reads {shown:g} degC"]
+        )
         return [*found, *([f"its mode reads {mode}"] if mode else [])]
+
+    def mode(self) -> str:
+        """Its mode in words, or that it tells none."""
+        wrong = self._wrong_mode()
+        return wrong or ("it holds a temperature" if self._tells_mode else "it does not answer to that")
 
     def seen(self) -> str:
         """What could be read back of it, in words."""
@@ -122,10 +129,10 @@ class ChamberDriver:
     def _set(self, degc: float) -> None:
         """Order a setpoint and read it back; what was ignored is ordered once more."""
         self._tell(degc)
-        shown = self._shown()
+        shown = self.setpoint_degc()
         if shown is not None and not self._same(shown, degc):
             self._tell(degc)
-            shown = self._shown()
+            shown = self.setpoint_degc()
         if shown is not None and not self._same(shown, degc):
             words = self._words(degc)
             raise BenchFault(f"the chamber did not take {words[-1]!r}: its setpoint is {shown:g} degC")
@@ -155,7 +162,7 @@ class ChamberDriver:
 
     # ------------------------------------------------------------ looking
 
-    def _shown(self) -> float | None:
+    def setpoint_degc(self) -> float | None:
         """The setpoint as the chamber tells it; None when it does not."""
         apart = self._dialect.questions.setpoint
         if apart is not None:
@@ -218,7 +225,9 @@ class ChamberDriver:
                 inside_since = now
             frozen = inside_since == now and now - moved > self._within.frozen_s
             if frozen or (now - start > deadline and inside_since == now):
-                stood = f", and has for {(now - moved) / 60:.0f} min: frozen, or it does not go" if frozen else ""
+                stood = (
+                    f", and has for {(now - moved) / 60:.0f} min: frozen, or it does not go" if frozen else ""
+                )
                 raise BenchFault(
                     f"the chamber has not settled at {target:g} degC after {(now - start) / 60:.0f} min: "
                     f"it reads {reading:g} degC{stood}"

@@ -45,6 +45,7 @@ class Journal:
         self.path, self.past = path, past
         self._handle, self._lock, self._counting = handle, threading.Lock(), threading.Lock()
         self.session, self.power_ons = past.sessions + 1, past.power_ons
+        self.told = len(past.entries)  # finished steps
 
     def append(self, line: Mapping[str, Any]) -> None:
         """Write one line and wait for the disk. Raises BenchFault when it is full: no part of it stays."""
@@ -61,6 +62,7 @@ class Journal:
                 raise BenchFault(
                     f"cannot write {self.path}: {error.strerror}; make room, then go on with --resume"
                 ) from error
+            self.told += "step" in line
 
     def finished(self, entry: Entry) -> None:
         """A step is done."""

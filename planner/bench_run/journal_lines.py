@@ -75,7 +75,12 @@ def read_lines(path: Path, whole: bytes) -> JournalLines:
         elif list(line) == ["session"]:
             sessions += 1
     return JournalLines(
-        head.get("journal"), head.get("plan_sha256"), tuple(entries), sessions, power_ons, tuple(begun.values())
+        head.get("journal"),
+        head.get("plan_sha256"),
+        tuple(entries),
+        sessions,
+        power_ons,
+        tuple(begun.values()),
     )
 
 

@@ -17,7 +17,7 @@ from planner.control.dialect import Dialect, matched
 
 TRIES = 3  # a lost reply happens; three in a row are a fault
 QUIET_S = 0.2  # after connecting anew: what comes so soon is of the time before
-SURE_S = 0.02  # after what decides: whether a second reply follows the first
+SURE_S = 0.005  # after what decides: whether a second reply follows the first
 Answer = TypeVar("Answer")
 
 

@@ -35,7 +35,12 @@ class OpenBench:
             self.table = TableDriver(lines.table, self._clock, facts, self._within, lines.table_dialect)
         if facts.chamber is not None and lines.chamber is not None:
             self.chamber = ChamberDriver(
-                lines.chamber, self._clock, facts.chamber, self._within, facts.room_degc, lines.chamber_dialect
+                lines.chamber,
+                self._clock,
+                facts.chamber,
+                self._within,
+                facts.room_degc,
+                lines.chamber_dialect,
             )
         self._drops = 0
 
@@ -98,7 +103,8 @@ class OpenBench:
 
     def is_sure(self) -> bool:
         """Whether no reply has come that nobody asked for."""
-        return all([d.talk.is_sure(0.0) for d in (self.table, self.chamber) if d is not None])
+        sure = [d.talk.is_sure(0.0) for d in (self.table, self.chamber) if d is not None]  # ask both
+        return all(sure)
 
     def leave(self) -> Left:
         """Table to zero rate, chamber to room, both seen; says what is not."""

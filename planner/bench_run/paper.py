@@ -131,7 +131,9 @@ class PaperChamber:
         for question in (q for q in vars(self.dialect.questions).values() if q is not None):
             if message == question.ask:
                 code = question.good[0] if question.good else "0"
-                return _answer(question, measured=self._degc, setpoint=self._degc, value=self._degc, code=code)
+                return _answer(
+                    question, measured=self._degc, setpoint=self._degc, value=self._degc, code=code
+                )
         return None
 
     def told(self, command: str) -> None:

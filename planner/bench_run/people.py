@@ -26,7 +26,6 @@ class Recorder(Protocol):
         """End a record."""
         ...
 
-
     def lost(self, step: Step, number: int) -> None:
         """The record that an earlier session began in a power-on and never ended is void."""
         ...

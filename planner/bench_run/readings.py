@@ -47,7 +47,9 @@ def comparing_s(rate_dps: float) -> float:
     return min(max(LEAST_WAY_DEG / abs(rate_dps), SHORTEST_S), LONGEST_S)
 
 
-def contradiction(first_deg: float, second_deg: float, rate_dps: float, seconds: float, unsure_s: float) -> str:
+def contradiction(
+    first_deg: float, second_deg: float, rate_dps: float, seconds: float, unsure_s: float
+) -> str:
     """What two looks at an angle say against its rate; empty when they fit, or cannot tell.
 
     seconds: between the looks; unsure_s: how long they took themselves

@@ -1,8 +1,8 @@
 """Making one record: void and made again when something about it is in doubt.
 
-Void is a record in which a reply was lost, late, doubled or garbled, a connection dropped, a reading could not
-be, or that lasted longer than planned (the process was stopped, the computer asleep): nobody looked at the
-bench meanwhile. The journal tells that a record begins before it does, so that one whose end is not told is
+Void is a record in which a reply was lost, late, doubled or garbled, a connection dropped, a reading could
+not be, or that lasted longer than planned (the process was stopped, the computer asleep): nobody looked at
+the bench meanwhile. The journal tells that a record begins before it does: one whose end is not told is
 known to be void, and is not made again without a word.
 """
 
@@ -61,7 +61,8 @@ class Recording:
             if begun.step not in by_id:
                 continue
             self._say(
-                f"{begun.step} was begun at {begun.utc} and never finished: its data are void, it is made again"
+                f"{begun.step} was begun at {begun.utc} and never finished: "
+                "its data are void, it is made again"
             )
             step = by_id[begun.step]
             try:

@@ -109,7 +109,9 @@ def _by_bench(names: Sequence[str], given: Sequence[str], option: str) -> dict[s
     named = dict(text.split("=", 1) for text in given if "=" in text)
     bare = [text for text in given if "=" not in text]
     if len(bare) > 1 or set(named) - set(names):
-        raise InputError(f"{option} takes one for all, or BENCH=… for each of {', '.join(names) or 'no bench'}")
+        raise InputError(
+            f"{option} takes one for all, or BENCH=… for each of {', '.join(names) or 'no bench'}"
+        )
     return {name: named.get(name, *bare) for name in names if name in named or bare}
 
 

@@ -39,7 +39,7 @@ def execute(
 ) -> Finished:
     """Make all steps that the journal does not tell of.
 
-    before: hears of each step; left: how the bench was left, at the end; watch: where the run is, now and then
+    before: hears of each step; left: how the bench was left, at the end; watch: where it is, now and then
     The limits must have been checked (`bench_run.limits`). Raises BenchFault when the bench does not do
     what it is told; then, as after any other exception, the table goes to zero rate and the chamber to room
     temperature before the exception goes on. BenchFault too when all was made and that was not seen.

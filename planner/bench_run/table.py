@@ -54,7 +54,7 @@ class TableDriver:
         for word in self._words.prepare():
             self.talk.order([word])
         self._learn_codes()
-        self._errors()  # of whoever used the table before us; what persists is refused next
+        self.errors()  # of whoever used the table before us; what persists is refused next
         self._check_interlock()
         self._order([*self._words.limits(self._bench, fastest_dps), *self._words.stop_all()])
         self._reads_rate = self._reads_rate and self._can_read_rate()
@@ -67,7 +67,7 @@ class TableDriver:
         Raises LineLost when it is still down, BenchFault when the interlock has opened meanwhile.
         """
         self.talk.connect()
-        self._errors()
+        self.errors()
         self._check_interlock()
         held, self._holding = self._holding, ()
         if held:
@@ -118,11 +118,11 @@ class TableDriver:
 
     def _restless(self) -> list[str]:
         found = {axis: words for axis in self._axes if (words := self._rate_words(axis))}
-        before = {axis: self._position(axis) for axis in self._axes}
+        before = {axis: self.angle_deg(axis) for axis in self._axes}
         for seconds in REST_S:
             self._clock.sleep(seconds)
             for axis in self._axes:
-                off = math.remainder(self._position(axis) - before[axis], 360.0)
+                off = math.remainder(self.angle_deg(axis) - before[axis], 360.0)
                 if abs(off) > 2 * self._within.position_deg:
                     found.setdefault(axis, f"axis {axis} goes on by {off:g} deg in {seconds:g} s")
         return list(found.values())
@@ -165,7 +165,7 @@ class TableDriver:
 
     def _off(self) -> None:
         self.talk.order(self._words.stop_all())
-        if self._errors():
+        if self.errors():
             self._order(self._words.stop_all())
 
     def _order(self, commands: Sequence[str]) -> None:
@@ -174,11 +174,11 @@ class TableDriver:
             self._refuse_errors(f"at {commands[-1]!r}")
 
     def _refuse_errors(self, when: str) -> None:
-        errors = self._errors()
+        errors = self.errors()
         if errors:
             raise BenchFault(f"the table reports an error {when} (ECP of {', '.join(errors)})")
 
-    def _errors(self) -> list[str]:
+    def errors(self) -> list[str]:
         """What the table says is wrong, in words; reading it makes it forget."""
         question = self._dialect.questions.errors
         if question is None:
@@ -194,14 +194,18 @@ class TableDriver:
             word = self._words.question(question, 1)
             self._pointed = "." in self.talk.ask(word, lambda text: question.understood(text, 1)["code"])
 
-    def _check_interlock(self) -> None:
+    def interlock(self) -> str:
+        """What the interlock is, when it is not closed; empty when it is, or the table does not tell."""
         question = self._dialect.questions.interlock
         if question is None:
-            return
-        for axis in self._axes if "{axis}" in question.ask else [0]:
-            state = self._ask(question, axis, "code")
-            if state:
-                raise BenchFault(f"the interlock of the table is {state}: close it, then go on with --resume")
+            return ""
+        axes = list(self._axes) if "{axis}" in question.ask else [0]
+        return next((state for axis in axes if (state := self._ask(question, axis, "code"))), "")
+
+    def _check_interlock(self) -> None:
+        state = self.interlock()
+        if state:
+            raise BenchFault(f"the interlock of the table is {state}: close it, then go on with --resume")
 
     def _ask(self, question: Question, axis: int, place: str) -> str:
         """What stands in a place of the answer; empty where it is one of those that mean all is well."""
@@ -217,7 +221,7 @@ class TableDriver:
     # ------------------------------------------------------------ looking
 
     def _arrive(self, wanted: Sequence[AxisOrder], planned_s: float, order: Callable[[], None]) -> None:
-        """Order, then look until every axis is there twice in a row; what was ignored is ordered once more."""
+        """Order, then look until every axis is there twice in a row; what was ignored is ordered again."""
         deadline = self._within.arrival_s + 3 * planned_s + 3 * max(map(self._longest_s, wanted))
         if not all(map(self._there, wanted)):
             self._before = {order.axis: self._readings(order.axis) for order in wanted}
@@ -247,7 +251,7 @@ class TableDriver:
             self._clock.sleep(min(max(POLL_S[0], waited / 10), POLL_S[1]))
             doubts = self.talk.doubts
             seen = seen + 1 if all(map(self._there, wanted)) else 0
-            if not self.talk.is_sure() or self.talk.doubts != doubts:
+            if (seen == 2 and not self.talk.is_sure()) or self.talk.doubts != doubts:
                 seen = 0
         return []
 
@@ -262,40 +266,41 @@ class TableDriver:
 
     def _turning_fault(self, order: AxisOrder) -> str:
         begin = self._clock.now()
-        first, then = self._position(order.axis), self._clock.now()
+        first, then = self.angle_deg(order.axis), self._clock.now()
         self._clock.sleep(comparing_s(order.value))
         again = self._clock.now()
-        second, end = self._position(order.axis), self._clock.now()
+        second, end = self.angle_deg(order.axis), self._clock.now()
         unsure = (then - begin) + (end - again)
         return contradiction(first, second, order.value, 0.5 * (again + end - begin - then), unsure)
 
     def _can_read_rate(self) -> bool:
         """Some tables read positions only; then rest is seen by angles that stay."""
         try:
-            self._rate(1)
+            self.rate_dps(1)
         except BenchFault:
-            self._errors()
+            self.errors()
             return False
         return True
 
     def _there(self, order: AxisOrder) -> bool:
         if order.mode == "rate":
             allowed = self._within.rate_dps + self._within.rate_share * abs(order.value)
-            return not self._reads_rate or abs(self._rate(order.axis) - order.value) <= allowed
-        off = self._position(order.axis) - order.value
+            return not self._reads_rate or abs(self.rate_dps(order.axis) - order.value) <= allowed
+        off = self.angle_deg(order.axis) - order.value
         return abs(math.remainder(off, 360.0)) <= self._within.position_deg
 
     def _rate_words(self, axis: int) -> str:
-        rate = self._rate(axis) if self._reads_rate else 0.0
+        rate = self.rate_dps(axis) if self._reads_rate else 0.0
         return f"axis {axis} reads {rate:g} deg/s" if abs(rate) > self._within.rate_dps else ""
 
     def _readings(self, axis: int) -> tuple[float, float]:
-        return self._position(axis), self._rate(axis) if self._reads_rate else 0.0
+        return self.angle_deg(axis), self.rate_dps(axis) if self._reads_rate else 0.0
 
     def _reading(self, order: AxisOrder) -> float:
-        return self._rate(order.axis) if order.mode == "rate" else self._position(order.axis)
+        return self.rate_dps(order.axis) if order.mode == "rate" else self.angle_deg(order.axis)
 
-    def _position(self, axis: int) -> float:
+    def angle_deg(self, axis: int) -> float:
+        """Where an axis is. Raises BenchFault for what it cannot be."""
         question, stops = self._dialect.questions.position, self._bench.travel.get(axis)
 
         def understand(text: str) -> float:
@@ -308,7 +313,8 @@ class TableDriver:
         self.angles[axis] = self.talk.ask(self._words.question(question, axis), understand)
         return self.angles[axis]
 
-    def _rate(self, axis: int) -> float:
+    def rate_dps(self, axis: int) -> float:
+        """How fast an axis turns, where the table tells that."""
         question = self._dialect.questions.rate
         assert question is not None
 

@@ -27,8 +27,16 @@ class TableWords:
         """
         words, acceleration = self._orders.limits, bench.angular_acceleration_dps2
         given = (
-            ("rate", (words.position_rate, bench.rate_dps), (words.turning_rate, bench.rate_dps or fastest_dps)),
-            ("acceleration", (words.position_acceleration, acceleration), (words.turning_acceleration, acceleration)),
+            (
+                "rate",
+                (words.position_rate, bench.rate_dps),
+                (words.turning_rate, bench.rate_dps or fastest_dps),
+            ),
+            (
+                "acceleration",
+                (words.position_acceleration, acceleration),
+                (words.turning_acceleration, acceleration),
+            ),
         )
         return [
             filled(template, axis=axis, value=self._figure(what, value))

@@ -102,7 +102,7 @@ class VisaLine:
             raise _translated(error) from error
 
     def _has_more(self) -> bool:
-        """Whether a reply has come: in pyvisa-py's own buffer, or in the system's. False when nobody knows."""
+        """Whether a reply has come: in pyvisa-py's own buffer, or in the system's."""
         session = self._instrument.visalib.sessions[self._instrument.session]
         if getattr(session, "_pending_buffer", b""):
             return True

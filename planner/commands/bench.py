@@ -42,16 +42,18 @@ def export(
 
     Example: planner export plans/small_uav --format acutrol --dialect host -o bench/
     """
-    from planner.whole_files import write_all_whole
-    from planner.export.outputs import exported_file, places
+    from planner.export.outputs import exported_file, places, replaced
     from planner.protocols import ExportOptions
+    from planner.whole_files import write_all_whole
 
     made = exported_file(plan, form, ExportOptions(dialect, start, timezone))
-    placed = places(made.files, out or (plan if plan.is_dir() else plan.parent) / f"export_{form}")
+    target = out or (plan if plan.is_dir() else plan.parent) / f"export_{form}"
+    placed = places(made.files, target)
+    remarks = (*made.notes, *replaced(placed, target))
     write_all_whole(placed)
-    notes(made.notes)
+    notes(remarks)
     written = [str(path) for path in placed]
-    answer({"format": form, "written": written, "notes": list(made.notes)}, listed(written), as_json)
+    answer({"format": form, "written": written, "notes": list(remarks)}, listed(written), as_json)
 
 
 def bench_simulator(

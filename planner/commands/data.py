@@ -91,11 +91,11 @@ def simulate(
     """
     from planner.dwells.dwell_files import write_dwells
     from planner.export.documents import read_plan
-    from planner.whole_files import write_whole
     from planner.export.truth import truth_path, truth_text
     from planner.pipelines import data as data_pipeline
     from planner.simulate.settings import pairs, settings_from, settings_of
     from planner.spec.load import load_spec
+    from planner.whole_files import write_whole
 
     shown = {"case": case, "signs": signs, "temperature_error": f"{temperature_error} K", "spikes": spikes}
     chosen = {key: value for key, value in shown.items() if value != _DEFAULTS[key]}

@@ -27,8 +27,8 @@ def init(
 
     Example: planner init spec.yaml
     """
-    from planner.whole_files import write_whole
     from planner.spec.starter import starter_text
+    from planner.whole_files import write_whole
 
     target = file or Path("spec.yaml")
     if target.exists():

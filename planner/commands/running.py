@@ -23,15 +23,21 @@ Tables = Annotated[
 ]
 Chambers = Annotated[
     list[str] | None,
-    typer.Option("--chamber", metavar="RESOURCE", help="VISA resource of the chamber; BENCH=RESOURCE for several."),
+    typer.Option(
+        "--chamber", metavar="RESOURCE", help="VISA resource of the chamber; BENCH=RESOURCE for several."
+    ),
 ]
 TableDialects = Annotated[
     list[str] | None,
-    typer.Option("--table-dialect", metavar="NAME_OR_FILE", help="What the table speaks [acutrol]; or BENCH=…"),
+    typer.Option(
+        "--table-dialect", metavar="NAME_OR_FILE", help="What the table speaks [acutrol]; or BENCH=…"
+    ),
 ]
 ChamberDialects = Annotated[
     list[str] | None,
-    typer.Option("--chamber-dialect", metavar="NAME_OR_FILE", help="What the chamber speaks [espec_p300]; or BENCH=…"),
+    typer.Option(
+        "--chamber-dialect", metavar="NAME_OR_FILE", help="What the chamber speaks [espec_p300]; or BENCH=…"
+    ),
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Check the limits and print what would be sent.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on where the journal ends.")]
@@ -46,7 +52,9 @@ Page = Annotated[
 ]
 Notify = Annotated[
     str | None,
-    typer.Option(metavar="COMMAND", help="Called with EVENT and words when a person is needed or the run stops."),
+    typer.Option(
+        metavar="COMMAND", help="Called with EVENT and words when a person is needed or the run stops."
+    ),
 ]
 Journal = Annotated[Path | None, typer.Option(metavar="FILE", help="Journal [run.jsonl beside the plan].")]
 Recorder = Annotated[
@@ -81,6 +89,7 @@ ClockPort = Annotated[
 def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
     app.command()(run)
+    app.command("bench-check")(bench_check)
 
 
 def run(
@@ -171,12 +180,63 @@ def _execute(job: Job, request: Request, as_json: bool) -> None:
     from planner.bench_run import session
 
     with progress_line() as progress:
-        done = session.run(
-            job, request, lambda text: typer.echo(text, err=True), lambda step: progress(f"making {step.id}")
-        )
+        done = session.run(job, request, lambda text: typer.echo(text, err=True), line=progress)
     answer(
         vars(done) | {"journal": str(request.journal)},
-        f"made {done.steps} steps, {done.records} of them records, in {done.seconds / 3600:.2f} h; "
-        f"journal: {request.journal}",
+        f"made {done.steps} steps, {done.records} of them records ({done.void} void and made again), "
+        f"in {done.seconds / 3600:.2f} h; journal: {request.journal}",
         as_json,
     )
+
+
+def bench_check(
+    table: Annotated[str | None, typer.Option(metavar="RESOURCE", help="VISA resource of a table.")] = None,
+    chamber: Annotated[
+        str | None, typer.Option(metavar="RESOURCE", help="VISA resource of a chamber.")
+    ] = None,
+    table_dialect: Annotated[
+        str | None, typer.Option(metavar="NAME_OR_FILE", help="What the table speaks [acutrol].")
+    ] = None,
+    chamber_dialect: Annotated[
+        str | None, typer.Option(metavar="NAME_OR_FILE", help="What the chamber speaks [espec_p300].")
+    ] = None,
+    axes: Annotated[int, typer.Option(min=1, max=6, help="How many axes the table has.")] = 1,
+    move: Annotated[
+        bool, typer.Option("--move", help="Also turn axis 1 by a degree and slowly; hands off the table.")
+    ] = False,
+    baud: Baud = 19200,
+    as_json: AsJson = False,
+) -> None:
+    """Try a table or a chamber step by step; nothing moves unless --move says so. Exit 1: something fails.
+
+    Example: planner bench-check --table TCPIP::192.168.0.10::5025::SOCKET --axes 2
+    """
+    from planner.bench_run.bench_check import check_chamber, check_table
+    from planner.bench_run.clock import WallClock
+    from planner.bench_run.visa import VisaLine
+    from planner.control.dialect_files import chamber_dialect as chamber_speaks
+    from planner.control.dialect_files import known_dialects
+    from planner.control.dialect_files import table_dialect as table_speaks
+
+    if table is None and chamber is None:
+        known = ", ".join(known_dialects())
+        raise InputError(f"nothing to try: give --table or --chamber (dialects: {known})")
+    clock, tried, lacks = WallClock(), [], []
+    if table is not None:
+        words = table_speaks(table_dialect)
+        tried += list(
+            check_table(VisaLine(table, words.connection.ends_with, baud), clock, words, axes, moving=move)
+        )
+        lacks += [f"table ({words.name}): {text}" for text in words.lacks()]
+    if chamber is not None:
+        air = chamber_speaks(chamber_dialect)
+        tried += list(
+            check_chamber(VisaLine(chamber, air.connection.ends_with, baud), clock, air, moving=move)
+        )
+        lacks += [f"chamber ({air.name}): {text}" for text in air.lacks()]
+    lines = [f"{'ok  ' if one.ok else 'FAIL'} {one.device:8} {one.what:24} {one.seen}" for one in tried]
+    lines += [f"lacks {text}" for text in lacks]
+    ok = all(one.ok for one in tried)
+    answer({"ok": ok, "tried": [vars(one) for one in tried], "lacks": lacks}, "\n".join(lines), as_json)
+    if not ok:
+        raise typer.Exit(1)

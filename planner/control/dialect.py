@@ -19,7 +19,8 @@ from planner.quantities import PositiveSeconds
 from planner.spec.part import SpecPart
 from planner.units import dimension_of, displayed, unit_factor
 
-Words = Annotated[list[str], Field(min_length=1)]
+Said = tuple[str, ...]
+Words = Annotated[Said, Field(min_length=1)]
 PLACES = {"axis", "value", "measured", "setpoint", "code", "any", "message", "verb"}
 _PLACE = re.compile(r"\{([a-z]*)\}")
 
@@ -40,7 +41,7 @@ class Acknowledgement(SpecPart):
     """What a device says to an order; a device that says nothing has none."""
 
     accepted: Words
-    refused: list[str] = []
+    refused: Said = ()
 
 
 class Question(SpecPart):
@@ -48,7 +49,7 @@ class Question(SpecPart):
 
     ask: str
     answer: Words
-    good: list[str] = []
+    good: Said = ()
 
     def understood(self, text: str, axis: int | None = None) -> dict[str, str]:
         """What stands in the places of an answer. Raises ValueError for an answer of another shape."""
@@ -73,10 +74,10 @@ class Limits(SpecPart):
 class TableOrders(SpecPart):
     """prepare: interlocks; stop: one axis to zero rate; stop_all: all at once, left out: one by one."""
 
-    prepare: list[str] = []
+    prepare: Said = ()
     limits: Limits = Limits()
     stop: Words
-    stop_all: list[str] = []
+    stop_all: Said = ()
     position: Words
     rate: Words
 
@@ -165,7 +166,7 @@ class TableDialect(Dialect):
 class ChamberOrders(SpecPart):
     """start: power and constant temperature; setpoint: the temperature to go to."""
 
-    start: list[str] = []
+    start: Said = ()
     setpoint: Words
 
 
@@ -230,7 +231,9 @@ def _check_places(texts: Sequence[str], known: set[str]) -> None:
     for text in texts:
         strange = set(_PLACE.findall(text)) - known
         if strange:
-            raise ValueError(f"{text!r}: unknown place {{{strange.pop()}}}; known: {', '.join(sorted(known))}")
+            raise ValueError(
+                f"{text!r}: unknown place {{{strange.pop()}}}; known: {', '.join(sorted(known))}"
+            )
 
 
 def _check_questions(questions: Iterator[Question]) -> None:

@@ -1,8 +1,8 @@
 """Whole campaigns on the second simulator with faults drawn at random, and what must hold in each.
 
 Each record is complete exactly once, or void and made again; what is complete was made at the angles, rates
-and temperature of the plan for its time; and whenever a run ends, table and chamber were seen safe and are, or
-ATTENTION was said.
+and temperature of the plan for its time; and whenever a run ends, table and chamber were seen safe and are,
+or ATTENTION was said.
 """
 
 from __future__ import annotations
@@ -81,7 +81,11 @@ class Notebook:
                 found.append(f"{air:.1f} degC at {t:.0f} s")
             for order in orders(step.motion, self.job.benches[step.bench]):
                 angle, rate = self.world.table.axles[str(order.axis)].at(t)
-                off = math.remainder(angle - order.value, 360.0) if order.mode == "position" else rate - order.value
+                off = (
+                    math.remainder(angle - order.value, 360.0)
+                    if order.mode == "position"
+                    else rate - order.value
+                )
                 if abs(off) > 0.05:
                     found.append(f"axis {order.axis} off by {off:.3g} at {t:.0f} s")
         return found
@@ -117,7 +121,9 @@ def campaign(job: Job, folder: Path, seed: int) -> Outcome:
     world = World(seed, drawn(rng, job.steps[-1].end_s), terminal_server=rng.random() < 0.2)
     book, path, wrong, attentions = Notebook(world, job), folder / "run.jsonl", [], 0
     stop_at = rng.random() * job.steps[-1].end_s * 2
-    for session in range(1, MOST_SESSIONS + 1):
+    sessions = 0
+    while sessions < MOST_SESSIONS:
+        sessions += 1
         ends: list[Left] = []
         said: list[str] = []
         done = _session(job, world, book, path, ends, said, stop_at)
@@ -131,7 +137,12 @@ def campaign(job: Job, folder: Path, seed: int) -> Outcome:
         world.faults = [f for f in world.faults if f.begin > world.time.now()]
     else:
         wrong.append("it never came to an end")
-    return Outcome(session, sum(book.void.values()) + _voids(path), attentions, (*wrong, *book.wrong, *_counted(job, book, path)))
+    return Outcome(
+        sessions,
+        sum(book.void.values()) + _voids(path),
+        attentions,
+        (*wrong, *book.wrong, *_counted(job, book, path)),
+    )
 
 
 def _session(

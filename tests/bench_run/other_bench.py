@@ -68,7 +68,11 @@ class Turntable:
 
     def __init__(self, time: Time, axes: int = 2) -> None:
         self.time, self.axles = time, {str(n): Axle() for n in range(1, axes + 1)}
-        self.mode, self.locked, self.ecp = dict.fromkeys(self.axles, "off"), True, dict.fromkeys(self.axles, 0)
+        self.mode, self.locked, self.ecp = (
+            dict.fromkeys(self.axles, "off"),
+            True,
+            dict.fromkeys(self.axles, 0),
+        )
         self.fastest, self.deaf = 100.0, False
 
     def tell(self, frame: str) -> str | None:

@@ -80,25 +80,26 @@ def test_what_passes_is_ridden_through_over_tcp(tmp_path):
 
 def test_a_table_that_never_rests_again_is_tried_until_somebody_says_enough(tmp_path):
     """By the wall there is no other end; the message does not say that the table rests."""
-    said = []
+    said, broken = [], []
 
     def enough(text):
         said.append(text)
         if text.startswith("ATTENTION"):
             os.kill(os.getpid(), signal.SIGTERM)
 
-    with SimulatedBench(speed=50.0) as bench:
+    def stop_at_the_ramp(step):
+        if step.action == "ramp":
+            broken.append(step)
+            raise BenchFault("a bang")
+
+    with SimulatedBench(speed=2000.0) as bench:
         receive = bench.table.receive
-        bench.table.receive = lambda message: "200.0" if ":Read:Rate?" in message and said else receive(message)
-
-        def stop_turning(step):
-            if step.action == "record":
-                said.append("now")
-                raise BenchFault("a bang")
-
-        asked = request(bench, tmp_path / "run.jsonl", clock_port=None, speed=50.0)
-        with pytest.raises(BenchFault, match=r"a bang.*NOT everything.*NOT seen at zero rate: axis 1 reads 200"):
-            session.run(small_job(), asked, enough, stop_turning)
+        bench.table.receive = lambda text: "200.0" if ":Read:Rate?" in text and broken else receive(text)
+        asked = request(bench, tmp_path / "run.jsonl", clock_port=None, speed=2000.0)
+        with pytest.raises(
+            BenchFault, match=r"a bang.*NOT everything.*NOT seen at zero rate: axis 1 reads 200"
+        ):
+            session.run(small_job(), asked, enough, stop_at_the_ramp)
     assert sum(text.startswith("ATTENTION") for text in said) == 1
 
 

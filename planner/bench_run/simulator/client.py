@@ -1,7 +1,7 @@
 """The process that talks to the simulator, on this machine: what can happen to it, on purpose (Linux).
 
 A suspended client is stopped by SIGSTOP and goes on later; with the simulator's own clock the bench's time
-passes meanwhile at once. A full disk is a limit of the size of its files, so that nothing more can be written.
+passes meanwhile at once. A full disk is a limit of the size of its files: nothing more can be written.
 """
 
 from __future__ import annotations

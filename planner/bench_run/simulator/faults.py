@@ -115,7 +115,11 @@ class Faulty:
     """
 
     def __init__(
-        self, device: Device, faults: Sequence[InjectedFault], client: Client | None = None, now: Now | None = None
+        self,
+        device: Device,
+        faults: Sequence[InjectedFault],
+        client: Client | None = None,
+        now: Now | None = None,
     ) -> None:
         self.device, self._faults, self._count = device, tuple(faults), 0
         self._client, self._now = client or NoClient(), now or (lambda: 0.0)

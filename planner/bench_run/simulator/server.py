@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from planner.bench_run.simulator.chamber import Chamber
-from planner.bench_run.simulator.clock import ServedClock
 from planner.bench_run.simulator.client import ConnectedProcess
+from planner.bench_run.simulator.clock import ServedClock
 from planner.bench_run.simulator.faults import Device, Faulty, InjectedFault, Reply
 from planner.bench_run.simulator.grammar import LONGEST_MESSAGE
 from planner.bench_run.simulator.table import Table
