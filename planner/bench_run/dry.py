@@ -27,7 +27,7 @@ def dry_run(job: Job, past: Past, say: Say, dialects: Dialects) -> None:
     benches = {
         name: BenchLines(
             PaperLine(PaperTable(dialects[name][0], clock), say),
-            PaperLine(PaperChamber(dialects[name][1]), say),
+            PaperLine(PaperChamber(dialects[name][1], clock), say),
             *dialects[name],
         )
         for name in job.used_benches

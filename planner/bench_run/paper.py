@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from planner.control.dialect import ChamberDialect, Dialect, Question, TableDialect, figure, filled, matched
+
+AIR_K_PER_S = 10.0 / 60.0
 
 
 class PaperClock:
@@ -29,7 +32,11 @@ class Device(Protocol):
     """What is asked and told, in words of its dialect."""
 
     who: str
-    dialect: Dialect
+
+    @property
+    def dialect(self) -> Dialect:
+        """What it speaks."""
+        ...
 
     def asked(self, message: str) -> str | None:
         """The answer to a question; None for what is none."""
@@ -82,9 +89,13 @@ class PaperTable:
     who = "table"
 
     def __init__(self, dialect: TableDialect, clock: PaperClock) -> None:
-        self.dialect: TableDialect = dialect
-        self._clock = clock
+        self._dialect, self._clock = dialect, clock
         self._axes: dict[str, tuple[float, float, float]] = {}  # since when, from where, at what rate
+
+    @property
+    def dialect(self) -> TableDialect:
+        """What it speaks."""
+        return self._dialect
 
     def asked(self, message: str) -> str | None:
         """Angles and rates as they are; nothing is ever wrong."""
@@ -118,28 +129,38 @@ class PaperTable:
 
 
 class PaperChamber:
-    """Air that has every setpoint at once."""
+    """Air that goes to every setpoint fast, as fast as it can be believed."""
 
     who = "chamber"
 
-    def __init__(self, dialect: ChamberDialect) -> None:
-        self.dialect: ChamberDialect = dialect
-        self._degc = "20" if dialect.units == "degC" else "293.15"
+    def __init__(self, dialect: ChamberDialect, clock: PaperClock) -> None:
+        self._dialect, self._clock = dialect, clock
+        room = 20.0 if dialect.units == "degC" else 293.15
+        self._since, self._start, self._setpoint = 0.0, room, room
+
+    @property
+    def dialect(self) -> ChamberDialect:
+        """What it speaks."""
+        return self._dialect
 
     def asked(self, message: str) -> str | None:
-        """The setpoint, as setpoint and as measured."""
-        for question in (q for q in vars(self.dialect.questions).values() if q is not None):
+        """The setpoint, and the air on its way there."""
+        for question in (q for q in vars(self._dialect.questions).values() if q is not None):
             if message == question.ask:
                 code = question.good[0] if question.good else "0"
-                return _answer(
-                    question, measured=self._degc, setpoint=self._degc, value=self._degc, code=code
-                )
+                here, there = (figure(value, 3) for value in (self._air(), self._setpoint))
+                return _answer(question, measured=here, setpoint=there, value=there, code=code)
         return None
 
     def told(self, command: str) -> None:
         """Take a setpoint."""
-        found = _found(self.dialect.orders.setpoint, command)
-        self._degc = found["value"] if found else self._degc
+        found = _found(self._dialect.orders.setpoint, command)
+        if found:
+            self._since, self._start, self._setpoint = self._clock.now(), self._air(), float(found["value"])
+
+    def _air(self) -> float:
+        way, gone = self._setpoint - self._start, AIR_K_PER_S * (self._clock.now() - self._since)
+        return self._start + math.copysign(min(abs(way), gone), way)
 
 
 def _answer(question: Question, **values: str) -> str:

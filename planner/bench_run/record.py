@@ -87,6 +87,7 @@ class Recording:
         bench.hold(step.seconds, given_up=lambda: bench.doubts != doubts)
         bench.look()
         bench.is_sure()
+        self._clock.sleep(0.0)  # a simulator tells its time when it is asked to move it
         lasted = self._clock.now() - self._began
         why = self._why(step, lasted, bench.doubts != doubts)
         self._eq.recorder.stop(step, complete=not why)

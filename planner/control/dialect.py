@@ -275,7 +275,8 @@ def _pattern(shape: str, known: tuple[tuple[str, str], ...]) -> re.Pattern[str]:
 
 
 def _literal(text: str) -> str:
-    return r"\s*".join(re.escape(part) for part in re.split(r"\s+", text))
+    escaped = r"\s*".join(re.escape(part) for part in re.split(r"\s+", text))
+    return re.sub("([:,;])", r"\1\\s*", escaped)
 
 
 def _place_pattern(name: str, given: dict[str, str]) -> str:

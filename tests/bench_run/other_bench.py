@@ -31,7 +31,10 @@ class Time:
 
 @dataclass
 class Fault:
-    """One kind of fault on one device while `begin <= t < end`, each message with the given chance."""
+    """One kind of fault on one device while `begin <= t < end`, each message with the given chance.
+
+    end == begin: once, at the first message from then on.
+    """
 
     device: str
     kind: str
@@ -39,6 +42,13 @@ class Fault:
     end: float
     chance: float = 1.0
     size: float = 0.0
+    spent: bool = False
+
+    def happens(self, t: float, chance: random.Random) -> bool:
+        if self.end > self.begin:
+            return self.begin <= t < self.end and chance.random() < self.chance
+        self.spent, before = self.spent or t >= self.begin, self.spent
+        return self.spent and not before
 
 
 class Axle:
@@ -240,8 +250,7 @@ class Wire:
 
     def _now(self) -> dict[str, float]:
         t, chance = self.world.time.now(), self.world.chance
-        own = [f for f in self.world.faults if f.device == self.name and f.begin <= t < f.end]
-        return {f.kind: f.size for f in own if chance.random() < f.chance}
+        return {f.kind: f.size for f in self.world.faults if f.device == self.name and f.happens(t, chance)}
 
 
 class World:

@@ -131,7 +131,7 @@ def test_a_campaign_is_run_in_any_dialect(names, answers_all, tmp_path):
     job, clock, said = small_job(), PaperClock(), []
     spoken = table_dialect(str(answers_all) if names[0] == "answers_all" else names[0])
     air = chamber_dialect(names[1])
-    table, chamber = PaperTable(spoken, clock), PaperChamber(air)
+    table, chamber = PaperTable(spoken, clock), PaperChamber(air, clock)
     lines = BenchLines(PaperLine(table, said.append), PaperLine(chamber, said.append), spoken, air)
     done = execute(job, Equipment(dict.fromkeys(job.used_benches, lines), clock), PaperJournal(Past()))
     assert done.steps == len(job.steps)

@@ -85,7 +85,7 @@ class SimulatedBench:
         check_loopback(host)
         self.clock = ServedClock(speed)
         self.table, self.chamber = Table(self.clock, axes), Chamber(self.clock)
-        self._lock, self._log, clock_port = threading.RLock(), log, ClockPort(self.clock)
+        self._lock, self._log, clock_port = threading.Lock(), log, ClockPort(self.clock)
         self._client = ConnectedProcess(self.clock)
         devices: dict[str, _Device] = {
             "table": self._faulty(self.table, "table", faults),
