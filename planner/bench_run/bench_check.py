@@ -14,6 +14,7 @@ from functools import partial
 from planner.bench_run.chamber_driver import ChamberDriver
 from planner.bench_run.clock import Clock
 from planner.bench_run.line import Line
+from planner.bench_run.safety import restless_in_time
 from planner.bench_run.table import TableDriver
 from planner.bench_run.tolerances import Tolerances
 from planner.control.dialect import ChamberDialect, TableDialect
@@ -54,7 +55,7 @@ def check_table(
         yield _tried("table", "interlock", lambda: table.interlock() or "closed")
     yield _tried("table", "rest", lambda: _nothing(table.restless()) or "angles stay, rates are zero")
     if moving:
-        yield from _moves(table)
+        yield from _moves(table, clock)
     yield _doubts("table", table.talk.doubts)
 
 
@@ -74,7 +75,7 @@ def check_chamber(line: Line, clock: Clock, dialect: ChamberDialect, *, moving: 
     yield _doubts("chamber", chamber.talk.doubts)
 
 
-def _moves(table: TableDriver) -> Iterator[Tried]:
+def _moves(table: TableDriver, clock: Clock) -> Iterator[Tried]:
     yield _tried("table", "interlock, limits, rest", lambda: _opened(lambda: table.open(RATE_DPS), "obeyed"))
     start = round(table.angles.get(1, 0.0), 3)
     for target in (start + STEP_DEG, start):
@@ -83,7 +84,7 @@ def _moves(table: TableDriver) -> Iterator[Tried]:
 
     def off() -> str:
         table.order_off()
-        return _nothing(table.restless()) or "seen at zero rate"
+        return _nothing(restless_in_time(table, clock)) or "seen at zero rate"
 
     yield _tried("table", "off", off)
 

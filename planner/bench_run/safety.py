@@ -75,7 +75,7 @@ def _table_left(table: TableDriver | None, clock: Clock) -> Left:
         return Left()
     try:
         table.order_off()
-        restless = _restless(table, clock)
+        restless = restless_in_time(table, clock)
         suspicion = table.suspicion()
     except (PlannerError, OSError) as error:
         return Left((f"table ordered off, NOT seen at zero rate: {error}",), safe=False)
@@ -92,7 +92,7 @@ def angle_words(angles: Mapping[int, float]) -> str:
     return ", ".join(f"axis {axis} at {round(angle, 3) + 0.0:g} deg" for axis, angle in angles.items())
 
 
-def _restless(table: TableDriver, clock: Clock) -> list[str]:
+def restless_in_time(table: TableDriver, clock: Clock) -> list[str]:
     """Axes that still turn when the time to brake has passed."""
     end = clock.now() + table.braking_s() + SEEN_S
     while (restless := table.restless()) and clock.now() < end:

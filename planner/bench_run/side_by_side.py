@@ -106,7 +106,7 @@ class LaneStop(Stop):
         super().__init__()
 
     @property
-    def told(self) -> bool:  # type: ignore[override]
+    def told(self) -> bool:
         """Whether somebody has said to give up."""
         return self._whole.told
 

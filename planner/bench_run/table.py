@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 from planner.bench_run.clock import Clock
-from planner.bench_run.errors import BenchFault
+from planner.bench_run.errors import BenchFault, LineLost
 from planner.bench_run.line import TRIES, Conversation, Line
 from planner.bench_run.readings import comparing_s, contradiction
 from planner.bench_run.table_words import TableWords
@@ -225,10 +225,10 @@ class TableDriver:
         deadline = self._within.arrival_s + 3 * planned_s + 3 * max(map(self._longest_s, wanted))
         if not all(map(self._there, wanted)):
             self._before = {order.axis: self._readings(order.axis) for order in wanted}
-        order()
+        self._obeyed(order)
         missing = self._missing(wanted, deadline)
         if missing:
-            order()
+            self._obeyed(order)
             missing = self._missing(wanted, deadline)
         if missing:
             said = [f"{_said(order)} reads {self._reading(order):g}" for order in missing]
@@ -237,6 +237,16 @@ class TableDriver:
         if not self._reads_rate:
             self._clock.sleep(max(map(self._longest_s, wanted)))
         self._refuse_errors("on the way")
+
+    def _obeyed(self, order: Callable[[], None]) -> None:
+        """Give an order; one that is refused needs not be followed."""
+        try:
+            order()
+        except LineLost:
+            raise
+        except BenchFault:
+            self._before = {}
+            raise
 
     def _missing(self, wanted: Sequence[AxisOrder], deadline: float) -> list[AxisOrder]:
         """Who is not there at the deadline; late is only who is not there when it is looked."""

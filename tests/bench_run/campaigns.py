@@ -115,10 +115,11 @@ def drawn(rng: random.Random, lasts_s: float) -> list[Fault]:
     return found
 
 
-def campaign(job: Job, folder: Path, seed: int) -> Outcome:
+def campaign(job: Job, folder: Path, seed: int, faults: list[Fault] | None = None) -> Outcome:
     """Run one to its end, session after session; everything that does not hold stands in `wrong`."""
     rng = random.Random(seed)
-    world = World(seed, drawn(rng, job.steps[-1].end_s), terminal_server=rng.random() < 0.2)
+    found = drawn(rng, job.steps[-1].end_s) if faults is None else faults
+    world = World(seed, found, terminal_server=rng.random() < 0.2)
     book, path, wrong, attentions = Notebook(world, job), folder / "run.jsonl", [], 0
     stop_at = rng.random() * job.steps[-1].end_s * 2
     sessions = 0

@@ -4,7 +4,10 @@ import os
 
 import pytest
 
-from tests.bench_run.campaigns import Notebook, campaign
+from planner.bench_run.record import Recording
+from planner.bench_run.table import TableDriver
+from tests.bench_run.campaigns import campaign
+from tests.bench_run.other_bench import Fault
 from tests.bench_run.rig import small_job
 
 
@@ -19,26 +22,24 @@ def test_whatever_goes_wrong_each_record_is_made_once_and_the_end_is_told_truly(
 
 def test_the_study_sees_a_runner_that_voids_nothing(tmp_path, monkeypatch):
     """A test that cannot fail tests nothing: without doubts and without looking, something is found."""
-    from planner.bench_run.record import Recording
-
     monkeypatch.setattr(os, "fsync", lambda handle: None)
     monkeypatch.setattr(Recording, "_why", lambda self, step, lasted, doubtful: "")
     assert any(campaign(small_job(), _made(tmp_path / str(seed)), seed).wrong for seed in range(1, 25))
 
 
-def test_the_study_sees_a_bench_that_is_said_to_rest_and_turns(tmp_path, monkeypatch):
-    from planner.bench_run.table import TableDriver
-
+@pytest.mark.parametrize("is_blind", [True, False])
+def test_the_study_sees_a_bench_that_is_said_to_rest_and_turns(is_blind, tmp_path, monkeypatch):
+    """A table that hears nothing any more, from some moment on; and a runner that looks at nothing."""
     monkeypatch.setattr(os, "fsync", lambda handle: None)
-    monkeypatch.setattr(TableDriver, "restless", lambda self: [])
-    outcomes = [campaign(small_job(), _made(tmp_path / str(seed)), seed) for seed in DEAF]
-    assert any("said to be at zero rate" in why for outcome in outcomes for why in outcome.wrong)
+    if is_blind:
+        monkeypatch.setattr(TableDriver, "restless", lambda self: [])
+    job, wrong = small_job(), []
+    for share in (0.3, 0.35, 0.5, 0.55, 0.7):
+        deaf = Fault("table", "deaf", share * job.steps[-1].end_s, 1e9)
+        wrong += campaign(job, _made(tmp_path / str(share)), 1, [deaf]).wrong
+    assert any("said to be at zero rate" in why for why in wrong) == is_blind
 
 
 def _made(folder):
     folder.mkdir()
     return folder
-
-
-DEAF = range(1, 25)
-assert Notebook  # the recorder that looks at the true bench
