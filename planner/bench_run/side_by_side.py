@@ -121,7 +121,7 @@ class LaneStop(Stop):
 
 @dataclass(frozen=True)
 class Lane:
-    """One bench's part of a run: its steps, its end (None while it runs), why it stopped."""
+    """What became of one bench: what it made, how it was left, why it stopped; each once, at its end."""
 
     name: str
     made: list[Finished]
@@ -139,26 +139,14 @@ def execute_side_by_side(
     watch: Callable[[Status], None],
 ) -> Finished:
     """As `runner.execute`, all benches at once. Raises what stopped the first bench that stopped."""
-    parts = {name: job.on(name) for name in job.used_benches}
-    shared = SharedClock(equipment.clock, len(parts))
-    done = _Done(entry.step for entry in journal.past.entries)
-    start, week = equipment.clock.now(), equipment.week or _planned_week(job, equipment.clock, done)
-    people = _OneAtATime(equipment.operator or Waiting(equipment.clock))
-    lanes, threads = [], []
-    for name, part in parts.items():
-        lane, clock = Lane(name, [], [], []), LaneClock(shared)
-        own = replace(
-            equipment,
-            clock=clock,
-            week=week,
-            operator=people.on(clock),
-            stop=LaneStop(equipment.stop, clock),
-        )
-        gates = gates_of(job, name)
-        work = _Work(part, own, LaneJournal(journal, [s.id for s in part.steps]), lane, shared, done, gates)
-        threads.append(threading.Thread(target=work.run, args=(say, before, watch), name=name, daemon=True))
-        lanes.append(lane)
+    start, shared = equipment.clock.now(), SharedClock(equipment.clock, len(job.used_benches))
+    works = _works(job, equipment, journal, shared)
+    threads = [
+        threading.Thread(target=work.run, args=(say, before, watch), name=work.lane.name, daemon=True)
+        for work in works
+    ]
     _run_all(threads, shared, equipment.stop)
+    lanes = [work.lane for work in works]
     left(sum((how for lane in lanes for how in lane.left), Left()))
     failed = [error for lane in lanes for error in lane.failed]
     first = next((e for e in failed if not isinstance(e, Interrupted)), failed[0] if failed else None)
@@ -171,6 +159,21 @@ def execute_side_by_side(
         equipment.clock.now() - start,
         sum(f.void for f in made),
     )
+
+
+def _works(job: Job, equipment: Equipment, journal: Journal, shared: SharedClock) -> list[_Work]:
+    """The part of each bench, with a view of its own of clock, journal, people and being stopped."""
+    done = _Done({entry.step for entry in journal.past.entries})
+    week = equipment.week or _planned_week(job, equipment.clock, done)
+    people, works = _OneAtATime(equipment.operator or Waiting(equipment.clock)), []
+    for name in job.used_benches:
+        part, clock = job.on(name), LaneClock(shared)
+        own = replace(
+            equipment, clock=clock, week=week, operator=people.on(clock), stop=LaneStop(equipment.stop, clock)
+        )
+        own_journal = LaneJournal(journal, [step.id for step in part.steps])
+        works.append(_Work(part, own, own_journal, Lane(name, [], [], []), shared, done, gates_of(job, name)))
+    return works
 
 
 def gates_of(job: Job, bench: str) -> Mapping[str, frozenset[str]]:
@@ -197,8 +200,8 @@ def gates_of(job: Job, bench: str) -> Mapping[str, frozenset[str]]:
 class _Done:
     """Steps that are in the journal."""
 
-    def __init__(self, steps: object) -> None:
-        self._steps: set[str] = set(steps)  # type: ignore[call-overload]
+    def __init__(self, steps: set[str]) -> None:
+        self._steps = steps
 
     def add(self, step: str) -> None:
         self._steps.add(step)
@@ -223,7 +226,7 @@ class _Work:
         done: _Done,
         gates: Mapping[str, frozenset[str]],
     ) -> None:
-        self._job, self._eq, self._journal, self._lane = job, equipment, journal, lane
+        self._job, self._eq, self._journal, self.lane = job, equipment, journal, lane
         self._shared, self._done, self._gates = shared, done, gates
         self._before: Step | None = None
 
@@ -239,19 +242,19 @@ class _Work:
 
         def tell(text: str) -> None:
             say(
-                f"{self._lane.name}: {text}"
+                f"{self.lane.name}: {text}"
                 if not text.startswith("ATTENTION")
-                else f"{text} ({self._lane.name})"
+                else f"{text} ({self.lane.name})"
             )
 
         try:
-            self._lane.made.append(
-                execute(self._job, self._eq, self._journal, tell, begins, self._lane.left.append, watch)
+            self.lane.made.append(
+                execute(self._job, self._eq, self._journal, tell, begins, self.lane.left.append, watch)
             )
             if self._before is not None:
                 self._done.add(self._before.id)
         except BaseException as error:  # told to the main thread, which raises it
-            self._lane.failed.append(error)
+            self.lane.failed.append(error)
             self._shared.cancel()
         finally:
             self._shared.leave()
@@ -259,7 +262,7 @@ class _Work:
     def _wait_for_others(self, step: Step, say: Say) -> None:
         gate = self._gates.get(step.id, frozenset())
         if not self._done.has(gate):
-            say(f"{self._lane.name}: {step.id} waits for {', '.join(sorted(gate))}")
+            say(f"{self.lane.name}: {step.id} waits for {', '.join(sorted(gate))}")
         while not self._done.has(gate):
             self._eq.clock.sleep(LOOK_S)
 
