@@ -58,7 +58,7 @@ def test_the_acutrol_dialect_says_what_the_exported_scripts_say():
     told = TableWords(table_dialect(), 2)
     bench = BenchFacts("table", "rate_table", 2, 20.0, rate_dps=600.0, angular_acceleration_dps2=500.0)
     orders = [AxisOrder(1, "rate", -200.0), AxisOrder(2, "position", 12.3456789)]
-    assert ";".join(told.motion(orders, [2])) == words.motion(orders, [2])
+    assert told.motion(orders) == [word for order in orders for word in words.demand(order)]
     assert told.limits(bench, 0.0) == list(words.limits(bench))
     assert told.prepare() == list(words.INTERLOCKS)
     assert told.stop_all() == [words.OFF]

@@ -57,7 +57,6 @@ FAULTS = [
     "dropped_connection:30@120",
     "late_reply:2.4@150",
     "doubled_reply@170",
-    "lost_reply@200",
     "garbled_reply@220",
     "suspended_client@240",
     "chamber.dropped_connection:30@40",
