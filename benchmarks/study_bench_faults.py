@@ -23,11 +23,14 @@ from tests.bench_run.kills import campaign_with_kills
 from tests.bench_run.rig import small_job
 
 
-def campaigns(count: int, first: int) -> int:
-    job, bad, sessions, void, attention = small_job(), 0, 0, 0, 0
+def campaigns(count: int, first: int, longest_s: float) -> int:
+    job, bad, sessions, void, attention, made = small_job(), 0, 0, 0, 0, 0
     start = time.perf_counter()
     os.fsync = lambda handle: None  # type: ignore[assignment]  # what the disk does is not at stake
     for seed in range(first, first + count):
+        if time.perf_counter() - start > longest_s:
+            break
+        made += 1
         with tempfile.TemporaryDirectory() as folder:
             outcome = campaign(job, Path(folder), seed)
         sessions, void, attention = (
@@ -40,7 +43,7 @@ def campaigns(count: int, first: int) -> int:
             print(f"seed {seed}: {'; '.join(outcome.wrong[:3])}")
     spent = time.perf_counter() - start
     print(
-        f"{count} campaigns (seeds {first} … {first + count - 1}), {sessions} sessions, {void} records void "
+        f"{made} campaigns (seeds {first} … {first + made - 1}), {sessions} sessions, {void} records void "
         f"and made again, {attention} ends with ATTENTION; {bad} campaigns did not hold; {spent:.0f} s"
     )
     return 1 if bad else 0
@@ -60,8 +63,9 @@ def main() -> int:
     arguments.add_argument("--campaigns", type=int, default=0)
     arguments.add_argument("--kills", type=int, default=0)
     arguments.add_argument("--seed", type=int, default=1)
+    arguments.add_argument("--seconds", type=float, default=1e9, help="begin no campaign after so long")
     given = arguments.parse_args()
-    code = campaigns(given.campaigns, given.seed) if given.campaigns else 0
+    code = campaigns(given.campaigns, given.seed, given.seconds) if given.campaigns else 0
     return max(code, kills(given.kills, given.seed) if given.kills else 0)
 
 

@@ -1,5 +1,6 @@
 """1000 campaigns are in benchmarks/study_bench_faults.py --campaigns 1000; here some, of fixed seeds."""
 
+import json
 import os
 
 import pytest
@@ -33,11 +34,14 @@ def test_the_study_sees_a_bench_that_is_said_to_rest_and_turns(is_blind, tmp_pat
     monkeypatch.setattr(os, "fsync", lambda handle: None)
     if is_blind:
         monkeypatch.setattr(TableDriver, "restless", lambda self: [])
-    job, wrong = small_job(), []
-    for share in (0.3, 0.35, 0.5, 0.55, 0.7):
-        deaf = Fault("table", "deaf", share * job.steps[-1].end_s, 1e9)
-        wrong += campaign(job, _made(tmp_path / str(share)), 1, [deaf]).wrong
-    assert any("said to be at zero rate" in why for why in wrong) == is_blind
+    job, calm, loud = small_job(), _made(tmp_path / "calm"), _made(tmp_path / "loud")
+    assert campaign(job, calm, 1, []).wrong == ()
+    turning = next(step.id for step in job.steps if step.action == "record" and "rate_1_dps" in step.motion)
+    lines = map(json.loads, (calm / "run.jsonl").read_text().splitlines())
+    start = next(line["start_s"] for line in lines if line.get("step") == turning)
+    outcome = campaign(job, loud, 1, [Fault("table", "deaf", start + 10.0, 1e9)])
+    assert any("said to be at zero rate" in why for why in outcome.wrong) == is_blind
+    assert outcome.attention == (not is_blind)
 
 
 def _made(folder):

@@ -93,7 +93,8 @@ def fault_from_text(text: str) -> InjectedFault:
     match = _FORM.fullmatch(text)
     device = (match[1] or "table") if match else "table"
     known = TABLE if device == "table" else CHAMBER
-    if match is None or match[2] not in known or int(match[4]) < 1 or (match[3] and known[match[2]] is None):
+    amount = _amount(match[3], known.get(match[2])) if match else None
+    if match is None or match[2] not in known or int(match[4]) < 1 or amount is None:
         names = ", ".join([*TABLE, "chamber.never_settles"])
         raise ValueError(
             f"no fault {text!r}; write NAME@MESSAGE such as lost_reply@120 or late_reply:2.4@9, "
@@ -101,11 +102,14 @@ def fault_from_text(text: str) -> InjectedFault:
         )
     first = int(match[4])
     last = float("inf") if match[5] == "+" else float(match[6] or first)
-    try:
-        amount = float(match[3] or known[match[2]] or 0.0)
-    except ValueError:
-        raise ValueError(f"no fault {text!r}; {match[3]!r} is no number") from None
     return InjectedFault(device, match[2], first, last, amount)
+
+
+def _amount(text: str | None, usual: float | None) -> float | None:
+    """The amount that was given, or the usual one; None for what is no number, or not wanted."""
+    if text is None:
+        return usual or 0.0
+    return float(text) if usual is not None and text.replace(".", "", 1).isdigit() else None
 
 
 class Faulty:
