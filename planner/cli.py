@@ -46,6 +46,7 @@ for family in (planning, bench, running, recordings, data, diagnosis, promise, f
 
 def main() -> None:
     """Run the program; every error ends it with its own exit code and no traceback."""
+    _open_standard_files()
     try:
         code = app(standalone_mode=False) or 0
         if code == INTERRUPTED:
@@ -66,6 +67,17 @@ def main() -> None:
     except Exception as error:  # the last resort: exit 70 and a sentence, no traceback
         _usage_or_internal(error)
     sys.exit(code)
+
+
+def _open_standard_files() -> None:
+    """Where one of the first three files was closed, the next file opened would take its number: a program
+    that we call would then write its errors into our journal.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
 
 
 @contextmanager

@@ -20,19 +20,19 @@ PATIENCE_S = 60.0  # for a command that is called
 _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="refresh" content="{refresh}"><title>{title}</title>
+{refresh}<title>{title}</title>
 <style>
 body {{ font: 1rem/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 44rem; padding: 0 1rem; }}
 h1 {{ font-size: 1.3rem; }}
 dl {{ display: grid; grid-template-columns: minmax(7rem, auto) 1fr; gap: .3rem 1rem; }}
 dt {{ color: #555; }} dd {{ margin: 0; overflow-wrap: anywhere; }} progress {{ width: 100%; height: 1.2rem; }}
+.ended {{ border-left: .4rem solid #284; padding: .5rem 1rem; }}
 .attention {{ border-left: .4rem solid #b00; background: #fee; padding: .5rem 1rem; }}
 @media (prefers-color-scheme: dark) {{ body {{ background: #111; color: #eee; }} dt {{ color: #aaa; }}
 .attention {{ background: #411; }} }}
 </style></head><body><h1>{title}</h1>
 {attention}{benches}
-<p>Written {written}; this page loads itself again every {refresh} s.
-What stands still for long has ended.</p>
+<p>Written {written}. {footer}</p>
 </body></html>
 """
 
@@ -81,12 +81,14 @@ class Page:
     def write(self) -> None:
         """Write it. Raises InputError when that cannot be."""
         self._last_s = time.monotonic()
-        said = [text for text in (self._attention, self._ended) if text]
+        said = {"attention": self._attention, "ended": self._ended}
+        again = f"This page loads itself again every {REFRESH_S} s; what stands still for long has ended."
         page = _PAGE.format(
             title=escape(self._title),
-            refresh=REFRESH_S,
-            attention="".join(f'<p class="attention">{escape(text)}</p>\n' for text in said),
+            refresh="" if self._ended else f'<meta http-equiv="refresh" content="{REFRESH_S}">',
+            attention="".join(f'<p class="{c}">{escape(text)}</p>\n' for c, text in said.items() if text),
             benches="\n".join(map(_bench, self._benches.values())) or "<p>Nothing has begun yet.</p>",
+            footer="The run has ended; what stands here was seen last." if self._ended else again,
             written=time.strftime("%Y-%m-%d %H:%M:%S"),
         )
         write_whole(self._path, page)

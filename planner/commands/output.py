@@ -115,7 +115,7 @@ def console() -> Console:
 @contextmanager
 def progress_line() -> Iterator[Any]:
     """A line that says what is being done, on stderr, only on a terminal."""
-    if not sys.stderr.isatty() or "NO_COLOR" in os.environ:
+    if sys.stderr is None or not sys.stderr.isatty() or "NO_COLOR" in os.environ:
         yield lambda message: None
         return
     from rich.console import Console
