@@ -56,7 +56,7 @@ def over_tcp(job: Job, folder: Path) -> float:
             tables=(f"TCPIP::127.0.0.1::{bench.ports.table}::SOCKET",),
             chambers=(f"TCPIP::127.0.0.1::{bench.ports.chamber}::SOCKET",),
             journal=path,
-            clock_port=bench.ports.clock,
+            clock_ports=(bench.ports.clock,),
         )
         start = time.perf_counter()
         session.run(job, request, lambda text: None)

@@ -46,20 +46,16 @@ class WallClock:
 
 
 class SimulatorClock:
-    """The clock of `planner bench-simulator`: a wait moves its virtual time at once.
+    """The clock of `planner bench-simulator`, or of several: a wait moves their virtual time at once.
 
-    Raises InputError when nobody listens there, ClockGone when the simulator goes away later.
+    The time is the first one's. Raises InputError when nobody listens there, ClockGone when one goes away later.
     """
 
     speed = 1.0
 
-    def __init__(self, port: int, host: str = "127.0.0.1") -> None:
-        try:
-            self._socket = socket.create_connection((host, port), timeout=30.0)
-        except (OSError, OverflowError) as error:
-            raise InputError(f"no simulator's clock on port {port} of {host}: {error}") from error
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._file = self._socket.makefile("rb")
+    def __init__(self, *ports: int, host: str = "127.0.0.1") -> None:
+        self._sockets = [_connected(port, host) for port in ports]
+        self._files = [one.makefile("rb") for one in self._sockets]
         self._now = self._ask("NOW?")
 
     def now(self) -> float:
@@ -67,16 +63,27 @@ class SimulatorClock:
         return self._now
 
     def sleep(self, seconds: float) -> None:
-        """Move the simulator's time on."""
+        """Move the time on."""
         self._now = self._ask(f"SLEEP {max(seconds, 0.0)!r}")
 
     def close(self) -> None:
-        """Give the clock back to the wall."""
-        self._socket.close()
+        """Give the clocks back to the wall."""
+        for one in self._sockets:
+            one.close()
 
     def _ask(self, message: str) -> float:
         try:
-            self._socket.sendall(message.encode() + b"\n")
-            return float(self._file.readline())
+            for one in self._sockets:
+                one.sendall(message.encode() + b"\n")
+            return [float(file.readline()) for file in self._files][0]
         except (OSError, ValueError) as error:
             raise ClockGone("the simulator's clock has gone") from error
+
+
+def _connected(port: int, host: str) -> socket.socket:
+    try:
+        found = socket.create_connection((host, port), timeout=30.0)
+    except (OSError, OverflowError) as error:
+        raise InputError(f"no simulator's clock on port {port} of {host}: {error}") from error
+    found.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return found

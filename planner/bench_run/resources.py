@@ -43,7 +43,7 @@ class Request:
     unattended: bool = False
     recorder: str | None = None
     speed: float | None = None
-    clock_port: int | None = None
+    clock_ports: tuple[int, ...] = ()
     baud: int = 19200
     table_dialects: tuple[str, ...] = ()
     chamber_dialects: tuple[str, ...] = ()
@@ -149,20 +149,20 @@ def equipment_of(
         tolerances=Tolerances(reconnect_s=request.reconnect_s),
         week=None if found.simulated else local_week_s,
         stop=stop,
-        patience_s=PATIENCE_S if request.clock_port is not None else math.inf,
+        patience_s=PATIENCE_S if request.clock_ports else math.inf,
         notify=notify,
     )
 
 
 def _clock(request: Request, simulated: bool, stack: ExitStack) -> Clock:
-    if request.speed is None and request.clock_port is None:
+    if request.speed is None and not request.clock_ports:
         return WallClock()
     if not simulated:
         raise InputError(
             "--speed and --clock-port are for simulators on this machine; real soaks take their time"
         )
-    if request.clock_port is not None:
-        clock = SimulatorClock(request.clock_port)
+    if request.clock_ports:
+        clock = SimulatorClock(*request.clock_ports)
         stack.callback(clock.close)
         return clock
     speed = request.speed or 0.0

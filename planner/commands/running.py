@@ -81,8 +81,9 @@ Baud = Annotated[int, typer.Option(metavar="BAUD", help="Of serial resources.")]
 Speed = Annotated[
     float | None, typer.Option(metavar="FACTOR", help="Simulators only: waits are shorter by this.")
 ]
-ClockPort = Annotated[
-    int | None, typer.Option(metavar="PORT", help="Simulators only: bench-simulator's clock.")
+ClockPorts = Annotated[
+    list[int] | None,
+    typer.Option(metavar="PORT", help="Simulators only: bench-simulator's clock; of several, each."),
 ]
 
 
@@ -110,7 +111,7 @@ def run(
     travel: Travel = None,
     baud: Baud = 19200,
     speed: Speed = None,
-    clock_port: ClockPort = None,
+    clock_port: ClockPorts = None,
     reconnect: Reconnect = "10 min",
     page: Page = None,
     notify: Notify = None,
@@ -132,7 +133,7 @@ def run(
         unattended=unattended,
         recorder=recorder,
         speed=speed,
-        clock_port=clock_port,
+        clock_ports=tuple(clock_port or ()),
         baud=baud,
         table_dialects=tuple(table_dialect or ()),
         chamber_dialects=tuple(chamber_dialect or ()),

@@ -23,7 +23,7 @@ def request(bench, path, **changes):
         "tables": (f"TCPIP::127.0.0.1::{ports.table}::SOCKET",),
         "chambers": (f"TCPIP::127.0.0.1::{ports.chamber}::SOCKET",),
         "journal": path,
-        "clock_port": ports.clock,
+        "clock_ports": (ports.clock,),
     }
     return session.Request(**(given | changes))
 
@@ -94,7 +94,7 @@ def test_a_table_that_never_rests_again_is_tried_until_somebody_says_enough(tmp_
     with SimulatedBench(speed=2000.0) as bench:
         receive = bench.table.receive
         bench.table.receive = lambda text: "200.0" if ":Read:Rate?" in text and broken else receive(text)
-        asked = request(bench, tmp_path / "run.jsonl", clock_port=None, speed=2000.0)
+        asked = request(bench, tmp_path / "run.jsonl", clock_ports=(), speed=2000.0)
         with pytest.raises(
             BenchFault, match=r"a bang.*NOT everything.*NOT seen at zero rate: axis 1 reads 200"
         ):
@@ -124,7 +124,7 @@ def test_by_the_wall_the_simulator_runs_faster_too(tmp_path):
             if step.action == "record":
                 raise BenchFault("enough")
 
-        asked = request(bench, tmp_path / "run.jsonl", clock_port=None, speed=2000.0)
+        asked = request(bench, tmp_path / "run.jsonl", clock_ports=(), speed=2000.0)
         with pytest.raises(BenchFault, match="enough"):
             session.run(job, asked, lambda text: None, stop)
         assert bench.table.refusals == []
@@ -137,11 +137,11 @@ def test_by_the_wall_the_simulator_runs_faster_too(tmp_path):
         ({"tables": ("moon=TCPIP::127.0.0.1::1::SOCKET",)}, "--table takes one for all, or BENCH="),
         ({"chambers": ()}, "no chamber for rate_table; give --chamber RESOURCE"),
         ({"tables": ("TCPIP::127.0.0.1::1::SOCKET",)}, "cannot open|dropped"),
-        ({"tables": ("nonsense",), "clock_port": None}, "cannot open|nobody to ask"),
+        ({"tables": ("nonsense",), "clock_ports": ()}, "cannot open|nobody to ask"),
         ({"tables": ("TCPIP::192.0.2.1::1::SOCKET",)}, "simulators on this machine"),
-        ({"clock_port": 1}, "no simulator's clock"),
-        ({"clock_port": None, "speed": 0.0}, "more than 0"),
-        ({"tables": ("TCPIP::192.0.2.1::1::SOCKET",), "clock_port": None}, "nobody to ask"),
+        ({"clock_ports": (1,)}, "no simulator's clock"),
+        ({"clock_ports": (), "speed": 0.0}, "more than 0"),
+        ({"tables": ("TCPIP::192.0.2.1::1::SOCKET",), "clock_ports": ()}, "nobody to ask"),
     ],
 )
 def test_what_cannot_be_run_with_is_refused(changes, message, tmp_path):
@@ -175,7 +175,7 @@ def test_a_plan_changed_by_hand_is_refused(tmp_path):
 
 def test_a_bench_that_does_not_answer_is_named_before_anything_begins(tmp_path):
     with SimulatedBench() as bench:
-        asked = request(bench, tmp_path / "run.jsonl", clock_port=None, speed=10.0)
+        asked = request(bench, tmp_path / "run.jsonl", clock_ports=(), speed=10.0)
     with pytest.raises(InputError, match=r"cannot open TCPIP::127\.0\.0\.1::\d+::SOCKET: .*refused"):
         session.run(small_job(), asked, lambda text: None, lambda step: None)
 

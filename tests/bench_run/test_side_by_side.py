@@ -14,8 +14,11 @@ from planner.bench_run.journal import open_journal
 from planner.bench_run.side_by_side import execute_side_by_side, gates_of
 from planner.bench_run.simulator.chamber import Chamber
 from planner.bench_run.simulator.faults import Faulty, fault_from_text
+from planner.bench_run.simulator.server import SimulatedBench
 from planner.bench_run.simulator.table import Table
-from planner.export.json import plan_document
+from planner.cli import app
+from planner.errors import InputError
+from planner.export.json import document_text, plan_document
 from tests.bench_run.memory_line import MemoryLine, VirtualClock
 from tests.specs import planned, small, with_plan
 
@@ -62,6 +65,31 @@ class TwoBenches:
             return execute_side_by_side(self.job, equipment, journal, *hears)
         finally:
             journal.close()
+
+
+def test_one_command_runs_both_over_tcp(tmp_path):
+    """Two simulators, each with its own clock, moved together."""
+    plan = tmp_path / "plan.json"
+    plan.write_text(document_text(document()))
+    words, ports = ["run", str(plan), "--page", str(tmp_path / "run.html")], []
+    with SimulatedBench() as one, SimulatedBench() as two:
+        for name, bench in (("one", one), ("two", two)):
+            words += ["--table", f"{name}=TCPIP::127.0.0.1::{bench.ports.table}::SOCKET"]
+            words += ["--chamber", f"{name}=TCPIP::127.0.0.1::{bench.ports.chamber}::SOCKET"]
+            ports += ["--clock-port", str(bench.ports.clock)]
+        shared = [
+            "run",
+            str(plan),
+            "--table",
+            f"TCPIP::127.0.0.1::{one.ports.table}::SOCKET",
+            "--chamber",
+            "x",
+        ]
+        with pytest.raises(InputError, match="cannot have one table"):
+            app(shared, standalone_mode=False)
+        app([*words, *ports], standalone_mode=False)
+    assert len(told(tmp_path / "run.jsonl")) == len(job_from(document()).steps)
+    assert "seen at zero rate" in (tmp_path / "run.html").read_text()
 
 
 def told(path):
