@@ -75,7 +75,8 @@ class SimulatorClock:
         try:
             for one in self._sockets:
                 one.sendall(message.encode() + b"\n")
-            return [float(file.readline()) for file in self._files][0]
+            times = [float(file.readline()) for file in self._files]  # every one must answer
+            return times[0]
         except (OSError, ValueError) as error:
             raise ClockGone("the simulator's clock has gone") from error
 
