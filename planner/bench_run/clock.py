@@ -48,7 +48,7 @@ class WallClock:
 class SimulatorClock:
     """The clock of `planner bench-simulator`, or of several: a wait moves their virtual time at once.
 
-    The time is the first one's. Raises InputError when nobody listens there, ClockGone when one goes away later.
+    The time is the first one's. Raises InputError when nobody listens there, ClockGone when one goes away.
     """
 
     speed = 1.0

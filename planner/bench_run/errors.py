@@ -13,6 +13,10 @@ class LineLost(BenchFault):
     """The connection to a device is down; it may come back."""
 
 
+class Silent(BenchFault):
+    """A device that is connected says nothing; after its mains were cut it may still be starting."""
+
+
 class ClockGone(BenchFault):
     """The simulator whose time a run goes by has gone: no wait will ever end."""
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Protocol, TypeVar
 
-from planner.bench_run.errors import BenchFault, LineLost
+from planner.bench_run.errors import BenchFault, LineLost, Silent
 from planner.control.dialect import Dialect, matched
 
 TRIES = 3  # a lost reply happens; three in a row are a fault
@@ -76,7 +76,8 @@ class Conversation:
             except ValueError as error:
                 heard = f"the reply {_brief(text)}, {error}," if str(error) else f"the reply {_brief(text)}"
                 self.doubt()
-        raise BenchFault(f"the {self.who} gave {heard} to {question!r}, {tries} times")
+        kind = Silent if heard == "no reply" else BenchFault
+        raise kind(f"the {self.who} gave {heard} to {question!r}, {tries} times")
 
     def order(self, commands: Sequence[str]) -> None:
         """Send commands, and hear each message acknowledged where the device does that.

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from planner.bench_run.chamber_driver import ChamberDriver
 from planner.bench_run.equipment import Equipment
-from planner.bench_run.errors import BenchFault, LineLost
+from planner.bench_run.errors import BenchFault, LineLost, Silent
 from planner.bench_run.safety import Left, make_safe
 from planner.bench_run.table import TableDriver
 from planner.errors import PlannerError
@@ -139,7 +139,7 @@ class OpenBench:
             try:
                 soak_s = self._reconnected()
                 break
-            except LineLost as error:
+            except (LineLost, Silent) as error:
                 tried = self._clock.now() - begin
                 if tried >= self._within.reconnect_s:
                     raise BenchFault(f"gave up after {tried / 60:.0f} min: {error}") from error

@@ -160,6 +160,12 @@ def test_a_chamber_that_lost_its_temperature_is_soaked_again_for_as_long(tmp_pat
         compare(rig, job.benches[step.bench], step, start, end, late_s=2.0)
 
 
+def test_a_device_that_starts_again_slowly_is_waited_for(tmp_path):
+    """After a drop it takes connections, and says nothing for nine minutes."""
+    job, rig = small_job(), Rig("chamber.dropped_connection@160", "chamber.lost_reply@161..200")
+    assert rig.run(job, tmp_path / "run.jsonl").steps == len(job.steps)
+
+
 def test_a_process_that_was_stopped_for_long_makes_its_record_again(tmp_path):
     """26 minutes pass in the middle of a record, with nobody looking at the bench."""
     job, rig, path = small_job(), Rig(), tmp_path / "run.jsonl"
