@@ -87,13 +87,18 @@ def _on_the_limit(found: Findings, points: list[Document], figures: list[str], d
     requirements, rows = document["requirements"], document["sensitivities"]
     if any(requirement["rule"] != "worst_case" for requirement in requirements):
         return
+    # a limit at any moment is used up at a moment of its own; where no search was needed none may be used up
+    searched = document["genetic"]["generations"] > 0
+    exact = searched and all(requirement["at"] == "end" for requirement in requirements)
     for i, point in enumerate(points):
         used = [
             sum(abs(row["value"]) * point[row["error"]] for row in rows if _is_of(row, n, figures))
             / requirement["limit"]
             for n, requirement in enumerate(requirements)
         ]
-        found.near(f"genetic, front {i}", max(used), 1.0, _USED_UP)
+        found.at_most(f"genetic, front {i}", max(used), 1.0, _USED_UP)
+        if exact:
+            found.near(f"genetic, front {i}", max(used), 1.0, _USED_UP)
 
 
 def _is_of(row: Document, requirement: int, figures: list[str]) -> bool:

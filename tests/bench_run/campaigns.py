@@ -165,7 +165,7 @@ def _session(
         if world.time.now() > stop_at:
             raise KeyboardInterrupt("somebody pressed Ctrl-C")
 
-    journal.append = appended  # type: ignore[method-assign]
+    journal.append = appended
     try:
         execute(job, equipment, journal, said.append, before, ends.append)
     except (BenchFault, KeyboardInterrupt):

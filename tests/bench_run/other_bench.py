@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import random
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 
@@ -256,7 +257,7 @@ class Wire:
 class World:
     """Turntable, oven, their wires and what goes wrong."""
 
-    def __init__(self, seed: int, faults: list[Fault] = (), *, terminal_server: bool = False) -> None:  # type: ignore[assignment]
+    def __init__(self, seed: int, faults: Sequence[Fault] = (), *, terminal_server: bool = False) -> None:
         self.time, self.chance, self.faults = Time(), random.Random(seed), list(faults)
         self.terminal_server, self.disk_full = terminal_server, False
         self.table, self.oven = Turntable(self.time), Oven(self.time)

@@ -36,26 +36,20 @@ FAULTS = {
 ONCE = [
     "lost_reply@{}",
     "late_reply:2.4@{}",
-    "late_reply:1@{}",
-    "late_reply:6@{}",
     "doubled_reply@{}",
     "garbled_reply@{}",
     "nan_reading@{}",
     "jumped_reading@{}",
     "ignored_command@{}",
-    "dropped_connection@{}",
     "dropped_connection:300@{}",
     "suspended_client@{}",
     "chamber.lost_reply@{}",
     "chamber.late_reply:2.4@{}",
-    "chamber.doubled_reply@{}",
-    "chamber.garbled_reply@{}",
     "chamber.nan_reading@{}",
     "chamber.jumped_reading@{}",
     "chamber.ignored_command@{}",
     "chamber.dropped_connection:300@{}",
     "chamber.power_cut:300@{}",
-    "chamber.suspended_client@{}",
 ]
 
 

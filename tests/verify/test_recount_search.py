@@ -8,7 +8,7 @@ from planner.verify.recount_search import check_front, check_keys, check_prices
 
 SUMS = {
     "method": "published",
-    "requirements": [{"limit": 10.0, "rule": "worst_case"}],
+    "requirements": [{"limit": 10.0, "rule": "worst_case", "at": "end"}],
     "sensitivities": [
         {"error": "gyro.bias", "axis": "x", "value": 500.0, "unit": "m/(deg/s)", "requirement": 0},
         {"error": "accelerometer.bias", "axis": "x", "value": -300.0, "unit": "m/g", "requirement": 0},
@@ -16,6 +16,7 @@ SUMS = {
     "hours_per_limit": {"0": 0.5},
     "genetic": {
         "time_s": 100.0,
+        "generations": 7,
         "front": [
             {"gyro.bias": 0.014, "accelerometer.bias": 0.01, "time_s": 100.0},
             {"gyro.bias": 0.002, "accelerometer.bias": 0.03, "time_s": 120.0},
