@@ -27,7 +27,7 @@ from planner.verify.recount_search import check_front, check_keys, check_prices
 from planner.verify.recount_steps import batch_sizes, check_steps
 
 NOT_RECOUNTED = (
-    "genetic: a search's history; of its front, whether the points are of one front and on the limits",
+    "genetic: a search's history; of its front, the order, and by half-widths whether it is on the limits",
     "hours_per_limit (but for keys and signs), savings, trade_off, prices, worth: other plans, to be planned "
     "again",
     "bound_s: that no plan is shorter is proved by the search, not by counting",
