@@ -11,6 +11,15 @@ from planner.commands.options import AsJson, PlanFile
 from planner.commands.output import answer, listed, notes
 from planner.errors import InputError
 
+Faults = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME@N",
+        help="At the N-th message, N+ from then on, N..M: lost_reply@9, late_reply:2.4@9, "
+        "chamber.nan_reading@3+ …; an unknown name lists them all.",
+    ),
+]
+
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
@@ -65,14 +74,7 @@ def bench_simulator(
     speed: Annotated[
         float, typer.Option(metavar="FACTOR", help="Its seconds per second, while nobody moves its clock.")
     ] = 1.0,
-    fault: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME@N",
-            help="At the N-th message, N+ from then on, N..M: lost_reply@9, late_reply:2.4@9, "
-            "chamber.nan_reading@3+ …; an unknown name lists them all.",
-        ),
-    ] = None,
+    fault: Faults = None,
     log: Annotated[Path | None, typer.Option(metavar="FILE", help="Every message, as JSON lines.")] = None,
     as_json: AsJson = False,
 ) -> None:
