@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +23,7 @@ from planner.recordings.recording import READ, Account, Recording, Samples, read
 from planner.recordings.temperature import POSSIBLE_DEGC, rates
 from planner.recordings.windows import windows_of
 from planner.units import unit_factor
+from planner.whole_files import temporary_beside
 
 COLUMNS = (
     "time_s",
@@ -67,7 +67,7 @@ def correct_recording(
     seen = _Warmth(tables, _warming(recording, tables))
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{out.name}.", dir=out.parent)
+        handle, name = temporary_beside(out)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error.strerror}") from error
     try:
@@ -78,7 +78,7 @@ def correct_recording(
     except OSError as error:
         raise InputError(f"cannot write {out}: {error.strerror}") from error
     finally:
-        Path(name).unlink(missing_ok=True)
+        name.unlink(missing_ok=True)
     notes = [*_missing(recording, tables), *seen.notes(recording), *_losses(account)]
     return account.counts[READ], [*notes, *_beyond(np.array([seen.low, seen.high]), tables)]
 

@@ -181,8 +181,8 @@ def _pipeline(loaded: LoadedSpec) -> Pipeline:
     """calibrate and apply as the commands do them."""
     from planner.calibrate.fit_options import FitOptions
     from planner.export.calibration_files import calibration_files
-    from planner.export.files import write_all_whole
     from planner.pipelines import data
+    from planner.whole_files import write_all_whole
 
     def calibrate(table: Path, folder: Path) -> Path:
         found = data.calibrate(table, loaded, FitOptions(), lambda message: None)

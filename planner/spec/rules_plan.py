@@ -11,6 +11,8 @@ from planner.spec.yaml12 import Path
 
 MOST_TEMPERATURES = 240  # to choose from: half a kelvin over the widest range of a chamber
 
+MOST_CANDIDATES = 100  # numbers of points: the published tables have eight
+
 
 def plan(sheet: Review) -> None:
     """All rules for `plan`."""
@@ -52,6 +54,12 @@ def _step(sheet: Review) -> None:
 def _candidates(sheet: Review) -> None:
     choice = sheet.spec.plan.temperatures
     path: Path = ("plan", "temperatures", "candidates")
+    if len(choice.candidates) > MOST_CANDIDATES:
+        sheet.fault(
+            path,
+            f"{len(choice.candidates)} numbers to choose from, more than {MOST_CANDIDATES}; name fewer",
+        )
+        return
     for index, number in enumerate(choice.candidates):
         if number in choice.candidates[:index]:
             sheet.fault((*path, index), f"{number} stands here twice; keep one")

@@ -23,11 +23,13 @@ from planner.verify.findings import Check, Fault, Findings
 from planner.verify.recount_budget import budgets_of, check_budget, made_by_hand, unit_of
 from planner.verify.recount_hours import start_of, windows_of
 from planner.verify.recount_navigation import check_navigation
+from planner.verify.recount_search import check_front, check_keys, check_prices
 from planner.verify.recount_steps import batch_sizes, check_steps
 
 NOT_RECOUNTED = (
-    "genetic: a search's history and front (only its gap is counted again)",
-    "hours_per_limit, savings, trade_off, prices, worth: other plans, which would have to be planned again",
+    "genetic: a search's history; of its front, the order, and by half-widths whether it is on the limits",
+    "hours_per_limit (but for keys and signs), savings, trade_off, prices, worth: other plans, to be planned "
+    "again",
     "bound_s: that no plan is shorter is proved by the search, not by counting",
     "notes, proved_of: words",
 )
@@ -77,6 +79,7 @@ def recount(document: Document, loaded: LoadedSpec, trajectory: Trajectory | Non
     found = [seal, shape]
     if not shape.faults:
         spec = loaded.spec
+        found += [check_keys(document), check_front(document), check_prices(document)]
         found += [_check_origin(document, loaded), _check_benches(document, spec)]
         names = _check_names(document, spec)
         found.append(names)

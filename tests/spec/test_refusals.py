@@ -247,6 +247,13 @@ REFUSALS = {
     "range upside down": ("{range: [-60 degC, 60 degC]", "{range: [60 degC, -60 degC]", "[60 degC, -", "plan.temperatures.range", "coldest"),
     "candidate twice": (CANDIDATES, "candidates: [1, 3, 3]", "3]}", "plan.temperatures.candidates[2]", "twice"),
     "no candidate left": (CANDIDATES, "candidates: [7, 10]", "[7, 10]", "plan.temperatures.candidates", "1, 3, 5"),
+    "9000 candidates": (
+        CANDIDATES,
+        f"candidates: [{', '.join(map(str, range(1, 9001)))}]",
+        "[1, 2",
+        "plan.temperatures.candidates",
+        "9000 numbers to choose from",
+    ),
     "no candidates": (CANDIDATES, "candidates: []", "[]}", "plan.temperatures.candidates", "at least 1"),
     "least above most": ("least: 2, most: 60", "least: 61, most: 60", "61", "plan.repeats.least", "more than most"),
     "student with one": ("least: 2", "least: 1", "1, most", "plan.repeats.least", "normal"),
