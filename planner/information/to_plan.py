@@ -160,8 +160,11 @@ def _reasons(spec: Spec, found: Found, models: Sequence[ErrorModel]) -> Iterator
                 continue
             spreads = spread_at(model, visit.temperatures_degc, visit.test)
             widths = half_widths(spec, model, visit.test, visit.temperatures_degc, visit.repeats)
-            for t, n, s, d in zip(visit.temperatures_degc, visit.repeats, spreads, widths, strict=True):
-                if not np.isfinite(d):
+            numbers = quantile(plan.confidence, plan.quantile, np.array(visit.repeats))
+            for t, n, s, d, q in zip(
+                visit.temperatures_degc, visit.repeats, spreads, widths, numbers, strict=True
+            ):
+                if not np.isfinite(q):
                     continue  # one power-on has no interval
                 yield RepeatReason(
                     error=error,
@@ -170,7 +173,7 @@ def _reasons(spec: Spec, found: Found, models: Sequence[ErrorModel]) -> Iterator
                     spread=float(s),
                     confidence=plan.confidence,
                     quantile_name=plan.quantile,
-                    quantile=float(quantile(plan.confidence, plan.quantile, np.array([n]))[0]),
+                    quantile=float(q),
                     repeats=n,
                     half_width=float(d),
                     needed_half_width=float(d),
