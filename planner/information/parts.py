@@ -2,7 +2,8 @@
 
 Marginal sigmas of each error's largest term, root mean square over the flight's temperatures: the flight's
 own power-on and drift; `storage`, the walk over the days of the campaign and in store; `estimate`, what the
-campaign's noise leaves of the coefficients; `temperature`, what straight lines miss of the curves. The covariance of all terms stands beside them.
+campaign's noise leaves of the coefficients; `temperature`, what straight lines miss of the curves. The
+covariance of all terms stands beside them.
 """
 
 from __future__ import annotations

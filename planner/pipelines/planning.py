@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,10 +37,11 @@ from planner.plan.sensitivity_to_allowance import allowed_errors
 from planner.plan.spec_to_errors import error_models
 from planner.plan.spec_to_sensitivity import constraints as constraints_of
 from planner.plan.spec_to_sensitivity import sensitivities as sensitivities_of
-from planner.plan.spec_to_trajectory import trajectory_of
+from planner.plan.spec_to_trajectory import aided, flight_path, trajectory_of
 from planner.plan.task import Task, extreme_allowances, planning_task
 from planner.plan.trade_off import trade_off
 from planner.solvers.genetic import GeneticSettings
+from planner.spec.height_aid import unaided
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, PercentileRule, Spec
 
@@ -56,6 +58,12 @@ class Navigation:
     constraints: tuple[Constraint, ...]
     trajectory: str
     flight: Trajectory | None = None
+
+    @property
+    def unaided(self) -> str | None:
+        """What becomes of the height of a long flight that nothing holds."""
+        t = self.flight
+        return None if t is None or t.height_aid_m is not None else unaided(float(t.time_s[-1] - t.time_s[0]))
 
 
 @dataclass(frozen=True)
@@ -79,7 +87,7 @@ def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
     if isinstance(spec.sensitivities, Given):
         return Navigation(models, None, constraints_of(spec, None), "published coefficients")
     progress("building the trajectory")
-    trajectory = trajectory_of(spec.trajectory, loaded.folder)
+    trajectory = flight_path(spec, loaded.folder)
     progress("propagating the sensor errors")
     found = sensitivities_of(trajectory, [model.name for model in models], instants=_instants(spec))
     return Navigation(models, found, constraints_of(spec, found), trajectory.name, trajectory)
@@ -92,12 +100,33 @@ def allow(loaded: LoadedSpec, progress: Progress) -> tuple[Navigation, AllowedEr
     return navigation, _allowed(loaded.spec, task, navigation, progress)
 
 
+@contextmanager
+def _height_said(navigation: Navigation) -> Iterator[None]:
+    """What cannot be met because the height diverges is refused with that said."""
+    try:
+        yield
+    except InfeasibleError as error:
+        if navigation.unaided is None:
+            raise
+        raise InfeasibleError(
+            f"{error}; {navigation.unaided}",
+            requirement=error.requirement,
+            binds=error.binds,
+            nearest_limit=error.nearest_limit,
+        ) from None
+
+
 def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
     """Spec → the shortest campaign that suffices, with its proof and its reasons."""
-    spec = loaded.spec
-    if by_information(spec):
-        return informed(loaded, navigate(loaded, progress), progress)
     navigation = navigate(loaded, progress)
+    with _height_said(navigation):
+        if by_information(loaded.spec):
+            return informed(loaded, navigation, progress)
+        return _published(loaded, navigation, progress)
+
+
+def _published(loaded: LoadedSpec, navigation: Navigation, progress: Progress) -> Planned:
+    spec = loaded.spec
     task = task_of(spec, navigation)
     progress("choosing temperatures and repeats")
     chosen = campaign(task)
@@ -111,7 +140,7 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
     progress("the same with waiting and batches in sight")
     chosen = observable_campaign(task, by_total(task, chosen))
     notes += _as_percentile(loaded, navigation)
-    made = _timed(loaded, navigation, task, chosen, genetic, [*_notes(loaded), *notes])
+    made = _timed(loaded, navigation, task, chosen, genetic, [*_notes(loaded, navigation), *notes])
     curve: tuple[TradeOffPoint, ...] = ()
     if spec.plan.trade_off and not is_hand_made(spec):
         progress("trade-off of campaign time and power-on time")
@@ -176,7 +205,7 @@ def informed(
         navigation.constraints,
         version=__version__,
         sha256=loaded.sha256,
-        notes=[*_notes(loaded), *remarks],
+        notes=[*_notes(loaded, navigation), *remarks],
     )
     chosen = _chosen(spec, found)
     curve: tuple[TradeOffPoint, ...] = ()
@@ -261,7 +290,7 @@ def sensitivity(
     """
     choice = loaded.spec.trajectory if flight is None else {"file": str(flight.resolve())}
     progress("building the trajectory")
-    trajectory = trajectory_of(choice, loaded.folder)
+    trajectory = aided(trajectory_of(choice, loaded.folder), loaded.spec)
     progress("propagating the sensor errors")
     instants = [*_instants(loaded.spec), *([] if at is None else [at])]
     inside = [t for t in instants if trajectory.time_s[0] <= t <= trajectory.time_s[-1]]
@@ -331,6 +360,13 @@ def _settings(spec: Spec) -> GeneticSettings:
     )
 
 
-def _notes(loaded: LoadedSpec) -> list[str]:
-    """The spec's warnings with their places; a model's own note only repeats one of them."""
-    return [f"{warning.path}: {warning.message}" for warning in loaded.warnings]
+def _notes(loaded: LoadedSpec, navigation: Navigation) -> list[str]:
+    """The spec's warnings with their places, and what only the built flight shows.
+
+    A model's own note only repeats one of them.
+    """
+    said = [f"{warning.path}: {warning.message}" for warning in loaded.warnings]
+    return [
+        *said,
+        *(f"trajectory: {r}" for r in (navigation.unaided,) if r and f"trajectory: {r}" not in said),
+    ]

@@ -1,4 +1,4 @@
-"""Sensors that do not scatter: zero is a value of every spread, for both methods, and for verify's own code."""
+"""Sensors that do not scatter: zero is a value of every spread, for both methods and for verify."""
 
 from __future__ import annotations
 
