@@ -27,6 +27,7 @@ LEAST = 2_000  # at each temperature
 NOTABLE = 0.01  # of the mean square: what smaller parts lack of a Gaussian goes with the square of this
 AT_ONCE = 4_000_000  # numbers
 SETTLED = 1e-6
+LEFT_OUT = 1e-7  # of the largest principal variance
 TINY = 1e-12
 WORST = 2  # temperatures at which the worst one is looked for by draws
 
@@ -152,22 +153,40 @@ def _at_any(
 ) -> float:
     """By draws of whole flights: the instants of one flight go together."""
     assert a.share is not None
+    basis = _basis(rest, parts)
     n, rows = max(ANY * DRAWS // len(looked_at), LEAST), rest.shape[-1]
     at_once, found = max(AT_ONCE // (n * rows), 1), []
     for start in range(0, len(looked_at), at_once):
         some = looked_at[start : start + at_once]
-        value, vector = np.linalg.eigh(rest[some])
+        value, vector = np.linalg.eigh(basis.T @ rest[some] @ basis)
         root = (vector * np.sqrt(np.maximum(value, 0.0))[:, None, :]).astype(np.float32)
-        d = _normals(len(some), n, rows) @ np.swapaxes(root, 1, 2)
-        _add(d, [p.on(some) for p in parts], curves, start)
-        vectors = d.reshape(len(some), n, -1, a.response.shape[1])
-        found.append(np.sqrt(np.einsum("snic,snic->sni", vectors, vectors).max(axis=2)))
+        d = _normals(len(some), n, basis.shape[1]) @ np.swapaxes(root, 1, 2)
+        _add(
+            d,
+            [p.on(some).along(np.broadcast_to(basis, (len(some), *basis.shape))) for p in parts],
+            curves,
+            start,
+        )
+        vectors = basis.astype(np.float32) @ np.swapaxes(d, 1, 2)
+        squares = (vectors**2).reshape(len(some), -1, a.response.shape[1], n).sum(axis=2)
+        found.append(np.sqrt(squares.max(axis=1)))
     lengths = np.concatenate(found)
     if weights is None:
         return float(np.quantile(lengths, a.share, axis=1).max())
     order = np.argsort(lengths, axis=None)
     shares = np.repeat(weights / lengths.shape[1], lengths.shape[1])[order]
     return float(lengths.ravel()[order][np.searchsorted(np.cumsum(shares), a.share)])
+
+
+def _basis(rest: Array, parts: Sequence[CurveWeights]) -> Array:
+    """(ρ, k) principal axes of everything that flights do: instants of one flight differ by little."""
+    spread = [rest.sum(axis=0)]
+    for part in parts:
+        flat = np.swapaxes(part.weights, 0, 1).reshape(rest.shape[-1], -1)
+        spread.append(flat @ flat.T)
+    total = sum(x / max(float(np.trace(x)), TINY) for x in spread)
+    value, vector = np.linalg.eigh(total)
+    return np.asarray(vector[:, value > LEFT_OUT * value[-1]])
 
 
 # ---------------------------------------------------------------- draws
