@@ -17,6 +17,7 @@ from planner.information.scaled import Part
 from planner.information.worth import worth_of
 from planner.nouns.allowances import Allowance, ErrorModel
 from planner.nouns.choices import Campaign, RepeatReason
+from planner.nouns.deadline import BESIDE
 from planner.nouns.plan import Achieved, GeneticPlan, Plan
 from planner.nouns.sensitivities import Constraint
 from planner.nouns.sensor import ErrorName
@@ -43,6 +44,10 @@ def plan_of(
     """Everything that plan.json and the report show of a campaign by information."""
     spec = flight.spec
     by_hand = is_hand_made(spec)
+
+    def late(stage: str) -> bool:
+        return not by_hand and flight.deadline.over(BESIDE, stage)
+
     chosen = Campaign(found.visits, (), found.cost, found.bound, found.proved)
     tests = planned_tests(spec, chosen, found.timeline)
     allowed = tuple(_allowances(flight, found, models))
@@ -73,8 +78,8 @@ def plan_of(
         spread_factor=found.spread_factor,
         hours_per_limit={},
         genetic=genetic,
-        worth=worth_of(found),
-        prices=() if by_hand else prices_of(flight, found, _spreads(flight, found)),
+        worth=() if late("the worth of visits") else worth_of(found),
+        prices=() if by_hand or late("prices") else prices_of(flight, found, _spreads(flight, found)),
         notes=(*notes, *borrowed_notes(spec, found), *worn_out(spec, power_on)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),

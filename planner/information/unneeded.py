@@ -17,8 +17,11 @@ from planner.information.kinds import Kinds
 from planner.information.model_of import Flight, asked_of, promise_of
 from planner.information.told import alike, told
 from planner.nouns.array import Array
+from planner.nouns.deadline import BESIDE, Deadline
 from planner.spec.model import NAVIGATION_ERRORS, Spec
 from planner.units import from_si
+
+OF_REST = 0.5  # of the time that the plan has left, for what a campaign without a test is
 
 
 def unneeded(flight: Flight, found: Found) -> Iterator[str]:
@@ -35,6 +38,8 @@ def unneeded(flight: Flight, found: Found) -> Iterator[str]:
         yield f"requirement: no calibration is needed: units as they are keep every limit ({said})"
         return
     for visit in found.visits:
+        if flight.deadline.over(BESIDE, "what is not needed"):
+            return
         yield from _without(flight, found, visit.test, limits)
 
 
@@ -46,7 +51,7 @@ def _without(flight: Flight, found: Found, test: str, limits: Array) -> Iterator
         return
     tests = {name: t for name, t in flight.spec.tests.items() if name != test}
     spec = flight.spec.model_copy(update={"effects": kept, "tests": tests})
-    other = flight.under(spec)
+    other = replace(flight.under(spec), deadline=Deadline(OF_REST * flight.deadline.left))
     if np.any(_left_alone(flight, spec, own_only=True) > limits):
         return
     try:

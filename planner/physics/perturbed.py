@@ -92,7 +92,7 @@ def _steps(several: Iterator[Blocks], coefficients: Array, active: Active | None
 
 @dataclass(frozen=True)
 class _Aid:
-    """What holds the height of every run: the true flight at the edges; velocity, position (3, b + 1) in i."""
+    """What holds the height of every run: the true flight at the edges; velocity, position (3, b + 1)."""
 
     true: NavigationState
     velocity: Array

@@ -22,7 +22,7 @@ _SPIN = np.array([0.0, 0.0, EARTH_RATE_RADPS])
 
 
 def hold(position: Array, velocity: Array, altitude: float, down: float) -> tuple[Array, Array]:
-    """Position and velocity (3, B) in inertial axes with the altitude (m) and the velocity down (m/s) given."""
+    """Position and velocity (3, B) in inertial axes with altitude (m) and velocity down (m/s) as given."""
     latitude, longitude, found = earth.ecef_to_lla(position.T)  # longitude in i; height does not mind
     cos = np.cos(latitude)
     up = np.stack([cos * np.cos(longitude), cos * np.sin(longitude), np.sin(latitude)])
@@ -43,9 +43,8 @@ def holding(motion: Motion, at: Indices) -> Array:
     north, east, down = (c_in[:, :, k] for k in range(3))
     meridian, transverse = earth.principal_radii(motion.latitude[at])
     height, v = motion.altitude[at], motion.velocity[at]
-    tilted = (v[:, 0] / (meridian + height))[:, None] * north + (v[:, 1] / (transverse + height))[
-        :, None
-    ] * east
+    tilted = (v[:, 0] / (meridian + height))[:, None] * north
+    tilted += (v[:, 1] / (transverse + height))[:, None] * east
     level = np.eye(3) - down[:, :, None] * down[:, None, :]
     found = np.zeros((len(at), 9, 9))
     found[:, range(9), range(9)] = 1.0

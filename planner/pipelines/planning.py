@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner import __version__
@@ -18,6 +18,7 @@ from planner.information.to_plan import plan_of as information_plan
 from planner.information.unneeded import unneeded
 from planner.nouns.allowances import AllowedErrors, ErrorModel
 from planner.nouns.choices import Campaign
+from planner.nouns.deadline import BESIDE, GENETIC, Deadline, never
 from planner.nouns.plan import GeneticPlan, Plan, TradeOffPoint
 from planner.nouns.sensitivities import Constraint, Sensitivities
 from planner.nouns.trajectory import Trajectory
@@ -38,7 +39,7 @@ from planner.plan.spec_to_errors import error_models
 from planner.plan.spec_to_sensitivity import constraints as constraints_of
 from planner.plan.spec_to_sensitivity import sensitivities as sensitivities_of
 from planner.plan.spec_to_trajectory import aided, flight_path, trajectory_of
-from planner.plan.task import Task, extreme_allowances, planning_task
+from planner.plan.task import Task, extreme_allowances, planning_task, within_seconds
 from planner.plan.trade_off import trade_off
 from planner.solvers.genetic import GeneticSettings
 from planner.spec.height_aid import unaided
@@ -46,6 +47,7 @@ from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, PercentileRule, Spec
 
 Progress = Callable[[str], None]
+OF_PROOF = 0.8  # of the time that is left, for the published program: it begins with a quarter more
 SURE = 0.95  # of the flights, for what a limit costs as a percentile
 
 
@@ -118,34 +120,48 @@ def _height_said(navigation: Navigation) -> Iterator[None]:
 
 def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
     """Spec → the shortest campaign that suffices, with its proof and its reasons."""
+    deadline = Deadline(loaded.spec.plan.time_limit)
     navigation = navigate(loaded, progress)
     with _height_said(navigation):
         if by_information(loaded.spec):
-            return informed(loaded, navigation, progress)
-        return _published(loaded, navigation, progress)
+            return informed(loaded, navigation, progress, deadline=deadline)
+        return _published(loaded, navigation, progress, deadline)
 
 
-def _published(loaded: LoadedSpec, navigation: Navigation, progress: Progress) -> Planned:
+def cut_short(made: Plan, deadline: Deadline) -> Plan:
+    """The plan with what its time limit cut short, if it did; the search itself makes it incomplete."""
+    if not deadline.cut:
+        return made
+    said = f"plan.time_limit: {deadline.seconds:g} s were over; cut short: {', '.join(deadline.cut)}"
+    complete = made.complete and "the search" not in deadline.cut
+    return replace(made, notes=(*made.notes, said), complete=complete)
+
+
+def _published(loaded: LoadedSpec, navigation: Navigation, progress: Progress, deadline: Deadline) -> Planned:
     spec = loaded.spec
     task = task_of(spec, navigation)
     progress("choosing temperatures and repeats")
-    chosen = campaign(task)
+    chosen = campaign(within_seconds(task, OF_PROOF * deadline.left))
     rule = common_rule(navigation.constraints)
     allowed, genetic = None, None
     notes: list[str] = []
     if not is_hand_made(spec):
-        allowed, notes = _allowed_or_why_not(spec, task, navigation, progress)
+        late = deadline.stops(GENETIC, "the region of allowed errors")
+        allowed, notes = _allowed_or_why_not(spec, task, navigation, progress, late)
         progress("genetic algorithm beside the exact campaign")
-        genetic = genetic_plan(task, chosen, rule, _settings(spec), spec.plan.seed)
+        late = deadline.stops(BESIDE, "the genetic campaign")
+        genetic = genetic_plan(task, chosen, rule, _settings(spec, late), spec.plan.seed)
     progress("the same with waiting and batches in sight")
-    chosen = observable_campaign(task, by_total(task, chosen))
-    notes += _as_percentile(loaded, navigation)
+    chosen = observable_campaign(task, by_total(within_seconds(task, deadline.left), chosen))
+    if not deadline.over(BESIDE, "what the limits cost as a percentile"):
+        notes += _as_percentile(loaded, navigation, deadline)
     made = _timed(loaded, navigation, task, chosen, genetic, [*_notes(loaded, navigation), *notes])
     curve: tuple[TradeOffPoint, ...] = ()
     if spec.plan.trade_off and not is_hand_made(spec):
         progress("trade-off of campaign time and power-on time")
         curve = trade_off(spec, lambda other: _observable(other, navigation), [chosen])
-    return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, allowed)
+    made = cut_short(with_schedule_figures(made, spec, chosen, curve), deadline)
+    return Planned(made, navigation, allowed)
 
 
 def afford(loaded: LoadedSpec, seconds: float, progress: Progress) -> Affordable:
@@ -185,18 +201,27 @@ def by_information(spec: Spec) -> bool:
 
 
 def informed(
-    loaded: LoadedSpec, navigation: Navigation, progress: Progress, *, beside: bool = True
+    loaded: LoadedSpec,
+    navigation: Navigation,
+    progress: Progress,
+    *,
+    beside: bool = True,
+    deadline: Deadline | None = None,
 ) -> Planned:
     """The plan by information; beside: with what stands beside it in plan.json and report."""
-    spec = loaded.spec
+    spec, deadline = loaded.spec, deadline or Deadline(loaded.spec.plan.time_limit)
     refuse_what_no_campaign_tells(spec)
     assert navigation.flight is not None  # sensitivities are simulated
     progress("what each record tells, what will be flown")
-    flight = flight_of(spec, navigation.flight)
+    flight = flight_of(spec, navigation.flight, deadline)
     found = campaign_found(flight)
-    progress("genetic campaign beside it")
-    genetic = genetic_beside(found.offers, found.judge, found.cost, spec.plan.seed) if beside else None
-    remarks = [*unneeded(flight, found)] if beside and not is_hand_made(spec) else []
+    genetic, remarks = None, list[str]()
+    if beside:
+        progress("genetic campaign beside it")
+        late = deadline.stops(GENETIC, "the genetic campaign")
+        genetic = genetic_beside(found.offers, found.judge, found.cost, spec.plan.seed, late)
+    if beside and not is_hand_made(spec):
+        remarks = [*unneeded(flight, found)]
     made = information_plan(
         flight,
         found,
@@ -207,6 +232,7 @@ def informed(
         sha256=loaded.sha256,
         notes=[*_notes(loaded, navigation), *remarks],
     )
+    made = cut_short(made, deadline)
     chosen = _chosen(spec, found)
     curve: tuple[TradeOffPoint, ...] = ()
     if beside and spec.plan.trade_off and not is_hand_made(spec):
@@ -215,7 +241,7 @@ def informed(
     return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, None)
 
 
-def _as_percentile(loaded: LoadedSpec, navigation: Navigation) -> list[str]:
+def _as_percentile(loaded: LoadedSpec, navigation: Navigation, deadline: Deadline) -> list[str]:
     """What the limits of a plan by sums of moduli cost as percentiles of what is flown."""
     spec = loaded.spec
     if navigation.flight is None or is_hand_made(spec):
@@ -228,7 +254,7 @@ def _as_percentile(loaded: LoadedSpec, navigation: Navigation) -> list[str]:
     if other == spec or other.planned_by != "information":
         return []
     try:
-        found = campaign_found(flight_of(other, navigation.flight), effort="brief")
+        found = campaign_found(flight_of(other, navigation.flight, Deadline(deadline.left)), effort="brief")
     except PlannerError:
         return []
     return [
@@ -317,7 +343,9 @@ def task_of(spec: Spec, navigation: Navigation) -> Task:
     return planning_task(spec, navigation.models, menus, navigation.constraints)
 
 
-def _allowed(spec: Spec, task: Task, navigation: Navigation, progress: Progress) -> AllowedErrors:
+def _allowed(
+    spec: Spec, task: Task, navigation: Navigation, progress: Progress, late: Callable[[], bool] = never
+) -> AllowedErrors:
     progress("allowed sensor errors: genetic algorithm and exact optimum")
     smallest, largest = extreme_allowances(task, common_rule(navigation.constraints))
     return allowed_errors(
@@ -326,13 +354,13 @@ def _allowed(spec: Spec, task: Task, navigation: Navigation, progress: Progress)
         {a.error: a.unit for a in smallest},
         {a.error: a.allowed for a in smallest},
         {a.error: a.allowed for a in largest},
-        _settings(spec),
+        _settings(spec, late),
         spec.plan.seed,
     )
 
 
 def _allowed_or_why_not(
-    spec: Spec, task: Task, navigation: Navigation, progress: Progress
+    spec: Spec, task: Task, navigation: Navigation, progress: Progress, late: Callable[[], bool]
 ) -> tuple[AllowedErrors | None, list[str]]:
     """The allowed region beside a campaign that exists; with mixed rules there may be none.
 
@@ -340,7 +368,7 @@ def _allowed_or_why_not(
     percentile or rss requirement does not ask for.
     """
     try:
-        return _allowed(spec, task, navigation, progress), []
+        return _allowed(spec, task, navigation, progress, late), []
     except InfeasibleError:
         if len({constraint.rule for constraint in navigation.constraints}) == 1:
             raise
@@ -349,7 +377,7 @@ def _allowed_or_why_not(
         ]
 
 
-def _settings(spec: Spec) -> GeneticSettings:
+def _settings(spec: Spec, late: Callable[[], bool] = never) -> GeneticSettings:
     genetic = spec.plan.genetic
     return GeneticSettings(
         individuals=genetic.individuals,
@@ -357,6 +385,7 @@ def _settings(spec: Spec) -> GeneticSettings:
         crossover=genetic.crossover,
         mutation=genetic.mutation,
         generations=genetic.generations,
+        late=late,
     )
 
 
@@ -366,7 +395,5 @@ def _notes(loaded: LoadedSpec, navigation: Navigation) -> list[str]:
     A model's own note only repeats one of them.
     """
     said = [f"{warning.path}: {warning.message}" for warning in loaded.warnings]
-    return [
-        *said,
-        *(f"trajectory: {r}" for r in (navigation.unaided,) if r and f"trajectory: {r}" not in said),
-    ]
+    remark = f"trajectory: {navigation.unaided}"
+    return said if navigation.unaided is None or remark in said else [*said, remark]

@@ -14,7 +14,7 @@ def unaided(duration_s: float) -> str | None:
         return None
     grown = math.cosh(min(RATE * duration_s, 600.0))
     return (
-        f"nothing holds the height in a flight of {duration_s / 3600:.3g} h: an error of the vertical channel "
-        f"grows by e every {1.0 / (60.0 * RATE):.1f} min, here {grown:.2g} times; give what aids it, "
+        f"nothing holds the height in a flight of {duration_s / 3600:.3g} h: an error of the vertical "
+        f"channel grows by e every {1.0 / (60.0 * RATE):.1f} min, here {grown:.2g} times; give what aids it, "
         "'vertical: {aided: 10 m}' (one sigma of a barometer's height)"
     )

@@ -47,7 +47,7 @@ def _perfect(written: Any) -> Any:
 
 
 class Vertical(SpecPart):
-    """What holds the computed height and its rate: an aid whose error is drawn once a flight, one sigma, m."""
+    """What holds the computed height and its rate: an aid whose error is drawn once a flight."""
 
     aided: Annotated[NonNegativeMetres, BeforeValidator(_perfect)] = Field(
         description="one sigma of the aid's height, e.g. 10 m; true: it makes no error",

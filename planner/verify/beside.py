@@ -1,4 +1,4 @@
-"""What flies beside the errors of the calibration: white noise, the initial alignment, the height aid's error.
+"""What flies beside the errors of the calibration: white noise, initial alignment, the height aid's error.
 
 White noise of density N over a stretch of length h is a constant of sigma N/√h, along north, east and down
 (three equal channels scatter the same in all axes, so that turns of the body average nothing out). With 32

@@ -2,7 +2,8 @@
 
 Per sensor, for every moment of the flight c (3) and A − I (9) of û = A u + c and each error that is neither
 constant nor proportional, hats in time; then noise, stretch by stretch, and the initial alignment as a turn
-of the first sample; last, one column that no reading has, the error of a height aid. Over some samples only the moments and stretches about them act.
+of the first sample; last, one column that no reading has, the error of a height aid. Over some samples only
+the moments and stretches about them act.
 """
 
 from __future__ import annotations

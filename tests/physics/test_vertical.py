@@ -1,4 +1,4 @@
-"""A held vertical channel: the linear equations against nonlinear navigation, and what it leaves of height."""
+"""A held vertical channel: linear equations against nonlinear navigation, and what it leaves of height."""
 
 from __future__ import annotations
 
