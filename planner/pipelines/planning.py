@@ -45,6 +45,7 @@ from planner.solvers.genetic import GeneticSettings
 from planner.spec.height_aid import unaided
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, PercentileRule, Spec
+from planner.spec.narrow_range import narrow_range
 
 Progress = Callable[[str], None]
 OF_PROOF = 0.8  # of the time that is left, for the published program: it begins with a quarter more
@@ -103,15 +104,17 @@ def allow(loaded: LoadedSpec, progress: Progress) -> tuple[Navigation, AllowedEr
 
 
 @contextmanager
-def _height_said(navigation: Navigation) -> Iterator[None]:
-    """What cannot be met because the height diverges is refused with that said."""
+def _causes_said(spec: Spec, navigation: Navigation) -> Iterator[None]:
+    """What cannot be met because the height diverges, or the range is narrow, is refused with that said."""
     try:
         yield
     except InfeasibleError as error:
-        if navigation.unaided is None:
+        narrow = narrow_range(spec)
+        causes = [navigation.unaided, None if narrow is None else f"plan.temperatures.range {narrow}"]
+        if not any(causes):
             raise
         raise InfeasibleError(
-            f"{error}; {navigation.unaided}",
+            "; ".join([str(error), *(c for c in causes if c)]),
             requirement=error.requirement,
             binds=error.binds,
             nearest_limit=error.nearest_limit,
@@ -122,7 +125,7 @@ def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
     """Spec → the shortest campaign that suffices, with its proof and its reasons."""
     deadline = Deadline(loaded.spec.plan.time_limit)
     navigation = navigate(loaded, progress)
-    with _height_said(navigation):
+    with _causes_said(loaded.spec, navigation):
         if by_information(loaded.spec):
             return informed(loaded, navigation, progress, deadline=deadline)
         return _published(loaded, navigation, progress, deadline)

@@ -1,4 +1,4 @@
-"""plan.time_limit binds every stage: an answer is there that keeps the promise, and says what was cut short."""
+"""plan.time_limit binds every stage: an answer that keeps the promise, and what was cut short for it."""
 
 from __future__ import annotations
 
