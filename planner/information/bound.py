@@ -14,7 +14,7 @@ Ordinary kriging: Cressie, Statistics for Spatial Data (1993), 3.2; the mean is 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 from math import comb
@@ -36,6 +36,7 @@ SETS_AT_ONCE = 500
 STEPS = 20  # of the count for every campaign that may be asked
 NEARLY = 1.01  # by the quick figure: then the exact one is asked
 CLEARLY = 1.0 + 2e-3  # a figure beyond the limit by more is beyond it whatever the quadrature,
+UNPRICED = ("_needed", "_asked", "_points", "_moments", "_plain")
 HALF = 0.5  # of this share of the flights or more
 
 
@@ -69,10 +70,16 @@ class Prover:
     judge: Judge
     exactly: Callable[[Array], bool]
 
+    def priced(self, offers: Offers) -> Prover:
+        """The same with other prices; what does not depend on them is handed on."""
+        other = replace(self, offers=offers)
+        other.__dict__.update({name: self.__dict__[name] for name in UNPRICED if name in self.__dict__})
+        return other
+
     def bounded(self, best: Array, effort: Effort) -> Bounded:
         """A bound of every campaign on offer that keeps the promise; a shorter campaign if one is met."""
         cost = float(self.offers.cost(best[None])[0])
-        survivors, beyond = self._survivors(cost, effort)
+        survivors, beyond = self.survivors(cost, effort)
         bound = min([*(floor for floor, _ in survivors), beyond, cost])
         if beyond < cost - EASIER:
             return Bounded(bound, False, best)
@@ -82,7 +89,7 @@ class Prover:
 
     # ------------------------------------------------------------ sets of temperatures
 
-    def _survivors(self, cost: float, effort: Effort) -> tuple[list[tuple[float, Set]], float]:
+    def survivors(self, cost: float, effort: Effort) -> tuple[list[tuple[float, Set]], float]:
         """(floor, set) of all that cost less and may keep the promise; the least of those not looked at."""
         found: list[tuple[float, Set]] = []
         T, left = len(self._grid), effort.sets

@@ -42,6 +42,7 @@ class Found:
 
     judge: by quick figures that meet the exact ones of this campaign, at the asked confidence
     spread_factor: what figures are multiplied by to hold with that confidence over spreads that are estimates
+    total_bound: of the weighted total with waiting and loads, None: the work's own; by_total: chosen for it
     """
 
     offers: Offers
@@ -53,6 +54,8 @@ class Found:
     spread_factor: float
     bound: float
     proved: bool
+    total_bound: float | None = None
+    by_total: bool = False
 
     @property
     def cost(self) -> float:
@@ -79,7 +82,7 @@ def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thoroug
         return found_of(flight, offers, judge, counts, exact=exact)
     far = (LONG_SETS, LONG_CAMPAIGNS) if effort == "thorough" else (QUICK_SETS, QUICK_CAMPAIGNS)
     factor = spread_factor(flight, offers.visits(counts))  # hardly another for a campaign that is as long
-    prover = Prover(flight, offers, judge, lambda n: _keeps(flight, offers, n, factor))
+    prover = Prover(flight, offers, judge, lambda n: keeps_exactly(flight, offers, n, factor))
     bounded = prover.bounded(counts, Effort(*far, flight.deadline.stops(BOUND, "the bound")))
     known = exact if np.array_equal(bounded.best, counts) else None
     return found_of(flight, offers, judge, bounded.best, bounded.bound, proved=bounded.proved, exact=known)
@@ -124,7 +127,8 @@ def _cheaper(offers: Offers, n: Array, than: Array) -> bool:
     return bool(first < second - EASIER)
 
 
-def _keeps(flight: Flight, offers: Offers, counts: Array, factor: float) -> bool:
+def keeps_exactly(flight: Flight, offers: Offers, counts: Array, factor: float) -> bool:
+    """Whether a campaign keeps every requirement by its exact figures, times a factor for its spreads."""
     limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
     exact = foreseen(flight, laid_out(flight, offers.visits(counts)))
     return bool(np.all(exact.figures * factor <= limits * KEPT))

@@ -1,7 +1,8 @@
 """What the requirements do not need: a calibration at all, or a test whose errors may stay as they are.
 
 An error that nobody calibrates keeps its systematic size, anywhere within it alike (its standard deviation is
-a third's root of it; quantiles are drawn, because no Gaussian tells them), and all of its curve. Where that is little beside the limits, a campaign without its test is shorter.
+a third's root of it; quantiles are drawn, because no Gaussian tells them), and all of its curve. Where that
+is little beside the limits, a campaign without its test is shorter.
 """
 
 from __future__ import annotations

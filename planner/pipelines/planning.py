@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -11,6 +10,7 @@ from pathlib import Path
 from planner import __version__
 from planner.errors import InfeasibleError, InputError, PlannerError
 from planner.information.afford import Affordable, affordable
+from planner.information.by_total import by_total as shortest_in_all
 from planner.information.choose import Found, campaign_found
 from planner.information.model_of import flight_of
 from planner.information.pareto import genetic_beside
@@ -27,7 +27,6 @@ from planner.plan.budget import common_rule
 from planner.plan.by_hand import is_hand_made
 from planner.plan.campaign_by_total import by_total
 from planner.plan.campaign_to_plan import plan_of
-from planner.plan.costs import weights_of
 from planner.plan.errors_to_points import point_menus
 from planner.plan.genetic_campaign import genetic_plan
 from planner.plan.observable_campaign import observable_campaign, refuse_what_no_campaign_tells
@@ -218,6 +217,9 @@ def informed(
     progress("what each record tells, what will be flown")
     flight = flight_of(spec, navigation.flight, deadline)
     found = campaign_found(flight)
+    if (spec.plan.shifts or spec.plan.units is not None) and not is_hand_made(spec):
+        progress("the same with waiting and loads in sight")
+        found = shortest_in_all(flight, found)
     genetic, remarks = None, list[str]()
     if beside:
         progress("genetic campaign beside it")
@@ -236,11 +238,11 @@ def informed(
         notes=[*_notes(loaded, navigation), *remarks],
     )
     made = cut_short(made, deadline)
-    chosen = _chosen(spec, found)
+    chosen = _chosen(found)
     curve: tuple[TradeOffPoint, ...] = ()
     if beside and spec.plan.trade_off and not is_hand_made(spec):
         progress("trade-off of campaign time and power-on time")
-        curve = trade_off(spec, lambda other: _chosen(other, campaign_found(flight.under(other))), [chosen])
+        curve = trade_off(spec, lambda other: _chosen(campaign_found(flight.under(other))), [chosen])
     return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, None)
 
 
@@ -267,18 +269,11 @@ def _as_percentile(loaded: LoadedSpec, navigation: Navigation, deadline: Deadlin
     ]
 
 
-def _chosen(spec: Spec, found: Found) -> Campaign:
-    """A campaign by information as the schedule takes it.
-
-    b batches through M benches take at least one batch's work and b − 1 times the work of the bench that has
-    most of it, which is no less than the mean over the benches: W (1 + (b − 1)/M).
-    """
-    total = None
-    if spec.plan.units is not None and weights_of(spec)[1] == 0.0:
-        used = {test.bench for test in spec.tests.values()}
-        batches = math.ceil(spec.plan.units / max(spec.benches[name].units for name in used))
-        total = found.bound * (1.0 + (batches - 1) / len(used))
-    return Campaign(found.visits, (), found.cost, found.bound, found.proved, total)
+def _chosen(found: Found) -> Campaign:
+    """A campaign by information as the schedule takes it."""
+    return Campaign(
+        found.visits, (), found.cost, found.bound, found.proved, found.total_bound, found.by_total
+    )
 
 
 def _observable(spec: Spec, navigation: Navigation) -> Campaign:

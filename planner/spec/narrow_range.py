@@ -23,10 +23,13 @@ def narrow_range(spec: Spec) -> str | None:
                 unit = catalog.effects()[effect].units[sensor]
                 points, left = next(iter(table.items()))
                 error = f"{sensor}.{effect} with {points} point{'s' if points > 1 else ''}"
-                return (
-                    f"spans {high - low:g} K, and residual tables are what is left over this range: {error} "
-                    f"{from_si(left, unit):.3g} {unit} within {high - low:g} K. Every further point is a soak; "
-                    "where the tables were measured over a wider range give that range or the measured curve, "
-                    "or leave temperature_residual out"
-                )
+                return _said(error, f"{from_si(left, unit):.3g} {unit}", f"{high - low:g} K")
     return None
+
+
+def _said(error: str, left: str, span: str) -> str:
+    return (
+        f"spans {span}, and residual tables are what is left over this range: {error} {left} within {span}. "
+        "Every further point is a soak; where the tables were measured over a wider range give that range or "
+        "the measured curve, or leave temperature_residual out"
+    )
