@@ -15,7 +15,8 @@ from types import MappingProxyType
 from planner.plan.bench_timing import BenchTiming
 from planner.spec.model import Spec
 
-PASSES = 2  # over the benches, each size chosen given the others
+EVEN = 4  # numbers of even loads that are tried
+PASSES = 3  # over the benches, each size chosen given the others
 SOONER_S = 1e-6
 
 
@@ -25,30 +26,40 @@ def load_sizes(spec: Spec, timings: Sequence[BenchTiming]) -> dict[str, tuple[in
 
 
 def chosen_loads(spec: Spec, timings: Sequence[BenchTiming]) -> dict[str, int]:
-    """Bench -> how many units it takes at once, bench by bench downhill from full loads."""
+    """Bench -> how many units it takes at once: downhill from full loads, and from equal ones."""
     names = [timing.work.bench for timing in timings]
-    each = {name: spec.benches[name].units for name in names}
+    full = {name: spec.benches[name].units for name in names}
     if spec.plan.units is None or len(names) < 2:
-        return each
+        return full
+    starts = [full, dict.fromkeys(names, min(full.values()))]
+    found = [_downhill(spec, timings, each) for each in starts[: 1 if starts[0] == starts[1] else 2]]
+    return min(found, key=lambda one: one[0])[1]
+
+
+def _downhill(
+    spec: Spec, timings: Sequence[BenchTiming], each: dict[str, int]
+) -> tuple[float, dict[str, int]]:
+    """(total, sizes) when no other size of one bench is done sooner."""
     least = total_time(timings, _sizes(spec, timings, each))
     for _ in range(PASSES):
         before = dict(each)
-        for name in names:
-            for size in _worth_trying(spec, names, name):
+        for name in before:
+            for size in _worth_trying(spec, list(before), name):
                 other = each | {name: size}
                 found = total_time(timings, _sizes(spec, timings, other))
                 if found < least - SOONER_S:
                     each, least = other, found
         if each == before:
             break
-    return each
+    return least, each
 
 
 def _worth_trying(spec: Spec, names: Sequence[str], name: str) -> list[int]:
-    """Capacities of other benches, and loads as even as full ones allow."""
+    """Capacities of other benches, and even loads, from the fewest on."""
     most, units = spec.benches[name].units, spec.plan.units or 1
-    even = math.ceil(units / math.ceil(units / most))
-    return sorted({even, *(n for other in names if (n := spec.benches[other].units) <= most)})
+    fewest = math.ceil(units / most)
+    even = {math.ceil(units / number) for number in range(fewest, fewest + EVEN)}
+    return sorted(even | {n for other in names if (n := spec.benches[other].units) <= most})
 
 
 def _sizes(spec: Spec, timings: Sequence[BenchTiming], each: Mapping[str, int]) -> dict[str, tuple[int, ...]]:
