@@ -31,6 +31,7 @@ LOOKED_AT = 1000
 BRIEFLY = 300
 ROUNDS = 6
 CLOSER = 1.0 + 1e-5  # than the exact figure a quick one must not be
+MISJUDGED = 1.2  # exact over quick figures, from which on the quick ones say nothing of campaigns alike
 KEPT = 1.0 + 1e-6  # of a limit
 QUICK_SETS, QUICK_CAMPAIGNS = 3000, 1000  # of a proof that nobody waits for
 LONG_SETS, LONG_CAMPAIGNS = 2_000_000, 2_000_000
@@ -114,12 +115,26 @@ def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> tuple[
         if np.all(figures <= limits * KEPT):
             judge = judge.meeting(closer)
             best = counts, judge, exact
+        elif np.any(closer > MISJUDGED * judge.tightened):  # what quick figures cannot see: ask exact ones
+            judge = replace(judge, allowed=_exactly_allowed(flight, offers, judge.allowed), asked=0)
         else:
             judge = judge.meeting(np.maximum(judge.tightened, closer))
     found = best or begun
     if found is None:
         raise refusal(flight, offers, judge)
     return found
+
+
+def _exactly_allowed(
+    flight: Flight, offers: Offers, allowed: Callable[[Array], bool]
+) -> Callable[[Array], bool]:
+    """Further conditions with the exact figures among them."""
+
+    def both(n: Array) -> bool:
+        factor = spread_factor(flight, offers.visits(n))
+        return allowed(n) and keeps_exactly(flight, offers, n, factor)
+
+    return both
 
 
 def _cheaper(offers: Offers, n: Array, than: Array) -> bool:
