@@ -102,12 +102,25 @@ def beginnings(offers: Offers, judge: Judge) -> list[Array]:
     found = []
     for N in range(1, MOST_TEMPERATURES + 1) if chosen else (1,):
         for main in (None, *(chosen if len(chosen) > 1 and N > 1 else ())):
-            n = enough(offers, judge, even(offers, N, main))
-            if n is not None:
-                found.append(n)
+            every = even(offers, N, main)
+            for some in (every, *_on_one_bench(offers, every)):
+                n = enough(offers, judge, some)
+                if n is not None:
+                    found.append(n)
         if found and judge.late():
             break
     return sorted(found, key=lambda n: float(offers.cost(n[None])[0]))
+
+
+def _on_one_bench(offers: Offers, n: Array) -> list[Array]:
+    """The campaign without the tests of all benches but one, where none of these is fixed by hand."""
+    of_kind = np.array([offers.spec.tests[k.test].bench for k in offers.kinds])
+    free = np.zeros(len(n), dtype=bool)
+    for offer in offers.tests:
+        free[offer.places] = offer.fixed is None
+    benches = dict.fromkeys(of_kind.tolist())
+    alone = [np.where((of_kind == bench) | ~free, n, 0.0) for bench in benches] if len(benches) > 1 else []
+    return [some for some in alone if np.any(some > 0)]
 
 
 def one_that_keeps(offers: Offers, judge: Judge) -> list[Array]:
