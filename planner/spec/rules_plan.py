@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from planner.spec.model import FixedTest, Objective, Test
+from planner.spec.narrow_range import narrow_range
 from planner.spec.places import did_you_mean
 from planner.spec.review import Review
 from planner.spec.yaml12 import Path
@@ -17,6 +18,7 @@ MOST_CANDIDATES = 100  # numbers of points: the published tables have eight
 def plan(sheet: Review) -> None:
     """All rules for `plan`."""
     _range(sheet)
+    _narrow(sheet)
     _step(sheet)
     _candidates(sheet)
     _repeats(sheet)
@@ -37,6 +39,15 @@ def _range(sheet: Review) -> None:
     if low >= high:
         path = ("plan", "temperatures", "range")
         sheet.fault(path, f"{low:g} degC is not below {high:g} degC; write [coldest, hottest]")
+
+
+def _narrow(sheet: Review) -> None:
+    """A residual table belongs to the range of use: over a kelvin or two it was hardly measured."""
+    if not sheet.whole("plan", "temperatures") or not sheet.whole("unit"):
+        return
+    said = narrow_range(sheet.spec)
+    if said is not None:
+        sheet.warn(("plan", "temperatures", "range"), said, key=True)
 
 
 def _step(sheet: Review) -> None:
