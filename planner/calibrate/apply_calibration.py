@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,6 +25,7 @@ from planner.recordings.samples import READ, Account, Samples
 from planner.recordings.temperature import POSSIBLE_DEGC, rates
 from planner.recordings.windows import windows_of
 from planner.units import unit_factor
+from planner.whole_files import temporary_beside
 
 COLUMNS = (
     "time_s",
@@ -69,7 +69,7 @@ def correct_recording(
     seen = _Warmth(tables)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{out.name}.", dir=out.parent)
+        handle, name = temporary_beside(out)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error.strerror}") from error
     try:
@@ -80,7 +80,7 @@ def correct_recording(
     except OSError as error:
         raise InputError(f"cannot write {out}: {error.strerror}") from error
     finally:
-        Path(name).unlink(missing_ok=True)
+        name.unlink(missing_ok=True)
     notes = [*_missing(recording, tables), *seen.notes(recording), *_losses(account)]
     return account.counts[READ], [*notes, *_beyond(np.array([seen.low, seen.high]), tables)]
 

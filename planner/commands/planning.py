@@ -33,8 +33,8 @@ def init(
 
     Example: planner init spec.yaml
     """
-    from planner.export.files import write_whole
     from planner.spec.starter import starter_text
+    from planner.whole_files import write_whole
 
     target = file or Path("spec.yaml")
     if target.exists():

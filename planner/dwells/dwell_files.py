@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import difflib
 import io
-import os
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,6 +22,7 @@ from planner.dwells.table_rows import without_motions
 from planner.errors import Fault, InputError
 from planner.nouns.dwell_table import DwellTable
 from planner.units import unit_factor
+from planner.whole_files import write_whole
 
 SUFFIXES = {".csv": "csv", ".parquet": "parquet", ".pq": "parquet", ".h5": "hdf5", ".hdf5": "hdf5"}
 NOTE = "note: "
@@ -229,7 +228,7 @@ def write_dwells(table: DwellTable, path: Path) -> None:
     Raises InputError for another suffix and when the folder cannot be written.
     """
     path = Path(path)
-    _write_whole(path, dwells_bytes(table, dwell_form(path)))
+    write_whole(path, dwells_bytes(table, dwell_form(path)))
 
 
 def dwells_bytes(table: DwellTable, form: str = "csv") -> bytes:
@@ -301,21 +300,3 @@ _WRITERS: Mapping[str, Callable[[Mapping[str, NDArray[Any]], Sequence[str]], byt
     "parquet": _parquet_bytes,
     "hdf5": _hdf5_bytes,
 }
-
-
-def _write_whole(path: Path, content: bytes) -> None:
-    """Temporary file in the same folder, fsync, rename: a reader sees the old file or the new one."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            Path(name).chmod(0o644)  # mkstemp makes files that only their owner can read
-            os.replace(name, path)
-        finally:
-            Path(name).unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from error

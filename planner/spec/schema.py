@@ -94,6 +94,13 @@ def _name_errors(schema: Schema) -> None:
     description = calibrates["description"]
     calibrates.clear()
     calibrates["description"] = description
+    for key, ways in (("bench", 1), ("record", 2), ("motions", 2)):
+        one = _property(schema, "Test", key)
+        said = {k: one.pop(k) for k in ("description", "default") if k in one}
+        single = dict(one)
+        one.clear()
+        choice = {"type": "array", "items": single, "minItems": ways, "description": "a choice"}
+        one.update(said | {"anyOf": [single, choice]})
     calibrates["oneOf"] = [names, {"type": "array", "items": names, "uniqueItems": True}]
 
 
