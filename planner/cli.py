@@ -48,7 +48,7 @@ def main() -> None:
     """Run the program; every error ends it with its own exit code and no traceback."""
     _open_standard_files()
     try:
-        code = app(standalone_mode=False) or 0
+        code = app(_spelt_out(sys.argv[1:]), standalone_mode=False) or 0
         if code == INTERRUPTED:
             raise KeyboardInterrupt
     except SystemExit:
@@ -87,6 +87,15 @@ def _deaf_ears() -> Iterator[None]:
         yield
     except (OSError, ValueError):
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115 - else Python's last flush of it would exit with 120
+
+
+def _spelt_out(arguments: list[str]) -> list[str]:
+    """`accept --plan` without a plan asks for the plan of a check."""
+    if arguments[:1] != ["accept"]:
+        return arguments
+    after = [*arguments[1:], "-"]
+    bare = [a == "--plan" and b.startswith("-") for a, b in zip(arguments, after, strict=True)]
+    return ["--plan-check" if is_bare else a for a, is_bare in zip(arguments, bare, strict=True)]
 
 
 def _usage_or_internal(error: Exception) -> None:

@@ -13,7 +13,9 @@ from planner import __version__
 from planner.export.json_figures import figure, shown
 from planner.fleet.acceptance import ChannelAcceptance, UnitAcceptance, counts
 from planner.fleet.allowed_region import AllowedRegion
-from planner.fleet.drift import ChannelForecast, FleetForecast, UnitDate
+from planner.fleet.check_plan import Check
+from planner.fleet.dates import FleetForecast, UnitDate
+from planner.fleet.drift import ChannelForecast
 from planner.fleet.judge import ErrorRates
 from planner.fleet.validation import MethodScore
 
@@ -81,6 +83,31 @@ def _channel(ch: ChannelAcceptance) -> dict[str, Any]:
     }
 
 
+def checks_document(
+    checks: Sequence[Check], rates: ErrorRates, spec: Mapping[str, str], notes: Sequence[str]
+) -> dict[str, Any]:
+    """The tree of check_plan.json: the cheapest check first."""
+    return {
+        "planner": __version__,
+        "spec": dict(spec),
+        "rates": {"good_rejected": rates.good_rejected, "bad_accepted": rates.bad_accepted},
+        "checks": [
+            {
+                "load": figure(c.load),
+                "decides": figure(c.decides),
+                "temperatures_degc": list(c.temperatures_degc),
+                "tests": [{"test": t.test, "motions": [f + 1 for f in t.faces]} for t in c.tests],
+                "power_ons_per_temperature": c.power_ons,
+                "time_s": figure(c.time_s),
+                "looks": c.looks,
+                "expected_power_ons_per_temperature": figure(c.expected),
+            }
+            for c in checks
+        ],
+        "notes": list(notes),
+    }
+
+
 def forecast_document(fleet: FleetForecast, region: AllowedRegion, spec: Mapping[str, str]) -> dict[str, Any]:
     """The tree of forecast.json."""
     return {
@@ -91,11 +118,14 @@ def forecast_document(fleet: FleetForecast, region: AllowedRegion, spec: Mapping
         "confidence": fleet.confidence,
         "until_day": figure(fleet.until),
         "until": fleet.history.label(fleet.until),
+        "today_day": figure(fleet.today),
+        "today": fleet.history.label(fleet.today),
         "corrected_by": fleet.correction,
         "methods": dict(fleet.methods),
         "validation": [_score(s, fleet) for s in fleet.scores],
-        "units": [_date(u, fleet, region) for u in fleet.units],
+        "units": [_date(u, fleet, region) for u in fleet.by_urgency],
         "channels": [_forecast(c, fleet) for c in fleet.channels],
+        "suspects": list(fleet.history.suspects),
         "notes": list(fleet.notes),
     }
 
@@ -124,6 +154,7 @@ def _date(u: UnitDate, fleet: FleetForecast, region: AllowedRegion) -> dict[str,
     return {
         "unit": u.unit,
         "outcome": u.outcome,
+        "overdue": u.due_now,
         "day": None if u.day is None else figure(u.day),
         "date": None if u.day is None else fleet.history.label(u.day),
         "binds": {"requirement": c.requirement, "error": c.error, "rule": c.rule} if known else None,
