@@ -9,6 +9,7 @@ import numpy as np
 
 from planner import __version__
 from planner.calibrate.correction import true_input
+from planner.calibrate.curve_contradiction import contradictions
 from planner.calibrate.fit_options import DECLARED, FitOptions
 from planner.calibrate.fit_to_calibration import sensor_calibration
 from planner.calibrate.held_out import residual_of
@@ -17,6 +18,7 @@ from planner.calibrate.in_store import by_the_old, renewed
 from planner.calibrate.methods import METHODS, Method, resting
 from planner.calibrate.rest_methods import accelerometers_by_free_orientations, cube_references, modulus_check
 from planner.calibrate.rests_and_turns import by_rests_and_turns
+from planner.calibrate.smooth_tables import smooth_tables
 from planner.campaign.estimate import Estimate, Robust
 from planner.campaign.model import campaign
 from planner.campaign.power_ons import of_table
@@ -24,8 +26,9 @@ from planner.campaign.triad import ALL, TooFewRecords, shares
 from planner.dwells.references import referenced
 from planner.dwells.table_rows import by_run, rows_of
 from planner.errors import InputError
+from planner.information.curves import Curves
 from planner.nouns.array import Array
-from planner.nouns.calibration import Calibration, SensorCalibration, Tables
+from planner.nouns.calibration import Calibration, SensorCalibration, SmoothTable, Tables
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS, Sensor
 from planner.spec.model import Spec
@@ -157,7 +160,7 @@ def _fitted(
     table: DwellTable, sensors: Sequence[Sensor], spec: Spec, effects: tuple[str, ...], options: FitOptions
 ) -> tuple[list[SensorCalibration], list[str]]:
     ordered, _ = by_run(table)
-    found, notes = [], []
+    found, notes, curves = [], [], Curves(spec)
     for sensor in sensors:
         readings = readings_of(ordered, sensor)
         if readings is None:
@@ -168,7 +171,11 @@ def _fitted(
             continue
         fits = fit_sensor(ordered, sensor, spec, options.robust, effects)
         residuals = [residual_of(fit, readings[:, fit.model.channel]) for fit in fits]
-        found.append(sensor_calibration(sensor, fits, residuals, spec, options.method))
+        smooth: tuple[SmoothTable, ...] = ()
+        if spec.plan.temperature_estimator == "smooth":
+            smooth = smooth_tables(fits, spec, curves, options.nodes)
+        remarks = contradictions(fits, spec, curves)
+        found.append(sensor_calibration(sensor, fits, residuals, spec, options.method, smooth, remarks))
     return found, notes
 
 

@@ -2,7 +2,7 @@
 
 Marginal sigmas of each error's largest term, root mean square over the flight's temperatures: the flight's
 own power-on, drift and storage; `estimate`, what the campaign's noise leaves of the coefficients;
-`temperature`, what straight lines miss of the curves. The covariance of all terms stands beside them.
+`temperature`, what tables miss of the curves. The covariance of all terms stands beside them.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import numpy as np
 from planner.information.exact import Foreseen
 from planner.information.in_flight import Asked, collapsed, drawn_by_flights, drawn_in_flight
 from planner.information.model_of import Flight
-from planner.information.promise import Moments, Promise
+from planner.information.promise import Promise
+from planner.information.smooth import Moments
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying
