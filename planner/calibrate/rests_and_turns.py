@@ -133,7 +133,7 @@ def _biases(rest: Array, bias: Array) -> list[Coefficient]:
 
 
 def _coefficients(fit: PoissonFit) -> list[Coefficient]:
-    """Scale factors K_ii − 1 and lean K_ij/K_ii, with intervals by Student's t."""
+    """Scale factors K_ii − 1 and misalignment K_ij/K_ii, with intervals by Student's t."""
     from scipy.stats import t as student
 
     error = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))

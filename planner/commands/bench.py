@@ -53,6 +53,11 @@ ClockPort = Annotated[
     int | None, typer.Option(metavar="PORT", help="Simulators only: bench-simulator's clock.")
 ]
 
+Faults = Annotated[
+    list[str] | None,
+    typer.Option(metavar="NAME@N", help="At the N-th message: lost_reply@9, chamber.never_settles@3 …"),
+]
+
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
@@ -179,10 +184,7 @@ def bench_simulator(
     speed: Annotated[
         float, typer.Option(metavar="FACTOR", help="Its seconds per second, while nobody moves its clock.")
     ] = 1.0,
-    fault: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME@N", help="At the N-th message: lost_reply@9, chamber.never_settles@3 …"),
-    ] = None,
+    fault: Faults = None,
     log: Annotated[Path | None, typer.Option(metavar="FILE", help="Every message, as JSON lines.")] = None,
     as_json: AsJson = False,
 ) -> None:

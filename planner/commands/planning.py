@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from planner.commands.options import AsJson, SpecFile
 from planner.commands.output import answer, deliver, page_of, progress_line, result
 from planner.errors import InputError
+
+if TYPE_CHECKING:  # what computes is imported by the command that needs it
+    from planner.nouns.plan import Plan
+    from planner.pipelines.planning import Planned
+    from planner.report.blocks import Report
+    from planner.spec.load import LoadedSpec
 
 
 def register(app: typer.Typer) -> None:
@@ -77,28 +83,40 @@ def plan(
 
     Example: planner plan requirements_specs/small_uav.yaml -o plans/small_uav
     """
-    from planner.export.formats.csv import steps_text
-    from planner.export.json import plan_document, plan_text
     from planner.pipelines import planning as pipeline
-    from planner.report.subjects.plan import plan_report
     from planner.spec.load import load_spec
 
     loaded = load_spec(spec)
-    folder = out or Path("plans") / spec.stem
     with progress_line() as progress:
         planned = pipeline.plan(loaded, progress)
         progress("drawing the report")
-        report = plan_report(
-            planned.plan,
-            allowed=planned.allowed,
-            sensitivities=planned.navigation.sensitivities,
-            constraints=planned.navigation.constraints,
-            spec_text=spec.read_text(encoding="utf-8"),
-            trajectory_name=planned.navigation.trajectory,
-            service_life_s=loaded.spec.unit.service_life,
-        )
+        report = _report(planned, loaded)
         page = page_of(report)
-    made = planned.plan
+    _delivered(planned.plan, report, page, out or Path("plans") / spec.stem, as_json)
+    if not planned.plan.complete:
+        typer.echo("stopped at plan.time_limit before the proof was complete: see bound_s and gap", err=True)
+        raise typer.Exit(4)
+
+
+def _report(planned: Planned, loaded: LoadedSpec) -> Report:
+    from planner.report.subjects.plan import plan_report
+
+    return plan_report(
+        planned.plan,
+        allowed=planned.allowed,
+        sensitivities=planned.navigation.sensitivities,
+        constraints=planned.navigation.constraints,
+        spec_text=loaded.path.read_text(encoding="utf-8"),
+        trajectory_name=planned.navigation.trajectory,
+        service_life_s=loaded.spec.unit.service_life,
+    )
+
+
+def _delivered(made: Plan, report: Report, page: str, folder: Path, as_json: bool) -> None:
+    """plan.json, steps.csv, report.html; notes and the answer."""
+    from planner.export.formats.csv import steps_text
+    from planner.export.json import plan_document, plan_text
+
     deliver(
         {
             folder / "plan.json": plan_text(made),
@@ -111,9 +129,6 @@ def plan(
         as_json,
         f"wrote {folder / 'plan.json'}, steps.csv, report.html",
     )
-    if not made.complete:
-        typer.echo("stopped at plan.time_limit before the proof was complete: see bound_s and gap", err=True)
-        raise typer.Exit(4)
 
 
 def sensitivity(

@@ -10,6 +10,18 @@ import typer
 from planner.commands.options import AsJson
 from planner.commands.output import deliver, progress_line
 
+Columns = Annotated[
+    Path | None,
+    typer.Option(metavar="MAP.yaml", help="Which column is what, in which unit, with which sign."),
+]
+OfPlan = Annotated[
+    Path | None, typer.Option(metavar="PLAN", help="plan.json or its folder: the records are its steps.")
+]
+Latitude = Annotated[
+    float | None,
+    typer.Option(min=-90.0, max=90.0, metavar="DEG", help="Of the bench: references from the plan."),
+]
+
 
 def register(app: typer.Typer) -> None:
     """Add the command to the program."""
@@ -24,17 +36,9 @@ def reduce(
     out: Annotated[
         Path, typer.Option("-o", "--out", metavar="DATA", help="Dwell table to write: .csv, .parquet or .h5.")
     ],
-    columns: Annotated[
-        Path | None,
-        typer.Option(metavar="MAP.yaml", help="Which column is what, in which unit, with which sign."),
-    ] = None,
-    plan: Annotated[
-        Path | None, typer.Option(metavar="PLAN", help="plan.json or its folder: the records are its steps.")
-    ] = None,
-    latitude: Annotated[
-        float | None,
-        typer.Option(min=-90.0, max=90.0, metavar="DEG", help="Of the bench: references from the plan."),
-    ] = None,
+    columns: Columns = None,
+    plan: OfPlan = None,
+    latitude: Latitude = None,
     as_json: AsJson = False,
 ) -> None:
     """Reduce raw recordings to a dwell table; an account of every sample stands beside it.

@@ -214,13 +214,14 @@ class _Seen:
     ) -> Iterator[CurveWeights]:
         """Of every curved term of every channel, for the only campaign that is told."""
         R = self._reads(found)
-        used = self.of_kind[found.kinds[0]]
+        used, which = np.unique(self.of_kind[found.kinds[0]], return_inverse=True)
+        together = np.eye(len(used))[which]  # repeats at one temperature see one value of a curve
         places = np.concatenate(
             [np.broadcast_to(used, (len(self.of_flight), len(used))), self.of_flight], axis=1
         )
         for i in self.moments:
             gain = found.gains[i][:, 0, None]
-            seen = -(R[:, 0, :, :, : gain.shape[-2]] @ gain)
+            seen = -(R[:, 0, :, :, : gain.shape[-2]] @ (gain @ together))
             for k, own, J in zip(flown[i], seen, self.response[i], strict=True):
                 in_flight = np.broadcast_to(J, (len(own), *J.shape))
                 weights = np.concatenate([own, in_flight], axis=2)

@@ -21,7 +21,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from planner.physics import earth, quaternion
-from planner.physics.attitude import rph_from_dcm
+from planner.physics.attitude import rph_from_dcm, wrapped
 from planner.physics.blocks import (
     POSITION,
     ROTATION,
@@ -134,16 +134,12 @@ def _difference(computed: NavigationState, true: NavigationState, time_s: Array)
     meridian, transverse = earth.principal_radii(true.latitude)
     position = [
         (computed.latitude - true.latitude) * (meridian + true.altitude),
-        _wrapped(computed.longitude - true.longitude) * (transverse + true.altitude) * np.cos(true.latitude),
+        wrapped(computed.longitude - true.longitude) * (transverse + true.altitude) * np.cos(true.latitude),
         computed.altitude - true.altitude,
     ]
     velocity = (computed.velocity - true.velocity) * np.array([1.0, 1.0, -1.0])
     angles = [
-        _wrapped(a - b)
+        wrapped(a - b)
         for a, b in zip(rph_from_dcm(computed.attitude), rph_from_dcm(true.attitude), strict=True)
     ]
     return ErrorHistory(time_s, np.stack(position, axis=1), velocity.swapaxes(1, 2), np.stack(angles, axis=1))
-
-
-def _wrapped(angle: Array) -> Array:
-    return np.asarray(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)

@@ -28,6 +28,7 @@ from planner.fleet.judge import ErrorRates
 from planner.fleet.plan_allowances import plan_allowances
 from planner.fleet.store import StoreBench
 from planner.fleet.visits import (
+    Growth,
     ShortestVisit,
     StorePlan,
     StorePlanner,
@@ -39,7 +40,9 @@ from planner.pipelines import planning
 from planner.plan.budget import common_rule
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.task import allowances as allowances_of
+from planner.quantities import DAY_S
 from planner.spec.load import LoadedSpec
+from planner.spec.recalibration import Recalibration
 
 Progress = Callable[[str], None]
 
@@ -236,33 +239,46 @@ def recalibrate(
         )
     basis = basis_of(loaded, plan, progress)
     bench = StoreBench(asked, basis.models, basis.region)
-    period = asked.period / 86_400.0
-    confidence = options.confidence
-    if not inputs:
-        days = grid(_period(options.until, period))
-        growths = {"spec": growth_of(basis.region, basis.models, days, confidence)}
-        start, notes = options.start, basis.notes
-    else:
-        found = _forecast_on(inputs, basis, replace(options, until=options.until or f"{period:g}"), progress)
-        days = grid(found.until - found.history.last_day, found.history.last_day)
-        growths = {
-            unit: growth_of(
-                basis.region, basis.models, days, confidence,
-                [c for c in found.channels if c.series.unit == unit],
-            )
-            for unit in found.history.units
-        }  # fmt: skip
-        start, notes = found.history.start, found.notes
+    over = _growths(inputs, basis, asked, options, progress)
     plans: list[StorePlan] = []
     shortest: list[ShortestVisit] = []
-    for unit, growth in growths.items():
+    for unit, growth in over.growths.items():
         progress(f"{unit}: the schedule that costs least hours")
-        planner = StorePlanner(unit, basis.region, growth, bench, confidence)
+        planner = StorePlanner(unit, basis.region, growth, bench, options.confidence)
         plans.append(planner.schedule())
         shortest += planner.ladder()
-    growth = next(iter(growths.values()))
-    can = renewable(basis.region, bench, growth, confidence)
-    return Recalibrated(basis, bench, growth, tuple(plans), tuple(shortest), can, start, notes)
+    growth = next(iter(over.growths.values()))
+    can = renewable(basis.region, bench, growth, options.confidence)
+    return Recalibrated(basis, bench, growth, tuple(plans), tuple(shortest), can, over.start, over.notes)
+
+
+@dataclass(frozen=True)
+class _OverTime:
+    """How the errors of every unit grow in store. start: of day 0, if it is known."""
+
+    growths: Mapping[str, Growth]
+    start: date | None
+    notes: tuple[str, ...]
+
+
+def _growths(
+    inputs: Sequence[str], basis: Basis, asked: Recalibration, options: ForecastOptions, progress: Progress
+) -> _OverTime:
+    """Of every unit with a history; without histories as the spec says."""
+    period, confidence = asked.period / DAY_S, options.confidence
+    if not inputs:
+        days = grid(_period(options.until, period))
+        alone = {"spec": growth_of(basis.region, basis.models, days, confidence)}
+        return _OverTime(alone, options.start, basis.notes)
+    found = _forecast_on(inputs, basis, replace(options, until=options.until or f"{period:g}"), progress)
+    days = grid(found.until - found.history.last_day, found.history.last_day)
+    growths = {
+        unit: growth_of(
+            basis.region, basis.models, days, confidence, [c for c in found.channels if c.series.unit == unit]
+        )
+        for unit in found.history.units
+    }
+    return _OverTime(growths, found.history.start, found.notes)
 
 
 def _period(until: str | None, usual: float) -> float:

@@ -10,6 +10,7 @@ from pathlib import Path
 from planner import __version__
 from planner.errors import InfeasibleError, InputError, PlannerError
 from planner.information.afford import Affordable, affordable
+from planner.information.allowed import extreme_sizes, in_sizes
 from planner.information.choose import Found, campaign_found
 from planner.information.model_of import flight_of
 from planner.information.pareto import genetic_beside
@@ -28,7 +29,7 @@ from planner.plan.campaign_to_plan import plan_of
 from planner.plan.costs import weights_of
 from planner.plan.errors_to_points import point_menus
 from planner.plan.genetic_campaign import genetic_plan
-from planner.plan.observable_campaign import observable_campaign, refuse_what_no_campaign_tells
+from planner.plan.observable_campaign import observable_campaign, refuse_what_no_campaign_observes
 from planner.plan.plan_to_schedule_figures import with_schedule_figures
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.schedule_to_steps import planned_tests, steps
@@ -68,8 +69,8 @@ class Planned:
 
 
 def refuse_unplannable(loaded: LoadedSpec) -> None:
-    """What `plan` refuses before it plans: raises InputError when no campaign of the tests tells an error."""
-    refuse_what_no_campaign_tells(loaded.spec)
+    """What `plan` refuses before it plans: InputError for an error that no campaign of the tests observes."""
+    refuse_what_no_campaign_observes(loaded.spec)
 
 
 def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
@@ -88,6 +89,8 @@ def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
 def allow(loaded: LoadedSpec, progress: Progress) -> tuple[Navigation, AllowedErrors]:
     """Spec → the region of allowed sensor errors: genetic algorithm and exact optimum."""
     navigation = navigate(loaded, progress)
+    if by_information(loaded.spec):
+        return navigation, _allowed_in_flight(loaded.spec, navigation, progress)
     task = task_of(loaded.spec, navigation)
     return navigation, _allowed(loaded.spec, task, navigation, progress)
 
@@ -160,7 +163,7 @@ def informed(
 ) -> Planned:
     """The plan by information; beside: with what stands beside it in plan.json and report."""
     spec = loaded.spec
-    refuse_what_no_campaign_tells(spec)
+    refuse_what_no_campaign_observes(spec)
     assert navigation.flight is not None  # sensitivities are simulated
     progress("what each record tells, what will be flown")
     flight = flight_of(spec, navigation.flight)
@@ -281,9 +284,9 @@ def _instants(spec: Spec) -> list[float]:
 def task_of(spec: Spec, navigation: Navigation) -> Task:
     """What may be chosen, temperatures and repeats, and what each choice costs and leaves of the errors.
 
-    Raises InputError when no campaign of the tests tells an error that they calibrate.
+    Raises InputError when an error that the tests calibrate is unobservable in every campaign.
     """
-    refuse_what_no_campaign_tells(spec)
+    refuse_what_no_campaign_observes(spec)
     menus = error_menus(spec, navigation.models, point_menus(spec))
     return planning_task(spec, navigation.models, menus, navigation.constraints)
 
@@ -300,6 +303,18 @@ def _allowed(spec: Spec, task: Task, navigation: Navigation, progress: Progress)
         _settings(spec),
         spec.plan.seed,
     )
+
+
+def _allowed_in_flight(spec: Spec, navigation: Navigation, progress: Progress) -> AllowedErrors:
+    """The region of what errors may be in flight, between the most records and none."""
+    refuse_what_no_campaign_observes(spec)
+    assert navigation.flight is not None  # sensitivities are simulated
+    progress("what the bench can reach")
+    smallest, largest = extreme_sizes(flight_of(spec, navigation.flight))
+    progress("allowed sensor errors: genetic algorithm and exact optimum")
+    units = {model.name: model.unit for model in navigation.models}
+    constraints = in_sizes(navigation.constraints, spec)
+    return allowed_errors(constraints, [*smallest], units, smallest, largest, _settings(spec), spec.plan.seed)
 
 
 def _allowed_or_why_not(

@@ -122,7 +122,7 @@ def root_of(U: Array, x: Array, run: Array) -> Array:
 
 
 def estimate_sigma(X: Array, V: Array, root: Array) -> Array:
-    """(p,) √diag A V Aᵀ, A the weights by U = root rootᵀ; infinite for what X cannot tell."""
+    """(p,) √diag A V Aᵀ, A the weights by U = root rootᵀ; infinite for what is unobservable in X."""
     found = factors(np.asarray(np.linalg.solve(root, X), dtype=np.float64), DEGENERATE)
     A = np.linalg.solve(root.T, (found.to_coefficients @ found.basis.T).T).T
     variance = np.einsum("ij,jk,ik->i", A, V, A)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from planner.quantities import DAY_S
 from planner.spec.review import Review
 
 FASTEST_TURN_DPS = 360.0  # nobody turns a unit by hand faster and stops at a mark
 COARSEST_DEG = 5.0
-DAY_S = 86_400.0
 
 
 def recalibration(sheet: Review) -> None:

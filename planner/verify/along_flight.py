@@ -7,7 +7,7 @@ import numpy as np
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.trajectory import Trajectory
-from planner.physics.attitude import rph_from_dcm
+from planner.physics.attitude import rph_from_dcm, wrapped
 from planner.physics.earth import principal_radii
 from planner.physics.strapdown import NavigationState
 
@@ -52,14 +52,10 @@ def apart(computed: NavigationState, true: NavigationState) -> tuple[Array, Arra
     meridian, transverse = principal_radii(true.latitude)
     position = [
         (computed.latitude - true.latitude) * (meridian + true.altitude),
-        _wrapped(computed.longitude - true.longitude) * (transverse + true.altitude) * np.cos(true.latitude),
+        wrapped(computed.longitude - true.longitude) * (transverse + true.altitude) * np.cos(true.latitude),
         computed.altitude - true.altitude,
     ]
     pairs = zip(rph_from_dcm(computed.attitude), rph_from_dcm(true.attitude), strict=True)
-    angles = [_wrapped(a - b) for a, b in pairs]
+    angles = [wrapped(a - b) for a, b in pairs]
     velocity = (computed.velocity - true.velocity) * np.array([1.0, 1.0, -1.0])
     return np.stack(position, axis=-1), velocity, np.stack(angles, axis=-1)
-
-
-def _wrapped(angle: Array) -> Array:
-    return np.asarray(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)

@@ -103,7 +103,7 @@ def _estimator(
         [
             model.matrix(model.bias, conditions),
             model.scaled(conditions, u),
-            model.matrix(model.lean, conditions),
+            model.matrix(model.misalignment, conditions),
         ],
         axis=2,
     ).reshape(u.size, -1)
@@ -207,8 +207,8 @@ def readings(
     """(B n, 3) what the sensor reads: y = (1 + κ)(M u) + b + noise."""
     mine = [e for e in errors if e.sensor == sensor]
     v = sensed(sensor, conditions) + _sum("misalignment", sensor, conditions, mine)
-    leaned = replace(conditions, **{INPUT[sensor]: v})
-    y = v + _sum("scale_factor", sensor, leaned, mine) + _sum("bias", sensor, conditions, mine)
+    misaligned = replace(conditions, **{INPUT[sensor]: v})
+    y = v + _sum("scale_factor", sensor, misaligned, mine) + _sum("bias", sensor, conditions, mine)
     return np.asarray(y + noise)
 
 
@@ -239,7 +239,7 @@ def calibrated(estimator: Estimator, conditions: Conditions, y: Array, units: in
     shape = (units, -1, len(channels))
     u = sensed(model.sensor, conditions)[:, channels].reshape(shape)
     read = y[:, channels].reshape(shape)
-    B, L = (model.matrix(part, conditions).reshape(*u.shape, -1) for part in (model.bias, model.lean))
+    B, L = (model.matrix(part, conditions).reshape(*u.shape, -1) for part in (model.bias, model.misalignment))
     bend = _Bend(estimator, conditions, u.shape)
     biases, scales = len(model.bias), len(model.scale)
     theta = first = step = (read - u).reshape(units, -1) @ estimator.inverse.T

@@ -173,8 +173,8 @@ def _reading(
             offset[found.group] += value @ found.constant.T
     bent = np.eye(3) + slope["scale_factor"]
     Y = bent @ (np.eye(3) + slope["misalignment"]) + slope["bias"]
-    leaned = (bent @ offset["misalignment"][..., None])[..., 0]
-    return Y, leaned + offset["scale_factor"] + offset["bias"]
+    misaligned = (bent @ offset["misalignment"][..., None])[..., 0]
+    return Y, misaligned + offset["scale_factor"] + offset["bias"]
 
 
 # ---------------------------------------------------------------- errors that requirements ask for

@@ -172,6 +172,7 @@ def _check_beside(found: Findings, document: Document, spec: Spec) -> None:
             found.fault(where, f"no such error is measured there by test {r['test']}")
             continue
         _check_reason(found, where, r, n, spec, added.get((r["error"], r["test"]), 0.0))
+        found.same(f"{where}, needed_half_width", r["needed_half_width"], r["half_width"], 1e-8)
         wanted = "promise" if _fixed(spec, r["test"])[1] is None else "fixed"
         found.same(f"{where}, bound_by", r["bound_by"], wanted)
 

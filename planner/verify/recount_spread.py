@@ -107,9 +107,9 @@ def _added(
     blocks.append(white / np.sqrt(record) * np.eye(m))
     unit_errors = np.concatenate(blocks, axis=1)
     weights = _weighed(served, columns, white / np.sqrt(record), m)
-    told = np.asarray(np.isfinite(weights).all(axis=1))
-    sigma = np.linalg.norm(np.where(told[:, None], weights, 0.0) @ unit_errors, axis=1)
-    return list(zip(served, np.where(told, sigma, np.inf).tolist(), strict=True))
+    observable = np.asarray(np.isfinite(weights).all(axis=1))
+    sigma = np.linalg.norm(np.where(observable[:, None], weights, 0.0) @ unit_errors, axis=1)
+    return list(zip(served, np.where(observable, sigma, np.inf).tolist(), strict=True))
 
 
 def _root(time_on: Array, tau: float) -> Array:

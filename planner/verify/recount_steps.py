@@ -7,7 +7,6 @@ From the spec and the plan's `tests` (temperatures, repeats) every bench's actio
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -16,10 +15,10 @@ from typing import Any
 from planner.spec.model import Spec, Test
 from planner.spec.motions import motions_of, turned_by_hand
 from planner.verify.findings import Findings, is_same
+from planner.verify.records import batch_of
 from planner.verify.recount_hours import earliest
 
 CLOCK = 1e-5  # s; times are rounded to the microsecond, several times over
-_BATCH = re.compile(r"^b(\d+)/")
 Document = Mapping[str, Any]
 
 
@@ -76,8 +75,7 @@ def check_steps(document: Document, spec: Spec) -> list[Findings]:
 def _batches(steps: Sequence[Document]) -> dict[int, list[Document]]:
     found: dict[int, list[Document]] = {}
     for step in steps:
-        match = _BATCH.match(step["id"])
-        found.setdefault(int(match[1]) if match else 1, []).append(step)
+        found.setdefault(batch_of(step["id"]), []).append(step)
     return found
 
 

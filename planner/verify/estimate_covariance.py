@@ -29,7 +29,7 @@ from planner.verify.second_moments import Error
 
 
 @dataclass(frozen=True)
-class Told:
+class Estimates:
     """The estimates of all P coefficients, estimator by estimator: (sensor, place of its first, itself).
 
     noise: (P, P) covariance by runs, drift, white noise and references of the campaign
@@ -48,13 +48,13 @@ class Told:
     walk: Mapping[Error, Array]
 
 
-def told(
+def estimates(
     records: Records,
     unit: Unit,
     estimators: Mapping[Sensor, Sequence[Estimator]],
     spec: Spec,
     chance: Chance,
-) -> Told:
+) -> Estimates:
     """The campaign of one unit, all channels at once."""
     every, count = [], 0
     for sensor, e in ((s, e) for s in SENSORS for e in estimators[s]):
@@ -76,7 +76,7 @@ def told(
             sigma * _summed(each * rows, at, len(degc)) for sigma, rows in thermometers(records, spec)
         ]
         walk[error] = _summed(each, on, len(days))
-    return Told(tuple(every), noise, constant, degc, curve, slope, days, walk)
+    return Estimates(tuple(every), noise, constant, degc, curve, slope, days, walk)
 
 
 def _weights(
