@@ -26,7 +26,6 @@ from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.solvers.kriging import NUGGET
 from planner.spec.curve_names import families_of
-from planner.spec.model import Spec
 from planner.units import displayed
 
 DRAWS = 10_000
@@ -91,7 +90,7 @@ class Nodes:
         """
         found = []
         for c, own in zip(self.channels, self.places, strict=True):
-            freedom = float(np.min(c.freedom))
+            freedom = max(float(np.min(c.freedom)), 1.0)
             wide = np.sqrt(freedom / rng.chisquare(freedom, size=(DRAWS, 1))) if freedom < MANY else 1.0
             value, vector = np.linalg.eigh(c.noise)
             root = vector * np.sqrt(np.maximum(value, 0.0))
@@ -110,7 +109,7 @@ class Nodes:
             yield white, P / np.sqrt(np.diag(P))[:, None]
 
 
-def contradictions(fits: Sequence[Estimate], spec: Spec, curves: Curves) -> list[str]:
+def contradictions(fits: Sequence[Estimate], curves: Curves) -> list[str]:
     """A sentence for every error of one sensor whose nodes no family of the spec explains."""
     every, found = [c for c in curve_nodes(fits) if len(c.degc) > 1], list[str]()
     errors = list(dict.fromkeys(c.error for c in every))
@@ -119,7 +118,8 @@ def contradictions(fits: Sequence[Estimate], spec: Spec, curves: Curves) -> list
         points = np.unique(np.concatenate([c.degc for c in mine]))
         prior = curves.prior(error, points)
         if prior is not None and np.any(prior):
-            pools: dict[str, Array] = {name: curves.pool(name, error, points) for name in families_of(spec)}
+            names = families_of(curves.spec)
+            pools: dict[str, Array] = {name: curves.pool(name, error, points) for name in names}
             found += _said(nodes_at(mine, points, prior), pools, LEVEL / (2 * len(errors)))
     return found
 

@@ -29,18 +29,18 @@ BETWEEN = 4  # places looked at in every segment
 
 
 def smooth_tables(
-    fits: Sequence[Estimate], spec: Spec, curves: Curves, count: int | None = None
+    fits: Sequence[Estimate], curves: Curves, count: int | None = None
 ) -> tuple[SmoothTable, ...]:
     """Of every table whose error's curve the spec knows; count: nodes, None: every 5 K, 33 at most."""
     found: list[SmoothTable] = []
     every = curve_nodes(fits)
     for error in dict.fromkeys(c.error for c in every):
         mine = [c for c in every if c.error == error]
-        grid = export_nodes(spec, mine, count)
+        grid = export_nodes(curves.spec, mine, count)
         fine = np.unique(np.append(np.linspace(grid[0], grid[-1], BETWEEN * (len(grid) - 1) + 1), grid))
         points = np.unique(np.concatenate([fine, *(c.degc for c in mine)]))
         prior = curves.prior(error, points)
-        if prior is not None:
+        if prior is not None and np.any(prior):
             found += _of_error(mine, points, prior, grid, fine)
     return tuple(found)
 

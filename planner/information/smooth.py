@@ -62,7 +62,9 @@ def smooth_of(spec: Spec, points: Array, families: Mapping[str, Moments]) -> Smo
 
 
 def mixed(families: Mapping[str, Moments]) -> Moments:
-    """The prior of every error: the mean of its second moments over the families."""
-    errors = dict.fromkeys(error for moments in families.values() for error in moments)
+    """The prior of every error with a curve: the mean of its second moments over the families."""
+    errors = dict.fromkeys(
+        error for moments in families.values() for error in moments if moments[error].any()
+    )
     every = families.values()
     return {error: np.mean([m[error] for m in every if error in m], axis=0) for error in errors}

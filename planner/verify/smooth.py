@@ -69,4 +69,5 @@ def tables_of(spec: Spec) -> Tables:
     for family in families_of(spec):
         for error, moment in moments_of(curves_in(spec, family), CURVES).items():
             prior.setdefault(error, []).append(moment)
-    return Tables(prior, *spec.plan.temperatures.range)
+    known = {error: several for error, several in prior.items() if any(m.value.any() for m in several)}
+    return Tables(known, *spec.plan.temperatures.range)
