@@ -10,7 +10,7 @@ moment. The posterior part and the curves depend on the campaign, `own` does not
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -73,24 +73,28 @@ class Promise:
         chosen = [i for i, name in enumerate(self.families) if name in named]
         whole = [np.zeros((len(counts), len(chosen), *v.alone.shape[1:])) for v in self._views]
         undetermined = np.zeros(len(counts), dtype=bool)
+        common = [_Common(len(counts)) for _ in self._views]
         for group in self._groups:
             for found in told(group.alike, counts, group.curved):
                 undetermined[found.which] |= group.misses(found)
-                for v, total in zip(group.seen_from, whole, strict=True):
+                for v, total, of in zip(group.seen_from, whole, common, strict=True):
                     total[found.which] += v.left(found, chosen)
-        for view, total in zip(self._views, whole, strict=True):
-            total += view.alone[chosen]
+                    of.add(group, v, found)
+        for view, total, of in zip(self._views, whole, common, strict=True):
+            total += view.alone[chosen] + of.between()
         return [self._blocks(a, whole) for a in self.asked], undetermined
 
     def covariance(self, counts: Array, requirement: int) -> Array:
         """(B, families, S, I c, I c) of one requirement with what goes between its instants."""
         only = replace(self, asked=(self.asked[requirement],))
         whole = [np.zeros((len(counts), len(self.families), *v.alone.shape[1:])) for v in only._views]
+        common = _Common(len(counts))
         for group in only._groups:
             for found in told(group.alike, counts, group.curved):
                 for v, total in zip(group.seen_from, whole, strict=True):
                     total[found.which] += v.left(found, range(len(self.families)))
-        return np.asarray(whole[0] + only._views[0].alone)
+                    common.add(group, v, found)
+        return np.asarray(whole[0] + only._views[0].alone + common.between())
 
     def through_curves(self, counts: Array, requirement: int) -> list[CurveWeights]:
         """What one requirement takes from every curve, with one campaign (g,): what tables miss included."""
@@ -201,7 +205,7 @@ class _Seen:
 
     def left(self, found: Told, families: Sequence[int]) -> Array:
         """(B, families, S, ρ, ρ) what the estimates leave, and what they make of the curves."""
-        R = self._reads(found)
+        R = self.reads(found)
         flat = R.reshape(*R.shape[:2], -1, R.shape[-1])
         noise = _between((flat @ found.covariance).reshape(R.shape), R)[:, None]
         if not self.moments:
@@ -213,7 +217,7 @@ class _Seen:
         self, found: Told, flying: Sequence[Flying], flown: Mapping[int, NDArray[np.intp]]
     ) -> Iterator[CurveWeights]:
         """Of every curved term of every channel, for the only campaign that is told."""
-        R = self._reads(found)
+        R = self.reads(found)
         used, which = np.unique(self.of_kind[found.kinds[0]], return_inverse=True)
         together = np.eye(len(used))[which]  # repeats at one temperature see one value of a curve
         places = np.concatenate(
@@ -227,7 +231,7 @@ class _Seen:
                 weights = np.concatenate([own, in_flight], axis=2)
                 yield CurveWeights(flying[int(k)].error.parts, places, weights)
 
-    def _reads(self, found: Told) -> Array:
+    def reads(self, found: Told) -> Array:
         """(a, B, S, ρ, P) what d takes from the coefficients."""
         S, m = self.temperature_degc.shape
         hats = found.reads(self.temperature_degc.ravel())
@@ -273,6 +277,47 @@ class _Seen:
 def _between(x: Array, y: Array) -> Array:
     """(B, S, ρ, ρ) Σ x yᵀ over the channels and the last axis; both (a, B, S, ρ, n)."""
     return np.asarray((x @ np.swapaxes(y, -1, -2)).sum(axis=0))
+
+
+@dataclass
+class _Common:
+    """What channels have in common through references that err: every channel is solved for itself.
+
+    With D = ∂θ̂/∂r of one channel, the covariance of two is D_a s² D_bᵀ, and of a channel with the reference
+    itself −D s²: so sums over the channels, squared, less their own squares.
+    """
+
+    campaigns: int
+    sums: dict[str, Array] = field(default_factory=dict)
+    own: list[tuple[NDArray[np.intp], Array]] = field(default_factory=list)
+
+    def add(self, group: _Group, seen: _Seen, found: Told) -> None:
+        """A group of channels on some of the campaigns."""
+        if not any(any(c.references) for c in group.alike.channels):
+            return
+        P = found.places[-1].stop
+        D = (seen.reads(found)[..., :P] @ found.covariance[:, :, None, :P, P:]) / group.alike.first.sigma
+        for c, channel in zip(group.alike.channels, D, strict=True):
+            for j, name in enumerate(c.references):
+                if name:
+                    z = channel[..., j]
+                    if name not in self.sums:
+                        self.sums[name] = np.zeros((self.campaigns, *z.shape[1:]))
+                    self.sums[name][found.which] += z
+                    self.own.append((found.which, z))
+
+    def between(self) -> Array:
+        """(B, 1, S, ρ, ρ), to be added to every family."""
+        if not self.sums:
+            return np.zeros((self.campaigns, 1, 1, 1, 1))
+        total = np.sum([_square(z) for z in self.sums.values()], axis=0)
+        for which, z in self.own:
+            total[which] -= _square(z)
+        return np.asarray(total[:, None])
+
+
+def _square(z: Array) -> Array:
+    return np.asarray(z[..., :, None] * z[..., None, :])
 
 
 def _group(promise: Promise, g: Alike) -> _Group:
