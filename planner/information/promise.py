@@ -2,8 +2,9 @@
 
     d = R (θ̂ − θ) + Σ_e (J_e f_e(T) − R G_e f_e(T_k)) + own,   R = Σ_terms J_term h(T)
 
-R reads the campaign's coefficients at the flight's temperature; f_e, the curve that straight lines miss, goes
-through its second moment. The posterior part and the curves depend on the campaign, `own` does not.
+R reads the campaign's coefficients at the flight's temperature, with straight lines between the nodes or with
+the weights of the posterior mean (`smooth`); f_e, the curve that either misses, goes through its second
+moment. The posterior part and the curves depend on the campaign, `own` does not.
 """
 
 from __future__ import annotations
@@ -19,13 +20,12 @@ from numpy.typing import NDArray
 from planner.information.drawn import CurveWeights
 from planner.information.in_flight import Asked
 from planner.information.kinds import Kinds
+from planner.information.smooth import Moments, Smooth
 from planner.information.told import Alike, Told, alike, told
 from planner.nouns.array import Array
 from planner.plan.flight_response import Flying
 from planner.protocols import Sensor
 from planner.solvers.length_share import length_within, variances_along, within
-
-Moments = Mapping[tuple[Sensor, str], Array]
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,7 @@ class Promise:
     """The model of a promise: kinds of power-on, requirements in flight, second moments of curves.
 
     points: (N,) degC at which curves are known; families: name -> (sensor, effect) -> (N, N), SI²
+    smooth: how tables are read, None: by straight lines
     """
 
     kinds: Kinds
@@ -40,6 +41,7 @@ class Promise:
     flying: tuple[Flying, ...]
     points: Array
     families: Mapping[str, Moments]
+    smooth: Smooth | None = None
 
     def figures(self, counts: Array, families: Sequence[str] | None = None) -> Array:
         """(B, families, requirements) quantile or rms in SI, infinite where a coefficient is undetermined."""
@@ -186,6 +188,7 @@ class _Seen:
     """A group of channels as one view sees it. response: term -> (a, ρ, m); moments: term -> (families, N, N)
 
     of_kind: (g,), of_flight: (S, m) places among the points; walks: as of `ChannelKinds`
+    smooth: term -> the error as which its table is read smoothly
     """
 
     temperature_degc: Array
@@ -194,6 +197,7 @@ class _Seen:
     of_kind: NDArray[np.intp]
     of_flight: NDArray[np.intp]
     walks: tuple[tuple[int, int, float], ...]
+    smooth: Mapping[int, tuple[Smooth, tuple[Sensor, str]]]
 
     def left(self, found: Told, families: Sequence[int]) -> Array:
         """(B, families, S, ρ, ρ) what the estimates leave, and what they make of the curves."""
@@ -231,11 +235,15 @@ class _Seen:
         first = next(iter(self.response.values()))
         R = np.zeros((a, B, S, first.shape[1], P))
         for i, J in self.response.items():
-            h = hats[i]
-            if h is None:
+            h, nodes = hats[i], found.nodes[i]
+            if h is None or nodes is None:
                 R[..., found.places[i]] = J.sum(axis=2)[:, None, None, :, None]
-            else:
-                R[..., found.places[i]] = J[:, None, None] @ h.reshape(B, S, m, -1)
+                continue
+            if i in self.smooth:
+                noise = found.covariance[:, :, found.places[i], found.places[i]]
+                smooth, error = self.smooth[i]
+                h = smooth.weights(error, self.temperature_degc.ravel(), nodes, noise)
+            R[..., found.places[i]] = J[:, None, None] @ h.reshape(*h.shape[:-2], S, m, -1)
         end = found.places[-1].stop
         for j, i, left in self.walks:
             if i in self.response:
@@ -280,6 +288,8 @@ def _group(promise: Promise, g: Alike) -> _Group:
         if any(m is not None for m in each_family):
             none = np.zeros((len(promise.points),) * 2)
             moments[i] = np.stack([none if m is None else m for m in each_family])
+    s, errors = promise.smooth, {i: g.first.terms[i].error.parts for i in flown}
+    smooth = {} if s is None else {i: (s, error) for i, error in errors.items() if error in s.prior}
     seen = tuple(
         _Seen(
             v.temperature_degc,
@@ -288,6 +298,7 @@ def _group(promise: Promise, g: Alike) -> _Group:
             promise.places(g.degc),
             promise.places(v.temperature_degc),
             g.first.walks,
+            smooth,
         )
         for v in promise._views
     )

@@ -224,6 +224,8 @@ def _check_origin(document: Document, loaded: LoadedSpec) -> Findings:
     found.same("seed", document["seed"], spec.plan.seed)
     if "method" in document:  # plans of before have none: they are by the published one
         found.same("method", document["method"], spec.planned_by)
+    said = document.get("temperature_estimator", "lines")  # plans of before knew no other
+    found.same("temperature_estimator", said, spec.plan.temperature_estimator)
     if not is_by_information(document):
         found.same("families", document.get("families", {}), {})
     found.same("objective, minimise", document["objective"].get("minimise"), _minimised(spec))

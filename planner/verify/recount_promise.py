@@ -35,6 +35,7 @@ from planner.verify.prediction import Prediction
 from planner.verify.recount_budget import budgets_of, calibrated_errors
 from planner.verify.references import directions
 from planner.verify.second_moments import Error
+from planner.verify.smooth import tables_of
 from planner.verify.starts import Starts, anywhere, starts_of
 
 SAME = 0.02
@@ -53,7 +54,7 @@ def as_planned(e: Experiment) -> Prediction | None:
         return None
     chance = Chance(white={s: e.spec.unit.white(s) for s in SENSORS}, flown=e.chance.flown)
     off = directions(e.records, e.spec)
-    known = estimators(e.records, e.unit, e.spec.effects, chance, off)
+    known = estimators(e.records, e.unit, e.spec.effects, chance, off, tables_of(e.spec))
     return Prediction(replace(e, chance=chance, estimators=known), e.flight)
 
 
