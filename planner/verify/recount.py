@@ -22,9 +22,10 @@ from planner.units import from_si
 from planner.verify.findings import Check, Fault, Findings
 from planner.verify.recount_budget import budgets_of, check_budget, made_by_hand, unit_of
 from planner.verify.recount_hours import start_of, windows_of
+from planner.verify.recount_loads import loads_of
 from planner.verify.recount_navigation import check_navigation
 from planner.verify.recount_search import check_front, check_keys, check_prices
-from planner.verify.recount_steps import check_steps, loads_of
+from planner.verify.recount_steps import check_steps
 
 NOT_RECOUNTED = (
     "genetic: a search's history; of its front, the order, and by half-widths whether it is on the limits",

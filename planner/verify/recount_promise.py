@@ -171,6 +171,7 @@ def _check_covariance(document: Document, p: Prediction) -> Findings:
         matrix[np.ix_(order, order)] * np.outer(scale, scale),
         np.sum([*parts.values()], axis=0)[np.ix_(kept, kept)],
         names,
+        np.array([NOTHING * budgets_of(p.e.spec)[error].whole_variation for error, _ in names]),
     )
     return found
 
@@ -179,9 +180,11 @@ def _by_name(terms: Any) -> list[str]:
     return sorted(map(str, terms)) if isinstance(terms, list) else []
 
 
-def _compare(found: Findings, matrix: Array, wanted: Array, names: list[tuple[str, str]]) -> None:
-    """The figure that is farthest off, for the sigmas of its two terms."""
-    sigma = np.sqrt(np.diag(wanted))
+def _compare(
+    found: Findings, matrix: Array, wanted: Array, names: list[tuple[str, str]], least: Array
+) -> None:
+    """The figure that is farthest off, for the sigmas of its two terms, which count as `least` or more."""
+    sigma = np.maximum(np.sqrt(np.diag(wanted)), least)
     scale = np.where(np.outer(sigma, sigma) > 0, np.outer(sigma, sigma), 1.0)
     i, j = np.unravel_index(int(np.argmax(np.abs(matrix - wanted) / scale)), matrix.shape)
     where = f"covariance, {' '.join(names[i])} with {' '.join(names[j])}"
