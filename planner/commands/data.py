@@ -125,8 +125,8 @@ def simulate(
 def _written(table: DwellTable, truth: Truth, out: Path, as_json: bool) -> None:
     """The table, and the truth beside it."""
     from planner.dwells.dwell_files import write_dwells
-    from planner.export.files import write_whole
     from planner.export.truth import truth_path, truth_text
+    from planner.whole_files import write_whole
 
     write_dwells(table, out)
     beside = truth_path(out)

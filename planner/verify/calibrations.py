@@ -31,6 +31,7 @@ from planner.verify.smooth import LINES, Tables
 
 _ROUNDS = 5  # 0.5 % of scale factor to the fifth is nothing
 _LEAST_WHITE = 1e-8  # of what power-ons scatter: records without noise must not make V singular
+_QUIET = 1e-12  # SI: what stands for the noise of records that have none
 _RANK = 1e-11  # of the largest singular value of columns of unit length: below is rounding
 _TOUCHED = 1e-6  # share of a coefficient in a combination that no record sees
 
@@ -118,7 +119,9 @@ def _estimator(
     both = np.column_stack([X, *(column for column in shared if column.any())])
     white = np.concatenate([np.linalg.solve(root, both[r]) for root, r in zip(roots, rows, strict=True)])
     inverse, undetermined = _inverse(white, X.shape[1])
-    covariance = inverse @ inverse.T
+    quiet = all(np.max(root) <= _QUIET for root in roots)  # only references that err leave anything then
+    erring = inverse[:, len(X) if quiet else 0 :]
+    covariance = erring @ erring.T
     inverse = inverse[:, : len(X)]
     for root, r in zip(roots, rows, strict=True):
         inverse[:, r] = np.linalg.solve(root.T, inverse[:, r].T).T
@@ -195,7 +198,7 @@ def _of_run(
         K = K + drift**2 * np.exp(-later / time)
         V += np.einsum("ict,ij,jdt->icjd", x[run], K, x[run])
     flat = V.reshape(m * channels, m * channels) + np.diag(np.repeat(noise, channels))
-    return flat if flat.any() else np.eye(len(flat))
+    return flat if flat.any() else _QUIET**2 * np.eye(len(flat))
 
 
 # ---------------------------------------------------------------- measuring
