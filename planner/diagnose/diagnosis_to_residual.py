@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from planner.calibrate.dwells_to_fit import readings_of
 from planner.campaign.channel_model import channel_model
 from planner.diagnose.hypotheses.channels import channel, columns
+from planner.diagnose.hypotheses.far_rows import far_rows
 from planner.diagnose.hypotheses.noise import LEVEL, ChannelNoise, Readings, channel_noise
-from planner.diagnose.hypotheses.outliers import FAR_WEIGHT, outliers
+from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.unseen_runs import LEAST_RUNS, Folds, block_folds, cells_of, folds_of
 from planner.diagnose.weighed_fit import Shapes, Spreads, WeighedFit, weighed_fit
@@ -65,7 +66,7 @@ def unit_fits(table: DwellTable, spec: Spec, found: UnitDiagnosis) -> UnitFits:
     are those of the search. Variances are those that REML finds once, beside what is declared and found, and
     serve both models.
     """
-    data = prepared(table)
+    data = prepared(table if found.kept is None else rows_of(table, found.kept))
     ordered, starts = by_run(_fewer_runs(data.full))
     channels = tuple(
         fits
@@ -122,7 +123,7 @@ def _readings(
     """What the noise of a channel is judged from; what was found are columns that the rows may follow."""
     c = channel(sensor, axis, table.conditions(), y, tuple(spec.effects))
     rich = np.column_stack([np.empty((len(y), 0)), *(columns(c, e.effect, e.nonlinear) for e in found)])
-    far = outliers(c, rich, starts)
+    far = far_rows(c, rich, starts, table.duration, cells_of(table.conditions())).rows
     return Readings(c, starts, table.duration, rich, np.where(far, FAR_WEIGHT, 1.0), LEAST_RUNS)
 
 

@@ -15,6 +15,7 @@ from typing import Any
 
 from planner import catalog
 from planner.errors import InputError
+from planner.export.diagnosis_findings import findings_document, findings_from
 from planner.export.documents import json_tree
 from planner.nouns.diagnosis import (
     Assumption,
@@ -68,6 +69,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
             for n in found.not_found
         ],
         "untestable": [{"effect": u.effect, "why": u.why, "sensor": u.sensor} for u in found.untestable],
+        **findings_document(found),
         "residual": {channel(r.channel): _residual(r) for r in diagnosis.residual},
         "navigation": _first_navigation(diagnosis),
         "navigation_of_every_requirement": [_navigation(n) for n in diagnosis.navigation],
@@ -239,6 +241,7 @@ def _diagnosis(d: Mapping[str, Any]) -> Diagnosis:
             untestable=tuple(Untestable(u["effect"], u["sensor"], u["why"]) for u in d["untestable"]),
             evidence=(),
             assumptions=tuple(_assumption_from(a) for a in d.get("assumptions", ())),
+            **findings_from(d),
         ),
         residual=tuple(_residual_from(name, r) for name, r in d["residual"].items()),
         navigation=tuple(_navigation_from(n) for n in every),

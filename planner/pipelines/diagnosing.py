@@ -15,11 +15,12 @@ from planner.diagnose.diagnosis_to_next_measurement import next_measurements
 from planner.diagnose.diagnosis_to_residual import UnitFits, residual_changes, unit_fits
 from planner.diagnose.diagnosis_to_spec import SpecUpdate, updated_spec
 from planner.diagnose.dwells_to_diagnosis import diagnose as diagnose_unit
+from planner.diagnose.evidence_veto import held_to_the_floor, refused_by_residual
 from planner.dwells.dwell_checks import check_rests
 from planner.dwells.dwell_files import read_dwells
 from planner.dwells.table_rows import rows_of
 from planner.errors import InfeasibleError, InputError
-from planner.nouns.diagnosis import Diagnosis, NavigationCost, UnitDiagnosis
+from planner.nouns.diagnosis import Diagnosis, NavigationCost, ResidualChange, UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.plan import Plan
 from planner.pipelines import planning
@@ -55,8 +56,7 @@ def _diagnosed(
     check_rests(table)
     found = diagnose_unit(table, loaded.spec, seed=seed, progress=progress)
     progress(f"{found.unit}: before and after on runs held out")
-    fits = unit_fits(table, loaded.spec, found)
-    residual = residual_changes(fits)
+    found, fits, residual = _confirmed(table, loaded, found)
     progress(f"{found.unit}: what it costs in flight")
     navigation, notes = _navigation(found, fits, loaded)
     progress(f"{found.unit}: what to measure next")
@@ -76,6 +76,19 @@ def _diagnosed(
         ),
         table,
     )
+
+
+def _confirmed(
+    table: DwellTable, loaded: LoadedSpec, found: UnitDiagnosis
+) -> tuple[UnitDiagnosis, UnitFits, tuple[ResidualChange, ...]]:
+    """The diagnosis that its own evidence on unseen power-ons lets stand, with that evidence."""
+    fits = unit_fits(table, loaded.spec, found)
+    residual = residual_changes(fits)
+    found, fell = refused_by_residual(found, residual)
+    if fell:
+        fits = unit_fits(table, loaded.spec, found)
+        residual = residual_changes(fits)
+    return held_to_the_floor(found, residual), fits, residual
 
 
 def _navigation(

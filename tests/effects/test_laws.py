@@ -32,7 +32,13 @@ DRIVEN_BY = {
     "misalignment_temperature": "K/rad",
     "arm_bending": "g/rad",
     "lever_arm": "/s/s",
+    "vibration_rectification": "g*g",
+    "drift": "s",
+    "thermal_lag": "K",
+    "g_product_sensitivity": "g*g",
+    "g_sensitivity_temperature": "g*K",
 }
+HISTORY = {"thermal_lag", "hysteresis"}  # what came before a row is part of its conditions
 SHARED = {"earth_rate", "arm_bending", "lever_arm"}  # one Earth, one arm, one place: all channels feel it
 
 
@@ -71,7 +77,9 @@ def test_offers_itself_as_the_protocol_says(effect: Effect, sensor: Sensor) -> N
 @every_effect
 def test_coefficient_times_regressor_has_the_dimension_of_the_output(effect: Effect, sensor: Sensor) -> None:
     sensed = "" if effect.group == "bias" else OUTPUT[sensor]
-    factors = [effect.units[sensor], DRIVEN_BY.get(effect.name, ""), sensed]
+    squared = f"{OUTPUT[sensor]}*{OUTPUT[sensor]}"
+    driven = squared if effect.name == "cross_coupling" else DRIVEN_BY.get(effect.name, "")
+    factors = [effect.units[sensor], driven, sensed]
     factors.sort(key=lambda factor: factor.endswith(")"))  # where the grammar takes parentheses
     product = "*".join(factor for factor in factors if factor not in ("", "1"))
     assert dimension_of(product.replace("*/", "/")) == dimension_of(OUTPUT[sensor])
@@ -102,6 +110,8 @@ def test_a_term_acts_on_the_channel_that_its_name_begins_with(effect: Effect, se
 @settings(deadline=None, max_examples=10)
 @given(seed=seeds)
 def test_rows_know_nothing_of_each_other(effect: Effect, sensor: Sensor, seed: int) -> None:
+    if effect.name in HISTORY:
+        return
     rng = np.random.default_rng(seed)
     conditions, rows = random_conditions(rng, 9), rng.permutation(9)[:5]
     whole = effect.regressors(sensor, conditions)

@@ -30,7 +30,8 @@ from planner.solvers.reml import Sample, Variances, reml, reml_information, reml
 LEAST_RUNS = 20
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
-MOST_ROWS = 2000  # for the variances; more rows tell nothing that a campaign's decision needs
+SETTLED = 1e-3  # of the log-likelihood: a decision needs no variance to less than 5 % of its error
+MOST_ROWS = 1000  # for the variances; more rows tell nothing that a campaign's decision needs
 ROUNDING = 1e-9  # of the largest reading: data without any noise still have this much
 WELL_KNOWN = 40.0  # degrees of freedom, from which a channel's own variance is as good as the triad's
 UNLIKE = 0.05  # p of the likelihood ratio, below which the channels of a triad are judged each for itself
@@ -98,6 +99,11 @@ def triad_noise(triad: Sequence[Readings]) -> list[ChannelNoise]:
     return [_noise(j, v) for j, v in zip(judged, _without_zeros(_shared(judged, own) or own), strict=True)]
 
 
+def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights: Array) -> Array:
+    """(n,) one sigma of each row, of its weight, about its power-on under the declared model alone."""
+    return channel_noise(Readings(c, starts, duration, np.empty((len(c.r), 0)), weights)).spread
+
+
 def channel_noise(readings: Readings) -> ChannelNoise:
     """The noise of one channel by itself."""
     judged = _judged(readings)
@@ -147,7 +153,7 @@ def _own(j: _Judged) -> Variances:
     theta, error = np.zeros(j.effects.count), None
     theta[0] = max(float(np.var(j.sample.y)), 1e-30)
     try:
-        found = reml(j.sample.y, j.sample.X, j.sample.effects)
+        found = reml(j.sample.y, j.sample.X, j.sample.effects, settled=SETTLED)
         if found.theta[: len(j.effects.diagonals)].any():
             theta, error = found.theta, found.error if found.free.all() else None
     except ValueError:
@@ -193,7 +199,7 @@ def _shared(judged: Sequence[_Judged], own: Sequence[Variances]) -> list[Varianc
     ]
     try:
         middle = np.mean([v.theta / size for v, size in zip(own, sizes, strict=True)], axis=0)
-        together = reml_together(scaled, middle)
+        together = reml_together(scaled, middle, SETTLED)
         shared = sum(restricted_loglik(s, together.theta) for s in scaled)
     except ValueError:
         return None

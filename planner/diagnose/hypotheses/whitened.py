@@ -13,6 +13,7 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
 
 SMALL = 0.5  # sigma, that a slope can amount to in all rows, below which it takes no degree of freedom
+LEAST_TAIL = 1e-280  # of a double, whose smallest is 2e-308
 SEEN = 1e-5  # of a column's whitened length that must be left beside the declared model
 
 
@@ -70,16 +71,20 @@ def _between_rank(R: Array, starts: NDArray[np.int64]) -> float:
 
 
 def log_p(values: Array | float, m: int, freedom: float, s2: float) -> Array:
-    """log of the F test's p for Δ of m columns; never −∞."""
-    from scipy.stats import chi2, f
+    """log of the F test's p for Δ of m columns; never −∞.
+
+    P(F > x) = I_w(ν/2, m/2), w = ν / (ν + m x); where that underflows the first term of its series stands,
+    w^(ν/2) / (ν/2 · B(ν/2, m/2)) (Abramowitz, Stegun 26.5.4).
+    """
+    from scipy.special import betainc, betaln
 
     values = np.asarray(values, dtype=float)
     if m == 0:
         return np.zeros_like(values)
-    x = values / m / s2
-    tail = f.logsf(x, m, freedom)
-    far = ~np.isfinite(tail)
-    if np.any(far):
-        tail = np.where(far, -0.5 * freedom * np.log1p(m * x / freedom), tail)
-        tail = np.where(np.isfinite(tail), tail, chi2.logsf(1e3, m))
-    return np.asarray(tail)
+    half, columns = 0.5 * freedom, 0.5 * m
+    grown = values / (s2 * freedom)
+    tail = betainc(half, columns, 1.0 / (1.0 + grown))
+    series = -half * np.log1p(grown) - np.log(half) - betaln(half, columns)
+    return np.asarray(
+        np.where(tail > LEAST_TAIL, np.log(np.maximum(tail, LEAST_TAIL)), np.minimum(series, 0.0))
+    )
