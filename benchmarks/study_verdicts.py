@@ -146,11 +146,11 @@ def _inside(case: Case, found: UnitDiagnosis, size: float) -> Iterator[bool]:
     """Intervals of effects of one coefficient in the shape's own unit."""
     plain = {"g_squared_sensitivity", "temperature_rate", "ageing", "bias_step", "scale_factor_asymmetry"}
     si = {"gyro": np.pi / 180.0, "acc": 9.80665}
-    per = {"g_squared_sensitivity": 9.80665**-2, "temperature_rate": 60.0}
+    per = {"g_squared_sensitivity": 9.80665**-2, "temperature_rate": 60.0, "ageing": 1.0 / 86400.0}
     for e in found.effects:
         if e.effect == case.name and e.effect in plain and case.channel in map(_short, e.channels):
             scale = si[case.channel[:-2]] * per.get(e.effect, 1.0)
-            scale = 1.0 if e.effect == "scale_factor_asymmetry" else scale
+            scale = 2.0 if e.effect == "scale_factor_asymmetry" else scale
             for term in e.terms:
                 if not term.parameter and _short(term.channel) == case.channel:
                     yield term.low <= size * scale <= term.high

@@ -147,12 +147,12 @@ def calibrate(
     from planner.pipelines import data as data_pipeline
     from planner.report.charts.calibration import before_after_svg
     from planner.report.subjects.calibration import calibration_report
-    from planner.spec.load import load_spec
+    from planner.spec.sensor_alone import load_sensor_spec
 
     old = None if prior is None else read_tables(prior)
     options = fit_options(method, robust, latitude, old)
     with progress_line() as say:
-        found = data_pipeline.calibrate(data, load_spec(spec), options, say)
+        found = data_pipeline.calibrate(data, load_sensor_spec(spec), options, say)
     folder = out or Path("calibrations") / data.stem
     files = calibration_files(found, folder)
     for calibration, place in zip(found, unit_folders(folder, [c.unit for c in found]), strict=True):

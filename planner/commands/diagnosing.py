@@ -42,9 +42,9 @@ def diagnose(
     from planner.export.diagnosis_json import diagnosis_document
     from planner.pipelines import diagnosing as pipeline
     from planner.report.subjects.diagnosis import diagnosis_report
-    from planner.spec.load import load_spec
+    from planner.spec.sensor_alone import load_sensor_spec
 
-    loaded = load_spec(spec)
+    loaded = load_sensor_spec(spec)
     with progress_line() as progress:
         found = pipeline.diagnose(data, loaded, seed, progress)
         progress("drawing the report")

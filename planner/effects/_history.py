@@ -9,6 +9,7 @@ from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 
 RAMP = 0.2 / 60.0  # K/s: a soaked chamber moves less
+ROOM_DEGC = 20.0  # from which the first temperature of a campaign was reached
 TURN_K = 3.0  # chamber points lie further apart, and a soaked chamber strays by 2 K at most (K 2.6)
 
 
@@ -39,7 +40,7 @@ def direction(conditions: Conditions) -> Array:
         return np.zeros(0)
     stirs = _stirs(T)
     way = np.zeros(len(T))
-    extreme, now = float(T[0]), 0.0
+    extreme, now = ROOM_DEGC, 0.0
     for i in np.flatnonzero(stirs).tolist():
         moved = float(T[i]) - extreme
         if abs(moved) > TURN_K:

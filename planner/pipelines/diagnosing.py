@@ -59,13 +59,17 @@ def _diagnosed(
     found, fits, residual = _confirmed(table, loaded, found)
     progress(f"{found.unit}: what it costs in flight")
     navigation, notes = _navigation(found, fits, loaded)
+    if loaded.absent:
+        notes.append(
+            f"the spec is of the sensor alone (no {', '.join(loaded.absent)}): no metres, no next record"
+        )
     progress(f"{found.unit}: what to measure next")
     return Diagnosed(
         Diagnosis(
             found=found,
             residual=residual,
             navigation=navigation,
-            next_measurement=next_measurements(found.effects, fits, loaded.spec),
+            next_measurement=() if loaded.absent else next_measurements(found.effects, fits, loaded.spec),
             version=__version__,
             spec_name=loaded.spec.name,
             spec_sha256=loaded.sha256,
@@ -94,7 +98,7 @@ def _confirmed(
 def _navigation(
     found: UnitDiagnosis, fits: UnitFits, loaded: LoadedSpec
 ) -> tuple[tuple[NavigationCost, ...], list[str]]:
-    if not found.effects:
+    if not found.effects or loaded.absent:
         return (), []
     try:
         trajectory = trajectory_of(loaded.spec.trajectory, loaded.folder)

@@ -12,14 +12,14 @@ from planner.nouns.array import Array
 
 
 def far_rows(
-    c: Channel, rich: Array, starts: NDArray[np.int64], duration: Array, cells: NDArray[np.int64]
+    c: Channel, candidates: Array, starts: NDArray[np.int64], duration: Array, cells: NDArray[np.int64]
 ) -> Far:
     """The rows of a channel that are left out, by the spread of those that are not suspect at first sight."""
     ones = np.ones(len(c.r))
-    first = outliers(c, rich, starts, plain_spread(c, starts, duration, ones), cells)
+    first = outliers(c, candidates, starts, plain_spread(c, starts, duration, ones), cells)
     suspect = first.size > LEAST_FAR
     if not suspect.any():
         return first
     weights = np.where(suspect, FAR_WEIGHT, 1.0)
     spread = plain_spread(c, starts, duration, weights) * np.sqrt(weights)
-    return outliers(c, rich, starts, spread, cells)
+    return outliers(c, candidates, starts, spread, cells)

@@ -33,7 +33,7 @@ Refine = Callable[[Pool, Sequence[int], int], tuple[Pool, int]]
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked of a pool. library, generic: its blocks; flips: of the calm residual
+    """What is asked of a pool. library, generic: its blocks; flips: of the residual of the full model
 
     refine: (pool, believed, block) -> pool with the block at its best nonlinear parameter, and its number
     """

@@ -2,7 +2,7 @@
 
     cov(e) = σ_w² diag(1/T) + σ_c² I + σ_r² diag(u²) + σ_x² diag(|ω|² − u²) + Σ_runs (σ_u² 1 1ᵀ + σ_s² u uᵀ),
 
-variances by REML under a rich model (declared effects, every candidate, every generic alternative), so that
+variances by REML under a full model (declared effects, every candidate, every generic alternative), so that
 what hides does not inflate them. With fewer than 20 power-ons their level is a fixed effect of each: a spread
 cannot be told from so few, and effects between power-ons are then untestable.
 
@@ -80,14 +80,14 @@ class ChannelNoise:
 class Readings:
     """What the noise of one channel is judged from: rows run by run from `starts`.
 
-    rich: (n, k) columns of all candidates; weights: (n,) 1, or near 0 for a row that is an outlier
+    candidates: (n, k) columns of all candidates; weights: (n,) 1, or near 0 for a row that is an outlier
     least_runs: power-ons from which their spread is a variance; with fewer each has a level of its own
     """
 
     channel: Channel
     starts: NDArray[np.int64]
     duration: Array
-    rich: Array
+    candidates: Array
     weights: Array
     least_runs: int = LEAST_RUNS
 
@@ -130,7 +130,7 @@ class _Judged:
 
 
 def _judged(given: Readings) -> _Judged:
-    """The problem under the rich model; under the declared one when the rows are too few for the rich."""
+    """The problem under the full model; under the declared one when the rows are too few for the full."""
     c, starts = given.channel, given.starts
     few = len(starts) < given.least_runs
     fixed = _indicators(starts, len(c.r)) if few else np.empty((len(c.r), 0))
@@ -140,7 +140,7 @@ def _judged(given: Readings) -> _Judged:
     effects = _effects(starts, diagonals, slopes)
     rows, firsts = _chosen(starts, len(c.r))
     part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows])
-    basis = factors(np.column_stack([c.J, given.rich, fixed])[rows], 1e-5).basis
+    basis = factors(np.column_stack([c.J, given.candidates, fixed])[rows], 1e-5).basis
     if len(rows) - basis.shape[1] < max(10, len(firsts) // 4):
         basis = factors(c.J[rows], 1e-7).basis
     least = np.zeros(effects.count)

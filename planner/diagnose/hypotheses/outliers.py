@@ -41,7 +41,7 @@ class Far:
 
 def outliers(
     c: Channel,
-    rich: Array,
+    candidates: Array,
     starts: NDArray[np.int64],
     spread: Array,
     cells: NDArray[np.int64] | None = None,
@@ -54,7 +54,7 @@ def outliers(
     far = np.zeros(n, dtype=bool)
     if n < LEAST_ROWS:
         return Far(far, np.zeros(n))
-    columns, size = np.column_stack([c.J, rich]) / spread[:, None], np.zeros(n)
+    columns, size = np.column_stack([c.J, candidates]) / spread[:, None], np.zeros(n)
     r = c.r / spread
     for _ in range(ROUNDS):
         left, freedom = _left(*_within(columns, r, starts, ~far), ~far)

@@ -4,8 +4,8 @@
 
 For any set S of columns Δ_S = h_Sᵀ Gram_SS⁺ h_S is the drop of the residual's square, and beside a set E that
 was found already everything is the same after M = I − E Gram_EE⁺ Gram_E·. The null comes from the same
-columns: the calm residual's share of every segment with random signs (Westfall, Young: Resampling-Based
-Multiple Testing, 1993).
+columns: the share of every segment in the residual of the full model, with random signs (Westfall, Young:
+Resampling-Based Multiple Testing, 1993).
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Pool:
     """state: axis -> channel; blocks, places: block -> its columns; axes: axis -> (k_a,) columns on it
 
     parts: axis -> (n, k_a) of length one over all axes; size: (K,) whitened length that they had, per SI unit
-    gram: (K, K); h: (K,); segments: (s, K) Cᵀ times the calm residual, by segment, for the flips
+    gram: (K, K); h: (K,); segments: (s, K) Cᵀ times the residual of the full model, by segment, for the flips
     shares: axis -> (k_a, k_a) of each variance, adding up to C_aᵀC_a; beside: (K, K) the M of what was found
     asked, cleared: what was computed of it already: a search asks the same many times
     """
@@ -112,7 +112,7 @@ def _sums(
         w, k = state[axis], axes[axis]
         gram[np.ix_(k, k)] += C.T @ C
         h[k] += C.T @ w.z
-        segments[:, k] += np.add.reduceat(C * w.calm[:, None], cuts, axis=0)
+        segments[:, k] += np.add.reduceat(C * w.remainder[:, None], cuts, axis=0)
     return gram, h, segments
 
 
@@ -258,7 +258,7 @@ def satterthwaite(pool: Pool, axes: Iterable[int], R: Array) -> float:
 
 
 def mean_square(pool: Pool, chosen: Sequence[int]) -> float:
-    """Mean square of the calm residual on the channels of some blocks: 1 when the noise model is right."""
+    """Mean square of the remainder on the channels of some blocks: 1 when the noise model is right."""
     return max(float(np.mean([pool.state[a].mean_square for a in _axes(pool, chosen)])), 1e-3)
 
 
@@ -274,8 +274,8 @@ class Flips:
     """Random signs of segments. signs: (flips, segments) of ±1
 
     few_runs: the colour of the noise is then not known, and one long record's variables all go together. Its
-    calm residual has no slow part left, the candidates took it, and the flips look like fewer tests than
-    there are: blocks count as so many independent ones at least.
+    remainder has no slow part left, the candidates took it, and the flips look like fewer tests than there
+    are: blocks count as so many independent ones at least.
     """
 
     signs: Array

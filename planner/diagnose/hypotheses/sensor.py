@@ -140,14 +140,16 @@ def _searched(
     triad, far, sizes = [], {}, {}
     cells = cells_of(conditions)
     for c in mine:
-        rich = np.column_stack([nothing, *_rich(blocks, c.axis, len(c.r), len(data.starts))])
+        candidates = np.column_stack(
+            [nothing, *_of_the_full_model(blocks, c.axis, len(c.r), len(data.starts))]
+        )
         coarse = np.column_stack([nothing, *_coarse(blocks, c.axis)])
         off = far_rows(c, coarse, data.starts, table.duration, cells)
         far[c.axis], sizes[c.axis] = off.rows, off.size
         weights = np.where(off.rows, FAR_WEIGHT, 1.0)
-        triad.append(Readings(c, data.starts, table.duration, rich, weights))
+        triad.append(Readings(c, data.starts, table.duration, candidates, weights))
     state = {
-        r.channel.axis: whitened(r.channel, noise, r.rich)
+        r.channel.axis: whitened(r.channel, noise, r.candidates)
         for r, noise in zip(triad, triad_noise(triad), strict=True)
     }
     cuts = segments(state, data.starts)
@@ -184,10 +186,10 @@ def _searched(
 def _refused(found: Found, starts: NDArray[np.int64]) -> tuple[Veto, ...]:
     """What the power-ons themselves refuse goes, the weakest first: the others may stand without it."""
     out = []
-    for b in sorted(found.library, key=lambda i: found.share(i).delta):
+    for b in sorted(found.all, key=lambda i: found.share(i).delta):
         veto = None if found.pool.blocks[b].reference else vetoed(found, b, starts)
         if veto is not None:
-            found.library.remove(b)
+            (found.library if b in found.library else found.unknown).remove(b)
             out.append(veto)
     return tuple(out)
 
@@ -264,7 +266,7 @@ def _coarse(blocks: Sequence[Block], axis: int) -> list[Array]:
     return kept
 
 
-def _rich(blocks: Sequence[Block], axis: int, rows: int, runs: int) -> list[Array]:
+def _of_the_full_model(blocks: Sequence[Block], axis: int, rows: int, runs: int) -> list[Array]:
     """Columns under which the noise is judged: every candidate, but few of those that tell power-ons apart.
 
     Thirty power-ons under sixteen steps and as many days would leave nothing to tell run-to-run by, and where
@@ -313,24 +315,24 @@ def _between(blocks: Sequence[Block]) -> list[Block]:
 def segments(state: dict[int, Whitened], starts: NDArray[np.int64]) -> NDArray[np.int64]:
     """First rows of what changes sign together: power-ons; where they are few, blocks within them.
 
-    Blocks are five times as long as the calm residual stays correlated, so that noise keeps its colour.
+    Blocks are five times as long as the remainder stays correlated, so that noise keeps its colour.
     """
     if len(starts) >= LEAST_RUNS:
         return starts
-    n = len(next(iter(state.values())).calm)
-    lag = max(_correlation_rows(w.calm) for w in state.values())
+    n = len(next(iter(state.values())).remainder)
+    lag = max(_correlation_rows(w.remainder) for w in state.values())
     length = int(min(max(5 * lag, n // SEGMENTS, 1), max(1, n // 12)))
     sizes = np.diff(np.append(starts, n))
     return np.concatenate([np.arange(s, s + size, length) for s, size in zip(starts, sizes, strict=True)])
 
 
-def _correlation_rows(calm: Array) -> int:
+def _correlation_rows(remainder: Array) -> int:
     """Rows after which the autocorrelation has fallen below a fifth."""
-    n = len(calm)
-    power = float(calm @ calm)
+    n = len(remainder)
+    power = float(remainder @ remainder)
     if n < 20 or power == 0.0:
         return 1
     for lag in range(1, n // 10):
-        if float(calm[:-lag] @ calm[lag:]) < 0.2 * power:
+        if float(remainder[:-lag] @ remainder[lag:]) < 0.2 * power:
             return lag
     return n // 10

@@ -43,7 +43,7 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
     s = found.share(b)
     if s.m and log_p(least, s.m, s.freedom, s.s2) > np.log(SINGLE):
         return Veto(b, "it rests on one power-on alone", int(worst))
-    if len(told) >= LEAST_RUNS and _gain(gram, h) <= 0.0:
+    if not here.blocks[b].generic and len(told) >= LEAST_RUNS and _gain(gram, h) <= 0.0:
         return Veto(b, "it does not predict power-ons that its fit has not seen")
     return None
 

@@ -21,37 +21,37 @@ SEEN = 1e-5  # of a column's whitened length that must be left beside the declar
 class Whitened:
     """One channel, whitened. Q: (n, q) declared model, fixed runs; z: (n,) residual clear of Q
 
-    calm: (n,) residual that neither a candidate nor a generic alternative explains, at its full size
+    remainder: (n,) residual that neither a candidate nor a generic alternative explains, at its full size
     """
 
     channel: Channel
     noise: ChannelNoise
     Q: Array
     z: Array
-    calm: Array
+    remainder: Array
 
     @property
     def mean_square(self) -> float:
-        """Of the calm residual: 1 when the noise model is right, more when it is too small."""
-        return float(np.mean(self.calm**2))
+        """Of the residual of the full model: 1 when the noise model is right, more when it is too small."""
+        return float(np.mean(self.remainder**2))
 
 
-def whitened(c: Channel, noise: ChannelNoise, rich: Array) -> Whitened:
-    """The channel with its declared model taken off after whitening; rich: (n, k) all candidates' columns."""
+def whitened(c: Channel, noise: ChannelNoise, candidates: Array) -> Whitened:
+    """The channel, whitened, its declared model taken off; candidates: (n, k) columns of all of them."""
     white = noise.whiten(np.column_stack([c.r, c.J, noise.fixed_runs]))
     least = SMALL / np.append(np.maximum(c.most, 1e-300), np.full(noise.fixed_runs.shape[1], np.inf))
     Q = orthonormal(white[:, 1:][:, np.linalg.norm(white[:, 1:], axis=0) >= least])
     z = clear(Q, white[:, 0])
-    R = np.column_stack([Q, orthonormal(clear(Q, noise.whiten(rich)), 1e-6)])
+    R = np.column_stack([Q, orthonormal(clear(Q, noise.whiten(candidates)), 1e-6)])
     if len(z) - R.shape[1] < len(z) / 4.0:
         R = Q  # too few rows for all candidates at once: what hides then counts as noise
     n, g = len(z), len(noise.starts)
     taken = min(_between_rank(R, noise.starts), g - 1.0)
     between = max(1.0, g - taken)
     within = max(1.0, (n - g) - (R.shape[1] - taken))
-    calm = _full_size(clear(R, z), noise.starts, between, within)
-    less = float(np.mean(calm**2))  # than the noise model says is chance: no reason to believe more
-    return Whitened(c, noise, Q, z, calm / np.sqrt(less) if 0.0 < less < 1.0 else calm)
+    remainder = _full_size(clear(R, z), noise.starts, between, within)
+    less = float(np.mean(remainder**2))  # than the noise model says is chance: no reason to believe more
+    return Whitened(c, noise, Q, z, remainder / np.sqrt(less) if 0.0 < less < 1.0 else remainder)
 
 
 def _full_size(left: Array, starts: NDArray[np.int64], between: float, within: float) -> Array:

@@ -147,8 +147,12 @@ def worse_sentence(c: NavigationCost) -> str:
 
 def change_sentence(found: UnitDiagnosis, residual: Sequence[ResidualChange]) -> str:
     """Residual before → after with the noise floor, of the channels on which something was found."""
-    claims = [*found.effects, *found.reference_suspects, *found.unknown]
-    touched = {short(c) for claim in claims for c in claim.channels}
+    on = [
+        *(e.channels for e in found.effects),
+        *(s.channels for s in found.reference_suspects),
+        *(u.channels for u in found.unknown),
+    ]
+    touched = {short(c) for channels in on for c in channels}
     mine = [r for r in residual if short(r.channel) in touched and r.held_out]
     parts = [
         f"{short(r.channel)} {digits(in_unit(r.before, r.unit), 3)} → {digits(in_unit(r.after, r.unit), 3)}"

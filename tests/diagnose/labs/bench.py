@@ -170,6 +170,20 @@ def _arm(rows: _Rows, day: float, rng: np.random.Generator) -> None:
         day += 0.2
 
 
+def _came_up(a: Array) -> NDArray[np.bool_]:
+    """(n,) whether a power-on's temperature was reached from below, room first; turns always are."""
+    last, out, rising = 21.0, np.ones(len(a), dtype=bool), True
+    for run in np.unique(a[:, 0]):
+        mine = a[:, 0] == run
+        first, ramp, end = a[mine, 4][0], a[mine, 5][0], a[mine, 4][-1]
+        if abs(first - last) > 4.0:
+            rising = first > last
+        rising = ramp > 0 if ramp != 0 else rising
+        out[mine] = True if np.any(a[mine, 12:15]) else rising
+        last = end
+    return out
+
+
 def _bench(a: Array, latitude: float, rng: np.random.Generator) -> Bench:
     n = len(a)
     return Bench(
@@ -184,6 +198,6 @@ def _bench(a: Array, latitude: float, rng: np.random.Generator) -> Bench:
         turn=a[:, 12:15],
         load=a[:, 15:18],
         place=np.where(a[:, 18] > 0, "centrifuge", "rate_table"),
-        came_up=a[:, 19] > 0,
+        came_up=_came_up(a),
         latitude=latitude,
     )
