@@ -79,6 +79,12 @@ def verify(
             min=0, max=100, metavar="N", help="So many units go through files: calibrate, apply, flight."
         ),
     ] = 2,
+    made_for: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="OLD", help="Spec that the plan is of, to fly an old plan with units of an updated SPEC."
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", metavar="DIR", help="Folder for verify.json and report.html."),
@@ -104,8 +110,9 @@ def verify(
         pipeline.FlightOptions(flights, seed, temperature, curves, spreads, workers, cluster, through_files)
     )
     loaded, document = load_spec(spec), read_plan(plan)
+    old = None if made_for is None else load_spec(made_for)
     with progress_line() as progress:
-        found = pipeline.verify(loaded, document, options, progress)
+        found = pipeline.verify(loaded, document, options, progress, old)
     report = verify_report(found)
     files: dict[Path, str | bytes] = {}
     if out is not None:

@@ -159,6 +159,10 @@ def _navigation(n: NavigationCost) -> dict[str, Any]:
         "after": _shown(n.after, n.unit),
         "limit": _shown(n.limit, n.unit),
         "before_as_calibrated": _shown(n.as_calibrated, n.unit),
+        "promised": _shown(n.promised, n.unit),
+        "total_before": _shown(n.total_before, n.unit),
+        "total_after": _shown(n.total_after, n.unit),
+        "compensation_helps": n.helps,
         "confidence": _number(n.confidence),
         "how": n.how,
     }
@@ -329,6 +333,7 @@ def _navigation_from(n: Mapping[str, Any]) -> NavigationCost:
         n["how"],
         _si(n["before_as_calibrated"], unit),
         _si(n["limit"], unit),
+        _si(n.get("promised"), unit),
     )
 
 

@@ -227,6 +227,7 @@ class NavigationCost:
     """What the undeclared effects cost on the spec's trajectory, SI: nobody compensates, and compensated.
 
     as_calibrated: nobody compensates, but the declared coefficients took up what they could on the bench
+    promised: what the plan promises without it, NaN where no plan is given
     """
 
     error: str
@@ -237,6 +238,18 @@ class NavigationCost:
     how: str
     as_calibrated: float = float("nan")
     limit: float = float("nan")
+    promised: float = float("nan")
+
+    @property
+    def total_before(self) -> float:
+        """What a flight of the plan comes to if nobody compensates: a fixed error beside what is promised."""
+        known = [x for x in (self.before, self.as_calibrated) if math.isfinite(x)]
+        return self.promised + max(known, default=math.nan)
+
+    @property
+    def total_after(self) -> float:
+        """The same once it is compensated: what the intervals leave is independent of what is promised."""
+        return math.hypot(self.promised, self.after)
 
     @property
     def helps(self) -> bool:

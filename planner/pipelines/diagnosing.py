@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from planner.pipelines import planning
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.spec.load import LoadedSpec, spec_from_bytes
 from planner.spec.model import Given
+from planner.units import unit_factor
 
 Progress = Callable[[str], None]
 
@@ -39,19 +41,43 @@ class Diagnosed:
     table: DwellTable
 
 
-def diagnose(data: Path, loaded: LoadedSpec, seed: int, progress: Progress) -> tuple[Diagnosed, ...]:
-    """Dwell table's file and spec → the diagnosis of every unit in it, in the order of their names."""
+def diagnose(
+    data: Path,
+    loaded: LoadedSpec,
+    seed: int,
+    progress: Progress,
+    plan: Mapping[str, Any] | None = None,
+) -> tuple[Diagnosed, ...]:
+    """Dwell table's file and spec → the diagnosis of every unit in it, in the order of their names.
+
+    plan: the tree of a plan.json, whose promises make the flight's total
+    """
     progress(f"reading {data}")
     table = read_dwells(data)
     digest = _sha256(data)
     units = np.unique(table.unit)
     if len(units) == 0:
         raise InputError(f"{data} has no rows: nothing to diagnose")
-    return tuple(_diagnosed(rows_of(table, table.unit == u), loaded, seed, digest, progress) for u in units)
+    promised = _promised(plan)
+    return tuple(
+        _diagnosed(rows_of(table, table.unit == u), loaded, seed, digest, progress, promised) for u in units
+    )
+
+
+def _promised(plan: Mapping[str, Any] | None) -> tuple[float, ...]:
+    """What a plan promises of each requirement, SI."""
+    if plan is None:
+        return ()
+    return tuple(float(r["achieved"]) * unit_factor(r["unit"])[0] for r in plan["requirements"])
 
 
 def _diagnosed(
-    table: DwellTable, loaded: LoadedSpec, seed: int, digest: str, progress: Progress
+    table: DwellTable,
+    loaded: LoadedSpec,
+    seed: int,
+    digest: str,
+    progress: Progress,
+    promised: Sequence[float],
 ) -> Diagnosed:
     check_rests(table)
     found = diagnose_unit(table, loaded.spec, seed=seed, progress=progress)
@@ -59,6 +85,8 @@ def _diagnosed(
     found, fits, residual = _confirmed(table, loaded, found)
     progress(f"{found.unit}: what it costs in flight")
     navigation, notes = _navigation(found, fits, loaded)
+    if len(promised) == len(navigation):
+        navigation = tuple(replace(c, promised=p) for c, p in zip(navigation, promised, strict=True))
     if loaded.absent:
         notes.append(
             f"the spec is of the sensor alone (no {', '.join(loaded.absent)}): no metres, no next record"

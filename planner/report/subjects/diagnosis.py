@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -59,6 +60,8 @@ def verdict(c: NavigationCost) -> Verdict:
     """
     bent = c.as_calibrated > c.before
     before = c.as_calibrated if bent else c.before
+    if math.isfinite(c.promised):
+        return _total(c)
     when = "as the declared calibration leaves it" if bent else "if nobody compensates it"
     return Verdict(
         f"{c.error.replace('_', ' ')}: {words.length(before, c)} {when}, "
@@ -68,6 +71,19 @@ def verdict(c: NavigationCost) -> Verdict:
         limit=max(c.limit, 0.0),
         met=before <= 0.1 * c.limit,
         after=c.after,
+    )
+
+
+def _total(c: NavigationCost) -> Verdict:
+    """The flight in all, with what the plan promises."""
+    return Verdict(
+        f"{c.error.replace('_', ' ')}: the flight comes to {words.length(c.total_before, c)}, "
+        f"{words.length(c.total_after, c)} once it is compensated",
+        f"the plan promises {words.length(c.promised, c)} of {words.length(c.limit, c)}",
+        reached=c.total_before,
+        limit=max(c.limit, 0.0),
+        met=c.total_before <= c.limit,
+        after=c.total_after,
     )
 
 
@@ -104,7 +120,13 @@ def sections(diagnosis: Diagnosis, table: DwellTable) -> tuple[Section, ...]:
 
 
 def _untestable(diagnosis: Diagnosis) -> Text | None:
-    names = sorted({u.effect for u in diagnosis.found.untestable})
+    looked = {n.effect for n in diagnosis.found.not_found} | {e.effect for e in diagnosis.found.effects}
+    names = sorted(
+        {
+            f"{u.effect} on the {u.sensor}s" if u.effect in looked and u.sensor else u.effect
+            for u in diagnosis.found.untestable
+        }
+    )
     return Text(f"untestable: {', '.join(names)} (why: see the report)") if names else None
 
 
