@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from planner.export.header import sealed
-from planner.nouns.allowances import Allowance
+from planner.nouns.allowances import Allowance, FlownCovariance
 from planner.nouns.choices import RepeatReason
 from planner.nouns.plan import (
     Achieved,
@@ -24,6 +24,7 @@ from planner.units import from_si, unit_factor
 
 # Twelve digits tell every figure apart and hide the rounding of unit conversions (0.002 stays 0.002).
 DIGITS = 12
+SHORT = 8  # of a covariance
 
 
 def plan_document(plan: Plan) -> dict[str, Any]:
@@ -46,6 +47,7 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
         },
         "sensitivities": [_plain(vars(s)) for s in plan.sensitivities],
         "allowances": {a.error: _allowance(a) for a in plan.allowances},
+        **({} if plan.covariance is None else {"covariance": _covariance(plan.covariance)}),
         "tests": [_test(t) for t in plan.tests],
         "reasons": [_reason(r, plan) for r in plan.reasons],
         "genetic": None if plan.genetic is None else _genetic(plan.genetic, plan),
@@ -112,6 +114,15 @@ def number(value: float) -> float | int:
     """A figure rounded to DIGITS digits; whole figures stay whole."""
     rounded = float(f"{value:.{DIGITS}g}")
     return int(rounded) if rounded.is_integer() and abs(rounded) < 1e15 else rounded
+
+
+def _covariance(c: FlownCovariance) -> Mapping[str, Any]:
+    """Beside the allowances: what goes between the errors, in the product of their units."""
+    return {
+        "requirement": c.requirement,
+        "terms": [_plain(vars(t)) for t in c.terms],
+        "matrix": [[number(float(f"{x:.{SHORT}g}")) for x in row] for row in c.matrix],
+    }
 
 
 def _test(t: PlannedTest) -> Mapping[str, Any]:

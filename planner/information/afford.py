@@ -62,8 +62,7 @@ def affordable(flight: Flight, seconds: float) -> Affordable:
     shortest.
     """
     offers, promise = on_offer(flight)
-    judge = Judge(promise, np.ones(len(promise.asked)))
-    judge.families = list(promise.families)
+    judge = Judge(promise, families=list(promise.families))
     counts = _most_accurate(offers, judge, seconds)
     found = found_of(flight, offers, judge, counts)
     limits = np.array([w.limit.si for w in flight.spec.requirement])

@@ -14,7 +14,7 @@ Ordinary kriging: Cressie, Statistics for Spatial Data (1993), 3.2; the mean is 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 from math import comb
@@ -27,13 +27,12 @@ from planner.information.exchange import CHUNK, EASIER, Judge
 from planner.information.in_flight import Asked
 from planner.information.model_of import Flight, asked_of
 from planner.information.offers import Offer, Offers
-from planner.information.promise import Moments
+from planner.information.promise import Moments, is_within
 from planner.nouns.array import Array
-from planner.solvers.length_share import length_within, variances_along
 
 Set = tuple[int, ...]  # places of the grid
 NUGGET = 1e-9  # of the variance: keeps equal rows of smooth curves apart
-SETS_AT_ONCE = 4000
+SETS_AT_ONCE = 500
 STEPS = 20  # of the count for every campaign that may be asked
 NEARLY = 1.01  # by the quick figure: then the exact one is asked
 CLEARLY = 1.0 + 2e-3  # a figure beyond the limit by more is beyond it whatever the quadrature,
@@ -107,16 +106,19 @@ class Prover:
     def _may_do(self, sets: NDArray[np.intp]) -> NDArray[np.bool_]:
         """(B,) whether perfect knowledge of the curves at sets (B, K) could keep every requirement."""
         left = np.arange(len(sets))
-        for moments in self._moments.values():
-            for a in self._asked:
+        for moments, factors in zip(self._moments.values(), self._plain.tightened, strict=True):
+            for a, factor in zip(self._asked, factors, strict=True):
                 if len(left) and (a.share is None or a.share >= HALF):
-                    left = left[self._figure(moments, a, sets[left]) <= a.limit * CLEARLY]
+                    left = left[self._within(moments, a, sets[left], a.limit * CLEARLY / factor)]
         good = np.zeros(len(sets), dtype=bool)
         good[left] = True
         return good
 
-    def _figure(self, moments: Moments, a: Asked, sets: NDArray[np.intp]) -> Array:
-        """(B,) the figure at the last instant when nothing but the curves between the sets is unknown."""
+    def _within(self, moments: Moments, a: Asked, sets: NDArray[np.intp], most: float) -> NDArray[np.bool_]:
+        """(B,) whether at the last instant a requirement could be kept within a length, SI.
+
+        When nothing but the curves between the sets is unknown.
+        """
         own = a.own[:, -1, :, -1]
         total = np.broadcast_to(own, (len(sets), *own.shape)).copy()
         free = np.broadcast_to(self._free, (len(sets), len(self._free)))
@@ -128,11 +130,7 @@ class Prover:
             if np.any(J):
                 left = _kriged(moment, points, place)
                 total += np.einsum("bsmn,cam,dan->bscd", left, J, J, optimize=True)
-        if a.share is None:
-            square = np.einsum("bscc->bs", total)
-            return np.asarray(np.sqrt(square.max(axis=1) if a.weights is None else square @ a.weights))
-        along, c = variances_along(total)
-        return length_within(along, c, a.share, a.weights)
+        return is_within(a, total[:, None, :, None], np.array([most]))[:, 0]
 
     # ------------------------------------------------------------ what a set costs at least
 
@@ -292,8 +290,11 @@ class Prover:
 
     @cached_property
     def _plain(self) -> Judge:
-        """Quick figures as they are: what one campaign's exact figure had more, another's need not have."""
-        return replace(self.judge, tightened=np.ones_like(self.judge.tightened))
+        """Quick figures as they are: what one campaign's exact figure had more, another's need not have.
+
+        Where drawn curves have a smaller quantile than Gaussian ones, another campaign's may be as small.
+        """
+        return self.judge.meeting(np.minimum(self.judge.tightened, 1.0))
 
     @cached_property
     def _offer_of(self) -> dict[int, Offer]:

@@ -6,7 +6,7 @@ Then it is asked how much shorter another one could be.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from time import monotonic
 from typing import Literal
@@ -15,7 +15,7 @@ import numpy as np
 
 from planner.information.bound import Effort, Prover
 from planner.information.exact import Foreseen, foreseen, laid_out
-from planner.information.exchange import Judge, even, shortest
+from planner.information.exchange import EASIER, Judge, beginnings, even, shorter, shortest
 from planner.information.model_of import Flight, on_offer
 from planner.information.offers import Offers
 from planner.information.promise import Promise
@@ -27,9 +27,10 @@ from planner.nouns.choices import TestVisits
 from planner.nouns.plan import Step
 from planner.plan.by_hand import is_hand_made
 
-LOOKED_AT = 3000  # campaigns of one search; ten times as many found nothing shorter on the shipped specs
+LOOKED_AT = 1000
 BRIEFLY = 300
-ROUNDS = 4
+ROUNDS = 6
+CLOSER = 1.0 + 1e-5  # than the exact figure a quick one must not be
 KEPT = 1.0 + 1e-6  # of a limit
 QUICK_SETS, QUICK_CAMPAIGNS = 3000, 1000  # of a proof that nobody waits for
 LONG_SETS, LONG_CAMPAIGNS = 2_000_000, 2_000_000
@@ -68,51 +69,62 @@ def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thoroug
     """
     started = monotonic()
     offers, promise = on_offer(flight)
-    judge = Judge(promise, np.ones(len(promise.asked)), _allowed(flight, promise))
+    judge = Judge(promise, allowed=_allowed(flight, promise))
     if is_hand_made(flight.spec):
         counts = even(offers, 1)
         cost = float(offers.cost(counts[None])[0])
         return found_of(flight, offers, judge, counts, cost, proved=True)
-    counts, judge = _searched(flight, offers, judge, BRIEFLY if effort == "brief" else LOOKED_AT)
+    counts, judge, exact = _searched(flight, offers, judge, BRIEFLY if effort == "brief" else LOOKED_AT)
     if effort == "brief":
-        return found_of(flight, offers, judge, counts)
+        return found_of(flight, offers, judge, counts, exact=exact)
     until = started + flight.spec.plan.time_limit
     far = (LONG_SETS, LONG_CAMPAIGNS) if effort == "thorough" else (QUICK_SETS, QUICK_CAMPAIGNS)
     factor = spread_factor(flight, offers.visits(counts))  # hardly another for a campaign that is as long
     prover = Prover(flight, offers, judge, lambda n: _keeps(flight, offers, n, factor))
     bounded = prover.bounded(counts, Effort(*far, until))
-    return found_of(flight, offers, judge, bounded.best, bounded.bound, proved=bounded.proved)
+    known = exact if np.array_equal(bounded.best, counts) else None
+    return found_of(flight, offers, judge, bounded.best, bounded.bound, proved=bounded.proved, exact=known)
 
 
-def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> tuple[Array, Judge]:
-    """The shortest campaign that keeps every requirement exactly, and the judge tightened so far."""
+def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> tuple[Array, Judge, Foreseen]:
+    """The shortest campaign that keeps every requirement exactly, the judge that quick figures then have.
+
+    Quick figures are drawn to the exact ones of the campaign found last; what breaks the promise makes the
+    judge stricter and is searched anew, what keeps it with room goes downhill from where it is.
+    """
     limits = np.array([a.limit for a in judge.promise.asked])
+    best: tuple[Array, Judge, Foreseen] | None = None
+    for start in beginnings(offers, judge)[
+        :1
+    ]:  # what drawn curves make of quantiles is much the same for all
+        exact = foreseen(flight, laid_out(flight, offers.visits(start)))
+        judge = judge.meeting(exact.figures / judge.promise.figures(start[None])[0])
     for _ in range(ROUNDS):
-        counts = shortest(offers, judge, most)
-        if counts is None:
-            raise refusal(flight, offers, judge)
-        visits = offers.visits(counts)
-        exact = _exactly(flight, visits) * spread_factor(flight, visits)
-        if np.all(exact <= limits * KEPT):
-            return counts, judge
-        quick = judge.promise.figures(counts[None])[0].max(axis=0)
-        judge = Judge(
-            judge.promise,
-            np.maximum(judge.tightened, exact / quick * (1.0 + 1e-5)),
-            judge.allowed,
-            judge.families,
-        )
-    raise refusal(flight, offers, judge)
+        counts = shortest(offers, judge, most) if best is None else shorter(offers, judge, best[0], most)
+        if counts is None or (best is not None and not _cheaper(offers, counts, best[0])):
+            break
+        exact = foreseen(flight, laid_out(flight, offers.visits(counts)))
+        figures = exact.figures * spread_factor(flight, offers.visits(counts))
+        closer = figures / judge.promise.figures(counts[None])[0] * CLOSER
+        if np.all(figures <= limits * KEPT):
+            judge = judge.meeting(closer)
+            best = counts, judge, exact
+        else:
+            judge = judge.meeting(np.maximum(judge.tightened, closer))
+    if best is None:
+        raise refusal(flight, offers, judge)
+    return best
+
+
+def _cheaper(offers: Offers, n: Array, than: Array) -> bool:
+    first, second = offers.cost(np.array([n, than]))
+    return bool(first < second - EASIER)
 
 
 def _keeps(flight: Flight, offers: Offers, counts: Array, factor: float) -> bool:
     limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
-    return bool(np.all(_exactly(flight, offers.visits(counts)) * factor <= limits * KEPT))
-
-
-def _exactly(flight: Flight, visits: Sequence[TestVisits]) -> Array:
-    """(requirements,) what visits promise exactly at the stated spreads."""
-    return np.array(foreseen(flight, laid_out(flight, visits)).largest)
+    exact = foreseen(flight, laid_out(flight, offers.visits(counts)))
+    return bool(np.all(exact.figures * factor <= limits * KEPT))
 
 
 def _allowed(flight: Flight, promise: Promise) -> Callable[[Array], bool]:
@@ -130,12 +142,13 @@ def found_of(
     bound: float = 0.0,
     *,
     proved: bool = False,
+    exact: Foreseen | None = None,
 ) -> Found:
-    """A campaign with its steps and its exact promise; bound: what none can be shorter than."""
+    """A campaign with its steps and its exact promise, if known; bound: what none can be shorter than."""
     visits = offers.visits(counts)
     laid = laid_out(flight, visits)
-    exact = foreseen(flight, laid)
-    quick = judge.promise.figures(counts[None])[0].max(axis=0)
+    exact = exact or foreseen(flight, laid)
     factor = spread_factor(flight, visits)
-    meets = Judge(judge.promise, np.array(exact.largest) / quick * factor, judge.allowed, judge.families)
+    closer = exact.figures / judge.promise.figures(counts[None])[0]
+    meets = judge.meeting(closer * factor)
     return Found(offers, meets, counts, visits, laid, exact, factor, bound, proved)

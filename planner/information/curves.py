@@ -39,20 +39,30 @@ class Curves:
             for name, each in self._families.items()
         }
 
+    def pool(self, name: str, error: tuple[Sensor, str], degc: Array) -> Array:
+        """(CURVES, N) curves of one error and family at temperatures (N,), SI."""
+        return self._seen(self._families[name][error], degc)
+
     @cached_property
     def _families(self) -> dict[str, dict[tuple[Sensor, str], CurveFamily]]:
         return {name: curve_families(self.spec, name) for name in families_of(self.spec)}
 
     def _moment(self, family: CurveFamily, degc: Array) -> Array:
-        seed = self.spec.plan.seed
         if not isinstance(family, TableCurves) or family.figure == "sigma":
-            return second_moment(family, degc, CURVES, np.random.default_rng(seed))
+            return second_moment(family, degc, CURVES, np.random.default_rng(self.spec.plan.seed))
+        seen = self._seen(family, degc)
+        return np.asarray(seen.T @ seen / CURVES)
+
+    def _seen(self, family: CurveFamily, degc: Array) -> Array:
+        """(CURVES, N) curves of a family; those that differ by their scale only are drawn once."""
+        rng = np.random.default_rng(self.spec.plan.seed)
+        if not isinstance(family, TableCurves) or family.figure == "sigma":
+            return along(degc, family.grid, family.draws(CURVES, rng))
         key = _key(family.shape)
         if key not in self.drawn:
-            self.drawn[key] = _Drawn(centred(family.shape.draws(CURVES, np.random.default_rng(seed))))
+            self.drawn[key] = _Drawn(centred(family.shape.draws(CURVES, rng)))
         known = self.drawn[key]
-        seen = along(degc, family.grid, known.curves) * known.scales(family)[:, None]
-        return np.asarray(seen.T @ seen / CURVES)
+        return np.asarray(along(degc, family.grid, known.curves) * known.scales(family)[:, None])
 
 
 @dataclass

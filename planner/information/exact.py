@@ -7,7 +7,7 @@ A requirement at any moment is judged by draws of the whole flight.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from planner.campaign.design import design
 from planner.campaign.model import Campaign, campaign
 from planner.campaign.power_ons import of_design
 from planner.campaign.prior import walk_mode
+from planner.information.drawn import drawn_quantile
 from planner.information.in_flight import Asked, Days
 from planner.information.kinds import Kind, Kinds, channel_kinds
 from planner.information.model_of import Flight, asked_of, promise_of
@@ -25,6 +26,7 @@ from planner.nouns.choices import TestVisits
 from planner.nouns.plan import Step
 from planner.plan.flight_response import Flying
 from planner.plan.schedule_to_steps import steps
+from planner.protocols import Sensor
 from planner.solvers.gaussian_length import exceedance
 
 DRAWS = 4000  # of a flight at each temperature, for a requirement at any moment
@@ -42,6 +44,11 @@ class Foreseen:
     promise: Promise
     counts: Array
     days: Days
+
+    @property
+    def figures(self) -> Array:
+        """(families, requirements)."""
+        return np.array([*self.families.values()])
 
     @property
     def largest(self) -> tuple[float, ...]:
@@ -67,8 +74,7 @@ def foreseen_of(flight: Flight, made: Campaign) -> Foreseen:
     figures = promise.figures(counts)[0]
     for k, a in enumerate(wanted):
         if a.share is not None and np.all(np.isfinite(figures[:, k])):
-            S = promise.covariance(counts, k)[0]
-            figures[:, k] = [_quantile(a, one, near) for one, near in zip(S, figures[:, k], strict=True)]
+            figures[:, k] = _quantiles(flight, promise, counts, k, figures[:, k])
     each = zip(promise.families, figures, strict=True)
     return Foreseen({name: tuple(map(float, row)) for name, row in each}, promise, counts, days)
 
@@ -102,6 +108,23 @@ def laid_out(flight: Flight, visits: Sequence[TestVisits]) -> tuple[Step, ...]:
 
 
 # ---------------------------------------------------------------- quantiles
+
+
+def _quantiles(flight: Flight, promise: Promise, counts: Array, k: int, near: Array) -> list[float]:
+    """Of one requirement for every family, with the curves drawn; near: (families,) first guesses."""
+    a, found = promise.asked[k], list[float]()
+    parts = promise.through_curves(counts[0], k)
+    rest = replace(promise, families={"": {}}).covariance(counts, k)[0, 0]
+    every = promise.covariance(counts, k)[0]
+    for (name, moments), S, guess in zip(promise.families.items(), every, near, strict=True):
+
+        def pool(error: tuple[Sensor, str], family: str = name) -> Array:
+            return flight.curves.pool(family, error, promise.points)
+
+        mine = [p for p in parts if p.error in moments]
+        drawn = drawn_quantile(a, rest, mine, moments, pool, float(guess))
+        found.append(_quantile(a, S, guess) if drawn is None else drawn)
+    return found
 
 
 def _quantile(a: Asked, S: Array, near: float) -> float:

@@ -7,9 +7,10 @@ ease the promise open the way to steps that save. The same arguments give the sa
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.information.neighbours import Neighbours
 from planner.information.offers import Offers
@@ -27,25 +28,44 @@ MOST_REPEATS = 1000  # that stand for as many as one likes
 class Judge:
     """Who says whether campaigns keep the promise. families: those that have decided anything so far.
 
-    tightened: per requirement, by what the quick figure is multiplied to meet the exact one
+    tightened: (families, requirements) by what quick figures are multiplied to meet exact ones
     allowed: further conditions on one campaign, such as redundancy
     """
 
     promise: Promise
-    tightened: Array
+    tightened: Array = field(default_factory=lambda: np.ones((1, 1)))
     allowed: Callable[[Array], bool] = lambda n: True
     families: list[str] = field(default_factory=list)
     asked: int = 0
 
     def __post_init__(self) -> None:
         self.families = self.families or [next(iter(self.promise.families))]
+        shape = (len(self.promise.families), len(self.promise.asked))
+        self.tightened = np.broadcast_to(self.tightened, shape)
 
     def loads(self, counts: Array, families: list[str] | None = None) -> Array:
         """(B,) loads under the families that have decided so far, or those that are named."""
         self.asked += len(counts)
-        figures = self.promise.figures(counts, families or self.families)
+        named = families or self.families
+        asked = [i for i, name in enumerate(self.promise.families) if name in named]
+        figures = self.promise.figures(counts, named)
         limits = np.array([a.limit for a in self.promise.asked])
-        return np.asarray((figures * self.tightened / limits).max(axis=(1, 2)))
+        return np.asarray((figures * self.tightened[asked] / limits).max(axis=(1, 2)))
+
+    def keep(self, counts: Array) -> NDArray[np.bool_]:
+        """(B,) whether campaigns keep the promise under the families that have decided so far."""
+        self.asked += len(counts)
+        limits = np.array([a.limit for a in self.promise.asked])
+        asked = [i for i, name in enumerate(self.promise.families) if name in self.families]
+        return self.promise.within(counts, limits / self.tightened[asked], self.families)
+
+    def figures(self, counts: Array) -> Array:
+        """(B, requirements) the largest over all families, SI."""
+        return np.asarray((self.promise.figures(counts) * self.tightened).max(axis=1))
+
+    def meeting(self, tightened: Array) -> Judge:
+        """The same judge with other factors between quick and exact figures."""
+        return replace(self, tightened=tightened, families=list(self.families), asked=0)
 
     def keeps(self, n: Array) -> bool:
         """Whether a campaign that keeps it so far keeps it under every family; what breaks it stays."""
@@ -186,7 +206,7 @@ def _step(
     cheaper = near[cost < own - EASIER]
     found = _first(judge, cheaper[np.argsort(cost[cost < own - EASIER], kind="stable")])
     if found is not None:
-        return found
+        return found, float(judge.loads(found[None])[0])
     alike = near[np.abs(cost - own) <= EASIER]
     if not len(alike):
         return None
@@ -197,26 +217,35 @@ def _step(
     return None
 
 
-def _first(judge: Judge, ordered: Array) -> tuple[Array, float] | None:
-    """The first of the campaigns that keeps the promise, and its load."""
+def _first(judge: Judge, ordered: Array) -> Array | None:
+    """The first of the campaigns that keeps the promise."""
     for start in range(0, len(ordered), CHUNK):
         some = ordered[start : start + CHUNK]
-        loads = judge.loads(some)
-        for i in np.flatnonzero(loads <= 1.0):
+        for i in np.flatnonzero(judge.keep(some)):
             if judge.keeps(some[i]):
-                return some[i], float(loads[i])
+                return np.asarray(some[i])
     return None
 
 
+def shorter(offers: Offers, judge: Judge, n: Array, most: int) -> Array:
+    """A campaign that is as short as one that keeps the promise, or shorter; most: to look at."""
+    return _kicked(offers, judge, downhill(offers, judge, n), most)
+
+
 def _kicked(offers: Offers, judge: Judge, best: Array, most: int) -> Array:
-    """The best with records added at random and taken away downhill, as long as campaigns are left."""
+    """The best shaken, or with records added at random, and taken downhill, as long as campaigns are left."""
     rng = np.random.default_rng(0)
     moves = Neighbours(offers)
     while judge.asked < most:
+        shaken = moves.shaken(best, CHUNK, rng)
+        kept = shaken[judge.keep(shaken)] if len(shaken) else shaken
         more = moves.more(best)
-        if not len(more):
+        if not len(kept) and not len(more):
             return best
-        found = downhill(offers, judge, more[rng.integers(len(more))])
-        if offers.cost(found[None])[0] < offers.cost(best[None])[0] - EASIER:
-            best = found
+        starts = [kept[np.argmin(offers.cost(kept))]] if len(kept) else []
+        starts += [more[rng.integers(len(more))]] if len(more) else []
+        for start in starts:
+            found = downhill(offers, judge, start)
+            if judge.keeps(found) and offers.cost(found[None])[0] < offers.cost(best[None])[0] - EASIER:
+                best = found
     return best

@@ -49,6 +49,20 @@ class Neighbours:
             found += [_with(n, (k, repeats)) for k in offer.places if n[k] == 0]
         return np.array(found).reshape(-1, len(n))
 
+    def shaken(self, n: Array, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        """(B, g) campaigns whose temperatures are all moved at once, by a step of the grid or not."""
+        found = []
+        for _ in range(count):
+            moved = n
+            for t in self._temperatures(n):
+                shift = int(rng.integers(-1, 2))
+                for k in self._at(n, t) if shift else ():
+                    to = self._shifted(k, shift)
+                    moved = moved if to is None else _onto(moved, k, to)
+            found.append(moved)
+        every = np.unique(np.array(found), axis=0)
+        return np.asarray(every[(every != n).any(axis=1)])
+
     # ------------------------------------------------------------ what may be moved
 
     @property

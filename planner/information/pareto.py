@@ -81,7 +81,7 @@ def _shown(judge: Judge, points: Sequence[Point]) -> list[dict[str, float]]:
     chosen = [
         points[i] for i in np.unique(np.linspace(0, len(points) - 1, min(SHOWN, len(points))).astype(int))
     ]
-    figures = judge.promise.figures(np.array([p.counts for p in chosen])).max(axis=1) * judge.tightened
+    figures = judge.figures(np.array([p.counts for p in chosen]))
     return [
         {"time_s": p.cost, "power_on_s": p.power_on_s, **{str(k): float(x) for k, x in enumerate(row)}}
         for p, row in zip(chosen, figures, strict=True)

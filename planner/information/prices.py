@@ -73,7 +73,7 @@ class _Room:
 
 def replace_judge(judge: Judge, times: float) -> Judge:
     """The judge with every figure multiplied: a looser promise for less than 1."""
-    return Judge(judge.promise, judge.tightened * times, judge.allowed, list(judge.families))
+    return judge.meeting(judge.tightened * times)
 
 
 def _of_limit(found: Found, room: _Room) -> Iterator[Price]:

@@ -8,7 +8,7 @@ through its second moment. The posterior part and the curves depend on the campa
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -16,13 +16,14 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.information.drawn import CurveWeights
 from planner.information.in_flight import Asked
 from planner.information.kinds import Kinds
 from planner.information.told import Alike, Told, alike, told
 from planner.nouns.array import Array
 from planner.plan.flight_response import Flying
 from planner.protocols import Sensor
-from planner.solvers.length_share import length_within, variances_along
+from planner.solvers.length_share import length_within, variances_along, within
 
 Moments = Mapping[tuple[Sensor, str], Array]
 
@@ -52,6 +53,16 @@ class Promise:
         found = [figure_of(a, S) for a, S in zip(self.asked, covariances, strict=True)]
         return np.where(undetermined[:, None, None], np.inf, np.stack(found, axis=2))
 
+    def within(self, counts: Array, lengths: Array, families: Sequence[str]) -> NDArray[np.bool_]:
+        """(B,) whether every figure under some families is at most lengths (families, requirements), SI.
+
+        As `figures` says, without looking for the figures.
+        """
+        covariances, undetermined = self.left(counts, families)
+        each = zip(self.asked, covariances, lengths.T, strict=True)
+        kept = np.all([is_within(a, S, most).all(axis=1) for a, S, most in each], axis=0)
+        return np.asarray(kept & ~undetermined & np.any(counts > 0, axis=1))
+
     def left(
         self, counts: Array, families: Sequence[str] | None = None
     ) -> tuple[list[Array], NDArray[np.bool_]]:
@@ -78,6 +89,23 @@ class Promise:
                 for v, total in zip(group.seen_from, whole, strict=True):
                     total[found.which] += v.left(found, range(len(self.families)))
         return np.asarray(whole[0] + only._views[0].alone)
+
+    def through_curves(self, counts: Array, requirement: int) -> list[CurveWeights]:
+        """What one requirement takes from every curve, with one campaign (g,): what tables miss included."""
+        only = replace(self, asked=(self.asked[requirement],))
+        view, found = only._views[0], list[CurveWeights]()
+        read: set[int] = set()
+        for group in only._groups:
+            for one in told(group.alike, counts[None], group.curved):
+                found += group.seen_from[0].through_curves(one, self.flying, group.flown)
+            read |= {int(k) for i in group.curved for k in group.flown[i]}
+        place = self.places(view.temperature_degc)
+        tabled = {error for family in self.families.values() for error in family}
+        for k, f in enumerate(self.flying):
+            J = view.response[:, k]
+            if k not in read and f.error.parts in tabled and np.any(J):
+                found.append(CurveWeights(f.error.parts, place, np.broadcast_to(J, (len(place), *J.shape))))
+        return found
 
     def _blocks(self, a: Asked, whole: Sequence[Array]) -> Array:
         view = next(i for i, v in enumerate(self._views) if a.index in v.rows)
@@ -170,11 +198,30 @@ class _Seen:
     def left(self, found: Told, families: Sequence[int]) -> Array:
         """(B, families, S, ρ, ρ) what the estimates leave, and what they make of the curves."""
         R = self._reads(found)
-        noise = (R @ found.covariance[:, :, None] @ np.swapaxes(R, -1, -2)).sum(axis=0)[:, None]
+        flat = R.reshape(*R.shape[:2], -1, R.shape[-1])
+        noise = _between((flat @ found.covariance).reshape(R.shape), R)[:, None]
         if not self.moments:
-            return np.asarray(noise)
+            return noise
         T = sum(self._curve(found, R, i, families) for i in self.moments)
         return np.asarray(noise + T + np.swapaxes(T, -1, -2))
+
+    def through_curves(
+        self, found: Told, flying: Sequence[Flying], flown: Mapping[int, NDArray[np.intp]]
+    ) -> Iterator[CurveWeights]:
+        """Of every curved term of every channel, for the only campaign that is told."""
+        R = self._reads(found)
+        used, which = np.unique(self.of_kind[found.kinds[0]], return_inverse=True)
+        together = np.eye(len(used))[which]  # repeats at one temperature see one value of a curve
+        places = np.concatenate(
+            [np.broadcast_to(used, (len(self.of_flight), len(used))), self.of_flight], axis=1
+        )
+        for i in self.moments:
+            gain = found.gains[i][:, 0, None]
+            seen = -(R[:, 0, :, :, : gain.shape[-2]] @ (gain @ together))
+            for k, own, J in zip(flown[i], seen, self.response[i], strict=True):
+                in_flight = np.broadcast_to(J, (len(own), *J.shape))
+                weights = np.concatenate([own, in_flight], axis=2)
+                yield CurveWeights(flying[int(k)].error.parts, places, weights)
 
     def _reads(self, found: Told) -> Array:
         """(a, B, S, ρ, P) what d takes from the coefficients."""
@@ -197,16 +244,27 @@ class _Seen:
 
     def _curve(self, found: Told, R: Array, i: int, families: Sequence[int]) -> Array:
         """(B, families, S, ρ, ρ) half of what estimates make of a curve; all with the curve itself."""
-        M = self.moments[i][families]
-        k = self.of_kind[found.kinds]
-        gain = found.gains[i][:, :, None]
-        seen = -(R[..., : gain.shape[-2]] @ gain)
-        kk = M[:, k[:, :, None], k[:, None, :]]
-        kf = M[:, k][..., self.of_flight]
-        J = self.response[i][:, None, None, None]
-        half = 0.5 * kk[None, :, :, None] @ np.swapaxes(seen, -1, -2)[:, None]
-        across = np.moveaxis(kf, 2, 3)[None] @ np.swapaxes(J, -1, -2)
-        return np.asarray(np.swapaxes((seen[:, None] @ (half + across)).sum(axis=0), 0, 1))
+        gain = found.gains[i]
+        a, B, S, r, _ = R.shape
+        P, K = gain.shape[-2:]
+        seen = -(R[..., :P].reshape(a, B, S * r, P) @ gain)
+        split = seen.reshape(a, B, S, r, K)
+        k, each = self.of_kind[found.kinds], []
+        for M in self.moments[i][families]:
+            half = 0.5 * seen @ M[k[:, :, None], k[:, None, :]]
+            each.append(_between(half.reshape(split.shape), split) + self._across(split, M[k], i))
+        return np.stack(each, axis=1)
+
+    def _across(self, seen: Array, M: Array, i: int) -> Array:
+        """(B, S, ρ, ρ) of seen (a, B, S, ρ, K) with the curve in flight; M: (B, K, N)."""
+        J = self.response[i]
+        felt = np.moveaxis(M[..., self.of_flight], 2, 1)  # (B, S, K, m)
+        return np.asarray((seen @ felt @ np.swapaxes(J, -1, -2)[:, None, None]).sum(axis=0))
+
+
+def _between(x: Array, y: Array) -> Array:
+    """(B, S, ρ, ρ) Σ x yᵀ over the channels and the last axis; both (a, B, S, ρ, n)."""
+    return np.asarray((x @ np.swapaxes(y, -1, -2)).sum(axis=0))
 
 
 def _group(promise: Promise, g: Alike) -> _Group:
@@ -244,3 +302,13 @@ def figure_of(a: Asked, S: Array) -> Array:
         return np.asarray(np.sqrt(each.max(axis=2)))
     along, c = variances_along(np.moveaxis(S, 3, 2))
     return np.asarray(length_within(along, c, a.share, a.weights).max(axis=2))
+
+
+def is_within(a: Asked, S: Array, most: Array) -> NDArray[np.bool_]:
+    """(B, families) whether `figure_of` is at most (families,)."""
+    if a.share is None:
+        return np.asarray(figure_of(a, S) <= most)
+    along, c = variances_along(np.moveaxis(S, 3, 2))
+    each = within(along, c, most[:, None, None])
+    share = each.min(axis=-1) if a.weights is None else each @ a.weights
+    return np.asarray(share.min(axis=2) >= a.share)

@@ -54,12 +54,12 @@ def spread_factor(flight: Flight, visits: Sequence[TestVisits]) -> float:
     if not spreads:
         return 1.0
     limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
-    stated = (figures_with(flight, visits, flight.spec) / limits) ** 2
-    slopes = [
-        (figures_with(flight, visits, scaled(flight.spec, s.error, TWICE, ("run_to_run",))) / limits) ** 2
-        - stated
-        for s in spreads
-    ]
+
+    def squares(spec: Spec) -> Array:
+        return np.asarray((figures_with(flight, visits, spec).max(axis=0) / limits) ** 2)
+
+    stated = squares(flight.spec)
+    slopes = [squares(scaled(flight.spec, s.error, TWICE, ("run_to_run",))) - stated for s in spreads]
     rng = np.random.default_rng(flight.spec.plan.seed)
     freedom = np.array([s.power_ons - 1 for s in spreads])
     kappa = freedom / rng.chisquare(freedom, size=(DRAWS, len(spreads)))
@@ -69,10 +69,10 @@ def spread_factor(flight: Flight, visits: Sequence[TestVisits]) -> float:
 
 
 def figures_with(flight: Flight, visits: Sequence[TestVisits], spec: Spec) -> Array:
-    """(requirements,) the largest figures over the families of visits under an error model, quickly, SI."""
+    """(families, requirements) figures of visits under an error model, quickly, SI."""
     kinds = kinds_of(spec, [(v.test, v.temperatures_degc) for v in visits])
     other = flight.under(spec)
     promise = promise_of(other, kinds, asked_of(other, exact=False))
     made = {(v.test, t): n for v in visits for t, n in zip(v.temperatures_degc, v.repeats, strict=True)}
     counts = np.array([[float(made[k.test, k.temperature_degc]) for k in kinds.kinds]])
-    return np.asarray(promise.figures(counts)[0].max(axis=0))
+    return np.asarray(promise.figures(counts)[0])

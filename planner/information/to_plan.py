@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from statistics import NormalDist
 
 import numpy as np
 
+from planner.information.allowed import largest_quantile
 from planner.information.borrowed import borrowed_notes
 from planner.information.choose import Found
-from planner.information.in_flight import share_of
 from planner.information.model_of import Flight
 from planner.information.parts import left_in_flight, shares
 from planner.information.prices import parts_by_share, prices_of
 from planner.information.scaled import Part
 from planner.information.worth import worth_of
-from planner.nouns.allowances import Allowance, ErrorModel
+from planner.nouns.allowances import Allowance, ErrorModel, FlownCovariance, FlownTerm
 from planner.nouns.choices import Campaign, RepeatReason
 from planner.nouns.plan import Achieved, GeneticPlan, Plan
 from planner.nouns.sensitivities import Constraint
@@ -27,6 +26,7 @@ from planner.plan.schedule_to_steps import planned_tests
 from planner.plan.spec_to_benches import planned_benches
 from planner.spec.model import NAVIGATION_ERRORS, Requirement, Spec
 from planner.spec.plugins import foreign_plugins
+from planner.units import unit_factor
 
 
 def plan_of(
@@ -74,6 +74,7 @@ def plan_of(
         hours_per_limit={},
         genetic=genetic,
         worth=worth_of(found),
+        covariance=_covariance(flight, found, models),
         prices=() if by_hand else prices_of(flight, found, _spreads(flight, found)),
         notes=(*notes, *borrowed_notes(spec, found), *worn_out(spec, power_on)),
         benches=planned_benches(spec),
@@ -125,20 +126,22 @@ def temperature_words(wanted: Requirement) -> str:
     return "{" + ", ".join(f"{t:g} degC: {share:g}" for t, share in sorted(shares_)) + "}"
 
 
-def quantile_of(wanted: Requirement) -> float:
-    """How many sigmas of one error a requirement's figure is: z of its percentile, 1 for rss."""
-    share = share_of(wanted)
-    return 1.0 if share is None else NormalDist().inv_cdf(0.5 + share / 2.0)
-
-
 def _allowances(flight: Flight, found: Found, models: Sequence[ErrorModel]) -> Iterator[Allowance]:
-    spec = flight.spec
     left = left_in_flight(flight, found.foreseen, 0)
-    z = max(quantile_of(wanted) for wanted in spec.requirement)
+    z = largest_quantile(flight.spec)
     for model in models:
         parts = {name: z * value for name, value in left.parts[ErrorName(model.name)].items()}
         total = float(np.sqrt(sum(value**2 for value in parts.values())))
         yield Allowance(model.name, model.unit, total, **parts, calibrated=model.calibrated)
+
+
+def _covariance(flight: Flight, found: Found, models: Sequence[ErrorModel]) -> FlownCovariance:
+    """Of all terms, beside the allowances, at the temperatures of the first requirement."""
+    left, unit_of = left_in_flight(flight, found.foreseen, 0), {m.name: m.unit for m in models}
+    terms = tuple(FlownTerm(str(f.error), f.term, unit_of[str(f.error)]) for f in left.flying)
+    scale = np.array([1.0 / unit_factor(t.unit)[0] for t in terms])
+    matrix = left.covariance * np.outer(scale, scale)
+    return FlownCovariance(0, terms, tuple(tuple(map(float, row)) for row in matrix))
 
 
 def _spreads(flight: Flight, found: Found) -> list[tuple[ErrorName, Part, float]]:

@@ -35,6 +35,27 @@ class ErrorModel:
 
 
 @dataclass(frozen=True)
+class FlownTerm:
+    """One term of an error in flight; unit: of its error."""
+
+    error: str
+    axis: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class FlownCovariance:
+    """What is left of all terms together in flight. matrix: (F, F) in their units, mean over temperatures
+
+    requirement: at whose flights' temperatures, under the family of curves that binds it
+    """
+
+    requirement: int
+    terms: tuple[FlownTerm, ...]
+    matrix: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
 class Allowance:
     """The allowed size of one error and its parts, in SI. worst_case: parts add; otherwise their squares.
 

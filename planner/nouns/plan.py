@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
-from planner.nouns.allowances import Allowance, GeneticHistory
+from planner.nouns.allowances import Allowance, FlownCovariance, GeneticHistory
 from planner.nouns.choices import RepeatReason
 from planner.origin import Origin
 
@@ -247,3 +247,4 @@ class Plan:
     spread_factor: float = 1.0
     worth: tuple[Worth, ...] = ()
     prices: tuple[Price, ...] = ()
+    covariance: FlownCovariance | None = None

@@ -233,6 +233,22 @@ class WorthFigures(Part):
     one_more: dict[str, Time | None]
 
 
+class FlownTermFigures(Part):
+    """One term of an error in flight; its covariances are in products of these units."""
+
+    error: str
+    axis: str
+    unit: str
+
+
+class CovarianceFigures(Part):
+    """What is left of all terms together in flight, at the temperatures of a requirement."""
+
+    requirement: Annotated[int, Field(ge=0)]
+    terms: list[FlownTermFigures]
+    matrix: list[list[Number]]
+
+
 class PriceFigures(Part):
     """What a change is worth: seconds of the campaign that it adds; negative: that it saves."""
 
@@ -318,6 +334,7 @@ class PlanAllowances(Part):
     """What every sensor error may be."""
 
     allowances: dict[str, AllowanceFigures]
+    covariance: CovarianceFigures | None = None
 
 
 class ComparedPlan(PlanSteps, PlanAllowances):

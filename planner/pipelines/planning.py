@@ -10,6 +10,7 @@ from pathlib import Path
 from planner import __version__
 from planner.errors import InfeasibleError, InputError, PlannerError
 from planner.information.afford import Affordable, affordable
+from planner.information.allowed import extreme_sizes, in_sizes
 from planner.information.choose import Found, campaign_found
 from planner.information.model_of import flight_of
 from planner.information.pareto import genetic_beside
@@ -88,6 +89,8 @@ def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
 def allow(loaded: LoadedSpec, progress: Progress) -> tuple[Navigation, AllowedErrors]:
     """Spec → the region of allowed sensor errors: genetic algorithm and exact optimum."""
     navigation = navigate(loaded, progress)
+    if by_information(loaded.spec):
+        return navigation, _allowed_in_flight(loaded.spec, navigation, progress)
     task = task_of(loaded.spec, navigation)
     return navigation, _allowed(loaded.spec, task, navigation, progress)
 
@@ -300,6 +303,18 @@ def _allowed(spec: Spec, task: Task, navigation: Navigation, progress: Progress)
         _settings(spec),
         spec.plan.seed,
     )
+
+
+def _allowed_in_flight(spec: Spec, navigation: Navigation, progress: Progress) -> AllowedErrors:
+    """The region of what errors may be in flight, between the most records and none."""
+    refuse_what_no_campaign_tells(spec)
+    assert navigation.flight is not None  # sensitivities are simulated
+    progress("what the bench can reach")
+    smallest, largest = extreme_sizes(flight_of(spec, navigation.flight))
+    progress("allowed sensor errors: genetic algorithm and exact optimum")
+    units = {model.name: model.unit for model in navigation.models}
+    constraints = in_sizes(navigation.constraints, spec)
+    return allowed_errors(constraints, [*smallest], units, smallest, largest, _settings(spec), spec.plan.seed)
 
 
 def _allowed_or_why_not(

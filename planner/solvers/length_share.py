@@ -21,7 +21,8 @@ from planner.nouns.array import Array
 
 _ANGLES = 12
 _HEIGHTS = 8
-_HALVINGS = 18
+_STEPS = 40
+_SETTLED = 1e-4  # of the logarithm: Newton then squares it
 _TINY = 1e-300
 _BEYOND = 1.03  # the directions that are looked along miss the largest axis by so much at most
 
@@ -40,37 +41,69 @@ def variances_along(covariance: Array) -> tuple[Array, int]:
 
 def within(along: Array, components: int, length: Array) -> Array:
     """(...) share of the vectors within a length (...), from what `variances_along` gives."""
+    return _share_and_slope(along, components, length)[0]
+
+
+def _share_and_slope(along: Array, components: int, length: Array) -> tuple[Array, Array]:
+    """(...) the share within a length (...), and its derivative by the logarithm of the length.
+
+    F_1' = e^(−x/2)/√(2πx),  F_2' = e^(−x/2)/2,  F_3' = √(x/2π) e^(−x/2);  dF/d ln r = 2x F'
+    """
     from scipy.special import erf
 
     x = np.asarray(length)[..., None] ** 2 / along
-    if components == 1:
-        return np.asarray(erf(np.sqrt(0.5 * x))[..., 0])
     decay = np.exp(-0.5 * x)
     if components == 2:
-        return np.asarray(1.0 - decay.mean(axis=-1))
-    return np.asarray((erf(np.sqrt(0.5 * x)) - np.sqrt(2.0 / np.pi * x) * decay) @ _heights()[1])
+        return np.asarray(1.0 - decay.mean(axis=-1)), np.asarray((x * decay).mean(axis=-1))
+    root = np.sqrt(x)
+    inside, weights = erf(np.sqrt(0.5) * root), np.ones(1) if components == 1 else _heights()[1]
+    slope = np.sqrt(2.0 / np.pi) * root * decay
+    if components == 1:
+        return np.asarray(inside @ weights), np.asarray(slope @ weights)
+    return np.asarray((inside - slope) @ weights), np.asarray((slope * x) @ weights)
 
 
 def length_within(along: Array, components: int, share: float, weights: Array | None) -> Array:
     """(...) the length within which `share` of the vectors lie, of mixtures (..., S, D) with weights (S,).
 
-    weights None: of the worst of the S. Bisection in the logarithm.
+    weights None: of the worst of the S. Newton in the logarithm, kept between what is known too small and too
+    large, from the length of the χ² law of the same mean and variance of |d|² (Wilson and Hilferty 1931).
     """
     from scipy.special import gammaincinv, ndtri
 
+    if weights is None:  # each for itself
+        return np.asarray(length_within(along[..., None, :], components, share, np.ones(1)).max(axis=-1))
     # a vector is longer than its component along the largest axis, shorter than one as wide in all directions
     each_largest = along.max(axis=-1)
     least, most = ndtri(0.5 + 0.5 * share), _BEYOND * np.sqrt(2.0 * gammaincinv(1.5, share))
-    low, high = (
-        np.log(least * np.sqrt(each_largest.min(axis=-1))),
-        np.log(most * np.sqrt(each_largest.max(axis=-1))),
-    )
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        each = within(along, components, np.exp(middle)[..., None])
-        found = each.min(axis=-1) if weights is None else each @ weights
-        low, high = np.where(found < share, middle, low), np.where(found < share, high, middle)
-    return np.asarray(np.exp(high))
+    low = np.log(least * np.sqrt(each_largest.min(axis=-1)))
+    high = np.log(most * np.sqrt(each_largest.max(axis=-1)))
+    guess = np.clip(_alike(along, components, share, weights), low, high)
+    for _ in range(_STEPS):
+        each, slope = _share_and_slope(along, components, np.exp(guess)[..., None])
+        beyond = each @ weights - share
+        low, high = np.where(beyond < 0, guess, low), np.where(beyond < 0, high, guess)
+        step = guess - beyond / np.maximum(slope @ weights, _TINY)
+        better = np.where((step > low) & (step < high), step, 0.5 * (low + high))
+        settled = float(np.max(np.abs(better - guess), initial=0.0)) < _SETTLED
+        guess = better
+        if settled:
+            break
+    return np.asarray(np.exp(guess))
+
+
+def _alike(along: Array, components: int, share: float, weights: Array) -> Array:
+    """(...) logarithm of the length of the χ² law with the mean and the variance of |d|² of the mixture."""
+    from scipy.special import ndtri
+
+    c, over = components, np.full(along.shape[-1], 1.0 / along.shape[-1])
+    if components == 3:
+        over = _heights()[1]
+    mean = c * (along @ over) @ weights
+    variance = c * (c + 2) * (along**2 @ over) @ weights - mean**2
+    small = 2.0 / 9.0 * variance / (2.0 * mean**2)
+    cube = np.maximum(1.0 - small + ndtri(share) * np.sqrt(small), 0.1)
+    return np.asarray(0.5 * np.log(mean * cube**3))
 
 
 def _planar(covariance: Array) -> Array:

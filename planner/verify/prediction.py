@@ -32,6 +32,7 @@ class Prediction:
     _moments: dict[str, Mapping[Error, Moment]] = field(default_factory=dict)
     _pools: dict[str, Mapping[Error, Pool]] = field(default_factory=dict)
     _figures: dict[tuple[object, ...], dict[str, float]] = field(default_factory=dict)
+    _drawn: dict[tuple[object, ...], float] = field(default_factory=dict)
     _worst: dict[tuple[int, str], tuple[Starts, float]] = field(default_factory=dict)
 
     @cached_property
@@ -75,9 +76,12 @@ class Prediction:
             return self.figures(index, starts, (family,))[family]
         if family not in self._pools:
             self._pools[family] = pools_of(curves_in(self.e.spec, family))
-        degc, shares = starts.grid(self.profile)
-        pools, wanted = self._pools[family], self.asked[index]
-        return drawn_quantile(wanted, self.foresight, degc, shares, pools, moments, rule.percentile)
+        key, p = (index, starts.word, *starts.degc.tolist(), family), rule.percentile
+        if key not in self._drawn:
+            degc, shares = starts.grid(self.profile)
+            pools, wanted = self._pools[family], self.asked[index]
+            self._drawn[key] = drawn_quantile(wanted, self.foresight, degc, shares, pools, moments, p)
+        return self._drawn[key]
 
     def worst(self, index: int, family: str) -> tuple[Starts, float]:
         """The start of the range at which a requirement is worst, and its figure there."""

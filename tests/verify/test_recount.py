@@ -81,13 +81,18 @@ def is_drawn(document: dict[str, Any], place: tuple[Any, ...]) -> bool:
     """Figures of a plan by information: both sides draw curves, so that they agree to 2 % of the whole."""
     if document["method"] != "information":
         return False
-    return place[0] == "families" or "parts" in place or "shares" in place
+    return place[0] in ("families", "covariance") or "parts" in place or "shares" in place
 
 
 def is_little(document: dict[str, Any], place: tuple[Any, ...]) -> bool:
-    """A part or a share of less than a tenth: it may be three times as much within 2 % of the squares."""
+    """A part, share or correlation of less than a tenth: thrice as much may be within 2 % of the squares."""
     if not is_drawn(document, place) or place[0] == "families":
         return False
+    if place[0] == "covariance":
+        if "matrix" not in place:
+            return False
+        (i, j), matrix = place[2:], document["covariance"]["matrix"]
+        return bool(abs(matrix[i][j]) < 0.1 * np.sqrt(matrix[i][i] * matrix[j][j]))
     every = np.abs(list(value_at(document, place[:-1]).values()))
     whole = np.linalg.norm(every) if "parts" in place else every.sum()
     return bool(abs(value_at(document, place)) < 0.1 * whole)

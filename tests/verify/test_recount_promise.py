@@ -180,10 +180,12 @@ def test_drift_that_is_left_out(monkeypatch):
 
 
 def test_the_curve_halved(monkeypatch):
-    whole = planner.information.curves.Curves._moment
-    monkeypatch.setattr(
-        planner.information.curves.Curves, "_moment", lambda self, *asked: 0.25 * whole(self, *asked)
-    )
+    curves = planner.information.curves.Curves
+    moment, seen = curves._moment, curves._seen
+    monkeypatch.setattr(curves, "_moment", lambda self, *asked: 0.25 * moment(self, *asked))
+    assert "families, kink, requirement 1" in faults(planned_from(by_hand()))
+    monkeypatch.setattr(curves, "_moment", moment)
+    monkeypatch.setattr(curves, "_seen", lambda self, *asked: 0.5 * seen(self, *asked))
     found = faults(planned_from(by_hand()))
     assert {f"families, {name}, requirement 0" for name in ("cosines", "kink", "cubic", "matern")} <= {*found}
 
@@ -196,6 +198,20 @@ def test_what_curve_and_tables_have_in_common_dropped(monkeypatch):
         return np.zeros((R.shape[1], len(families), S, rho, rho))
 
     monkeypatch.setattr(planner.information.promise._Seen, "_curve", alone)
+    assert "families, kink, requirement 1" in faults(planned_from(by_hand()))
+
+
+def test_the_curve_in_flight_dropped_from_what_is_drawn(monkeypatch):
+    """Then only what the estimates make of a curve is left of it."""
+    whole = planner.information.promise.Promise.through_curves
+
+    def grounded(self, counts, requirement):
+        found = whole(self, counts, requirement)
+        for one in found:
+            one.weights[..., -1] = 0.0
+        return found
+
+    monkeypatch.setattr(planner.information.promise.Promise, "through_curves", grounded)
     assert "families, kink, requirement 0" in faults(planned_from(by_hand()))
 
 
@@ -218,16 +234,18 @@ def test_covariances_between_coefficients_dropped(monkeypatch):
 
 
 def test_families_that_are_mixed_up(monkeypatch):
-    whole = planner.information.curves.Curves.moments
+    curves = planner.information.curves.Curves
+    moments, pool = curves.moments, curves.pool
+    other = {"kink": "cubic", "cubic": "kink"}
 
     def mixed(self, degc):
-        found = whole(self, degc)
-        return found | {"kink": found["cubic"], "cubic": found["kink"]}
+        found = moments(self, degc)
+        return {name: found[other.get(name, name)] for name in found}
 
-    monkeypatch.setattr(planner.information.curves.Curves, "moments", mixed)
-    assert {"families, kink, requirement 0", "families, cubic, requirement 0"} <= {
-        *faults(planned_from(by_hand()))
-    }
+    monkeypatch.setattr(curves, "moments", mixed)
+    monkeypatch.setattr(curves, "pool", lambda self, name, *of: pool(self, other.get(name, name), *of))
+    each = {f"families, {name}, requirement {k}" for name in other for k in (0, 1)}
+    assert each <= {*faults(planned_from(by_hand()))}
 
 
 def test_a_wrong_plan_is_broken_whatever_flies(sound):

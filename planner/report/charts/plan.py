@@ -305,6 +305,8 @@ def _plain_decades(axes: Axes) -> None:
     if top / bottom < 100:
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         theme.plain_numbers(axes.yaxis)
+    else:
+        theme.plain_decades(axes.yaxis)
     axes.yaxis.set_minor_locator(NullLocator())
 
 
@@ -356,6 +358,7 @@ def _readable_decades(axes: Axes) -> None:
     bottom, top = axes.get_ylim()
     axes.set_ylim(max(bottom, top * 1e-6), top)
     axes.yaxis.set_major_locator(LogLocator(numticks=7))
+    theme.plain_decades(axes.yaxis)
     axes.yaxis.set_minor_locator(NullLocator())
 
 

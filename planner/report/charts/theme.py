@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from html import escape
@@ -92,11 +93,19 @@ def drawn(name: str, description: str, draw: Callable[[], Figure]) -> str:
     with mpl.rc_context():
         mpl.rcdefaults()  # a user's matplotlibrc must not change the bytes
         mpl.rcParams.update(_settings(name))
-        figure = draw()
-        buffer = io.StringIO()
+        figure, buffer = draw(), io.StringIO()
+        _lay_out(figure)
         nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
         figure.savefig(buffer, format="svg", metadata=nothing)
     return _inline(buffer.getvalue(), name, description)
+
+
+def _lay_out(figure: Figure) -> None:
+    """Places everything once; savefig would draw the whole figure another time to do so."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine("none")
 
 
 def new_figure(height_in: float) -> Figure:
@@ -168,3 +177,17 @@ def plain_numbers(axis: Axis) -> None:
 
     axis.set_major_formatter(FuncFormatter(lambda value, _: digits(value)))
     axis.set_minor_formatter(NullFormatter())
+
+
+def plain_decades(axis: Axis) -> None:
+    """Powers of ten in letters, plain numbers between a hundredth and a thousand."""
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
+    axis.set_major_formatter(FuncFormatter(lambda value, _: _decade(value)))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _decade(value: float) -> str:
+    power = round(math.log10(value)) if value > 0 else 0
+    raised = str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return digits(value) if -2 <= power <= 3 else f"10{raised}"

@@ -1,0 +1,71 @@
+"""How small and how large every error may be in flight: the bounds of the region of allowed errors.
+
+Sizes are what plan.json calls allowed: the marginal sigma of an error in flight times the quantile z of the
+requirements. The smallest are those that the most records at the best temperatures leave; the largest those
+of units that nobody calibrates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from statistics import NormalDist
+
+import numpy as np
+
+from planner.information.exact import Foreseen
+from planner.information.exchange import Judge, easiest
+from planner.information.in_flight import share_of
+from planner.information.kinds import Kinds
+from planner.information.model_of import Flight, asked_of, on_offer, promise_of
+from planner.information.parts import left_in_flight
+from planner.information.promise import Promise
+from planner.nouns.array import Array
+from planner.nouns.sensitivities import Constraint
+from planner.spec.model import Requirement, Spec
+
+Sizes = Mapping[str, float]
+
+
+def quantile_of(wanted: Requirement) -> float:
+    """How many sigmas of one error a requirement's figure is: z of its percentile, 1 for rss."""
+    share = share_of(wanted)
+    return 1.0 if share is None else NormalDist().inv_cdf(0.5 + share / 2.0)
+
+
+def largest_quantile(spec: Spec) -> float:
+    """Of all requirements: what an allowance is in sigmas."""
+    return max(quantile_of(wanted) for wanted in spec.requirement)
+
+
+def extreme_sizes(flight: Flight) -> tuple[Sizes, Sizes]:
+    """Error -> the smallest and the largest size that it can have in flight, SI."""
+    smallest, bare = _most_accurate(flight), _left_alone(flight)
+    return smallest, {error: max(size, smallest[error]) for error, size in bare.items()}
+
+
+def in_sizes(constraints: Sequence[Constraint], spec: Spec) -> tuple[Constraint, ...]:
+    """Constraints on sizes in place of sigmas: homogeneous of degree one, so the limit takes the factor."""
+    return tuple(replace(c, limit=largest_quantile(spec) * c.limit) for c in constraints)
+
+
+def _most_accurate(flight: Flight) -> Sizes:
+    offers, promise = on_offer(flight)
+    judge = Judge(promise, families=list(promise.families))
+    n = easiest(offers, judge.loads)
+    return _sizes(flight, promise, n[None])
+
+
+def _left_alone(flight: Flight) -> Sizes:
+    other = flight.under(flight.spec.model_copy(update={"effects": ()}))
+    promise = promise_of(other, Kinds((), ()), asked_of(other, exact=False))
+    return _sizes(other, promise, np.zeros((1, 0)))
+
+
+def _sizes(flight: Flight, promise: Promise, counts: Array) -> Sizes:
+    """By quick figures: the most records are so many that their days do not matter."""
+    stored, figures = flight.in_store(0.0), promise.figures(counts)[0]
+    each = {name: tuple(map(float, row)) for name, row in zip(promise.families, figures, strict=True)}
+    parts = left_in_flight(flight, Foreseen(each, promise, counts, lambda f: stored), 0).parts
+    z = largest_quantile(flight.spec)
+    return {str(error): z * float(np.linalg.norm([*own.values()])) for error, own in parts.items()}

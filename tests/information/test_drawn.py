@@ -1,0 +1,97 @@
+"""Quantiles with drawn curves, against laws that say them exactly."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.special import erf
+
+from planner.information.drawn import CurveWeights, drawn_quantile
+from planner.information.in_flight import Asked
+from planner.nouns.array import Array
+from planner.solvers.gaussian_length import percentile
+
+ERROR = ("gyro", "bias")
+SHARES = (0.5, 0.9, 0.95, 0.99)
+
+
+def asked(share: float, scenarios: int, instants: int, components: int, *, worst: bool = False) -> Asked:
+    weights = None if worst else np.full(scenarios, 1.0 / scenarios)
+    nothing = np.zeros((scenarios, 1))
+    response = np.zeros((instants, components, 1, 1))
+    return Asked(0, 1.0, share, weights, nothing, tuple(range(instants)), nothing, response, nothing)
+
+
+def weights_of(J: Array, scenarios: int) -> CurveWeights:
+    """One point, the same at every temperature. J: (ρ,)"""
+    places = np.zeros((scenarios, 1), dtype=np.intp)
+    return CurveWeights(ERROR, places, np.broadcast_to(J[:, None], (scenarios, len(J), 1)))
+
+
+@pytest.mark.parametrize("share", SHARES)
+@pytest.mark.parametrize("size", [0.5, 2.0])
+def test_a_curve_of_one_size_shifts_a_gaussian(share: float, size: float) -> None:
+    """f = ±s beside N(0, 1): P(|d| <= r) = ½ erf((r + s)/√2) + ½ erf((r − s)/√2)."""
+    a, rest = asked(share, 1, 1, 1), np.ones((1, 1, 1))
+    pool = np.full((2, 1), size)
+    found = drawn_quantile(
+        a, rest, [weights_of(np.ones(1), 1)], {ERROR: np.array([[size**2]])}, lambda e: pool, 1.0
+    )
+
+    def missing(r: float) -> float:
+        root = np.sqrt(2.0)
+        return float(0.5 * (erf((r + size) / root) + erf((r - size) / root)) - share)
+
+    assert found == pytest.approx(brentq(missing, 0.0, 20.0), rel=1e-4)
+
+
+@pytest.mark.parametrize("components", [1, 2, 3])
+@pytest.mark.parametrize("instants", [1, 2])
+@pytest.mark.parametrize("worst", [False, True])
+def test_gaussian_curves_leave_a_gaussian(components: int, instants: int, worst: bool) -> None:
+    """Then the covariance says the quantile, and of two equal instants as of one."""
+    rng = np.random.default_rng(components)
+    rest = np.diag([0.3, 1.0, 2.0][:components])
+    J = np.array([1.0, 0.5, 0.2])[:components]
+    pool = rng.normal(size=(40_000, 1))
+    a = asked(0.95, 3, instants, components, worst=worst)
+    one = np.tile(rest, (instants, instants))
+    found = drawn_quantile(
+        a,
+        np.broadcast_to(one, (3, *one.shape)),
+        [weights_of(np.tile(J, instants), 3)],
+        {ERROR: np.ones((1, 1))},
+        lambda e: pool,
+        1.0,
+    )
+    exact = float(percentile(rest + np.outer(J, J), 0.95))
+    assert found == pytest.approx(exact, rel=0.015)
+
+
+def test_where_no_curve_matters_nothing_is_drawn() -> None:
+    a, small = asked(0.95, 1, 1, 1), weights_of(np.full(1, 0.05), 1)
+
+    def never(error: object) -> Array:
+        raise AssertionError("drawn")
+
+    assert drawn_quantile(a, np.ones((1, 1, 1)), [small], {ERROR: np.ones((1, 1))}, never, 1.0) is None
+
+
+def test_long_tails_lengthen_high_quantiles_and_shorten_low_ones() -> None:
+    """A curve that is seldom large, beside a Gaussian one of the same mean square."""
+    rng = np.random.default_rng(5)
+    pool = np.where(rng.random((20_000, 1)) < 0.04, 5.0, 0.0)
+    moment = np.array([[float(np.mean(pool**2))]])
+    total = np.array([[0.2 + moment[0, 0]]])
+    for share, longer in ((0.9, False), (0.99, True)):
+        found = drawn_quantile(
+            asked(share, 1, 1, 1),
+            np.full((1, 1, 1), 0.2),
+            [weights_of(np.ones(1), 1)],
+            {ERROR: moment},
+            lambda e: pool,
+            1.0,
+        )
+        assert found is not None
+        assert (found > float(percentile(total[None], share)[0])) == longer
