@@ -49,8 +49,8 @@ def test_the_lines_of_the_readme_close_the_loop(run: Run, tmp_path: Path) -> Non
     diagnosis = json.loads((tmp_path / "loop/diagnosis/diagnosis.json").read_text(encoding="utf-8"))
     assert diagnosis["verdict"] == "explained"
     assert {e["effect"] for e in diagnosis["effects"]} == {"g_sensitivity"}
-    assert [e["channels"] for e in diagnosis["effects"]] == [["gyro_x"]]
-    _coefficients_are_the_truth(diagnosis, {"xx": 0.01, "xy": 0.0, "xz": 0.0})
+    assert [e["channels"] for e in diagnosis["effects"]] == [["gyro_y"]]
+    _coefficients_are_the_truth(diagnosis, {"yx": 0.0, "yy": 0.0, "yz": 0.01})
     _error_before_and_after(diagnosis)
     _new_plan(tmp_path, diagnosis)
 

@@ -31,30 +31,15 @@ def lag(conditions: Conditions, time_constant: float) -> Array:
 
 
 def direction(conditions: Conditions) -> Array:
-    """(n,) +1 or −1: the way in which the temperature last moved by TURN_K or is moving; 0 before it did.
+    """(n,) +1 or −1: the way in which the temperature last stepped by TURN_K or is moving; 0 before it did.
 
-    Rows stand in the order of time.
+    Rows stand in the order of time; the first temperature was reached from that of the room.
     """
     T, rate = conditions.temperature_degc, conditions.temperature_rate
-    if len(T) == 0:
-        return np.zeros(0)
-    stirs = _stirs(T)
-    way = np.zeros(len(T))
-    extreme, now = ROOM_DEGC, 0.0
-    for i in np.flatnonzero(stirs).tolist():
-        moved = float(T[i]) - extreme
-        if abs(moved) > TURN_K:
-            now = float(np.sign(moved))
-        if abs(moved) > TURN_K or moved * now > 0.0:
-            extreme = float(T[i])
-        way[i] = now
-    told = way[np.maximum.accumulate(np.where(stirs, np.arange(len(T)), 0))]
-    return np.where(np.abs(rate) > RAMP, np.sign(rate), told)
-
-
-def _stirs(T: Array) -> NDArray[np.bool_]:
-    """(n,) rows at which the temperature is another than in the row before."""
-    return np.asarray(np.diff(T, prepend=np.nan) != 0.0)
+    step = np.diff(T, prepend=ROOM_DEGC)
+    way = np.where(np.abs(rate) > RAMP, np.sign(rate), np.where(np.abs(step) > TURN_K, np.sign(step), 0.0))
+    told = np.maximum.accumulate(np.where(way != 0.0, np.arange(len(T)), 0))
+    return np.asarray(way[told]) if len(T) else way
 
 
 def _first(conditions: Conditions) -> NDArray[np.bool_]:

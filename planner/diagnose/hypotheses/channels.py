@@ -26,7 +26,8 @@ from planner.protocols import Sensor
 from planner.solvers.least_squares import least_squares
 from planner.temperature_table import GAP_K, REACH_K, nodes_with_rows, temperature_nodes
 
-SOAKED = 0.5  # share of a node's rows within GAP_K of it, from which the chamber soaks there
+SOAKED_K = 1.0  # a soaked chamber holds its temperature to that, and a sweep passes it in a fifth of its rows
+SOAKED = 0.5  # share of a node's rows within SOAKED_K of it, from which the chamber soaks there
 LEAST_NODES = 4  # that a cubic spline needs
 _ROUNDS = 8  # Gauss-Newton: the products are 1e-3 of the linear part, so three rounds arrive
 
@@ -181,7 +182,8 @@ def _strays(t: Array, nodes: Array, nearest: NDArray[np.int64]) -> NDArray[np.bo
     Between soaked points a slope of its own at each of them would take up what a ramp does.
     """
     near = np.abs(t - nodes[nearest]) <= GAP_K
-    share = np.bincount(nearest, near, len(nodes)) / np.maximum(np.bincount(nearest, minlength=len(nodes)), 1)
+    soaked = np.abs(t - nodes[nearest]) <= SOAKED_K
+    share = np.bincount(nearest, soaked, len(nodes)) / np.maximum(np.bincount(nearest, minlength=len(nodes)), 1)
     return np.asarray(near[:, None] | (share < SOAKED)[None, :])
 
 
@@ -198,6 +200,19 @@ def _bends(t: Array, nodes: Array, values: Array) -> Array:
     order = np.argsort(nodes)
     smooth = CubicSpline(nodes[order], values[order])(inside)
     return np.asarray((smooth - np.interp(inside, nodes[order], values[order]))[:, None])
+
+
+def smooth_prediction(c: Channel, theta: Array, temperature_degc: Array) -> Array:
+    """(n,) what the declared model reads at other temperatures, smooth between the nodes of its tables."""
+    model = replace(c.model, conditions=replace(c.model.conditions, temperature_degc=temperature_degc))
+    found = evaluate(model, theta).predicted
+    for (name, term), place in _tables(model).items():
+        effect = catalog.effects()[name]
+        index = [x.name for x in effect.terms(model.sensor)].index(term)
+        column = effect.regressors(model.sensor, model.conditions)[:, model.channel, index]
+        nodes = np.array([model.columns()[i].node_degc for i in place])
+        found = found + (_bends(temperature_degc, nodes, theta[place]) * column[:, None]).sum(axis=1)
+    return np.asarray(found)
 
 
 def _tables(model: ChannelModel) -> dict[tuple[str, str], list[int]]:

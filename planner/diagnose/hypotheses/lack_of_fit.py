@@ -85,6 +85,9 @@ def of_the_bench(found: Found, b: int) -> bool:
 def bench_misfit(found: Found, b: int, left: float) -> bool:
     """Whether an effect is no more than what the geometry of a stronger one of the bench may miss."""
     own = found.share(b).delta if b in found.library else left
+    here = [found.pool.blocks[r].name for r in found.on(found.axes(b)) if r != b]
+    if "thermometer_lag" in here and hypothesis(found.pool.blocks[b].name).variable == "temperature_rate":
+        return True  # the same ramps show both, and the lag's own curves are known only so well
     for r in found.on(found.axes(b)):
         if r != b and of_the_bench(found, r) and found.share(r).delta > own:
             known = max(hypothesis(found.pool.blocks[r].name).misfit, SHARED_MISFIT)

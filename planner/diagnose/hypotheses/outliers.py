@@ -25,6 +25,7 @@ MIDDLE, OUTER = (
     0.68,
     0.95,
 )  # the quantiles whose ratio tells the tails; accidents are fewer than one in twenty
+UNSURE = 2.0  # over √n: a standard error and more of that ratio, to the side on which fewer rows go
 NORMAL_MIDDLE = 0.99446  # sigma, within which that share of a normal law lies
 ALIKE = 0.5  # share of a condition's rows, in two power-ons or more, from which they are no accidents
 LEAST_ROWS = 20
@@ -56,6 +57,7 @@ def outliers(
         return Far(far, np.zeros(n))
     columns, size = np.column_stack([c.J, candidates]) / spread[:, None], np.zeros(n)
     r = c.r / spread
+    far = _at_first_sight(_left(*_within(columns, r, starts, ~far), ~far)[0], starts)
     for _ in range(ROUNDS):
         left, freedom = _left(*_within(columns, r, starts, ~far), ~far)
         if freedom < (~far).sum() / 4.0:
@@ -71,11 +73,19 @@ def outliers(
     return Far(far, size)
 
 
+def _at_first_sight(left: Array, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(n,) rows far from the middle of their power-on: one far row pulls the mean of the others along."""
+    middle = np.array([np.median(part) for part in np.split(left, starts[1:])])
+    about = np.abs(left - np.repeat(middle, np.diff(np.append(starts, len(left)))))
+    return np.asarray(about > LEAST_FAR * max(float(np.quantile(about, MIDDLE)) / NORMAL_MIDDLE, 1e-300))
+
+
 def _farthest(size: Array) -> float:
     """Beyond what of n rows of Student's t there are CHANCE; t's freedom by the ratio of two quantiles."""
     from scipy.stats import t as student
 
     ratio = float(np.quantile(size, OUTER)) / max(float(np.quantile(size, MIDDLE)), 1e-12)
+    ratio *= 1.0 + UNSURE / np.sqrt(len(size))
     nus = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 20.0, 1e3])
     middle = student.ppf(0.5 + MIDDLE / 2.0, nus)
     ends = student.ppf(0.5 + OUTER / 2.0, nus) / middle
