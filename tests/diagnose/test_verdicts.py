@@ -127,13 +127,13 @@ def test_no_more_rows_go_than_chance_says_and_struck_ones_do() -> None:
     gone = {"normal": 0, "tails": 0}
     for _ in range(60):
         for name, r in (("normal", rng.normal(size=600)), ("tails", rng.standard_t(2.5, size=600))):
-            gone[name] += int(outliers(_Rest(r), np.empty((600, 0)), starts, ones).rows.sum())  # type: ignore[arg-type]
+            gone[name] += int(outliers(_Rest(r), np.empty((600, 0)), starts, ones).rows.sum())  # type: ignore[arg-type]  # a stand-in of what is asked
     assert gone["normal"] <= 6  # 0.02 a campaign: 1.2 are expected, and 6 once in 700
     assert gone["tails"] <= 12
     r = rng.normal(size=600)
     struck = rng.choice(600, 5, replace=False)
     r[struck] += 25.0
-    far = outliers(_Rest(r), np.empty((600, 0)), starts, ones)  # type: ignore[arg-type]
+    far = outliers(_Rest(r), np.empty((600, 0)), starts, ones)  # type: ignore[arg-type]  # a stand-in of what is asked
     assert set(np.flatnonzero(far.rows)) == set(struck.tolist())
 
 
@@ -143,7 +143,7 @@ def test_what_a_condition_has_in_common_is_no_accident() -> None:
     last = np.flatnonzero(cells == 5)[:20]
     cells[last] = 6
     r[last] += 30.0
-    far = outliers(_Rest(r), np.empty((600, 0)), np.arange(0, 600, 6), np.ones(600), cells)  # type: ignore[arg-type]
+    far = outliers(_Rest(r), np.empty((600, 0)), np.arange(0, 600, 6), np.ones(600), cells)  # type: ignore[arg-type]  # a stand-in of what is asked
     assert not far.rows[last].any()
 
 

@@ -183,7 +183,8 @@ def _strays(t: Array, nodes: Array, nearest: NDArray[np.int64]) -> NDArray[np.bo
     """
     near = np.abs(t - nodes[nearest]) <= GAP_K
     soaked = np.abs(t - nodes[nearest]) <= SOAKED_K
-    share = np.bincount(nearest, soaked, len(nodes)) / np.maximum(np.bincount(nearest, minlength=len(nodes)), 1)
+    count = np.maximum(np.bincount(nearest, minlength=len(nodes)), 1)
+    share = np.bincount(nearest, soaked, len(nodes)) / count
     return np.asarray(near[:, None] | (share < SOAKED)[None, :])
 
 
