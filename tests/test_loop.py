@@ -29,7 +29,7 @@ def lines_of_the_readme() -> list[list[str]]:
     """The commands of the section "Close the loop", as a shell splits them."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     section = text.split("## Close the loop")[1].split("\n## ")[0]
-    block = re.search(r"```sh\n(.*?)```", section, re.DOTALL)
+    block = re.search(r"```sh\n(.*?)```", section, re.DOTALL)  # the first: the second is of a real unit
     assert block is not None
     return [shlex.split(line) for line in block[1].splitlines()]
 

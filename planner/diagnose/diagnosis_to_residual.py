@@ -245,12 +245,12 @@ def _how(folds: Folds, fits: ChannelFits, held_out: bool, far: int) -> str:
 
 
 def _unseen_residual(fit: WeighedFit, folds: Folds) -> tuple[Array, Array]:
-    """(n,) residual of each row under the coefficients of the other folds; (n,) the variance of those there.
+    """(n,) residual of each row under the coefficients of the other folds; (n,) their variance within a run.
 
     One step of Gauss-Newton from the fit of all rows, with its variances. NaN where the other folds cannot
     tell: a direction that they do not see, or a prediction that is less sure than a record itself.
     """
-    left, unsure = np.full(len(fit.residual), np.nan), np.zeros(len(fit.residual))
+    left, within = np.full(len(fit.residual), np.nan), np.zeros(len(fit.residual))
     noise = fit.v.diagonal + fit.spreads.run**2
     for k in range(int(folds.fold.max(initial=-1)) + 1):
         out = folds.fold == k
@@ -260,10 +260,18 @@ def _unseen_residual(fit: WeighedFit, folds: Folds) -> tuple[Array, Array]:
         known = factors(white[:, :-1], tolerance=1e-9)
         step = known.to_coefficients @ (known.basis.T @ white[:, -1])
         inside = _determined(fit.J[out], known.scale, known.null_space)
-        unsure[out] = np.sum((fit.J[out] @ known.to_coefficients) ** 2, axis=1)
-        inside &= unsure[out] <= MOST_UNSURE * noise[out]
+        predicted = fit.J[out] @ known.to_coefficients
+        inside &= np.sum(predicted**2, axis=1) <= MOST_UNSURE * noise[out]
+        within[out] = np.sum(_about_means(predicted, folds.group[out]) ** 2, axis=1)
         left[out] = np.where(inside, fit.residual[out] - fit.J[out] @ step, np.nan)
-    return left, unsure
+    return left, within
+
+
+def _about_means(A: Array, group: NDArray[np.int64]) -> Array:
+    """(n, k) rows about the mean of each group: what is common to a power-on is no error within it."""
+    _, number = np.unique(group, return_inverse=True)
+    means = np.array([np.bincount(number, column) for column in A.T]).T / np.bincount(number)[:, None]
+    return np.asarray(A - means[number]) if A.shape[1] else A
 
 
 def _whitened(fit: WeighedFit, seen: NDArray[np.bool_], by_run: bool) -> Array:

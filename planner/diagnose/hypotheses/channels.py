@@ -177,7 +177,7 @@ def _slopes(model: ChannelModel, driven: Conditions, v: Array, theta: Array) -> 
 
 
 def _strays(t: Array, nodes: Array, nearest: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """(n, N) rows that stray about a node at which the chamber soaks; all about one that a sweep passes.
+    """(n, N) rows that stray about a node at which the chamber soaks; all where it sweeps.
 
     Between soaked points a slope of its own at each of them would take up what a ramp does.
     """
@@ -185,7 +185,8 @@ def _strays(t: Array, nodes: Array, nearest: NDArray[np.int64]) -> NDArray[np.bo
     soaked = np.abs(t - nodes[nearest]) <= SOAKED_K
     count = np.maximum(np.bincount(nearest, minlength=len(nodes)), 1)
     share = np.bincount(nearest, soaked, len(nodes)) / count
-    return np.asarray(near[:, None] | (share < SOAKED)[None, :])
+    swept = float(np.median(share)) < SOAKED  # a sweep that rests somewhere is a sweep all the same
+    return np.asarray(np.broadcast_to((near | swept)[:, None], (len(t), len(nodes))))
 
 
 def _bends(t: Array, nodes: Array, values: Array) -> Array:
