@@ -3,9 +3,9 @@
     y_i = (1 + κ_i)(M u)_i + b_i + noise
 
 u is the true rate or specific force, M = I + small misalignments, κ all scale-factor effects of a channel, b
-all its bias effects (K 2.1, eq. 5 and 6). Every effect enters by its group: those of `misalignment` lean the
-input, v = M u; those of `scale_factor` are asked with the leaned input, κ v = S(v) k; those of `bias` add,
-b = B β. So the product of scale factor and misalignment is exact.
+all its bias effects (K 2.1, eq. 5 and 6). Every effect enters by its group: those of `misalignment` turn the
+input, v = M u; those of `scale_factor` are asked with the misaligned input, κ v = S(v) k; those of `bias`
+add, b = B β. So the product of scale factor and misalignment is exact.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from planner.temperature_table import REACH_K, fitting_hats
 
 AXES = ("x", "y", "z")
 INPUT: Mapping[Sensor, str] = {"gyro": "rate", "accelerometer": "specific_force"}
-_ROUNDS = 30  # of the inverse; a lean of 0.01 and a κ of 0.01 win two digits a round
+_ROUNDS = 30  # of the inverse; a misalignment of 0.01 and a κ of 0.01 win two digits a round
 _SETTLED = 1e-15
 _STEP = 1e-4  # of a parameter's logarithm, or of its range, for its derivative
 
@@ -53,8 +53,8 @@ class Acting:
 def response(sensor: Sensor, conditions: Conditions, acting: Sequence[Acting]) -> Array:
     """(n, 3) what the sensor reads without noise, SI: (1 + κ)(M u) + b."""
     v = sensed(sensor, conditions) + _added("misalignment", sensor, conditions, acting)
-    leaned = driven_by(sensor, conditions, v)
-    bent = _added("scale_factor", sensor, leaned, acting)
+    misaligned = driven_by(sensor, conditions, v)
+    bent = _added("scale_factor", sensor, misaligned, acting)
     return np.asarray(v + bent + _added("bias", sensor, conditions, acting))
 
 
@@ -175,7 +175,7 @@ class ChannelModel:
         return sum(len(c.terms) * (1 if c.nodes is None else len(c.nodes)) for c in self.carried)
 
     def with_input(self, v: Array) -> Conditions:
-        """The conditions with the leaned input v (n,) in place of the channel's own."""
+        """The conditions with the misaligned input v (n,) in place of the channel's own."""
         driven = sensed(self.sensor, self.conditions).copy()
         driven[:, self.channel] = v
         return driven_by(self.sensor, self.conditions, driven)
@@ -251,8 +251,8 @@ def jacobian(model: ChannelModel, theta: Array, parts: Parts) -> Array:
     return np.concatenate(columns, axis=1)
 
 
-def _split(model: ChannelModel, theta: Array, biases: int, leans: int) -> tuple[Array, Array, Array]:
-    scales = model.linear - biases - leans
+def _split(model: ChannelModel, theta: Array, biases: int, misalignments: int) -> tuple[Array, Array, Array]:
+    scales = model.linear - biases - misalignments
     return theta[:biases], theta[biases : biases + scales], theta[biases + scales : model.linear]
 
 

@@ -15,6 +15,7 @@ from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.sensor import SENSORS, Sensor
 from planner.nouns.trajectory import Trajectory
+from planner.quantities import DAY_S
 from planner.units import UnitError, displayed, to_degc, to_si
 
 __all__ = [
@@ -37,7 +38,6 @@ __all__ = [
 Group = Literal["bias", "scale_factor", "misalignment"]
 Condition = Literal["rate", "specific_force", "temperature_degc", "temperature_rate", "time_on", "day"]
 AXES = "xyz"
-SECONDS_A_DAY = 86_400.0
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class Parameter:
         if self.unit != "day":
             return to_si(text, self.unit)
         bare = re.fullmatch(r"[-+.\deE]+", text) is not None
-        return to_si(f"{text} day" if bare else text, "day") / SECONDS_A_DAY
+        return to_si(f"{text} day" if bare else text, "day") / DAY_S
 
     def displayed(self, value: float) -> float:
         """The number that stands before the unit."""

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from typer.testing import CliRunner
 
 from planner import catalog
 from planner.cli import app
@@ -193,12 +194,6 @@ def test_the_example_of_a_command_is_a_command_line_that_it_takes(command: str) 
     example = callback.__doc__.partition("Example: planner ")[2].partition("\n\n")[0]
     words = shlex.split(" ".join(example.split()).partition(">")[0])
     options = {word for word in words if word.startswith("-") and not re.match(r"-\d", word)}
-    help_text = subprocess.run(
-        [sys.executable, "-m", "planner", command, "--help"],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=True,
-    ).stdout
+    help_text = CliRunner().invoke(app, [command, "--help"]).stdout
     assert words[0] == command
     assert all(re.search(rf"(^|\s|,){re.escape(option)}\b", help_text) for option in options)

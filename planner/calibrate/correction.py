@@ -85,13 +85,9 @@ def acting(tables: Tables, sensor: Sensor, conditions: Conditions) -> list[Actin
     if np.any(tables.asymmetry):
         found.append(Acting(known["scale_factor_asymmetry"], tables.asymmetry))
     if np.any(off):
-        lean = known["misalignment"]
-        found.append(
-            Acting(
-                lean,
-                np.array([off["xyz".index(t.name[0]), "xyz".index(t.name[1])] for t in lean.terms(sensor)]),
-            )
-        )
+        misalignment = known["misalignment"]
+        places = [("xyz".index(t.name[0]), "xyz".index(t.name[1])) for t in misalignment.terms(sensor)]
+        found.append(Acting(misalignment, np.array([off[place] for place in places])))
     for term in tables.extra:
         effect = known[term.effect]
         names = [t.name for t in effect.terms(sensor)]

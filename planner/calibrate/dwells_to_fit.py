@@ -17,13 +17,14 @@ from planner.calibrate.in_store import by_the_old, renewed
 from planner.calibrate.methods import METHODS, Method, resting
 from planner.calibrate.rest_methods import accelerometers_by_free_orientations, cube_references, modulus_check
 from planner.calibrate.rests_and_turns import by_rests_and_turns
+from planner.calibrate.what_would_tell import told_by_attitudes, told_by_turns
 from planner.campaign.estimate import Estimate, Robust
 from planner.campaign.model import campaign
 from planner.campaign.power_ons import of_table
 from planner.campaign.triad import ALL, TooFewRecords, shares
 from planner.dwells.references import referenced
-from planner.dwells.table_rows import by_run, rows_of
-from planner.errors import InputError
+from planner.dwells.table_rows import by_run, rows_of, whole_turns, without_motions
+from planner.errors import InputError, NothingFound
 from planner.nouns.array import Array
 from planner.nouns.calibration import Calibration, SensorCalibration, Tables
 from planner.nouns.dwell_table import DwellTable
@@ -60,10 +61,15 @@ def _calibrate_unit(
     table: DwellTable, spec: Spec, options: FitOptions, sha256: str, progress: Progress
 ) -> Calibration:
     progress(f"fitting the sensors of {table.unit[0]}")
+    if options.method == "cube":
+        table = whole_turns(table)
+    elif options.method != "rests_and_turns":
+        table = without_motions(table)
     if options.prior is not None:
         sensors, notes = _renewed(table, spec, options, options.prior)
     elif options.method == "rests_and_turns":
         sensors, notes = by_rests_and_turns(table), []
+        notes += told_by_turns(sensors[0])
     elif options.method == DECLARED:
         sensors, notes = _by_declared_effects(table, spec, options)
     elif options.method in METHODS:
@@ -72,6 +78,7 @@ def _calibrate_unit(
         form = "symmetric" if options.method.endswith("symmetric") else "triangular"
         sensors, notes = [accelerometers_by_free_orientations(table, form)], []  # type: ignore[arg-type]  # one of the two words that it takes
         notes.append("free orientations calibrate the accelerometers alone")
+        notes += [] if table.acc is None else told_by_attitudes(table.acc, sensors[0])
     return Calibration(
         unit=str(table.unit[0]),
         version=__version__,
@@ -127,7 +134,7 @@ def _by_method(
     table, assumed = referenced(table, options.latitude)
     keep = method.rows(table)
     if not keep.any():
-        raise InputError(
+        raise NothingFound(
             f"--method {options.method} ({method.source}) needs {method.needs}; the table has none"
         )
     table = rows_of(table, keep)

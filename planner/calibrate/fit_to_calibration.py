@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from planner import catalog
+from planner.calibrate.what_would_tell import what_would_tell
 from planner.campaign.estimate import Estimate
 from planner.campaign.noise import Component
 from planner.measurement import AXES, Column
@@ -43,7 +44,7 @@ def sensor_calibration(
         tables=tables_of(fits),
         residuals=tuple(residuals),
         random=tuple(r for fit in fits for r in random_of(fit)),
-        notes=(*notes, *_not_determined(sensor, coefficients)),
+        notes=(*notes, *_not_determined(sensor, coefficients), *_remedies(sensor, fits)),
     )
 
 
@@ -99,6 +100,11 @@ def _status(fit: Estimate, i: int, column: Column, half_width: float, spec: Spec
         ]
         return "weak" if half_width > min(1.0, 0.25 * (wide.bounds[1] - wide.bounds[0])) else "determined"
     return "weak" if size > 0 and half_width > size else "determined"
+
+
+def _remedies(sensor: str, fits: Sequence[Estimate]) -> list[str]:
+    """What would determine what the channels do not tell."""
+    return [f"{sensor} {AXES[f.model.channel]}: {said}" for f in fits for said in what_would_tell(f)]
 
 
 def _not_determined(sensor: str, coefficients: Sequence[Coefficient]) -> list[str]:

@@ -4,7 +4,7 @@
     b = −M̃⁻¹m̃,  SᵀS = M̃/(1 + q),  q = m̃ᵀM̃⁻¹m̃,  K = S⁻¹/g    (B prints q without the inverse)
 Then Gauss-Newton on |K⁻¹(a − b)| − g. The body's axes are those of the accelerometers themselves: K lower
 triangular (x along accelerometer x, y in the plane of x and y), or symmetric. Six faces alone do not
-determine nine numbers; six faces and twelve edges do. Where the lean of the axes is not determined it is
+determine nine numbers; six faces and twelve edges do. Where their misalignment is not determined it is
 taken as zero within a degree (K 2.2.3: what mounting may be off), which the other intervals then hold.
 """
 
@@ -21,7 +21,7 @@ from planner.solvers.least_squares import Factors, factors
 from planner.units import STANDARD_GRAVITY_MPS2
 
 Form = Literal["triangular", "symmetric"]
-LEAN = float(np.radians(1.0))
+MISALIGNMENT = float(np.radians(1.0))
 _STEPS = 60
 _SQUARE = (0, 1, 2, 6, 7, 8)  # unknowns of axes that are square to each other: scale factors and biases
 _RANK = 1e-6  # a combination of unknowns that changes |f| a million times less than others is not seen
@@ -78,9 +78,10 @@ def free_orientations(a: Array, g: float = STANDARD_GRAVITY_MPS2, form: Form = "
 
 
 def _knows_less_than_the_mounting(fit: FreeFit) -> bool:
-    """Faces alone, each a little tilted, make nine numbers of noise: their lean is surer unmeasured."""
-    lean = np.sqrt(np.maximum(np.diag(fit.covariance)[3:6], 0.0))
-    return bool(fit.freedom > 0 and lean.max() > LEAN / 2.0) or bool(np.abs(fit.K - np.eye(3)).max() > 0.3)
+    """Faces alone, each a little tilted, make nine numbers of noise: misalignment is surer unmeasured."""
+    sigma = np.sqrt(np.maximum(np.diag(fit.covariance)[3:6], 0.0))
+    unsure = fit.freedom > 0 and sigma.max() > MISALIGNMENT / 2.0
+    return bool(unsure or np.abs(fit.K - np.eye(3)).max() > 0.3)
 
 
 def _descended(
@@ -102,7 +103,7 @@ def _descended(
 
 
 def _square_axes(a: Array, g: float, E: Array) -> FreeFit:
-    """Scale factors and biases alone; then again with lean that is zero within `LEAN`."""
+    """Scale factors and biases alone; then again with misalignment that is zero within `MISALIGNMENT`."""
     p, found = _descended(a, g, np.zeros(9), E, np.zeros(9), _SQUARE)
     unknown = np.ones(9, dtype=bool)
     if found.rank < len(_SQUARE) or np.abs(p[:3]).max() > 0.5:  # too few orientations for any of it
@@ -115,7 +116,7 @@ def _square_axes(a: Array, g: float, E: Array) -> FreeFit:
     if freedom > 0 and not unknown[list(_SQUARE)].any():
         sigma = max(float(np.sqrt(residual @ residual / freedom)), 1e-9 * g)
         prior = np.zeros(9)
-        prior[3:6] = sigma / LEAN
+        prior[3:6] = sigma / MISALIGNMENT
         p, both = _descended(a, g, p, E, prior, tuple(range(9)))
         residual, _ = _linearised(a, g, p, E)
         covariance = sigma**2 * both.to_coefficients @ both.to_coefficients.T

@@ -148,6 +148,19 @@ METHODS = {
         "rests on six faces and turns by multiples of 90 deg; no references",
     ),
 }
+_NEEDS_OF_OTHERS = {
+    DECLARED: "records with ref_rate and ref_acc, or rests in nine attitudes",
+    "free_orientations": "rests in nine attitudes, faces and edges",
+    "free_orientations_symmetric": "rests in nine attitudes, faces and edges",
+    "rests_and_turns": "rests in nine attitudes, and the turns by hand between them that `reduce` keeps",
+}
+
+
+def needs_of(method: str) -> str:
+    """What records a method needs, in words."""
+    return METHODS[method].needs if method in METHODS else _NEEDS_OF_OTHERS[method]
+
+
 NAMES = (DECLARED, "free_orientations", "free_orientations_symmetric", "rests_and_turns", *METHODS)
 ROBUST = ("no", "huber", "bisquare")
 

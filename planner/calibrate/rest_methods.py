@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -39,24 +40,12 @@ def accelerometers_by_free_orientations(table: DwellTable, form: Form = "triangu
         fit = free_orientations(a, form=form)
     except ValueError as error:
         raise InputError(f"free orientations: {error}") from error
-    coefficients = _coefficients(fit)
-    names = [ErrorName(c.error).effect + "." + c.term for c in coefficients if c.status == "undetermined"]
-    notes = [f"accelerometer: {len(a)} rests cannot tell {', '.join(names)}"] if names else []
-    notes.append("the body's axes are those of the accelerometers: lean of y and z alone can be told")
-    if form == "symmetric":
-        notes[-1] = "the body's axes are those that make the matrix symmetric"
-    if fit.square and not fit.undetermined[[0, 1, 2, 6, 7, 8]].any():
-        notes.append(
-            "accelerometer: lean needs rests on edges too; here the axes are taken as square to each other "
-            "within 1 deg, and the intervals of scale factor and bias hold that"
-        )
-    if fit.freedom < 1:
-        notes.append("accelerometer: as many unknowns as rests, so no interval: measure more orientations")
+    coefficients = tuple(_coefficients(fit))
     M = fit.K / np.diag(fit.K)[:, None]
     return SensorCalibration(
         sensor="accelerometer",
         method="free_orientations",
-        coefficients=tuple(coefficients),
+        coefficients=coefficients,
         covariance={"all": np.nan_to_num(fit.covariance)},
         condition={"all": fit.condition},
         tables=Tables(
@@ -68,8 +57,26 @@ def accelerometers_by_free_orientations(table: DwellTable, form: Form = "triangu
         ),
         residuals=(_modulus(a, fit, form),),
         random=(),
-        notes=tuple(notes),
+        notes=tuple(_notes(fit, form, coefficients)),
     )
+
+
+def _notes(fit: FreeFit, form: Form, coefficients: Sequence[Coefficient]) -> Iterator[str]:
+    """What the rests do not determine, and what was taken instead."""
+    names = [ErrorName(c.error).effect + "." + c.term for c in coefficients if c.status == "undetermined"]
+    if names:
+        yield f"accelerometer: {len(fit.residual)} rests cannot tell {', '.join(names)}"
+    if form == "symmetric":
+        yield "the body's axes are those that make the matrix symmetric"
+    else:
+        yield "the body's axes are those of the accelerometers: only y and z are found misaligned"
+    if fit.square and not fit.undetermined[[0, 1, 2, 6, 7, 8]].any():
+        yield (
+            "accelerometer: misalignment needs rests on edges too; here the axes are taken as square to each "
+            "other within 1 deg, and the intervals of scale factor and bias hold that"
+        )
+    if fit.freedom < 1:
+        yield "accelerometer: as many unknowns as rests, so no interval: measure more orientations"
 
 
 def _modulus(a: Array, fit: FreeFit, form: Form) -> Residual:

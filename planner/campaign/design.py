@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -14,11 +13,10 @@ from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.plan import Step
+from planner.quantities import DAY_S
 from planner.spec.model import Spec
 
-SECONDS_A_DAY = 86400.0
 DEFAULT_LATITUDE = float(np.radians(45.0))
-_BATCH = re.compile(r"^b(\d+)/")
 
 
 @dataclass(frozen=True)
@@ -56,7 +54,7 @@ def design(steps: Sequence[Step], spec: Spec, latitude: float = DEFAULT_LATITUDE
 
     latitude: of the bench, rad. Raises InputError when there is no record among the steps.
     """
-    records = list(_records(step for step in steps if _batch(step) == 1))
+    records = list(_records(step for step in steps if step.batch in (None, 1)))
     if not records:
         raise InputError("the plan has no record steps: nothing is measured")
     made = [r.step for r in records]
@@ -71,7 +69,7 @@ def design(steps: Sequence[Step], spec: Spec, latitude: float = DEFAULT_LATITUDE
             temperature_degc=np.array([_temperature(s, spec) for s in made]),
             temperature_rate=np.zeros(len(made)),
             time_on=middle - np.array([r.power_on_s for r in records]),
-            day=middle / SECONDS_A_DAY,
+            day=middle / DAY_S,
         ),
         np.array([r.run for r in records], dtype=np.int64),
         np.array([s.end_s - s.start_s for s in made]),
@@ -80,12 +78,6 @@ def design(steps: Sequence[Step], spec: Spec, latitude: float = DEFAULT_LATITUDE
         np.array([r.installation for r in records], dtype=np.int64),
         asked,
     )
-
-
-def _batch(step: Step) -> int:
-    """Which batch of units a step belongs to: `b02/…`, the only thing that nothing but the id tells."""
-    found = _BATCH.match(step.id)
-    return 1 if found is None else int(found[1])
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from planner.campaign.noise import Noise, noise_model
-from planner.campaign.parameters import best_parameters, limited, untold
+from planner.campaign.parameters import best_parameters, limited, unobservable
 from planner.campaign.power_ons import PowerOns
 from planner.campaign.prior import Prior, prior_of
 from planner.campaign.spread import (
@@ -81,7 +81,7 @@ def estimate(
     """
     found, said = _fitted(model, y, runs, spec, robust, given), []
     known = {c.effect.name: c.effect for c in model.carried}
-    while lost := untold(found.model, found.theta, found.fit):
+    while lost := unobservable(found.model, found.theta, found.fit):
         found = _fitted(replace(found.model, held=(*found.model.held, *lost)), y, runs, spec, robust, given)
         said += [
             f"the data do not tell the {parameter} of {effect}: held at its default, "

@@ -37,8 +37,8 @@ DEGENERATE = 1e-9  # share of the largest singular value at which a combination 
 class Known:
     """What a campaign tells of the coefficients of one channel.
 
-    columns: which they are (p,); sigma: (p,) standard deviation, infinite where no record tells it apart
-    covariance: (p, p) of what is told; undetermined: (p,) takes part in a combination that no record sees
+    columns: which they are (p,); sigma: (p,) standard deviation, infinite where it is unobservable
+    covariance: (p, p) of what is observable; undetermined: (p,) in a combination that no record sees
     whole: (p + q, p + q) covariance of the shared unknowns as well
     """
 
@@ -86,7 +86,10 @@ class ChannelCampaign:
     @cached_property
     def variances(self) -> Variances:
         """Their sizes."""
-        return spec_variances(self.noise, self.spec.unit) if self.given is None else self.given
+        if self.given is not None:
+            return self.given
+        shared = float(np.sum(np.mean(self.prior.columns**2, axis=0) * self.prior.sigma**2))
+        return spec_variances(self.noise, self.spec.unit, shared=shared)
 
     @cached_property
     def white(self) -> Array:

@@ -1,13 +1,13 @@
-"""What a campaign does not tell: all its tests, temperatures and repeats together.
+"""What a campaign leaves unobservable: all its tests, temperatures and repeats together.
 
 With A the columns of all records, the noise made white, and the prior's pseudo-records below them, a
-coefficient is told when no combination of columns that it takes part in vanishes, and when its standard error
-leaves it better known than it is without a calibration:
+coefficient is observable when no combination of columns that it takes part in vanishes, and when its
+standard error leaves it better known than it is without a calibration:
 
     1.96 √(M⁻¹)_ii <= the error's size in the spec,   M = AᵀA
 
-Two faces of a cube at every temperature tell a bias from a scale factor; one face at six temperatures and six
-faces at the seventh do so at the seventh only, though each test alone looks as if it could.
+Two faces of a cube at every temperature separate bias and scale factor; one face at six temperatures and six
+faces at the seventh do so at the seventh only, though each test alone looks as if it did.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ NOTICEABLE = 0.01  # of the largest input, the order of a scale factor that nobo
 
 
 @dataclass(frozen=True)
-class Untold:
-    """One term of an error on one channel that a campaign does not tell.
+class Unobservable:
+    """One term of an error on one channel that a campaign leaves unobservable.
 
     nodes_degc: the nodes of its table where that is so, none without a table; everywhere: it is so at all of
         them
@@ -52,10 +52,10 @@ class Untold:
     known_to: float
 
 
-def untold(
+def unobservable(
     campaign: Campaign, asked: Collection[ErrorName], without: Collection[ErrorName] = ()
-) -> tuple[Untold, ...]:
-    """Every term of the errors `asked` that the campaign does not tell from all that is declared.
+) -> tuple[Unobservable, ...]:
+    """Every term of the errors `asked` that the campaign does not separate from all that is declared.
 
     without: errors that are left out of the declared model
     """
@@ -63,7 +63,7 @@ def untold(
     return tuple(
         u
         for rows in _every_rows(campaign, without)
-        for u in _untold(rows, carriers, campaign)
+        for u in _unobservable(rows, carriers, campaign)
         if rows.columns
     )
 
@@ -159,10 +159,10 @@ def _stacked(sensor: Sensor, channels: Sequence[ChannelCampaign]) -> _Rows:
     return _Rows(tuple(channels), columns, X)
 
 
-# ---------------------------------------------------------------- what they do not tell
+# ---------------------------------------------------------------- what they leave unobservable
 
 
-def _untold(rows: _Rows, asked: Collection[ErrorName], campaign: Campaign) -> Iterator[Untold]:
+def _unobservable(rows: _Rows, asked: Collection[ErrorName], campaign: Campaign) -> Iterator[Unobservable]:
     found = factors(rows.X, DEGENERATE)
     sigma = np.sqrt(np.sum(found.to_coefficients**2, axis=1))
     reach = TWO_SIDED * np.where(found.undetermined(), np.inf, sigma)
@@ -176,7 +176,7 @@ def _untold(rows: _Rows, asked: Collection[ErrorName], campaign: Campaign) -> It
         partners = dict.fromkeys(e for errors in hidden for e in errors if e != error)
         nodes = tuple(n for i in indices if not np.isnan(n := rows.columns[i].column.node_degc))
         every = sum((p.channel, p.error, p.column.term) == (channel, error, term) for p in rows.columns)
-        yield Untold(
+        yield Unobservable(
             error, term, channel, nodes, len(indices) == every, tuple(partners), float(reach[indices].max())
         )
 

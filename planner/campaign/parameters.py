@@ -1,4 +1,4 @@
-"""Parameters that do not enter linearly: where a fit starts, how far it steps, what the data do not tell."""
+"""Parameters that do not enter linearly: where a fit starts, how far it steps, what no data observe."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def limited(model: ChannelModel, old: Array, new: Array) -> Array:
     return np.asarray(new)
 
 
-def untold(model: ChannelModel, theta: Array, fit: MixedFit) -> list[tuple[str, str]]:
+def unobservable(model: ChannelModel, theta: Array, fit: MixedFit) -> list[tuple[str, str]]:
     """(effect, parameter) at an end of the range, or with an interval as wide as half of it."""
     if not model.fitted_parameters:
         return []

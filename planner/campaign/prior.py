@@ -58,19 +58,19 @@ class Prior:
 def prior_of(model: ChannelModel, theta: Array, parts: Parts, runs: PowerOns, spec: Spec) -> Prior:
     """The unknowns of one channel that all its power-ons share."""
     found = [*_storage(model, parts, runs, spec), *_references(model, theta, parts, runs, spec)]
-    told = [(unknown, z, sigma) for unknown, z, sigma in found if sigma > 0.0 and np.any(z)]
+    kept = [(unknown, z, sigma) for unknown, z, sigma in found if sigma > 0.0 and np.any(z)]
     n = len(runs)
     return Prior(
-        np.column_stack([z for _, z, _ in told]) if told else np.empty((n, 0)),
-        np.array([sigma for _, _, sigma in told]),
-        tuple(unknown for unknown, _, _ in told),
+        np.column_stack([z for _, z, _ in kept]) if kept else np.empty((n, 0)),
+        np.array([sigma for _, _, sigma in kept]),
+        tuple(unknown for unknown, _, _ in kept),
     )
 
 
-_Told = tuple[Shared, Array, float]
+_Unknown = tuple[Shared, Array, float]
 
 
-def _storage(model: ChannelModel, parts: Parts, runs: PowerOns, spec: Spec) -> Iterator[_Told]:
+def _storage(model: ChannelModel, parts: Parts, runs: PowerOns, spec: Spec) -> Iterator[_Unknown]:
     day = model.conditions.day - min(0.0, float(np.min(model.conditions.day, initial=0.0)))
     span = float(day.max(initial=0.0))
     if span <= 0.0:
@@ -98,7 +98,7 @@ def walk_mode(k: int, share: Array) -> Array:
 
 def _references(
     model: ChannelModel, theta: Array, parts: Parts, runs: PowerOns, spec: Spec
-) -> Iterator[_Told]:
+) -> Iterator[_Unknown]:
     for bench, rows in _benches(runs, spec):
         accuracy = spec.benches[bench].accuracy
         if accuracy is None:
@@ -125,7 +125,7 @@ def _benches(runs: PowerOns, spec: Spec) -> Iterator[tuple[str, NDArray[np.bool_
 
 def _mountings(
     model: ChannelModel, runs: PowerOns, bench: str, rows: NDArray[np.bool_], accuracy: BenchAccuracy
-) -> Iterator[_Told]:
+) -> Iterator[_Unknown]:
     """A small turn of the body on the table, δ × u: (e_k × u)_i; one installation if nobody counts them."""
     i = model.channel
     installation = np.zeros(len(runs), dtype=np.int64) if runs.installation is None else runs.installation

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from planner.commands.options import AsJson, DataTable, Seed, SpecFile, SpecOption
 from planner.commands.output import answer, deliver, notes, of_units, progress_line
+
+if TYPE_CHECKING:
+    from planner.nouns.calibration import Calibration
+    from planner.nouns.dwell_table import DwellTable
+    from planner.simulate.campaign import Truth
 
 Hidden = Annotated[
     list[str] | None,
@@ -54,6 +60,9 @@ Curves = Annotated[
     ),
 ]
 Latitude = Annotated[float, typer.Option(min=-90.0, max=90.0, metavar="DEG", help="Of the bench.")]
+LatitudeIfKnown = Annotated[
+    float | None, typer.Option(min=-90.0, max=90.0, metavar="DEG", help="Of the bench.")
+]
 
 
 _DEFAULTS = {"case": "random", "signs": "random", "temperature_error": "0.0 K", "spikes": 0.0}
@@ -89,10 +98,7 @@ def simulate(
 
     Example: planner simulate spec.yaml --plan plans/spec --hidden g_sensitivity=0.01deg/s/g -o data.csv
     """
-    from planner.dwells.dwell_files import write_dwells
     from planner.export.documents import read_plan
-    from planner.export.files import write_whole
-    from planner.export.truth import truth_path, truth_text
     from planner.pipelines import data as data_pipeline
     from planner.simulate.settings import pairs, settings_from, settings_of
     from planner.spec.load import load_spec
@@ -104,6 +110,15 @@ def simulate(
     drawn = settings_from({**written, **chosen, **pairs(assign or [])}, settings_of(loaded.spec))
     document = None if plan is None else read_plan(plan)
     table, truth = data_pipeline.simulate(loaded, document, hidden or (), seed, drawn, latitude, curves)
+    _written(table, truth, out, as_json)
+
+
+def _written(table: DwellTable, truth: Truth, out: Path, as_json: bool) -> None:
+    """The table, and the truth beside it."""
+    from planner.dwells.dwell_files import write_dwells
+    from planner.export.truth import truth_path, truth_text
+    from planner.whole_files import write_whole
+
     write_dwells(table, out)
     beside = truth_path(out)
     write_whole(beside, truth_text(truth, out.name))
@@ -124,9 +139,7 @@ def calibrate(
     method: MethodName = "declared_effects",
     prior: Prior = None,
     robust: Robust = "no",
-    latitude: Annotated[
-        float | None, typer.Option(min=-90.0, max=90.0, metavar="DEG", help="Of the bench.")
-    ] = None,
+    latitude: LatitudeIfKnown = None,
     as_json: AsJson = False,
 ) -> None:
     """Fit the declared error model: coefficients with uncertainties, before and after, files for firmware.
@@ -141,19 +154,25 @@ def calibrate(
     Example: planner calibrate data.csv --spec spec.yaml -o calibrations/data
     """
     from planner.calibrate.methods import fit_options
-    from planner.export.calibration import calibration_document, read_tables
-    from planner.export.calibration_files import calibration_files, unit_folders
-    from planner.export.firmware import left_out_notes
+    from planner.export.calibration import read_tables
     from planner.pipelines import data as data_pipeline
-    from planner.report.charts.calibration import before_after_svg
-    from planner.report.subjects.calibration import calibration_report
     from planner.spec.sensor_alone import load_sensor_spec
 
     old = None if prior is None else read_tables(prior)
     options = fit_options(method, robust, latitude, old)
     with progress_line() as say:
         found = data_pipeline.calibrate(data, load_sensor_spec(spec), options, say)
-    folder = out or Path("calibrations") / data.stem
+    _delivered(found, out or Path("calibrations") / data.stem, as_json)
+
+
+def _delivered(found: Sequence[Calibration], folder: Path, as_json: bool) -> None:
+    """Files, notes and the result of every unit's calibration."""
+    from planner.export.calibration import calibration_document
+    from planner.export.calibration_files import calibration_files, unit_folders
+    from planner.export.firmware import left_out_notes
+    from planner.report.charts.calibration import before_after_svg
+    from planner.report.subjects.calibration import calibration_report
+
     files = calibration_files(found, folder)
     for calibration, place in zip(found, unit_folders(folder, [c.unit for c in found]), strict=True):
         if calibration.sensors:

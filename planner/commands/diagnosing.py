@@ -97,10 +97,10 @@ def update(
     Example: planner update spec.yaml --diagnosis diagnoses/data/diagnosis.json -o spec2.yaml
     """
     from planner.export.diagnosis_json import read_diagnosis
-    from planner.export.files import write_whole
     from planner.pipelines import diagnosing as pipeline
     from planner.report.subjects.update import update_document, update_report
     from planner.spec.load import load_spec
+    from planner.whole_files import write_whole
 
     if out.resolve() == spec.resolve():
         raise InputError(f"{out} is the old spec, which the diagnosis is of; give the new one another name")

@@ -12,6 +12,7 @@ from planner.commands.output import deliver, page_of, progress_line
 
 if TYPE_CHECKING:
     from planner.fleet.basis import Recalibrated
+    from planner.fleet.judge import ErrorRates
     from planner.pipelines.fleet import Forecasted
     from planner.report.blocks import Report
     from planner.spec.load import LoadedSpec
@@ -24,7 +25,7 @@ Folder = Annotated[
     Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder for the files [none are written].")
 ]
 Checks = Annotated[
-    list[Path],
+    list[Path] | None,
     typer.Argument(
         metavar="DATA|CALIBRATION…",
         help="Dwell tables of checks after calibration, calibration.json files or folders.",
@@ -36,6 +37,26 @@ GoodRejected = Annotated[
 ]
 BadAccepted = Annotated[
     float, typer.Option(metavar="PERCENT", help="Of bad units, at most so many may be accepted.")
+]
+PlanCheck = Annotated[
+    bool,
+    typer.Option("--plan-check", help="Plan the check instead: also a bare `--plan`, or no DATA."),
+]
+AtLoad = Annotated[
+    float, typer.Option("--load", metavar="PERCENT", help="Of the limit: the unit that a check must decide.")
+]
+Decided = Annotated[
+    float, typer.Option("--decided", metavar="PERCENT", help="Of such units, so many must be decided.")
+]
+Looks = Annotated[
+    int | None,
+    typer.Option(
+        "--looks",
+        metavar="N",
+        min=1,
+        max=200,
+        help="Look after every power-on and stop at the first decision; N: power-ons that were planned.",
+    ),
 ]
 AsResidual = Annotated[
     bool,
@@ -61,7 +82,9 @@ Today = Annotated[str | None, typer.Option(metavar="DATE", help="What counts as 
 Start = Annotated[
     str | None, typer.Option(metavar="DATE", help="Date of day 0, for histories that count days.")
 ]
-Until = Annotated[str | None, typer.Option(metavar="DATE|DAYS", help="How far to look [365 days].")]
+Until = Annotated[
+    str | None, typer.Option(metavar="DATE|DAYS", help="How far to look, from today [365 days].")
+]
 Carried = Annotated[
     str | None,
     typer.Option(metavar="DATE|DAYS", help="How long the store must carry [recalibration.period]."),
@@ -72,7 +95,8 @@ MethodName = Annotated[
     str,
     typer.Option(
         metavar="NAME",
-        help="auto (best on rolling origins), naive, local_trend, structural, gaussian_process or neural.",
+        help="auto (hierarchical: one model of the type), naive, local_trend, structural, gaussian_process "
+        "or neural.",
     ),
 ]
 CorrectedBy = Annotated[
@@ -92,9 +116,13 @@ def register(app: typer.Typer) -> None:
 
 
 def accept(
-    data: Checks,
     spec: SpecOption,
+    data: Checks = None,
     plan: PlanOption = None,
+    plan_check: PlanCheck = False,
+    load: AtLoad = 90.0,
+    decided: Decided = 90.0,
+    looks: Looks = None,
     out: Folder = None,
     good_rejected: GoodRejected = 5.0,
     bad_accepted: BadAccepted = 5.0,
@@ -109,6 +137,11 @@ def accept(
     the first is the residual; one alone is judged by what its intervals leave. Exit 1 if any unit is
     rejected.
 
+    `accept --plan` without a plan, or without DATA, plans the check: the cheapest temperatures, faces and
+    power-ons that decide a unit at a given load, and when it may stop (`--looks`).
+
+    Example: planner accept --spec spec.yaml --plan --load 95
+
     Example: planner accept check.csv --spec spec.yaml --plan plans/spec -o accepted
     """
     from planner.export.fleet import accept_document, fleet_text
@@ -118,8 +151,11 @@ def accept(
 
     rates = ErrorRates(good_rejected / 100, bad_accepted / 100)
     loaded, planned = _read(spec, plan)
+    if plan_check or not data:
+        _plan_check(loaded, planned, (load / 100, decided / 100), rates, out, as_json)
+        return
     with progress_line() as say:
-        found = pipeline.accept(data, loaded, planned, rates, say, as_residual=as_residual)
+        found = pipeline.accept(data, loaded, planned, rates, say, as_residual=as_residual, looks=looks)
     units, region = found.units, found.basis.region
     report = accept_report(units, region, rates, loaded.spec.name, found.notes)
     document = accept_document(units, region, rates, _source(loaded), found.notes)
@@ -130,6 +166,29 @@ def accept(
     deliver(files, found.notes, document, report, as_json)
     if any(u.verdict == "rejected" for u in units):
         raise typer.Exit(1)
+
+
+def _plan_check(
+    loaded: LoadedSpec,
+    planned: dict[str, Any] | None,
+    asked: tuple[float, float],
+    rates: ErrorRates,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    from planner.export.fleet import checks_document, fleet_text
+    from planner.pipelines import fleet as pipeline
+    from planner.report.subjects.check_plan import checks_report
+
+    with progress_line() as say:
+        found = pipeline.plan_check(loaded, planned, *asked, rates, say)
+    report = checks_report(found.checks, rates, loaded.spec.name, found.basis.notes)
+    document = checks_document(found.checks, rates, _source(loaded), found.basis.notes)
+    files: dict[Path, str | bytes] = {}
+    if out is not None:
+        files[out / "check_plan.json"] = fleet_text(document)
+        files[out / "report.html"] = page_of(report)
+    deliver(files, found.basis.notes, document, report, as_json)
 
 
 def forecast(
@@ -148,8 +207,9 @@ def forecast(
     """Forecast drift in store: bias, drift, scale factor per channel, and the date of the next calibration.
 
     HISTORY is a CSV with one value a line: `unit, date (or day), error, term, value, uncertainty, event`,
-    e.g. `u1,2026-03-01,gyro.bias,x,0.0021 deg/s,0.0004 deg/s,`; uncertainty (one sigma) and event
-    (`repair`: the history starts anew there) may be absent. Or one column a coefficient:
+    e.g. `u1,2026-03-01,gyro.bias,x,0.0021 deg/s,0.0004 deg/s,`; uncertainty (one sigma), event
+    (`repair`, `replacement`, `recalibration`: the history starts anew there; other words are remarks) may be
+    absent. Or one column a coefficient:
     `unit,date,gyro.bias x [deg/s]`. Or calibrations, `calibration.json@2026-03-01`, or dwell tables with a
     column day.
 
@@ -222,7 +282,9 @@ def recalibrate(
     inputs = [*(history or ()), *(calibration or ())]
     with progress_line() as say:
         found = pipeline.recalibrate(loaded, planned, inputs, options, say)
-    document = recalibration_document(found.plans, found.shortest, found.start, _source(loaded), found.notes)
+    document = recalibration_document(
+        found.plans, found.shortest, found.start, _source(loaded), found.notes, found.sessions
+    )
     report = recalibration_report(found, loaded.spec.name)
     files = {} if out is None else _recalibration_files(found, document, report, out)
     deliver(files, found.notes, document, report, as_json)

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from planner.commands.options import AsJson, SpecFile
 from planner.commands.output import answer, deliver, page_of, progress_line, result
 from planner.errors import InputError
+
+if TYPE_CHECKING:  # what computes is imported by the command that needs it
+    from planner.nouns.plan import Plan
+    from planner.pipelines.planning import Planned
+    from planner.report.blocks import Report
+    from planner.spec.load import LoadedSpec
 
 
 def register(app: typer.Typer) -> None:
@@ -27,8 +33,8 @@ def init(
 
     Example: planner init spec.yaml
     """
-    from planner.export.files import write_whole
     from planner.spec.starter import starter_text
+    from planner.whole_files import write_whole
 
     target = file or Path("spec.yaml")
     if target.exists():
@@ -55,15 +61,22 @@ def check(spec: SpecFile, as_json: AsJson = False) -> None:
     answer({"ok": True, "faults": [], "warnings": warnings}, f"{spec}: no faults", as_json)
 
 
-def schema(as_json: AsJson = False) -> None:
-    """Print the JSON Schema of the spec, for editors.
+def schema(
+    of: Annotated[str, typer.Option("--of", metavar="spec|column-map", help="Of which file.")] = "spec",
+    as_json: AsJson = False,
+) -> None:
+    """Print the JSON Schema of the spec, or of a column map, for editors.
 
-    Example: planner schema > spec.schema.json
+    Example: planner schema --of column-map > column_map.schema.json
     """
+    from planner.recordings.map_schema import column_map_schema
     from planner.spec.schema import json_schema
 
     del as_json  # the schema is JSON in any case
-    typer.echo(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+    made = {"spec": json_schema, "column-map": column_map_schema}
+    if of not in made:
+        raise InputError(f"--of {of}: there is no schema of that; there are {', '.join(made)}")
+    typer.echo(json.dumps(made[of](), indent=2, ensure_ascii=False))
 
 
 def plan(
@@ -77,28 +90,40 @@ def plan(
 
     Example: planner plan requirements_specs/small_uav.yaml -o plans/small_uav
     """
-    from planner.export.formats.csv import steps_text
-    from planner.export.json import plan_document, plan_text
     from planner.pipelines import planning as pipeline
-    from planner.report.subjects.plan import plan_report
     from planner.spec.load import load_spec
 
     loaded = load_spec(spec)
-    folder = out or Path("plans") / spec.stem
     with progress_line() as progress:
         planned = pipeline.plan(loaded, progress)
         progress("drawing the report")
-        report = plan_report(
-            planned.plan,
-            allowed=planned.allowed,
-            sensitivities=planned.navigation.sensitivities,
-            constraints=planned.navigation.constraints,
-            spec_text=spec.read_text(encoding="utf-8"),
-            trajectory_name=planned.navigation.trajectory,
-            service_life_s=loaded.spec.unit.service_life,
-        )
+        report = _report(planned, loaded)
         page = page_of(report)
-    made = planned.plan
+    _delivered(planned.plan, report, page, out or Path("plans") / spec.stem, as_json)
+    if not planned.plan.complete:
+        typer.echo("stopped at plan.time_limit before the proof was complete: see bound_s and gap", err=True)
+        raise typer.Exit(4)
+
+
+def _report(planned: Planned, loaded: LoadedSpec) -> Report:
+    from planner.report.subjects.plan import plan_report
+
+    return plan_report(
+        planned.plan,
+        allowed=planned.allowed,
+        sensitivities=planned.navigation.sensitivities,
+        constraints=planned.navigation.constraints,
+        spec_text=loaded.path.read_text(encoding="utf-8"),
+        trajectory_name=planned.navigation.trajectory,
+        service_life_s=loaded.spec.unit.service_life,
+    )
+
+
+def _delivered(made: Plan, report: Report, page: str, folder: Path, as_json: bool) -> None:
+    """plan.json, steps.csv, report.html; notes and the answer."""
+    from planner.export.formats.csv import steps_text
+    from planner.export.json import plan_document, plan_text
+
     deliver(
         {
             folder / "plan.json": plan_text(made),
@@ -111,9 +136,6 @@ def plan(
         as_json,
         f"wrote {folder / 'plan.json'}, steps.csv, report.html",
     )
-    if not made.complete:
-        typer.echo("stopped at plan.time_limit before the proof was complete: see bound_s and gap", err=True)
-        raise typer.Exit(4)
 
 
 def sensitivity(

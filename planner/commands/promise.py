@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from planner.commands.options import AsJson, PlanFile, Seed, SpecFile
 from planner.commands.output import deliver, notes, page_of, progress_line, result
 from planner.errors import InputError
+
+if TYPE_CHECKING:  # what computes is imported by the command that needs it
+    from planner.verify.verification import Verification
 
 Flights = Annotated[
     int, typer.Option(min=0, max=10_000_000, help="Campaigns with flights; 0: count again only.")
@@ -28,6 +31,20 @@ FlightCurves = Annotated[
         metavar="binding|all|cosines|kink|cubic|matern|measured",
         help="Family of the curves over temperature: the one that the plan says binds, one by name, or every "
         "one for which the promise must hold.",
+    ),
+]
+FlightSpreads = Annotated[
+    str | None,
+    typer.Option(
+        metavar="stated|drawn",
+        help="Run-to-run spreads as stated, or drawn for types of unit where they are estimates; "
+        "default: drawn if the spec says from how many power_ons.",
+    ),
+]
+ThroughFiles = Annotated[
+    int,
+    typer.Option(
+        min=0, max=100, metavar="N", help="So many units go through files: calibrate, apply, flight."
     ),
 ]
 
@@ -50,6 +67,14 @@ Cluster = Annotated[
 ]
 
 
+Vary = Annotated[
+    list[str],
+    typer.Option(
+        metavar="KEY=A..B|A,B,…", help="A key of the spec and its values; may be given several times."
+    ),
+]
+
+
 def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
     for command in (verify, sweep):
@@ -63,22 +88,10 @@ def verify(
     seed: Seed = 1,
     temperature: FlightTemperature = "own",
     curves: FlightCurves = "binding",
-    spreads: Annotated[
-        str | None,
-        typer.Option(
-            metavar="stated|drawn",
-            help="Run-to-run spreads as stated, or drawn for types of unit where they are estimates; "
-            "default: drawn if the spec says from how many power_ons.",
-        ),
-    ] = None,
+    spreads: FlightSpreads = None,
     workers: Workers = 1,
     cluster: Cluster = None,
-    through_files: Annotated[
-        int,
-        typer.Option(
-            min=0, max=100, metavar="N", help="So many units go through files: calibrate, apply, flight."
-        ),
-    ] = 2,
+    through_files: ThroughFiles = 2,
     made_for: Annotated[
         Path | None,
         typer.Option(
@@ -101,9 +114,7 @@ def verify(
     Example: planner verify requirements_specs/small_uav.yaml plans/small_uav --flights 10000 --workers 2
     """
     from planner.export.documents import read_plan
-    from planner.export.verify import verify_document, verify_text
     from planner.pipelines import promise as pipeline
-    from planner.report.subjects.verify import verify_report
     from planner.spec.load import load_spec
 
     options = pipeline.checked(
@@ -113,6 +124,15 @@ def verify(
     old = None if made_for is None else load_spec(made_for)
     with progress_line() as progress:
         found = pipeline.verify(loaded, document, options, progress, old)
+    _said(found, out, as_json)
+    raise typer.Exit(_exit_code(found.verdict, found.stopped))
+
+
+def _said(found: Verification, out: Path | None, as_json: bool) -> None:
+    """The answer on stdout, and in `out` as files."""
+    from planner.export.verify import verify_document, verify_text
+    from planner.report.subjects.verify import verify_report
+
     report = verify_report(found)
     files: dict[Path, str | bytes] = {}
     if out is not None:
@@ -127,7 +147,6 @@ def verify(
     )
     if found.stopped:
         typer.echo(f"stopped after {found.flights} of {found.wanted} flights", err=True)
-    raise typer.Exit(_exit_code(found.verdict, found.stopped))
 
 
 def _exit_code(verdict: str, stopped: bool) -> int:
@@ -138,12 +157,7 @@ def _exit_code(verdict: str, stopped: bool) -> int:
 
 def sweep(
     spec: SpecFile,
-    vary: Annotated[
-        list[str],
-        typer.Option(
-            metavar="KEY=A..B|A,B,…", help="A key of the spec and its values; may be given several times."
-        ),
-    ],
+    vary: Vary,
     out: Annotated[
         Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder [sweeps/<spec name>/].")
     ] = None,

@@ -13,11 +13,11 @@ from planner.dwells.mix_ups import mix_ups
 from planner.errors import Fault, InputError
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
+from planner.quantities import DAY_S
 
 MOST_FAULTS = 20
 HOTTEST_DEGC = 200.0  # no inertial unit is calibrated hotter; room temperature in kelvin is 293
 COLDEST_DEGC = -200.0
-SECONDS_PER_DAY = 86400.0
 LEAST_COPY = 2  # rows; one that is the same may be chance where readings are coarse
 TURNS_DPS = 5.0  # ten times the largest bias of a MEMS gyro: what reads more than that apart is turned
 _WITHOUT = {c.name: c.without for c in SINGLES} | {c.name: t.without for t in TRIADS for c in t.columns()}
@@ -113,9 +113,9 @@ def _order(raw: RawDwells) -> Iterator[Fault]:
         yield raw.fault(second, "time_on_s", _backwards(raw, first, second, run, time))
     day = raw.columns.get("day")
     if day is not None:
-        passed = np.abs(day[after] - day[before]) * SECONDS_PER_DAY
+        passed = np.abs(day[after] - day[before]) * DAY_S
         # half a day of slack: some write the whole day of the calendar
-        jumped = (passed > np.abs(time[after] - time[before]) + SECONDS_PER_DAY / 2 + 1.0) & ~wrong
+        jumped = (passed > np.abs(time[after] - time[before]) + DAY_S / 2 + 1.0) & ~wrong
         for first, second in zip(before[jumped][:MOST_FAULTS], after[jumped][:MOST_FAULTS], strict=True):
             said = f"run {run[second]:.0f} is on day {day[first]:g} and on day {day[second]:g}"
             yield raw.fault(second, "run", f"{said}; every power-on needs a number of its own")

@@ -8,8 +8,7 @@ from planner.effects._channels import ChannelEffect
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Sensor
-
-SECONDS_A_DAY = 86_400.0
+from planner.quantities import DAY_S
 
 
 class Ageing(ChannelEffect):
@@ -26,7 +25,7 @@ class Ageing(ChannelEffect):
 
     def drive(self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float]) -> Array:
         """Seconds since the calibration: (n,)."""
-        return conditions.day * SECONDS_A_DAY
+        return conditions.day * DAY_S
 
 
 EFFECT = Ageing()

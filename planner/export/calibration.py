@@ -16,6 +16,7 @@ import numpy as np
 
 from planner import catalog
 from planner.errors import InputError
+from planner.export.json_figures import figure, shown
 from planner.nouns.calibration import (
     Calibration,
     Coefficient,
@@ -26,12 +27,11 @@ from planner.nouns.calibration import (
     Tables,
 )
 from planner.protocols import SENSORS, Sensor
-from planner.units import displayed, from_si, unit_factor
+from planner.units import from_si, unit_factor
 
 OUTPUT_UNIT = {"gyro": "deg/s", "accelerometer": "g"}
 SUFFIX = {"deg/s": "dps", "g": "g"}
 SCHEMA_VERSION = 1
-_RESULT_DIGITS = 9
 
 
 def calibration_document(calibration: Calibration) -> dict[str, Any]:
@@ -83,7 +83,7 @@ def _sensor(found: SensorCalibration) -> dict[str, Any]:
         "method": found.method,
         "coefficients": [_coefficient(c) for c in found.coefficients],
         "undetermined": [_named(c) for c in found.coefficients if c.status == "undetermined"],
-        "condition": {channel: _number(value) for channel, value in found.condition.items()},
+        "condition": {channel: figure(value) for channel, value in found.condition.items()},
         "correlation": {channel: _correlation(matrix) for channel, matrix in found.covariance.items()},
         "residual": {f"{found.sensor}_{r.channel}": _residual(r, unit) for r in found.residuals},
         "tables": _tables(found.tables, unit),
@@ -99,11 +99,11 @@ def _coefficient(c: Coefficient) -> dict[str, Any]:
     known = c.status != "undetermined"
     return {
         **_named(c),
-        "value": _shown(c.value, c.unit) if known else None,
+        "value": shown(c.value, c.unit) if known else None,
         "unit": c.unit,
-        "standard_error": _shown(c.standard_error, c.unit) if known else None,
-        "ci95": [_shown(c.low, c.unit), _shown(c.high, c.unit)] if known else None,
-        "degrees_of_freedom": _number(round(c.freedom, 2)) if math.isfinite(c.freedom) else None,
+        "standard_error": shown(c.standard_error, c.unit) if known else None,
+        "ci95": [shown(c.low, c.unit), shown(c.high, c.unit)] if known else None,
+        "degrees_of_freedom": figure(round(c.freedom, 2)) if math.isfinite(c.freedom) else None,
         "status": c.status,
     }
 
@@ -117,9 +117,9 @@ def _correlation(covariance: np.ndarray) -> list[list[float]]:
 def _residual(r: Residual, unit: str) -> dict[str, Any]:
     return {
         "unit": unit,
-        "before": _shown(r.before, unit),
-        "after": _shown(r.after, unit),
-        "after_in_sample": _shown(r.in_sample, unit),
+        "before": shown(r.before, unit),
+        "after": shown(r.after, unit),
+        "after_in_sample": shown(r.in_sample, unit),
         "held_out": r.held_out,
         "rows": r.rows,
         "runs": r.runs,
@@ -133,9 +133,9 @@ def _random(r: RandomCharacteristic) -> dict[str, Any]:
         "kind": r.kind,
         "error": r.error,
         "channel": r.channel,
-        "value": _shown(r.value, base),
+        "value": shown(r.value, base),
         "unit": f"({base})·√s" if r.unit != base else base,
-        "ci95": [_shown(r.low, base), _shown(r.high, base)],
+        "ci95": [shown(r.low, base), shown(r.high, base)],
         "measured": r.measured,
     }
 
@@ -155,15 +155,6 @@ def _tables(tables: Tables, unit: str) -> dict[str, Any]:
 
 def _extra(e: ExtraTerm) -> dict[str, Any]:
     return {"effect": e.effect, "term": e.term, "value_si": e.value, "nonlinear_si": dict(e.nonlinear)}
-
-
-def _shown(value: float, unit: str) -> float | None:
-    """A figure in its display unit; None for one that does not exist."""
-    return _number(displayed(value, unit)) if math.isfinite(value) else None
-
-
-def _number(value: float) -> float | None:
-    return float(f"{value:.{_RESULT_DIGITS}g}") if math.isfinite(value) else None
 
 
 # ---------------------------------------------------------------- reading back

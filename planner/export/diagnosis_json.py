@@ -17,6 +17,7 @@ from planner import catalog
 from planner.errors import InputError
 from planner.export.diagnosis_findings import findings_document, findings_from
 from planner.export.documents import json_tree
+from planner.export.json_figures import figure, shown
 from planner.nouns.diagnosis import (
     Assumption,
     Diagnosis,
@@ -31,10 +32,9 @@ from planner.nouns.diagnosis import (
     Unknown,
     Untestable,
 )
-from planner.units import UnitError, from_si, unit_factor
+from planner.units import UnitError, unit_factor
 
 SCHEMA_VERSION = 1
-_DIGITS = 9
 REQUIRED = ("verdict", "effects", "residual", "spec", "unit")
 
 
@@ -54,15 +54,15 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
             {
                 "channels": [channel(c) for c in u.channels],
                 "varies_with": u.varies_with,
-                "p_value": _number(u.p_value),
-                "strength_sigma": _number(u.strength),
+                "p_value": figure(u.p_value),
+                "strength_sigma": figure(u.strength),
             }
             for u in found.unknown
         ],
         "not_found": [
             {
                 "effect": n.effect,
-                "upper_limit95": _shown(n.upper_limit, n.unit),
+                "upper_limit95": shown(n.upper_limit, n.unit),
                 "unit": n.unit,
                 "sensor": n.sensor,
             }
@@ -94,46 +94,46 @@ def _effect(e: FoundEffect) -> dict[str, Any]:
         "effect": e.effect,
         "channels": [channel(c) for c in e.channels],
         "terms": [_term(t) for t in e.terms],
-        "p_value": _number(e.p_value),
-        "rivals": [{"effect": r.effect, "separated_by": _number(r.separated_by)} for r in e.rivals],
+        "p_value": figure(e.p_value),
+        "rivals": [{"effect": r.effect, "separated_by": figure(r.separated_by)} for r in e.rivals],
         "below_bench_uncertainty": e.below_bench_uncertainty,
         "sensor": e.sensor,
-        "strength_sigma": _number(e.strength),
-        "nonlinear": {name: _number(value) for name, value in e.nonlinear.items()},
+        "strength_sigma": figure(e.strength),
+        "nonlinear": {name: figure(value) for name, value in e.nonlinear.items()},
     }
 
 
 def _term(t: FoundTerm) -> dict[str, Any]:
-    value, low, high = (_number(x / t.scale) for x in (t.value, t.low, t.high))
+    value, low, high = (figure(x / t.scale) for x in (t.value, t.low, t.high))
     return {
         "name": t.name,
         "value": value,
         "unit": t.unit,
         "ci95": [low, high],
         "channel": channel(t.channel),
-        "degrees_of_freedom": _number(t.freedom),
+        "degrees_of_freedom": figure(t.freedom),
         "nonlinear": t.parameter,
     }
 
 
 def _residual(r: ResidualChange) -> dict[str, Any]:
-    def shown(value: float) -> float | None:
-        return _shown(value, r.unit)
+    def ours(value: float) -> float | None:
+        return shown(value, r.unit)
 
     return {
         "unit": r.unit,
-        "before": {"rms": shown(r.before), "ci95": [shown(r.before_low), shown(r.before_high)]},
-        "after": {"rms": shown(r.after), "ci95": [shown(r.after_low), shown(r.after_high)]},
-        "within_run_before": shown(r.within_before),
-        "within_run_after": shown(r.within_after),
-        "noise_floor": shown(r.noise_floor),
-        "noise_floor_within_run": shown(r.noise_floor_within),
-        "within_run_before_sigma": _number(r.sigma_before),
-        "within_run_after_sigma": _number(r.sigma_after),
+        "before": {"rms": ours(r.before), "ci95": [ours(r.before_low), ours(r.before_high)]},
+        "after": {"rms": ours(r.after), "ci95": [ours(r.after_low), ours(r.after_high)]},
+        "within_run_before": ours(r.within_before),
+        "within_run_after": ours(r.within_after),
+        "noise_floor": ours(r.noise_floor),
+        "noise_floor_within_run": ours(r.noise_floor_within),
+        "within_run_before_sigma": figure(r.sigma_before),
+        "within_run_after_sigma": figure(r.sigma_after),
         "record": {
-            "noise": shown(r.white),
-            "share_of_input": _number(r.stray),
-            "record_s": _number(r.record),
+            "noise": ours(r.white),
+            "share_of_input": figure(r.stray),
+            "record_s": figure(r.record),
         },
         "held_out": r.held_out,
         "held_out_by": r.split,
@@ -155,15 +155,15 @@ def _navigation(n: NavigationCost) -> dict[str, Any]:
     return {
         "error": n.error,
         "unit": n.unit,
-        "before": _shown(n.before, n.unit),
-        "after": _shown(n.after, n.unit),
-        "limit": _shown(n.limit, n.unit),
-        "before_as_calibrated": _shown(n.as_calibrated, n.unit),
-        "promised": _shown(n.promised, n.unit),
-        "total_before": _shown(n.total_before, n.unit),
-        "total_after": _shown(n.total_after, n.unit),
+        "before": shown(n.before, n.unit),
+        "after": shown(n.after, n.unit),
+        "limit": shown(n.limit, n.unit),
+        "before_as_calibrated": shown(n.as_calibrated, n.unit),
+        "promised": shown(n.promised, n.unit),
+        "total_before": shown(n.total_before, n.unit),
+        "total_after": shown(n.total_after, n.unit),
         "compensation_helps": n.helps,
-        "confidence": _number(n.confidence),
+        "confidence": figure(n.confidence),
         "how": n.how,
     }
 
@@ -174,10 +174,10 @@ def _measurement(m: NextMeasurement) -> dict[str, Any]:
         "condition": {
             "bench": m.bench,
             "test": m.test,
-            **{k: v if isinstance(v, str) else _number(v) for k, v in m.condition.items()},
+            **{k: v if isinstance(v, str) else figure(v) for k, v in m.condition.items()},
         },
-        "separation": _number(m.separation),
-        "time_s": _number(m.time_s),
+        "separation": figure(m.separation),
+        "time_s": figure(m.time_s),
     }
 
 
@@ -187,19 +187,11 @@ def _assumption(a: Assumption) -> dict[str, Any]:
         "channel": channel(a.channel) or None,
         "part": a.part,
         "unit": a.unit,
-        "assumed": None if a.assumed is None else _shown(a.assumed, a.unit),
-        "measured": _shown(a.measured, a.unit),
-        "ci95": [_shown(a.low, a.unit), _shown(a.high, a.unit)],
-        "degrees_of_freedom": _number(a.freedom),
+        "assumed": None if a.assumed is None else shown(a.assumed, a.unit),
+        "measured": shown(a.measured, a.unit),
+        "ci95": [shown(a.low, a.unit), shown(a.high, a.unit)],
+        "degrees_of_freedom": figure(a.freedom),
     }
-
-
-def _shown(value: float, unit: str) -> float | None:
-    return _number(from_si(value, unit)) if math.isfinite(value) else None
-
-
-def _number(value: float) -> float | None:
-    return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
 
 
 # ---------------------------------------------------------------- reading back

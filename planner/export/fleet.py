@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner import __version__
+from planner.export.json_figures import figure, shown
 from planner.fleet.acceptance import ChannelAcceptance, UnitAcceptance, counts
 from planner.fleet.allowed_region import AllowedRegion
-from planner.fleet.drift import ChannelForecast, FleetForecast, UnitDate
+from planner.fleet.check_plan import Check
+from planner.fleet.dates import FleetForecast, UnitDate
+from planner.fleet.drift import ChannelForecast
 from planner.fleet.judge import ErrorRates
 from planner.fleet.validation import MethodScore
-from planner.units import from_si
 
 if TYPE_CHECKING:
     from planner.nouns.array import Array
-
-DIGITS = 9
 
 
 def accept_document(
@@ -50,18 +50,18 @@ def _unit(u: UnitAcceptance, region: AllowedRegion) -> dict[str, Any]:
             "requirement": c.requirement,
             "error": c.error,
             "rule": c.rule,
-            "at_s": _number(c.time_s),
-            "value": _shown(u.value, c.unit),
-            "limit": _shown(u.limit, c.unit),
+            "at_s": figure(c.time_s),
+            "value": shown(u.value, c.unit),
+            "limit": shown(u.limit, c.unit),
             "unit": c.unit,
         },
-        "load": _number(u.load),
-        "load_interval": [_number(u.low), _number(u.high)],
-        "temperatures_degc": [_number(t) for t in u.temperatures_degc],
+        "load": figure(u.load),
+        "load_interval": [figure(u.low), figure(u.high)],
+        "temperatures_degc": [figure(t) for t in u.temperatures_degc],
         "power_ons": u.power_ons,
         "records": u.records,
-        "further_power_ons": None if u.further is None else _number(u.further),
-        "further_records": None if u.further_records is None else _number(u.further_records),
+        "further_power_ons": None if u.further is None else figure(u.further),
+        "further_records": None if u.further_records is None else figure(u.further_records),
         "decidable": u.further is None or math.isfinite(u.further),
         "channels": [_channel(ch) for ch in u.channels],
         "notes": list(u.notes),
@@ -73,13 +73,38 @@ def _channel(ch: ChannelAcceptance) -> dict[str, Any]:
         "channel": ch.channel,
         "term": ch.term,
         "place": ch.place,
-        "residual": _shown(ch.residual, ch.unit),
-        "ci95_half": _shown(ch.uncertainty, ch.unit),
-        "planned": _shown(ch.planned, ch.unit),
-        "room": _shown(ch.room, ch.unit),
+        "residual": shown(ch.residual, ch.unit),
+        "ci95_half": shown(ch.uncertainty, ch.unit),
+        "planned": shown(ch.planned, ch.unit),
+        "room": shown(ch.room, ch.unit),
         "unit": ch.unit,
-        "share_of_limit": _number(ch.share),
-        "temperature_degc": _number(ch.temperature_degc),
+        "share_of_limit": figure(ch.share),
+        "temperature_degc": figure(ch.temperature_degc),
+    }
+
+
+def checks_document(
+    checks: Sequence[Check], rates: ErrorRates, spec: Mapping[str, str], notes: Sequence[str]
+) -> dict[str, Any]:
+    """The tree of check_plan.json: the cheapest check first."""
+    return {
+        "planner": __version__,
+        "spec": dict(spec),
+        "rates": {"good_rejected": rates.good_rejected, "bad_accepted": rates.bad_accepted},
+        "checks": [
+            {
+                "load": figure(c.load),
+                "decides": figure(c.decides),
+                "temperatures_degc": list(c.temperatures_degc),
+                "tests": [{"test": t.test, "motions": [f + 1 for f in t.faces]} for t in c.tests],
+                "power_ons_per_temperature": c.power_ons,
+                "time_s": figure(c.time_s),
+                "looks": c.looks,
+                "expected_power_ons_per_temperature": figure(c.expected),
+            }
+            for c in checks
+        ],
+        "notes": list(notes),
     }
 
 
@@ -91,13 +116,16 @@ def forecast_document(fleet: FleetForecast, region: AllowedRegion, spec: Mapping
         "history": fleet.history.source,
         "start": None if fleet.history.start is None else fleet.history.start.isoformat(),
         "confidence": fleet.confidence,
-        "until_day": _number(fleet.until),
+        "until_day": figure(fleet.until),
         "until": fleet.history.label(fleet.until),
+        "today_day": figure(fleet.today),
+        "today": fleet.history.label(fleet.today),
         "corrected_by": fleet.correction,
         "methods": dict(fleet.methods),
         "validation": [_score(s, fleet) for s in fleet.scores],
-        "units": [_date(u, fleet, region) for u in fleet.units],
+        "units": [_date(u, fleet, region) for u in fleet.by_urgency],
         "channels": [_forecast(c, fleet) for c in fleet.channels],
+        "suspects": list(fleet.history.suspects),
         "notes": list(fleet.notes),
     }
 
@@ -108,12 +136,12 @@ def _score(s: MethodScore, fleet: FleetForecast) -> dict[str, Any]:
         "error": s.kind,
         "method": s.method,
         "cases": s.cases,
-        "rmse": _shown(s.rmse, unit),
-        "naive_rmse": _shown(s.naive_rmse, unit),
-        "coverage": _number(s.coverage),
-        "interval_score": _shown(s.score, unit),
+        "rmse": shown(s.rmse, unit),
+        "naive_rmse": shown(s.naive_rmse, unit),
+        "coverage": figure(s.coverage),
+        "interval_score": shown(s.score, unit),
         "unit": unit,
-        "widened_by": _number(s.factor),
+        "widened_by": figure(s.factor),
         "beats_naive": s.beats_naive,
         "recommended": s.recommended,
         "why_not": s.why or None,
@@ -126,10 +154,11 @@ def _date(u: UnitDate, fleet: FleetForecast, region: AllowedRegion) -> dict[str,
     return {
         "unit": u.unit,
         "outcome": u.outcome,
-        "day": None if u.day is None else _number(u.day),
+        "overdue": u.due_now,
+        "day": None if u.day is None else figure(u.day),
         "date": None if u.day is None else fleet.history.label(u.day),
         "binds": {"requirement": c.requirement, "error": c.error, "rule": c.rule} if known else None,
-        "largest_terms": [{"term": name, "share_of_limit": _number(share)} for name, share in u.terms],
+        "largest_terms": [{"term": name, "share_of_limit": figure(share)} for name, share in u.terms],
         "load": {
             "day": _numbers(u.days),
             "median": _numbers(u.middle),
@@ -151,20 +180,20 @@ def _forecast(c: ChannelForecast, fleet: FleetForecast) -> dict[str, Any]:
         "points": len(s),
         "display_unit": unit,
         "day": _numbers(s.day),
-        "value": [_shown(float(v), unit) for v in s.value],
-        "corrected_by": _shown(c.correction, unit),
+        "value": [shown(float(v), unit) for v in s.value],
+        "corrected_by": shown(c.correction, unit),
         "why_not": c.why or None,
     }
     if c.forecast is None:
         return known
     half = c.forecast.half_width(fleet.confidence)
     return known | {
-        "drift_per_week": _shown(7 * c.rate, unit),
-        "drift_per_week_ci95_half": _shown(7 * c.rate_half, unit),
+        "drift_per_week": shown(7 * c.rate, unit),
+        "drift_per_week_ci95_half": shown(7 * c.rate_half, unit),
         "forecast": {
             "day": _numbers(s.day[-1] + c.ahead),
-            "value": [_shown(float(v), unit) for v in c.forecast.mean],
-            "half_width": [_shown(float(v), unit) for v in half],
+            "value": [shown(float(v), unit) for v in c.forecast.mean],
+            "half_width": [shown(float(v), unit) for v in half],
         },
     }
 
@@ -175,12 +204,4 @@ def fleet_text(document: Mapping[str, Any]) -> str:
 
 
 def _numbers(values: Array) -> list[float | None]:
-    return [_number(float(v)) for v in np.asarray(values)]
-
-
-def _shown(value: float, unit: str) -> float | None:
-    return _number(from_si(value, unit)) if math.isfinite(value) else None
-
-
-def _number(value: float) -> float | None:
-    return float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None
+    return [figure(float(v)) for v in np.asarray(values)]

@@ -8,6 +8,7 @@ from typing import Any
 
 from planner import __version__
 from planner.fleet.history import day_label
+from planner.fleet.sessions import Session
 from planner.fleet.store import Visit
 from planner.fleet.visits import PlannedVisit, ShortestVisit, StorePlan
 
@@ -20,6 +21,7 @@ def recalibration_document(
     start: date | None,
     spec: Mapping[str, str],
     notes: Sequence[str],
+    sessions: Sequence[Session] = (),
 ) -> dict[str, Any]:
     """The tree of recalibration.json."""
     return {
@@ -27,7 +29,19 @@ def recalibration_document(
         "spec": dict(spec),
         "start": None if start is None else start.isoformat(),
         "units": [_plan(p, [s for s in shortest if s.unit == p.unit], start) for p in plans],
+        "sessions": [_session(s, start) for s in sessions],
         "notes": list(notes),
+    }
+
+
+def _session(s: Session, start: date | None) -> dict[str, Any]:
+    return {
+        "day": _number(s.day),
+        "date": day_label(start, s.day),
+        "units": list(s.units),
+        "time_s": _number(s.time_s),
+        "by_themselves_s": _number(s.alone_s),
+        "fits": s.fits,
     }
 
 
@@ -37,6 +51,7 @@ def _plan(p: StorePlan, shortest: Sequence[ShortestVisit], start: date | None) -
         "time_s": _number(p.time_s),
         "whole": p.whole,
         "proved": p.proved,
+        "overdue": p.overdue,
         "kept_until_day": _number(p.kept_until),
         "kept_until": day_label(start, p.kept_until),
         "visits": [_planned(v, start) for v in p.visits],

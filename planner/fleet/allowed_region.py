@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -63,12 +64,12 @@ class TermConstraint:
     vectors: Array
     probability: float | None = None
 
-    @property
+    @cached_property
     def lengths(self) -> Array:
         """(t,) ‖v_t‖."""
         return np.asarray(np.linalg.norm(self.vectors, axis=1))
 
-    @property
+    @cached_property
     def steepest(self) -> Array:
         """(t,) no unit of a term can add more than this: ‖v_t‖, for a percentile z_p ‖v_t‖."""
         if self.probability is None or self.rule != "percentile":

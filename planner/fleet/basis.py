@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from datetime import date
 
 from planner.fleet.allowed_region import AllowedRegion
+from planner.fleet.growth import Growth
+from planner.fleet.sessions import Session
 from planner.fleet.store import StoreBench
-from planner.fleet.visits import Growth, ShortestVisit, StorePlan
+from planner.fleet.visits import ShortestVisit, StorePlan
 from planner.nouns.allowances import ErrorModel
 from planner.nouns.sensitivities import Constraint
 from planner.spec.load import LoadedSpec
@@ -30,7 +32,7 @@ class Recalibrated:
 
     growth, renewable: of the first unit
     shortest: the shortest visit on the day a unit is due, for later and later days; start: the calendar date
-    of day 0
+    of day 0; today: a day of the same count; sessions: days on which units of a fleet come together
     """
 
     basis: Basis
@@ -41,3 +43,5 @@ class Recalibrated:
     renewable: tuple[bool, ...]
     start: date | None
     notes: tuple[str, ...] = ()
+    today: float = 0.0
+    sessions: tuple[Session, ...] = ()

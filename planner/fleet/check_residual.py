@@ -126,7 +126,7 @@ def _channels(
     reference = table.ref_rate if sensor == "gyro" else table.ref_acc
     if readings is None or reference is None:
         return []
-    columns = _columns(table.conditions(), sensor, models, region)
+    columns = columns_of(table.conditions(), sensor, models, region)
     error = (readings - reference)[groups.order]
     warmth = table.temperature_degc[groups.order][groups.runs]
     spread = {m.name: spread_at(m, list(warmth)) for m in models}
@@ -151,7 +151,7 @@ def _channels(
     return found
 
 
-def _columns(
+def columns_of(
     conditions: Conditions, sensor: Sensor, models: Sequence[ErrorModel], region: AllowedRegion
 ) -> dict[int, Array]:
     """Place in the region -> (n, 3) what a unit of the term adds to the channels."""
@@ -221,7 +221,7 @@ def _fitted(c: _Channel, groups: Groups, variance: float, region: AllowedRegion)
     rest, own = _within(c)
     total = total - np.add.reduceat(rest, groups.groups) / variance
     between = np.add.reduceat(c.records - own, groups.groups)  # what is left of the freedom: the power-ons'
-    measured = _identified(information, c.terms, region)
+    measured = identified(information, c.terms, region)
     safe = np.where(measured[:, :, None] & measured[:, None, :], information, 0.0)
     safe = safe + np.where(measured, 0.0, 1.0)[:, :, None] * eye
     covariance = np.linalg.inv(0.5 * (safe + safe.swapaxes(1, 2)))
@@ -239,7 +239,7 @@ def _fitted(c: _Channel, groups: Groups, variance: float, region: AllowedRegion)
     )
 
 
-def _identified(information: Array, terms: Indices, region: AllowedRegion) -> NDArray[np.bool_]:
+def identified(information: Array, terms: Indices, region: AllowedRegion) -> NDArray[np.bool_]:
     """(G, p) which terms a check tells better than their allowance; what mimics a prior term is dropped."""
     rank = np.array([_rank(region.terms[t].error) for t in terms])
     measured = np.diagonal(information, axis1=1, axis2=2) > 1.0

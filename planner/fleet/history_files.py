@@ -4,8 +4,9 @@
     u1,2026-01-05,gyro.bias,x,0.0021 deg/s,0.0004 deg/s,  u1,0,0.0021,0.0004
 
 `date` (ISO) or `day` (a number, counted from any day 0); every value carries its unit, in the cell or in the
-header; `uncertainty` (one sigma) and `event` (any word, e.g. repair: the history starts anew there) may be
-absent. Empty cells are missing values. `#` lines are comments.
+header; `uncertainty` (one sigma) and `event` may be absent. The events `repair` and `replacement` begin the
+history anew, after `recalibration` the level does; any other word is kept as a remark. Empty cells are
+missing values. `#` lines are comments.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import csv
 import difflib
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import date
 from pathlib import Path
 
@@ -22,7 +23,7 @@ import numpy as np
 
 from planner import catalog
 from planner.errors import Fault, InputError
-from planner.fleet.history import History, Series
+from planner.fleet.history import Event, History, Series
 from planner.protocols import SENSORS
 from planner.units import UnitError, check_unit, parse, to_si
 
@@ -41,7 +42,7 @@ class _Sheet:
     faults: list[Fault] = field(default_factory=list)
     points: dict[tuple[str, str, str], list[tuple[float, float, float]]] = field(default_factory=dict)
     display: dict[tuple[str, str, str], str] = field(default_factory=dict)
-    events: dict[str, set[float]] = field(default_factory=dict)
+    events: dict[str, dict[Event, None]] = field(default_factory=dict)
     seen: set[tuple[str, ...]] = field(default_factory=set)
     doubled: int = 0
     dated: bool = False
@@ -61,6 +62,12 @@ def read_history(path: Path) -> History:
     if not rows:
         raise InputError(f"{path} is empty; a history has the columns {HELP}")
     names = [cell.strip() for cell in rows[0][1]]
+    other = _other_separator(names)
+    if other is not None:
+        raise InputError(
+            f"{path} is a history whose cells are parted by {other}, as spreadsheets write them; save it "
+            "with commas between the cells and points in the numbers: unit,date,error,term,value"
+        )
     sheet = _Sheet(str(path))
     _check_names(sheet, rows[0][0], names)
     if sheet.faults:
@@ -82,9 +89,17 @@ def is_history(path: Path) -> bool:
         rows = _rows(path, 1)
     except InputError:
         return False
-    names = {cell.strip() for _, cells in rows[:1] for cell in cells}
+    names = {part.strip() for _, cells in rows[:1] for cell in cells for part in re.split(r"[;\t]", cell)}
     readings = {"gyro_x_dps", "acc_x_g"} & names
     return bool("unit" in names and {"day", "date"} & names and not readings)
+
+
+def _other_separator(names: Sequence[str]) -> str | None:
+    """`semicolons` or `tabs` if they part the header's names, None if commas do."""
+    for sign, word in ((";", "semicolons"), ("\t", "tabs")):
+        if any("unit" in [part.strip() for part in name.split(sign)] and sign in name for name in names):
+            return word
+    return None
 
 
 def _rows(path: Path, most: int | None = None) -> list[tuple[int, list[str]]]:
@@ -166,7 +181,7 @@ def _row(sheet: _Sheet, line: int, cells: Mapping[str, str]) -> None:
     if day is None:
         return
     if cells.get("event"):
-        sheet.events.setdefault(unit, set()).add(day)
+        sheet.events.setdefault(unit, {})[Event(day, cells["event"])] = None
     for error, term, value, uncertainty, shown in _values(sheet, line, cells):
         key = (unit, error, term)
         sheet.points.setdefault(key, []).append((day, value, uncertainty))
@@ -244,7 +259,7 @@ def _history(sheet: _Sheet, path: Path) -> History:
     series = []
     for (unit, error, term), points in sorted(sheet.points.items()):
         day, value, sigma = (np.array(column) for column in zip(*points, strict=True))
-        events = tuple(sorted(e - origin for e in sheet.events.get(unit, ())))
+        events = tuple(replace(e, day=e.day - origin) for e in sheet.events.get(unit, ()))
         shown = sheet.display[unit, error, term]
         series.append(Series(unit, error, term, shown, day - origin, value, sigma, events))
     start = date.fromordinal(int(first)) if sheet.dated else None

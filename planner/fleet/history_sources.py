@@ -76,22 +76,29 @@ def check_days(history: History, today: date | None) -> None:
         )
 
 
-def horizon(history: History, until: str | None) -> float:
-    """--until, days after the last value or a date, as a day of the history's count.
+def today_of(history: History, today: date | None) -> float:
+    """Today as a day of the history's count; of a history that counts days only, its last one."""
+    if history.start is None:
+        return history.last_day
+    return float(((today or date.today()) - history.start).days)
+
+
+def horizon(history: History, until: str | None, today: float | None = None) -> float:
+    """--until, days from today (at least from the last value) or a date, as a day of the history's count.
 
     Raises InputError for what is neither, for the past, and beyond ten years.
     """
-    last = history.last_day
+    last = max(history.last_day, history.last_day if today is None else today)
     if until is None:
         return last + HORIZON_DAYS
     try:
         ahead = float(until.split()[0]) if until.split()[1:] in ([], ["d"], ["days"]) else float(until)
     except (ValueError, IndexError):
-        ahead = _days_to(history, until)
+        ahead = _days_to(history, until) - last
     if not 1.0 <= ahead <= LONGEST_DAYS:
         raise InputError(
-            f"--until {until}: must lie 1 to {LONGEST_DAYS:.0f} days after the last value, "
-            f"which is of {history.label(last)}"
+            f"--until {until}: must lie 1 to {LONGEST_DAYS:.0f} days after {history.label(last)}, "
+            "which is today or the last value"
         )
     return last + ahead
 
@@ -103,7 +110,7 @@ def _days_to(history: History, text: str) -> float:
         raise InputError(f"--until {text!r}: write days such as 180, or a date like 2027-03-01") from None
     if history.start is None:
         raise InputError("--until is a date, but the history counts days; say with --start when day 0 was")
-    return (wanted - history.start).days - history.last_day
+    return float((wanted - history.start).days)
 
 
 def correction_of(text: str, history: History) -> Correction:
@@ -144,7 +151,9 @@ def _joined(histories: Sequence[History]) -> History:
     for h in histories:
         shift = float((h.start - first).days) if first is not None and h.start is not None else 0.0
         for s in h.series:
-            moved = replace(s, day=s.day + shift, events=tuple(e + shift for e in s.events))
+            moved = replace(
+                s, day=s.day + shift, events=tuple(replace(e, day=e.day + shift) for e in s.events)
+            )
             series.setdefault((s.unit, s.error, s.term), []).append(moved)
     merged = tuple(_merged(parts) for parts in series.values())
     notes = tuple(n for h in histories for n in h.notes)
@@ -153,9 +162,8 @@ def _joined(histories: Sequence[History]) -> History:
 
 def _merged(parts: Sequence[Series]) -> Series:
     day, value, sigma = (np.concatenate([getattr(p, k) for p in parts]) for k in ("day", "value", "sigma"))
-    return replace(
-        parts[0], day=day, value=value, sigma=sigma, events=tuple(e for p in parts for e in p.events)
-    )
+    events = tuple(dict.fromkeys(e for p in parts for e in p.events))
+    return replace(parts[0], day=day, value=value, sigma=sigma, events=events)
 
 
 # ---------------------------------------------------------------- dwell tables

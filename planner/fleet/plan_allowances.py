@@ -1,13 +1,20 @@
-"""The allowances of plan.json, back in SI."""
+"""The allowances of plan.json, back in SI.
+
+A plan by information gives every part as what its requirement's quantile makes of one sigma
+(`information.to_plan`); the allowed region takes quantiles itself, so its parts are sigmas.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from planner.errors import InputError
+from planner.information.allowed import largest_quantile
 from planner.nouns.allowances import Allowance
 from planner.nouns.plan_file import AllowanceFigures, PlanAllowances, plan_part
+from planner.spec.model import Spec
 from planner.units import UnitError, unit_factor
 
 
@@ -25,3 +32,14 @@ def _allowance(error: str, a: AllowanceFigures) -> Allowance:
     scale = unit_factor(a.unit)[0]
     parts = {name: value * scale for name, value in a.parts}
     return Allowance(error=error, unit=a.unit, allowed=a.allowed * scale, calibrated=a.calibrated, **parts)
+
+
+def by_probability(document: Mapping[str, Any]) -> bool:
+    """Whether a plan says that it promises what will be flown."""
+    return document.get("method") == "information"
+
+
+def in_sigmas(allowances: Sequence[Allowance], spec: Spec) -> tuple[Allowance, ...]:
+    """Allowances of a plan by information with one sigma of every part; the allowed size stays."""
+    z = largest_quantile(spec)
+    return tuple(replace(a, **{name: value / z for name, value in a.parts.items()}) for a in allowances)

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -194,7 +195,7 @@ class _Sensor:
 
     def left(self, rests: int, turns: int) -> dict[tuple[str, str], float]:
         """(error, term) -> one sigma that is left; terms that the records do not see are missing."""
-        names, X, spread, whole = self._columns()
+        names, X, spread, whole = self._columns
         turning = self.records.turning > 0
         times = np.where(turning, turns, rests)
         if (
@@ -219,6 +220,7 @@ class _Sensor:
         share = np.sqrt(np.diag(posterior))
         return {name: float(share[i] * whole[i]) for i, name in enumerate(names) if share[i] < 1 - 1e-6}
 
+    @cached_property
     def _columns(self) -> tuple[list[tuple[str, str]], Array, Array, Array]:
         """Names, regressors (k, 3, p), run-to-run with in-run (p,), whole size (p,) of every term."""
         names: list[tuple[str, str]] = []

@@ -8,8 +8,8 @@ whose root mean square error is below that of `naive` on the same cases; with no
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ SAMPLED = 12  # series of a kind on which a slow method is tried
 SAMPLED_ORIGINS = 3
 LEAST_CASES = 4
 NAIVE = "naive"
-UNVALIDATED = "local_trend"  # of too short a history: the one that knows how little it knows
+MODEL = "hierarchical"  # the one that dates are made of
 _CLOSE = 0.05  # scores that differ by less are one; the faster method, tried on all series, is then taken
 _DOUBT = 0.01  # probability below which the intervals of a method count as too narrow
 
@@ -121,7 +121,8 @@ def _cases(series: Sequence[Past], least: int, origins: int) -> list[_Case]:
             )
         for origin in every:
             end = min(origin + STEPS_AHEAD, len(one))
-            past = Past(one.kind, one.day[:origin], one.value[:origin], one.sigma[:origin])
+            cut = {name: getattr(one, name)[:origin] for name in ("day", "value", "sigma")}
+            past = replace(one, **cut, doubtful=False)
             found.append(_Case(i, past, one.day[origin:end] - one.day[origin - 1], one.value[origin:end]))
     return found
 
@@ -188,9 +189,3 @@ def _factor(wrong: Array, half: Array, owner: NDArray[np.int64], confidence: flo
     if binom.cdf(round(float(per.sum())), n, confidence) >= _DOUBT:
         return 1.0
     return max(1.0, float(np.quantile(np.abs(wrong) / np.maximum(half, 1e-300), confidence)))
-
-
-def chosen(found: Sequence[MethodScore]) -> Mapping[str, str]:
-    """Kind -> method to forecast with: the recommended one, else the one for too short histories."""
-    answer = {s.kind: UNVALIDATED for s in found}
-    return {**answer, **{s.kind: s.method for s in found if s.recommended}}

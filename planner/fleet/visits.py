@@ -5,8 +5,7 @@ in between and ⊕ the sum (worst_case) or the root of the squares; T of `allowe
 what flights add, must stay within every limit. A visit renews a term only where it leaves less than there
 is.
 
-g is the spec's storage, a random walk, storage·√((t − s)/60 d), or with a history
-|μ(t) − μ(s)| + z √(V(t) − V(s)) of its forecast, and e at the start |μ| + z √V.
+g and the sizes at the start are those of `growth`.
 
 Schedule: every size grows until it is renewed, so of all times for a given visit the latest at which the
 limits still hold leaves no larger size at any later day. A search over visits, each made as late as it can be
@@ -19,33 +18,23 @@ from __future__ import annotations
 import heapq
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.fleet.allowed_region import ALL_AXES, PARTS, AllowedRegion, Reserve, reserve_of
-from planner.fleet.drift import ChannelForecast
 from planner.fleet.forecast._method import two_sided
+from planner.fleet.growth import Growth
 from planner.fleet.store import StoreBench, Visit, visit_time, visits
-from planner.nouns.allowances import ErrorModel
+from planner.fleet.visit_states import Known, Reached, State
 from planner.nouns.array import Array
-from planner.spec.budget import STORAGE_DAYS
 
 STEPS = 73  # of the grid: five days in a year
 NUMBERS = (*range(21), 30, 50, 100)  # power-ons that a schedule chooses from, up to the most that are allowed
 _ALIKE = 1e-3  # of the limit
 MOST_STATES = 15_000  # of the search; beyond them the best way so far is kept and marked
 _SAME = 1e-9
-
-
-@dataclass(frozen=True)
-class Growth:
-    """How terms move. days: (W,) grid; start: (t,) sizes at days[0]; between: (t, W, W) from s to t."""
-
-    days: Array
-    start: Array
-    between: Array
 
 
 @dataclass(frozen=True)
@@ -81,6 +70,11 @@ class StorePlan:
     constraint: int
     proved: bool = True
 
+    @property
+    def overdue(self) -> bool:
+        """Whether it is past its limit today already."""
+        return bool(self.without[0] > 1.0 + _SAME)
+
 
 @dataclass(frozen=True)
 class ShortestVisit:
@@ -95,43 +89,7 @@ class ShortestVisit:
     renewed: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class _State:
-    """Sizes (t,) at the last renewal of every term, and the place of its day on the grid (t,)."""
-
-    size: Array
-    since: NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class _Reached:
-    """How far a way of (place, visit) goes, and what it costs."""
-
-    place: int
-    way: tuple[tuple[int, Visit], ...]
-    cost: float
-
-
-_Entry = tuple[float, int, int, float, _State, tuple[tuple[int, Visit], ...]]
-
-
-class _Known:
-    """States on one day that were reached with fewer hours."""
-
-    def __init__(self, slack: Array) -> None:
-        self.slack = slack
-        self.sizes: list[Array] = []
-        self.since: list[NDArray[np.int64]] = []
-
-    def beats(self, state: _State) -> bool:
-        """Whether one of them has no larger and no older size in any term; if not, the state joins them."""
-        if self.sizes:
-            smaller = np.array(self.sizes) <= state.size + self.slack
-            if np.any(np.all(smaller & (np.array(self.since) >= state.since), axis=1)):
-                return True
-        self.sizes.append(state.size)
-        self.since.append(state.since)
-        return False
+_Entry = tuple[float, int, int, float, State, tuple[tuple[int, Visit], ...]]
 
 
 class StorePlanner:
@@ -141,48 +99,71 @@ class StorePlanner:
         self, unit: str, region: AllowedRegion, growth: Growth, bench: StoreBench, confidence: float
     ) -> None:
         self.unit, self.region, self.growth, self.bench = unit, region, growth, bench
-        self.quantile = two_sided(confidence, np.inf)
+        self.quantile = float(two_sided(confidence, np.inf))
         self.adds = any(c.rule == "worst_case" for c in region.constraints)
         self.reserve = flying_reserve(region)
-        self.first = _State(growth.start, np.zeros(len(region.terms), dtype=np.int64))
+        self.first = State(growth.start, np.zeros(len(region.terms), dtype=np.int64))
 
     # ---------------------------------------------------------------- sizes and loads
 
-    def sizes(self, state: _State) -> Array:
+    def sizes(self, state: State) -> Array:
         """(W, t) sizes on every day from the renewals on."""
         terms = np.arange(len(state.size))
         moved = self.growth.between[terms, state.since, :].T
         return state.size + moved if self.adds else np.hypot(state.size, moved)
 
-    def loads(self, state: _State) -> Array:
+    def loads(self, state: State) -> Array:
         """(W,) share of the limit."""
         return self.region.load(self.sizes(state), self.reserve)
 
-    def renewed(self, state: _State, place: int, visit: Visit) -> _State:
+    def renewed(self, state: State, place: int, visit: Visit) -> State:
         """The state after a visit on a day of the grid."""
         before = self.sizes(state)[place]
         after = self.bench.renewal(visit.rests, visit.turns).size(self.quantile)
         better = after < before
-        return _State(np.where(better, after, state.size), np.where(better, place, state.since))
+        return State(np.where(better, after, state.size), np.where(better, place + 1, state.since))
 
-    def last_within(self, state: _State, place: int) -> int:
+    def last_within(self, state: State, place: int) -> int:
         """The last day of the grid until which the limits hold from `place` on; place − 1: not even then."""
         over = np.flatnonzero(self.loads(state)[place:] > 1.0 + _SAME)
         return len(self.growth.days) - 1 if len(over) == 0 else place + int(over[0]) - 1
 
+    def each(
+        self, state: State, place: int, left: Array
+    ) -> tuple[Array, NDArray[np.int64], NDArray[np.int64]]:
+        """After each of C visits that leave sizes (C, t): sizes and rows of renewal (C, t), last day within
+        (C,)."""
+        terms = np.arange(len(state.size))
+        going = self.growth.between[terms, state.since, place:]  # (t, w)
+        anew = self.growth.between[:, place + 1, place:]
+        before = state.size + going[:, 0] if self.adds else np.hypot(state.size, going[:, 0])
+        better = left < before
+        size = np.where(better, left, state.size)
+        moved = np.where(better[:, :, None], anew, going)
+        sizes = size[:, :, None] + moved if self.adds else np.hypot(size[:, :, None], moved)
+        over = self.region.load(sizes.swapaxes(1, 2), self.reserve) > 1.0 + _SAME
+        end = len(self.growth.days) - 1
+        last = np.where(over.any(axis=1), place + over.argmax(axis=1) - 1, end)
+        return size, np.where(better, place + 1, state.since), last
+
+    def left_by(self, choices: Sequence[Visit]) -> Array:
+        """(C, t) half-widths that visits leave."""
+        return np.array([self.bench.renewal(v.rests, v.turns).size(self.quantile) for v in choices])
+
     # ---------------------------------------------------------------- questions
 
-    def shortest(self, place: int, end: int, state: _State | None = None) -> ShortestVisit:
+    def shortest(self, place: int, end: int, state: State | None = None) -> ShortestVisit:
         """The shortest visit on one day of the grid that suffices until another."""
         state = state or self.first
         without = float(self.loads(state)[end])
         now, then = float(self.growth.days[place]), float(self.growth.days[end])
-        for visit in visits(self.bench.asked):
+        every = visits(self.bench.asked)
+        enough = np.flatnonzero(self.each(state, place, self.left_by(every))[2] >= end)
+        if len(enough):
+            visit = every[int(enough[0])]
             after = self.renewed(state, place, visit)
-            if self.last_within(after, place) >= end:
-                names = self._names(state, after)
-                load = float(self.loads(after)[end])
-                return ShortestVisit(self.unit, now, then, visit, without, load, names)
+            load = float(self.loads(after)[end])
+            return ShortestVisit(self.unit, now, then, visit, without, load, self._names(state, after))
         best = self.renewed(state, place, Visit(self.bench.asked.repeats, self.bench.asked.repeats, 0.0))
         load = float(self.loads(best)[end])
         return ShortestVisit(self.unit, now, then, None, without, load, ())
@@ -207,46 +188,55 @@ class StorePlanner:
         start = min(self.last_within(self.first, 0), target)
         cheapest, longest = min(v.time_s for v in choices), self._longest(choices)
         queue: list[_Entry] = [(0.0, -start, next(order), 0.0, self.first, ())]
-        kept: dict[int, _Known] = {}
-        slack = self._slack()
+        kept: dict[int, Known] = {}
+        slack, left_by = self._slack(), self.left_by(choices)
         for _ in range(MOST_STATES):
             if not queue:
                 break
             _, place, _, cost, state, way = heapq.heappop(queue)
             place = -place
             if place >= target:
-                return self._plan(_Reached(target, way, cost), proved=True)
-            if kept.setdefault(place, _Known(slack)).beats(state):
+                return self._plan(Reached(target, way, cost), proved=True)
+            if kept.setdefault(place, Known(slack)).beats(state):
                 continue
-            for visit in choices:
-                after = self.renewed(state, place, visit)
-                then = min(self.last_within(after, place), target)
-                if then > place:
-                    total = cost + visit.time_s
-                    left = np.ceil((target - then) / longest) * cheapest  # no way to the end costs less
-                    if total + left >= known.cost and then < target:
-                        continue
-                    item = (total + left, -then, next(order), total, after, (*way, (place, visit)))
-                    heapq.heappush(queue, item)
+            sizes, since, last = self.each(state, place, left_by)
+            for i in self._worth(sizes, since, last, place, slack):
+                then, visit = min(int(last[i]), target), choices[i]
+                total = cost + visit.time_s
+                left = np.ceil((target - then) / longest) * cheapest  # no way to the end costs less
+                if total + left >= known.cost and then < target:
+                    continue
+                after = State(sizes[i], since[i])
+                item = (total + left, -then, next(order), total, after, (*way, (place, visit)))
+                heapq.heappush(queue, item)
         return self._plan(known, proved=not queue)
+
+    def _worth(
+        self, size: Array, since: NDArray[np.int64], last: NDArray[np.int64], place: int, slack: Array
+    ) -> NDArray[np.intp]:
+        """The visits (the shortest first) that lead on, and of which no shorter one leaves as little."""
+        on = np.flatnonzero(last > place)
+        size, since = size[on], since[on]
+        beaten = (size[None, :, :] <= size[:, None, :] + slack) & (since[None, :, :] >= since[:, None, :])
+        return on[~np.tril(beaten.all(axis=2), -1).any(axis=1)]
 
     def _slack(self) -> Array:
         """(t,) sizes that together make a thousandth of a limit: states that differ by less are one."""
         slope = np.max([c.steepest / c.limit for c in self.region.constraints], axis=0)
         return np.asarray(_ALIKE / np.maximum(slope * len(slope), 1e-300))
 
-    def _uniform(self, choices: Sequence[Visit], target: int) -> list[_Reached]:
+    def _uniform(self, choices: Sequence[Visit], target: int) -> list[Reached]:
         """Schedules of one and the same visit that reach the target: a bound for the search."""
         ways = [self._repeated(visit, target) for visit in choices]
         return [way for way in ways if way.place >= target]
 
-    def _thorough(self) -> _Reached:
+    def _thorough(self) -> Reached:
         """How far the most thorough visits carry, each as late as it can be: no others carry further."""
         most = self.bench.asked.repeats
         visit = Visit(most, most, visit_time(self.bench.asked, most, most))
         return self._repeated(visit, len(self.growth.days) - 1)
 
-    def _repeated(self, visit: Visit, target: int) -> _Reached:
+    def _repeated(self, visit: Visit, target: int) -> Reached:
         """How far one visit carries, made again and again as late as it can be."""
         state, place = self.first, min(max(self.last_within(self.first, 0), 0), target)
         way: tuple[tuple[int, Visit], ...] = ()
@@ -256,7 +246,7 @@ class StorePlanner:
             if then <= place:
                 break
             way, state, place = (*way, (place, visit)), after, then
-        return _Reached(place, way, len(way) * visit.time_s)
+        return Reached(place, way, len(way) * visit.time_s)
 
     def _choices(self, numbers: Sequence[int]) -> list[Visit]:
         """The visits of which no shorter one leaves as little, to a thousandth of the limit."""
@@ -267,8 +257,8 @@ class StorePlanner:
         for visit in visits(self.bench.asked, sorted({min(n, most) for n in numbers})):
             left = self.bench.renewal(visit.rests, visit.turns).size(self.quantile)
             share = np.minimum(left, self._ends()) * slope
-            more = [float(np.maximum(other - share, 0.0).sum()) for other in shares]
-            if min(more, default=np.inf) > _ALIKE:
+            others = np.array(shares).reshape(-1, len(share))
+            if np.all(np.maximum(others - share, 0.0).sum(axis=1) > _ALIKE):
                 found.append(visit)
                 shares.append(share)
         return found
@@ -286,11 +276,44 @@ class StorePlanner:
 
     # ---------------------------------------------------------------- answers
 
-    def _names(self, before: _State, after: _State) -> tuple[str, ...]:
+    def _names(self, before: State, after: State) -> tuple[str, ...]:
         changed = (after.since != before.since) | (after.size != before.size)
         return tuple(t.name for t, new in zip(self.region.terms, changed, strict=True) if new)
 
-    def _plan(self, reached: _Reached, *, proved: bool) -> StorePlan:
+    def following(
+        self, done: Sequence[tuple[float, Visit]], later: Sequence[Visit], until: float
+    ) -> list[tuple[float, Visit]] | None:
+        """Days for later visits, each as late as it can be; None if they do not keep the limits until
+        then."""
+        state, place, end = self.first, 0, self.place_of(until)
+        for i, (day, visit) in enumerate(done):
+            place = self.place_of(day)
+            since = self.place_of(done[i - 1][0]) if i else 0
+            if place > 0 and self.last_within(state, since) < place:
+                return None
+            state = self.renewed(state, place, visit)
+        found = []
+        for visit in later:
+            then = min(self.last_within(state, place), end)
+            if then <= place:
+                return None
+            found.append((float(self.growth.days[then]), visit))
+            state, place = self.renewed(state, then, visit), then
+        return found if self.last_within(state, place) >= end else None
+
+    def place_of(self, day: float) -> int:
+        """The last day of the grid up to a day."""
+        return max(int(np.searchsorted(self.growth.days, day + 1e-6, side="right")) - 1, 0)
+
+    def replayed(self, plan: StorePlan, visits: Sequence[tuple[float, Visit]]) -> StorePlan:
+        """A plan with its visits on other days: days as given, loads as on the day of the grid before
+        each."""
+        way = tuple((self.place_of(day), visit) for day, visit in visits)
+        made = self._plan(Reached(self.place_of(plan.kept_until), way, plan.time_s), proved=plan.proved)
+        dated = [replace(v, day=day) for v, (day, _) in zip(made.visits, visits, strict=True)]
+        return replace(made, visits=tuple(dated))
+
+    def _plan(self, reached: Reached, *, proved: bool) -> StorePlan:
         state, planned = self.first, []
         load, end = self.loads(state), len(self.growth.days) - 1
         for place, visit in reached.way:
@@ -316,7 +339,7 @@ class StorePlanner:
             proved=proved,
         )
 
-    def _binding(self, state: _State, place: int) -> tuple[tuple[tuple[str, float, bool], ...], int]:
+    def _binding(self, state: State, place: int) -> tuple[tuple[tuple[str, float, bool], ...], int]:
         """The terms that take most on a day: name, share, whether the store can renew it; the constraint."""
         size = self.sizes(state)[place]
         values = [float(self.region.value(c, size, self.reserve)) / c.limit for c in self.region.constraints]
@@ -341,38 +364,11 @@ def grid(period_days: float, start_day: float = 0.0) -> Array:
     return start_day + np.linspace(0.0, period_days, max(2, min(STEPS, round(period_days)) + 1))
 
 
-def growth_of(
-    region: AllowedRegion,
-    models: Sequence[ErrorModel],
-    days: Array,
-    confidence: float,
-    channels: Sequence[ChannelForecast] = (),
-) -> Growth:
-    """What the spec says of storage, and what a unit's forecasts know better."""
-    storage = {m.name: m.storage for m in models}
-    start = region.parts[:, PARTS.index("estimate")].copy()
-    apart = np.maximum(days[None, :] - days[:, None], 0.0)
-    walk = np.sqrt(apart / STORAGE_DAYS)
-    between = np.array([storage.get(t.error, 0.0) * walk for t in region.terms])
-    for c in channels:
-        place = region.index(c.series.error, c.series.term)
-        f = c.at(days)
-        if place is None or f is None:
-            continue
-        z = two_sided(confidence, f.freedom)
-        mean, variance = f.mean - c.correction, np.maximum.accumulate(f.scale**2)
-        start[place] = abs(mean[0]) + z * np.sqrt(variance[0])
-        steps = np.maximum(variance[None, :] - variance[:, None], 0.0)
-        moved = np.abs(mean[None, :] - mean[:, None]) + z * np.sqrt(steps)
-        between[place] = np.where(apart > 0, moved, 0.0)
-    return Growth(days, start, between)
-
-
 def renewable(
     region: AllowedRegion, bench: StoreBench, growth: Growth, confidence: float
 ) -> tuple[bool, ...]:
     """For every term: whether the most thorough visit leaves less than there is at the end of the period."""
     most = bench.asked.repeats
-    best = bench.renewal(most, most).size(two_sided(confidence, np.inf))
+    best = bench.renewal(most, most).size(float(two_sided(confidence, np.inf)))
     end = growth.start + growth.between[:, 0, -1]
     return tuple(bool(b < e) and t.term != ALL_AXES for b, e, t in zip(best, end, region.terms, strict=True))

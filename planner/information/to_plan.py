@@ -16,6 +16,7 @@ from planner.information.scaled import Part
 from planner.information.worth import worth_of
 from planner.nouns.allowances import Allowance, ErrorModel, FlownCovariance, FlownTerm
 from planner.nouns.choices import Campaign, RepeatReason
+from planner.nouns.deadline import BESIDE
 from planner.nouns.plan import Achieved, GeneticPlan, Plan
 from planner.nouns.sensitivities import Constraint
 from planner.nouns.sensor import ErrorName
@@ -43,6 +44,10 @@ def plan_of(
     """Everything that plan.json and the report show of a campaign by information."""
     spec = flight.spec
     by_hand = is_hand_made(spec)
+
+    def late(stage: str) -> bool:
+        return not by_hand and flight.deadline.over(BESIDE, stage)
+
     chosen = Campaign(found.visits, (), found.cost, found.bound, found.proved)
     tests = planned_tests(spec, chosen, found.timeline)
     allowed = tuple(_allowances(flight, found, models))
@@ -54,7 +59,7 @@ def plan_of(
         spec_sha256=sha256,
         seed=spec.plan.seed,
         method="information",
-        objective="nothing: the plan is made by hand" if by_hand else objective_words(spec),
+        objective=objective_words(spec),
         requirements=tuple(_achieved(flight, found, i) for i in range(len(spec.requirement))),
         families=_families(spec, found),
         sensitivities=tuple(sensitivity_figures(spec, constraints, allowed)),
@@ -73,9 +78,9 @@ def plan_of(
         spread_factor=found.spread_factor,
         hours_per_limit={},
         genetic=genetic,
-        worth=worth_of(found),
+        worth=() if late("the worth of visits") else worth_of(found),
         covariance=_covariance(flight, found, models),
-        prices=() if by_hand else prices_of(flight, found, _spreads(flight, found)),
+        prices=() if by_hand or late("prices") else prices_of(flight, found, _spreads(flight, found)),
         notes=(*notes, *borrowed_notes(spec, found), *worn_out(spec, power_on)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),
@@ -163,8 +168,11 @@ def _reasons(spec: Spec, found: Found, models: Sequence[ErrorModel]) -> Iterator
                 continue
             spreads = spread_at(model, visit.temperatures_degc, visit.test)
             widths = half_widths(spec, model, visit.test, visit.temperatures_degc, visit.repeats)
-            for t, n, s, d in zip(visit.temperatures_degc, visit.repeats, spreads, widths, strict=True):
-                if not np.isfinite(d):
+            numbers = quantile(plan.confidence, plan.quantile, np.array(visit.repeats))
+            for t, n, s, d, q in zip(
+                visit.temperatures_degc, visit.repeats, spreads, widths, numbers, strict=True
+            ):
+                if not np.isfinite(q):
                     continue  # one power-on has no interval
                 yield RepeatReason(
                     error=error,
@@ -173,7 +181,7 @@ def _reasons(spec: Spec, found: Found, models: Sequence[ErrorModel]) -> Iterator
                     spread=float(s),
                     confidence=plan.confidence,
                     quantile_name=plan.quantile,
-                    quantile=float(quantile(plan.confidence, plan.quantile, np.array([n]))[0]),
+                    quantile=float(q),
                     repeats=n,
                     half_width=float(d),
                     needed_half_width=float(d),

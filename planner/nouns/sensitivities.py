@@ -54,3 +54,10 @@ class Constraint:
     time_s: float
     vectors: Mapping[str, Array]
     percentile: float | None = None
+
+    @property
+    def probability(self) -> float:
+        """Of a constraint whose rule is `percentile`. Raises ValueError for one without."""
+        if self.percentile is None:
+            raise ValueError(f"constraint on {self.error} has rule percentile but no probability")
+        return self.percentile

@@ -38,6 +38,11 @@ def rotate(matrix: Array, vector: Array) -> Array:
     return np.asarray((matrix @ vector[..., None])[..., 0])
 
 
+def wrapped(angle: Array) -> Array:
+    """The same angle (...), rad, in [-π, π)."""
+    return np.asarray(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)
+
+
 def rph_from_dcm(matrix: Array) -> tuple[Array, Array, Array]:
     """Roll, pitch, heading (...) of C_nb (..., 3, 3): roll and heading in (-π, π], pitch in [-π/2, π/2].
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.calibrate.dwells_to_fit import calibrate as calibrate_table
 from planner.calibrate.fit_options import FitOptions
+from planner.calibrate.nothing_found import refuse_nothing
 from planner.campaign.design import design
 from planner.errors import InputError
 from planner.nouns.calibration import Calibration
@@ -66,12 +67,17 @@ def simulation_settings(path: Path) -> dict[str, object]:
 def calibrate(
     data: Path, loaded: LoadedSpec, options: FitOptions, progress: Progress
 ) -> tuple[Calibration, ...]:
-    """Dwell table's file and spec → the calibration of every unit in it."""
+    """Dwell table's file and spec → the calibration of every unit in it.
+
+    Raises NothingFound when the data determine nothing of it.
+    """
     from planner.dwells.dwell_files import read_dwells
 
     progress(f"reading {data}")
-    table = read_dwells(data)
-    return calibrate_table(table, loaded.spec, options, spec_sha256=loaded.sha256, progress=progress)
+    table = read_dwells(data, motions=True)
+    found = calibrate_table(table, loaded.spec, options, spec_sha256=loaded.sha256, progress=progress)
+    refuse_nothing(found, options.method, str(data))
+    return found
 
 
 def apply(calibration: Path, raw: Path, out: Path, columns: Path | None) -> tuple[int, list[str]]:

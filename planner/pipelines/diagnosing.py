@@ -25,7 +25,7 @@ from planner.nouns.diagnosis import Diagnosis, NavigationCost, ResidualChange, U
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.plan import Plan
 from planner.pipelines import planning
-from planner.plan.spec_to_trajectory import trajectory_of
+from planner.plan.spec_to_trajectory import flight_path
 from planner.spec.load import LoadedSpec, spec_from_bytes
 from planner.spec.model import Given
 from planner.units import unit_factor
@@ -129,7 +129,7 @@ def _navigation(
     if not found.effects or loaded.absent:
         return (), []
     try:
-        trajectory = trajectory_of(loaded.spec.trajectory, loaded.folder)
+        trajectory = flight_path(loaded.spec, loaded.folder)
     except InputError as error:
         if not isinstance(loaded.spec.sensitivities, Given):
             raise

@@ -20,26 +20,35 @@ from planner.fleet.calibration_documents import (
     read_calibration,
 )
 from planner.fleet.check_groups import by_temperature
+from planner.fleet.check_plan import Check, planned_checks
 from planner.fleet.check_residual import MeasuredResidual, check_residuals
-from planner.fleet.drift import Correction, FleetForecast, forecast_channels, unit_dates
-from planner.fleet.history import History, cleaned
-from planner.fleet.history_sources import check_days, correction_of, gathered_history, horizon
-from planner.fleet.judge import ErrorRates
-from planner.fleet.plan_allowances import plan_allowances
-from planner.fleet.store import StoreBench
-from planner.fleet.visits import (
-    ShortestVisit,
-    StorePlan,
-    StorePlanner,
-    grid,
-    growth_of,
-    renewable,
+from planner.fleet.dates import FleetForecast, unit_dates
+from planner.fleet.drift import Correction, forecast_channels
+from planner.fleet.growth import Growth, growth_of
+from planner.fleet.history import History, ordered
+from planner.fleet.history_sources import (
+    check_days,
+    correction_of,
+    gathered_history,
+    horizon,
+    today_of,
 )
+from planner.fleet.judge import ErrorRates
+from planner.fleet.looks import accepted_as_they_come
+from planner.fleet.plan_allowances import by_probability, in_sigmas, plan_allowances
+from planner.fleet.sessions import Session, WorkingDays, on_one_calendar
+from planner.fleet.shocks import without_shocks
+from planner.fleet.store import StoreBench
+from planner.fleet.suspects import without_suspects
+from planner.fleet.visits import ShortestVisit, StorePlan, StorePlanner, grid, renewable
 from planner.pipelines import planning
 from planner.plan.budget import common_rule
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.task import allowances as allowances_of
+from planner.quantities import DAY_S
+from planner.spec.attendance import windows_of
 from planner.spec.load import LoadedSpec
+from planner.spec.recalibration import Recalibration
 
 Progress = Callable[[str], None]
 
@@ -67,10 +76,17 @@ def basis_of(loaded: LoadedSpec, plan: Mapping[str, Any] | None, progress: Progr
     """Spec, and a plan's tree if there is one → the region of its errors; without a plan it is chosen now."""
     navigation = planning.navigate(loaded, progress)
     notes: list[str] = []
+    spec = loaded.spec
     if plan is not None:
         allowances = plan_allowances(plan)
+        if by_probability(plan):
+            allowances = in_sigmas(allowances, spec)
         if plan["spec"].get("sha256") not in (None, "", loaded.sha256):
             notes.append("the plan was made from another state of the spec; its allowances were taken")
+    elif planning.by_information(spec):
+        progress("planning the campaign, as there is no plan")
+        made = planning.informed(loaded, navigation, progress, beside=False).plan
+        allowances = in_sigmas(made.allowances, spec)
     else:
         progress("choosing temperatures and repeats, as there is no plan")
         task = planning.task_of(loaded.spec, navigation)
@@ -94,13 +110,60 @@ def accept(
     progress: Progress,
     *,
     as_residual: bool = False,
+    looks: int | None = None,
 ) -> Accepted:
-    """Dwell tables of checks, and calibrations → every unit accepted, rejected or undecided."""
+    """Dwell tables of checks, and calibrations → every unit accepted, rejected or undecided.
+
+    looks: so many power-ons were planned, and the check may stop after each. Raises InputError for looks at
+    calibrations, or at several tables: power-ons must come one after another.
+    """
     basis = basis_of(loaded, plan, progress)
+    if looks is not None:
+        return _as_they_come(inputs, basis, loaded, rates, looks, progress)
     found, notes = _residuals(inputs, basis, progress, as_residual)
     progress("judging")
     units = accepted(found, basis.region, loaded.spec.plan.temperatures.range, rates)
     return Accepted(basis, units, rates, tuple(map(str, inputs)), (*basis.notes, *notes))
+
+
+def _as_they_come(
+    inputs: Sequence[Path],
+    basis: Basis,
+    loaded: LoadedSpec,
+    rates: ErrorRates,
+    looks: int,
+    progress: Progress,
+) -> Accepted:
+    if len(inputs) != 1 or is_calibration(inputs[0]):
+        raise InputError("--looks judges the power-ons of one dwell table as they come; give one table alone")
+    table = read_dwells(inputs[0])
+    progress("looking after every power-on")
+    reach = loaded.spec.plan.temperatures.range
+    units = accepted_as_they_come(table, basis.models, basis.region, reach, rates, looks)
+    return Accepted(basis, units, rates, tuple(map(str, inputs)), (*basis.notes, *table.notes))
+
+
+@dataclass(frozen=True)
+class PlannedChecks:
+    """Checks that decide a unit, the cheapest first."""
+
+    basis: Basis
+    checks: tuple[Check, ...]
+
+
+def plan_check(
+    loaded: LoadedSpec,
+    plan: Mapping[str, Any] | None,
+    load: float,
+    share: float,
+    rates: ErrorRates,
+    progress: Progress,
+) -> PlannedChecks:
+    """The cheapest records that decide such a share of the units at a load of the limit."""
+    basis = basis_of(loaded, plan, progress)
+    progress("temperatures, faces and power-ons that decide a unit")
+    spec = loaded.spec
+    return PlannedChecks(basis, planned_checks(spec, basis.models, basis.region, load, share, rates))
 
 
 def _residuals(
@@ -160,7 +223,8 @@ def history_of(inputs: Sequence[str], basis: Basis, options: ForecastOptions, pr
     progress("reading the history")
     raw = gathered_history(inputs, basis.models, basis.region, options.start, read_dwells)
     check_days(raw, options.today)
-    return cleaned(raw)
+    storage = {m.name: m.storage for m in basis.models}
+    return without_shocks(without_suspects(ordered(raw), storage), storage, progress)
 
 
 def forecast(
@@ -172,22 +236,31 @@ def forecast(
 ) -> Forecasted:
     """A history → forecasts with intervals, and the date until which each unit keeps its requirements."""
     basis = basis_of(loaded, plan, progress)
-    return Forecasted(basis, _forecast_on(inputs, basis, options, progress))
+    return Forecasted(basis, forecast_on(inputs, basis, options, progress))
 
 
-def _forecast_on(
-    inputs: Sequence[str], basis: Basis, options: ForecastOptions, progress: Progress
+def forecast_on(
+    inputs: Sequence[str],
+    basis: Basis,
+    options: ForecastOptions,
+    progress: Progress,
+    *,
+    validated: bool = True,
 ) -> FleetForecast:
+    """A history against a region; validated: with rolling origins of every method."""
     history = history_of(inputs, basis, options, progress)
-    until = horizon(history, options.until)
+    today = today_of(history, options.today)
+    until = horizon(history, options.until, today)
     correction: Correction = correction_of(options.correction, history)
     models = {m.name: m for m in basis.models}
     channels, scored, used = forecast_channels(
-        history, models, until, options.confidence, options.method, correction, progress
+        history, models, until, options.confidence, options.method, correction, progress, validated=validated
     )
-    units = unit_dates(channels, basis.region, until, history.last_day, options.confidence, progress)
-    notes = tuple(dict.fromkeys((*basis.notes, *history.notes)))
-    return FleetForecast(history, channels, units, scored, used, options.confidence, until, correction, notes)
+    units = unit_dates(channels, basis.region, until, today, options.confidence, progress)
+    notes = tuple(dict.fromkeys((*history.suspects, *basis.notes, *history.notes)))
+    return FleetForecast(
+        history, channels, units, scored, used, options.confidence, until, correction, notes, today
+    )
 
 
 def options_of(
@@ -236,33 +309,62 @@ def recalibrate(
         )
     basis = basis_of(loaded, plan, progress)
     bench = StoreBench(asked, basis.models, basis.region)
-    period = asked.period / 86_400.0
+    growths, start, notes = _growths(inputs, basis, bench, asked.period / DAY_S, options, progress)
+    planners = [StorePlanner(u, basis.region, g, bench, options.confidence) for u, g in growths.items()]
+    plans: list[StorePlan] = []
+    shortest: list[ShortestVisit] = []
+    for planner in planners:
+        progress(f"{planner.unit}: the schedule that costs least hours")
+        plans.append(planner.schedule())
+        shortest += planner.ladder()
+    sessions: tuple[Session, ...] = ()
+    made = tuple(plans)
+    if inputs:
+        progress("one calendar for all units")
+        made, sessions = on_one_calendar(planners, plans, asked, _working_days(loaded, asked, start))
+    growth = planners[0].growth
+    can = renewable(basis.region, bench, growth, options.confidence)
+    today = float(growth.days[0])
+    return Recalibrated(basis, bench, growth, made, tuple(shortest), can, start, notes, today, sessions)
+
+
+def _working_days(loaded: LoadedSpec, asked: Recalibration, start: date | None) -> WorkingDays:
+    """Days of the spec's shifts, all days without shifts; never more hours than a shift has."""
+    shifts = loaded.spec.plan.shifts
+    if not shifts:
+        return WorkingDays(start, frozenset(range(7)), asked.working_day)
+    windows = [window for shift in shifts for window in windows_of(shift)]
+    days = frozenset(int(opens // DAY_S) % 7 for opens, _ in windows)
+    return WorkingDays(start, days, min(asked.working_day, max(b - a for a, b in windows)))
+
+
+def _growths(
+    inputs: Sequence[str],
+    basis: Basis,
+    bench: StoreBench,
+    period: float,
+    options: ForecastOptions,
+    progress: Progress,
+) -> tuple[Mapping[str, Growth], date | None, tuple[str, ...]]:
+    """How every unit grows from today on (`spec` when there is no history), the date of day 0, notes."""
     confidence = options.confidence
     if not inputs:
         days = grid(_period(options.until, period))
         growths = {"spec": growth_of(basis.region, basis.models, days, confidence)}
-        start, notes = options.start, basis.notes
-    else:
-        found = _forecast_on(inputs, basis, replace(options, until=options.until or f"{period:g}"), progress)
-        days = grid(found.until - found.history.last_day, found.history.last_day)
-        growths = {
-            unit: growth_of(
-                basis.region, basis.models, days, confidence,
-                [c for c in found.channels if c.series.unit == unit],
-            )
-            for unit in found.history.units
-        }  # fmt: skip
-        start, notes = found.history.start, found.notes
-    plans: list[StorePlan] = []
-    shortest: list[ShortestVisit] = []
-    for unit, growth in growths.items():
-        progress(f"{unit}: the schedule that costs least hours")
-        planner = StorePlanner(unit, basis.region, growth, bench, confidence)
-        plans.append(planner.schedule())
-        shortest += planner.ladder()
-    growth = next(iter(growths.values()))
-    can = renewable(basis.region, bench, growth, confidence)
-    return Recalibrated(basis, bench, growth, tuple(plans), tuple(shortest), can, start, notes)
+        return growths, options.start or options.today, basis.notes
+    asked = replace(options, until=options.until or f"{period:g}")
+    found = forecast_on(inputs, basis, asked, progress, validated=False)
+    days = grid(found.until - found.today, found.today)
+    adds = any(c.rule == "worst_case" for c in basis.region.constraints)
+    once = bench.renewal(1, 1).sigma
+    growths = {
+        unit: growth_of(
+            basis.region, basis.models, days, confidence,
+            [c for c in found.channels if c.series.unit == unit], once, adds,
+        )
+        for unit in found.history.units
+    }  # fmt: skip
+    return growths, found.history.start, found.notes
 
 
 def _period(until: str | None, usual: float) -> float:

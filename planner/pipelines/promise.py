@@ -12,7 +12,7 @@ from planner import __version__, catalog
 from planner.errors import InputError, StoppedEarly
 from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
-from planner.plan.spec_to_trajectory import trajectory_of
+from planner.plan.spec_to_trajectory import flight_path
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, Spec
 from planner.spec.places import did_you_mean
@@ -86,11 +86,9 @@ def verify(
     Raises InputError for what is no plan, StoppedEarly when the user stopped before the first flights.
     """
     progress("counting the plan again")
-    trajectory = trajectory_of(loaded.spec.trajectory, loaded.folder)
+    trajectory = flight_path(loaded.spec, loaded.folder)
     own = made_for or loaded
-    counted = recount(
-        document, own, trajectory_of(own.spec.trajectory, own.folder) if made_for else trajectory
-    )
+    counted = recount(document, own, flight_path(own.spec, own.folder) if made_for else trajectory)
     if _is_foreign(counted) or (options.flights == 0 and not is_by_information(document)):
         return _answer(loaded, document, options, counted)
     progress("preparing the flights")
@@ -202,8 +200,8 @@ def _pipeline(loaded: LoadedSpec) -> Pipeline:
     """calibrate and apply as the commands do them."""
     from planner.calibrate.fit_options import FitOptions
     from planner.export.calibration_files import calibration_files
-    from planner.export.files import write_all_whole
     from planner.pipelines import data
+    from planner.whole_files import write_all_whole
 
     def calibrate(table: Path, folder: Path) -> Path:
         found = data.calibrate(table, loaded, FitOptions(), lambda message: None)

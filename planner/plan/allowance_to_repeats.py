@@ -18,7 +18,7 @@ def error_menus(
 ) -> tuple[ErrorMenu, ...]:
     """Every number of repeats that each error may choose, for each of its temperature points.
 
-    A test whose records cannot tell an error is no choice for it.
+    A test in whose records an error is unobservable is no choice for it.
     """
     by_name = {model.name: model for model in models}
     return tuple(

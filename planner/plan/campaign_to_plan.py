@@ -41,7 +41,6 @@ def plan_of(
     """Everything that plan.json and the report show, from the chosen campaign and its timeline."""
     spec, rule = task.spec, common_rule(constraints)
     allowed = allowances(task, chosen, rule)
-    time = round(timeline[-1].end_s, 6) if timeline else 0.0
     power_on = round(sum(test.power_on_s for test in tests), 6)
     timed_only = is_hand_made(spec)
     bound = chosen.objective if timed_only else chosen.bound
@@ -50,14 +49,14 @@ def plan_of(
         name=spec.name,
         spec_sha256=sha256,
         seed=spec.plan.seed,
-        objective="nothing: the plan is made by hand" if timed_only else objective_words(spec),
+        objective=objective_words(spec),
         requirements=tuple(_achieved(spec, i, constraints, allowed) for i in range(len(spec.requirement))),
         sensitivities=tuple(sensitivity_figures(spec, constraints, allowed)),
         allowances=allowed,
         tests=tuple(tests),
         steps=tuple(timeline),
         reasons=tuple(reason for choice in chosen.choices for reason in _reasons(task, chosen, choice)),
-        time_s=time,
+        time_s=round(timeline[-1].end_s, 6) if timeline else 0.0,
         bound_s=round(bound, 6),
         gap=0.0 if timed_only else chosen.gap,
         power_on_s=power_on,
@@ -67,10 +66,17 @@ def plan_of(
         complete=chosen.proved,
         hours_per_limit={} if timed_only else _hours_per_limit(task, chosen, allowed, constraints),
         genetic=genetic,
-        notes=(*notes, *_said_of_added(chosen), *_hardly_known(task, chosen), *worn_out(spec, power_on)),
+        notes=(*notes, *_remarks(task, chosen, power_on)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),
     )
+
+
+def _remarks(task: Task, chosen: Campaign, power_on: float) -> Iterator[str]:
+    """On what was added to the campaign, on errors that are hardly known, on sensors that wear out."""
+    yield from _said_of_added(chosen)
+    yield from _hardly_known(task, chosen)
+    yield from worn_out(task.spec, power_on)
 
 
 def _said_of_added(chosen: Campaign) -> Iterator[str]:
@@ -126,6 +132,8 @@ def rule_name(requirement: Requirement) -> str:
 
 def objective_words(spec: Spec) -> str:
     """What is made least, in words."""
+    if is_hand_made(spec):
+        return "nothing: the plan is made by hand"
     time, power_on = weights_of(spec)
     if power_on == 0:
         return "campaign time"

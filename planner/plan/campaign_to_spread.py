@@ -1,6 +1,6 @@
-"""An error that no test tells alone → the spread that all tests together give it.
+"""An error that no test observes alone → the spread that all tests together give it.
 
-K's half-width q(n) s / √n knows one test. Where only several tests together tell an error, the campaign's
+K's half-width q(n) s / √n knows one test. Where only several tests together observe an error, the campaign's
 own standard error σ of it stands for s/√n: s = σ √n, n its repeats. A plan made by hand is asked as it is;
 for one that is still to be chosen a repeat is one power-on of every test, all at one temperature. s is never
 less than the run-to-run of the error.
@@ -22,7 +22,7 @@ from planner.spec.model import Spec
 
 
 def with_campaign_spreads(spec: Spec, models: Sequence[ErrorModel]) -> tuple[ErrorModel, ...]:
-    """The errors with a finite spread where no test alone has one, but the campaign tells them."""
+    """The errors with a finite spread where no test alone has one, but the campaign observes them."""
     alone = [m for m in models if m.calibrated and m.within and np.isinf(min(m.within.values()))]
     if not alone:
         return tuple(models)

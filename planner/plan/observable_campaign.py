@@ -1,7 +1,8 @@
-"""The cheapest campaign → the nearest one that tells what it calibrates, or a refusal with the remedy.
+"""The cheapest campaign → the nearest one that observes what it calibrates, or a refusal with the remedy.
 
-Where the planner chose the visits, the tests that would tell an error are made at its temperatures too; where
-that does not help, or hands chose, the plan is refused. `planner check` asks the same before there is a plan.
+Where the planner chose the visits, the tests that make an error observable are made at its temperatures too;
+where that does not help, or hands chose, the plan is refused. `planner check` asks the same before there is
+a plan.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.campaign.observability import Untold
+from planner.campaign.observability import Unobservable
 from planner.errors import InputError
 from planner.nouns.choices import Campaign, TestVisits
 from planner.plan.by_hand import (
@@ -24,24 +25,24 @@ from planner.plan.by_hand import (
     temperatures_of,
 )
 from planner.plan.task import Task
-from planner.plan.untold_to_remedy import Remedy, also_at, remedy_of
-from planner.plan.untold_words import degrees, fault_of, told_once
-from planner.plan.visits_to_observability import ENOUGH, Visits, asked_errors, campaign_of, untold_by
+from planner.plan.unobservable_to_remedy import Remedy, also_at, remedy_of
+from planner.plan.unobservable_words import degrees, fault_of, named_once
+from planner.plan.visits_to_observability import ENOUGH, Visits, asked_errors, campaign_of, unobservable_in
 from planner.spec.model import Spec
 
 
-def refuse_what_no_campaign_tells(spec: Spec) -> None:
-    """Raises InputError when no campaign of the spec's tests can tell an error that they calibrate.
+def refuse_what_no_campaign_observes(spec: Spec) -> None:
+    """Raises InputError when no campaign of the spec's tests observes an error that they calibrate.
 
-    Every test at the same temperatures, with the most repeats that the spec allows: if the errors are not
-    told by that for any number of temperature points, they are told by nothing. A spec that fixes all by hand
+    Every test at the same temperatures, with the most repeats that the spec allows: if that does
+    not observe the errors for any number of temperature points, nothing does. A spec that fixes all by hand
     is asked as it is. Published coefficients stand for all axes together, so no axis can be asked for.
     """
     if not asked_errors(spec):
         return
-    refused: list[tuple[int, Visits, tuple[Untold, ...]]] = []
+    refused: list[tuple[int, Visits, tuple[Unobservable, ...]]] = []
     for visits in [hand_made_visits(spec)] if is_hand_made(spec) else _largest(spec):
-        found = untold_by(spec, visits, largest=not is_hand_made(spec))
+        found = unobservable_in(spec, visits, largest=not is_hand_made(spec))
         if not found:
             return
         refused.append((len(found), visits, found))
@@ -50,7 +51,7 @@ def refuse_what_no_campaign_tells(spec: Spec) -> None:
 
 
 def observable_campaign(task: Task, chosen: Campaign) -> Campaign:
-    """The campaign itself where it tells what it calibrates; else with tests at further temperatures.
+    """The campaign itself where it observes what it calibrates; else with tests at further temperatures.
 
     What is added is not proved to be the least. More records raise no allowance, so that the requirements
     stay met. Raises InputError, with the remedy, when nothing that may be added helps.
@@ -75,35 +76,35 @@ def _cost(task: Task, visits: Sequence[TestVisits]) -> float:
 
 @dataclass(frozen=True)
 class Observable:
-    """Visits that tell every error that they calibrate; added: what was added to tell them, in words."""
+    """Visits that observe every error that they calibrate; added: what was added for that, in words."""
 
     visits: Visits
     added: tuple[str, ...] = ()
 
 
 def observable(spec: Spec, visits: Visits) -> Observable:
-    """The visits themselves, or the nearest ones that tell what they calibrate.
+    """The visits themselves, or the nearest ones that observe what they calibrate.
 
     Raises InputError, with the remedy, when tests that the planner may move do not help.
     """
-    found = untold_by(spec, visits)
+    found = unobservable_in(spec, visits)
     if not found:
         return Observable(visits)
     more = visits if is_hand_made(spec) else _extended(spec, visits, found)
-    if more == visits or untold_by(spec, more):
+    if more == visits or unobservable_in(spec, more):
         raise InputError("\n".join(_faults(spec, visits, found)))
     return Observable(more, tuple(_added(visits, more)))
 
 
-def _extended(spec: Spec, visits: Visits, found: Sequence[Untold]) -> Visits:
-    """The visits with those that tell what is not told, of tests that may be moved; the fewest repeats."""
+def _extended(spec: Spec, visits: Visits, found: Sequence[Unobservable]) -> Visits:
+    """The visits with those that observe what is found, of tests that may be moved; the fewest repeats."""
     while found:
         remedies = (remedy_of(spec, visits, u) for u in found)
         remedy = next((r for r in remedies if r is not None and _may_be_made(spec, r)), None)
         if remedy is None:
             break
         visits = also_at(spec, visits, remedy.tests, remedy.temperatures)
-        found = untold_by(spec, visits)
+        found = unobservable_in(spec, visits)
     return visits
 
 
@@ -112,10 +113,10 @@ def _may_be_made(spec: Spec, remedy: Remedy) -> bool:
     return bool(remedy.tests) and all(chosen_by_hand(spec, test) is None for test in remedy.tests)
 
 
-def _faults(spec: Spec, visits: Visits, found: Sequence[Untold]) -> Iterator[str]:
+def _faults(spec: Spec, visits: Visits, found: Sequence[Unobservable]) -> Iterator[str]:
     made = campaign_of(spec, visits)
     assert made is not None  # something was found in it
-    for error in told_once(found):
+    for error in named_once(found):
         own = [u for u in found if u.error == error]
         yield fault_of(spec, made.runs, own, remedy_of(spec, visits, own[0]))
 

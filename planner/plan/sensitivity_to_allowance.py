@@ -138,11 +138,11 @@ def _infeasible(constraint: Constraint, errors: Sequence[str], low: Array) -> In
     nearest = float(combined(constraint, errors, low))
     parts = sorted(zip(errors, shares(constraint, errors, low), strict=True), key=lambda part: -part[1])
     binds = [(error, float(part)) for error, part in parts if part > 0]
-    told = ", ".join(f"{error} {part:.0%}" for error, part in binds[:3])
+    largest = ", ".join(f"{error} {part:.0%}" for error, part in binds[:3])
     shown, limit = (from_si(value, constraint.unit) for value in (nearest, constraint.limit))
     return InfeasibleError(
         f"{constraint.error} {limit:.6g} {constraint.unit} cannot be met: with every error at its smallest"
-        f" it is {shown:.6g} {constraint.unit} ({constraint.rule}); it is made of {told}",
+        f" it is {shown:.6g} {constraint.unit} ({constraint.rule}); it is made of {largest}",
         binds=binds,
         nearest_limit=nearest,
     )

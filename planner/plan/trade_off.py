@@ -34,7 +34,7 @@ def trade_off(
 
     Programs price working time; with waiting and batches the campaign of another weight, or the plan itself,
     may be better. So of all of them that is taken which is best for the weight when timed. A weight whose
-    plan is not found within `plan.time_limit`, or does not tell what it calibrates, is left out. Proved are
+    plan is not found within `plan.time_limit`, or that leaves an error unobservable, is left out. Proved are
     only plans that wait for nothing and come in one batch: else the proof is of their working time.
     """
     plain = not spec.plan.shifts and spec.plan.units is None

@@ -1,4 +1,4 @@
-"""Temperatures and repeats of all tests → what the campaign as a whole does not tell.
+"""Temperatures and repeats of all tests → what the campaign as a whole leaves unobservable.
 
 The steps of the campaign are asked (planner.campaign.observability), not the tests one by one: what one test
 leaves open another may close, if it is made at the same temperatures.
@@ -12,7 +12,7 @@ import numpy as np
 
 from planner.campaign.design import design
 from planner.campaign.model import Campaign, campaign
-from planner.campaign.observability import Untold, untold
+from planner.campaign.observability import Unobservable, unobservable
 from planner.campaign.power_ons import PowerOns, of_design
 from planner.nouns.choices import Campaign as Chosen
 from planner.nouns.choices import TestVisits
@@ -27,10 +27,10 @@ ENOUGH = 2  # repeats: more of them make nothing observable that two do not
 Visits = tuple[TestVisits, ...]
 
 
-def untold_by(
+def unobservable_in(
     spec: Spec, visits: Sequence[TestVisits], *, largest: bool = False, without: Sequence[ErrorName] = ()
-) -> tuple[Untold, ...]:
-    """What a campaign of these visits does not tell of the errors that the spec's tests calibrate.
+) -> tuple[Unobservable, ...]:
+    """What a campaign of these visits leaves unobservable of the errors that the spec's tests calibrate.
 
     largest: with the most repeats that the spec allows in place of those of the visits
     """
@@ -41,7 +41,7 @@ def untold_by(
     unknown = tuple(
         e for t in tests_of_unknown_motions(spec) for e in map(ErrorName, spec.tests[t].calibrates)
     )
-    return untold(made, asked, (*without, *(e for e in unknown if e not in asked)))
+    return unobservable(made, asked, (*without, *(e for e in unknown if e not in asked)))
 
 
 def asked_errors(spec: Spec) -> tuple[ErrorName, ...]:

@@ -154,20 +154,14 @@ def _relative_weights(constraints: Sequence[Constraint], errors: Sequence[str], 
 
 def _relative_covariances(constraints: Sequence[Constraint], errors: Sequence[str]) -> tuple[_Gaussians, ...]:
     """The percentile constraints, gathered by probability."""
-    gaussian = sorted((c for c in constraints if c.rule == "percentile"), key=_probability)
+    gaussian = sorted((c for c in constraints if c.rule == "percentile"), key=lambda c: c.probability)
     found = []
-    for probability, group in groupby(gaussian, key=_probability):
+    for probability, group in groupby(gaussian, key=lambda c: c.probability):
         units = [_padded(covariance_per_unit(c, errors)) / c.limit**2 for c in group]
         covariances = np.stack(units, axis=1)
         variances = np.trace(covariances, axis1=2, axis2=3)
         found.append(_Gaussians(probability, covariances, variances, *length_per_rms(probability)))
     return tuple(found)
-
-
-def _probability(constraint: Constraint) -> float:
-    if constraint.percentile is None:
-        raise ValueError(f"constraint on {constraint.error} has rule percentile but no probability")
-    return constraint.percentile
 
 
 def _padded(covariances: Array) -> Array:

@@ -43,7 +43,7 @@ def combination(constraint: Constraint, errors: Sequence[str]) -> Callable[[Arra
         return lambda sizes: np.asarray(np.asarray(sizes) @ weight)
     if constraint.rule == "rss":
         return lambda sizes: np.sqrt(np.asarray(sizes) ** 2 @ weight**2)
-    covariances, probability = covariance_per_unit(constraint, errors), _probability(constraint)
+    covariances, probability = covariance_per_unit(constraint, errors), constraint.probability
     return lambda sizes: percentile(np.tensordot(np.asarray(sizes) ** 2, covariances, 1), probability)
 
 
@@ -71,9 +71,3 @@ def _lengths(constraint: Constraint, error: str) -> Array:
     """(terms,) ‖v‖ of one error's terms."""
     vectors = constraint.vectors.get(error)
     return np.zeros(0) if vectors is None else np.linalg.norm(np.atleast_2d(vectors), axis=-1)
-
-
-def _probability(constraint: Constraint) -> float:
-    if constraint.percentile is None:
-        raise ValueError(f"constraint on {constraint.error} has rule percentile but no probability")
-    return constraint.percentile

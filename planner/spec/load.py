@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from planner.errors import Fault, InputError
+from planner.spec.alternatives import with_alternatives
 from planner.spec.model import Spec
 from planner.spec.places import fault_at
 from planner.spec.review import Review
@@ -53,7 +54,9 @@ def load_spec(path: FilePath) -> LoadedSpec:
 def spec_from_bytes(data: bytes, path: FilePath) -> LoadedSpec:
     """As `load_spec`, for bytes at hand; `path` names them, and files are relative to its folder."""
     document = read_document(data, path)
+    document, wrong = with_alternatives(document)
     spec, faults, warnings = _checked(document, path.parent)
+    faults = [*wrong, *faults]
     if spec is None or faults:
         count = f"{len(faults)} faults" if len(faults) > 1 else "1 fault"
         raise InputError(f"{path.name} cannot be used: {count}", faults)

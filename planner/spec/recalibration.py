@@ -32,6 +32,12 @@ class Recalibration(SpecPart):
     move: Seconds = Field(10.0, description="time to put it on the next face, e.g. 10 s")
     power_on: Seconds = Field(30.0, description="from power-on until the first record, e.g. 30 s")
     cool_down: Seconds = Field(600.0, description="power off after every repeat, e.g. 10 min")
+    units: Annotated[Count, Field(le=1000)] = Field(
+        1, description="how many units rest side by side on the surface; turns are one after another"
+    )
+    working_day: PositiveSeconds = Field(
+        28_800.0, description="hours of work on one day, e.g. 8 h; which days: those of plan.shifts"
+    )
     repeats: Annotated[Count, Field(le=100)] = Field(
         20, description="never more power-ons of one visit than this"
     )

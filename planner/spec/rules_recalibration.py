@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from planner.quantities import DAY_S
 from planner.spec.review import Review
 
 FASTEST_TURN_DPS = 360.0  # nobody turns a unit by hand faster and stops at a mark
 COARSEST_DEG = 5.0
-DAY_S = 86_400.0
 
 
 def recalibration(sheet: Review) -> None:
@@ -18,6 +18,8 @@ def recalibration(sheet: Review) -> None:
         sheet.fault(("recalibration", "turn"), "is faster than a hand turns a unit; write e.g. 20 s")
     if asked.period < DAY_S:
         sheet.fault(("recalibration", "period"), "is shorter than a day; write e.g. 365 d")
+    if not 600.0 <= asked.working_day <= DAY_S:
+        sheet.fault(("recalibration", "working_day"), "is no working day; write e.g. 8 h")
     for key, angle in (("level", asked.level), ("angle_error", asked.angle_error)):
         if angle > COARSEST_DEG * 0.017453292519943295:
             sheet.fault(

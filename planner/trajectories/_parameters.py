@@ -11,11 +11,10 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from planner.nouns.array import Array
-from planner.quantities import Angle, Celsius, Metres, PositiveSeconds, Seconds, quantity, schema
+from planner.quantities import DAY_S, Angle, Celsius, Metres, PositiveSeconds, Seconds, quantity, schema
 from planner.units import from_si
 
 MOST_SAMPLES = 2_000_000  # five and a half hours at 100 Hz; keeps a flight's arrays below 0.5 GB
-SECONDS_A_DAY = 86_400.0
 
 
 def within(low: float, high: float, unit: str) -> AfterValidator:
@@ -79,7 +78,7 @@ class Environment(Settings):
     @property
     def days(self) -> float:
         """Days since the calibration."""
-        return self.day / SECONDS_A_DAY
+        return self.day / DAY_S
 
     def temperature_degc(self, time_s: Array) -> Array:
         """(n,) degrees Celsius at the instants of a flight."""

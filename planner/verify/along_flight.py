@@ -7,7 +7,7 @@ import numpy as np
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.trajectory import Trajectory
-from planner.physics.attitude import rph_from_dcm
+from planner.physics.attitude import rph_from_dcm, wrapped
 from planner.physics.earth import principal_radii
 from planner.physics.strapdown import NavigationState
 
@@ -47,19 +47,22 @@ def start_of(trajectory: Trajectory) -> NavigationState:
     return NavigationState(t.latitude[0], t.longitude[0], t.altitude[0], t.velocity[0], t.attitude[0])
 
 
+def height_of(trajectory: Trajectory) -> tuple[Array, Array] | None:
+    """What an aid holds the vertical channel to: altitude and velocity down (n + 1,); None without one."""
+    if trajectory.height_aid_m is None:
+        return None
+    return trajectory.altitude, trajectory.velocity[:, 2]
+
+
 def apart(computed: NavigationState, true: NavigationState) -> tuple[Array, Array, Array]:
     """(..., 3) each, computed − true: position and velocity north, east, up; roll, pitch, heading."""
     meridian, transverse = principal_radii(true.latitude)
     position = [
         (computed.latitude - true.latitude) * (meridian + true.altitude),
-        _wrapped(computed.longitude - true.longitude) * (transverse + true.altitude) * np.cos(true.latitude),
+        wrapped(computed.longitude - true.longitude) * (transverse + true.altitude) * np.cos(true.latitude),
         computed.altitude - true.altitude,
     ]
     pairs = zip(rph_from_dcm(computed.attitude), rph_from_dcm(true.attitude), strict=True)
-    angles = [_wrapped(a - b) for a, b in pairs]
+    angles = [wrapped(a - b) for a, b in pairs]
     velocity = (computed.velocity - true.velocity) * np.array([1.0, 1.0, -1.0])
     return np.stack(position, axis=-1), velocity, np.stack(angles, axis=-1)
-
-
-def _wrapped(angle: Array) -> Array:
-    return np.asarray(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)

@@ -30,6 +30,7 @@ from planner.verify.references import Direction
 
 _ROUNDS = 5  # 0.5 % of scale factor to the fifth is nothing
 _LEAST_WHITE = 1e-8  # of what power-ons scatter: records without noise must not make V singular
+_QUIET = 1e-12  # SI: what stands for the noise of records that have none
 _RANK = 1e-11  # of the largest singular value of columns of unit length: below is rounding
 _TOUCHED = 1e-6  # share of a coefficient in a combination that no record sees
 
@@ -74,7 +75,7 @@ def _estimator(
         [
             model.matrix(model.bias, conditions),
             model.scaled(conditions, u),
-            model.matrix(model.lean, conditions),
+            model.matrix(model.misalignment, conditions),
         ],
         axis=2,
     ).reshape(u.size, -1)
@@ -89,7 +90,8 @@ def _estimator(
     both = np.column_stack([X, *(column for column in shared if column.any())])
     white = np.concatenate([np.linalg.solve(root, both[r]) for root, r in zip(roots, rows, strict=True)])
     inverse, undetermined = _inverse(white, X.shape[1])
-    error = np.sqrt(np.sum(inverse**2, axis=1))
+    quiet = all(np.max(root) <= _QUIET for root in roots)  # only references that err leave anything then
+    error = np.sqrt(np.sum(inverse[:, len(X) if quiet else 0 :] ** 2, axis=1))
     inverse = inverse[:, : len(X)]
     for root, r in zip(roots, rows, strict=True):
         inverse[:, r] = np.linalg.solve(root.T, inverse[:, r].T).T
@@ -167,7 +169,7 @@ def _of_run(
         K = K + drift**2 * np.exp(-later / time)
         V += np.einsum("ict,ij,jdt->icjd", x[run], K, x[run])
     flat = V.reshape(m * channels, m * channels) + np.diag(np.repeat(noise, channels))
-    return flat if flat.any() else np.eye(len(flat))
+    return flat if flat.any() else _QUIET**2 * np.eye(len(flat))
 
 
 # ---------------------------------------------------------------- measuring
@@ -179,8 +181,8 @@ def readings(
     """(B n, 3) what the sensor reads: y = (1 + κ)(M u) + b + noise."""
     mine = [e for e in errors if e.sensor == sensor]
     v = sensed(sensor, conditions) + _sum("misalignment", sensor, conditions, mine)
-    leaned = replace(conditions, **{INPUT[sensor]: v})
-    y = v + _sum("scale_factor", sensor, leaned, mine) + _sum("bias", sensor, conditions, mine)
+    misaligned = replace(conditions, **{INPUT[sensor]: v})
+    y = v + _sum("scale_factor", sensor, misaligned, mine) + _sum("bias", sensor, conditions, mine)
     return np.asarray(y + noise)
 
 
@@ -211,7 +213,7 @@ def calibrated(estimator: Estimator, conditions: Conditions, y: Array, units: in
     shape = (units, -1, len(channels))
     u = sensed(model.sensor, conditions)[:, channels].reshape(shape)
     read = y[:, channels].reshape(shape)
-    B, L = (model.matrix(part, conditions).reshape(*u.shape, -1) for part in (model.bias, model.lean))
+    B, L = (model.matrix(part, conditions).reshape(*u.shape, -1) for part in (model.bias, model.misalignment))
     bend = _Bend(estimator, conditions, u.shape)
     biases, scales = len(model.bias), len(model.scale)
     theta = first = step = (read - u).reshape(units, -1) @ estimator.inverse.T

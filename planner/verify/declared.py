@@ -48,18 +48,18 @@ class Column:
 
 @dataclass(frozen=True)
 class Declared:
-    """The model of some channels of one sensor. bias, scale, lean: its columns in the order of θ."""
+    """The model of some channels of one sensor. bias, scale, misalignment: its columns in the order of θ."""
 
     sensor: Sensor
     channels: tuple[int, ...]
     bias: tuple[Column, ...]
     scale: tuple[Column, ...]
-    lean: tuple[Column, ...]
+    misalignment: tuple[Column, ...]
 
     @property
     def columns(self) -> tuple[Column, ...]:
         """All coefficients."""
-        return (*self.bias, *self.scale, *self.lean)
+        return (*self.bias, *self.scale, *self.misalignment)
 
     def matrix(self, columns: Sequence[Column], conditions: Conditions) -> Array:
         """(n, c, p) output of some columns on the channels, SI per SI unit."""

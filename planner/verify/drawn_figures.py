@@ -66,7 +66,7 @@ def drawn_quantile(
         d = rng.normal(size=(each, len(value))) @ root.T
         for error, weights in f.of_curves(n.asked, one).items():
             if error in pools:
-                curve = pools[error].at(np.concatenate([f.told.degc, one]))
+                curve = pools[error].at(np.concatenate([f.estimates.degc, one]))
                 for term in np.moveaxis(weights, 1, 0):
                     d += curve[rng.integers(POOL, size=each)] @ term.T
         longest.append(np.linalg.norm(d.reshape(each, n.instants, -1), axis=2).max(axis=1))

@@ -2,7 +2,7 @@
 
 The rest of a term in flight is what the unit has there less what its calibration says,
 
-    e(T, t) = c + f(T) + r' + g'(t) + w(D) − Σ_n hat_n(T) θ̂_n,    θ̂ from the campaign (told)
+    e(T, t) = c + f(T) + r' + g'(t) + w(D) − Σ_n hat_n(T) θ̂_n,    θ̂ from the campaign (estimates)
 
 and every chance of it is followed by itself: constants and curves that the tables miss, the walk up to the
 flight, the flight's own power-on and drift, the campaign's runs, drift, noise and references. Nothing here is
@@ -19,10 +19,10 @@ import numpy as np
 from planner.nouns.array import Array
 from planner.spec.budget import STORAGE_DAYS
 from planner.verify.draws import Exposed, Unit
+from planner.verify.estimate_covariance import Estimates
 from planner.verify.nodes import read
 from planner.verify.residuals import carrier, flying, share
 from planner.verify.second_moments import Error, Moment
-from planner.verify.told import Told
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
 Asked = Mapping[Error, Array]
@@ -34,7 +34,7 @@ class Foresight:
     """A plan, its campaign and its flight. time: (K,) s, moments of the flight; day: of the flight."""
 
     unit: Unit
-    told: Told
+    estimates: Estimates
     time: Array
     day: float
 
@@ -47,10 +47,10 @@ class Foresight:
         """Part -> (R, R) of a flight at temperatures (K,), all but the curves' own."""
         G, flown = self._tables(asked, degc), self._flown(asked, degc)
         found = {part: np.zeros((len(G), len(G))) for part in PARTS}
-        found["estimate"] += G @ self.told.noise @ G.T
+        found["estimate"] += G @ self.estimates.noise @ G.T
         for error, own in flown.items():
             budget = self.unit.budgets[error]
-            constant = own.sum(axis=1) - G @ self.told.constant[error]
+            constant = own.sum(axis=1) - G @ self.estimates.constant[error]
             found["estimate"] += budget.systematic_size**2 / 3.0 * constant @ constant.T
             found["storage"] += budget.storage_sigma**2 * self._walked(G, error, own)
             apart = np.abs(np.subtract.outer(self.time, self.time))
@@ -67,10 +67,10 @@ class Foresight:
         G, weights = self._tables(asked, degc), self.of_curves(asked, degc)
         missed, misread = np.zeros((2, len(G), len(G)))
         for error, moment in moments.items():
-            at = moment.at(np.concatenate([self.told.degc, degc]))
+            at = moment.at(np.concatenate([self.estimates.degc, degc]))
             missed += _through(np.swapaxes(weights[error], 1, 2), at)
-            for one in self.told.slope[error]:
-                slopes = moment.of_slopes(self.told.degc)
+            for one in self.estimates.slope[error]:
+                slopes = moment.of_slopes(self.estimates.degc)
                 misread += _through(np.swapaxes(_over(G, one), 1, 2), slopes)
         return missed, misread
 
@@ -78,20 +78,20 @@ class Foresight:
         """Error -> (R, t, N + K) what its curve weighs at the records' temperatures, then in flight."""
         G, flown = self._tables(asked, degc), self._flown(asked, degc)
         return {
-            error: np.concatenate([-_over(G, self.told.curve[error]), np.swapaxes(own, 1, 2)], axis=2)
+            error: np.concatenate([-_over(G, self.estimates.curve[error]), np.swapaxes(own, 1, 2)], axis=2)
             for error, own in flown.items()
         }
 
     def _tables(self, asked: Asked, degc: Array) -> Array:
         """(R, P): what is asked of every coefficient, read in flight by straight lines."""
         rows = len(next(iter(asked.values())))
-        G = np.zeros((rows, len(self.told.columns)))
+        G = np.zeros((rows, len(self.estimates.columns)))
         places: dict[tuple[Error, int], list[int]] = {}
-        for i, (sensor, column) in enumerate(self.told.columns):
+        for i, (sensor, column) in enumerate(self.estimates.columns):
             places.setdefault(((sensor, column.effect), column.index), []).append(i)
         for (error, term), mine in places.items():
             if error in asked:
-                nodes = np.array([self.told.columns[i][1].node_degc for i in mine])
+                nodes = np.array([self.estimates.columns[i][1].node_degc for i in mine])
                 weights = np.ones((len(degc), 1)) if np.isnan(nodes).any() else read(degc, nodes)
                 G[:, mine] = asked[error][:, :, term] @ weights
         return G
@@ -108,16 +108,16 @@ class Foresight:
 
     def _walked(self, G: Array, error: Error, own: Array) -> Array:
         """(R, R) of a walk of unit sigma in STORAGE_DAYS, from day 0 through the records to the flight."""
-        days = self.told.days
-        weights = np.concatenate([-_over(G, self.told.walk[error]), own.sum(axis=1)[:, :, None]], axis=2)
+        days = self.estimates.days
+        weights = np.concatenate([-_over(G, self.estimates.walk[error]), own.sum(axis=1)[:, :, None]], axis=2)
         later = np.cumsum(weights[:, :, ::-1], axis=2)[:, :, ::-1]  # each step is in all that follows
         width = np.diff(np.concatenate([[0.0], days, [max(self.day, days[-1])]])) / STORAGE_DAYS
         return _through(np.swapaxes(later, 1, 2), np.diag(width))
 
 
-def _over(G: Array, told: Array) -> Array:
+def _over(G: Array, estimates: Array) -> Array:
     """(R, P) · (P, t, N) -> (R, t, N)."""
-    return np.asarray(np.tensordot(G, told, axes=1))
+    return np.asarray(np.tensordot(G, estimates, axes=1))
 
 
 def _through(rows: Array, kernel: Array) -> Array:

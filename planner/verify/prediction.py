@@ -12,13 +12,13 @@ from planner.nouns.array import Array
 from planner.spec.model import PercentileRule
 from planner.verify.asked import Navigation, covariances, figure, navigation, worst_start
 from planner.verify.drawn_figures import Pool, drawn_quantile, pools_of
+from planner.verify.estimate_covariance import estimates
 from planner.verify.experiment import Experiment
 from planner.verify.families import curves_in
 from planner.verify.flights import FlightModel
 from planner.verify.foreseen import Foresight
 from planner.verify.second_moments import Error, Moment, moments_of
 from planner.verify.starts import Starts, anywhere, at_one
-from planner.verify.told import told
 
 FINE = 25  # starts among which the worst is looked for
 
@@ -39,7 +39,7 @@ class Prediction:
     def foresight(self) -> Foresight:
         """Its campaign."""
         e = self.e
-        known = told(e.records, e.unit, e.estimators, e.spec, e.chance)
+        known = estimates(e.records, e.unit, e.estimators, e.spec, e.chance)
         return Foresight(e.unit, known, self.flight.moments, e.day)
 
     @cached_property

@@ -68,7 +68,7 @@ class _Row:
 
 def records_of(document: Mapping[str, Any], spec: Spec) -> Records:
     """The records of the first batch. Raises InputError when there is none, or a step cannot be read."""
-    rows = _rows([s for s in _steps(document) if _batch_of(s["id"]) == 1])
+    rows = _rows([s for s in _steps(document) if batch_of(s["id"]) == 1])
     if not rows:
         raise InputError("the plan has no record steps: nothing is measured")
     motions = tuple(_motion(row, spec) for row in rows)
@@ -110,7 +110,8 @@ def _steps(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return steps
 
 
-def _batch_of(name: str) -> int:
+def batch_of(name: str) -> int:
+    """Which batch of units a step is for, by its id `b02/…`; 1: the only one."""
     found = _BATCH.match(name)
     return int(found[1]) if found else 1
 

@@ -71,10 +71,10 @@ def _off(records: Records, units: int, spec: Spec, key: tuple[int, int]) -> tupl
         faster = accuracy.rate * draw.normal(size=units)
         warmer[:, rows] = accuracy.temperature * draw.normal(size=(units, 1))
         visits, visit = np.unique(records.installation[rows], return_inverse=True)
-        leaning = accuracy.mounting * draw.normal(size=(units, len(visits), 3))
-        if not (tilt.any() or faster.any() or leaning.any()):
+        mounting = accuracy.mounting * draw.normal(size=(units, len(visits), 3))
+        if not (tilt.any() or faster.any() or mounting.any()):
             continue
-        base, mounted = turned_by(tilt), turned_by(leaning)
+        base, mounted = turned_by(tilt), turned_by(mounting)
         for place, row in enumerate(rows):
             turn, load = felt(records.motions[row], base, mounted[:, visit[place]], faster)
             rate[:, row] = turn - records.conditions.rate[row]

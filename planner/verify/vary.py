@@ -145,8 +145,8 @@ class Grid(Sequence[GridPoint]):
 
     def digest_at(self, number: int) -> str:
         """Of a point, without making its spec."""
-        told = json.dumps(list(self.values_at(number).items()), ensure_ascii=False)
-        return hashlib.sha256(f"{self._base}\n{told}".encode()).hexdigest()
+        values = json.dumps(list(self.values_at(number).items()), ensure_ascii=False)
+        return hashlib.sha256(f"{self._base}\n{values}".encode()).hexdigest()
 
     @cached_property
     def _base(self) -> str:

@@ -31,6 +31,9 @@ class FileRecorder:
     def stop(self, step: Step, complete: bool) -> None:
         os.write(self._file, f"{step.id} {self._number}\n".encode())
 
+    def lost(self, step: Step, number: int) -> None:
+        os.write(self._file, f"void {step.id} {number}\n".encode())
+
 
 def one_life(job: Job, folder: Path, longest_s: float, rng: random.Random) -> bool:
     """A process that runs the campaign on and is killed at a random moment; whether it finished before."""

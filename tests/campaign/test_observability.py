@@ -1,4 +1,4 @@
-"""What a campaign does not tell: against the row space of dense columns, and by its laws."""
+"""What a campaign leaves unobservable: against the row space of dense columns, and by its laws."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.campaign.model import Campaign, campaign
-from planner.campaign.observability import Untold, untold
+from planner.campaign.observability import Unobservable, unobservable
 from planner.campaign.power_ons import PowerOns
 from planner.nouns.conditions import Conditions
 from planner.nouns.sensor import ErrorName
@@ -53,17 +53,17 @@ def of(made: Made, **changes: tuple[str, ...]) -> Campaign:
     return campaign(spec(**changes), rests(made))
 
 
-def named(found: tuple[Untold, ...]) -> set[tuple[str, str, float]]:
+def named(found: tuple[Unobservable, ...]) -> set[tuple[str, str, float]]:
     return {(u.error.effect, u.term, node) for u in found for node in u.nodes_degc}
 
 
 def test_six_faces_at_every_temperature_tell_everything() -> None:
-    assert untold(of([(t, tuple(range(6))) for t in NODES]), BOTH) == ()
+    assert unobservable(of([(t, tuple(range(6))) for t in NODES]), BOTH) == ()
 
 
 def test_one_face_at_most_temperatures_and_six_at_one_tell_that_one() -> None:
     """What the starter once did: each test alone looks as if it could."""
-    found = untold(of([(t, (4,)) for t in NODES] + [(10.0, tuple(range(6)))]), BOTH)
+    found = unobservable(of([(t, (4,)) for t in NODES] + [(10.0, tuple(range(6)))]), BOTH)
     assert named(found) == set(product(("bias", "scale_factor"), "z", (-40.0, 60.0)))
     assert {u.partners for u in found if u.error == BIAS} == {(SCALE,)}
     assert {u.partners for u in found if u.error == SCALE} == {(BIAS,)}
@@ -71,16 +71,16 @@ def test_one_face_at_most_temperatures_and_six_at_one_tell_that_one() -> None:
 
 
 def test_an_axis_that_is_never_loaded_has_nothing_to_be_mixed_up_with() -> None:
-    found = untold(of([(t, (4, 5)) for t in NODES]), BOTH)
+    found = unobservable(of([(t, (4, 5)) for t in NODES]), BOTH)
     assert {(u.error, u.term, u.partners) for u in found} == {(SCALE, "x", ()), (SCALE, "y", ())}
     assert all(u.everywhere for u in found)
 
 
 def test_only_what_is_asked_is_named() -> None:
     made = of([(t, (4,)) for t in NODES])
-    assert {u.error for u in untold(made, (BIAS,))} == {BIAS}
-    assert untold(made, ()) == ()
-    assert {u.error for u in untold(made, (BIAS,), without=(SCALE,))} == set()
+    assert {u.error for u in unobservable(made, (BIAS,))} == {BIAS}
+    assert unobservable(made, ()) == ()
+    assert {u.error for u in unobservable(made, (BIAS,), without=(SCALE,))} == set()
 
 
 kinds = st.tuples(
@@ -104,7 +104,7 @@ def test_it_is_the_row_space_of_the_columns(made: Made) -> None:
             if t in loaded and len(seen) < 2:
                 wanted |= {("scale_factor", axis, t)}
                 wanted |= {("bias", axis, t)} if seen != {0.0} else set()
-    assert named(untold(of(made), BOTH)) == wanted
+    assert named(unobservable(of(made), BOTH)) == wanted
 
 
 def _load(face: int, channel: int) -> float:
@@ -117,7 +117,7 @@ def test_further_records_at_the_same_temperatures_never_hide_anything(
     made: Made, faces: tuple[float, tuple[int, ...]], place: int
 ) -> None:
     more = (made[place % len(made)][0], faces[1])
-    before, after = (named(untold(of(m), BOTH)) for m in (made, [*made, more]))
+    before, after = (named(unobservable(of(m), BOTH)) for m in (made, [*made, more]))
     assert after <= before
 
 
@@ -129,7 +129,7 @@ def test_what_is_known_no_better_than_uncalibrated_is_not_told(size: str) -> Non
     c = replace(
         made, spec=spec_with({}, accelerometer).model_copy(update={"effects": ("bias",)}), effects=("bias",)
     )
-    found = untold(c, (BIAS,))
+    found = unobservable(c, (BIAS,))
     assert bool(found) == (size != "20 mg")
     for u in found:
         assert u.known_to == pytest.approx(1.96e-3 * G / np.sqrt(8.0), rel=0.01)
@@ -141,10 +141,10 @@ def test_what_the_table_takes_up_anyway_is_not_asked(installed_example: Installe
     knee, bias = ErrorName("gyro.cold_knee"), ErrorName("gyro.bias")
     cold, warm = [(-40.0, (4,)), (60.0, (4,))], [(30.0, (4,)), (60.0, (4,))]
     for made in (cold, warm):
-        assert untold(of(made, effects=("bias", "bias_temperature", "cold_knee")), (knee, bias)) == ()
+        assert unobservable(of(made, effects=("bias", "bias_temperature", "cold_knee")), (knee, bias)) == ()
     plain = ("bias", "cold_knee")
-    assert untold(of(cold, effects=plain), (knee, bias)) == ()
-    assert {u.error for u in untold(of(warm, effects=plain), (knee, bias))} == {knee}
+    assert unobservable(of(cold, effects=plain), (knee, bias)) == ()
+    assert {u.error for u in unobservable(of(warm, effects=plain), (knee, bias))} == {knee}
 
 
 def test_a_coefficient_that_channels_share_is_told_by_all_of_them() -> None:
@@ -152,8 +152,8 @@ def test_a_coefficient_that_channels_share_is_told_by_all_of_them() -> None:
     earth = ErrorName("gyro.earth_rate")
     effects = ("bias", "earth_rate")
     upright = campaign(spec(effects), rests([(10.0, (4,))]))
-    assert {u.error for u in untold(upright, (earth,))} == {earth}
+    assert {u.error for u in unobservable(upright, (earth,))} == {earth}
     cube = campaign(spec(effects), rests([(10.0, tuple(range(6)))]))
-    assert untold(cube, (earth, ErrorName("gyro.bias"))) == ()
+    assert unobservable(cube, (earth, ErrorName("gyro.bias"))) == ()
     part = campaign(spec(effects), rests([(10.0, (0, 4))]))  # x up and z up: z alone has 0 and 1 of up
-    assert untold(part, (earth,)) == ()
+    assert unobservable(part, (earth,)) == ()

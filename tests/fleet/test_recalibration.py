@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 
 from planner.errors import InputError
 from planner.fleet.allowed_region import PARTS, reserve_of
+from planner.fleet.growth import growth_of
 from planner.fleet.published_store import published, published_check
 from planner.fleet.store import StoreBench, attitudes, sensor_left, store_records, visit_time, visits
-from planner.fleet.visits import StorePlanner, grid, growth_of
+from planner.fleet.visits import StorePlanner, grid
 from planner.nouns.allowances import ErrorModel
 from planner.pipelines.fleet import ForecastOptions, basis_of, recalibrate
 from planner.spec.recalibration import Recalibration

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import cache
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -26,14 +27,20 @@ def small(**plan_of: Any) -> Tree:
     return made
 
 
-def found(made: Tree) -> Found:
-    return campaign_found(cases.flight(made))
+def found(made: Tree, effort: Literal["brief", "usual"] = "usual") -> Found:
+    return campaign_found(cases.flight(made), effort=effort)
 
 
-def kept(campaign: Found) -> None:
+@cache
+def usual() -> Found:
+    """The campaign of `small` as it stands."""
+    return found(small())
+
+
+def kept(campaign: Found, bounded: bool = True) -> None:
     figure, limit = campaign.foreseen.largest[0], campaign.judge.promise.asked[0].limit
     assert 0.0 < figure <= limit * (1.0 + 1e-6)
-    assert 0.0 < campaign.bound <= campaign.cost + 1e-6
+    assert not bounded or 0.0 < campaign.bound <= campaign.cost + 1e-6
 
 
 @pytest.mark.parametrize(
@@ -48,8 +55,8 @@ def kept(campaign: Found) -> None:
 def test_ranges_at_the_edge(temperatures: Tree) -> None:
     made = small(temperatures=temperatures)
     made["requirement"][0]["limit"] = "20000 m"
-    campaign = found(made)
-    kept(campaign)
+    campaign = found(made, "brief")
+    kept(campaign, bounded=False)
     low, high = (float(t.split()[0]) for t in temperatures["range"])
     assert all(low <= t <= high for v in campaign.visits for t in v.temperatures_degc)
     if high - low < 3.0:
@@ -101,7 +108,7 @@ def test_several_benches_with_chambers() -> None:
 )
 def test_units_and_shifts(more: Tree) -> None:
     """The campaign of one unit is the same; hours of work are those of its batch."""
-    made, alone = small(**more), found(small())
+    made, alone = small(**more), usual()
     made["benches"]["rate_table"] |= {"units": 4, "attended": False}
     kept(campaign := found(made))
     assert campaign.visits == alone.visits

@@ -27,7 +27,7 @@ SPECS = {
 }
 
 
-@pytest.fixture(params=SPECS, name="document")
+@pytest.fixture(params=SPECS, name="document", scope="module")
 def _document(request) -> dict:
     return json.loads(plan_text(planned(SPECS[request.param]).plan))
 

@@ -18,9 +18,9 @@ from planner.nouns.plan import Plan
 from planner.pipelines.planning import exact_plan
 from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.errors_to_points import point_menus
-from planner.plan.observable_campaign import observable, refuse_what_no_campaign_tells
+from planner.plan.observable_campaign import observable, refuse_what_no_campaign_observes
 from planner.plan.spec_to_errors import error_models
-from planner.plan.visits_to_observability import campaign_of, untold_by
+from planner.plan.visits_to_observability import campaign_of, unobservable_in
 from planner.spec.load import spec_from_bytes
 from tests.outcome import Run
 from tests.specs import SHIPPED, loaded, shipped, small
@@ -98,7 +98,7 @@ def by_hand(repeats: int = 3, **degc: list[int]) -> dict[str, Any]:
 def refusal(spec: dict[str, Any]) -> str:
     """What `check` says; `plan` says the same."""
     with pytest.raises(InputError) as error:
-        refuse_what_no_campaign_tells(loaded(spec).spec)
+        refuse_what_no_campaign_observes(loaded(spec).spec)
     with pytest.raises(InputError) as planned:
         exact_plan(loaded(spec))
     assert str(planned.value) == str(error.value)
@@ -106,7 +106,7 @@ def refusal(spec: dict[str, Any]) -> str:
 
 
 def passes(spec: dict[str, Any]) -> bool:
-    refuse_what_no_campaign_tells(loaded(spec).spec)
+    refuse_what_no_campaign_observes(loaded(spec).spec)
     return True
 
 
@@ -209,7 +209,7 @@ def test_where_the_planner_chooses_it_makes_the_test_at_the_other_temperatures_t
     assert any(
         "added so that the campaign as a whole tells the errors apart: faces at" in n for n in plan.notes
     )
-    assert untold_by(loaded(spec).spec, visits(plan)) == ()
+    assert unobservable_in(loaded(spec).spec, visits(plan)) == ()
 
 
 def test_what_was_added_was_needed() -> None:
@@ -220,12 +220,12 @@ def test_what_was_added_was_needed() -> None:
         kept = tuple((x, n) for x, n in zip(faces.temperatures_degc, faces.repeats, strict=True) if x != t)
         less = TestVisits("faces", tuple(x for x, _ in kept), tuple(n for _, n in kept))
         bare = tuple(less if v.test == "faces" else v for v in made)
-        hidden = untold_by(spec, bare)
+        hidden = unobservable_in(spec, bare)
         assert {(u.error.effect, u.term, u.nodes_degc) for u in hidden} == {
             ("bias", "z", (t,)),
             ("scale_factor", "z", (t,)),
         }
-        assert untold_by(spec, observable(spec, bare).visits) == ()
+        assert unobservable_in(spec, observable(spec, bare).visits) == ()
 
 
 def test_a_test_that_may_not_be_moved_is_not_moved() -> None:
@@ -245,7 +245,7 @@ def test_what_only_all_tests_together_tell_is_planned_together() -> None:
     assert np.isfinite(min(bias.within.values()))  # no test alone: of the campaign
     plan = exact_plan(found)
     assert {"static", "tilts"} == {t.test for t in plan.tests} - {"rates"}
-    assert untold_by(found.spec, visits(plan)) == ()
+    assert unobservable_in(found.spec, visits(plan)) == ()
     widths = {r.error: r.half_width for r in plan.reasons}
     assert np.all(np.isfinite([*widths.values()]))
     assert widths["accelerometer.bias"] > 0
@@ -282,7 +282,7 @@ def _columns_and_sigmas(made: Campaign, axis: int) -> tuple[tuple[Column, ...], 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in SHIPPED.glob("*.yaml")))
 def test_the_shipped_specs_can_be_calibrated(name: str) -> None:
-    refuse_what_no_campaign_tells(shipped(name).spec)
+    refuse_what_no_campaign_observes(shipped(name).spec)
 
 
 @pytest.mark.parametrize("points", [((5, 3), (1, 2)), ((5, 2), (1, 2)), ((3, 2), (1, 2))])
@@ -292,7 +292,7 @@ def test_hand_made_helicopters_that_fly_well_are_planned(points: tuple[tuple[int
     tests = zip(("static", "rates"), points, strict=True)
     lines = [f"    {name}: {{temperatures: {t}, repeats: {n}}}" for name, (t, n) in tests]
     found = spec_from_bytes("\n".join([text.rstrip(), "  fixed:", *lines]).encode(), Path("spec.yaml"))
-    refuse_what_no_campaign_tells(found.spec)
+    refuse_what_no_campaign_observes(found.spec)
     assert [len(t.temperatures_degc) for t in exact_plan(found).tests] == [count for count, _ in points]
 
 

@@ -17,7 +17,7 @@ from planner.dwells.dwell_files import read_dwells, write_dwells
 from planner.errors import InputError
 from planner.export.calibration import calibration_text, read_tables
 from planner.export.firmware import left_out_notes
-from planner.export.json import plan_document
+from planner.export.json import document_text, plan_document
 from planner.nouns.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
 from planner.nouns.plan_file import plan_schema, typed_plan
 from planner.protocols import RawBlock, Sensor
@@ -26,6 +26,7 @@ from planner.simulate.hidden import hidden_effect
 from tests.outcome import Run
 from tests.plugins.installing import Installed
 from tests.recordings.recordings import Array, G, save
+from tests.shipped_plans import shipped_document
 from tests.specs import SHIPPED, planned, small
 
 DPS = np.radians(1.0)
@@ -86,8 +87,8 @@ def test_the_program_finds_them_in_a_process_of_its_own(installed_example: Insta
     truth = [t for t in json.loads((tmp_path / "truth.json").read_text())["terms"] if t["hidden"]]
     assert {t["error"] for t in truth} == {"gyro.cold_knee"}
     assert all(t["nonlinear_si"] == {"knee_degc": -30.0} for t in truth)
-    program("plan", spec, "-o", "plan")
-    program("export", "plan", "--format", "checklist", "-o", "list.txt")
+    (tmp_path / "plan.json").write_text(document_text(shipped_document("close_the_loop")))
+    program("export", "plan.json", "--format", "checklist", "-o", "list.txt")
     assert (tmp_path / "list.txt").read_text().startswith("[ ] rate_table/")
 
 

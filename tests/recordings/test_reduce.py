@@ -154,9 +154,9 @@ def test_a_steady_turn_is_a_row_where_its_rate_is_known(tmp_path):
     told = reduce_recordings([save(tmp_path / "a.csv", np.column_stack([values, reference]), names)])
     assert [round(float(np.degrees(r))) for r in told.table.ref_rate[:, 2]] == [0, 50, 0]
     assert np.degrees(told.table.gyro[1, 2]) == pytest.approx(50.5, abs=0.005)  # 5 sigma / sqrt(3000)
-    untold = reduce_recordings([save(tmp_path / "b.csv", values)])
-    assert len(untold.rows) == 2
-    assert any("turns steadily" in part.reason for part in untold.left_out)
+    unsaid = reduce_recordings([save(tmp_path / "b.csv", values)])
+    assert len(unsaid.rows) == 2
+    assert any("turns steadily" in part.reason for part in unsaid.left_out)
 
 
 # ---------------------------------------------------------------- temperature

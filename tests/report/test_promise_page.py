@@ -81,9 +81,9 @@ def test_half_widths_stand_beside_and_decide_nothing() -> None:
     assert "Allowed region" not in text  # its sizes are sigmas of independent errors
 
 
-def test_worth_says_what_is_untold_and_prices_have_a_sign_where_there_is_one() -> None:
+def test_worth_says_what_is_unobservable_and_prices_have_a_sign_where_there_is_one() -> None:
     found = tables(report())
-    assert found["What every visit buys"].rows[0][4] == "untold"
+    assert found["What every visit buys"].rows[0][4] == "unobservable"
     assert [row[1] for row in found["Prices"].rows] == ["−0.17", "0.00"]
 
 

@@ -57,9 +57,9 @@ def random_stops(rng: np.random.Generator, n: int) -> Stops:
     )
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(3))
 def test_no_order_under_shifts_is_home_earlier(seed):
-    """2000 cases of up to six temperatures, every permutation of each."""
+    """750 cases of up to six temperatures, every permutation of each."""
     rng, better = np.random.default_rng(seed), 0
     for _ in range(250):
         stops = random_stops(
@@ -74,7 +74,7 @@ def test_no_order_under_shifts_is_home_earlier(seed):
     assert better > 25  # else every order would have passed
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_no_way_up_and_down_under_shifts_is_home_earlier(seed):
     rng, turned = np.random.default_rng(seed), 0
     for _ in range(250):

@@ -31,7 +31,7 @@ def test_returns_within_a_centimetre_after_a_minute_at_100_hz(name: str) -> None
     assert returned(flight(name, duration="60 s", sampling_rate="100 Hz")) < 0.01
 
 
-@settings(deadline=None, max_examples=8)
+@settings(deadline=None, max_examples=5)
 @given(
     name=st.sampled_from(BUILT_IN),
     latitude=st.floats(-80, 80),
@@ -50,14 +50,14 @@ def test_returns_from_anywhere_in_any_direction(
     assert returned(flight(name, heading=f"{heading:.6f} deg", **place)) < 0.01
 
 
-@settings(deadline=None, max_examples=5)
+@settings(deadline=None, max_examples=3)
 @given(load=st.floats(1, 80), boost=st.floats(10, 40), speed=st.floats(200, 500), roll=st.floats(-180, 180))
 def test_high_loads_return(load: float, boost: float, speed: float, roll: float) -> None:
     settings_ = {"load": f"{load:.6f} g", "boost_acceleration": f"{boost:.6f} g", "speed": f"{speed:.6f} m/s"}
     assert returned(flight("small_uav_2", roll=f"{roll:.6f} deg", **settings_)) < 0.01
 
 
-@settings(deadline=None, max_examples=5)
+@settings(deadline=None, max_examples=3)
 @given(elevation=st.floats(55, 80), boost=st.floats(25, 60), time=st.floats(3, 5))
 def test_ballistic_flights_return(elevation: float, boost: float, time: float) -> None:
     parameters = {
@@ -68,7 +68,7 @@ def test_ballistic_flights_return(elevation: float, boost: float, time: float) -
     assert returned(flight("small_uav_1", **parameters)) < 0.01
 
 
-@settings(deadline=None, max_examples=10)
+@settings(deadline=None, max_examples=5)
 @given(speed=st.floats(15, 300), bank=st.floats(-70, 70), roll_in=st.floats(2, 20))
 def test_turns_return(speed: float, bank: float, roll_in: float) -> None:
     parameters = {"speed": f"{speed:.6f} m/s", "bank": f"{bank:.6f} deg", "roll_in": f"{roll_in:.6f} s"}

@@ -51,7 +51,7 @@ def test_the_estimator_is_generalised_least_squares_of_the_dense_covariance(name
             (channel,) = estimator.model.channels
             model, c = estimator.model, e.records.conditions
             u = getattr(c, "rate" if sensor == "gyro" else "specific_force")[:, [channel]]
-            parts = model.matrix(model.bias, c), model.scaled(c, u), model.matrix(model.lean, c)
+            parts = model.matrix(model.bias, c), model.scaled(c, u), model.matrix(model.misalignment, c)
             X = np.concatenate(parts, axis=2)[:, 0]
             weighed = np.linalg.solve(V[channel::3, channel::3], X)
             information = X.T @ weighed
@@ -80,7 +80,7 @@ def test_what_the_estimator_leaves_is_seen_by_no_weight(name):
                 c = replace(made.met.shown, **{k: part(v, units, i) for k, v in vars(made.met.shown).items()})
                 u = getattr(c, "rate" if sensor == "gyro" else "specific_force")[:, [channel]]
                 b, k, m = np.split(theta[i], np.cumsum([len(model.bias), len(model.scale)]))
-                v = u + model.matrix(model.lean, c) @ m
+                v = u + model.matrix(model.misalignment, c) @ m
                 y = v + model.scaled(c, v) @ k + model.matrix(model.bias, c) @ b
                 left = part(made.readings[sensor], units, i)[:, channel] - y[:, 0]
                 assert np.all(np.abs(estimator.inverse @ left) <= 1e-8 * estimator.error)

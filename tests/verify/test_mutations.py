@@ -15,7 +15,7 @@ import planner.plan.spec_to_errors as errors
 import planner.plan.spec_to_sensitivity as sensitivity
 from planner.pipelines.promise import FlightOptions, verify
 from tests.specs import loaded
-from tests.verify.plans import Planned, planned_from, sealed_again, several
+from tests.verify.plans import Planned, plan_of, planned_from, sealed_again, several
 
 
 def by_hand() -> dict:
@@ -114,18 +114,20 @@ def test_error_equations_that_are_wrong(monkeypatch, what):
 
 
 @pytest.mark.parametrize("gone", ["static", "rates"])
-def test_a_test_dropped_from_the_steps(sound, gone):
-    document = copy.deepcopy(sound.document)
+def test_a_test_dropped_from_the_steps(gone):
+    whole = plan_of("flown")
+    document = copy.deepcopy(whole.document)
     document["steps"] = [s for s in document["steps"] if s["test"] != gone]
-    one = replace(sound, document=sealed_again(document))
-    found = verified(one, flights=200)
+    one = replace(whole, document=sealed_again(document))
+    found = verified(one, flights=2)  # that it flies at all: what is wrong is found by the recount
     assert found.verdict == "broken"
     assert {"steps", "sums"} <= {f.check for f in found.recount.faults}
 
 
 @pytest.mark.parametrize("fault", ["scale factor 1 % off", "bias of the wrong sign", "tables upside down"])
-def test_a_correction_that_is_wrong_is_found_through_files(monkeypatch, sound, fault):
+def test_a_correction_that_is_wrong_is_found_through_files(monkeypatch, fault):
     """What the fast route never sees: the exported coefficients and `planner apply`."""
+    flying = plan_of("flown")  # a worst case: nothing of its flights has to be foreseen for that
     whole = planner.calibrate.apply_calibration.corrected
 
     def wrong(table, tables):
@@ -139,16 +141,20 @@ def test_a_correction_that_is_wrong_is_found_through_files(monkeypatch, sound, f
                 changed[sensor] = replace(t, bias=t.bias[:, ::-1])
         return whole(table, changed)
 
-    before = verified(sound, flights=100, files=2)
-    assert before.files.ok, before.files.faults
-    assert len(before.files.checks) == 2 * len(sound.loaded.spec.requirement)
     monkeypatch.setattr(planner.calibrate.apply_calibration, "corrected", wrong)
-    found = verified(sound, flights=100, files=2)
+    found = verified(flying, flights=2, files=1)
     assert found.verdict == "broken"
     assert "calibrate and verify's own estimator disagree" in str(found.files.faults[0])
 
 
-def test_a_calibration_that_refuses_the_plans_table_is_a_fault(monkeypatch, sound):
+def test_sound_units_go_through_files():
+    one = plan_of("flown")
+    found = verified(one, flights=2, files=2).files
+    assert found.ok, found.faults
+    assert len(found.checks) == 2 * len(one.loaded.spec.requirement)
+
+
+def test_a_calibration_that_refuses_the_plans_table_is_a_fault(monkeypatch):
     from planner.errors import InputError
     from planner.pipelines import data
 
@@ -156,6 +162,6 @@ def test_a_calibration_that_refuses_the_plans_table_is_a_fault(monkeypatch, soun
         raise InputError("no such column")
 
     monkeypatch.setattr(data, "calibrate", refuse)
-    found = verified(sound, flights=100, files=1)
+    found = verified(plan_of("flown"), flights=2, files=1)
     assert found.verdict == "broken"
     assert "refuses it: no such column" in str(found.files.faults[0])

@@ -18,7 +18,7 @@ import planner.verify
 from planner.verify.experiment import experiment
 from planner.verify.lengths import length_quantile
 from planner.verify.prediction import Prediction
-from planner.verify.recount import is_by_information, recount
+from planner.verify.recount import Recount, is_by_information, recount
 from planner.verify.recount_promise import as_planned, check_promise
 from tests.verify.plans import SPECS, plan_of, sealed_again
 
@@ -104,13 +104,13 @@ def promised(name: str) -> Prediction | None:
     return as_planned(experiment(plan.document, plan.loaded.spec, plan.trajectory, seed=1))
 
 
-def is_right(name: str, document: dict[str, Any]) -> bool:
+def counted(name: str, document: dict[str, Any]) -> Recount:
     """As verify counts: what is promised, too, where the plan is by information."""
     plan = plan_of(name)
     found = recount(document, plan.loaded, plan.trajectory)
     if found.ok and is_by_information(document):
         found = found.and_also(check_promise(document, promised(name)))
-    return found.ok
+    return found
 
 
 @st.composite
@@ -132,13 +132,15 @@ def other(draw: st.DrawFn, value: Any, coarse: bool = False, drawn: bool = False
 @pytest.mark.parametrize("name", SPECS)
 def test_a_plan_as_planner_wrote_it_agrees_in_every_figure(name):
     plan = plan_of(name)
-    found = recount(plan.document, plan.loaded, plan.trajectory)
+    found = counted(name, plan.document)
     assert found.ok, found.faults[:5]
     assert found.figures > 6 * len(plan.document["steps"])
+    assert is_by_information(plan.document) == ("promise" in {c.name for c in found.checks})
 
 
+# an example where a flight is integrated takes half a second: 72 edits of six plans, every part as likely
 @pytest.mark.parametrize("name", SPECS)
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=12)
 @given(data=st.data())
 def test_any_edit_that_is_sealed_again_is_found(name, data):
     plan = plan_of(name)
@@ -152,11 +154,11 @@ def test_any_edit_that_is_sealed_again_is_found(name, data):
     group = data.draw(st.sampled_from(sorted({p[0] for p in every})))
     place = data.draw(st.sampled_from([p for p in every if p[0] == group]))
     value = data.draw(other(value_at(tree, place), is_navigated(place), is_drawn(tree, place)))
-    assert not is_right(name, changed(tree, place, value)), place
+    assert not counted(name, changed(tree, place, value)).ok, place
 
 
 @pytest.mark.parametrize("name", SPECS)
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=6)
 @given(data=st.data())
 def test_steps_taken_out_doubled_or_swapped_are_found(name, data):
     plan = plan_of(name)

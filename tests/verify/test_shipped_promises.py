@@ -20,6 +20,7 @@ from planner.verify.recount_promise import as_planned, check_promise
 from planner.verify.starts import anywhere
 from planner.verify.weak import weak_coefficients
 from planner.verify.workers import here
+from tests.shipped_plans import shipped_document
 from tests.specs import SHIPPED, shipped
 
 # of a share of 95 % among 200 units, one standard error: several nodes and axes of a unit narrow it further
@@ -41,8 +42,7 @@ FLIGHTS = 200  # one of them outside still leaves the interval of the share abov
     ],
 )
 def test_the_promise_is_kept(name):
-    loaded = shipped(name)
-    document = json.loads(plan_text(exact_plan(loaded)))
+    loaded, document = shipped(name), shipped_document(name)
     trajectory = trajectory_of(loaded.spec.trajectory, loaded.folder)
     e = experiment(document, loaded.spec, trajectory, seed=1)
     found = recount(document, loaded, trajectory)

@@ -7,6 +7,7 @@ import os
 import pickle
 import signal
 import time
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import fields
 
 import numpy as np
@@ -70,29 +71,36 @@ def test_a_cluster_finds_the_same_to_the_last_bit(alone, scheduler):
     same(fly(e, FLIGHTS, runner(1, scheduler.scheduler_address), lambda message: None), wanted)
 
 
-def slow_chunk(shared, number, size):
-    """A chunk that leaves time to kill its worker; says who did it."""
-    time.sleep(0.3)
-    return os.getpid(), run_chunk(shared, number, size)
+def waiting_chunk(shared, number, size):
+    """The chunk that is begun first comes back at once, the others when they may; says who did it."""
+    e, folder = shared
+    try:
+        (folder / "begun").touch(exist_ok=False)
+    except FileExistsError:
+        while not (folder / "go").exists():
+            time.sleep(0.01)
+    return os.getpid(), run_chunk(e, number, size)
 
 
-def kills_after_the_first(outcomes):
-    """SIGKILL for the worker that brought the first chunk; all chunks in the end."""
+def kills_after_the_first(outcomes, folder):
+    """SIGKILL for the worker that brought the first chunk, then go for the others; all chunks in the end."""
     done, killed = [], None
     for pid, tally in outcomes:
         if killed is None:
             assert pid != os.getpid()
             os.kill(pid, signal.SIGKILL)
             killed = pid
+            (folder / "go").touch()
         done.append(tally)
     assert killed is not None
     return total(done)
 
 
-def test_a_killed_worker_of_the_cluster_changes_nothing(alone, scheduler):
+def test_a_killed_worker_of_the_cluster_changes_nothing(alone, scheduler, tmp_path):
     """Its work, and its copy of what is shared, are made again elsewhere."""
     e, wanted = alone
-    found = kills_after_the_first(on_cluster(scheduler.scheduler_address, slow_chunk, e, chunks_of(FLIGHTS)))
+    outcomes = on_cluster(scheduler.scheduler_address, waiting_chunk, (e, tmp_path), chunks_of(FLIGHTS))
+    found = kills_after_the_first(outcomes, tmp_path)
     np.testing.assert_array_equal(found.lengths, wanted.tally.lengths)
     np.testing.assert_array_equal(found.squares, wanted.tally.squares)
 
@@ -110,9 +118,9 @@ def _pools(monkeypatch):
     return given
 
 
-def test_a_killed_local_worker_changes_nothing(alone, pools):
+def test_a_killed_local_worker_changes_nothing(alone, pools, tmp_path):
     e, wanted = alone
-    found = kills_after_the_first(locally(2, slow_chunk, e, chunks_of(FLIGHTS)))
+    found = kills_after_the_first(locally(2, waiting_chunk, (e, tmp_path), chunks_of(FLIGHTS)), tmp_path)
     assert len(pools) == 2
     assert set(pools[1]) < set(pools[0])  # what had come back is not flown again
     np.testing.assert_array_equal(found.lengths, wanted.tally.lengths)
@@ -127,7 +135,8 @@ def test_a_worker_killed_in_the_middle_of_verify_changes_nothing(run, pools, mon
 
     (tmp_path / "spec.yaml").write_bytes(yaml.safe_dump(flown(), sort_keys=False).encode())
     (tmp_path / "plan.json").write_text(json.dumps(plan_of("flown").document))
-    arguments = ("verify", "spec.yaml", "plan.json", "--flights", 12 * CHUNK, "--workers", 2, "--json", "-o")
+    chunks = ("--flights", 8 * CHUNK, "--workers", 2, "--through-files", 0)
+    arguments = ("verify", "spec.yaml", "plan.json", *chunks, "--json", "-o")
     undisturbed = run(*arguments, "undisturbed")
     assert undisturbed.code in (0, 4), undisturbed.err  # kept, or not sure yet after so few flights
     assert len(pools) == 1
@@ -151,14 +160,19 @@ def test_a_worker_killed_in_the_middle_of_verify_changes_nothing(run, pools, mon
         assert (tmp_path / "disturbed" / name).read_bytes() == (tmp_path / "undisturbed" / name).read_bytes()
 
 
-def deadly_chunk(shared, number, size):
-    os.kill(os.getpid(), signal.SIGKILL)
+def test_workers_that_die_again_and_again_end_it(monkeypatch):
+    """Five pools whose workers die, as those above did when they were killed."""
+    given = []
 
+    def deadly(n, function, shared, chunks):
+        given.append([number for number, _ in chunks])
+        raise BrokenProcessPool("killed")
+        yield
 
-def test_workers_that_die_again_and_again_end_it(pools):
+    monkeypatch.setattr(workers, "_pool", deadly)
     with pytest.raises(StoppedEarly, match="workers died 5 times, of too little memory"):
-        list(locally(2, deadly_chunk, None, [(0, 1), (1, 1)]))
-    assert pools == [[0, 1]] * 5
+        list(locally(2, waiting_chunk, None, [(0, 1), (1, 1)]))
+    assert given == [[0, 1]] * 5
 
 
 def test_nobody_at_the_address_is_said_plainly():

@@ -8,6 +8,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from planner.fleet.forecast._states import States
 from planner.nouns.array import Array
 
 DAYS_A_WEEK = 7.0
@@ -17,13 +18,18 @@ DAYS_A_WEEK = 7.0
 class Past:
     """A series to forecast. day, value, sigma: (n,) in order of days, sigma NaN where unknown; SI.
 
-    kind: what it is (`gyro.bias`): series of one kind may teach each other
+    kind: what it is (`gyro.bias`): series of one kind may teach each other; storage: what the spec says that
+    60 days do, NaN if it says nothing; fresh: days on which the level starts anew; doubtful: the last of
+    these may be an outlier as well
     """
 
     kind: str
     day: Array
     value: Array
     sigma: Array
+    storage: float = np.nan
+    fresh: tuple[float, ...] = ()
+    doubtful: bool = False
 
     def __len__(self) -> int:
         return len(self.day)
@@ -40,15 +46,17 @@ class Past:
 
 @dataclass(frozen=True)
 class Forecast:
-    """(value − mean) / scale ~ Student's t with `freedom`, all (h,) but freedom; SI.
+    """(value − mean) / scale ~ Student's t with `freedom`, all (h,) but noise; SI.
 
-    scale: of the true value; noise: one sigma that a measurement of it adds
+    scale: of the true value; noise: one sigma that a measurement of it adds; states: where it may stand, of
+    methods that know it
     """
 
     mean: Array
     scale: Array
     noise: float
-    freedom: float
+    freedom: float | Array
+    states: States | None = None
 
     def half_width(self, confidence: float, *, measured: bool = True) -> Array:
         """(h,) half of the two-sided prediction interval, of a measurement or of the true value."""
@@ -73,12 +81,13 @@ class Method(Protocol):
         ...
 
 
-def two_sided(confidence: float, freedom: float) -> float:
-    """The quantile of Student's t, or the normal one for infinite freedom."""
-    from scipy.stats import norm, t
+def two_sided(confidence: float, freedom: float | Array) -> Array:
+    """The quantile of Student's t, the normal one for infinite freedom."""
+    from scipy.special import ndtri, stdtrit
 
     level = 0.5 * (1 + confidence)
-    return float(norm.ppf(level) if np.isinf(freedom) else t.ppf(level, freedom))
+    known = np.isfinite(freedom)
+    return np.asarray(np.where(known, stdtrit(np.where(known, freedom, 1.0), level), ndtri(level)))
 
 
 def too_short(method: Method, one: Past) -> str | None:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.fleet.acceptance import UnitAcceptance, counts
-from planner.fleet.drift import ChannelForecast, FleetForecast
+from planner.fleet.dates import FleetForecast
+from planner.fleet.drift import ChannelForecast
 from planner.nouns.array import Array
 from planner.report.blocks import Picture
 from planner.report.charts import theme

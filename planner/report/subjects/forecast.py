@@ -7,11 +7,13 @@ from datetime import timedelta
 
 from planner.fleet.allowed_region import AllowedRegion
 from planner.fleet.appointment import Appointment
-from planner.fleet.drift import ChannelForecast, FleetForecast, UnitDate
+from planner.fleet.dates import FleetForecast, UnitDate
+from planner.fleet.drift import ChannelForecast
 from planner.fleet.history import gathered
 from planner.fleet.validation import MethodScore
 from planner.report.blocks import Block, Items, Report, Table, Text, existing, facts, section, table
 from planner.report.charts import fleet as charts
+from planner.report.charts.year import YearMark, year_picture
 from planner.report.numbers import NOTHING, counted, digits, level, percent
 from planner.report.readable import shown_in
 
@@ -33,12 +35,15 @@ def forecast_report(fleet: FleetForecast, region: AllowedRegion, name: str) -> R
             ("units", str(len(fleet.units))),
             ("channels", str(len(fleet.channels))),
             ("last value", fleet.history.label(fleet.history.last_day)),
+            ("today", fleet.history.label(fleet.today)),
             ("looked until", fleet.history.label(fleet.until)),
             ("confidence", level(fleet.confidence)),
             ("corrected by", _corrected(fleet)),
         ),
         sections=existing(
+            section("suspects", "Values that cannot be right", _suspects(fleet)),
             section("dates", "Until when", dates_table(fleet, region), *_loads(fleet)),
+            section("calendar", "The year on one calendar", _calendar(fleet), only="page"),
             section("methods", "Which method forecasts best", scores_table(fleet.scores, fleet)),
             section("channels", "History and forecast", *_pictures(fleet), only="page"),
             section("table", "Every channel", channels_table(fleet)),
@@ -54,18 +59,32 @@ def _corrected(fleet: FleetForecast) -> str:
 
 
 def headline(fleet: FleetForecast) -> str:
-    """The first date, or that there is none."""
-    dated = [u for u in fleet.units if u.outcome == "date"]
-    passed = [u for u in fleet.units if u.outcome == "passed"]
-    if passed:
-        who = passed[0].unit if len(passed) == 1 else counted(len(passed), "unit")
-        return f"{who} cannot promise the requirement any more: calibrate now"
+    """What to do first: look at values that cannot be right, calibrate what is overdue, the first date."""
+    if fleet.history.suspects:
+        who = fleet.history.suspects[0].partition(":")[0]
+        more = len(fleet.history.suspects) - 1
+        others = f" and {counted(more, 'more unit')}" if more else ""
+        return f"Look at the values of {who}{others} first"
+    urgent = fleet.by_urgency
+    overdue = [u for u in urgent if u.due_now]
+    if overdue:
+        return f"{_named(overdue)}: calibrate now"
+    dated = [u for u in urgent if u.outcome == "date"]
     if dated:
-        first = min(dated, key=lambda u: u.day or 0.0)
-        return f"Calibrate {first.unit} by {fleet.history.label(first.day or 0.0)}"
+        return f"Calibrate {dated[0].unit} by {fleet.history.label(dated[0].day or 0.0)}"
     if all(u.outcome == "kept" for u in fleet.units):
         return f"No unit is due before {fleet.history.label(fleet.until)}"
     return "No date can be given"
+
+
+def _named(overdue: Sequence[UnitDate]) -> str:
+    """`u1 is overdue`, `u1, u2 and u3 are overdue`, `u1, u2 and 7 more are overdue`."""
+    names = [u.unit for u in overdue]
+    if len(names) == 1:
+        return f"{names[0]} is overdue"
+    if len(names) > 4:
+        return f"{', '.join(names[:3])} and {len(names) - 3} more are overdue"
+    return f"{', '.join(names[:-1])} and {names[-1]} are overdue"
 
 
 def sentence(fleet: FleetForecast) -> str:
@@ -74,7 +93,8 @@ def sentence(fleet: FleetForecast) -> str:
     parts = [
         f"{counted(kinds.count(k), 'unit')} {text}"
         for k, text in (
-            ("passed", "due now"),
+            ("passed", "beyond at the last value"),
+            ("overdue", "overdue"),
             ("date", "due within the time looked at"),
             ("kept", "not due in it"),
             ("unknown", "without a date"),
@@ -87,39 +107,37 @@ def sentence(fleet: FleetForecast) -> str:
 
 
 def dates_table(fleet: FleetForecast, region: AllowedRegion) -> Table | None:
-    """A row per unit, the earliest first."""
+    """A row per unit, the most urgent first."""
     return table(
-        f"Dates, the earliest first; share of the limit at {level(fleet.confidence)}",
-        "unit | calibrate by | days from the last value | now, % | then, % | requirement "
-        "| what takes most of it",
-        (_date_row(u, fleet, region) for u in _ordered(fleet)),
-        wide=("requirement", "days from the last value"),
+        f"Dates, what is overdue first; share of the limit at {level(fleet.confidence)}",
+        "unit | calibrate by | days from today | today, % | then, % | requirement | what takes most of it",
+        (_date_row(u, fleet, region) for u in fleet.by_urgency),
+        wide=("requirement", "days from today"),
     )
-
-
-def _ordered(fleet: FleetForecast) -> list[UnitDate]:
-    rank = {"passed": 0, "date": 1, "unknown": 2, "kept": 3}
-    return sorted(fleet.units, key=lambda u: (rank[u.outcome], u.day or 0.0, u.unit))
 
 
 def _date_row(u: UnitDate, fleet: FleetForecast, region: AllowedRegion) -> tuple[str, ...]:
     if u.outcome == "unknown":
         return (u.unit, "no date: see below", NOTHING, NOTHING, NOTHING, NOTHING, NOTHING)
     c = region.constraints[u.constraint]
-    words = {"kept": f"not before {fleet.history.label(fleet.until)}", "passed": "now"}
-    by = words.get(u.outcome) or fleet.history.label(u.day or 0.0)
-    ahead = NOTHING if u.day is None else digits(max(u.day - fleet.history.last_day, 0.0), 4)
+    ahead = NOTHING if u.day is None else digits(u.day - fleet.today, 4)
     terms = ", ".join(f"{name} {percent(share, 0)}" for name, share in u.terms if share >= 0.01)
-    then = float(u.upper[-1] if u.day is None else u.upper[int(abs(u.days - u.day).argmin())])
     return (
         u.unit,
-        by,
+        _by(u, fleet),
         ahead,
-        f"{100 * float(u.upper[0]):.1f}",
-        f"{100 * then:.1f}",
+        f"{100 * u.load_on(fleet.today):.1f}",
+        f"{100 * u.load_on(float(u.days[-1]) if u.day is None else u.day):.1f}",
         f"{c.requirement + 1}: {c.error.replace('_', ' ')}",
         terms or NOTHING,
     )
+
+
+def _by(u: UnitDate, fleet: FleetForecast) -> str:
+    if u.outcome == "kept":
+        return f"not before {fleet.history.label(fleet.until)}"
+    day = fleet.history.label(u.day or 0.0)
+    return f"overdue since {day}" if u.due_now else day
 
 
 def scores_table(scores: Sequence[MethodScore], fleet: FleetForecast) -> Table | None:
@@ -184,16 +202,30 @@ def basis(fleet: FleetForecast) -> tuple[str, ...]:
     said = level(fleet.confidence)
     return (
         f"Bands are {said} prediction intervals of the next measurements; the dates look at the true values.",
-        "The method of each kind of error is the one with the best intervals on values that it had not seen, "
-        "among those with a smaller error than naive (it stays as it is). A history too short to try them is "
-        "forecast with the drift's own uncertainty (Student's t): four points give a wide band.",
-        "Up to its date a unit stays within every requirement, from now on and all the time, in "
-        f"{said} of the simulated futures, with what flights add (run-to-run, in-run, temperature residual).",
-        "A chosen method's band holds that of local_trend, which counts its drift as unknown: rolling "
-        "origins look a few weeks ahead and prove no interval of a year.",
-        "Drift after a repair, a shock or another way of storage is not in the history, and not "
-        "in the forecast.",
+        "`hierarchical` is one model of the type of unit: a random walk, ageing, the season of the year and "
+        "noise, whose sizes all units of the fleet teach each other. The spec's storage is where they start "
+        "from; it counts where the data are silent and fades as they speak.",
+        "Rolling origins show how every method would have forecast values that it had not seen; `--method` "
+        "takes another one.",
+        "Up to its date a unit stays within every requirement, from its last value on and all the time, "
+        f"in {said} of the simulated futures, with what flights add (run-to-run, in-run, temperature "
+        "residual). A date that lies before today is overdue.",
+        "A step that nobody declared lets the level start anew, an outlier is set aside; both are said. Of "
+        "the words beside a value only repair, replacement and recalibration begin a history anew.",
     )
+
+
+def _suspects(fleet: FleetForecast) -> Items | None:
+    return Items(tuple(f"{said}." for said in fleet.history.suspects)) if fleet.history.suspects else None
+
+
+def _calendar(fleet: FleetForecast) -> Block | None:
+    """Every date on one page of months; overdue units stand on today."""
+    start = fleet.history.start
+    if start is None or not any(u.day is not None for u in fleet.units):
+        return None
+    marks = [YearMark(max(u.day, fleet.today), 1, u.due_now) for u in fleet.units if u.day is not None]
+    return year_picture("calibrations", "calibrations", marks, start, fleet.today)
 
 
 def _remarks(fleet: FleetForecast) -> Items | None:
@@ -204,7 +236,7 @@ def _remarks(fleet: FleetForecast) -> Items | None:
 
 
 def _loads(fleet: FleetForecast) -> Iterator[Block]:
-    shown = [u for u in _ordered(fleet) if u.outcome != "unknown"][:DRAWN_LOADS]
+    shown = [u for u in fleet.by_urgency if u.outcome != "unknown"][:DRAWN_LOADS]
     if not shown:
         return
     caption = (
@@ -226,7 +258,7 @@ def _dated(u: UnitDate) -> tuple[tuple[float, float], ...]:
 
 
 def _pictures(fleet: FleetForecast) -> Iterator[Block]:
-    units = [u.unit for u in _ordered(fleet)][:DRAWN_UNITS]
+    units = [u.unit for u in fleet.by_urgency][:DRAWN_UNITS]
     for unit in units:
         own = [c for c in fleet.channels if c.series.unit == unit]
         caption = (
@@ -239,21 +271,23 @@ def _pictures(fleet: FleetForecast) -> Iterator[Block]:
 
 
 def appointments(fleet: FleetForecast, region: AllowedRegion) -> list[Appointment]:
-    """What belongs on a calendar; empty when the history has no dates."""
+    """What belongs on a calendar, overdue units on today; empty when the history has no dates."""
     start = fleet.history.start
     if start is None:
         return []
     found = []
-    for u in fleet.units:
+    for u in fleet.by_urgency:
         if u.day is None:
             continue
         c = region.constraints[u.constraint]
-        day = start + timedelta(days=int(u.day))
+        day = start + timedelta(days=int(max(u.day, fleet.today)))
         terms = ", ".join(f"{name} {100 * share:.0f} %" for name, share in u.terms)
+        until = f"Up to {fleet.history.label(u.day)}" if u.due_now else "Up to this day"
         why = (
-            f"Up to this day it keeps every requirement with {100 * fleet.confidence:g} %.\n"
+            f"{until} it keeps every requirement with {100 * fleet.confidence:g} %.\n"
             f"Requirement {c.requirement + 1}, {c.error.replace('_', ' ')}, is passed first.\n"
             f"What takes most of it: {terms}"
         )
-        found.append(Appointment(day, f"Calibrate {u.unit}", why))
+        words = f"Calibrate {u.unit}: overdue since {fleet.history.label(u.day)}"
+        found.append(Appointment(day, words if u.due_now else f"Calibrate {u.unit}", why))
     return found

@@ -87,7 +87,7 @@ def _promised(
     return (
         plan_promise.campaign(plan),
         plan_promise.binding(plan, constraints),
-        plan_promise.budget(plan, constraints),
+        budget(plan, constraints, plan_promise.BUDGET),
         plan_promise.worth(plan),
         hours_spent(plan, service_life_s),
         schedule(plan),
@@ -104,7 +104,7 @@ def _published(
 ) -> tuple[Section | None, ...]:
     """A plan by half-widths and sums: the budget first."""
     return (
-        budget(plan, constraints),
+        budget(plan, constraints, BUDGET),
         section("campaign", "The campaign", gantt.campaign_picture(plan) if plan.steps else None),
         hours_spent(plan, service_life_s),
         schedule(plan),
@@ -151,19 +151,21 @@ def _facts(plan: Plan, trajectory_name: str) -> tuple[Fact, ...]:
     )
 
 
-def budget(plan: Plan, constraints: Sequence[Constraint]) -> Section | None:
-    """From metres to every sensor error to its parts."""
+BUDGET = (
+    "Each bar is what one sensor error adds to the navigation error. Run to run, in run and storage stay "
+    "whatever the campaign does; temperature points and repeats buy the other two."
+)
+
+
+def budget(plan: Plan, constraints: Sequence[Constraint], words: str) -> Section | None:
+    """From metres to every sensor error to its parts. words: what a bar is, and what a campaign can buy."""
     if not plan.allowances:
         return None
     budgets = [contributions(plan, i, constraints) for i in range(len(plan.requirements))]
     return section(
         "budget",
         "From the requirement to each sensor error",
-        Text(
-            "Each bar is what one sensor error adds to the navigation error. Run to run, in run and storage "
-            "stay whatever the campaign does; temperature points and repeats buy the other two.",
-            only="page",
-        ),
+        Text(words, only="page"),
         charts.budget_picture(plan, budgets),
         *plan_tables.budget_tables(plan, budgets),
     )

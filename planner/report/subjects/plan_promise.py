@@ -10,7 +10,6 @@ from planner.nouns.plan import Achieved, Plan, Worth
 from planner.nouns.sensitivities import Constraint
 from planner.report.blocks import Cell, Items, Section, Table, Text, section, table
 from planner.report.charts import campaigns, gantt
-from planner.report.charts import plan as charts
 from planner.report.contributions import PART_NAMES, PARTS, Contribution, contributions
 from planner.report.numbers import (
     degrees,
@@ -30,6 +29,14 @@ FAMILIES = {  # what a family's name stands for
     "cubic": "a cubic",
     "matern": "Matérn 3/2",
 }
+
+
+BUDGET = (
+    "Each bar is a share of the mean square of the navigation error. Run to run, in run and storage are the "
+    "flight's own, whatever the campaign does; temperatures buy what straight lines miss of the curves, and "
+    "records the estimate. In the table: sigmas in flight of the largest term, times the requirement's "
+    "quantile (1.96 for 95 %, 1 for rss)."
+)
 
 
 def campaign(plan: Plan) -> Section | None:
@@ -104,26 +111,6 @@ def _where_it_binds(plan: Plan, family: str) -> str:
     return ", ".join(bound) if len(plan.requirements) > 1 else "yes" if bound else ""
 
 
-def budget(plan: Plan, constraints: Sequence[Constraint]) -> Section | None:
-    """What is left of every sensor error in flight, and what it adds to the requirements."""
-    if not plan.allowances:
-        return None
-    budgets = [contributions(plan, i, constraints) for i in range(len(plan.requirements))]
-    return section(
-        "budget",
-        "From the requirement to each sensor error",
-        Text(
-            "Each bar is a share of the mean square of the navigation error. Run to run, in run and storage "
-            "are the flight's own, whatever the campaign does; temperatures buy what straight lines miss of "
-            "the curves, and records the estimate. In the table: sigmas in flight of the largest term, times "
-            "the requirement's quantile (1.96 for 95 %, 1 for rss).",
-            only="page",
-        ),
-        charts.budget_picture(plan, budgets),
-        *plan_tables.budget_tables(plan, budgets),
-    )
-
-
 def worth(plan: Plan) -> Section | None:
     """What every visit buys, and what changes would cost or save."""
     return section(
@@ -155,7 +142,7 @@ def _bought(plan: Plan, one: Worth) -> list[Cell]:
 
 
 def _promised(value: float, achieved: Achieved) -> str:
-    return digits(in_unit(value, achieved.unit)) if math.isfinite(value) else "untold"
+    return digits(in_unit(value, achieved.unit)) if math.isfinite(value) else "unobservable"
 
 
 def prices_table(plan: Plan) -> Table | None:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from datetime import timedelta
 
 from planner.fleet.appointment import Appointment
 from planner.fleet.basis import Recalibrated
 from planner.fleet.history import day_label
 from planner.fleet.published_store import published, published_check
+from planner.fleet.sessions import Session
 from planner.fleet.store import Visit
 from planner.fleet.visits import ShortestVisit, StorePlan
 from planner.report.blocks import Items, Picture, Report, Table, existing, facts, section, table
 from planner.report.charts import fleet as charts
+from planner.report.charts.year import YearMark, year_picture
 from planner.report.numbers import NOTHING, counted, digits, display_unit, hours, in_unit, percent, plain
 from planner.report.readable import shown_in
 
@@ -31,10 +34,13 @@ def recalibration_report(found: Recalibrated, name: str) -> Report:
         facts=facts(
             ("units", str(len(found.plans))),
             ("visits", str(sum(len(p.visits) for p in found.plans))),
-            ("hours", hours(sum(p.time_s for p in found.plans))),
+            ("days of work", str(len(found.sessions)) if found.sessions else ""),
+            ("hours", hours(_hours(found))),
+            ("today", day_label(found.start, found.today) if found.sessions else ""),
             ("looked until", day_label(found.start, float(found.plans[0].days[-1]))),
         ),
         sections=existing(
+            section("sessions", "The year on one calendar", sessions_table(found), _calendar(found)),
             section("schedule", "The schedule", schedule_table(found), _picture(found)),
             section("shortest", "One visit: the shortest for a given date", shortest_table(found)),
             section("renews", "What the store can renew", renewal_table(found)),
@@ -68,7 +74,10 @@ def _picture(found: Recalibrated) -> Picture:
 
 
 BASIS = (
-    "A visit is made as late as the limits allow. Sizes add, or their squares, as the "
+    "A visit is made as late as the limits allow; units of a fleet come earlier where that adds no visit, so "
+    "that the surface is set up once for several. A unit that is overdue comes today.",
+    "After a visit the uncertainty starts anew; with a history, it grows as its drift says, with what the "
+    "visit teaches about it. Sizes add, or their squares, as the "
     "requirement's rule says; what "
     "flights add (run-to-run, in-run) and the temperature residual of the plan stay in all along.",
     "Renewed is a term of which the visit leaves less than there is; all others go on drifting "
@@ -82,35 +91,104 @@ BASIS = (
 
 
 def headline(found: Recalibrated) -> str:
-    """Visits and hours, or how far the store carries."""
+    """What is overdue, visits and hours, or how far the store carries."""
+    overdue = [p.unit for p in found.plans if p.overdue and p.unit != "spec"]
+    late = f"{_listed(overdue)} overdue: recalibrate now. " if overdue else ""
     lacking = [p for p in found.plans if not p.whole]
     if lacking:
         first = min(lacking, key=lambda p: p.kept_until)
         who = "" if first.unit == "spec" else f" {first.unit}"
-        return f"The store carries{who} until {day_label(found.start, first.kept_until)}, not to the end"
+        return (
+            f"{late}The store carries{who} until {day_label(found.start, first.kept_until)}, not to the end"
+        )
     visits = sum(len(p.visits) for p in found.plans)
     if not visits:
         return "No recalibration is needed"
-    return f"{counted(visits, 'visit')}, {hours(sum(p.time_s for p in found.plans))} h in all"
+    days = f" on {counted(len(found.sessions), 'day')}" if found.sessions else ""
+    return f"{late}{counted(visits, 'visit')}{days}, {hours(_hours(found))} h in all"
+
+
+def _listed(names: Sequence[str]) -> str:
+    """`u1 is`, `u1 and u2 are`, `u1, u2 and 7 more are`."""
+    if len(names) == 1:
+        return f"{names[0]} is"
+    if len(names) > 4:
+        return f"{', '.join(names[:3])} and {len(names) - 3} more are"
+    return f"{', '.join(names[:-1])} and {names[-1]} are"
+
+
+def _hours(found: Recalibrated) -> float:
+    """Seconds of all work: of the days when units come together, else of every visit by itself."""
+    if found.sessions:
+        return sum(s.time_s for s in found.sessions)
+    return sum(p.time_s for p in found.plans)
 
 
 def sentence(found: Recalibrated) -> str:
     """The next visit, and the proof."""
-    due = [(p.visits[0].day, p) for p in found.plans if p.visits]
+    due = [(v.day, p.unit, v.visit) for p in found.plans for v in p.visits[:1]]
     proved = all(p.proved for p in found.plans)
     told = (
-        "No schedule of such visits costs less."
+        "No schedule of such visits costs less"
         if proved
-        else "The search was stopped: a cheaper one may exist."
+        else "The search was stopped: a cheaper one may exist"
     )
+    if found.sessions:
+        alone = sum(s.alone_s for s in found.sessions)
+        told += f"; each by itself they would take {hours(alone)} h"
     if not due:
         return (
-            told if any(not p.whole for p in found.plans) else "Every unit keeps its requirements to the end."
+            f"{told}."
+            if any(not p.whole for p in found.plans)
+            else "Every unit keeps its requirements to the end."
         )
-    day, plan = min(due, key=lambda d: d[0])
-    who = "" if plan.unit == "spec" else f" ({plan.unit})"
-    words = visit_words(plan.visits[0].visit)
-    return f"The next visit{who} is due on {day_label(found.start, day)}: {words}. {told}"
+    day = min(due)[0]
+    first = [(unit, visit) for on, unit, visit in due if on == day]
+    if first[0][0] == "spec":
+        words = visit_words(first[0][1])
+        return f"The next visit is due on {day_label(found.start, day)}: {words}. {told}."
+    who = ", ".join(unit for unit, _ in first)
+    return f"The next day of work is {day_label(found.start, day)}: {who}. {told}."
+
+
+def sessions_table(found: Recalibrated) -> Table | None:
+    """A row per day of work, overdue units first in it."""
+    late = {p.unit for p in found.plans if p.overdue}
+    return table(
+        "Days of work: who comes together",
+        "on | units | hours | by themselves | who |",
+        (
+            (
+                day_label(found.start, s.day),
+                str(len(s.units)),
+                hours(s.time_s),
+                hours(s.alone_s),
+                ", ".join(sorted(s.units, key=lambda u: (u not in late, u))),
+                _remark(s, late if s.day <= found.today else set()),
+            )
+            for s in found.sessions
+        ),
+        wide=("by themselves",),
+    )
+
+
+def _remark(s: Session, late: set[str]) -> str:
+    said = [
+        "overdue" if late & set(s.units) else "",
+        "" if s.fits else "more than a working day: no other carries them",
+    ]
+    return "; ".join(filter(None, said))
+
+
+def _calendar(found: Recalibrated) -> Picture | None:
+    if found.start is None or not found.sessions:
+        return None
+    late = {p.unit for p in found.plans if p.overdue}
+    marks = [
+        YearMark(s.day, len(s.units), s.day <= found.today and bool(late & set(s.units)))
+        for s in found.sessions
+    ]
+    return year_picture("recalibrations", "visits in store", marks, found.start, found.today)
 
 
 def visit_words(visit: Visit) -> str:
@@ -136,8 +214,9 @@ def schedule_table(found: Recalibrated) -> Table | None:
                 f"{100 * v.load_after:.1f}",
                 _errors(v.renewed),
             )
-            for p in found.plans
-            for v in p.visits
+            for v, p in sorted(
+                ((v, p) for p in found.plans for v in p.visits), key=lambda one: (one[0].day, one[1].unit)
+            )
         ),
     )
 
@@ -253,7 +332,7 @@ def store_appointments(found: Recalibrated) -> list[Appointment]:
     return [
         Appointment(
             found.start + timedelta(days=int(v.day)),
-            f"Recalibrate {_who(p)} in store",
+            f"Recalibrate {_who(p)} in store{': overdue' if p.overdue and v is p.visits[0] else ''}",
             f"{visit_words(v.visit)}\nrenews: {_errors(v.renewed)}\n"
             f"share of the limit: {100 * v.load_before:.0f} % before, {100 * v.load_after:.0f} % after",
         )

@@ -36,7 +36,7 @@ def test_one_effect_of_20_sigma_is_named_on_its_channel_and_no_other(effect: str
     assert unnamed(s.found) == set()
 
 
-@pytest.mark.parametrize("effect", ["ageing", "bias_step", "warm_up", "g_sensitivity", "temperature_rate"])
+@pytest.mark.parametrize("effect", ["bias_step", "g_sensitivity"])
 def test_an_effect_of_7_sigma_is_named_or_stands_among_the_rivals(effect: str) -> None:
     s = searched(31, [Hidden(effect, "gyro_y", step_day=20.0)], strength=7.0)
     assert len(s.found.library) == 1
@@ -91,7 +91,7 @@ def test_forty_sigma_outliers_change_no_verdict() -> None:
 # ---------------------------------------------------------------- campaigns that others made
 
 WHOLE = "all 835 dwells of a campaign, power-on by power-on"
-KNOWN = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]
+KNOWN = [0, 1, 3, 6, 8, 11, 12]  # nothing, effects that the seeds above have and have not, an unknown one
 SHARED = {"earth_rate", "arm_bending", "misalignment_temperature"}  # these act on all channels of the data
 
 
@@ -114,7 +114,7 @@ def test_campaigns_of_another_simulator_are_diagnosed_right(number: int) -> None
         assert unnamed(gyro) == set()
 
 
-@pytest.mark.parametrize("number", [0, 4, 8, 11])
+@pytest.mark.parametrize("number", [0, 8])
 def test_nothing_is_claimed_on_their_accelerometers(number: int) -> None:
     """Only the arm of campaign 8 acts on them."""
     data = prepared(read_dwells(recording(f"campaigns/{number:03d}/data.csv", WHOLE)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -53,10 +54,17 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("seed", "hidden"), CASES, ids=lambda x: x[0].effect if isinstance(x, list) else x)
-def test_sizes_and_intervals_are_those_of_calibrate(seed: int, hidden: list[Hidden]) -> None:
+@cache
+def diagnosed(case: int) -> tuple[DwellTable, UnitDiagnosis]:
+    """The campaign of a case and its diagnosis, two seconds each."""
+    seed, hidden = CASES[case]
     table = campaign(seed, [sized(h, 25.0, seed, LAYOUT) for h in hidden], LAYOUT)
-    found = whole(table)
+    return table, whole(table)
+
+
+@pytest.mark.parametrize("case", range(len(CASES)), ids=lambda i: CASES[i][1][0].effect)
+def test_sizes_and_intervals_are_those_of_calibrate(case: int) -> None:
+    hidden, (table, found) = CASES[case][1], diagnosed(case)
     assert {h.effect for h in hidden} == {e.effect for e in found.effects}
     by_calibrate = calibrated(table, spec(), found)
     for effect in found.effects:
@@ -113,8 +121,8 @@ def test_a_table_over_temperature_is_told_by_its_mean_slope() -> None:
 
 def test_what_is_told_from_zero_by_the_search_alone_is_said() -> None:
     """Every effect whose coefficients all hold zero has its sentence, and no other has."""
-    for seed, hidden in CASES[:2]:
-        found = whole(campaign(seed, [sized(h, 25.0, seed, LAYOUT) for h in hidden], LAYOUT))
+    for case in (0, 1):
+        _, found = diagnosed(case)
         for e in found.effects:
             empty = all(t.low <= 0.0 <= t.high for t in e.terms if not t.parameter)
             said = [n for n in found.notes if f"{e.sensor}.{e.effect} on" in n and "holds zero" in n]

@@ -22,8 +22,13 @@ def warm():
     return campaign(5, [Hidden("warm_up", "gyro_x", 0.02, tau_s=500.0)], SMALL)
 
 
-def test_coefficients_come_with_intervals_that_hold_the_truth(warm) -> None:
-    found = whole(warm)
+@pytest.fixture(scope="module")
+def found(warm):
+    """Its diagnosis, which takes two seconds: made once for all that is asked of it."""
+    return whole(warm)
+
+
+def test_coefficients_come_with_intervals_that_hold_the_truth(found) -> None:
     assert found.verdict == "explained"
     (effect,) = found.effects
     assert (effect.effect, effect.channels) == ("warm_up", ("gyro_x",))
@@ -36,9 +41,9 @@ def test_coefficients_come_with_intervals_that_hold_the_truth(warm) -> None:
     assert not effect.below_bench_uncertainty
 
 
-def test_evidence_stands_in_the_order_of_the_table(warm) -> None:
+def test_evidence_stands_in_the_order_of_the_table(warm, found) -> None:
     order = np.random.default_rng(1).permutation(len(warm))
-    straight, mixed = whole(warm), whole(rows_of(warm, order))
+    straight, mixed = found, whole(rows_of(warm, order))
     for a, b in zip(straight.evidence, mixed.evidence, strict=True):
         np.testing.assert_allclose(a.before[order], b.before, atol=1e-9)
         np.testing.assert_allclose(a.expected[order], b.expected, rtol=1e-6)
@@ -48,14 +53,13 @@ def test_evidence_stands_in_the_order_of_the_table(warm) -> None:
     assert np.polyfit(adds, reading, 1)[0] == pytest.approx(1.0, abs=0.1)
 
 
-def test_the_same_seed_gives_the_same_answer(warm) -> None:
-    one, two = whole(warm), whole(warm)
+def test_the_same_seed_gives_the_same_answer(warm, found) -> None:
+    one, two = found, whole(warm)
     assert one.effects == two.effects
     assert one.not_found == two.not_found
 
 
-def test_limits_of_what_was_not_found_are_below_what_would_have_been(warm) -> None:
-    found = whole(warm)
+def test_limits_of_what_was_not_found_are_below_what_would_have_been(found) -> None:
     limits = {(n.effect, n.sensor): n.upper_limit for n in found.not_found}
     assert 0.0 < limits["temperature_rate", "gyro"] < np.radians(0.002) * 60.0  # per K/s
     assert ("warm_up", "gyro") not in limits
@@ -76,8 +80,8 @@ def test_effects_whose_column_is_missing_are_untestable(column: str, effects: se
     assert set(said) == effects
 
 
-def test_what_the_centrifuge_shows_is_untestable_without_one(warm) -> None:
-    untestable = {u.effect for u in whole(warm).untestable}
+def test_what_the_centrifuge_shows_is_untestable_without_one(found) -> None:
+    untestable = {u.effect for u in found.untestable}
     assert "arm_bending" in untestable
 
 
@@ -90,9 +94,9 @@ def test_an_effect_that_the_spec_declares_is_no_candidate(warm) -> None:
     assert "warm_up" not in {n.effect for n in found.not_found}
 
 
-def test_rows_twice_do_not_fake_certainty(warm) -> None:
+def test_rows_twice_do_not_fake_certainty(warm, found) -> None:
     twice = rows_of(warm, np.repeat(np.arange(len(warm)), 2))
-    once, doubled = whole(warm), whole(twice)
+    once, doubled = found, whole(twice)
     assert any("count once" in note for note in doubled.notes)
     assert doubled.effects == once.effects
     assert len(doubled.evidence[0].before) == len(twice)

@@ -1,4 +1,4 @@
-"""What a campaign does not tell, in words: which error, where, what is missing, and what to do."""
+"""What a campaign leaves unobservable, in words: which error, where, what is missing, and what to do."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from planner.campaign.observability import Untold
+from planner.campaign.observability import Unobservable
 from planner.campaign.power_ons import PowerOns
 from planner.nouns.conditions import Conditions
 from planner.nouns.sensor import ErrorName
 from planner.plan.excitation import excitation
-from planner.plan.untold_to_remedy import Remedy
+from planner.plan.unobservable_to_remedy import Remedy
 from planner.spec.model import Spec
 from planner.temperature_table import GAP_K
 
 BASIC = ("misalignment", "scale_factor", "bias")
 
 
-def told_once(found: Sequence[Untold]) -> list[ErrorName]:
+def named_once(found: Sequence[Unobservable]) -> list[ErrorName]:
     """Errors to name: of two that are mixed up with each other only the one beside bias and scale factor."""
     partners: dict[ErrorName, set[ErrorName]] = {}
     for u in found:
@@ -31,7 +31,7 @@ def told_once(found: Sequence[Untold]) -> list[ErrorName]:
     return named
 
 
-def fault_of(spec: Spec, runs: PowerOns, found: Sequence[Untold], remedy: Remedy | None) -> str:
+def fault_of(spec: Spec, runs: PowerOns, found: Sequence[Unobservable], remedy: Remedy | None) -> str:
     """One error on all its channels.
 
     `tests.faces: the records cannot tell accelerometer.scale_factor (z) from accelerometer.bias at -60 and
@@ -47,8 +47,8 @@ def fault_of(spec: Spec, runs: PowerOns, found: Sequence[Untold], remedy: Remedy
     return f"tests.{listed(tests)}: the records {what}{where}: {seen}; {_advice(spec, remedy, advice)}"
 
 
-def _at(runs: PowerOns, u: Untold) -> Conditions:
-    """The records at the nodes that are not told."""
+def _at(runs: PowerOns, u: Unobservable) -> Conditions:
+    """The records at the nodes that are unobservable."""
     c, nodes = runs.conditions, np.array(u.nodes_degc)
     if not len(nodes):
         return c

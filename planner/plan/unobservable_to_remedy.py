@@ -1,4 +1,4 @@
-"""What a campaign does not tell → what would tell it: found by trying, not by rule."""
+"""What a campaign leaves unobservable → what makes it observable: found by trying, not by rule."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from itertools import chain, combinations
 
 import numpy as np
 
-from planner.campaign.observability import Untold
+from planner.campaign.observability import Unobservable
 from planner.nouns.choices import TestVisits
 from planner.nouns.sensor import ErrorName
 from planner.plan.by_hand import fixed_repeats
@@ -17,7 +17,7 @@ from planner.plan.visits_to_observability import (
     Visits,
     asked_errors,
     tests_of_unknown_motions,
-    untold_by,
+    unobservable_in,
 )
 from planner.spec.model import Spec
 from planner.temperature_table import GAP_K
@@ -25,7 +25,7 @@ from planner.temperature_table import GAP_K
 
 @dataclass(frozen=True)
 class Remedy:
-    """What would tell it: tests made at temperatures (degC) where they are not, or effects taken out.
+    """What makes it observable: tests made at temperatures (degC) where they are not, or effects taken out.
 
     into: a test that is made there already, which with the motions of the absent one would do as well
     """
@@ -36,10 +36,10 @@ class Remedy:
     idle: tuple[ErrorName, ...] = ()
 
 
-def remedy_of(spec: Spec, visits: Visits, u: Untold) -> Remedy | None:
-    """What would tell it: an effect taken out, or the fewest tests made at its temperatures too."""
+def remedy_of(spec: Spec, visits: Visits, u: Unobservable) -> Remedy | None:
+    """What makes it observable: an effect taken out, or the fewest tests made at its temperatures too."""
     idle = tuple(p for p in u.partners if p not in asked_errors(spec))
-    if idle and not _still(u, untold_by(spec, visits, without=idle)):
+    if idle and not _remains(u, unobservable_in(spec, visits, without=idle)):
         return Remedy(idle=idle)
     everywhere = {t for v in visits for t in v.temperatures_degc}
     nodes = u.nodes_degc or tuple(everywhere)
@@ -48,12 +48,12 @@ def remedy_of(spec: Spec, visits: Visits, u: Untold) -> Remedy | None:
         test for test in _nearest(spec, u) if _may_go(spec, test, there) and not _goes(visits, test, there)
     ]
     for tests in chain.from_iterable(combinations(absent, k) for k in sorted({1, 2, len(absent)} - {0})):
-        if not _still(u, untold_by(spec, also_at(spec, visits, tests, there))):
+        if not _remains(u, unobservable_in(spec, also_at(spec, visits, tests, there))):
             return Remedy(tests, there, into=_into(spec, visits, tests, there, u))
     return None
 
 
-def _nearest(spec: Spec, u: Untold) -> list[str]:
+def _nearest(spec: Spec, u: Unobservable) -> list[str]:
     """The tests: those first that calibrate the error, then those of what it is mixed up with."""
 
     def place(test: str) -> int:
@@ -64,9 +64,9 @@ def _nearest(spec: Spec, u: Untold) -> list[str]:
 
 
 def _into(
-    spec: Spec, visits: Visits, tests: tuple[str, ...], there: Sequence[float], u: Untold
+    spec: Spec, visits: Visits, tests: tuple[str, ...], there: Sequence[float], u: Unobservable
 ) -> str | None:
-    """A test that is made there already and would tell it with the motions of the absent one."""
+    """A test made there already which, with the motions of the absent one, makes it observable."""
     if len(tests) > 1:
         return None
     (absent,) = tests
@@ -77,12 +77,12 @@ def _into(
         serves = tuple(dict.fromkeys((*test.calibrates, *other.calibrates)))
         merged = test.model_copy(update={"motions": other.motions, "calibrates": serves})
         changed = spec.model_copy(update={"tests": {**spec.tests, name: merged}})
-        if not untold_by(changed, visits):
+        if not unobservable_in(changed, visits):
             return name
     return None
 
 
-def _still(u: Untold, found: Sequence[Untold]) -> bool:
+def _remains(u: Unobservable, found: Sequence[Unobservable]) -> bool:
     """Whether any of it is among what is found."""
     return any((o.error, o.channel) == (u.error, u.channel) and o.term == u.term for o in found)
 

@@ -29,7 +29,7 @@ from planner.verify.second_moments import Error
 
 
 @dataclass(frozen=True)
-class Told:
+class Estimates:
     """The estimates of all P coefficients. columns: of both sensors, estimator by estimator, (P,).
 
     noise: (P, P) covariance by runs, drift, white noise and references of the campaign
@@ -48,13 +48,13 @@ class Told:
     walk: Mapping[Error, Array]
 
 
-def told(
+def estimates(
     records: Records,
     unit: Unit,
     estimators: Mapping[Sensor, Sequence[Estimator]],
     spec: Spec,
     chance: Chance,
-) -> Told:
+) -> Estimates:
     """The campaign of one unit, all channels at once."""
     columns = tuple((s, c) for s in SENSORS for e in estimators[s] for c in e.model.columns)
     P = _weights(records, estimators, len(columns))
@@ -73,7 +73,7 @@ def told(
             sigma * _summed(each * rows, at, len(degc)) for sigma, rows in thermometers(records, spec)
         ]
         walk[error] = _summed(each, on, len(days))
-    return Told(columns, noise, constant, degc, curve, slope, days, walk)
+    return Estimates(columns, noise, constant, degc, curve, slope, days, walk)
 
 
 def _weights(

@@ -13,7 +13,7 @@ from planner.nouns.choices import TestVisits
 from planner.pipelines import planning
 from planner.pipelines.planning import exact_plan, refuse_unplannable
 from planner.plan.spec_to_trajectory import trajectory_of
-from planner.plan.visits_to_observability import asked_errors, untold_by
+from planner.plan.visits_to_observability import asked_errors, unobservable_in
 from planner.verify.experiment import experiment
 from planner.verify.weak import weak_coefficients
 from tests.specs import loaded
@@ -82,11 +82,11 @@ def test_they_name_the_same(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(set(said)) == len(set(said[:1]))  # in the same words
     assert all(error in said[0] for error, _ in wanted)
     # planned all the same, so that verify has something to look at
-    monkeypatch.setattr(planning, "refuse_what_no_campaign_tells", lambda spec: None)
+    monkeypatch.setattr(planning, "refuse_what_no_campaign_observes", lambda spec: None)
     monkeypatch.setattr(planning, "observable_campaign", lambda task, chosen: chosen)
     plan = exact_plan(found)
     visits = [TestVisits(t.test, t.temperatures_degc, t.repeats) for t in plan.tests]
-    assert {(str(u.error), u.term) for u in untold_by(found.spec, visits)} == wanted
+    assert {(str(u.error), u.term) for u in unobservable_in(found.spec, visits)} == wanted
     trajectory = trajectory_of(found.spec.trajectory, found.folder)
     e = experiment(json.loads(plan_text(plan)), found.spec, trajectory, seed=1)
     calibrated = asked_errors(found.spec)  # verify also names what is declared and nobody calibrates
