@@ -204,19 +204,6 @@ def _bends(t: Array, nodes: Array, values: Array) -> Array:
     return np.asarray((smooth - np.interp(inside, nodes[order], values[order]))[:, None])
 
 
-def smooth_prediction(c: Channel, theta: Array, temperature_degc: Array) -> Array:
-    """(n,) what the declared model reads at other temperatures, smooth between the nodes of its tables."""
-    model = replace(c.model, conditions=replace(c.model.conditions, temperature_degc=temperature_degc))
-    found = evaluate(model, theta).predicted
-    for (name, term), place in _tables(model).items():
-        effect = catalog.effects()[name]
-        index = [x.name for x in effect.terms(model.sensor)].index(term)
-        column = effect.regressors(model.sensor, model.conditions)[:, model.channel, index]
-        nodes = np.array([model.columns()[i].node_degc for i in place])
-        found = found + (_bends(temperature_degc, nodes, theta[place]) * column[:, None]).sum(axis=1)
-    return np.asarray(found)
-
-
 def _tables(model: ChannelModel) -> dict[tuple[str, str], list[int]]:
     """(effect, term) that a table over temperature carries -> which of the coefficients are its nodes."""
     found: dict[tuple[str, str], list[int]] = {}

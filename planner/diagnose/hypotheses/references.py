@@ -10,28 +10,26 @@ records themselves give: up along gravity's reaction, north along the horizontal
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.diagnose.hypotheses.channels import Channel, smooth_prediction
+from planner.diagnose.hypotheses.channels import Channel
 from planner.effects._bench_frame import load, turning, upwards
-from planner.measurement import evaluate, jacobian, sensed
+from planner.measurement import evaluate, sensed
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.sensor import Sensor
 from planner.protocols import Condition, Effect, Group, Parameter
-from planner.solvers.least_squares import least_squares
 from planner.units import STANDARD_GRAVITY_MPS2
 
 LEAST_RATE = float(np.radians(1.0))  # the Earth turns 240 times slower, tables do not turn slower than this
 MOST_THRESHOLDS = 8
 LAGS_S = (60.0, 150.0, 300.0, 600.0)
 HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate, below which a reference names no north
-STANDING = 0.2 / 60.0  # K/s: a soaked chamber moves less
 UNLOADED = 0.2  # of g, by which the force may differ from it at rest
 
 Columns = Callable[[Channel, DwellTable, float], Array]
@@ -161,26 +159,11 @@ def _mountings(table: DwellTable) -> Sequence[float]:
 
 
 def _thermometer(c: Channel, table: DwellTable, place: float) -> Array:
-    """What the declared curves make of a temperature that is `place` seconds ahead of the reading.
-
-    The curves are those of the records at a standing temperature: the others' temperatures are in question.
-    """
-    t, theta = c.model.conditions.temperature_degc, _standing(c, table)
-    ahead = smooth_prediction(c, theta, t + table.temperature_rate * place)
-    return np.asarray((ahead - smooth_prediction(c, theta, t))[:, None])
-
-
-def _standing(c: Channel, table: DwellTable) -> Array:
-    """(p,) coefficients by the rows whose temperature stands: one step of Gauss-Newton from those of all."""
-    stands = np.abs(table.temperature_rate) < STANDING
-    if stands.sum() <= 2 * c.model.linear:
-        return c.theta
-    parts = evaluate(c.model, c.theta)
-    J = jacobian(c.model, c.theta, parts)[:, : c.model.linear]
-    step, _ = least_squares(J[stands], (c.y - parts.predicted)[stands], 1e-9)
-    theta = c.theta.copy()
-    theta[: c.model.linear] += step
-    return theta
+    """What the declared curves make of a temperature that is `place` seconds ahead of the reading."""
+    ahead = c.model.conditions.temperature_degc + table.temperature_rate * place
+    model = replace(c.model, conditions=replace(c.model.conditions, temperature_degc=ahead))
+    now = evaluate(c.model, c.theta).predicted
+    return np.asarray((evaluate(model, c.theta).predicted - now)[:, None])
 
 
 def _lags(table: DwellTable) -> Sequence[float]:
