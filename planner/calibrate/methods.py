@@ -170,6 +170,7 @@ def fit_options(
     robust: str,
     latitude_deg: float | None,
     prior: Mapping[Sensor, Tables] | None = None,
+    nodes: int | None = None,
 ) -> FitOptions:
     """Options from words. Raises InputError for one that we do not know."""
     if method not in NAMES:
@@ -181,4 +182,4 @@ def fit_options(
     latitude = None if latitude_deg is None else float(np.radians(latitude_deg))
     if prior is not None and method not in (DECLARED, "cube"):
         raise InputError(f"--prior recalibrates by the general estimator or the cube, not by {method}")
-    return FitOptions(method, robust, latitude, prior)  # type: ignore[arg-type]  # both words were checked above
+    return FitOptions(method, robust, latitude, prior, nodes)  # type: ignore[arg-type]  # both words were checked above

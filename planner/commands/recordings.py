@@ -109,8 +109,8 @@ def _explain_map(as_json: bool) -> None:
 
 def _guess_map(raw: list[Path], out: Path | None, as_json: bool) -> None:
     """The map on stdout, or in a file that is not there yet."""
-    from planner.export.files import write_whole
     from planner.recordings.guess_map import guessed_map
+    from planner.whole_files import write_whole
 
     if out is not None and out.exists():
         raise InputError(f"{out} exists already; give another name")

@@ -26,7 +26,8 @@ from planner.information.exchange import CHUNK, EASIER, Judge
 from planner.information.in_flight import Asked
 from planner.information.model_of import Flight, asked_of
 from planner.information.offers import Offer, Offers
-from planner.information.promise import Moments, is_within
+from planner.information.promise import is_within
+from planner.information.smooth import Moments
 from planner.nouns.array import Array
 from planner.nouns.deadline import never
 

@@ -12,6 +12,7 @@ from planner.information.in_flight import SCENARIOS, Asked, Days, asked
 from planner.information.kinds import Kinds, kinds_of
 from planner.information.offers import Offers, offered, offers_of
 from planner.information.promise import Promise
+from planner.information.smooth import smooth_of
 from planner.nouns.array import Array
 from planner.nouns.deadline import Deadline
 from planner.nouns.sensor import ErrorName
@@ -105,6 +106,9 @@ def on_offer(flight: Flight, also: Sequence[float] = ()) -> tuple[Offers, Promis
 
 def promise_of(flight: Flight, kinds: Kinds, wanted: tuple[Asked, ...]) -> Promise:
     """The model of a promise over kinds of power-on."""
-    degc = [kinds.degc, *(a.temperature_degc.ravel() for a in wanted)]
+    ends = np.array(flight.spec.plan.temperatures.range)
+    degc = [kinds.degc, ends, *(a.temperature_degc.ravel() for a in wanted)]
     points: Array = np.unique(np.round(np.concatenate(degc), 6)).astype(np.float64)
-    return Promise(kinds, wanted, flight.response.flying, points, flight.curves.moments(points))
+    families = flight.curves.moments(points)
+    smooth = smooth_of(flight.spec, points, families)
+    return Promise(kinds, wanted, flight.response.flying, points, families, smooth)

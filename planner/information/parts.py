@@ -2,7 +2,7 @@
 
 Marginal sigmas of each error's largest term, root mean square over the flight's temperatures: the flight's
 own power-on and drift; `storage`, the walk over the days of the campaign and in store; `estimate`, what the
-campaign's noise leaves of the coefficients; `temperature`, what straight lines miss of the curves. The
+campaign's noise leaves of the coefficients; `temperature`, what tables miss of the curves. The
 covariance of all terms stands beside them.
 """
 
@@ -17,7 +17,8 @@ from planner.information.exact import Foreseen
 from planner.information.in_flight import Asked, collapsed, drawn_by_flights, drawn_in_flight
 from planner.information.kinds import ChannelKinds
 from planner.information.model_of import Flight
-from planner.information.promise import Moments, Promise
+from planner.information.promise import Promise
+from planner.information.smooth import Moments
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -61,6 +62,7 @@ def plan_of(
         method="information",
         objective=objective_words(spec),
         requirements=tuple(_achieved(flight, found, i) for i in range(len(spec.requirement))),
+        temperature_estimator=spec.plan.temperature_estimator,
         families=_families(spec, found),
         sensitivities=tuple(sensitivity_figures(spec, constraints, allowed)),
         allowances=allowed,
@@ -74,7 +76,7 @@ def plan_of(
         objective_value=round(found.cost, 6),
         objective_bound=round(least, 6),
         proved=by_hand or found.proved,
-        proved_of=proved_of(found),
+        proved_of=proved_of(found, spec.plan.temperature_estimator),
         spread_factor=found.spread_factor,
         hours_per_limit={},
         genetic=genetic,
@@ -87,7 +89,10 @@ def plan_of(
     )
 
 
-def proved_of(found: Found) -> str:
+ESTIMATORS = {"lines": "tables with straight lines", "smooth": "smooth tables (posterior mean)"}
+
+
+def proved_of(found: Found, estimator: Literal["lines", "smooth"]) -> str:
     """Among which campaigns the plan is the shortest, or is said to be within its gap."""
     offers = found.offers
     tests = ", ".join(o.test for o in offers.tests)
@@ -98,7 +103,7 @@ def proved_of(found: Found) -> str:
     families = ", ".join(found.foreseen.families)
     return (
         f"campaigns of {tests} at {grid}, by working time, under the spec's error model, curves of the "
-        f"families {families}, and tables with straight lines as estimator"
+        f"families {families}, and {ESTIMATORS[estimator]} as estimator"
     )
 
 

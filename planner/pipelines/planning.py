@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from planner import __version__
@@ -23,6 +22,7 @@ from planner.nouns.deadline import BESIDE, GENETIC, Deadline, never
 from planner.nouns.plan import GeneticPlan, Plan, TradeOffPoint
 from planner.nouns.sensitivities import Constraint, Sensitivities
 from planner.nouns.trajectory import Trajectory
+from planner.pipelines.remarks import causes_said, cut_short
 from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.budget import common_rule
 from planner.plan.by_hand import is_hand_made
@@ -45,7 +45,6 @@ from planner.solvers.genetic import GeneticSettings
 from planner.spec.height_aid import unaided
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, PercentileRule, Spec
-from planner.spec.narrow_range import narrow_range
 
 Progress = Callable[[str], None]
 OF_PROOF = 0.8  # of the time that is left, for the published program: it begins with a quarter more
@@ -105,41 +104,14 @@ def allow(loaded: LoadedSpec, progress: Progress) -> tuple[Navigation, AllowedEr
     return navigation, _allowed(loaded.spec, task, navigation, progress)
 
 
-@contextmanager
-def _causes_said(spec: Spec, navigation: Navigation) -> Iterator[None]:
-    """What cannot be met because the height diverges, or the range is narrow, is refused with that said."""
-    try:
-        yield
-    except InfeasibleError as error:
-        narrow = narrow_range(spec)
-        causes = [navigation.unaided, None if narrow is None else f"plan.temperatures.range {narrow}"]
-        if not any(causes):
-            raise
-        raise InfeasibleError(
-            "; ".join([str(error), *(c for c in causes if c)]),
-            requirement=error.requirement,
-            binds=error.binds,
-            nearest_limit=error.nearest_limit,
-        ) from None
-
-
 def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
     """Spec → the shortest campaign that suffices, with its proof and its reasons."""
     deadline = Deadline(loaded.spec.plan.time_limit)
     navigation = navigate(loaded, progress)
-    with _causes_said(loaded.spec, navigation):
+    with causes_said(loaded.spec, navigation.unaided):
         if by_information(loaded.spec):
             return informed(loaded, navigation, progress, deadline=deadline)
         return _published(loaded, navigation, progress, deadline)
-
-
-def cut_short(made: Plan, deadline: Deadline) -> Plan:
-    """The plan with what its time limit cut short, if it did; the search itself makes it incomplete."""
-    if not deadline.cut:
-        return made
-    said = f"plan.time_limit: {deadline.seconds:g} s were over; cut short: {', '.join(deadline.cut)}"
-    complete = made.complete and "the search" not in deadline.cut
-    return replace(made, notes=(*made.notes, said), complete=complete)
 
 
 def _published(loaded: LoadedSpec, navigation: Navigation, progress: Progress, deadline: Deadline) -> Planned:

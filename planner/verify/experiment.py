@@ -34,6 +34,7 @@ from planner.verify.flights import (
 from planner.verify.records import Records, records_of
 from planner.verify.references import Met, directions, met_by_units
 from planner.verify.residuals import PARTS, Left, flying, left_over
+from planner.verify.smooth import tables_of
 from planner.verify.starts import Starts, as_flown
 from planner.verify.tally import Tally
 
@@ -109,7 +110,9 @@ def experiment(
         spec=spec,
         unit=unit,
         records=records,
-        estimators=estimators(records, unit, declares or spec.effects, chance, directions(records, spec)),
+        estimators=estimators(
+            records, unit, declares or spec.effects, chance, directions(records, spec), tables_of(spec)
+        ),
         flight=flown,
         given={name: quantity.si for name, quantity in given.items()},
         half_widths=_half_widths(document),

@@ -22,9 +22,10 @@ from planner.units import from_si
 from planner.verify.findings import Check, Fault, Findings
 from planner.verify.recount_budget import budgets_of, check_budget, made_by_hand, unit_of
 from planner.verify.recount_hours import start_of, windows_of
+from planner.verify.recount_loads import loads_of
 from planner.verify.recount_navigation import check_navigation
 from planner.verify.recount_search import check_front, check_keys, check_prices
-from planner.verify.recount_steps import check_steps, loads_of
+from planner.verify.recount_steps import check_steps
 
 NOT_RECOUNTED = (
     "genetic: a search's history; of its front, the order, and by half-widths whether it is on the limits",
@@ -223,6 +224,8 @@ def _check_origin(document: Document, loaded: LoadedSpec) -> Findings:
     found.same("seed", document["seed"], spec.plan.seed)
     if "method" in document:  # plans of before have none: they are by the published one
         found.same("method", document["method"], spec.planned_by)
+    said = document.get("temperature_estimator", "lines")  # plans of before knew no other
+    found.same("temperature_estimator", said, spec.plan.temperature_estimator)
     if not is_by_information(document):
         found.same("families", document.get("families", {}), {})
     found.same("objective, minimise", document["objective"].get("minimise"), _minimised(spec))

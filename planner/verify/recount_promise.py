@@ -35,6 +35,7 @@ from planner.verify.prediction import Prediction
 from planner.verify.recount_budget import budgets_of, calibrated_errors
 from planner.verify.references import directions
 from planner.verify.second_moments import Error
+from planner.verify.smooth import tables_of
 from planner.verify.starts import Starts, anywhere, starts_of
 
 SAME = 0.02
@@ -53,7 +54,7 @@ def as_planned(e: Experiment) -> Prediction | None:
         return None
     chance = Chance(white={s: e.spec.unit.white(s) for s in SENSORS}, flown=e.chance.flown)
     off = directions(e.records, e.spec)
-    known = estimators(e.records, e.unit, e.spec.effects, chance, off)
+    known = estimators(e.records, e.unit, e.spec.effects, chance, off, tables_of(e.spec))
     return Prediction(replace(e, chance=chance, estimators=known), e.flight)
 
 
@@ -170,6 +171,7 @@ def _check_covariance(document: Document, p: Prediction) -> Findings:
         matrix[np.ix_(order, order)] * np.outer(scale, scale),
         np.sum([*parts.values()], axis=0)[np.ix_(kept, kept)],
         names,
+        np.array([NOTHING * budgets_of(p.e.spec)[error].whole_variation for error, _ in names]),
     )
     return found
 
@@ -178,9 +180,11 @@ def _by_name(terms: Any) -> list[str]:
     return sorted(map(str, terms)) if isinstance(terms, list) else []
 
 
-def _compare(found: Findings, matrix: Array, wanted: Array, names: list[tuple[str, str]]) -> None:
-    """The figure that is farthest off, for the sigmas of its two terms."""
-    sigma = np.sqrt(np.diag(wanted))
+def _compare(
+    found: Findings, matrix: Array, wanted: Array, names: list[tuple[str, str]], least: Array
+) -> None:
+    """The figure that is farthest off, for the sigmas of its two terms, which count as `least` or more."""
+    sigma = np.maximum(np.sqrt(np.diag(wanted)), least)
     scale = np.where(np.outer(sigma, sigma) > 0, np.outer(sigma, sigma), 1.0)
     i, j = np.unravel_index(int(np.argmax(np.abs(matrix - wanted) / scale)), matrix.shape)
     where = f"covariance, {' '.join(names[i])} with {' '.join(names[j])}"

@@ -15,8 +15,8 @@ from typing import Any
 from planner.spec.model import Spec, Test
 from planner.spec.motions import motions_of, turned_by_hand
 from planner.verify.findings import Findings, is_same
-from planner.verify.records import batch_of
 from planner.verify.recount_hours import earliest
+from planner.verify.recount_loads import check_sizes, loads_by_number, loads_of, used_benches
 
 CLOCK = 1e-5  # s; times are rounded to the microsecond, several times over
 Document = Mapping[str, Any]
@@ -52,10 +52,10 @@ def check_steps(document: Document, spec: Spec) -> list[Findings]:
     sizes = loads_of(document, spec)
     several = max((len(own) for own in sizes.values()), default=1) > 1
     gone: list[tuple[int, float]] = []  # how many units have left the bench before, and when
-    for bench in _used(document, spec):
-        loads = _loads([s for s in steps if s["bench"] == bench])
+    for bench in used_benches(document, spec):
+        loads = loads_by_number([s for s in steps if s["bench"] == bench])
         order.same(f"loads of {bench}", sorted(loads), list(range(1, len(sizes[bench]) + 1)))
-        _check_sizes(order, spec, bench, sizes[bench])
+        check_sizes(order, spec, bench, sizes[bench])
         free, through, left = 0.0, 0, list[tuple[int, float]]()
         for number, units in enumerate(sizes[bench], start=1):
             through += units
@@ -67,42 +67,12 @@ def check_steps(document: Document, spec: Spec) -> list[Findings]:
                 order.same(f"step {step['id']}, units", step["units"], units)
         gone = left
     for step in steps:
-        if step["bench"] not in _used(document, spec):
+        if step["bench"] not in used_benches(document, spec):
             order.fault(f"step {step['id']}", f"is on {step['bench']}, on which no test is planned")
         else:
             _check_limits(limits, step, spec)
     _check_sums(sums, document, steps, {bench: len(own) for bench, own in sizes.items()})
     return [order, limits, hours, sums]
-
-
-def _loads(steps: Sequence[Document]) -> dict[int, list[Document]]:
-    found: dict[int, list[Document]] = {}
-    for step in steps:
-        found.setdefault(batch_of(step["id"]), []).append(step)
-    return found
-
-
-def _used(document: Document, spec: Spec) -> list[str]:
-    used = {test["bench"] for test in document["tests"]}
-    return [name for name in spec.benches if name in used]
-
-
-def loads_of(document: Document, spec: Spec) -> dict[str, list[int]]:
-    """Bench -> units of each of its loads as the plan has them; all that fit where it is for no number."""
-    found = {}
-    for bench in _used(document, spec):
-        loads = _loads([s for s in document["steps"] if s["bench"] == bench])
-        each = [int(loads[number][0]["units"]) for number in sorted(loads)]
-        found[bench] = each if spec.plan.units is not None else [spec.benches[bench].units]
-    return found
-
-
-def _check_sizes(order: Findings, spec: Spec, bench: str, sizes: Sequence[int]) -> None:
-    """Every unit is on the bench once, no more at once than it takes."""
-    if spec.plan.units is not None:
-        order.same(f"units on {bench}", sum(sizes), spec.plan.units)
-    for number, units in enumerate(sizes, start=1):
-        order.at_most(f"load {number} of {bench}, units", units, spec.benches[bench].units)
 
 
 # ---------------------------------------------------------------- one batch on one bench
