@@ -168,12 +168,12 @@ def calibrate(
     from planner.calibrate.methods import fit_options
     from planner.export.calibration import read_tables
     from planner.pipelines import data as data_pipeline
-    from planner.spec.load import load_spec
+    from planner.spec.sensor_alone import load_sensor_spec
 
     old = None if prior is None else read_tables(prior)
     options = fit_options(method, robust, latitude, old, nodes)
     with progress_line() as say:
-        found = data_pipeline.calibrate(data, load_spec(spec), options, say)
+        found = data_pipeline.calibrate(data, load_sensor_spec(spec), options, say)
     _delivered(found, out or Path("calibrations") / data.stem, as_json)
 
 

@@ -73,31 +73,40 @@ def checked(options: FlightOptions) -> FlightOptions:
 
 
 def verify(
-    loaded: LoadedSpec, document: Mapping[str, Any], options: FlightOptions, progress: Progress
+    loaded: LoadedSpec,
+    document: Mapping[str, Any],
+    options: FlightOptions,
+    progress: Progress,
+    made_for: LoadedSpec | None = None,
 ) -> Verification:
     """A plan's tree against its spec: counted again, then flown.
 
+    made_for: the spec that the plan is of, where units are of another: it is counted by that one and
+    calibrated with that one's effects, and what is flown has all that `loaded` says of the units.
     Raises InputError for what is no plan, StoppedEarly when the user stopped before the first flights.
     """
     progress("counting the plan again")
     trajectory = flight_path(loaded.spec, loaded.folder)
-    counted = recount(document, loaded, trajectory)
+    own = made_for or loaded
+    counted = recount(document, own, flight_path(own.spec, own.folder) if made_for else trajectory)
     if _is_foreign(counted) or (options.flights == 0 and not is_by_information(document)):
         return _answer(loaded, document, options, counted)
     progress("preparing the flights")
     try:
-        e = experiment(document, loaded.spec, trajectory, seed=options.seed)
+        e = experiment(document, loaded.spec, trajectory, seed=options.seed, declares=tuple(own.spec.effects))
     except InputError as error:
         if counted.ok:
             raise
         return _answer(loaded, document, options, counted, why=str(error))
-    if is_by_information(document):
+    if is_by_information(document) and made_for is None:
         progress("counting again what is promised")
         counted = counted.and_also(check_promise(document, as_planned(e)))
     if options.flights == 0:
         return _answer(loaded, document, options, counted)
     flown = _flown(e, document, options, progress)
     found = _answer(loaded, document, options, counted, flown, trajectory)
+    if made_for is not None:
+        return replace(found, notes=(*found.notes, _units_of_another(loaded, made_for)))
     if options.through_files == 0 or found.stopped:
         return found
     progress("some units the whole way through files")
@@ -175,6 +184,16 @@ def _worst(e: Experiment, prediction: Prediction | None) -> Worst:
     if prediction is None:
         return lambda index, family: as_flown(e.spec)
     return lambda index, family: prediction.worst(index, family)[0]
+
+
+def _units_of_another(loaded: LoadedSpec, made_for: LoadedSpec) -> str:
+    """What was flown with which knowledge."""
+    more = [name for name in loaded.spec.effects if name not in made_for.spec.effects]
+    lacks = f", which knows nothing of {', '.join(more)}" if more else ""
+    return (
+        f"the plan and its calibration are of {made_for.path.name}{lacks}; the units that fly are of "
+        f"{loaded.path.name}"
+    )
 
 
 def _pipeline(loaded: LoadedSpec) -> Pipeline:
