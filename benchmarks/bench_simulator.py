@@ -1,15 +1,13 @@
-"""How fast a campaign runs on the simulator, in memory and over TCP; and 1000 times kill -9.
+"""How fast a campaign runs on the simulator, in memory and over TCP.
 
 First the answer: no command refused, every record at the angles, rates and temperature of the plan for the
 planned time (in memory), every step in the journal once. Then the steps per second.
 
-    python benchmarks/bench_simulator.py              # both ways, shipped spec high_g
-    python benchmarks/bench_simulator.py --kills 1000 # kill -9 at random moments, over many campaigns
+    python benchmarks/bench_simulator.py
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 import tempfile
@@ -24,9 +22,7 @@ from planner.bench_run import session
 from planner.bench_run.job import Job, job_from
 from planner.bench_run.simulator.server import SimulatedBench
 from planner.export.json import plan_document
-from tests.bench_run.kills import campaign_with_kills
-from tests.bench_run.rig import Rig
-from tests.bench_run.test_shipped import compare
+from tests.bench_run.rig import Rig, compare
 from tests.specs import SHIPPED, planned
 
 LEAST_IN_MEMORY, LEAST_OVER_TCP = 500.0, 50.0  # steps a second
@@ -58,12 +54,12 @@ def over_tcp(job: Job, folder: Path) -> float:
     with SimulatedBench() as bench:
         request = session.Request(
             tables=(f"TCPIP::127.0.0.1::{bench.ports.table}::SOCKET",),
-            chamber=f"TCPIP::127.0.0.1::{bench.ports.chamber}::SOCKET",
+            chambers=(f"TCPIP::127.0.0.1::{bench.ports.chamber}::SOCKET",),
             journal=path,
-            clock_port=bench.ports.clock,
+            clock_ports=(bench.ports.clock,),
         )
         start = time.perf_counter()
-        session.run(job, request, lambda text: None, lambda step: None)
+        session.run(job, request, lambda text: None)
         spent = time.perf_counter() - start
         assert not bench.table.refusals
         assert not bench.chamber.refusals
@@ -73,17 +69,8 @@ def over_tcp(job: Job, folder: Path) -> float:
 
 
 def main() -> int:
-    arguments = argparse.ArgumentParser()
-    arguments.add_argument("--kills", type=int, default=0)
-    kills = arguments.parse_args().kills
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        if kills:
-            start = time.perf_counter()
-            campaigns = campaign_with_kills(folder, kills, seed=1)
-            spent = time.perf_counter() - start
-            print(f"{kills} kills over {campaigns} campaigns: nothing torn, twice or lost; {spent:.0f} s")
-            return 0
         job = shipped_job()
         memory, tcp = in_memory(job, folder), over_tcp(job, folder)
     days = (job.steps[-1].end_s - job.steps[0].start_s) / 86400

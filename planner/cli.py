@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated, Any
 
 import typer
 
-from planner.commands import bench, data, effects, fleet, planning, promise, recordings
+from planner.commands import bench, data, effects, fleet, planning, promise, recordings, running
 from planner.commands import diagnosing as diagnosis
 from planner.errors import InfeasibleError, InputError, PlannerError
 
@@ -38,12 +40,13 @@ def root(version: Annotated[bool, typer.Option("--version", help="Print the vers
         raise typer.Exit()
 
 
-for family in (planning, bench, recordings, data, diagnosis, promise, fleet, effects):
+for family in (planning, bench, running, recordings, data, diagnosis, promise, fleet, effects):
     family.register(app)
 
 
 def main() -> None:
     """Run the program; every error ends it with its own exit code and no traceback."""
+    _open_standard_files()
     try:
         code = app(_spelt_out(sys.argv[1:]), standalone_mode=False) or 0
         if code == INTERRUPTED:
@@ -51,10 +54,12 @@ def main() -> None:
     except SystemExit:
         sys.exit(0)  # typer and rich end like this when the reader of our output has gone
     except PlannerError as error:
-        _complain(error)
+        with _deaf_ears():
+            _complain(error)
         sys.exit(error.exit_code)
     except KeyboardInterrupt:
-        typer.echo("stopped", err=True)
+        with _deaf_ears():
+            typer.echo("stopped", err=True)
         sys.exit(4)
     except BrokenPipeError:
         sys.stderr.close()  # the reader of our output has gone; nothing is left to say
@@ -62,6 +67,26 @@ def main() -> None:
     except Exception as error:  # the last resort: exit 70 and a sentence, no traceback
         _usage_or_internal(error)
     sys.exit(code)
+
+
+def _open_standard_files() -> None:
+    """Where one of the first three files was closed, the next file opened would take its number: a program
+    that we call would then write its errors into our journal.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
+
+
+@contextmanager
+def _deaf_ears() -> Iterator[None]:
+    """Saying why it ends: a terminal that is closed or full does not change the exit code."""
+    try:
+        yield
+    except (OSError, ValueError):
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115 - else Python's last flush of it would exit with 120
 
 
 def _spelt_out(arguments: list[str]) -> list[str]:

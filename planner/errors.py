@@ -41,6 +41,12 @@ class InputError(PlannerError):
         super().__init__("\n".join([message, *map(str, self.faults)]) if faults else message)
 
 
+class NothingFound(InputError):
+    """The data answer nothing of what was asked (exit 1): what they lack."""
+
+    exit_code = 1
+
+
 class InfeasibleError(PlannerError):
     """The requirement cannot be met (exit 3): what binds, and the nearest requirement that can be met."""
 

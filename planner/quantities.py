@@ -144,6 +144,7 @@ NonNegativeRatio = Annotated[float, quantity("ppm", "20 ppm"), Field(ge=0), sche
 Acceleration = Annotated[float, quantity("g", "50 g"), schema("50 g")]
 PositiveAcceleration = Annotated[float, quantity("g", "100 g"), Field(gt=0), schema("100 g")]
 Metres = Annotated[float, quantity("m", "1.5 m"), schema("1.5 m")]
+NonNegativeMetres = Annotated[float, quantity("m", "10 m"), Field(ge=0), schema("10 m")]
 PositiveMetres = Annotated[float, quantity("m", "1.5 m"), Field(gt=0), schema("1.5 m")]
 AnyQuantity = Annotated[Quantity, BeforeValidator(_quantity), schema("0.002 deg/s")]
 Count = Annotated[int, BeforeValidator(_count), Field(ge=1, le=1_000_000)]

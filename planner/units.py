@@ -21,6 +21,7 @@ STANDARD_GRAVITY_MPS2 = 9.80665  # 3rd CGPM (1901); interfaces: 1 g of every fil
 ZERO_CELSIUS_K = 273.15
 
 _DEFINITIONS = """
+nano- = 1e-9 = n-
 micro- = 1e-6 = u- = µ- = μ-
 milli- = 1e-3 = m-
 centi- = 1e-2 = c-

@@ -6,12 +6,14 @@ import socket
 import time
 from typing import Protocol
 
-from planner.bench_run.errors import BenchFault
+from planner.bench_run.errors import ClockGone
 from planner.errors import InputError
 
 
 class Clock(Protocol):
-    """Seconds that never go back, and waiting in them."""
+    """Seconds that never go back, and waiting in them. speed: of them in a second of the wall."""
+
+    speed: float
 
     def now(self) -> float:
         """Seconds since some moment."""
@@ -22,34 +24,38 @@ class Clock(Protocol):
         ...
 
 
+def _wall_s() -> float:
+    """Seconds that count on while the computer is suspended; CLOCK_MONOTONIC of Linux does not."""
+    boot = getattr(time, "CLOCK_BOOTTIME", None)
+    return time.monotonic() if boot is None else time.clock_gettime(boot)
+
+
 class WallClock:
     """The wall's time; speed: seconds of the campaign per second of the wall, for simulators only."""
 
     def __init__(self, speed: float = 1.0) -> None:
-        self._speed, self._start = speed, time.monotonic()
+        self.speed, self._start = speed, _wall_s()
 
     def now(self) -> float:
         """Seconds since the clock was made."""
-        return self._speed * (time.monotonic() - self._start)
+        return self.speed * (_wall_s() - self._start)
 
     def sleep(self, seconds: float) -> None:
         """Wait."""
-        time.sleep(max(seconds, 0.0) / self._speed)
+        time.sleep(max(seconds, 0.0) / self.speed)
 
 
 class SimulatorClock:
-    """The clock of `planner bench-simulator`: a wait moves its virtual time at once.
+    """The clock of `planner bench-simulator`, or of several: a wait moves their virtual time at once.
 
-    Raises InputError when nobody listens there, BenchFault when the simulator goes away later.
+    The time is the first one's. Raises InputError when nobody listens there, ClockGone when one goes away.
     """
 
-    def __init__(self, port: int, host: str = "127.0.0.1") -> None:
-        try:
-            self._socket = socket.create_connection((host, port), timeout=5.0)
-        except (OSError, OverflowError) as error:
-            raise InputError(f"no simulator's clock on port {port} of {host}: {error}") from error
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._file = self._socket.makefile("rb")
+    speed = 1.0
+
+    def __init__(self, *ports: int, host: str = "127.0.0.1") -> None:
+        self._sockets = [_connected(port, host) for port in ports]
+        self._files = [one.makefile("rb") for one in self._sockets]
         self._now = self._ask("NOW?")
 
     def now(self) -> float:
@@ -57,16 +63,28 @@ class SimulatorClock:
         return self._now
 
     def sleep(self, seconds: float) -> None:
-        """Move the simulator's time on."""
+        """Move the time on."""
         self._now = self._ask(f"SLEEP {max(seconds, 0.0)!r}")
 
     def close(self) -> None:
-        """Give the clock back to the wall."""
-        self._socket.close()
+        """Give the clocks back to the wall."""
+        for one in self._sockets:
+            one.close()
 
     def _ask(self, message: str) -> float:
         try:
-            self._socket.sendall(message.encode() + b"\n")
-            return float(self._file.readline())
+            for one in self._sockets:
+                one.sendall(message.encode() + b"\n")
+            times = [float(file.readline()) for file in self._files]  # every one must answer
+            return times[0]
         except (OSError, ValueError) as error:
-            raise BenchFault("the simulator's clock has gone") from error
+            raise ClockGone("the simulator's clock has gone") from error
+
+
+def _connected(port: int, host: str) -> socket.socket:
+    try:
+        found = socket.create_connection((host, port), timeout=30.0)
+    except (OSError, OverflowError) as error:
+        raise InputError(f"no simulator's clock on port {port} of {host}: {error}") from error
+    found.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return found

@@ -30,7 +30,6 @@ def check(job: Job) -> tuple[str, ...]:
 def _faults(job: Job) -> Iterator[tuple[str, str]]:
     if not job.steps:
         yield "steps", "the plan has no steps"
-    yield from _interleaved(job)
     for name, count in Counter(step.id for step in job.steps).items():
         if count > 1:
             yield name, "two steps have this id"
@@ -49,9 +48,11 @@ def _senseless(steps: Iterable[Step]) -> Iterator[limits.Wrong]:
             yield step, "it ends before it starts"
 
 
-def _interleaved(job: Job) -> Iterator[tuple[str, str]]:
-    """One run goes to another bench only when a batch has left the one before: to leave a bench in the middle
-    of a visit would warm its chamber, and the unit on it would not be soaked when the run came back.
+def side_by_side(job: Job) -> bool:
+    """Whether benches work at the same time: the plan comes back to a visit that it has left.
+
+    Others are run one after the other; to leave one in the middle of a visit would warm its chamber, and the
+    unit on it would not be soaked when the run came back.
     """
     left: set[tuple[str, int | None]] = set()
     now: tuple[str, int | None] | None = None
@@ -60,12 +61,11 @@ def _interleaved(job: Job) -> Iterator[tuple[str, str]]:
         if visit == now:
             continue
         if visit in left:
-            benches = " and ".join(f"--bench {name}" for name in job.used_benches)
-            yield step.id, f"the benches work at the same time in this plan; start a run for each: {benches}"
-            return
+            return True
         if now is not None:
             left.add(now)
         now = visit
+    return False
 
 
 def _notes(job: Job) -> Iterator[str]:

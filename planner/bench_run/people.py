@@ -26,6 +26,10 @@ class Recorder(Protocol):
         """End a record."""
         ...
 
+    def lost(self, step: Step, number: int) -> None:
+        """The record that an earlier session began in a power-on and never ended is void."""
+        ...
+
 
 class Operator(Protocol):
     """Somebody at the bench."""
@@ -45,6 +49,9 @@ class NoRecorder:
         """Nothing."""
 
     def stop(self, step: Step, complete: bool) -> None:
+        """Nothing."""
+
+    def lost(self, step: Step, number: int) -> None:
         """Nothing."""
 
 
@@ -70,6 +77,11 @@ class CommandRecorder:
     def stop(self, step: Step, complete: bool) -> None:
         """End a record, or say that it is void."""
         self._call("stop" if complete else "void", step)
+
+    def lost(self, step: Step, number: int) -> None:
+        """Say that a record of an earlier session is void."""
+        self._number = number
+        self._call("void", step)
 
     def _call(self, verb: str, step: Step) -> None:
         words = [*self._command, verb, step.id, str(self._number)]

@@ -2,174 +2,151 @@
 
 from __future__ import annotations
 
-import math
 import re
 import shlex
-import sys
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass
-from pathlib import Path
+from contextlib import ExitStack, suppress
+from dataclasses import replace
 
 from planner.bench_run import limits
-from planner.bench_run.clock import Clock, SimulatorClock, WallClock
 from planner.bench_run.dry import dry_run
+from planner.bench_run.equipment import Equipment, Finished
 from planner.bench_run.errors import BenchFault, Interrupted
 from planner.bench_run.interrupts import stoppable
 from planner.bench_run.job import Job
 from planner.bench_run.journal import Journal, open_journal, read_past
-from planner.bench_run.line import Line
-from planner.bench_run.people import Asking, CommandRecorder, NoRecorder, Operator, Waiting
-from planner.bench_run.runner import ATTENTION, Equipment, Finished, execute
-from planner.bench_run.shifts import local_week_s
-from planner.bench_run.visa import VisaLine, is_simulator
-from planner.errors import InputError
+from planner.bench_run.resources import Request, dialects_of, equipment_of, resources_of
+from planner.bench_run.runner import execute
+from planner.bench_run.safety import Left
+from planner.bench_run.side_by_side import execute_side_by_side
+from planner.bench_run.watching import Notifier, Page, Watching
+from planner.errors import InputError, PlannerError
 from planner.nouns.plan import Step
 
+__all__ = ["Request", "rehearse", "run", "travel_from"]
+
 Say = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Request:
-    """What the user asked for. tables: `RESOURCE` for all benches, or `BENCH=RESOURCE` for each."""
-
-    tables: tuple[str, ...]
-    chamber: str | None
-    journal: Path
-    resume: bool = False
-    unattended: bool = False
-    recorder: str | None = None
-    speed: float | None = None
-    clock_port: int | None = None
-    baud: int = 19200
 
 
 def rehearse(job: Job, request: Request, say: Say) -> None:
     """Check the limits and say what would be sent; nothing is opened or written."""
     for note in limits.check(job):
         say(f"note: {note}")
-    dry_run(job, read_past(request.journal, job.plan_sha256, _ids(job)), say)
+    dialects = dialects_of(job, request)
+    past = read_past(request.journal, job.plan_sha256, _ids(job), _lanes(job))
+    for part in [job.on(name) for name in job.used_benches] if limits.side_by_side(job) else [job]:
+        own = set(_ids(part))
+        entries = tuple(entry for entry in past.entries if entry.step in own)
+        dry_run(part, replace(past, entries=entries, begun=()), say, dialects)
 
 
-def run(job: Job, request: Request, say: Say, before: Callable[[Step], None]) -> Finished:
-    """Run the campaign, or what is left of it.
+def run(
+    job: Job,
+    request: Request,
+    say: Say,
+    before: Callable[[Step], None] = lambda step: None,
+    line: Callable[[str], None] = lambda text: None,
+) -> Finished:
+    """Run the campaign, or what is left of it; benches that work at the same time each in a thread.
 
+    line: shows how far the run is, in one line that replaces itself
     Raises InputError before anything moves for a plan that the bench cannot do, a journal that does not fit,
     a bench that cannot be reached; BenchFault and Interrupted later, when everything has been made safe.
     """
+    say = undisturbed(say)
     for note in limits.check(job):
         say(f"note: {note}")
-    tables = _resources(job, request, say)
+    dialects = dialects_of(job, request)
+    found = resources_of(job, request, say, apart=limits.side_by_side(job))
     with ExitStack() as stack:
-        journal = open_journal(request.journal, job.plan_sha256, _ids(job), resume=request.resume)
+        journal = _journal(job, request)
         stack.callback(journal.close)
         if len(journal.past.entries) == len(job.steps):
             say(f"{request.journal} tells of a finished campaign; nothing is left to do")
             return Finished(0, 0, 0.0)
-        stack.enter_context(stoppable())
-        equipment = _equipment(request, tables, stack)
-        return _reported(job, equipment, journal, say, before)
+        stop = stack.enter_context(stoppable())
+        watching = _watching(request, line, say)
+        equipment = equipment_of(request, found, dialects, stack, stop, watching.event)
+        return _reported(job, equipment, journal, say, undisturbed(before), watching)
+
+
+def _journal(job: Job, request: Request) -> Journal:
+    return open_journal(
+        request.journal,
+        job.plan_sha256,
+        _ids(job),
+        resume=request.resume,
+        from_start=request.from_start,
+        lanes=_lanes(job),
+    )
+
+
+def _lanes(job: Job) -> Sequence[Sequence[str]]:
+    """Steps whose order is their own: those of each bench, where benches work side by side."""
+    if not limits.side_by_side(job):
+        return [_ids(job)]
+    return [_ids(job.on(name)) for name in job.used_benches]
+
+
+def _watching(request: Request, line: Callable[[str], None], say: Say) -> Watching:
+    try:
+        command = shlex.split(request.notify or "")
+    except ValueError as error:
+        raise InputError(f"--notify {request.notify!r} is no command: {error}") from error
+    page = None if request.page is None else Page(request.page, f"planner run, {request.journal.parent.name}")
+    if page is not None:
+        page.write()  # a folder that cannot be written is said before anything moves
+    return Watching(page, Notifier(command, say) if command else None, undisturbed(line), say)
+
+
+def undisturbed(tell: Callable[..., None]) -> Callable[..., None]:
+    """Telling somebody something, whose ear may be closed or full: that changes nothing of a run."""
+
+    def told(*words: object) -> None:
+        with suppress(OSError, ValueError):  # of a closed terminal, a full disk, a closed file
+            tell(*words)
+
+    return told
 
 
 def _reported(
-    job: Job, equipment: Equipment, journal: Journal, say: Say, before: Callable[[Step], None]
+    job: Job,
+    equipment: Equipment,
+    journal: Journal,
+    say: Say,
+    before: Callable[[Step], None],
+    watching: Watching,
 ) -> Finished:
     """The run; whatever stops it is reported with where it stopped and how to go on."""
-    done, at = len(journal.past.entries), "the start"
-    unsafe: list[str] = []
+    at, how = "the start", Left()
 
-    def count(step: Step) -> None:
-        nonlocal done, at
-        done, at = done + (at != "the start"), step.id
+    def begins(step: Step) -> None:
+        nonlocal at
+        at = step.id
         before(step)
 
-    def listen(text: str) -> None:
-        if text.startswith(ATTENTION):
-            unsafe.append(text)
-        say(text)
+    def was_left(left: Left) -> None:
+        nonlocal how
+        how = left
 
+    run_all = execute_side_by_side if limits.side_by_side(job) else execute
     try:
-        return execute(job, equipment, journal, listen, count)
-    except (BenchFault, KeyboardInterrupt) as error:
-        state = "NOT everything was made safe, see above" if unsafe else "table at zero rate, chamber to room"
-        kind = BenchFault if isinstance(error, BenchFault) else Interrupted
-        raise kind(
-            f"{str(error) or 'stopped'}. Stopped at {at}, {done} of {len(job.steps)} steps done; {state}. "
-            f"Go on with --resume (journal: {journal.path})"
-        ) from error
+        done = run_all(job, equipment, journal, say, begins, was_left, watching.watch)
+    except (PlannerError, KeyboardInterrupt) as error:
+        kind = Interrupted if isinstance(error, KeyboardInterrupt) else BenchFault
+        state = str(how) if how.safe else f"NOT everything was made safe: {how}"
+        words = (
+            f"{str(error) or 'stopped'}. Stopped at {at}, {journal.told} of {len(job.steps)} steps done; "
+            f"{state}. Go on with --resume (journal: {journal.path})"
+        )
+        watching.end("stopped", words)
+        raise kind(words) from error
+    watching.end("finished", f"all {len(job.steps)} steps are done; {how}")
+    return done
 
 
 def _ids(job: Job) -> Sequence[str]:
     return [step.id for step in job.steps]
-
-
-def _resources(job: Job, request: Request, say: Say) -> Mapping[str, str]:
-    """The table's resource for every driven bench. Raises InputError for what is missing or one too many."""
-    named = dict(text.split("=", 1) for text in request.tables if "=" in text)
-    bare = [text for text in request.tables if "=" not in text]
-    driven = [name for name in job.used_benches if job.benches[name].driven]
-    if len(bare) > 1 or set(named) - set(driven):
-        raise InputError(f"--table takes RESOURCE once, or BENCH=RESOURCE for each of {', '.join(driven)}")
-    missing = [name for name in driven if name not in named and not bare]
-    if missing:
-        raise InputError(f"no table for {', '.join(missing)}; give --table {missing[0]}=RESOURCE")
-    if any(job.benches[name].chamber for name in job.used_benches) and request.chamber is None:
-        raise InputError("the plan needs a chamber; give --chamber RESOURCE")
-    shared = [name for name in driven if name not in named]
-    if len(shared) > 1:
-        say(
-            f"note: {bare[0]} is the table of {' and '.join(shared)}; --table BENCH=RESOURCE tells them apart"
-        )
-    return {name: named.get(name, bare[0] if bare else "") for name in driven}
-
-
-def _equipment(request: Request, tables: Mapping[str, str], stack: ExitStack) -> Equipment:
-    resources = [*tables.values(), *([request.chamber] if request.chamber else [])]
-    clock = _clock(request, all(map(is_simulator, resources)), stack)
-    operator = _operator(request, clock, all(map(is_simulator, resources)))
-    lines: dict[str, Line] = {}
-    for resource in dict.fromkeys(tables.values()):
-        lines[resource] = _line(resource, "\n", request, stack)
-    return Equipment(
-        tables={name: lines[resource] for name, resource in tables.items()},
-        chamber=_line(request.chamber, "\r\n", request, stack) if request.chamber else None,
-        clock=clock,
-        recorder=CommandRecorder(shlex.split(request.recorder)) if request.recorder else NoRecorder(),
-        operator=operator,
-        week=None if all(map(is_simulator, resources)) else local_week_s,
-    )
-
-
-def _line(resource: str, line_end: str, request: Request, stack: ExitStack) -> Line:
-    line = VisaLine(resource, line_end, request.baud)
-    stack.callback(line.close)
-    return line
-
-
-def _clock(request: Request, simulated: bool, stack: ExitStack) -> Clock:
-    if request.speed is None and request.clock_port is None:
-        return WallClock()
-    if not simulated:
-        raise InputError(
-            "--speed and --clock-port are for simulators on this machine; real soaks take their time"
-        )
-    if request.clock_port is not None:
-        clock = SimulatorClock(request.clock_port)
-        stack.callback(clock.close)
-        return clock
-    speed = request.speed or 0.0
-    if not (math.isfinite(speed) and speed > 0):
-        raise InputError(f"--speed must be more than 0, not {speed:g}")
-    return WallClock(speed)
-
-
-def _operator(request: Request, clock: Clock, simulated: bool) -> Operator:
-    """Somebody must say that hands are off the table, unless it is no real one or --unattended says so."""
-    if request.unattended or simulated:
-        return Waiting(clock)
-    if not sys.stdin.isatty():
-        raise InputError("nobody to ask when the unit is installed: use a terminal, or --unattended")
-    return Asking(lambda text: input(f"{text} "))
 
 
 def travel_from(texts: Sequence[str]) -> Mapping[int, tuple[float, float]]:

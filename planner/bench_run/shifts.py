@@ -93,6 +93,11 @@ def begins(steps: Sequence[Step], index: int) -> bool:
     return steps[index].attended or steps[index].action == "power_on"
 
 
+def next_attended(steps: Sequence[Step], index: int) -> Step | None:
+    """The next step from `index` on that people are needed for."""
+    return next((step for step in steps[index:] if step.attended), None)
+
+
 def _goes_on(first: Step, step: Step) -> bool:
     """Whether a step belongs to the repeat that `first` is of."""
     return (first.bench, first.test, first.temperature_degc, first.repeat) == (

@@ -5,13 +5,15 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import select
 import socket
+import time
 from typing import Any
 
 from planner.errors import InputError
 
-TIMEOUT_MS = 2000
-LATE_MS, MOST_LATE = 100, 100  # how long to listen for late replies, and for how many
+MOST_LATE = 1000  # replies that are thrown away at most; a device that never stops talking is none
+OPEN_MS = 5000  # how long connecting may take
 LOCAL = re.compile(r"TCPIP\d*::(127\.\d+\.\d+\.\d+|localhost)::\d+::SOCKET", re.IGNORECASE)
 
 
@@ -26,6 +28,7 @@ class VisaLine:
     def __init__(self, resource: str, line_end: str, baud: int = 19200) -> None:
         self._resource, self._line_end, self._baud = resource, line_end, baud
         self._manager = _manager()
+        self._instrument: Any = None
         self._instrument = self._open()
 
     def write(self, message: str) -> None:
@@ -35,26 +38,36 @@ class VisaLine:
         except Exception as error:  # pyvisa-py lets through errors of sockets and of pyserial as they are
             raise _translated(error) from error
 
-    def read(self) -> str:
+    def read(self, within_s: float) -> str:
         """The next reply."""
+        end = time.monotonic() + within_s
         try:
+            self._await(within_s)
+            self._instrument.timeout = max(round(1000 * (end - time.monotonic())), 1)
             return str(self._instrument.read()).rstrip("\r\n")
         except Exception as error:  # as in write
             raise _translated(error) from error
 
-    def clear(self) -> None:
-        """Throw away what has come in, and what comes in the next moment.
+    def drain(self, listen_s: float, at_most: int = 0) -> int:
+        """Throw away what has come in, and what comes in the next seconds.
 
         Not by VISA's own clear: pyvisa-py's (0.8) never returns once the other side has hung up.
         """
-        self._instrument.timeout = LATE_MS
-        try:
-            for _ in range(MOST_LATE):
-                self.read()
-        except (OSError, ValueError):
-            pass  # nothing more; if the line is down, the next message finds out
-        finally:
-            self._instrument.timeout = TIMEOUT_MS
+        end, found = time.monotonic() + listen_s, 0
+        while found < MOST_LATE:
+            left = end - time.monotonic()
+            if left <= 0 and not self._more():
+                break
+            try:
+                self.read(max(left, 0.001))
+            except TimeoutError:
+                break
+            except ValueError:
+                pass  # it was something, if no text
+            found += 1
+            if found == at_most:
+                break
+        return found
 
     def reopen(self) -> None:
         """Connect again."""
@@ -69,6 +82,35 @@ class VisaLine:
         with contextlib.suppress(Exception):  # it may have gone by itself
             self._instrument.close()
 
+    def _await(self, within_s: float) -> None:
+        """Until a reply begins on a socket. Raises ConnectionResetError when the other side has hung up.
+
+        pyvisa-py (0.8) takes a closed socket for one that is silent, and spins until the time-out.
+        """
+        session = self._instrument.visalib.sessions[self._instrument.session]
+        interface = getattr(session, "interface", None)
+        if getattr(session, "_pending_buffer", b"") or not isinstance(interface, socket.socket):
+            return
+        ready = select.select([interface], [], [], within_s)[0]
+        if ready and not interface.recv(1, socket.MSG_PEEK):
+            raise ConnectionResetError("the other side has hung up")
+
+    def _more(self) -> bool:
+        try:
+            return self._has_more()
+        except Exception as error:  # as in write
+            raise _translated(error) from error
+
+    def _has_more(self) -> bool:
+        """Whether a reply has come: in pyvisa-py's own buffer, or in the system's."""
+        session = self._instrument.visalib.sessions[self._instrument.session]
+        if getattr(session, "_pending_buffer", b""):
+            return True
+        interface = getattr(session, "interface", None)
+        if isinstance(interface, socket.socket):
+            return bool(select.select([interface], [], [], 0)[0])
+        return bool(getattr(interface, "in_waiting", 0))
+
     def _open(self) -> Any:
         settings: dict[str, Any] = (
             {"baud_rate": self._baud} if self._resource.upper().startswith("ASRL") else {}
@@ -76,9 +118,9 @@ class VisaLine:
         try:
             instrument = self._manager.open_resource(
                 self._resource,
-                read_termination="\n",
+                open_timeout=OPEN_MS,
+                read_termination="\r" if self._line_end == "\r" else "\n",
                 write_termination=self._line_end,
-                timeout=TIMEOUT_MS,
                 **settings,
             )
             instrument.encoding = "ascii"

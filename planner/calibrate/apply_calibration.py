@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,11 +18,14 @@ from planner.nouns.calibration import Tables
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Condition, Sensor
 from planner.recordings.column_map import ColumnMap
+from planner.recordings.formats import reader_of
 from planner.recordings.raw_to_dwells import sampling_rate
-from planner.recordings.recording import READ, Account, Recording, Samples, reader_of
+from planner.recordings.recording import Recording, recordings_of
+from planner.recordings.samples import READ, Account, Samples
 from planner.recordings.temperature import POSSIBLE_DEGC, rates
 from planner.recordings.windows import windows_of
 from planner.units import unit_factor
+from planner.whole_files import temporary_beside
 
 COLUMNS = (
     "time_s",
@@ -45,7 +47,7 @@ def is_dwell_table(path: Path) -> bool:
 def correct_dwells(path: Path, out: Path, tables: Mapping[Sensor, Tables]) -> tuple[int, list[str]]:
     """Correct a dwell table's file; its rows, and notes."""
     _refuse_same(path, out)
-    table = corrected(read_dwells(path), tables)
+    table = corrected(read_dwells(path, motions=True), tables)
     write_dwells(table, out)
     notes = [*table.notes, *_lacking(table, tables)]
     return len(table), [*notes, *_beyond(table.temperature_degc, tables)]
@@ -62,23 +64,23 @@ def correct_recording(
     if SUFFIXES.get(out.suffix.lower(), "csv") != "csv":
         raise InputError(f"{out}: a corrected recording is a text table; name it .csv")
     _refuse_same(path, out)
-    recording = Recording(path, columns)
-    account = Account()
-    seen = _Warmth(tables, _warming(recording, tables))
+    found = recordings_of(path, columns)
+    recording, account = found[0], Account()
+    seen = _Warmth(tables)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{out.name}.", dir=out.parent)
+        handle, name = temporary_beside(out)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error.strerror}") from error
     try:
         with os.fdopen(handle, "wb") as file:
-            _write(file, recording, account, seen, tables)
+            _write(file, found, account, seen, tables)
         os.chmod(name, 0o644)  # mkstemp makes files that only their owner can read
         os.replace(name, out)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error.strerror}") from error
     finally:
-        Path(name).unlink(missing_ok=True)
+        name.unlink(missing_ok=True)
     notes = [*_missing(recording, tables), *seen.notes(recording), *_losses(account)]
     return account.counts[READ], [*notes, *_beyond(np.array([seen.low, seen.high]), tables)]
 
@@ -97,9 +99,9 @@ def _warming(recording: Recording, tables: Mapping[Sensor, Tables]) -> Warming |
     The file is read once more for that: the slope at an instant needs the five seconds after it too, and must
     not depend on where a block ends.
     """
-    if not _asking(tables, "temperature_rate") or recording.columns.temperature is None:
+    if not _asking(tables, "temperature_rate") or recording.whole.temperature is None:
         return None
-    at, rate = rates(windows_of(recording.samples(Account()), sampling_rate(recording)))
+    at, rate = rates(windows_of(recording.even_samples(Account()), sampling_rate(recording)))
     return (at, rate) if len(at) else None
 
 
@@ -138,7 +140,7 @@ class _Warmth:
 
     def notes(self, recording: Recording) -> Iterator[str]:
         """Where the temperature was not measured."""
-        if recording.columns.temperature is None:
+        if recording.whole.temperature is None:
             yield f"the recording has no temperature: corrected as at {self._middle():.1f} degC"
         elif self.held:
             yield f"the temperature sensor is dead in {self.held} samples: corrected at its last reading"
@@ -151,16 +153,26 @@ class _Warmth:
 
 
 def _write(
-    file: BinaryIO, recording: Recording, account: Account, seen: _Warmth, tables: Mapping[Sensor, Tables]
+    file: BinaryIO,
+    found: Sequence[Recording],
+    account: Account,
+    seen: _Warmth,
+    tables: Mapping[Sensor, Tables],
 ) -> None:
+    """Every power-on one behind the other, told apart by the column `run` where there are several."""
     import pyarrow as pa
     from pyarrow import csv
 
-    file.write((",".join(COLUMNS) + "\n").encode())
+    several = len(found) > 1
+    file.write((",".join(["run", *COLUMNS] if several else COLUMNS) + "\n").encode())
     style = csv.WriteOptions(include_header=False, quoting_style="none")
-    for samples in recording.samples(account):
-        block = _corrected_block(samples, seen, recording.columns, tables)
-        csv.write_csv(pa.table(dict(zip(COLUMNS, block.T, strict=True))), file, style)
+    for number, recording in enumerate(found, start=found[0].whole.first_run):
+        seen.warming, seen.last = _warming(recording, tables), np.nan
+        for samples in recording.samples(account):
+            block = _corrected_block(samples, seen, recording.whole, tables)
+            columns = dict(zip(COLUMNS, block.T, strict=True))
+            runs = {"run": np.full(len(samples), number)} if several else {}
+            csv.write_csv(pa.table({**runs, **columns}), file, style)
 
 
 def _corrected_block(
@@ -208,7 +220,7 @@ def joined(names: Sequence[str]) -> str:
 
 def _missing(recording: Recording, tables: Mapping[Sensor, Tables]) -> Iterator[str]:
     """What the calibration asks for and the recording does not hold."""
-    columns = recording.columns
+    columns = recording.whole
     of_the_day, since_power_on = _asking(tables, "day"), _asking(tables, "time_on")
     if of_the_day and columns.day is None:
         yield f"the map gives no day: {joined(of_the_day)} corrected as on day 0"

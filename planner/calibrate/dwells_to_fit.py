@@ -9,6 +9,7 @@ import numpy as np
 
 from planner import __version__
 from planner.calibrate.correction import true_input
+from planner.calibrate.curve_contradiction import contradictions
 from planner.calibrate.fit_options import DECLARED, FitOptions
 from planner.calibrate.fit_to_calibration import sensor_calibration
 from planner.calibrate.held_out import residual_of
@@ -17,15 +18,18 @@ from planner.calibrate.in_store import by_the_old, renewed
 from planner.calibrate.methods import METHODS, Method, resting
 from planner.calibrate.rest_methods import accelerometers_by_free_orientations, cube_references, modulus_check
 from planner.calibrate.rests_and_turns import by_rests_and_turns
+from planner.calibrate.smooth_tables import smooth_tables
+from planner.calibrate.what_would_tell import told_by_attitudes, told_by_turns
 from planner.campaign.estimate import Estimate, Robust
 from planner.campaign.model import campaign
 from planner.campaign.power_ons import of_table
 from planner.campaign.triad import ALL, TooFewRecords, shares
 from planner.dwells.references import referenced
-from planner.dwells.table_rows import by_run, rows_of
-from planner.errors import InputError
+from planner.dwells.table_rows import by_run, rows_of, whole_turns, without_motions
+from planner.errors import InputError, NothingFound
+from planner.information.curves import Curves
 from planner.nouns.array import Array
-from planner.nouns.calibration import Calibration, SensorCalibration, Tables
+from planner.nouns.calibration import Calibration, SensorCalibration, SmoothTable, Tables
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS, Sensor
 from planner.spec.model import Spec
@@ -50,33 +54,40 @@ def calibrate(
     options = options or FitOptions()
     if len(table) == 0 or (table.gyro is None and table.acc is None):
         raise InputError(f"{table.source or 'the table'} has no readings: nothing to calibrate")
+    curves = Curves(spec)  # what is drawn of them serves all units
     return tuple(
-        _calibrate_unit(rows_of(table, table.unit == unit), spec, options, spec_sha256, progress)
+        _calibrate_unit(rows_of(table, table.unit == unit), curves, options, spec_sha256, progress)
         for unit in np.unique(table.unit)
     )
 
 
 def _calibrate_unit(
-    table: DwellTable, spec: Spec, options: FitOptions, sha256: str, progress: Progress
+    table: DwellTable, curves: Curves, options: FitOptions, sha256: str, progress: Progress
 ) -> Calibration:
     progress(f"fitting the sensors of {table.unit[0]}")
+    if options.method == "cube":
+        table = whole_turns(table)
+    elif options.method != "rests_and_turns":
+        table = without_motions(table)
     if options.prior is not None:
-        sensors, notes = _renewed(table, spec, options, options.prior)
+        sensors, notes = _renewed(table, curves, options, options.prior)
     elif options.method == "rests_and_turns":
         sensors, notes = by_rests_and_turns(table), []
+        notes += told_by_turns(sensors[0])
     elif options.method == DECLARED:
-        sensors, notes = _by_declared_effects(table, spec, options)
+        sensors, notes = _by_declared_effects(table, curves, options)
     elif options.method in METHODS:
-        sensors, notes = _by_method(table, spec, options, METHODS[options.method])
+        sensors, notes = _by_method(table, curves, options, METHODS[options.method])
     else:
         form = "symmetric" if options.method.endswith("symmetric") else "triangular"
         sensors, notes = [accelerometers_by_free_orientations(table, form)], []  # type: ignore[arg-type]  # one of the two words that it takes
         notes.append("free orientations calibrate the accelerometers alone")
+        notes += [] if table.acc is None else told_by_attitudes(table.acc, sensors[0])
     return Calibration(
         unit=str(table.unit[0]),
         version=__version__,
         source=table.source,
-        spec_name=spec.name,
+        spec_name=curves.spec.name,
         spec_sha256=sha256,
         sensors=tuple(sensors),
         notes=(*table.notes, *notes),
@@ -87,7 +98,7 @@ def _calibrate_unit(
 
 
 def _by_declared_effects(
-    table: DwellTable, spec: Spec, options: FitOptions
+    table: DwellTable, curves: Curves, options: FitOptions
 ) -> tuple[list[SensorCalibration], list[str]]:
     """The spec's effects; without a reference the accelerometers by |f| = g, which then is the gyros' one."""
     notes: list[str] = []
@@ -101,12 +112,12 @@ def _by_declared_effects(
         table = replace(table, ref_acc=f * STANDARD_GRAVITY_MPS2 / np.where(size > 0, size, 1.0))
     table, assumed = referenced(table, options.latitude)
     wanted: tuple[Sensor, ...] = ("gyro",) if found else SENSORS
-    fitted, missing = _fitted(table, wanted, spec, spec.effects, options)
+    fitted, missing = _fitted(table, wanted, curves, curves.spec.effects, options)
     return [*fitted, *found], [*notes, *assumed, *missing]
 
 
 def _renewed(
-    table: DwellTable, spec: Spec, options: FitOptions, prior: Mapping[Sensor, Tables]
+    table: DwellTable, curves: Curves, options: FitOptions, prior: Mapping[Sensor, Tables]
 ) -> tuple[list[SensorCalibration], list[str]]:
     """Bias and scale factor anew on top of the old calibration; without references as a cube."""
     notes: list[str] = []
@@ -114,12 +125,12 @@ def _renewed(
     if table.ref_acc is None and table.acc is not None:
         table, notes = cube_references(table)
     table, assumed = referenced(table, options.latitude)
-    found, missing = _fitted(table, SENSORS, spec, RENEWED, options)
+    found, missing = _fitted(table, SENSORS, curves, RENEWED, options)
     return [renewed(change, prior[change.sensor]) for change in found], [*notes, *assumed, *missing]
 
 
 def _by_method(
-    table: DwellTable, spec: Spec, options: FitOptions, method: Method
+    table: DwellTable, curves: Curves, options: FitOptions, method: Method
 ) -> tuple[list[SensorCalibration], list[str]]:
     notes: list[str] = []
     if options.method == "cube":
@@ -127,14 +138,14 @@ def _by_method(
     table, assumed = referenced(table, options.latitude)
     keep = method.rows(table)
     if not keep.any():
-        raise InputError(
+        raise NothingFound(
             f"--method {options.method} ({method.source}) needs {method.needs}; the table has none"
         )
     table = rows_of(table, keep)
     if options.method == "cube":
-        found, missing = _cube(table, spec, method, options)
+        found, missing = _cube(table, curves, method, options)
     else:
-        found, missing = _fitted(table, method.sensors, spec, method.effects, options)
+        found, missing = _fitted(table, method.sensors, curves, method.effects, options)
     if options.method == "triad_least_squares" and table.acc is not None and found:
         f = true_input(table.acc, found[-1].tables, "accelerometer", table.conditions())
         notes.append(modulus_check(table.acc, f))
@@ -142,22 +153,26 @@ def _by_method(
 
 
 def _cube(
-    table: DwellTable, spec: Spec, method: Method, options: FitOptions
+    table: DwellTable, curves: Curves, method: Method, options: FitOptions
 ) -> tuple[list[SensorCalibration], list[str]]:
     """Gyros from rests and turns; accelerometers from rests alone (B): a turn adds its centripetal part."""
-    gyros, one = _fitted(table, ("gyro",), spec, method.effects, options)
+    gyros, one = _fitted(table, ("gyro",), curves, method.effects, options)
     still = rows_of(table, resting(table))
     if len(still) == 0:
         raise InputError("--method cube: no row is a rest on a face, which the accelerometers are made from")
-    accelerometers, other = _fitted(still, ("accelerometer",), spec, method.effects, options)
+    accelerometers, other = _fitted(still, ("accelerometer",), curves, method.effects, options)
     return [*gyros, *accelerometers], [*one, *other]
 
 
 def _fitted(
-    table: DwellTable, sensors: Sequence[Sensor], spec: Spec, effects: tuple[str, ...], options: FitOptions
+    table: DwellTable,
+    sensors: Sequence[Sensor],
+    curves: Curves,
+    effects: tuple[str, ...],
+    options: FitOptions,
 ) -> tuple[list[SensorCalibration], list[str]]:
     ordered, _ = by_run(table)
-    found, notes = [], []
+    found, notes, spec = [], [], curves.spec
     for sensor in sensors:
         readings = readings_of(ordered, sensor)
         if readings is None:
@@ -168,7 +183,11 @@ def _fitted(
             continue
         fits = fit_sensor(ordered, sensor, spec, options.robust, effects)
         residuals = [residual_of(fit, readings[:, fit.model.channel]) for fit in fits]
-        found.append(sensor_calibration(sensor, fits, residuals, spec, options.method))
+        smooth: tuple[SmoothTable, ...] = ()
+        if spec.plan.temperature_estimator == "smooth":
+            smooth = smooth_tables(fits, curves, options.nodes)
+        remarks = contradictions(fits, curves)
+        found.append(sensor_calibration(sensor, fits, residuals, spec, options.method, smooth, remarks))
     return found, notes
 
 

@@ -17,10 +17,11 @@ class FitOptions:
     """method: `declared_effects` fits the spec's effects, others are named in `methods`.
 
     robust: weights that resist outliers; latitude: of the bench, rad
-    prior: an old calibration that the data renew
+    prior: an old calibration that the data renew; nodes: of smooth tables, None: every 5 K, 33 at most
     """
 
     method: str = DECLARED
     robust: Robust = "no"
     latitude: float | None = None
     prior: Mapping[Sensor, Tables] | None = None
+    nodes: int | None = None

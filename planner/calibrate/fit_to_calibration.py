@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from planner import catalog
+from planner.calibrate.what_would_tell import what_would_tell
 from planner.campaign.estimate import Estimate
 from planner.campaign.noise import Component
 from planner.measurement import AXES, Column
@@ -17,6 +18,7 @@ from planner.nouns.calibration import (
     RandomCharacteristic,
     Residual,
     SensorCalibration,
+    SmoothTable,
     Status,
     Tables,
 )
@@ -29,9 +31,15 @@ _LINEAR = ("bias", "scale_factor", "misalignment", "scale_factor_asymmetry")
 
 
 def sensor_calibration(
-    sensor: Sensor, fits: Sequence[Estimate], residuals: Sequence[Residual], spec: Spec, method: str
+    sensor: Sensor,
+    fits: Sequence[Estimate],
+    residuals: Sequence[Residual],
+    spec: Spec,
+    method: str,
+    smooth: Sequence[SmoothTable] = (),
+    remarks: Sequence[str] = (),
 ) -> SensorCalibration:
-    """What was found for one sensor, channel by channel."""
+    """What was found for one sensor, channel by channel; smooth: tables in place of the fitted nodes."""
     coefficients = tuple(c for fit in fits for c in coefficients_of(fit, spec))
     notes = [f"{sensor} {AXES[fit.model.channel]}: {note}" for fit in fits for note in fit.notes]
     return SensorCalibration(
@@ -40,10 +48,11 @@ def sensor_calibration(
         coefficients=coefficients,
         covariance={AXES[fit.model.channel]: fit.fit.covariance for fit in fits},
         condition={AXES[fit.model.channel]: fit.fit.factors.condition for fit in fits},
-        tables=tables_of(fits),
+        tables=tables_of(fits, smooth),
         residuals=tuple(residuals),
         random=tuple(r for fit in fits for r in random_of(fit)),
-        notes=(*notes, *_not_determined(sensor, coefficients)),
+        notes=(*notes, *_not_determined(sensor, coefficients), *_remedies(sensor, fits), *remarks),
+        smooth=tuple(smooth),
     )
 
 
@@ -101,6 +110,11 @@ def _status(fit: Estimate, i: int, column: Column, half_width: float, spec: Spec
     return "weak" if size > 0 and half_width > size else "determined"
 
 
+def _remedies(sensor: str, fits: Sequence[Estimate]) -> list[str]:
+    """What would determine what the channels do not tell."""
+    return [f"{sensor} {AXES[f.model.channel]}: {said}" for f in fits for said in what_would_tell(f)]
+
+
 def _not_determined(sensor: str, coefficients: Sequence[Coefficient]) -> list[str]:
     """A sentence for each channel with coefficients that the data do not determine."""
     notes = []
@@ -123,16 +137,19 @@ def _name(c: Coefficient) -> str:
 # ---------------------------------------------------------------- tables
 
 
-def tables_of(fits: Sequence[Estimate]) -> Tables:
-    """The three channels on one grid of temperatures; a table on its own nodes is exact on the union."""
-    nodes = _union([c.nodes for fit in fits for c in fit.model.carried if c.nodes is not None])
+def tables_of(fits: Sequence[Estimate], smooth: Sequence[SmoothTable] = ()) -> Tables:
+    """The three channels on one grid of temperatures; a table on its own nodes is exact on the union.
+
+    Smooth tables reach as far as they are meant to: all are constant beyond the grid then.
+    """
+    known = {(s.error.partition(".")[2], s.channel): s for s in smooth}
+    nodes = _union([x for fit in fits for x in _grids(fit, known)])
     bias, scale = np.zeros((3, len(nodes))), np.zeros((3, len(nodes)))
     asymmetry, misalignment = np.zeros(3), np.eye(3)
     extra: dict[tuple[str, str], ExtraTerm] = {}  # a term that channels share stands once
     for fit in fits:
         i = fit.model.channel
-        bias[i] = _table(fit, "bias", fit.model.nodes_of("bias"), nodes)
-        scale[i] = _table(fit, "scale_factor", fit.model.nodes_of("scale_factor"), nodes)
+        bias[i], scale[i] = (_table(fit, e, known, nodes) for e in ("bias", "scale_factor"))
         shapes = _parameters(fit)
         apart = {c.effect.name for c in fit.model.carried if c.effect.bench_only}.union(_LINEAR)
         for column, value in zip(fit.model.columns(), fit.theta, strict=True):
@@ -143,7 +160,22 @@ def tables_of(fits: Sequence[Estimate]) -> Tables:
             elif column.effect not in apart and not column.parameter:
                 term = ExtraTerm(column.effect, column.term, float(value), shapes.get(column.effect, {}))
                 extra[column.effect, column.term] = term
-    return Tables(nodes, bias, scale, asymmetry, misalignment, tuple(extra.values()), REACH_K)
+    return Tables(
+        nodes, bias, scale, asymmetry, misalignment, tuple(extra.values()), 0.0 if smooth else REACH_K
+    )
+
+
+_Smooth = Mapping[tuple[str, str], SmoothTable]
+
+
+def _grids(fit: Estimate, smooth: _Smooth) -> Iterator[Array]:
+    """The nodes of a channel's tables; beside smooth ones also the places where those of lines end."""
+    for c in fit.model.carried:
+        one = smooth.get((c.effect.name, AXES[fit.model.channel]))
+        if one is not None:
+            yield one.temperature_degc
+        elif c.nodes is not None:
+            yield np.array([c.nodes[0] - REACH_K, *c.nodes, c.nodes[-1] + REACH_K]) if smooth else c.nodes
 
 
 def _union(several: Sequence[Array]) -> Array:
@@ -154,7 +186,11 @@ def _union(several: Sequence[Array]) -> Array:
     return np.asarray(nodes[np.append(True, np.diff(nodes) > 1e-3)])
 
 
-def _table(fit: Estimate, effect: str, own: Array | None, nodes: Array) -> Array:
+def _table(fit: Estimate, effect: str, smooth: _Smooth, nodes: Array) -> Array:
+    one = smooth.get((effect, AXES[fit.model.channel]))
+    if one is not None:
+        return np.asarray(hats(nodes, one.temperature_degc, 0.0) @ one.value)
+    own = fit.model.nodes_of(effect)
     values = np.array(
         [
             v

@@ -148,6 +148,19 @@ METHODS = {
         "rests on six faces and turns by multiples of 90 deg; no references",
     ),
 }
+_NEEDS_OF_OTHERS = {
+    DECLARED: "records with ref_rate and ref_acc, or rests in nine attitudes",
+    "free_orientations": "rests in nine attitudes, faces and edges",
+    "free_orientations_symmetric": "rests in nine attitudes, faces and edges",
+    "rests_and_turns": "rests in nine attitudes, and the turns by hand between them that `reduce` keeps",
+}
+
+
+def needs_of(method: str) -> str:
+    """What records a method needs, in words."""
+    return METHODS[method].needs if method in METHODS else _NEEDS_OF_OTHERS[method]
+
+
 NAMES = (DECLARED, "free_orientations", "free_orientations_symmetric", "rests_and_turns", *METHODS)
 ROBUST = ("no", "huber", "bisquare")
 
@@ -157,6 +170,7 @@ def fit_options(
     robust: str,
     latitude_deg: float | None,
     prior: Mapping[Sensor, Tables] | None = None,
+    nodes: int | None = None,
 ) -> FitOptions:
     """Options from words. Raises InputError for one that we do not know."""
     if method not in NAMES:
@@ -168,4 +182,4 @@ def fit_options(
     latitude = None if latitude_deg is None else float(np.radians(latitude_deg))
     if prior is not None and method not in (DECLARED, "cube"):
         raise InputError(f"--prior recalibrates by the general estimator or the cube, not by {method}")
-    return FitOptions(method, robust, latitude, prior)  # type: ignore[arg-type]  # both words were checked above
+    return FitOptions(method, robust, latitude, prior, nodes)  # type: ignore[arg-type]  # both words were checked above

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from planner.calibrate.correction import true_input
 from planner.calibrate.poisson_gyro import PoissonFit, Turn, poisson_gyro
 from planner.calibrate.rest_methods import accelerometers_by_free_orientations
-from planner.dwells.table_rows import by_run, rows_of
+from planner.dwells.table_rows import MOTION, by_run, rows_of
 from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.nouns.calibration import Coefficient, Residual, SensorCalibration, Status, Tables
@@ -31,7 +31,7 @@ def by_rests_and_turns(table: DwellTable) -> list[SensorCalibration]:
     if table.gyro is None or table.acc is None:
         raise InputError("--method rests_and_turns needs gyro and acc columns")
     ordered, starts = by_run(table)
-    moves = np.linalg.norm(table_gyro(ordered) - _level(ordered), axis=1) > TURNING
+    moves = _moves(ordered)
     if moves.all():
         raise InputError("--method rests_and_turns: no row rests; it needs rests before and after every turn")
     accelerometers = accelerometers_by_free_orientations(rows_of(ordered, ~moves))
@@ -45,6 +45,13 @@ def by_rests_and_turns(table: DwellTable) -> list[SensorCalibration]:
             f"--method rests_and_turns: {error}; it needs rows that rest, turn and rest again in one power-on"
         ) from error
     return [_gyros(ordered, moves, fit, turns), accelerometers]
+
+
+def _moves(table: DwellTable) -> NDArray[np.bool_]:
+    """(n,) rows that turn: those that the table calls motions, else those whose gyros read a rate."""
+    if table.kind is not None:
+        return np.asarray(table.kind == MOTION)
+    return np.asarray(np.linalg.norm(table_gyro(table) - _level(table), axis=1) > TURNING)
 
 
 def table_gyro(table: DwellTable) -> Array:

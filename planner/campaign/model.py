@@ -86,7 +86,10 @@ class ChannelCampaign:
     @cached_property
     def variances(self) -> Variances:
         """Their sizes."""
-        return spec_variances(self.noise, self.spec.unit) if self.given is None else self.given
+        if self.given is not None:
+            return self.given
+        shared = float(np.sum(np.mean(self.prior.columns**2, axis=0) * self.prior.sigma**2))
+        return spec_variances(self.noise, self.spec.unit, shared=shared)
 
     @cached_property
     def white(self) -> Array:

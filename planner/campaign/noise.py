@@ -29,6 +29,7 @@ from planner.spec.model import Unit
 Kind = Literal["white", "temperature_stray", "constant", "rate_noise", "run_to_run", "in_run", "prior"]
 RATE_NOISE_FROM = {"gyro": 0.5, "accelerometer": 30.0}  # rad/s, m/s²: below, a reading's error is no noise
 LEAST_WHITE = 1e-8  # of the run-to-run variance: readings without any noise must not make V singular
+LEAST_BESIDE_SHARED = 1e-6  # of what shared unknowns add: thousands of records may tell one from a constant
 NO_NOISE = 1e-24  # SI²: of a sensor of which the spec knows neither noise nor spread
 BIAS, SCALE_FACTOR = "bias", "scale_factor"  # what every power-on may draw anew, whatever the spec says
 
@@ -182,12 +183,15 @@ def _mean_sigma(budget: ErrorBudget) -> float:
 # ---------------------------------------------------------------- by the spec
 
 
-def spec_variances(noise: Noise, unit: Unit, white: float | None = None) -> Variances:
-    """Variances as the spec has them; white: variance of a record of mean duration in its place, SI²."""
+def spec_variances(noise: Noise, unit: Unit, white: float | None = None, shared: float = 0.0) -> Variances:
+    """Variances as the spec has them, SI².
+
+    white: variance of a record of mean duration in its place; shared: what unknowns of all power-ons add
+    """
     theta = np.array([_from_spec(c, noise, unit, white) for c in noise.components])
     e, K = noise.effects, len(theta)
     between = float(np.sum(np.where(_is_drawn(noise), theta * e.mean_sizes(), 0.0)))
-    theta[0] = max(theta[0], LEAST_WHITE * between, NO_NOISE)
+    theta[0] = max(theta[0], LEAST_WHITE * between, LEAST_BESIDE_SHARED * shared, NO_NOISE)
     return Variances(theta, np.zeros((K, K)), theta > 0, float("nan"), True)
 
 

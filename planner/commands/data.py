@@ -52,6 +52,15 @@ Prior = Annotated[
     typer.Option(metavar="CALIBRATION", help="Old calibration.json that these few records renew."),
 ]
 Robust = Annotated[str, typer.Option(metavar="no|huber|bisquare", help="Resist outliers.")]
+Nodes = Annotated[
+    int | None,
+    typer.Option(
+        min=2,
+        max=1000,
+        metavar="N",
+        help="Of smooth tables, evenly over the temperatures [every 5 K, 33 at most].",
+    ),
+]
 Curves = Annotated[
     str,
     typer.Option(
@@ -116,8 +125,8 @@ def simulate(
 def _written(table: DwellTable, truth: Truth, out: Path, as_json: bool) -> None:
     """The table, and the truth beside it."""
     from planner.dwells.dwell_files import write_dwells
-    from planner.export.files import write_whole
     from planner.export.truth import truth_path, truth_text
+    from planner.whole_files import write_whole
 
     write_dwells(table, out)
     beside = truth_path(out)
@@ -140,6 +149,7 @@ def calibrate(
     prior: Prior = None,
     robust: Robust = "no",
     latitude: LatitudeIfKnown = None,
+    nodes: Nodes = None,
     as_json: AsJson = False,
 ) -> None:
     """Fit the declared error model: coefficients with uncertainties, before and after, files for firmware.
@@ -151,17 +161,19 @@ def calibrate(
     references); free_orientations, free_orientations_symmetric (nine rests, edges too, no references);
     rests_and_turns (the same with turns between: gyros by the Poisson equation).
 
+    With `plan: {temperature_estimator: smooth}` tables are the posterior mean of each curve, --nodes of it.
+
     Example: planner calibrate data.csv --spec spec.yaml -o calibrations/data
     """
     from planner.calibrate.methods import fit_options
     from planner.export.calibration import read_tables
     from planner.pipelines import data as data_pipeline
-    from planner.spec.load import load_spec
+    from planner.spec.sensor_alone import load_sensor_spec
 
     old = None if prior is None else read_tables(prior)
-    options = fit_options(method, robust, latitude, old)
+    options = fit_options(method, robust, latitude, old, nodes)
     with progress_line() as say:
-        found = data_pipeline.calibrate(data, load_spec(spec), options, say)
+        found = data_pipeline.calibrate(data, load_sensor_spec(spec), options, say)
     _delivered(found, out or Path("calibrations") / data.stem, as_json)
 
 

@@ -29,6 +29,10 @@ def diagnose(
     out: Annotated[
         Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder [diagnoses/<data name>/].")
     ] = None,
+    plan: Annotated[
+        Path | None,
+        typer.Option(metavar="PLAN", help="plan.json or its folder: what a flight then comes to in all."),
+    ] = None,
     seed: Seed = 1,
     as_json: AsJson = False,
 ) -> None:
@@ -40,13 +44,14 @@ def diagnose(
     Example: planner diagnose data.csv --spec spec.yaml -o diagnoses/data
     """
     from planner.export.diagnosis_json import diagnosis_document
+    from planner.export.documents import read_plan
     from planner.pipelines import diagnosing as pipeline
     from planner.report.subjects.diagnosis import diagnosis_report
-    from planner.spec.load import load_spec
+    from planner.spec.sensor_alone import load_sensor_spec
 
-    loaded = load_spec(spec)
+    loaded = load_sensor_spec(spec)
     with progress_line() as progress:
-        found = pipeline.diagnose(data, loaded, seed, progress)
+        found = pipeline.diagnose(data, loaded, seed, progress, None if plan is None else read_plan(plan))
         progress("drawing the report")
         reports = [diagnosis_report(each.diagnosis, each.table) for each in found]
         files = _files(found, reports, out or Path("diagnoses") / data.stem)
@@ -92,10 +97,10 @@ def update(
     Example: planner update spec.yaml --diagnosis diagnoses/data/diagnosis.json -o spec2.yaml
     """
     from planner.export.diagnosis_json import read_diagnosis
-    from planner.export.files import write_whole
     from planner.pipelines import diagnosing as pipeline
     from planner.report.subjects.update import update_document, update_report
     from planner.spec.load import load_spec
+    from planner.whole_files import write_whole
 
     if out.resolve() == spec.resolve():
         raise InputError(f"{out} is the old spec, which the diagnosis is of; give the new one another name")

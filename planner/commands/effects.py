@@ -54,7 +54,7 @@ def effects(
 
 def _skeleton(template: str, name: str | None, out: Path | None, as_json: bool) -> None:
     from planner.export.effects import effect_template
-    from planner.export.files import write_whole
+    from planner.whole_files import write_whole
 
     if name is not None:
         raise InputError(f"{name}: --template takes the name of the new effect; give one name")

@@ -53,7 +53,7 @@ def deliver(
     written: str | None = None,
 ) -> None:
     """Write the files; then notes, the result and a line for each file, or what `written` says of them."""
-    from planner.export.files import write_all_whole
+    from planner.whole_files import write_all_whole
 
     write_all_whole(files)
     notes(remarks)
@@ -115,7 +115,7 @@ def console() -> Console:
 @contextmanager
 def progress_line() -> Iterator[Any]:
     """A line that says what is being done, on stderr, only on a terminal."""
-    if not sys.stderr.isatty() or "NO_COLOR" in os.environ:
+    if sys.stderr is None or not sys.stderr.isatty() or "NO_COLOR" in os.environ:
         yield lambda message: None
         return
     from rich.console import Console

@@ -33,8 +33,8 @@ def init(
 
     Example: planner init spec.yaml
     """
-    from planner.export.files import write_whole
     from planner.spec.starter import starter_text
+    from planner.whole_files import write_whole
 
     target = file or Path("spec.yaml")
     if target.exists():
@@ -61,15 +61,22 @@ def check(spec: SpecFile, as_json: AsJson = False) -> None:
     answer({"ok": True, "faults": [], "warnings": warnings}, f"{spec}: no faults", as_json)
 
 
-def schema(as_json: AsJson = False) -> None:
-    """Print the JSON Schema of the spec, for editors.
+def schema(
+    of: Annotated[str, typer.Option("--of", metavar="spec|column-map", help="Of which file.")] = "spec",
+    as_json: AsJson = False,
+) -> None:
+    """Print the JSON Schema of the spec, or of a column map, for editors.
 
-    Example: planner schema > spec.schema.json
+    Example: planner schema --of column-map > column_map.schema.json
     """
+    from planner.recordings.map_schema import column_map_schema
     from planner.spec.schema import json_schema
 
     del as_json  # the schema is JSON in any case
-    typer.echo(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+    made = {"spec": json_schema, "column-map": column_map_schema}
+    if of not in made:
+        raise InputError(f"--of {of}: there is no schema of that; there are {', '.join(made)}")
+    typer.echo(json.dumps(made[of](), indent=2, ensure_ascii=False))
 
 
 def plan(

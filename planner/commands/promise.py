@@ -92,6 +92,12 @@ def verify(
     workers: Workers = 1,
     cluster: Cluster = None,
     through_files: ThroughFiles = 2,
+    made_for: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="OLD", help="Spec that the plan is of, to fly an old plan with units of an updated SPEC."
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", metavar="DIR", help="Folder for verify.json and report.html."),
@@ -115,8 +121,9 @@ def verify(
         pipeline.FlightOptions(flights, seed, temperature, curves, spreads, workers, cluster, through_files)
     )
     loaded, document = load_spec(spec), read_plan(plan)
+    old = None if made_for is None else load_spec(made_for)
     with progress_line() as progress:
-        found = pipeline.verify(loaded, document, options, progress)
+        found = pipeline.verify(loaded, document, options, progress, old)
     _said(found, out, as_json)
     raise typer.Exit(_exit_code(found.verdict, found.stopped))
 

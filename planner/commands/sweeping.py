@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner.commands.output import notes
 from planner.errors import InputError
-from planner.export.files import write_all_whole, write_whole
+from planner.whole_files import write_all_whole, write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -1,6 +1,7 @@
-"""What is said to the table and to the chamber, as text; nothing here waits or listens.
+"""What exported scripts say to table and chamber, as text; nothing here waits or listens.
 
-A table with an Acutrol controller, a chamber with a controller of the ESPEC P300 kind.
+A table with an Acutrol controller, a chamber with a controller of the ESPEC P300 kind. What a run says and
+hears stands in their dialects (`dialects/acutrol.yaml`, `dialects/espec_p300.yaml`).
 """
 
 from __future__ import annotations
@@ -15,14 +16,11 @@ INTERLOCKS = (":Interlock:Reset ALL", ":Interlock:Close ALL")
 POWER_ON, CONSTANT, READ_TEMPERATURE = "POWER,ON", "MODE,CONSTANT", "TEMP?"
 
 
-def limits(bench: BenchFacts, fastest_dps: float = 0.0) -> tuple[str, ...]:
-    """The bench's limits for both modes (p position, r rate) of every axis.
-
-    fastest_dps: the fastest rate of the campaign, the limit of mode r where the bench has none of its own.
-    """
+def limits(bench: BenchFacts) -> tuple[str, ...]:
+    """The bench's limits for both modes (p position, r rate) of every axis."""
     acceleration = bench.angular_acceleration_dps2
     given = (
-        ("Rate", {"p": bench.rate_dps, "r": bench.rate_dps or fastest_dps}),
+        ("Rate", {"p": bench.rate_dps, "r": bench.rate_dps}),
         ("Acceleration", {"p": acceleration, "r": acceleration}),
     )
     return tuple(
@@ -38,12 +36,6 @@ def demand(order: AxisOrder) -> tuple[str, str]:
     """The mode of an axis, then what is demanded of it."""
     mode = order.mode.title()
     return f":Mode:{mode} {order.axis}", f":Demand:{mode} {order.axis},{figure(order.value)}"
-
-
-def motion(orders: Iterable[AxisOrder], still_turning: Iterable[int] = ()) -> str:
-    """One frame: axes that turn without an order are stopped, the others get their mode and demand."""
-    stops = [f":Mode:Off {axis}" for axis in still_turning]
-    return ";".join([*stops, *(word for order in orders for word in demand(order))])
 
 
 def setpoint(temperature_degc: float) -> str:

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from planner.calibrate.dwells_to_fit import readings_of
 from planner.campaign.channel_model import channel_model
 from planner.diagnose.hypotheses.channels import channel, columns
+from planner.diagnose.hypotheses.far_rows import far_rows
 from planner.diagnose.hypotheses.noise import LEVEL, ChannelNoise, Readings, channel_noise
-from planner.diagnose.hypotheses.outliers import FAR_WEIGHT, outliers
+from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.unseen_runs import LEAST_RUNS, Folds, block_folds, cells_of, folds_of
 from planner.diagnose.weighed_fit import Shapes, Spreads, WeighedFit, weighed_fit
@@ -30,6 +31,8 @@ CONFIDENCE = 0.95
 UNITS = {"gyro": "deg/s", "accelerometer": "g"}
 MOST_ROWS = 40_000  # six channels with their designs then take 200 MB
 _MUCH_LESS = 6.0  # times the variance: a held-out branch of three takes about half of the information away
+MOST_UNSURE = 4.0  # variance of a prediction over that of the record, above which it judges no model
+ENOUGH = 0.5  # of the rows that should be held out, which must be predicted for the figure to stand for them
 _UNSEEN = 1e-6  # of a row's length that may lie outside what the other rows determine
 
 
@@ -65,7 +68,7 @@ def unit_fits(table: DwellTable, spec: Spec, found: UnitDiagnosis) -> UnitFits:
     are those of the search. Variances are those that REML finds once, beside what is declared and found, and
     serve both models.
     """
-    data = prepared(table)
+    data = prepared(table if found.kept is None else rows_of(table, found.kept))
     ordered, starts = by_run(_fewer_runs(data.full))
     channels = tuple(
         fits
@@ -121,9 +124,9 @@ def _readings(
 ) -> Readings:
     """What the noise of a channel is judged from; what was found are columns that the rows may follow."""
     c = channel(sensor, axis, table.conditions(), y, tuple(spec.effects))
-    rich = np.column_stack([np.empty((len(y), 0)), *(columns(c, e.effect, e.nonlinear) for e in found)])
-    far = outliers(c, rich, starts)
-    return Readings(c, starts, table.duration, rich, np.where(far, FAR_WEIGHT, 1.0), LEAST_RUNS)
+    candidates = np.column_stack([np.empty((len(y), 0)), *(columns(c, e.effect, e.nonlinear) for e in found)])
+    far = far_rows(c, candidates, starts, table.duration, cells_of(table.conditions())).rows
+    return Readings(c, starts, table.duration, candidates, np.where(far, FAR_WEIGHT, 1.0), LEAST_RUNS)
 
 
 def _channel_fits(
@@ -170,16 +173,20 @@ def residual_changes(fits: UnitFits) -> tuple[ResidualChange, ...]:
 def _change(fits: ChannelFits, folds: Folds, cells: NDArray[np.int64], record: float) -> ResidualChange:
     if fits.found and folds.split == "branches" and not _told_by_others(fits, folds):
         folds = block_folds(len(fits.y), "the other branches cannot tell what was found")
-    left = {"before": _unseen_residual(fits.before, folds)}
-    left["after"] = left["before"] if fits.after is fits.before else _unseen_residual(fits.after, folds)
+    left, unsure = {}, {}
+    left["before"], unsure["before"] = _unseen_residual(fits.before, folds)
+    left["after"], unsure["after"] = left["before"], unsure["before"]
+    if fits.after is not fits.before:
+        left["after"], unsure["after"] = _unseen_residual(fits.after, folds)
     far = fits.after.far
     rows = np.isfinite(left["before"]) & np.isfinite(left["after"]) & ~far
-    held_out = bool(rows.sum() >= 2)
+    held_out = bool(rows.sum() >= max(2.0, ENOUGH * (~far & (folds.fold >= 0)).sum()))
     if not held_out:
         left, rows = {"before": fits.before.residual, "after": fits.after.residual}, ~far
+        unsure = {key: np.zeros(len(far)) for key in left}
     group = folds.group
     before, after = (_mean_square(left[key][rows], group[rows]) for key in ("before", "after"))
-    sigma = np.sqrt(fits.after.v.diagonal[rows])
+    sigma = {key: np.sqrt(fits.after.v.diagonal[rows] + unsure[key][rows]) for key in unsure}
     floor, floor_within = noise_floor(fits.after.residual[rows], group[rows], cells[rows])
     return ResidualChange(
         channel=fits.channel,
@@ -198,8 +205,8 @@ def _change(fits: ChannelFits, folds: Folds, cells: NDArray[np.int64], record: f
         held_out=held_out,
         how=_how(folds, fits, held_out, int(far.sum())),
         noise_floor_within=floor_within,
-        sigma_before=_within(left["before"][rows] / sigma, group[rows]),
-        sigma_after=_within(left["after"][rows] / sigma, group[rows]),
+        sigma_before=_within(left["before"][rows] / sigma["before"], group[rows]),
+        sigma_after=_within(left["after"][rows] / sigma["after"], group[rows]),
         white=fits.after.spreads.white,
         stray=fits.after.spreads.rate,
         record=record,
@@ -227,19 +234,24 @@ def _variances(fit: WeighedFit, seen: NDArray[np.bool_], columns: list[int]) -> 
 
 def _how(folds: Folds, fits: ChannelFits, held_out: bool, far: int) -> str:
     how = (
-        folds.how if held_out else "nothing could be held out: these figures are of the rows that were fitted"
+        folds.how
+        if held_out
+        else "held-out figures cannot be had: the rows of the other folds do not determine the model; "
+        "these are of the rows that were fitted"
     )
     if any(e.nonlinear for e in fits.found):
         how += "; nonlinear parameters held at the values that all rows gave"
     return how + (f"; {far} rows far off the others are left out" if far else "")
 
 
-def _unseen_residual(fit: WeighedFit, folds: Folds) -> Array:
-    """(n,) residual of each row under the coefficients of the other folds; NaN where they cannot tell.
+def _unseen_residual(fit: WeighedFit, folds: Folds) -> tuple[Array, Array]:
+    """(n,) residual of each row under the coefficients of the other folds; (n,) their variance within a run.
 
-    One step of Gauss-Newton from the fit of all rows, with its variances.
+    One step of Gauss-Newton from the fit of all rows, with its variances. NaN where the other folds cannot
+    tell: a direction that they do not see, or a prediction that is less sure than a record itself.
     """
-    left = np.full(len(fit.residual), np.nan)
+    left, within = np.full(len(fit.residual), np.nan), np.zeros(len(fit.residual))
+    noise = fit.v.diagonal + fit.spreads.run**2
     for k in range(int(folds.fold.max(initial=-1)) + 1):
         out = folds.fold == k
         if out.all() or not out.any():
@@ -248,8 +260,18 @@ def _unseen_residual(fit: WeighedFit, folds: Folds) -> Array:
         known = factors(white[:, :-1], tolerance=1e-9)
         step = known.to_coefficients @ (known.basis.T @ white[:, -1])
         inside = _determined(fit.J[out], known.scale, known.null_space)
+        predicted = fit.J[out] @ known.to_coefficients
+        inside &= np.sum(predicted**2, axis=1) <= MOST_UNSURE * noise[out]
+        within[out] = np.sum(_about_means(predicted, folds.group[out]) ** 2, axis=1)
         left[out] = np.where(inside, fit.residual[out] - fit.J[out] @ step, np.nan)
-    return left
+    return left, within
+
+
+def _about_means(A: Array, group: NDArray[np.int64]) -> Array:
+    """(n, k) rows about the mean of each group: what is common to a power-on is no error within it."""
+    _, number = np.unique(group, return_inverse=True)
+    means = np.array([np.bincount(number, column) for column in A.T]).T / np.bincount(number)[:, None]
+    return np.asarray(A - means[number]) if A.shape[1] else A
 
 
 def _whitened(fit: WeighedFit, seen: NDArray[np.bool_], by_run: bool) -> Array:

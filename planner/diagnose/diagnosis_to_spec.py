@@ -17,10 +17,11 @@ from dataclasses import dataclass
 
 from planner import __version__, catalog
 from planner.diagnose.calibration_cost import CalibratingTest, RecordNoise, Target, calibrating_test
+from planner.diagnose.left_in_budget import widened
 from planner.diagnose.spec_edit import SpecText
 from planner.errors import InputError
 from planner.measurement import AXES
-from planner.nouns.diagnosis import LEAST_P, Assumption, Diagnosis, FoundEffect
+from planner.nouns.diagnosis import LEAST_P, Assumption, Diagnosis, FoundEffect, NavigationCost
 from planner.nouns.sensor import ErrorName
 from planner.spec.budget import ErrorBudget, InRun, RunToRun
 from planner.spec.load import LoadedSpec
@@ -50,7 +51,8 @@ def updated_spec(text: str, loaded: LoadedSpec, diagnosis: Diagnosis) -> SpecUpd
     _refuse(loaded, diagnosis)
     edits, changes, notes = SpecText(text), [], []
     spec = loaded.spec
-    fresh = [e for e in _merged(diagnosis.found.effects) if e.effect not in spec.effects]
+    harm = [c for c in diagnosis.navigation if not c.helps]
+    fresh = [] if harm else [e for e in _merged(diagnosis.found.effects) if e.effect not in spec.effects]
     names = list(dict.fromkeys(e.effect for e in fresh))
     if names:
         edits.append(("effects",), names)
@@ -59,9 +61,15 @@ def updated_spec(text: str, loaded: LoadedSpec, diagnosis: Diagnosis) -> SpecUpd
         said, noted = _enter(edits, spec, effect, diagnosis)
         changes += said
         notes += noted
-    for assumption in _contradicted(diagnosis.found.assumptions):
+    wrong = _contradicted(diagnosis.found.assumptions)
+    for assumption in wrong:
         changes += _corrected(edits, spec, assumption)
+    changes += widened(edits, spec, diagnosis, {(a.error, a.part) for a in wrong})
+    if harm:
+        notes.append(_no_help(harm[0]))
     if not changes:
+        if harm:
+            raise InputError(_no_help(harm[0]) + "; nothing to update")
         known = sorted({e.effect for e in diagnosis.found.effects})
         why = f"; it declares {', '.join(known)} already" if known else ""
         raise InputError(
@@ -72,6 +80,14 @@ def updated_spec(text: str, loaded: LoadedSpec, diagnosis: Diagnosis) -> SpecUpd
     edits.head([*_digest(loaded, diagnosis), *(f"  {change}" for change in changes)])
     new = edits.edited()
     return SpecUpdate(new, tuple(changes), tuple(notes), _diff(text, new, loaded.path.name))
+
+
+def _no_help(cost: NavigationCost) -> str:
+    return (
+        f"compensation of what was found does not help in flight ({cost.error}: "
+        f"{_written(max(cost.before, cost.as_calibrated), cost.unit)} without it, "
+        f"{_written(cost.after, cost.unit)} with it): it is not declared"
+    )
 
 
 def _refuse(loaded: LoadedSpec, diagnosis: Diagnosis) -> None:
@@ -93,8 +109,8 @@ def _digest(loaded: LoadedSpec, diagnosis: Diagnosis) -> list[str]:
 
 def _unnamed(diagnosis: Diagnosis) -> list[str]:
     return [
-        f"{', '.join(u.channels)}: something that varies with {u.varies_with} is still unnamed; "
-        "no spec can declare it"
+        f"{', '.join(u.channels)}: something that varies with {u.varies_with} is still unnamed; what is left "
+        "of it is in the budget, and no coefficient"
         for u in diagnosis.found.unknown
     ]
 
@@ -150,7 +166,8 @@ def _enter(
     test = None if isinstance(spec.sensitivities, Given) else _test(spec, found, size, diagnosis)
     unit = effect.units[found.sensor]
     parts = {"systematic": _written(size if test else left, unit)}
-    if test:
+    if test and spec.planned_by == "published":
+        # K's half-width t s / √n asks for the scatter of one repeat; planning by information knows it itself
         parts["run_to_run"] = _written(test.spread, unit)
     budget = "{" + ", ".join(f"{key}: {value}" for key, value in parts.items()) + "}"
     edits.enter(("unit", found.sensor), found.effect, budget, _reason(found))
@@ -287,7 +304,7 @@ def _contradicted(assumptions: Sequence[Assumption]) -> list[Assumption]:
         above = any(a.low > assumed for a in several)
         below = all(a.high < assumed for a in several) and part != "in_run"
         largest = max(several, key=lambda a: a.measured)
-        if (above or below) and largest.measured > 0.0:
+        if (above or below) and largest.measured > 0.0 and largest.low > 0.0:
             found.append(largest)
     return found
 
@@ -307,7 +324,10 @@ def _corrected(edits: SpecText, spec: Spec, a: Assumption) -> list[str]:
     if isinstance(value, Quantity):
         if abs(value.si - a.assumed) > 1e-6 * a.assumed:
             return []
-        edits.replace(path, _written(a.measured, _unit_in(value)))
+        told = _written(a.measured, _unit_in(value))
+        if a.part == "run_to_run" and path[-1] == a.part and spec.planned_by == "information":
+            told = f"{{value: {told}, power_ons: {_power_ons(a)}}}"
+        edits.replace(path, told)
         return [f"{said} instead of {value.text}"]
     if not isinstance(value, Mapping) or a.assumed <= 0.0:
         return []
@@ -318,6 +338,11 @@ def _corrected(edits: SpecText, spec: Spec, a: Assumption) -> list[str]:
     return [
         f"{said} against {_written(a.assumed, a.unit)}: the table is scaled by {a.measured / a.assumed:.3g}"
     ]
+
+
+def _power_ons(a: Assumption) -> int:
+    """As many power-ons as would tell a spread as well as these data do."""
+    return max(2, round(min(a.freedom, 1e4)) + 1)
 
 
 def _unit_in(quantity: Quantity) -> str:

@@ -5,19 +5,29 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner import catalog
-from planner.diagnose.hypotheses.assumptions import assumptions
+from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.evidence import evidence
+from planner.diagnose.hypotheses.generic import VARIES_WITH
 from planner.diagnose.hypotheses.limits import limits
 from planner.diagnose.hypotheses.noise import LEAST_RUNS
 from planner.diagnose.hypotheses.prepared import Prepared, prepared
 from planner.diagnose.hypotheses.reported import channel_name, found_effects
 from planner.diagnose.hypotheses.sensor import SensorFound, diagnose_sensor
+from planner.diagnose.hypotheses.suspects import suspects
+from planner.diagnose.left_out import left_out
+from planner.diagnose.records import screened
+from planner.dwells.table_rows import rows_of
 from planner.errors import InputError
+from planner.nouns.array import Array
 from planner.nouns.diagnosis import (
+    Evidence,
     FoundEffect,
     NotFound,
+    ReferenceSuspect,
+    Refused,
     UnitDiagnosis,
     Unknown,
     Untestable,
@@ -27,6 +37,7 @@ from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS, Sensor
 from planner.spec.model import Spec
 
+SURE = 5.0  # sigma, at which a variable is told although its effect is not
 LEAST_ROWS = 8  # a channel has about as many declared coefficients at one temperature
 
 
@@ -40,6 +51,9 @@ def diagnose(
     Raises InputError when the table has no readings or too few rows.
     """
     _check(table)
+    seen = screened(table)
+    table = rows_of(table, seen.kept)
+    _check(table)
     data = prepared(table)
     found = []
     for sensor in SENSORS:
@@ -48,24 +62,45 @@ def diagnose(
             found.append(diagnose_sensor(data, sensor, tuple(spec.effects), seed))
     progress(f"{table.unit[0]}: fitting what was found with what is declared")
     effects, said = found_effects(found, data, table, spec)
-    unknown = [u for s in found for u in _unknown(s)]
+    effects, spans, rest = told_from_zero(effects)
+    unknown = [*(u for s in found for u in _unknown(s)), *rest]
     not_found, untestable = _limits(found, data, spec)
+    assumed = tuple(a for s in found for a in assumptions(s, spec, data))
+    wrong = (*seen.suspects, *suspects(found))
     return UnitDiagnosis(
         unit=str(table.unit[0]),
-        verdict=_verdict(effects, unknown, not_found),
+        verdict=_verdict([*effects, *wrong], unknown, not_found),
         effects=tuple(effects),
         unknown=tuple(unknown),
         not_found=tuple(not_found),
         untestable=tuple(untestable),
-        evidence=tuple(e for s in found for e in evidence(s, data)),
-        assumptions=tuple(a for s in found for a in assumptions(s, spec)),
+        evidence=tuple(_over(e, seen.kept) for s in found for e in evidence(s, data)),
+        assumptions=assumed,
         notes=(
+            *seen.notes,
             *data.notes,
             *_notes(found, data),
             *said,
             *(f"not looked for: {one}" for one in catalog.unloadable("effects")),
         ),
+        reference_suspects=wrong,
+        budget_exceeded=exceeded(assumed),
+        rows_left_out=(*seen.left_out, *left_out(found, data)),
+        refused=(*(r for s in found for r in _refused(s)), *spans),
+        kept=None if seen.kept.all() else seen.kept,
     )
+
+
+def _over(e: Evidence, kept: NDArray[np.bool_]) -> Evidence:
+    """Evidence of some rows as evidence of all, NaN where a row was not judged."""
+
+    def spread(x: Array) -> Array:
+        out = np.full((len(kept), *x.shape[1:]), np.nan)
+        out[kept] = x
+        return out
+
+    added = {name: spread(x) for name, x in e.added.items()}
+    return Evidence(e.channel, spread(e.before), spread(e.after), spread(e.expected), added)
 
 
 def _check(table: DwellTable) -> None:
@@ -79,13 +114,50 @@ def _check(table: DwellTable) -> None:
 
 
 def _verdict(
-    effects: Sequence[FoundEffect], unknown: Sequence[Unknown], not_found: Sequence[NotFound]
+    effects: Sequence[FoundEffect | ReferenceSuspect],
+    unknown: Sequence[Unknown],
+    not_found: Sequence[NotFound],
 ) -> Verdict:
     if effects:
         return "partly_explained" if unknown else "explained"
     if unknown:
         return "unexplained"
     return "clean" if not_found else "untestable"
+
+
+# ---------------------------------------------------------------- what does not stand
+
+
+def told_from_zero(
+    effects: Sequence[FoundEffect],
+) -> tuple[list[FoundEffect], list[Refused], list[Unknown]]:
+    """The effects of which some coefficient's interval leaves zero out; the others; what is sure of those.
+
+    A size and a time constant may hide each other: that something follows the variable is then sure, no more.
+    """
+    stands, falls, rest = [], [], []
+    for e in effects:
+        linear = [t for t in e.terms if not t.parameter]
+        if all(t.low <= 0.0 <= t.high for t in linear):
+            why = "fitted with all that is declared, the interval of each of its coefficients holds zero"
+            falls.append(Refused(e.effect, e.channels, why))
+            variable = VARIES_WITH.get(catalog.effects()[e.effect].variable)
+            if variable and e.nonlinear and e.strength > SURE:
+                rest.append(Unknown(e.channels, variable, e.p_value, e.strength))
+        else:
+            stands.append(e)
+    return stands, falls, rest
+
+
+def _refused(s: SensorFound) -> list[Refused]:
+    """What the power-ons refuse, in words."""
+    out = []
+    for veto in s.refused:
+        block = s.found.pool.blocks[veto.block]
+        channels = tuple(channel_name(s.sensor, a) for a in sorted(block.columns))
+        where = f" (run {int(s.runs[veto.run])})" if veto.run >= 0 else ""
+        out.append(Refused(block.name, channels, veto.why + where))
+    return out
 
 
 # ---------------------------------------------------------------- what was found
@@ -131,8 +203,6 @@ def _no_sensor(sensor: Sensor, data: Prepared) -> str:
 def _notes(found: Sequence[SensorFound], data: Prepared) -> list[str]:
     notes = []
     for s in found:
-        far = {channel_name(s.sensor, a): int(rows.sum()) for a, rows in s.far.items() if rows.any()}
-        notes += [f"{name}: {count} rows far off the others are left out" for name, count in far.items()]
         rest: dict[str, list[str]] = {}
         for b in sorted(s.found.misfit):
             block = s.found.pool.blocks[b]

@@ -78,6 +78,7 @@ SINGLES = (
     DwellColumn("step", "step", kind="text", expected=False),
     DwellColumn("bench", "bench", kind="text", expected=False),
     DwellColumn("n_samples", "n_samples", kind="count", expected=False),
+    DwellColumn("kind", "kind", kind="text", expected=False),
 )
 COLUMNS = (
     *SINGLES[:7],

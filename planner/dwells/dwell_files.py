@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import difflib
 import io
-import os
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -20,9 +18,11 @@ from numpy.typing import NDArray
 
 from planner.dwells.dwell_checks import absent_notes, check_values, odd_notes
 from planner.dwells.dwell_columns import AXES, BY_NAME, COLUMNS, SINGLES, TRIADS, DwellColumn, RawDwells
+from planner.dwells.table_rows import without_motions
 from planner.errors import Fault, InputError
 from planner.nouns.dwell_table import DwellTable
 from planner.units import unit_factor
+from planner.whole_files import write_whole
 
 SUFFIXES = {".csv": "csv", ".parquet": "parquet", ".pq": "parquet", ".h5": "hdf5", ".hdf5": "hdf5"}
 NOTE = "note: "
@@ -32,8 +32,8 @@ DIGITS = 15  # what a double holds for certain; the conversion to degrees would 
 # ---------------------------------------------------------------- reading
 
 
-def read_dwells(path: Path) -> DwellTable:
-    """The dwell table of a file.
+def read_dwells(path: Path, motions: bool = False) -> DwellTable:
+    """The dwell table of a file; motions: with the pieces of hand turns, which only few methods can use.
 
     Columns that the file lacks are None, or stand at a neutral value and are listed in `absent`; both are
     said in the notes. Raises InputError with every fault found and its line: torn or ragged rows, unknown
@@ -45,8 +45,15 @@ def read_dwells(path: Path) -> DwellTable:
     _check_names(raw)
     check_values(raw)
     table = _table(raw)
-    notes = [*table.notes, *odd_notes(table)]
-    return _with_notes(table, notes)
+    records = without_motions(table)
+    notes = [*table.notes, *odd_notes(records)]
+    if len(records) < len(table):
+        notes.append(
+            f"{len(table) - len(records)} rows are pieces of hand turns, for rests_and_turns and cube"
+        )
+    if not len(records):
+        raise InputError(f"{path}: every row is a piece of a hand turn; no record is left")
+    return _with_notes(table if motions else records, notes)
 
 
 def dwell_form(path: Path) -> str:
@@ -60,7 +67,7 @@ def dwell_form(path: Path) -> str:
 def _read_csv(path: Path) -> RawDwells:
     from planner.readers._delimited import layout_of, text_blocks
 
-    layout = layout_of(path)
+    layout = layout_of(path, strict=True)
     if not layout.named:
         raise InputError(f"{path} has no header; its first line must name the columns: unit,run,day,…")
     _check_doubles(str(path), layout.names)
@@ -90,7 +97,7 @@ def _read_parquet(path: Path) -> RawDwells:
 
     try:
         table = pq.read_table(path)
-    except (ArrowException, OSError) as error:
+    except (ArrowException, OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path} is not a whole Parquet file: {error}") from error
     _check_doubles(str(path), table.column_names)
     known = [name for name in table.column_names if name in BY_NAME]
@@ -109,7 +116,7 @@ def _read_hdf5(path: Path) -> RawDwells:
             names = tuple(name for name in group if isinstance(group[name], h5py.Dataset))
             columns = {name: _dataset(group[name]) for name in names if name in BY_NAME}
             notes = tuple(filter(None, str(group.attrs.get("notes", "")).split("\n")))
-    except (OSError, RuntimeError, KeyError) as error:
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         raise InputError(f"{path} is not a whole HDF5 file: {error}") from error
     wrong = [name for name, values in columns.items() if values.ndim != 1]
     if wrong:
@@ -221,7 +228,7 @@ def write_dwells(table: DwellTable, path: Path) -> None:
     Raises InputError for another suffix and when the folder cannot be written.
     """
     path = Path(path)
-    _write_whole(path, dwells_bytes(table, dwell_form(path)))
+    write_whole(path, dwells_bytes(table, dwell_form(path)))
 
 
 def dwells_bytes(table: DwellTable, form: str = "csv") -> bytes:
@@ -293,21 +300,3 @@ _WRITERS: Mapping[str, Callable[[Mapping[str, NDArray[Any]], Sequence[str]], byt
     "parquet": _parquet_bytes,
     "hdf5": _hdf5_bytes,
 }
-
-
-def _write_whole(path: Path, content: bytes) -> None:
-    """Temporary file in the same folder, fsync, rename: a reader sees the old file or the new one."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            Path(name).chmod(0o644)  # mkstemp makes files that only their owner can read
-            os.replace(name, path)
-        finally:
-            Path(name).unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from error

@@ -48,6 +48,9 @@ class BaseEffect:
     tabled = False
     bench_only = False
     misfit = 0.0
+    history = (
+        False  # whether a row's regressors depend on the rows before it, which stand in the order of time
+    )
     largest: Mapping[Sensor, float] | None = None
     title: str
     equation: str

@@ -24,6 +24,7 @@ from planner.nouns.calibration import (
     RandomCharacteristic,
     Residual,
     SensorCalibration,
+    SmoothTable,
     Tables,
 )
 from planner.protocols import SENSORS, Sensor
@@ -87,6 +88,7 @@ def _sensor(found: SensorCalibration) -> dict[str, Any]:
         "correlation": {channel: _correlation(matrix) for channel, matrix in found.covariance.items()},
         "residual": {f"{found.sensor}_{r.channel}": _residual(r, unit) for r in found.residuals},
         "tables": _tables(found.tables, unit),
+        **({"smooth": [_smooth(s) for s in found.smooth]} if found.smooth else {}),
         "notes": list(found.notes),
     }
 
@@ -137,6 +139,22 @@ def _random(r: RandomCharacteristic) -> dict[str, Any]:
         "unit": f"({base})·√s" if r.unit != base else base,
         "ci95": [shown(r.low, base), shown(r.high, base)],
         "measured": r.measured,
+    }
+
+
+def _smooth(s: SmoothTable) -> dict[str, Any]:
+    low, high = ([shown(float(x), s.unit) for x in ends] for ends in (s.low, s.high))
+    return {
+        "error": s.error,
+        "channel": s.channel,
+        "term": s.term,
+        "unit": s.unit,
+        "temperature_degc": [float(t) for t in s.temperature_degc],
+        "value": [shown(float(x), s.unit) for x in s.value],
+        "standard_error": [shown(float(x), s.unit) for x in s.standard_error],
+        "ci95": [list(pair) for pair in zip(low, high, strict=True)],
+        "size": {"value": figure(s.size[0]), "ci95": [figure(x) for x in s.size[1:]]},
+        "missed_between_nodes": shown(float(np.abs(s.missed).max()), s.unit),
     }
 
 

@@ -15,6 +15,7 @@ from typing import Any
 
 from planner import catalog
 from planner.errors import InputError
+from planner.export.diagnosis_findings import findings_document, findings_from
 from planner.export.documents import json_tree
 from planner.export.json_figures import figure, shown
 from planner.nouns.diagnosis import (
@@ -68,6 +69,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
             for n in found.not_found
         ],
         "untestable": [{"effect": u.effect, "why": u.why, "sensor": u.sensor} for u in found.untestable],
+        **findings_document(found),
         "residual": {channel(r.channel): _residual(r) for r in diagnosis.residual},
         "navigation": _first_navigation(diagnosis),
         "navigation_of_every_requirement": [_navigation(n) for n in diagnosis.navigation],
@@ -157,6 +159,10 @@ def _navigation(n: NavigationCost) -> dict[str, Any]:
         "after": shown(n.after, n.unit),
         "limit": shown(n.limit, n.unit),
         "before_as_calibrated": shown(n.as_calibrated, n.unit),
+        "promised": shown(n.promised, n.unit),
+        "total_before": shown(n.total_before, n.unit),
+        "total_after": shown(n.total_after, n.unit),
+        "compensation_helps": n.helps,
         "confidence": figure(n.confidence),
         "how": n.how,
     }
@@ -231,6 +237,7 @@ def _diagnosis(d: Mapping[str, Any]) -> Diagnosis:
             untestable=tuple(Untestable(u["effect"], u["sensor"], u["why"]) for u in d["untestable"]),
             evidence=(),
             assumptions=tuple(_assumption_from(a) for a in d.get("assumptions", ())),
+            **findings_from(d),
         ),
         residual=tuple(_residual_from(name, r) for name, r in d["residual"].items()),
         navigation=tuple(_navigation_from(n) for n in every),
@@ -318,6 +325,7 @@ def _navigation_from(n: Mapping[str, Any]) -> NavigationCost:
         n["how"],
         _si(n["before_as_calibrated"], unit),
         _si(n["limit"], unit),
+        _si(n.get("promised"), unit),
     )
 
 

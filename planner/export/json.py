@@ -38,6 +38,7 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
         "spec": {"name": plan.name, "sha256": plan.spec_sha256},
         "seed": plan.seed,
         "method": plan.method,
+        "temperature_estimator": plan.temperature_estimator,
         **_outcome(plan),
         "benches": {bench.name: _bench(bench) for bench in plan.benches},
         "requirements": [_requirement(r) for r in plan.requirements],

@@ -10,6 +10,7 @@ from typing import Any
 from planner import __version__
 from planner.errors import InputError
 from planner.recordings.allan import AllanResult
+from planner.recordings.clocks import Clock
 from planner.recordings.reduction import Reduction
 from planner.units import from_si
 
@@ -61,14 +62,28 @@ def reduction_document(reduction: Reduction) -> dict[str, Any]:
             for part in reduction.left_out
         ],
         "files": {
-            name: {"rate_hz": reduction.rates_hz[name], "samples": dict(counts)}
+            name: {
+                "rate_hz": reduction.rates_hz[name],
+                "samples": dict(counts),
+                **_clock(reduction.clocks.get(name)),
+            }
             for name, counts in reduction.counts.items()
         },
+        "motions": 0 if reduction.motions is None else len(reduction.motions),
         "record_s": reduction.record,
         "record_is_lower_bound": reduction.record_is_bound,
         "spec_snippet": reduction.snippet,
         "allan": [_allan(one) for one in reduction.allan],
         "notes": list(reduction.table.notes),
+    }
+
+
+def _clock(clock: Clock | None) -> dict[str, Any]:
+    """How a clock jitters; nothing of one that does not."""
+    if clock is None:
+        return {}
+    return {
+        "jitter": {"usual_step_s": clock.usual, "deviation_s": clock.deviation, "taken_over_s": clock.step}
     }
 
 

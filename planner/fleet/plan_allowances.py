@@ -7,7 +7,6 @@ A plan by information gives every part as what its requirement's quantile makes 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from planner.errors import InputError
@@ -43,13 +42,8 @@ def in_sigmas(allowances: Sequence[Allowance], spec: Spec) -> tuple[Allowance, .
     """Allowances of a plan by information with one sigma of every part; the allowed size stays."""
     z = largest_quantile(spec)
     return tuple(
-        replace(
-            a,
-            run_to_run=a.run_to_run / z,
-            in_run=a.in_run / z,
-            storage=a.storage / z,
-            temperature=a.temperature / z,
-            estimate=a.estimate / z,
+        Allowance(
+            a.error, a.unit, a.allowed, **{n: x / z for n, x in a.parts.items()}, calibrated=a.calibrated
         )
         for a in allowances
     )

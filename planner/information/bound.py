@@ -14,11 +14,10 @@ Ordinary kriging: Cressie, Statistics for Spatial Data (1993), 3.2; the mean is 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 from math import comb
-from time import monotonic
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +26,10 @@ from planner.information.exchange import CHUNK, EASIER, Judge
 from planner.information.in_flight import Asked
 from planner.information.model_of import Flight, asked_of
 from planner.information.offers import Offer, Offers
-from planner.information.promise import Moments, is_within
+from planner.information.promise import is_within
+from planner.information.smooth import Moments
 from planner.nouns.array import Array
+from planner.nouns.deadline import never
 
 Set = tuple[int, ...]  # places of the grid
 NUGGET = 1e-9  # of the variance: keeps equal rows of smooth curves apart
@@ -36,16 +37,17 @@ SETS_AT_ONCE = 500
 STEPS = 20  # of the count for every campaign that may be asked
 NEARLY = 1.01  # by the quick figure: then the exact one is asked
 CLEARLY = 1.0 + 2e-3  # a figure beyond the limit by more is beyond it whatever the quadrature,
+UNPRICED = ("_needed", "_asked", "_points", "_moments", "_plain")
 HALF = 0.5  # of this share of the flights or more
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How far a proof goes. sets: of temperatures looked at; campaigns: asked one by one; until: when, s"""
+    """How far a proof goes. sets: of temperatures looked at; campaigns: asked one by one; late: to stop"""
 
     sets: int
     campaigns: int
-    until: float
+    late: Callable[[], bool] = never
 
 
 @dataclass(frozen=True)
@@ -69,10 +71,16 @@ class Prover:
     judge: Judge
     exactly: Callable[[Array], bool]
 
+    def priced(self, offers: Offers) -> Prover:
+        """The same with other prices; what does not depend on them is handed on."""
+        other = replace(self, offers=offers)
+        other.__dict__.update({name: self.__dict__[name] for name in UNPRICED if name in self.__dict__})
+        return other
+
     def bounded(self, best: Array, effort: Effort) -> Bounded:
         """A bound of every campaign on offer that keeps the promise; a shorter campaign if one is met."""
         cost = float(self.offers.cost(best[None])[0])
-        survivors, beyond = self._survivors(cost, effort)
+        survivors, beyond = self.survivors(cost, effort)
         bound = min([*(floor for floor, _ in survivors), beyond, cost])
         if beyond < cost - EASIER:
             return Bounded(bound, False, best)
@@ -82,7 +90,7 @@ class Prover:
 
     # ------------------------------------------------------------ sets of temperatures
 
-    def _survivors(self, cost: float, effort: Effort) -> tuple[list[tuple[float, Set]], float]:
+    def survivors(self, cost: float, effort: Effort) -> tuple[list[tuple[float, Set]], float]:
         """(floor, set) of all that cost less and may keep the promise; the least of those not looked at."""
         found: list[tuple[float, Set]] = []
         T, left = len(self._grid), effort.sets
@@ -91,13 +99,15 @@ class Prover:
                 return found, np.inf
             if self._least_floor(size) >= cost - EASIER:
                 continue
-            if comb(T, size) > left or monotonic() > effort.until:
+            if comb(T, size) > left or effort.late():
                 return found, min(self._least_floor(more) for more in range(size, T + 1))
             left -= comb(T, size)
             sets = np.array(list(combinations(range(T), size)), dtype=np.intp).reshape(comb(T, size), size)
             floors = self._floors(sets)
             sets, floors = sets[floors < cost - EASIER], floors[floors < cost - EASIER]
             for start in range(0, len(sets), SETS_AT_ONCE):
+                if effort.late():
+                    return found, min(self._least_floor(more) for more in range(size, T + 1))
                 some = sets[start : start + SETS_AT_ONCE]
                 good = start + np.flatnonzero(self._may_do(some))
                 found += [(float(floors[i]), tuple(map(int, sets[i]))) for i in good]
@@ -237,17 +247,19 @@ class Prover:
         found: list[Array] = []
         for _, some in sorted(survivors):
             for n in self._campaigns(some, cost, effort):
-                if n is None or len(found) > effort.campaigns:
+                if n is None or len(found) > effort.campaigns or (len(found) % 1000 == 999 and effort.late()):
                     return best, False
                 found.append(n)
         every = np.array(found).reshape(-1, len(best))
         prices = self.offers.cost(every)
         every = every[prices < cost - EASIER][np.argsort(prices[prices < cost - EASIER], kind="stable")]
         for start in range(0, len(every), CHUNK):
-            if monotonic() > effort.until:
+            if effort.late():
                 return best, False
             some_of = every[start : start + CHUNK]
             for i in np.flatnonzero(self._plain.loads(some_of) <= NEARLY):
+                if effort.late():
+                    return best, False
                 if self.exactly(some_of[i]):
                     return some_of[i], True
         return best, True

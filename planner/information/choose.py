@@ -7,8 +7,7 @@ Then it is asked how much shorter another one could be.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from time import monotonic
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -24,6 +23,7 @@ from planner.information.refusal import refusal
 from planner.information.spreads import spread_factor
 from planner.nouns.array import Array
 from planner.nouns.choices import TestVisits
+from planner.nouns.deadline import BOUND, SEARCH, never
 from planner.nouns.plan import Step
 from planner.plan.by_hand import is_hand_made
 
@@ -31,6 +31,7 @@ LOOKED_AT = 1000
 BRIEFLY = 300
 ROUNDS = 6
 CLOSER = 1.0 + 1e-5  # than the exact figure a quick one must not be
+MISJUDGED = 1.2  # exact over quick figures, from which on the quick ones say nothing of campaigns alike
 KEPT = 1.0 + 1e-6  # of a limit
 QUICK_SETS, QUICK_CAMPAIGNS = 3000, 1000  # of a proof that nobody waits for
 LONG_SETS, LONG_CAMPAIGNS = 2_000_000, 2_000_000
@@ -42,6 +43,7 @@ class Found:
 
     judge: by quick figures that meet the exact ones of this campaign, at the asked confidence
     spread_factor: what figures are multiplied by to hold with that confidence over spreads that are estimates
+    total_bound: of the weighted total with waiting and loads, None: the work's own; by_total: chosen for it
     """
 
     offers: Offers
@@ -53,6 +55,8 @@ class Found:
     spread_factor: float
     bound: float
     proved: bool
+    total_bound: float | None = None
+    by_total: bool = False
 
     @property
     def cost(self) -> float:
@@ -67,9 +71,9 @@ def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thoroug
     What hands made altogether is only foreseen.
     Raises InfeasibleError (what binds, nearest limit) when nothing on offer keeps the promise.
     """
-    started = monotonic()
     offers, promise = on_offer(flight)
-    judge = Judge(promise, allowed=_allowed(flight, promise))
+    late = flight.deadline.stops(SEARCH, "the search")
+    judge = Judge(promise, allowed=_allowed(flight, promise), late=late)
     if is_hand_made(flight.spec):
         counts = even(offers, 1)
         cost = float(offers.cost(counts[None])[0])
@@ -77,11 +81,10 @@ def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thoroug
     counts, judge, exact = _searched(flight, offers, judge, BRIEFLY if effort == "brief" else LOOKED_AT)
     if effort == "brief":
         return found_of(flight, offers, judge, counts, exact=exact)
-    until = started + flight.spec.plan.time_limit
     far = (LONG_SETS, LONG_CAMPAIGNS) if effort == "thorough" else (QUICK_SETS, QUICK_CAMPAIGNS)
     factor = spread_factor(flight, offers.visits(counts))  # hardly another for a campaign that is as long
-    prover = Prover(flight, offers, judge, lambda n: _keeps(flight, offers, n, factor))
-    bounded = prover.bounded(counts, Effort(*far, until))
+    prover = Prover(flight, offers, judge, lambda n: keeps_exactly(flight, offers, n, factor))
+    bounded = prover.bounded(counts, Effort(*far, flight.deadline.stops(BOUND, "the bound")))
     known = exact if np.array_equal(bounded.best, counts) else None
     return found_of(flight, offers, judge, bounded.best, bounded.bound, proved=bounded.proved, exact=known)
 
@@ -94,12 +97,15 @@ def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> tuple[
     """
     limits = np.array([a.limit for a in judge.promise.asked])
     best: tuple[Array, Judge, Foreseen] | None = None
-    for start in beginnings(offers, judge)[
-        :1
-    ]:  # what drawn curves make of quantiles is much the same for all
+    begun: tuple[Array, Judge, Foreseen] | None = None
+    for start in beginnings(offers, judge)[:1]:  # drawn curves make much the same of quantiles for all
         exact = foreseen(flight, laid_out(flight, offers.visits(start)))
         judge = judge.meeting(exact.figures / judge.promise.figures(start[None])[0])
+        if np.all(exact.figures * spread_factor(flight, offers.visits(start)) <= limits * KEPT):
+            begun = (start, judge, exact) if judge.allowed(start) else None
     for _ in range(ROUNDS):
+        if (best or begun) and judge.late():
+            break
         counts = shortest(offers, judge, most) if best is None else shorter(offers, judge, best[0], most)
         if counts is None or (best is not None and not _cheaper(offers, counts, best[0])):
             break
@@ -109,11 +115,26 @@ def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> tuple[
         if np.all(figures <= limits * KEPT):
             judge = judge.meeting(closer)
             best = counts, judge, exact
+        elif np.any(closer > MISJUDGED * judge.tightened):  # what quick figures cannot see: ask exact ones
+            judge = replace(judge, allowed=_exactly_allowed(flight, offers, judge.allowed), asked=0)
         else:
             judge = judge.meeting(np.maximum(judge.tightened, closer))
-    if best is None:
+    found = best or begun
+    if found is None:
         raise refusal(flight, offers, judge)
-    return best
+    return found
+
+
+def _exactly_allowed(
+    flight: Flight, offers: Offers, allowed: Callable[[Array], bool]
+) -> Callable[[Array], bool]:
+    """Further conditions with the exact figures among them."""
+
+    def both(n: Array) -> bool:
+        factor = spread_factor(flight, offers.visits(n))
+        return allowed(n) and keeps_exactly(flight, offers, n, factor)
+
+    return both
 
 
 def _cheaper(offers: Offers, n: Array, than: Array) -> bool:
@@ -121,7 +142,8 @@ def _cheaper(offers: Offers, n: Array, than: Array) -> bool:
     return bool(first < second - EASIER)
 
 
-def _keeps(flight: Flight, offers: Offers, counts: Array, factor: float) -> bool:
+def keeps_exactly(flight: Flight, offers: Offers, counts: Array, factor: float) -> bool:
+    """Whether a campaign keeps every requirement by its exact figures, times a factor for its spreads."""
     limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
     exact = foreseen(flight, laid_out(flight, offers.visits(counts)))
     return bool(np.all(exact.figures * factor <= limits * KEPT))
@@ -150,5 +172,5 @@ def found_of(
     exact = exact or foreseen(flight, laid)
     factor = spread_factor(flight, visits)
     closer = exact.figures / judge.promise.figures(counts[None])[0]
-    meets = judge.meeting(closer * factor)
+    meets = replace(judge.meeting(closer * factor), late=never)
     return Found(offers, meets, counts, visits, laid, exact, factor, bound, proved)

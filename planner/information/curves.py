@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from planner.information.promise import Moments
+from planner.information.smooth import Moments
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 from planner.simulate.curves.cosines import Cosines
@@ -38,6 +38,11 @@ class Curves:
             name: {error: self._moment(family, degc) for error, family in each.items()}
             for name, each in self._families.items()
         }
+
+    def prior(self, error: tuple[Sensor, str], degc: Array) -> Array | None:
+        """(N, N) of one error, the mean over the families, as smooth tables take it; None without a curve."""
+        each = [family[error] for family in self._families.values() if error in family]
+        return np.mean([self._moment(one, degc) for one in each], axis=0) if each else None
 
     def pool(self, name: str, error: tuple[Sensor, str], degc: Array) -> Array:
         """(CURVES, N) curves of one error and family at temperatures (N,), SI."""

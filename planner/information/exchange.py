@@ -16,6 +16,7 @@ from planner.information.neighbours import Neighbours
 from planner.information.offers import Offers
 from planner.information.promise import Promise
 from planner.nouns.array import Array
+from planner.nouns.deadline import never
 
 CHUNK = 48  # campaigns that are evaluated together
 MOST_TEMPERATURES = 9
@@ -29,7 +30,7 @@ class Judge:
     """Who says whether campaigns keep the promise. families: those that have decided anything so far.
 
     tightened: (families, requirements) by what quick figures are multiplied to meet exact ones
-    allowed: further conditions on one campaign, such as redundancy
+    allowed: further conditions on one campaign, such as redundancy; late: whether to stop looking
     """
 
     promise: Promise
@@ -37,6 +38,7 @@ class Judge:
     allowed: Callable[[Array], bool] = lambda n: True
     families: list[str] = field(default_factory=list)
     asked: int = 0
+    late: Callable[[], bool] = never
 
     def __post_init__(self) -> None:
         self.families = self.families or [next(iter(self.promise.families))]
@@ -86,7 +88,7 @@ def shortest(offers: Offers, judge: Judge, most: int) -> Array | None:
         cost = float(offers.cost(found[None])[0])
         if cost < least - EASIER:
             best, least = found, cost
-        if judge.asked > most:
+        if judge.asked > most or judge.late():
             break
     return None if best is None else _kicked(offers, judge, best, most)
 
@@ -100,20 +102,37 @@ def beginnings(offers: Offers, judge: Judge) -> list[Array]:
     found = []
     for N in range(1, MOST_TEMPERATURES + 1) if chosen else (1,):
         for main in (None, *(chosen if len(chosen) > 1 and N > 1 else ())):
-            n = enough(offers, judge, even(offers, N, main))
-            if n is not None:
-                found.append(n)
+            every = even(offers, N, main)
+            for some in (every, *_on_one_bench(offers, every)):
+                n = enough(offers, judge, some)
+                if n is not None:
+                    found.append(n)
+        if found and judge.late():
+            break
     return sorted(found, key=lambda n: float(offers.cost(n[None])[0]))
+
+
+def _on_one_bench(offers: Offers, n: Array) -> list[Array]:
+    """The campaign without the tests of all benches but one, where none of these is fixed by hand."""
+    of_kind = np.array([offers.spec.tests[k.test].bench for k in offers.kinds])
+    free = np.zeros(len(n), dtype=bool)
+    for offer in offers.tests:
+        free[offer.places] = offer.fixed is None
+    benches = dict.fromkeys(of_kind.tolist())
+    alone = [np.where((of_kind == bench) | ~free, n, 0.0) for bench in benches] if len(benches) > 1 else []
+    return [some for some in alone if np.any(some > 0)]
 
 
 def one_that_keeps(offers: Offers, judge: Judge) -> list[Array]:
     """A campaign that keeps the promise, where none at even temperatures does; none where none is found."""
     every = list(judge.promise.families)
-    n = easiest(offers, lambda counts: judge.loads(counts, every), 1.0)
+    n = easiest(offers, lambda counts: judge.loads(counts, every), judge.late, 1.0)
     return [n] if judge.loads(n[None], every)[0] <= 1.0 and judge.keeps(n) else []
 
 
-def easiest(offers: Offers, load_of: Callable[[Array], Array], enough: float = 0.0) -> Array:
+def easiest(
+    offers: Offers, load_of: Callable[[Array], Array], late: Callable[[], bool] = never, enough: float = 0.0
+) -> Array:
     """The campaign that is found to load the promise least, or so little as is enough, whatever it costs.
 
     From the best of those at even temperatures with the most repeats, step by step; more records are not
@@ -125,10 +144,12 @@ def easiest(offers: Offers, load_of: Callable[[Array], Array], enough: float = 0
     n, load = every[np.argmin(loads)], float(loads.min())
     moves = Neighbours(offers)
     for _ in range(MOST_STEPS):
+        if load <= enough or late():
+            break
         near = np.concatenate([moves.of(n), moves.more(n), moves.most(n)])
         loads = load_of(near)
         best = int(np.argmin(loads))
-        if load <= enough or not loads[best] < load * (1.0 - EASIER):
+        if not loads[best] < load * (1.0 - EASIER):
             break
         n, load = near[best], float(loads[best])
     return np.asarray(n)
@@ -191,6 +212,8 @@ def downhill(offers: Offers, judge: Judge, n: Array) -> Array:
     moves = Neighbours(offers)
     load = float(judge.loads(n[None])[0])
     for _ in range(MOST_STEPS):
+        if judge.late():
+            return n
         step = _step(offers, judge, moves, n, load)
         if step is None:
             return n
@@ -220,6 +243,8 @@ def _step(
 def _first(judge: Judge, ordered: Array) -> Array | None:
     """The first of the campaigns that keeps the promise."""
     for start in range(0, len(ordered), CHUNK):
+        if judge.late():
+            return None
         some = ordered[start : start + CHUNK]
         for i in np.flatnonzero(judge.keep(some)):
             if judge.keeps(some[i]):
@@ -236,7 +261,7 @@ def _kicked(offers: Offers, judge: Judge, best: Array, most: int) -> Array:
     """The best shaken, or with records added at random, and taken downhill, as long as campaigns are left."""
     rng = np.random.default_rng(0)
     moves = Neighbours(offers)
-    while judge.asked < most:
+    while judge.asked < most and not judge.late():
         shaken = moves.shaken(best, CHUNK, rng)
         kept = shaken[judge.keep(shaken)] if len(shaken) else shaken
         more = moves.more(best)

@@ -20,6 +20,7 @@ from planner.spec.model import PercentileRule, Requirement, Spec
 
 SCENARIOS = 24  # temperatures at which a flight over the range is looked at
 STEP_K = 0.5  # of a flight that warms: a day of it has then no more temperatures than a minute
+UP = 2  # of position, velocity, attitude
 STILL_K = 0.1  # a flight whose temperature changes by less is a flight at one temperature
 
 
@@ -65,6 +66,7 @@ def asked(
     J = response.errors[chosen][:, components]
     along = profiles(spec, response, start_degc)
     own = drawn_by_flights(spec, response, J, along, days) + _white(spec, response, components, chosen)
+    own = own + _of_height(response, components, len(chosen))
     J, seen = collapsed(J, along)
     return Asked(index, wanted.limit.si, share_of(wanted), weights, along, tuple(chosen), seen, J, own)
 
@@ -131,6 +133,12 @@ def drawn_in_flight(
     if length is not None:
         drawn = drawn * np.exp(-0.5 * ((along[:, :, None] - along[:, None, :]) / length) ** 2)
     return still, drawn
+
+
+def _of_height(response: FlightResponse, components: slice, instants: int) -> Array:
+    """(I, c, I, c) by the height aid, whose error the computed height has all along."""
+    up = np.tile(np.arange(*components.indices(9)) == UP, (instants, 1)).astype(float)
+    return np.asarray(response.height**2 * np.einsum("xa,ye->xaye", up, up))
 
 
 def _white(spec: Spec, response: FlightResponse, components: slice, instants: Sequence[int]) -> Array:

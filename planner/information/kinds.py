@@ -54,6 +54,7 @@ class ChannelKinds:
     information: (g, b + q, b + q) of one power-on; drives: (g,) whether a kind tells a scale factor
     sigma: (q,) of the references and of walks over the campaign's days; walks: for each of these its place
     among the q, its term, and what of it is left in flight
+    references: (q,) names of the references, which other channels have in common; empty: a walk of its own
     rows: (n, b) columns without weights, starts: (g,) first row of each kind
     """
 
@@ -64,6 +65,7 @@ class ChannelKinds:
     drives: NDArray[np.bool_]
     sigma: Array
     walks: tuple[tuple[int, int, float], ...]
+    references: tuple[str, ...]
     rows: Array
     starts: NDArray[np.int64]
 
@@ -138,6 +140,7 @@ def channel_kinds(c: ChannelCampaign) -> ChannelKinds:
         np.asarray(np.logical_or.reduceat(strong, c.runs.starts)),
         c.prior.sigma,
         tuple(_walks(c, list(columns))),
+        tuple(u.name if u.error is None else "" for u in c.prior.unknowns),
         rows,
         c.runs.starts,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,7 +12,9 @@ from planner.information.in_flight import SCENARIOS, Asked, Days, asked
 from planner.information.kinds import Kinds, kinds_of
 from planner.information.offers import Offers, offered, offers_of
 from planner.information.promise import Promise
+from planner.information.smooth import smooth_of
 from planner.nouns.array import Array
+from planner.nouns.deadline import Deadline
 from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
 from planner.plan.flight_response import FlightResponse, flight_response
@@ -21,6 +23,7 @@ from planner.spec.flight_temperature import TemperatureShares
 from planner.spec.model import Requirement, Spec
 
 QUICK_SCENARIOS = 12  # flight temperatures that the search looks at
+HASTE_S, HASTY_INSTANTS = 20.0, 12  # for a plan that must be there sooner, of a requirement at any moment
 QUICK_INSTANTS = 4  # of a requirement at any moment
 
 
@@ -28,28 +31,29 @@ QUICK_INSTANTS = 4  # of a requirement at any moment
 class Flight:
     """A spec with its flight's linear combination and its families of curves.
 
-    day: of the flight since the first calibration, 0: not said
+    day: of the flight since the first calibration, 0: not said; deadline: of the plan
     """
 
     spec: Spec
     response: FlightResponse
     curves: Curves
     day: float = 0.0
+    deadline: Deadline = field(default_factory=Deadline)
 
     def under(self, spec: Spec) -> Flight:
         """The same flight with another spec of the same errors; shapes of curves stay drawn."""
-        return Flight(spec, self.response, Curves(spec, self.curves.drawn), self.day)
+        return replace(self, spec=spec, curves=Curves(spec, self.curves.drawn))
 
     def in_store(self, span_days: float) -> float:
         """Days from the end of a campaign of `span_days` to the flight."""
         return max(self.day - span_days, 0.0) if self.day > 0 else self.spec.flown_after_days
 
 
-def flight_of(spec: Spec, trajectory: Trajectory) -> Flight:
+def flight_of(spec: Spec, trajectory: Trajectory, deadline: Deadline | None = None) -> Flight:
     """The flight of a spec for the errors that it budgets."""
     errors = [ErrorName.of(sensor, effect) for sensor in SENSORS for effect in getattr(spec.unit, sensor)]
     response = flight_response(trajectory, errors, spec.requirement)
-    return Flight(spec, response, Curves(spec), trajectory.day)
+    return Flight(spec, response, Curves(spec), trajectory.day, deadline or Deadline())
 
 
 def scenarios(
@@ -78,10 +82,19 @@ def asked_of(flight: Flight, *, exact: bool, days: Days | None = None) -> tuple[
     stored = flight.in_store(0.0)
     for index, wanted in enumerate(spec.requirement):
         start, weights = scenarios(spec, wanted, flight.response, SCENARIOS if exact else QUICK_SCENARIOS)
-        instants = len(flight.response.time_s) if exact else QUICK_INSTANTS
+        instants = _looked_at(flight, wanted) if exact else QUICK_INSTANTS
         walked = days or (lambda f: stored)
         found.append(asked(index, spec, flight.response, start, weights, instants, walked))
     return tuple(found)
+
+
+def _looked_at(flight: Flight, wanted: Requirement) -> int:
+    """Instants of an exact figure: all, but for who has little time."""
+    every = len(flight.response.time_s)
+    if wanted.at != "any" or flight.deadline.seconds >= HASTE_S or every <= HASTY_INSTANTS:
+        return every
+    flight.deadline.note(f"moments that are looked at ({HASTY_INSTANTS} instead of {every})")
+    return HASTY_INSTANTS
 
 
 def on_offer(flight: Flight, also: Sequence[float] = ()) -> tuple[Offers, Promise]:
@@ -93,6 +106,9 @@ def on_offer(flight: Flight, also: Sequence[float] = ()) -> tuple[Offers, Promis
 
 def promise_of(flight: Flight, kinds: Kinds, wanted: tuple[Asked, ...]) -> Promise:
     """The model of a promise over kinds of power-on."""
-    degc = [kinds.degc, *(a.temperature_degc.ravel() for a in wanted)]
+    ends = np.array(flight.spec.plan.temperatures.range)
+    degc = [kinds.degc, ends, *(a.temperature_degc.ravel() for a in wanted)]
     points: Array = np.unique(np.round(np.concatenate(degc), 6)).astype(np.float64)
-    return Promise(kinds, wanted, flight.response.flying, points, flight.curves.moments(points))
+    families = flight.curves.moments(points)
+    smooth = smooth_of(flight.spec, points, families)
+    return Promise(kinds, wanted, flight.response.flying, points, families, smooth)

@@ -122,8 +122,8 @@ def _by_hand(spec: Spec, test: str) -> tuple[float, ...]:
     return () if chosen is None else temperatures_of(spec, chosen)[0]
 
 
-def offers_of(spec: Spec, kinds: Sequence[Kind]) -> Offers:
-    """The kinds of a spec with their prices and what hands fixed of them."""
+def offers_of(spec: Spec, kinds: Sequence[Kind], prices: Array | None = None) -> Offers:
+    """The kinds of a spec with their prices (or others of the same resources) and what hands fixed."""
     tariff = Tariff(spec, [k.temperature_degc for k in kinds])
     amounts = np.array(
         [
@@ -132,13 +132,14 @@ def offers_of(spec: Spec, kinds: Sequence[Kind]) -> Offers:
         ]
     )
     each = np.array([r.kind in PAID_ONCE for r in tariff.resources])
+    prices = tariff.prices if prices is None else prices
     return Offers(
         spec,
         tuple(kinds),
         tuple(_tests(spec, kinds)),
         amounts[:, ~each] > 0,
-        tariff.prices[~each],
-        amounts[:, each] @ tariff.prices[each],
+        prices[~each],
+        amounts[:, each] @ prices[each],
     )
 
 

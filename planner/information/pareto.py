@@ -8,7 +8,7 @@ what the set shows.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,7 @@ from planner.information.exchange import Judge, even
 from planner.information.offers import Offer, Offers
 from planner.nouns.allowances import GeneticHistory
 from planner.nouns.array import Array
+from planner.nouns.deadline import never
 from planner.nouns.plan import GeneticPlan
 from planner.plan.costs import repeat_power_on
 
@@ -35,7 +36,9 @@ class Point:
     power_on_s: float
 
 
-def pareto_set(offers: Offers, judge: Judge, seed: int) -> tuple[list[Point], GeneticHistory]:
+def pareto_set(
+    offers: Offers, judge: Judge, seed: int, late: Callable[[], bool] = never
+) -> tuple[list[Point], GeneticHistory]:
     """The Pareto set that the genetic algorithm found, the shortest first, and how it got there."""
     from deap import tools
 
@@ -46,6 +49,8 @@ def pareto_set(offers: Offers, judge: Judge, seed: int) -> tuple[list[Point], Ge
     mean: list[float] = []
     kept = list(people)
     for _ in range(GENERATIONS):
+        if late():
+            break
         children = [_child(offers, people, rng) for _ in range(INDIVIDUALS)]
         people = tools.selNSGA2([*people, *_judged(offers, judge, children)], INDIVIDUALS)
         kept += people
@@ -53,8 +58,11 @@ def pareto_set(offers: Offers, judge: Judge, seed: int) -> tuple[list[Point], Ge
         best.append(min([*keeping, *best[-1:]], default=float("nan")))
         mean.append(float(np.mean([p.point.cost for p in people])))
     points = sorted(undominated([p.point for p in kept if p.point.load < USELESS]), key=lambda p: p.cost)
-    evaluations = INDIVIDUALS * (GENERATIONS + 1)
-    return points, GeneticHistory(tuple(best), tuple(mean), GENERATIONS, evaluations, "generations")
+    evaluations = INDIVIDUALS * (len(best) + 1)
+    history = GeneticHistory(
+        tuple(best), tuple(mean), len(best), evaluations, "time" if len(best) < GENERATIONS else "generations"
+    )
+    return points, history
 
 
 def undominated(points: Sequence[Point]) -> list[Point]:
@@ -65,9 +73,13 @@ def undominated(points: Sequence[Point]) -> list[Point]:
     return [distinct[i] for i in np.flatnonzero(~better.any(axis=0))]
 
 
-def genetic_beside(offers: Offers, judge: Judge, plan_cost: float, seed: int) -> GeneticPlan | None:
+def genetic_beside(
+    offers: Offers, judge: Judge, plan_cost: float, seed: int, late: Callable[[], bool] = never
+) -> GeneticPlan | None:
     """The genetic campaign beside the plan with its gap; None where it found none that keeps the promise."""
-    points, history = pareto_set(offers, judge, seed)
+    if late():
+        return None
+    points, history = pareto_set(offers, judge, seed, late)
     keeping = [p for p in points if p.load <= 1.0 and judge.keeps(p.counts)]
     if not keeping:
         return None

@@ -1,8 +1,9 @@
 """What is left of every error in flight, part by part, and which error makes how much of each requirement.
 
 Marginal sigmas of each error's largest term, root mean square over the flight's temperatures: the flight's
-own power-on, drift and storage; `estimate`, what the campaign's noise leaves of the coefficients;
-`temperature`, what straight lines miss of the curves. The covariance of all terms stands beside them.
+own power-on and drift; `storage`, the walk over the days of the campaign and in store; `estimate`, what the
+campaign's noise leaves of the coefficients; `temperature`, what tables miss of the curves. The
+covariance of all terms stands beside them.
 """
 
 from __future__ import annotations
@@ -14,14 +15,17 @@ import numpy as np
 
 from planner.information.exact import Foreseen
 from planner.information.in_flight import Asked, collapsed, drawn_by_flights, drawn_in_flight
+from planner.information.kinds import ChannelKinds
 from planner.information.model_of import Flight
-from planner.information.promise import Moments, Promise
+from planner.information.promise import Promise
+from planner.information.smooth import Moments
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
 ROUNDING = 1e-12  # of a variance
+STANDING = 1e-6  # of a walk: nothing beside any noise
 
 
 @dataclass(frozen=True)
@@ -46,12 +50,15 @@ def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
     noise, whole = (
         np.tensordot(weights, _left(promise, each, moments, found.counts), 1) for moments in ({}, curves)
     )
+    still = np.tensordot(weights, _left(_without_walks(promise), each, {}, found.counts), 1)
     own = {f: _own(flight, f, a, weights, found.days(f)) for f in promise.flying}
     variances = {
         f: {
-            **own[f],
+            "run_to_run": own[f]["run_to_run"],
+            "in_run": own[f]["in_run"],
+            "storage": own[f]["storage"] + _above(noise[i, i], still[i, i]),
             "temperature": _above(whole[i, i], noise[i, i]),
-            "estimate": max(noise[i, i], 0.0) + own[f].pop("uncalibrated"),
+            "estimate": max(min(noise[i, i], still[i, i]), 0.0) + own[f]["uncalibrated"],
         }
         for i, f in enumerate(promise.flying)
     }
@@ -68,6 +75,18 @@ def _above(whole: float, noise: float) -> float:
     """The rest of a variance; what rounding leaves of it is nothing."""
     rest = whole - noise
     return float(rest) if rest > ROUNDING * whole else 0.0
+
+
+def _without_walks(promise: Promise) -> Promise:
+    """The same campaigns if nothing walked over their days."""
+    channels = tuple(_standing(c) for c in promise.kinds.channels)
+    return replace(promise, kinds=replace(promise.kinds, channels=channels))
+
+
+def _standing(c: ChannelKinds) -> ChannelKinds:
+    sigma = c.sigma.copy()
+    sigma[[place for place, _, _ in c.walks]] *= STANDING
+    return replace(c, sigma=sigma)
 
 
 def left_by_campaign(promise: Promise, counts: Array, requirement: int, family: str) -> Array:

@@ -109,6 +109,11 @@ def _of_benches(spec: Spec, found: Found) -> Iterator[Price]:
     now = makespan(spec, found.visits)
     for words, changed in _bench_changes(spec, [v.test for v in found.visits]):
         yield Price(words, (makespan(changed, found.visits) - now) * max(weights_of(spec)[0], 0.0))
+    if spec.plan.units is not None:
+        for name in dict.fromkeys(spec.tests[v.test].bench for v in found.visits):
+            with_one = makespan(spec, found.visits, count={name: 2})
+            chamber = " with its chamber" if spec.benches[name].chamber is not None else ""
+            yield Price(f"{name}: one more of it{chamber}", (with_one - now) * max(weights_of(spec)[0], 0.0))
 
 
 def _bench_changes(spec: Spec, tests: Sequence[str]) -> Iterator[tuple[str, Spec]]:

@@ -2,14 +2,15 @@
 
     d = R (θ̂ − θ) + Σ_e (J_e f_e(T) − R G_e f_e(T_k)) + own,   R = Σ_terms J_term h(T)
 
-R reads the campaign's coefficients at the flight's temperature; f_e, the curve that straight lines miss, goes
-through its second moment. The posterior part and the curves depend on the campaign, `own` does not.
+R reads the campaign's coefficients at the flight's temperature, with straight lines between the nodes or with
+the weights of the posterior mean (`smooth`); f_e, the curve that either misses, goes through its second
+moment. The posterior part and the curves depend on the campaign, `own` does not.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -19,13 +20,12 @@ from numpy.typing import NDArray
 from planner.information.drawn import CurveWeights
 from planner.information.in_flight import Asked
 from planner.information.kinds import Kinds
+from planner.information.smooth import Moments, Smooth
 from planner.information.told import Alike, Told, alike, told
 from planner.nouns.array import Array
 from planner.plan.flight_response import Flying
 from planner.protocols import Sensor
 from planner.solvers.length_share import length_within, variances_along, within
-
-Moments = Mapping[tuple[Sensor, str], Array]
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,7 @@ class Promise:
     """The model of a promise: kinds of power-on, requirements in flight, second moments of curves.
 
     points: (N,) degC at which curves are known; families: name -> (sensor, effect) -> (N, N), SI²
+    smooth: how tables are read, None: by straight lines
     """
 
     kinds: Kinds
@@ -40,6 +41,7 @@ class Promise:
     flying: tuple[Flying, ...]
     points: Array
     families: Mapping[str, Moments]
+    smooth: Smooth | None = None
 
     def figures(self, counts: Array, families: Sequence[str] | None = None) -> Array:
         """(B, families, requirements) quantile or rms in SI, infinite where a coefficient is undetermined."""
@@ -71,24 +73,28 @@ class Promise:
         chosen = [i for i, name in enumerate(self.families) if name in named]
         whole = [np.zeros((len(counts), len(chosen), *v.alone.shape[1:])) for v in self._views]
         undetermined = np.zeros(len(counts), dtype=bool)
+        common = [_Common(len(counts)) for _ in self._views]
         for group in self._groups:
             for found in told(group.alike, counts, group.curved):
                 undetermined[found.which] |= group.misses(found)
-                for v, total in zip(group.seen_from, whole, strict=True):
+                for v, total, of in zip(group.seen_from, whole, common, strict=True):
                     total[found.which] += v.left(found, chosen)
-        for view, total in zip(self._views, whole, strict=True):
-            total += view.alone[chosen]
+                    of.add(group, v, found)
+        for view, total, of in zip(self._views, whole, common, strict=True):
+            total += view.alone[chosen] + of.between()
         return [self._blocks(a, whole) for a in self.asked], undetermined
 
     def covariance(self, counts: Array, requirement: int) -> Array:
         """(B, families, S, I c, I c) of one requirement with what goes between its instants."""
         only = replace(self, asked=(self.asked[requirement],))
         whole = [np.zeros((len(counts), len(self.families), *v.alone.shape[1:])) for v in only._views]
+        common = _Common(len(counts))
         for group in only._groups:
             for found in told(group.alike, counts, group.curved):
                 for v, total in zip(group.seen_from, whole, strict=True):
                     total[found.which] += v.left(found, range(len(self.families)))
-        return np.asarray(whole[0] + only._views[0].alone)
+                    common.add(group, v, found)
+        return np.asarray(whole[0] + only._views[0].alone + common.between())
 
     def through_curves(self, counts: Array, requirement: int) -> list[CurveWeights]:
         """What one requirement takes from every curve, with one campaign (g,): what tables miss included."""
@@ -186,6 +192,7 @@ class _Seen:
     """A group of channels as one view sees it. response: term -> (a, ρ, m); moments: term -> (families, N, N)
 
     of_kind: (g,), of_flight: (S, m) places among the points; walks: as of `ChannelKinds`
+    smooth: term -> the error as which its table is read smoothly
     """
 
     temperature_degc: Array
@@ -194,10 +201,11 @@ class _Seen:
     of_kind: NDArray[np.intp]
     of_flight: NDArray[np.intp]
     walks: tuple[tuple[int, int, float], ...]
+    smooth: Mapping[int, tuple[Smooth, tuple[Sensor, str]]]
 
     def left(self, found: Told, families: Sequence[int]) -> Array:
         """(B, families, S, ρ, ρ) what the estimates leave, and what they make of the curves."""
-        R = self._reads(found)
+        R = self.reads(found)
         flat = R.reshape(*R.shape[:2], -1, R.shape[-1])
         noise = _between((flat @ found.covariance).reshape(R.shape), R)[:, None]
         if not self.moments:
@@ -209,7 +217,7 @@ class _Seen:
         self, found: Told, flying: Sequence[Flying], flown: Mapping[int, NDArray[np.intp]]
     ) -> Iterator[CurveWeights]:
         """Of every curved term of every channel, for the only campaign that is told."""
-        R = self._reads(found)
+        R = self.reads(found)
         used, which = np.unique(self.of_kind[found.kinds[0]], return_inverse=True)
         together = np.eye(len(used))[which]  # repeats at one temperature see one value of a curve
         places = np.concatenate(
@@ -223,7 +231,7 @@ class _Seen:
                 weights = np.concatenate([own, in_flight], axis=2)
                 yield CurveWeights(flying[int(k)].error.parts, places, weights)
 
-    def _reads(self, found: Told) -> Array:
+    def reads(self, found: Told) -> Array:
         """(a, B, S, ρ, P) what d takes from the coefficients."""
         S, m = self.temperature_degc.shape
         hats = found.reads(self.temperature_degc.ravel())
@@ -231,11 +239,15 @@ class _Seen:
         first = next(iter(self.response.values()))
         R = np.zeros((a, B, S, first.shape[1], P))
         for i, J in self.response.items():
-            h = hats[i]
-            if h is None:
+            h, nodes = hats[i], found.nodes[i]
+            if h is None or nodes is None:
                 R[..., found.places[i]] = J.sum(axis=2)[:, None, None, :, None]
-            else:
-                R[..., found.places[i]] = J[:, None, None] @ h.reshape(B, S, m, -1)
+                continue
+            if i in self.smooth:
+                noise = found.covariance[:, :, found.places[i], found.places[i]]
+                smooth, error = self.smooth[i]
+                h = smooth.weights(error, self.temperature_degc.ravel(), nodes, noise)
+            R[..., found.places[i]] = J[:, None, None] @ h.reshape(*h.shape[:-2], S, m, -1)
         end = found.places[-1].stop
         for j, i, left in self.walks:
             if i in self.response:
@@ -267,6 +279,47 @@ def _between(x: Array, y: Array) -> Array:
     return np.asarray((x @ np.swapaxes(y, -1, -2)).sum(axis=0))
 
 
+@dataclass
+class _Common:
+    """What channels have in common through references that err: every channel is solved for itself.
+
+    With D = ∂θ̂/∂r of one channel, the covariance of two is D_a s² D_bᵀ, and of a channel with the reference
+    itself −D s²: so sums over the channels, squared, less their own squares.
+    """
+
+    campaigns: int
+    sums: dict[str, Array] = field(default_factory=dict)
+    own: list[tuple[NDArray[np.intp], Array]] = field(default_factory=list)
+
+    def add(self, group: _Group, seen: _Seen, found: Told) -> None:
+        """A group of channels on some of the campaigns."""
+        if not any(any(c.references) for c in group.alike.channels):
+            return
+        P = found.places[-1].stop
+        D = (seen.reads(found)[..., :P] @ found.covariance[:, :, None, :P, P:]) / group.alike.first.sigma
+        for c, channel in zip(group.alike.channels, D, strict=True):
+            for j, name in enumerate(c.references):
+                if name:
+                    z = channel[..., j]
+                    if name not in self.sums:
+                        self.sums[name] = np.zeros((self.campaigns, *z.shape[1:]))
+                    self.sums[name][found.which] += z
+                    self.own.append((found.which, z))
+
+    def between(self) -> Array:
+        """(B, 1, S, ρ, ρ), to be added to every family."""
+        if not self.sums:
+            return np.zeros((self.campaigns, 1, 1, 1, 1))
+        total = np.sum([_square(z) for z in self.sums.values()], axis=0)
+        for which, z in self.own:
+            total[which] -= _square(z)
+        return np.asarray(total[:, None])
+
+
+def _square(z: Array) -> Array:
+    return np.asarray(z[..., :, None] * z[..., None, :])
+
+
 def _group(promise: Promise, g: Alike) -> _Group:
     known = {(f.error, f.term, f.channel): i for i, f in enumerate(promise.flying)}
     flown = {}
@@ -280,6 +333,8 @@ def _group(promise: Promise, g: Alike) -> _Group:
         if any(m is not None for m in each_family):
             none = np.zeros((len(promise.points),) * 2)
             moments[i] = np.stack([none if m is None else m for m in each_family])
+    s, errors = promise.smooth, {i: g.first.terms[i].error.parts for i in flown}
+    smooth = {} if s is None else {i: (s, error) for i, error in errors.items() if error in s.prior}
     seen = tuple(
         _Seen(
             v.temperature_degc,
@@ -288,6 +343,7 @@ def _group(promise: Promise, g: Alike) -> _Group:
             promise.places(g.degc),
             promise.places(v.temperature_degc),
             g.first.walks,
+            smooth,
         )
         for v in promise._views
     )

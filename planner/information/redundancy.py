@@ -31,7 +31,7 @@ def survives_any_loss(promise: Promise, counts: Array) -> bool:
         (*promise.kinds.kinds, *(promise.kinds.kinds[k] for k, _ in lost)),
         tuple(_without(c, lost) for c in promise.kinds.channels),
     )
-    return not np.any(replace(promise, kinds=kinds, families={"": {}}).left(tried)[1])
+    return not np.any(replace(promise, kinds=kinds, families={"": {}}, smooth=None).left(tried)[1])
 
 
 def _records(kinds: Kinds, kind: int) -> int:

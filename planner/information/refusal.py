@@ -52,7 +52,7 @@ class _Beyond:
 
 def _easiest(offers: Offers, judge: Judge, k: int) -> Array:
     """The campaign that keeps requirement k most easily."""
-    return easiest(offers, lambda counts: judge.promise.figures(counts)[:, :, k].max(axis=1))
+    return easiest(offers, lambda counts: judge.promise.figures(counts)[:, :, k].max(axis=1), judge.late)
 
 
 def _beyond(flight: Flight, offers: Offers, judge: Judge, n: Array, k: int) -> _Beyond | None:

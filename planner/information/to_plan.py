@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from planner.information.scaled import Part
 from planner.information.worth import worth_of
 from planner.nouns.allowances import Allowance, ErrorModel, FlownCovariance, FlownTerm
 from planner.nouns.choices import Campaign, RepeatReason
+from planner.nouns.deadline import BESIDE
 from planner.nouns.plan import Achieved, GeneticPlan, Plan
 from planner.nouns.sensitivities import Constraint
 from planner.nouns.sensor import ErrorName
@@ -43,6 +45,10 @@ def plan_of(
     """Everything that plan.json and the report show of a campaign by information."""
     spec = flight.spec
     by_hand = is_hand_made(spec)
+
+    def late(stage: str) -> bool:
+        return not by_hand and flight.deadline.over(BESIDE, stage)
+
     chosen = Campaign(found.visits, (), found.cost, found.bound, found.proved)
     tests = planned_tests(spec, chosen, found.timeline)
     allowed = tuple(_allowances(flight, found, models))
@@ -56,6 +62,7 @@ def plan_of(
         method="information",
         objective=objective_words(spec),
         requirements=tuple(_achieved(flight, found, i) for i in range(len(spec.requirement))),
+        temperature_estimator=spec.plan.temperature_estimator,
         families=_families(spec, found),
         sensitivities=tuple(sensitivity_figures(spec, constraints, allowed)),
         allowances=allowed,
@@ -69,20 +76,23 @@ def plan_of(
         objective_value=round(found.cost, 6),
         objective_bound=round(least, 6),
         proved=by_hand or found.proved,
-        proved_of=proved_of(found),
+        proved_of=proved_of(found, spec.plan.temperature_estimator),
         spread_factor=found.spread_factor,
         hours_per_limit={},
         genetic=genetic,
-        worth=worth_of(found),
+        worth=() if late("the worth of visits") else worth_of(found),
         covariance=_covariance(flight, found, models),
-        prices=() if by_hand else prices_of(flight, found, _spreads(flight, found)),
+        prices=() if by_hand or late("prices") else prices_of(flight, found, _spreads(flight, found)),
         notes=(*notes, *borrowed_notes(spec, found), *worn_out(spec, power_on)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),
     )
 
 
-def proved_of(found: Found) -> str:
+ESTIMATORS = {"lines": "tables with straight lines", "smooth": "smooth tables (posterior mean)"}
+
+
+def proved_of(found: Found, estimator: Literal["lines", "smooth"]) -> str:
     """Among which campaigns the plan is the shortest, or is said to be within its gap."""
     offers = found.offers
     tests = ", ".join(o.test for o in offers.tests)
@@ -93,7 +103,7 @@ def proved_of(found: Found) -> str:
     families = ", ".join(found.foreseen.families)
     return (
         f"campaigns of {tests} at {grid}, by working time, under the spec's error model, curves of the "
-        f"families {families}, and tables with straight lines as estimator"
+        f"families {families}, and {ESTIMATORS[estimator]} as estimator"
     )
 
 
@@ -163,8 +173,11 @@ def _reasons(spec: Spec, found: Found, models: Sequence[ErrorModel]) -> Iterator
                 continue
             spreads = spread_at(model, visit.temperatures_degc, visit.test)
             widths = half_widths(spec, model, visit.test, visit.temperatures_degc, visit.repeats)
-            for t, n, s, d in zip(visit.temperatures_degc, visit.repeats, spreads, widths, strict=True):
-                if not np.isfinite(d):
+            numbers = quantile(plan.confidence, plan.quantile, np.array(visit.repeats))
+            for t, n, s, d, q in zip(
+                visit.temperatures_degc, visit.repeats, spreads, widths, numbers, strict=True
+            ):
+                if not np.isfinite(q):
                     continue  # one power-on has no interval
                 yield RepeatReason(
                     error=error,
@@ -173,7 +186,7 @@ def _reasons(spec: Spec, found: Found, models: Sequence[ErrorModel]) -> Iterator
                     spread=float(s),
                     confidence=plan.confidence,
                     quantile_name=plan.quantile,
-                    quantile=float(quantile(plan.confidence, plan.quantile, np.array([n]))[0]),
+                    quantile=float(q),
                     repeats=n,
                     half_width=float(d),
                     needed_half_width=float(d),

@@ -1,7 +1,8 @@
 """What the requirements do not need: a calibration at all, or a test whose errors may stay as they are.
 
-An error that nobody calibrates keeps its systematic size (its standard deviation is a third's root of it) and
-all of its curve. Where that is little beside the limits, a campaign without its test is shorter.
+An error that nobody calibrates keeps its systematic size, anywhere within it alike (its standard deviation is
+a third's root of it; quantiles are drawn, because no Gaussian tells them), and all of its curve. Where that
+is little beside the limits, a campaign without its test is shorter.
 """
 
 from __future__ import annotations
@@ -13,12 +14,19 @@ import numpy as np
 
 from planner.errors import PlannerError
 from planner.information.choose import Found, campaign_found
+from planner.information.in_flight import Asked
 from planner.information.kinds import Kinds
 from planner.information.model_of import Flight, asked_of, promise_of
+from planner.information.promise import figure_of
 from planner.information.told import alike, told
 from planner.nouns.array import Array
+from planner.nouns.deadline import BESIDE, Deadline
+from planner.plan.flight_response import Flying
 from planner.spec.model import NAVIGATION_ERRORS, Spec
 from planner.units import from_si
+
+DRAWS = 20_000
+OF_REST = 0.5  # of the time that the plan has left, for what a campaign without a test is
 
 
 def unneeded(flight: Flight, found: Found) -> Iterator[str]:
@@ -35,6 +43,8 @@ def unneeded(flight: Flight, found: Found) -> Iterator[str]:
         yield f"requirement: no calibration is needed: units as they are keep every limit ({said})"
         return
     for visit in found.visits:
+        if flight.deadline.over(BESIDE, "what is not needed"):
+            return
         yield from _without(flight, found, visit.test, limits)
 
 
@@ -46,7 +56,7 @@ def _without(flight: Flight, found: Found, test: str, limits: Array) -> Iterator
         return
     tests = {name: t for name, t in flight.spec.tests.items() if name != test}
     spec = flight.spec.model_copy(update={"effects": kept, "tests": tests})
-    other = flight.under(spec)
+    other = replace(flight.under(spec), deadline=Deadline(OF_REST * flight.deadline.left))
     if np.any(_left_alone(flight, spec, own_only=True) > limits):
         return
     try:
@@ -83,8 +93,47 @@ def _left_alone(flight: Flight, spec: Spec, *, own_only: bool = False) -> Array:
     """(requirements,) the largest figures when nothing is calibrated; own_only: without any curve, SI."""
     other = flight.under(spec)
     wanted = asked_of(other, exact=False)
+    promise = promise_of(other, Kinds((), ()), wanted)
     if own_only:
-        promise = replace(promise_of(other, Kinds((), ()), wanted), families={"": {}})
-    else:
-        promise = promise_of(other, Kinds((), ()), wanted)
-    return np.asarray(promise.figures(np.zeros((1, 0)))[0].max(axis=0))
+        promise = replace(promise, families={"": {}})
+    left, _ = promise.left(np.zeros((1, 0)))
+    each = [(float(figure_of(a, S).max()), a, S[0]) for a, S in zip(wanted, left, strict=True)]
+    return np.array([f if a.share is None else max(f, _drawn(other, a, S)) for f, a, S in each])
+
+
+def _drawn(flight: Flight, a: Asked, S: Array) -> float:
+    """The quantile of |d| with every systematic size drawn evenly, all else as Gaussian; S: (f, S, I, c, c).
+
+    The largest over families and instants.
+    """
+    J = a.response.sum(axis=3)
+    size = np.array([_systematic(flight.spec, f) for f in flight.response.flying])
+    rest = S - np.einsum("icf,f,idf->icd", J, size**2 / 3.0, J)
+    rng = np.random.default_rng(flight.spec.plan.seed)
+    even = rng.uniform(-1.0, 1.0, (DRAWS, len(size))) * size
+    normal = rng.normal(size=(DRAWS, S.shape[-1]))
+    value, vector = np.linalg.eigh(rest)
+    root = vector * np.sqrt(np.maximum(value, 0.0))[..., None, :]
+    found = 0.0
+    for family in root:
+        for i in range(J.shape[0]):
+            lengths = np.linalg.norm(even @ J[i].T + normal @ np.swapaxes(family[:, i], 1, 2), axis=2)
+            found = max(found, _quantile(lengths, a))
+    return found
+
+
+def _quantile(lengths: Array, a: Asked) -> float:
+    """Of lengths (S, DRAWS) at temperatures of weights (S,), or of the worst of them."""
+    assert a.share is not None
+    if a.weights is None:
+        return float(np.quantile(lengths, a.share, axis=1).max())
+    order = np.argsort(lengths, axis=None)
+    weight = np.repeat(a.weights / lengths.shape[1], lengths.shape[1])[order]
+    place = int(np.searchsorted(np.cumsum(weight), a.share))
+    return float(lengths.ravel()[order][min(place, len(order) - 1)])
+
+
+def _systematic(spec: Spec, f: Flying) -> float:
+    """Size before calibration of a term that nothing calibrates."""
+    budget = getattr(spec.unit, f.error.sensor)[f.error.effect]
+    return 0.0 if f.error.effect in spec.effects else float(budget.systematic_size)

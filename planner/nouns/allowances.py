@@ -105,7 +105,7 @@ class GeneticHistory:
     mean: tuple[float, ...]
     generations: int
     evaluations: int
-    stopped: Literal["converged", "generations"]
+    stopped: Literal["converged", "generations", "time"]
 
 
 @dataclass(frozen=True)

@@ -104,11 +104,34 @@ class Tables:
 
 
 @dataclass(frozen=True)
+class SmoothTable:
+    """One channel's table by the posterior mean of its curve, SI.
+
+    temperature_degc, value, standard_error, low, high: (N,) with 95 % intervals
+    size: how large the unit's curves are beside the spec's table of residuals, with its 95 % interval
+    between_degc, missed: (F,) what straight lines between the N nodes miss of it
+    """
+
+    error: str
+    channel: str
+    term: str
+    unit: str
+    temperature_degc: Array
+    value: Array
+    standard_error: Array
+    low: Array
+    high: Array
+    size: tuple[float, float, float]
+    between_degc: Array
+    missed: Array
+
+
+@dataclass(frozen=True)
 class SensorCalibration:
     """Everything found for the three channels of one sensor.
 
     condition: channel -> condition number of its design; covariance: channel -> (p, p) in the order of that
-    channel's coefficients; conclusions: sentences for a person
+    channel's coefficients; smooth: where the spec asks for them, what `tables` then hold
     """
 
     sensor: Literal["gyro", "accelerometer"]
@@ -120,6 +143,7 @@ class SensorCalibration:
     residuals: tuple[Residual, ...]
     random: tuple[RandomCharacteristic, ...]
     notes: tuple[str, ...] = ()
+    smooth: tuple[SmoothTable, ...] = ()
 
 
 @dataclass(frozen=True)

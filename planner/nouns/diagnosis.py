@@ -6,9 +6,13 @@ SI and radians inside; `unit` is the display unit. Channels are `gyro_x` … `ac
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.nouns.sensor import Sensor
@@ -78,6 +82,55 @@ class Unknown:
     varies_with: str
     p_value: float
     strength: float
+
+
+@dataclass(frozen=True)
+class ReferenceSuspect:
+    """A reference of the bench, or a label of its records, that explains the residual better than a sensor.
+
+    value, low, high: in `unit`; channels: that it shows on; check: what to look at
+    separated_by: from what a sensor error could do of it, in sigma; 0 where no data of this bench can tell
+    record: the record that would tell it from the sensor's error `alias`, where it is one
+    """
+
+    hypothesis: str
+    value: float
+    low: float
+    high: float
+    unit: str
+    channels: tuple[str, ...]
+    p_value: float
+    strength: float
+    check: str
+    separated_by: float
+    alias: str = ""
+    record: str = ""
+
+
+@dataclass(frozen=True)
+class RowLeftOut:
+    """A record that no model of the unit can follow. guess: what may have happened; size: in sigma."""
+
+    run: int
+    step: str
+    channel: str
+    size: float
+    guess: str
+    condition: str = ""
+
+
+@dataclass(frozen=True)
+class BudgetExceeded:
+    """A spread that is larger than the spec's budget of it, SI."""
+
+    error: str
+    part: str
+    measured: float
+    low: float
+    high: float
+    budget: float
+    unit: str
+    channel: str = ""
 
 
 @dataclass(frozen=True)
@@ -174,6 +227,7 @@ class NavigationCost:
     """What the undeclared effects cost on the spec's trajectory, SI: nobody compensates, and compensated.
 
     as_calibrated: nobody compensates, but the declared coefficients took up what they could on the bench
+    promised: what the plan promises without it, NaN where no plan is given
     """
 
     error: str
@@ -184,6 +238,24 @@ class NavigationCost:
     how: str
     as_calibrated: float = float("nan")
     limit: float = float("nan")
+    promised: float = float("nan")
+
+    @property
+    def total_before(self) -> float:
+        """What a flight of the plan comes to if nobody compensates: a fixed error beside what is promised."""
+        known = [x for x in (self.before, self.as_calibrated) if math.isfinite(x)]
+        return self.promised + max(known, default=math.nan)
+
+    @property
+    def total_after(self) -> float:
+        """The same once it is compensated: what the intervals leave is independent of what is promised."""
+        return math.hypot(self.promised, self.after)
+
+    @property
+    def helps(self) -> bool:
+        """Whether compensation leaves less than nobody's doing anything, in the way that costs more."""
+        known = [x for x in (self.before, self.as_calibrated) if math.isfinite(x)]
+        return not known or not math.isfinite(self.after) or self.after <= max(known)
 
 
 @dataclass(frozen=True)
@@ -203,8 +275,20 @@ class NextMeasurement:
 
 
 @dataclass(frozen=True)
+class Refused:
+    """An effect that the search took up and its own evidence refuses, and why."""
+
+    effect: str
+    channels: tuple[str, ...]
+    why: str
+
+
+@dataclass(frozen=True)
 class UnitDiagnosis:
-    """What the data of one unit say, before anything is made of it."""
+    """What the data of one unit say, before anything is made of it.
+
+    refused: what was tried and did not enter; kept: (n,) rows of the table that were judged, None for all
+    """
 
     unit: str
     verdict: Verdict
@@ -215,6 +299,11 @@ class UnitDiagnosis:
     evidence: tuple[Evidence, ...]
     assumptions: tuple[Assumption, ...]
     notes: tuple[str, ...] = ()
+    reference_suspects: tuple[ReferenceSuspect, ...] = ()
+    rows_left_out: tuple[RowLeftOut, ...] = ()
+    budget_exceeded: tuple[BudgetExceeded, ...] = ()
+    refused: tuple[Refused, ...] = ()
+    kept: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True)

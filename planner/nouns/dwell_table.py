@@ -25,6 +25,8 @@ class DwellTable:
     ref_rate: (n, 3) true inertial rate in body axes, rad/s, the Earth's included
     ref_acc: (n, 3) true specific force in body axes, m/s^2
     gyro: (n, 3) rad/s; acc: (n, 3) m/s^2; gyro_std, acc_std: within the record; n_samples: (n,)
+    kind: (n,) `rest` or `motion`, a piece of a hand turn between rests whose gyro is its mean rate;
+        None where every row is a record of its own
     source: the file; notes: what was found odd while reading or reducing, each a sentence
     absent: names of the columns that the file did not have; those that are never None here stand at a neutral
         value (run 1, day 0, time_on 0, 20 degC, rate 0), and effects that need them cannot be tested
@@ -46,6 +48,7 @@ class DwellTable:
     gyro_std: Array | None = None
     acc_std: Array | None = None
     n_samples: NDArray[np.int64] | None = None
+    kind: NDArray[np.str_] | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
     absent: tuple[str, ...] = ()

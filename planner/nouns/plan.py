@@ -242,6 +242,7 @@ class Plan:
     plugins: tuple[Origin, ...] = ()
     complete: bool = True
     method: Literal["information", "published"] = "published"
+    temperature_estimator: Literal["lines", "smooth"] = "lines"
     families: Mapping[str, Mapping[int, float]] = field(default_factory=dict)
     proved_of: str = ""
     spread_factor: float = 1.0

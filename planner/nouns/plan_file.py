@@ -358,6 +358,7 @@ class PlanWhy(Part):
     requirements: list[RequirementFigures]
     families: dict[str, dict[str, Time]] = {}
     method: Literal["information", "published"] = "published"
+    temperature_estimator: Literal["lines", "smooth"] = "lines"
     proved_of: str = ""
     spread_factor: Positive = 1.0
     worth: list[WorthFigures] = []

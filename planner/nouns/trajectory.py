@@ -18,6 +18,7 @@ class Trajectory:
     angle_increment: (n, 3) integral of the ideal gyro readings over each interval, rad
     velocity_increment: (n, 3) integral of the ideal accelerometer readings over each interval, m/s
     temperature_degc: (n + 1,); time_on: (n + 1,) seconds since power-on; day: days since calibration
+    height_aid_m: standard deviation of the aid that holds the computed height; None: nothing holds it
     """
 
     name: str
@@ -32,3 +33,4 @@ class Trajectory:
     temperature_degc: Array
     time_on: Array
     day: float = 0.0
+    height_aid_m: float | None = None

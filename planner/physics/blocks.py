@@ -64,6 +64,10 @@ class Motion(Protocol):
     def velocity_increment(self) -> Array:
         """(n, 3) m/s."""
 
+    @property
+    def height_aid_m(self) -> float | None:
+        """One sigma of what holds the computed height; None: nothing does."""
+
 
 @dataclass(frozen=True)
 class Blocks:

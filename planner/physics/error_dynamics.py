@@ -18,6 +18,8 @@ see `planner.physics.blocks`; the blocks are chained by
 
     Φ = [[I, 0, 0], [-[X×], I + ΓT²/2, ΓT], [-[Y×], (I + ΓT²/6) T, I + ΓT²/2]],  X = ∫f dt, Y = ∫(T-t) f dt.
 
+A height aid projects the vertical channel out after every block (planner.physics.vertical).
+
 Neglected: Γ acting on what arises inside the same block (1e-7 of it for one second).
 Source of the error model: P. D. Groves, 2nd edition, section 14.2.2; the block form is our own.
 """
@@ -45,6 +47,7 @@ from planner.physics.blocks import (
     pieces,
 )
 from planner.physics.earth import EARTH_RATE_RADPS, Array
+from planner.physics.vertical import holding
 
 _DOWN_TO_UP = np.array([1.0, 1.0, -1.0])[:, None]
 
@@ -75,8 +78,8 @@ def propagate_errors(
     """
     blocks = cut_into_blocks(motion, forcing, block_s, instants)
     state = np.zeros((len(blocks.edges), 9, blocks.response.shape[2]))
-    state[1:] = blocks.response
-    for step, before, after in zip(_transitions(motion, blocks), state[:-1], state[1:], strict=True):
+    state[1:], transitions = _held(motion, blocks)
+    for step, before, after in zip(transitions, state[:-1], state[1:], strict=True):
         after += step @ before
     return _in_local_axes(motion, blocks.edges, state)
 
@@ -90,17 +93,35 @@ def errors_at(
     """
     edges = block_edges(motion.time_s, 1.0, instants)
     at = [int(np.argmin(np.abs(motion.time_s[edges] - t))) for t in instants]
-    state = np.zeros((9, count))
+    state, wanted = np.zeros((9, count)), frozenset(at)
     kept, k = {0: state}, 0
     for blocks in pieces(motion, forcing, edges):
         acting = active(int(blocks.edges[0]), int(blocks.edges[-1]))
-        for step, response in zip(_transitions(motion, blocks), blocks.response, strict=True):
-            state = step @ state
-            state[:, acting] += response
+        responses, transitions = _held(motion, blocks)
+        through, own = np.eye(9), np.zeros((9, len(acting)))  # what was before, and what acts in this piece
+        for step, response in zip(transitions, responses, strict=True):
+            through, own = step @ through, step @ own + response
             k += 1
-            if k in at:
-                kept[k] = state
+            if k in wanted:
+                kept[k] = _after(through, state, acting, own)
+        state = _after(through, state, acting, own)
     return _in_local_axes(motion, edges[at], np.stack([kept[k] for k in at]))
+
+
+def _after(through: Array, state: Array, acting: Indices, own: Array) -> Array:
+    """(9, p) the state that a piece of the flight makes of `state`, and of the columns that act in it."""
+    found = through @ state
+    found[:, acting] += own
+    return np.asarray(found)
+
+
+def _held(motion: Motion, blocks: Blocks) -> tuple[Array, Array]:
+    """Response (b, 9, p) and Φ (b, 9, 9) of every block, the vertical channel held at its end by an aid."""
+    transitions = _transitions(motion, blocks)
+    if motion.height_aid_m is None:
+        return blocks.response, transitions
+    end = holding(motion, blocks.edges[1:])
+    return end @ blocks.response, end @ transitions
 
 
 def _transitions(motion: Motion, blocks: Blocks) -> Array:

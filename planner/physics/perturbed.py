@@ -17,6 +17,7 @@ What is of second order inside a block is taken as if force and errors were cons
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -38,6 +39,7 @@ from planner.physics.earth import Array
 from planner.physics.error_dynamics import ErrorHistory
 from planner.physics.quaternion import cross
 from planner.physics.strapdown import NavigationState, from_inertial, to_inertial
+from planner.physics.vertical import hold
 
 
 def navigate_with_errors(
@@ -63,7 +65,8 @@ def navigate_with_errors(
     true = _states(motion, edges)
     c_bi, velocity, position = to_inertial(true, time)
     steps = _steps(pieces(motion, forcing, edges), coefficients, active)
-    turn, dv, dr = _run(steps, position, len(coefficients), at)
+    aid = _Aid(true, velocity.T, position.T) if motion.height_aid_m is not None else None
+    turn, dv, dr = _run(steps, position, len(coefficients), at, aid)
     computed = from_inertial(
         quaternion.to_matrix(turn) @ c_bi[at, None],
         velocity[at, None] + dv,
@@ -87,7 +90,25 @@ def _steps(several: Iterator[Blocks], coefficients: Array, active: Active | None
         yield from zip(blocks.duration.tolist(), force, moment, u, strict=True)
 
 
-def _run(steps: Iterator[_Step], position: Array, runs: int, at: Sequence[int]) -> tuple[Array, Array, Array]:
+@dataclass(frozen=True)
+class _Aid:
+    """What holds the height of every run: the true flight at the edges; velocity, position (3, b + 1)."""
+
+    true: NavigationState
+    velocity: Array
+    position: Array
+
+    def held(self, k: int, dr: Array, dv: Array) -> tuple[Array, Array]:
+        """δr and δv (3, B) at edge k with the height and the vertical velocity of the true flight."""
+        r, v = self.position[:, k, None], self.velocity[:, k, None]
+        altitude, down = float(self.true.altitude[k]), float(self.true.velocity[k, 2])
+        position, velocity = hold(r + dr, v + dv, altitude, down)
+        return position - r, velocity - v
+
+
+def _run(
+    steps: Iterator[_Step], position: Array, runs: int, at: Sequence[int], aid: _Aid | None
+) -> tuple[Array, Array, Array]:
     """Q (4, k, B), δv and δr (k, B, 3) in inertial axes at the edges `at`; position (b + 1, 3) is true."""
     turn, dv, dr = np.zeros((4, runs)), np.zeros((3, runs)), np.zeros((3, runs))
     turn[0] = 1.0
@@ -105,6 +126,8 @@ def _run(steps: Iterator[_Step], position: Array, runs: int, at: Sequence[int]) 
         dv = dv + quaternion.rotated(turn, x + pushed) - x + (before + after) * (t / 2.0)
         turn = quaternion.product(turn, quaternion.from_rotation_vector(angle))
         before = after
+        if aid is not None:
+            dr, dv = aid.held(k + 1, dr, dv)
         if k + 1 in at:
             history[k + 1] = (turn, dv, dr)
     turns, velocities, positions = (

@@ -27,7 +27,9 @@ from planner.physics.attitude import rotate
 from planner.physics.blocks import Indices
 from planner.physics.earth import EARTH_RATE_RADPS, Array
 from planner.physics.quaternion import cross
+from planner.physics.vertical import hold
 
+HELD_S = 1.0  # how often an aid holds the height
 _SLICE_SAMPLES = 200_000  # samples of all flights handled at once: 20 MB of working memory
 _CACHE_SAMPLES = 12_000  # and those prepared at once, which should stay in the cache
 
@@ -54,6 +56,7 @@ def integrate(
     step_s: float,
     *,
     instants: Sequence[float] | None = None,
+    height: tuple[Array, Array] | None = None,
 ) -> NavigationState:
     """Navigate from `start` by the readings of one flight or of many.
 
@@ -61,17 +64,19 @@ def integrate(
     angle_increment, velocity_increment: (n, 3) or (B, n, 3), rad and m/s per interval of step_s seconds;
         what is the same for all flights may be given once
     instants: times (s) of the states wanted, to the nearest sample; None for the end
+    height: (n + 1,) altitude (m) and velocity down (m/s) that an aid holds; None: nothing does
     Returns states of shape (B,), with instants (B, k); without B when all input is of one flight.
     """
     angle, velocity = angle_increment, velocity_increment
     samples = angle.shape[-2]
     at = np.array([samples]) if instants is None else np.rint(np.asarray(instants) / step_s).astype(int)
-    edges = _edges(samples, at)
+    edges = _edges(samples, at, None if height is None else HELD_S / step_s)
     c_bi, speed, position = to_inertial(_with_flights(start))
     frame = quaternion.from_matrix(c_bi), speed.T, position.T
     moved = _reduce(angle.reshape(-1, samples, 3), velocity.reshape(-1, samples, 3), edges, step_s)
     chosen = [0, *np.searchsorted(edges, at)]
-    turned, speed, position = (x[:, chosen] for x in _chain(*frame, *moved, np.diff(edges) * step_s))
+    held = None if height is None else (height[0][edges[1:]], height[1][edges[1:]])
+    turned, speed, position = (x[:, chosen] for x in _chain(*frame, *moved, np.diff(edges) * step_s, held))
     position[:, 1:] -= _centroid(velocity.reshape(-1, samples, 3), turned, at, step_s)
     attitude = quaternion.to_matrix(turned[:, 1:]).swapaxes(0, 1)
     state = from_inertial(attitude, speed[:, 1:].T, position[:, 1:].T, at * step_s)
@@ -134,9 +139,9 @@ def _averaged(theta: Array, vector: Array) -> Array:
     return np.asarray(vector + first * turned + second * cross(theta, turned))
 
 
-def _edges(samples: int, at: Indices) -> Indices:
-    """Blocks of √n / 2 samples, short enough for gravitation, with edges at `at`."""
-    size = max(1, round(0.5 * samples**0.5))
+def _edges(samples: int, at: Indices, most: float | None) -> Indices:
+    """Blocks of √n / 2 samples, or `most`, short enough for gravitation, with edges at `at`."""
+    size = max(1, round(0.5 * samples**0.5 if most is None else min(most, 0.5 * samples**0.5)))
     return np.unique(np.concatenate([np.arange(0, samples, size), at, [samples]]))
 
 
@@ -200,6 +205,7 @@ def _chain(
     force: Array,
     moment: Array,
     duration: Array,
+    held: tuple[Array, Array] | None,
 ) -> tuple[Array, Array, Array]:
     """Rotation b to i (4, b + 1, B), velocity and position in i (3, b + 1, B) at the edges of the blocks.
 
@@ -220,6 +226,11 @@ def _chain(
         positions[:, k + 1] = moved + (before / 3.0 + after / 6.0) * (t * t)
         velocities[:, k + 1] = velocities[:, k] + x[:, k] + (before + after) * (t / 2.0)
         before = after
+        if held is not None:
+            altitude, down = float(held[0][k]), float(held[1][k])
+            positions[:, k + 1], velocities[:, k + 1] = hold(
+                positions[:, k + 1], velocities[:, k + 1], altitude, down
+            )
     return rotations, velocities, positions
 
 

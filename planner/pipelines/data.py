@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from planner.calibrate.dwells_to_fit import calibrate as calibrate_table
 from planner.calibrate.fit_options import FitOptions
+from planner.calibrate.lines_in_flight import lines_in_flight
+from planner.calibrate.nothing_found import refuse_nothing
 from planner.campaign.design import design
 from planner.errors import InputError
 from planner.nouns.calibration import Calibration
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.plan_file import steps_of
+from planner.nouns.trajectory import Trajectory
 from planner.plan.default_campaign import default_campaign
 from planner.plan.schedule_to_steps import steps as steps_of_campaign
+from planner.plan.spec_to_trajectory import trajectory_of
 from planner.simulate.campaign import Settings, Truth, prepared
 from planner.simulate.campaign import simulate as simulate_unit
 from planner.simulate.families import family_named
 from planner.simulate.hidden import hidden_effect
 from planner.spec.load import LoadedSpec
+from planner.spec.model import Spec
 
 Progress = Callable[[str], None]
 
@@ -66,12 +72,28 @@ def simulation_settings(path: Path) -> dict[str, object]:
 def calibrate(
     data: Path, loaded: LoadedSpec, options: FitOptions, progress: Progress
 ) -> tuple[Calibration, ...]:
-    """Dwell table's file and spec → the calibration of every unit in it."""
+    """Dwell table's file and spec → the calibration of every unit in it.
+
+    Raises NothingFound when the data determine nothing of it.
+    """
     from planner.dwells.dwell_files import read_dwells
 
     progress(f"reading {data}")
-    table = read_dwells(data)
-    return calibrate_table(table, loaded.spec, options, spec_sha256=loaded.sha256, progress=progress)
+    table = read_dwells(data, motions=True)
+    found = calibrate_table(table, loaded.spec, options, spec_sha256=loaded.sha256, progress=progress)
+    refuse_nothing(found, options.method, str(data))
+    if not any(sensor.smooth for one in found for sensor in one.sensors):
+        return found
+    progress("what lines between the nodes cost in flight")
+    flight = trajectory_of(loaded.spec.trajectory, loaded.folder)
+    return tuple(_with_cost(one, loaded.spec, flight) for one in found)
+
+
+def _with_cost(found: Calibration, spec: Spec, flight: Trajectory) -> Calibration:
+    smooth = [table for sensor in found.sensors for table in sensor.smooth]
+    if not smooth:
+        return found
+    return replace(found, notes=(*found.notes, *lines_in_flight(smooth, spec, flight)))
 
 
 def apply(calibration: Path, raw: Path, out: Path, columns: Path | None) -> tuple[int, list[str]]:

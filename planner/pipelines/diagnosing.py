@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,17 +16,19 @@ from planner.diagnose.diagnosis_to_next_measurement import next_measurements
 from planner.diagnose.diagnosis_to_residual import UnitFits, residual_changes, unit_fits
 from planner.diagnose.diagnosis_to_spec import SpecUpdate, updated_spec
 from planner.diagnose.dwells_to_diagnosis import diagnose as diagnose_unit
+from planner.diagnose.evidence_veto import held_to_the_floor, refused_by_residual
 from planner.dwells.dwell_checks import check_rests
 from planner.dwells.dwell_files import read_dwells
 from planner.dwells.table_rows import rows_of
 from planner.errors import InfeasibleError, InputError
-from planner.nouns.diagnosis import Diagnosis, NavigationCost, UnitDiagnosis
+from planner.nouns.diagnosis import Diagnosis, NavigationCost, ResidualChange, UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.plan import Plan
 from planner.pipelines import planning
-from planner.plan.spec_to_trajectory import trajectory_of
+from planner.plan.spec_to_trajectory import flight_path
 from planner.spec.load import LoadedSpec, spec_from_bytes
 from planner.spec.model import Given
+from planner.units import unit_factor
 
 Progress = Callable[[str], None]
 
@@ -38,34 +41,63 @@ class Diagnosed:
     table: DwellTable
 
 
-def diagnose(data: Path, loaded: LoadedSpec, seed: int, progress: Progress) -> tuple[Diagnosed, ...]:
-    """Dwell table's file and spec → the diagnosis of every unit in it, in the order of their names."""
+def diagnose(
+    data: Path,
+    loaded: LoadedSpec,
+    seed: int,
+    progress: Progress,
+    plan: Mapping[str, Any] | None = None,
+) -> tuple[Diagnosed, ...]:
+    """Dwell table's file and spec → the diagnosis of every unit in it, in the order of their names.
+
+    plan: the tree of a plan.json, whose promises make the flight's total
+    """
     progress(f"reading {data}")
     table = read_dwells(data)
     digest = _sha256(data)
     units = np.unique(table.unit)
     if len(units) == 0:
         raise InputError(f"{data} has no rows: nothing to diagnose")
-    return tuple(_diagnosed(rows_of(table, table.unit == u), loaded, seed, digest, progress) for u in units)
+    promised = _promised(plan)
+    return tuple(
+        _diagnosed(rows_of(table, table.unit == u), loaded, seed, digest, progress, promised) for u in units
+    )
+
+
+def _promised(plan: Mapping[str, Any] | None) -> tuple[float, ...]:
+    """What a plan promises of each requirement, SI."""
+    if plan is None:
+        return ()
+    return tuple(float(r["achieved"]) * unit_factor(r["unit"])[0] for r in plan["requirements"])
 
 
 def _diagnosed(
-    table: DwellTable, loaded: LoadedSpec, seed: int, digest: str, progress: Progress
+    table: DwellTable,
+    loaded: LoadedSpec,
+    seed: int,
+    digest: str,
+    progress: Progress,
+    promised: Sequence[float],
 ) -> Diagnosed:
     check_rests(table)
     found = diagnose_unit(table, loaded.spec, seed=seed, progress=progress)
     progress(f"{found.unit}: before and after on runs held out")
-    fits = unit_fits(table, loaded.spec, found)
-    residual = residual_changes(fits)
+    found, fits, residual = _confirmed(table, loaded, found)
     progress(f"{found.unit}: what it costs in flight")
     navigation, notes = _navigation(found, fits, loaded)
+    if len(promised) == len(navigation):
+        navigation = tuple(replace(c, promised=p) for c, p in zip(navigation, promised, strict=True))
+    if loaded.absent:
+        notes.append(
+            f"the spec is of the sensor alone (no {', '.join(loaded.absent)}): no metres, no next record"
+        )
     progress(f"{found.unit}: what to measure next")
     return Diagnosed(
         Diagnosis(
             found=found,
             residual=residual,
             navigation=navigation,
-            next_measurement=next_measurements(found.effects, fits, loaded.spec),
+            next_measurement=() if loaded.absent else next_measurements(found.effects, fits, loaded.spec),
             version=__version__,
             spec_name=loaded.spec.name,
             spec_sha256=loaded.sha256,
@@ -78,13 +110,26 @@ def _diagnosed(
     )
 
 
+def _confirmed(
+    table: DwellTable, loaded: LoadedSpec, found: UnitDiagnosis
+) -> tuple[UnitDiagnosis, UnitFits, tuple[ResidualChange, ...]]:
+    """The diagnosis that its own evidence on unseen power-ons lets stand, with that evidence."""
+    fits = unit_fits(table, loaded.spec, found)
+    residual = residual_changes(fits)
+    found, fell = refused_by_residual(found, residual)
+    if fell:
+        fits = unit_fits(table, loaded.spec, found)
+        residual = residual_changes(fits)
+    return held_to_the_floor(found, residual), fits, residual
+
+
 def _navigation(
     found: UnitDiagnosis, fits: UnitFits, loaded: LoadedSpec
 ) -> tuple[tuple[NavigationCost, ...], list[str]]:
-    if not found.effects:
+    if not found.effects or loaded.absent:
         return (), []
     try:
-        trajectory = trajectory_of(loaded.spec.trajectory, loaded.folder)
+        trajectory = flight_path(loaded.spec, loaded.folder)
     except InputError as error:
         if not isinstance(loaded.spec.sensitivities, Given):
             raise

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from planner import __version__
 from planner.errors import InfeasibleError, InputError, PlannerError
 from planner.information.afford import Affordable, affordable
 from planner.information.allowed import extreme_sizes, in_sizes
+from planner.information.by_total import by_total as shortest_in_all
 from planner.information.choose import Found, campaign_found
 from planner.information.model_of import flight_of
 from planner.information.pareto import genetic_beside
@@ -18,15 +18,16 @@ from planner.information.to_plan import plan_of as information_plan
 from planner.information.unneeded import unneeded
 from planner.nouns.allowances import AllowedErrors, ErrorModel
 from planner.nouns.choices import Campaign
+from planner.nouns.deadline import BESIDE, GENETIC, Deadline, never
 from planner.nouns.plan import GeneticPlan, Plan, TradeOffPoint
 from planner.nouns.sensitivities import Constraint, Sensitivities
 from planner.nouns.trajectory import Trajectory
+from planner.pipelines.remarks import causes_said, cut_short
 from planner.plan.allowance_to_repeats import error_menus
 from planner.plan.budget import common_rule
 from planner.plan.by_hand import is_hand_made
 from planner.plan.campaign_by_total import by_total
 from planner.plan.campaign_to_plan import plan_of
-from planner.plan.costs import weights_of
 from planner.plan.errors_to_points import point_menus
 from planner.plan.genetic_campaign import genetic_plan
 from planner.plan.observable_campaign import observable_campaign, refuse_what_no_campaign_observes
@@ -37,14 +38,16 @@ from planner.plan.sensitivity_to_allowance import allowed_errors
 from planner.plan.spec_to_errors import error_models
 from planner.plan.spec_to_sensitivity import constraints as constraints_of
 from planner.plan.spec_to_sensitivity import sensitivities as sensitivities_of
-from planner.plan.spec_to_trajectory import trajectory_of
-from planner.plan.task import Task, extreme_allowances, planning_task
+from planner.plan.spec_to_trajectory import aided, flight_path, trajectory_of
+from planner.plan.task import Task, extreme_allowances, planning_task, within_seconds
 from planner.plan.trade_off import trade_off
 from planner.solvers.genetic import GeneticSettings
+from planner.spec.height_aid import unaided
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, PercentileRule, Spec
 
 Progress = Callable[[str], None]
+OF_PROOF = 0.8  # of the time that is left, for the published program: it begins with a quarter more
 SURE = 0.95  # of the flights, for what a limit costs as a percentile
 
 
@@ -57,6 +60,12 @@ class Navigation:
     constraints: tuple[Constraint, ...]
     trajectory: str
     flight: Trajectory | None = None
+
+    @property
+    def unaided(self) -> str | None:
+        """What becomes of the height of a long flight that nothing holds."""
+        t = self.flight
+        return None if t is None or t.height_aid_m is not None else unaided(float(t.time_s[-1] - t.time_s[0]))
 
 
 @dataclass(frozen=True)
@@ -80,7 +89,7 @@ def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
     if isinstance(spec.sensitivities, Given):
         return Navigation(models, None, constraints_of(spec, None), "published coefficients")
     progress("building the trajectory")
-    trajectory = trajectory_of(spec.trajectory, loaded.folder)
+    trajectory = flight_path(spec, loaded.folder)
     progress("propagating the sensor errors")
     found = sensitivities_of(trajectory, [model.name for model in models], instants=_instants(spec))
     return Navigation(models, found, constraints_of(spec, found), trajectory.name, trajectory)
@@ -97,29 +106,39 @@ def allow(loaded: LoadedSpec, progress: Progress) -> tuple[Navigation, AllowedEr
 
 def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
     """Spec → the shortest campaign that suffices, with its proof and its reasons."""
-    spec = loaded.spec
-    if by_information(spec):
-        return informed(loaded, navigate(loaded, progress), progress)
+    deadline = Deadline(loaded.spec.plan.time_limit)
     navigation = navigate(loaded, progress)
+    with causes_said(loaded.spec, navigation.unaided):
+        if by_information(loaded.spec):
+            return informed(loaded, navigation, progress, deadline=deadline)
+        return _published(loaded, navigation, progress, deadline)
+
+
+def _published(loaded: LoadedSpec, navigation: Navigation, progress: Progress, deadline: Deadline) -> Planned:
+    spec = loaded.spec
     task = task_of(spec, navigation)
     progress("choosing temperatures and repeats")
-    chosen = campaign(task)
+    chosen = campaign(within_seconds(task, OF_PROOF * deadline.left))
     rule = common_rule(navigation.constraints)
     allowed, genetic = None, None
     notes: list[str] = []
     if not is_hand_made(spec):
-        allowed, notes = _allowed_or_why_not(spec, task, navigation, progress)
+        late = deadline.stops(GENETIC, "the region of allowed errors")
+        allowed, notes = _allowed_or_why_not(spec, task, navigation, progress, late)
         progress("genetic algorithm beside the exact campaign")
-        genetic = genetic_plan(task, chosen, rule, _settings(spec), spec.plan.seed)
+        late = deadline.stops(BESIDE, "the genetic campaign")
+        genetic = genetic_plan(task, chosen, rule, _settings(spec, late), spec.plan.seed)
     progress("the same with waiting and batches in sight")
-    chosen = observable_campaign(task, by_total(task, chosen))
-    notes += _as_percentile(loaded, navigation)
-    made = _timed(loaded, navigation, task, chosen, genetic, [*_notes(loaded), *notes])
+    chosen = observable_campaign(task, by_total(within_seconds(task, deadline.left), chosen))
+    if not deadline.over(BESIDE, "what the limits cost as a percentile"):
+        notes += _as_percentile(loaded, navigation, deadline)
+    made = _timed(loaded, navigation, task, chosen, genetic, [*_notes(loaded, navigation), *notes])
     curve: tuple[TradeOffPoint, ...] = ()
     if spec.plan.trade_off and not is_hand_made(spec):
         progress("trade-off of campaign time and power-on time")
         curve = trade_off(spec, lambda other: _observable(other, navigation), [chosen])
-    return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, allowed)
+    made = cut_short(with_schedule_figures(made, spec, chosen, curve), deadline)
+    return Planned(made, navigation, allowed)
 
 
 def afford(loaded: LoadedSpec, seconds: float, progress: Progress) -> Affordable:
@@ -159,18 +178,30 @@ def by_information(spec: Spec) -> bool:
 
 
 def informed(
-    loaded: LoadedSpec, navigation: Navigation, progress: Progress, *, beside: bool = True
+    loaded: LoadedSpec,
+    navigation: Navigation,
+    progress: Progress,
+    *,
+    beside: bool = True,
+    deadline: Deadline | None = None,
 ) -> Planned:
     """The plan by information; beside: with what stands beside it in plan.json and report."""
-    spec = loaded.spec
+    spec, deadline = loaded.spec, deadline or Deadline(loaded.spec.plan.time_limit)
     refuse_what_no_campaign_observes(spec)
     assert navigation.flight is not None  # sensitivities are simulated
     progress("what each record tells, what will be flown")
-    flight = flight_of(spec, navigation.flight)
+    flight = flight_of(spec, navigation.flight, deadline)
     found = campaign_found(flight)
-    progress("genetic campaign beside it")
-    genetic = genetic_beside(found.offers, found.judge, found.cost, spec.plan.seed) if beside else None
-    remarks = [*unneeded(flight, found)] if beside and not is_hand_made(spec) else []
+    if (spec.plan.shifts or spec.plan.units is not None) and not is_hand_made(spec):
+        progress("the same with waiting and loads in sight")
+        found = shortest_in_all(flight, found)
+    genetic, remarks = None, list[str]()
+    if beside:
+        progress("genetic campaign beside it")
+        late = deadline.stops(GENETIC, "the genetic campaign")
+        genetic = genetic_beside(found.offers, found.judge, found.cost, spec.plan.seed, late)
+    if beside and not is_hand_made(spec):
+        remarks = [*unneeded(flight, found)]
     made = information_plan(
         flight,
         found,
@@ -179,17 +210,18 @@ def informed(
         navigation.constraints,
         version=__version__,
         sha256=loaded.sha256,
-        notes=[*_notes(loaded), *remarks],
+        notes=[*_notes(loaded, navigation), *remarks],
     )
-    chosen = _chosen(spec, found)
+    made = cut_short(made, deadline)
+    chosen = _chosen(found)
     curve: tuple[TradeOffPoint, ...] = ()
     if beside and spec.plan.trade_off and not is_hand_made(spec):
         progress("trade-off of campaign time and power-on time")
-        curve = trade_off(spec, lambda other: _chosen(other, campaign_found(flight.under(other))), [chosen])
+        curve = trade_off(spec, lambda other: _chosen(campaign_found(flight.under(other))), [chosen])
     return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, None)
 
 
-def _as_percentile(loaded: LoadedSpec, navigation: Navigation) -> list[str]:
+def _as_percentile(loaded: LoadedSpec, navigation: Navigation, deadline: Deadline) -> list[str]:
     """What the limits of a plan by sums of moduli cost as percentiles of what is flown."""
     spec = loaded.spec
     if navigation.flight is None or is_hand_made(spec):
@@ -202,7 +234,7 @@ def _as_percentile(loaded: LoadedSpec, navigation: Navigation) -> list[str]:
     if other == spec or other.planned_by != "information":
         return []
     try:
-        found = campaign_found(flight_of(other, navigation.flight), effort="brief")
+        found = campaign_found(flight_of(other, navigation.flight, Deadline(deadline.left)), effort="brief")
     except PlannerError:
         return []
     return [
@@ -212,18 +244,11 @@ def _as_percentile(loaded: LoadedSpec, navigation: Navigation) -> list[str]:
     ]
 
 
-def _chosen(spec: Spec, found: Found) -> Campaign:
-    """A campaign by information as the schedule takes it.
-
-    b batches through M benches take at least one batch's work and b − 1 times the work of the bench that has
-    most of it, which is no less than the mean over the benches: W (1 + (b − 1)/M).
-    """
-    total = None
-    if spec.plan.units is not None and weights_of(spec)[1] == 0.0:
-        used = {test.bench for test in spec.tests.values()}
-        batches = math.ceil(spec.plan.units / max(spec.benches[name].units for name in used))
-        total = found.bound * (1.0 + (batches - 1) / len(used))
-    return Campaign(found.visits, (), found.cost, found.bound, found.proved, total)
+def _chosen(found: Found) -> Campaign:
+    """A campaign by information as the schedule takes it."""
+    return Campaign(
+        found.visits, (), found.cost, found.bound, found.proved, found.total_bound, found.by_total
+    )
 
 
 def _observable(spec: Spec, navigation: Navigation) -> Campaign:
@@ -264,7 +289,7 @@ def sensitivity(
     """
     choice = loaded.spec.trajectory if flight is None else {"file": str(flight.resolve())}
     progress("building the trajectory")
-    trajectory = trajectory_of(choice, loaded.folder)
+    trajectory = aided(trajectory_of(choice, loaded.folder), loaded.spec)
     progress("propagating the sensor errors")
     instants = [*_instants(loaded.spec), *([] if at is None else [at])]
     inside = [t for t in instants if trajectory.time_s[0] <= t <= trajectory.time_s[-1]]
@@ -291,7 +316,9 @@ def task_of(spec: Spec, navigation: Navigation) -> Task:
     return planning_task(spec, navigation.models, menus, navigation.constraints)
 
 
-def _allowed(spec: Spec, task: Task, navigation: Navigation, progress: Progress) -> AllowedErrors:
+def _allowed(
+    spec: Spec, task: Task, navigation: Navigation, progress: Progress, late: Callable[[], bool] = never
+) -> AllowedErrors:
     progress("allowed sensor errors: genetic algorithm and exact optimum")
     smallest, largest = extreme_allowances(task, common_rule(navigation.constraints))
     return allowed_errors(
@@ -300,7 +327,7 @@ def _allowed(spec: Spec, task: Task, navigation: Navigation, progress: Progress)
         {a.error: a.unit for a in smallest},
         {a.error: a.allowed for a in smallest},
         {a.error: a.allowed for a in largest},
-        _settings(spec),
+        _settings(spec, late),
         spec.plan.seed,
     )
 
@@ -318,7 +345,7 @@ def _allowed_in_flight(spec: Spec, navigation: Navigation, progress: Progress) -
 
 
 def _allowed_or_why_not(
-    spec: Spec, task: Task, navigation: Navigation, progress: Progress
+    spec: Spec, task: Task, navigation: Navigation, progress: Progress, late: Callable[[], bool]
 ) -> tuple[AllowedErrors | None, list[str]]:
     """The allowed region beside a campaign that exists; with mixed rules there may be none.
 
@@ -326,7 +353,7 @@ def _allowed_or_why_not(
     percentile or rss requirement does not ask for.
     """
     try:
-        return _allowed(spec, task, navigation, progress), []
+        return _allowed(spec, task, navigation, progress, late), []
     except InfeasibleError:
         if len({constraint.rule for constraint in navigation.constraints}) == 1:
             raise
@@ -335,7 +362,7 @@ def _allowed_or_why_not(
         ]
 
 
-def _settings(spec: Spec) -> GeneticSettings:
+def _settings(spec: Spec, late: Callable[[], bool] = never) -> GeneticSettings:
     genetic = spec.plan.genetic
     return GeneticSettings(
         individuals=genetic.individuals,
@@ -343,9 +370,15 @@ def _settings(spec: Spec) -> GeneticSettings:
         crossover=genetic.crossover,
         mutation=genetic.mutation,
         generations=genetic.generations,
+        late=late,
     )
 
 
-def _notes(loaded: LoadedSpec) -> list[str]:
-    """The spec's warnings with their places; a model's own note only repeats one of them."""
-    return [f"{warning.path}: {warning.message}" for warning in loaded.warnings]
+def _notes(loaded: LoadedSpec, navigation: Navigation) -> list[str]:
+    """The spec's warnings with their places, and what only the built flight shows.
+
+    A model's own note only repeats one of them.
+    """
+    said = [f"{warning.path}: {warning.message}" for warning in loaded.warnings]
+    remark = f"trajectory: {navigation.unaided}"
+    return said if navigation.unaided is None or remark in said else [*said, remark]

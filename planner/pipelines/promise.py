@@ -12,7 +12,7 @@ from planner import __version__, catalog
 from planner.errors import InputError, StoppedEarly
 from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
-from planner.plan.spec_to_trajectory import trajectory_of
+from planner.plan.spec_to_trajectory import flight_path
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, Spec
 from planner.spec.places import did_you_mean
@@ -73,31 +73,40 @@ def checked(options: FlightOptions) -> FlightOptions:
 
 
 def verify(
-    loaded: LoadedSpec, document: Mapping[str, Any], options: FlightOptions, progress: Progress
+    loaded: LoadedSpec,
+    document: Mapping[str, Any],
+    options: FlightOptions,
+    progress: Progress,
+    made_for: LoadedSpec | None = None,
 ) -> Verification:
     """A plan's tree against its spec: counted again, then flown.
 
+    made_for: the spec that the plan is of, where units are of another: it is counted by that one and
+    calibrated with that one's effects, and what is flown has all that `loaded` says of the units.
     Raises InputError for what is no plan, StoppedEarly when the user stopped before the first flights.
     """
     progress("counting the plan again")
-    trajectory = trajectory_of(loaded.spec.trajectory, loaded.folder)
-    counted = recount(document, loaded, trajectory)
+    trajectory = flight_path(loaded.spec, loaded.folder)
+    own = made_for or loaded
+    counted = recount(document, own, flight_path(own.spec, own.folder) if made_for else trajectory)
     if _is_foreign(counted) or (options.flights == 0 and not is_by_information(document)):
         return _answer(loaded, document, options, counted)
     progress("preparing the flights")
     try:
-        e = experiment(document, loaded.spec, trajectory, seed=options.seed)
+        e = experiment(document, loaded.spec, trajectory, seed=options.seed, declares=tuple(own.spec.effects))
     except InputError as error:
         if counted.ok:
             raise
         return _answer(loaded, document, options, counted, why=str(error))
-    if is_by_information(document):
+    if is_by_information(document) and made_for is None:
         progress("counting again what is promised")
         counted = counted.and_also(check_promise(document, as_planned(e)))
     if options.flights == 0:
         return _answer(loaded, document, options, counted)
     flown = _flown(e, document, options, progress)
     found = _answer(loaded, document, options, counted, flown, trajectory)
+    if made_for is not None:
+        return replace(found, notes=(*found.notes, _units_of_another(loaded, made_for)))
     if options.through_files == 0 or found.stopped:
         return found
     progress("some units the whole way through files")
@@ -177,12 +186,22 @@ def _worst(e: Experiment, prediction: Prediction | None) -> Worst:
     return lambda index, family: prediction.worst(index, family)[0]
 
 
+def _units_of_another(loaded: LoadedSpec, made_for: LoadedSpec) -> str:
+    """What was flown with which knowledge."""
+    more = [name for name in loaded.spec.effects if name not in made_for.spec.effects]
+    lacks = f", which knows nothing of {', '.join(more)}" if more else ""
+    return (
+        f"the plan and its calibration are of {made_for.path.name}{lacks}; the units that fly are of "
+        f"{loaded.path.name}"
+    )
+
+
 def _pipeline(loaded: LoadedSpec) -> Pipeline:
     """calibrate and apply as the commands do them."""
     from planner.calibrate.fit_options import FitOptions
     from planner.export.calibration_files import calibration_files
-    from planner.export.files import write_all_whole
     from planner.pipelines import data
+    from planner.whole_files import write_all_whole
 
     def calibrate(table: Path, folder: Path) -> Path:
         found = data.calibrate(table, loaded, FitOptions(), lambda message: None)

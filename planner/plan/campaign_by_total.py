@@ -2,9 +2,9 @@
 
 The integer program chooses by the working time of one batch, W(x) = Σ_m p_m(x), p_m the seconds on bench m.
 What counts is the total V(x) = of_time · T(x) + of_power · P(x), T the makespan with waiting for shifts and
-with b batches. T is no sum over resources, but for any shares λ_m >= 0, Σ λ_m = 1,
+with several loads. T is no sum over resources, but for any shares λ_m >= 0, Σ λ_m = 1,
 
-    T(x) >= Σ_m p_m + (b − 1) max_m p_m >= Σ_m (1 + (b − 1) λ_m) p_m(x),
+    T(x) >= Σ_m p_m + max_m (b_m − 1) p_m >= Σ_m (1 + (b_m − 1) λ_m) p_m(x),   b_m loads of bench m at least,
 
 and the right-hand side is: the same program with the prices of bench m multiplied. Its optimum is a candidate
 for the shortest total and its proved bound a bound of V for every choice. Further candidates come from dearer
@@ -23,7 +23,7 @@ import numpy as np
 from planner.nouns.array import Array
 from planner.nouns.choices import Campaign, TestVisits
 from planner.plan.by_hand import is_hand_made
-from planner.plan.costs import price, repeat_power_on, weights_of
+from planner.plan.costs import Resource, price, repeat_power_on, weights_of
 from planner.plan.percentile_cuts import objection
 from planner.plan.repeats_to_schedule import campaign_of, visits_of
 from planner.plan.savings import with_plan
@@ -58,7 +58,7 @@ def by_total(task: Task, first: Campaign) -> Campaign:
     if is_hand_made(spec) or not first.proved or not (spec.plan.shifts or spec.plan.units is not None):
         return first
     best, least, bound = first, total(spec, first.visits), first.bound
-    for prices in _prices(task):
+    for prices in prices_by_total(spec, task.tariff.resources):
         choice = _solved(task, prices.prices)
         if choice is None:
             continue
@@ -78,21 +78,9 @@ def total(spec: Spec, visits: Sequence[TestVisits]) -> float:
     return of_time * makespan(spec, visits) + of_power * power
 
 
-def least_batches(task: Task) -> int:
-    """Batches that there are at least: units by the smallest bench that every campaign uses.
-
-    That is one of a test made by hand, or of all rows of an error; without such a one the largest counts.
-    """
-    spec = task.spec
-    if spec.plan.units is None or not spec.tests:
-        return 1
-    always = {spec.tests[visit.test].bench for visit in task.by_hand}
-    for rows in task.rows:
-        benches = {spec.tests[rows.test(row)].bench for row in range(len(rows))}
-        always |= benches if len(benches) == 1 else set()
-    sizes = [spec.benches[name].units for name in always]
-    size = min(sizes) if sizes else max(spec.benches[name].units for name in used_benches(spec))
-    return math.ceil(spec.plan.units / size)
+def least_loads(spec: Spec, bench: str) -> int:
+    """Loads that a bench has at least, if every unit is on it."""
+    return 1 if spec.plan.units is None else math.ceil(spec.plan.units / spec.benches[bench].units)
 
 
 def used_benches(spec: Spec) -> list[str]:
@@ -111,20 +99,23 @@ def _solved(task: Task, prices: Array) -> Choice | None:
         return None
 
 
-def _prices(task: Task) -> Iterator[Prices]:
+def prices_by_total(spec: Spec, resources: Sequence[Resource]) -> Iterator[Prices]:
     """Every combination of shares and worths, the plain one left out: that was the first campaign."""
-    spec, resources = task.spec, task.tariff.resources
     of_time, of_power = weights_of(spec)
     seconds = np.array([price(with_plan(spec, minimise=Objective(time=1, power_on=0)), r) for r in resources])
     powered = np.array([price(with_plan(spec, minimise=Objective(time=0, power_on=1)), r) for r in resources])
     people = np.array([bool(r.test) and is_attended(spec, r.test) for r in resources])
     worths = PEOPLE_WORTH if spec.plan.shifts and people.any() else PEOPLE_WORTH[:1]
-    batches, names = least_batches(task), used_benches(spec)
-    for shares in _shares(len(names)) if batches > 1 else [(0.0,) * len(names)]:
+    names = used_benches(spec)
+    loads = {name: least_loads(spec, name) for name in names}
+    several = max(loads.values(), default=1) > 1
+    for shares in _shares(len(names)) if several else [(0.0,) * len(names)]:
         bottleneck = dict(zip(names, shares, strict=True))
-        passes = np.array([1.0 + (batches - 1) * bottleneck.get(r.bench, 0.0) for r in resources])
+        passes = np.array(
+            [1.0 + (loads.get(r.bench, 1) - 1) * bottleneck.get(r.bench, 0.0) for r in resources]
+        )
         for worth in worths:
-            if batches > 1 or worth != 1.0:
+            if several or worth != 1.0:
                 weighted = of_time * passes * np.where(people, worth, 1.0) * seconds + of_power * powered
                 yield Prices(weighted, worth == 1.0)
 

@@ -37,7 +37,7 @@ def quantile(confidence: float, kind: str, repeats: NDArray[np.int64]) -> Array:
 def half_width(confidence: float, kind: str, spread: float, repeats: Sequence[int]) -> Array:
     """d = q(n) · s / √n for each n."""
     n = np.asarray(repeats, dtype=np.int64)
-    return np.asarray(quantile(confidence, kind, n) * spread / np.sqrt(n))
+    return _known_by(quantile(confidence, kind, n), np.full(len(n), spread), n)
 
 
 def needed_repeats(confidence: float, kind: str, spread: float, allowed: float, most: int) -> int | None:
@@ -65,4 +65,9 @@ def half_widths(
     """d at each temperature for given repeats of a test."""
     n = np.asarray(repeats, dtype=np.int64)
     q = quantile(spec.plan.confidence, spec.plan.quantile, n)
-    return np.asarray(q * spread_at(model, temperatures, test) / np.sqrt(n))
+    return _known_by(q, spread_at(model, temperatures, test), n)
+
+
+def _known_by(q: Array, spread: Array, n: NDArray[np.int64]) -> Array:
+    """q s / √n; what does not scatter is known by one repeat, whatever its quantile."""
+    return np.asarray(np.where(spread > 0, q, 0.0) * spread / np.sqrt(n))

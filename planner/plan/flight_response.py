@@ -16,7 +16,8 @@ from planner import catalog
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
-from planner.physics.error_dynamics import ErrorHistory, propagate_errors
+from planner.physics.blocks import Indices
+from planner.physics.error_dynamics import errors_at
 from planner.plan.spec_to_sensitivity import COMPONENTS, conditions_of
 from planner.protocols import SENSORS
 from planner.spec.model import Requirement
@@ -43,6 +44,7 @@ class FlightResponse:
     time_s: (m,) instants; moments: (K,) s; temperature_degc: (K,) of the flight there
     flying: F terms; errors: (m, 9, F, K) position, velocity, attitude, per SI unit of a term at a moment
     white: (m, 9, 2, 3 · BOXES) per unit of noise of each sensor's channels, a record of a second
+    height: sigma of the height aid, m, one draw a flight that the computed height has all along; 0: none
     """
 
     time_s: Array
@@ -51,6 +53,7 @@ class FlightResponse:
     flying: tuple[Flying, ...]
     errors: Array
     white: Array
+    height: float = 0.0
 
     def of(self, wanted: Requirement) -> tuple[slice, list[int]]:
         """Which of the nine components a requirement asks for, and at which instants."""
@@ -85,6 +88,7 @@ def flight_response(
         hats.reshape(len(instants), 9, len(flying), len(at)),
         white.reshape(len(instants), 9, 2, -1)
         * np.sqrt(BOXES / (trajectory.time_s[-1] - trajectory.time_s[0])),
+        trajectory.height_aid_m or 0.0,
     )
 
 
@@ -105,9 +109,8 @@ def _instants(trajectory: Trajectory, requirements: Sequence[Requirement]) -> Ar
 
 def _propagated(trajectory: Trajectory, instants: Array, forcing: _Errors | _Boxes) -> Array:
     """(m, 9, p) at the instants."""
-    history: ErrorHistory = propagate_errors(trajectory, forcing, instants=instants.tolist())
-    rows = [int(np.argmin(np.abs(history.time_s - t))) for t in instants]
-    return np.concatenate([history.position[rows], history.velocity[rows], history.attitude[rows]], axis=1)
+    found = errors_at(trajectory, forcing, forcing.active, forcing.count, instants.tolist())
+    return np.concatenate([found.position, found.velocity, found.attitude], axis=1)
 
 
 @dataclass(frozen=True)
@@ -118,17 +121,34 @@ class _Errors:
     moments: Array
     errors: Sequence[ErrorName]
 
+    @property
+    def count(self) -> int:
+        """All columns."""
+        return len(self.moments) * sum(len(catalog.effects()[e.effect].terms(e.sensor)) for e in self.errors)
+
+    def active(self, start: int, stop: int) -> Indices:
+        """Columns of the moments about the samples start..stop, term by term."""
+        K = len(self.moments)
+        about = np.array(self._about(start, stop))
+        return np.asarray((np.arange(self.count // K)[:, None] * K + about).ravel(), dtype=np.int64)
+
     def __call__(self, start: int, stop: int) -> tuple[list[Array], list[Array]]:
-        """Columns of the gyros and of the accelerometers over the samples start..stop."""
+        """Active columns of the gyros and of the accelerometers over the samples start..stop."""
         conditions = conditions_of(self.trajectory, start, stop)
-        t = self.trajectory.time_s
-        middle = (t[start:stop] + t[start + 1 : stop + 1]) / 2.0
-        hat = np.array([np.interp(middle, self.moments, row) for row in np.eye(len(self.moments))]).T
+        unit = np.eye(len(self.moments))
+        middle = _middles(self.trajectory, start, stop)
+        hat = np.array([np.interp(middle, self.moments, unit[k]) for k in self._about(start, stop)]).T
         found: dict[str, list[Array]] = {sensor: [] for sensor in SENSORS}
         for e in self.errors:
             x = catalog.effects()[e.effect].regressors(e.sensor, conditions)
             found[e.sensor].append((x[:, :, :, None] * hat[:, None, None, :]).reshape(len(x), 3, -1))
         return found["gyro"], found["accelerometer"]
+
+    def _about(self, start: int, stop: int) -> range:
+        """Moments whose hats the samples reach into."""
+        ends = _middles(self.trajectory, start, stop)[[0, -1]]
+        first = int(np.searchsorted(self.moments, ends[0], side="right")) - 1
+        return range(first, min(int(np.searchsorted(self.moments, ends[1])), len(self.moments) - 1) + 1)
 
 
 @dataclass(frozen=True)
@@ -137,13 +157,35 @@ class _Boxes:
 
     trajectory: Trajectory
 
+    @property
+    def count(self) -> int:
+        """All columns: sensor by sensor, channel by channel."""
+        return 2 * 3 * BOXES
+
+    def active(self, start: int, stop: int) -> Indices:
+        """Columns of the boxes that the samples start..stop lie in."""
+        return np.asarray(
+            (np.arange(2 * 3)[:, None] * BOXES + np.array(self._about(start, stop))).ravel(), dtype=np.int64
+        )
+
     def __call__(self, start: int, stop: int) -> tuple[list[Array], list[Array]]:
-        """Columns of the gyros and of the accelerometers over the samples start..stop."""
-        n = len(self.trajectory.angle_increment)
-        box = (np.arange(start, stop) * BOXES) // n
-        inside = (box[:, None] == np.arange(BOXES)[None, :]).astype(float)
-        columns = np.zeros((stop - start, 3, 3, BOXES))
+        """Active columns of the gyros and of the accelerometers over the samples start..stop."""
+        boxes = np.array(self._about(start, stop))
+        inside = (self._box(np.arange(start, stop))[:, None] == boxes).astype(float)
+        columns = np.zeros((stop - start, 3, 3, len(boxes)))
         for i in range(3):
             columns[:, i, i] = inside
         flat = columns.reshape(stop - start, 3, -1)
         return [flat], [flat]
+
+    def _about(self, start: int, stop: int) -> range:
+        first, last = self._box(np.array([start, stop - 1])).tolist()
+        return range(first, last + 1)
+
+    def _box(self, samples: Indices) -> Indices:
+        return (samples * BOXES) // len(self.trajectory.angle_increment)
+
+
+def _middles(trajectory: Trajectory, start: int, stop: int) -> Array:
+    t = trajectory.time_s
+    return np.asarray((t[start:stop] + t[start + 1 : stop + 1]) / 2.0)

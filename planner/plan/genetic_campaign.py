@@ -58,6 +58,8 @@ def genetic_plan(task: Task, exact: Campaign, rule: str, settings: GeneticSettin
         histories.append(result.history)
         idle = 0 if result.value < best else idle + 1
         best = min(best, float(result.value))
+        if result.history.stopped == "time":
+            break
     return GeneticPlan(
         time_s=round(best, 6),
         gap=max(0.0, best - exact.objective) / exact.objective if exact.objective else 0.0,

@@ -8,8 +8,9 @@ from dataclasses import replace
 from planner.nouns.choices import Campaign
 from planner.nouns.plan import Plan, TradeOffPoint
 from planner.plan.costs import weights_of
+from planner.plan.loads import load_sizes
 from planner.plan.savings import savings, with_plan
-from planner.plan.schedule_to_steps import batch_sizes, bench_timings, makespan
+from planner.plan.schedule_to_steps import bench_timings, makespan
 from planner.spec.attendance import calendar_of, start_words
 from planner.spec.model import Spec
 
@@ -71,12 +72,10 @@ def _notes(spec: Spec, chosen: Campaign, plan: Plan, time: float) -> Iterator[st
         )
     if not all(timing.is_exact for timing in timings):
         yield "plan.order: too many temperatures for the exact order under shifts; a monotone one was taken"
-    sizes = batch_sizes(spec, [timing.work.bench for timing in timings])
-    if len(sizes) > 1:
-        yield (
-            f"plan.units: {len(sizes)} batches of up to {max(sizes)} units; "
-            "time_s is when the last unit is done, power_on_s is of each unit"
-        )
+    sizes = load_sizes(spec, timings)
+    if any(len(own) > 1 for own in sizes.values()):
+        said = ", ".join(f"{name} {len(own)} loads of up to {own[0]} units" for name, own in sizes.items())
+        yield f"plan.units: {said}; time_s is when the last unit is done, power_on_s is of each unit"
     life = spec.unit.service_life
     if life is not None and plan.power_on_s > life:
         yield (

@@ -116,9 +116,8 @@ def covariances(
 def root_of(U: Array, x: Array, run: Array) -> Array:
     """(m, m) Cholesky factor of U, on a floor far below the run-to-run of columns x (m, k), run (k,)."""
     largest = float(np.max(run**2 * np.mean(x**2, axis=0), initial=0.0))
-    return np.asarray(
-        np.linalg.cholesky(U + _FLOOR * max(largest, 1e-300) * np.eye(len(U))), dtype=np.float64
-    )
+    floor = _FLOOR * largest if largest > 0 or U.any() else 1.0  # where nothing scatters all weigh alike
+    return np.asarray(np.linalg.cholesky(U + floor * np.eye(len(U))), dtype=np.float64)
 
 
 def estimate_sigma(X: Array, V: Array, root: Array) -> Array:

@@ -7,7 +7,8 @@ from typing import Any
 
 from planner.nouns.choices import Campaign, ErrorChoice, TestVisits
 from planner.nouns.plan import Saving
-from planner.plan.schedule_to_steps import batch_sizes, makespan
+from planner.plan.loads import load_sizes
+from planner.plan.schedule_to_steps import bench_timings, makespan
 from planner.spec.model import Spec
 
 
@@ -30,17 +31,17 @@ def with_plan(spec: Spec, **changes: Any) -> Spec:
 def _without(spec: Spec, campaign: Campaign) -> Iterator[tuple[str, float]]:
     """(rule, seconds of the campaign without it)."""
     visits = campaign.visits
-    used = [name for name in spec.benches if any(spec.tests[v.test].bench == name for v in visits)]
-    sizes = batch_sizes(spec, used)
+    sizes = load_sizes(spec, bench_timings(spec, visits))
+    several = any(len(own) > 1 for own in sizes.values())
     if spec.plan.overlap:
         yield "overlap", makespan(with_plan(spec, overlap=()), visits)
     if spec.plan.shifts and spec.plan.order in ("free", "up_and_down"):
         yield "order", min(makespan(with_plan(spec, order=order), visits) for order in ("up", "down"))
     if any(len(_served(campaign, visit.test)) > 1 for visit in visits):
         yield "shared_records", makespan(*one_record_per_error(spec, campaign))
-    if len(sizes) > 1 and len(used) > 1:
+    if several and len(sizes) > 1:
         yield "parallel_benches", makespan(spec, visits, in_parallel=False)
-    if spec.plan.units is not None and sizes and max(sizes) > 1:
+    if spec.plan.units is not None and any(max(own) > 1 for own in sizes.values()):
         single = {name: bench.model_copy(update={"units": 1}) for name, bench in spec.benches.items()}
         yield "capacity", makespan(spec.model_copy(update={"benches": single}), visits)
 

@@ -3,14 +3,15 @@
 The unit goes from bench to bench in the order of the spec. On a bench: install; what is done in the room;
 then the temperatures, each a ramp, a soak and its tests; back to the room; remove. Without working hours the
 temperatures come in the order of least chamber travel; with them in the order that is finished first.
-Several batches follow one another through the benches (a flow shop of equal jobs): a batch is put on a bench
-as soon as it has left the one before and the bench is free. A step that needs people waits for a shift; the
-waiting is a `pause` on the bench.
+Several units go through the benches in loads, each bench in its own (planner.plan.loads): a load is put on
+as soon as its units have left the bench before and the bench is free. A step that needs people waits for a
+shift; the waiting is a `pause` on the bench.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 
 from planner.nouns.choices import Campaign, TestVisits
 from planner.nouns.plan import PlannedTest, Step
@@ -26,6 +27,7 @@ from planner.plan.bench_work import (
     temperature_name,
 )
 from planner.plan.costs import repeat_power_on
+from planner.plan.loads import begins, load_sizes, total_time
 from planner.spec.attendance import is_attended
 from planner.spec.model import Spec
 
@@ -33,19 +35,16 @@ from planner.spec.model import Spec
 def steps(spec: Spec, campaign: Campaign) -> tuple[Step, ...]:
     """The whole campaign in the order of its starts, times in seconds from its start."""
     timings = bench_timings(spec, campaign.visits)
-    sizes = batch_sizes(spec, [timing.work.bench for timing in timings])
-    free = dict.fromkeys(spec.benches, 0.0)
+    sizes = load_sizes(spec, timings)
+    begun, several = begins(timings, sizes), max((len(own) for own in sizes.values()), default=1) > 1
     found: list[Step] = []
-    for number, units in enumerate(sizes, start=1):
-        prefix, ready = f"b{number:02d}/" if len(sizes) > 1 else "", 0.0
-        for timing in timings:
-            name = timing.work.bench
-            batch = spec.benches[name].units if spec.plan.units is None else units
-            begin = max(ready, free[name])
-            laid = list(_on_bench(spec, timing, begin, prefix, batch))
-            ready = free[name] = laid[-1].end_s if laid else begin
-            found += laid
-    return tuple(sorted(found, key=lambda step: step.start_s)) if len(sizes) > 1 else tuple(found)
+    for timing in timings:
+        name = timing.work.bench
+        for number, (units, begin) in enumerate(zip(sizes[name], begun[name], strict=True), start=1):
+            prefix = f"b{number:02d}/" if several else ""
+            found += _on_bench(spec, timing, begin, prefix, units)
+    place = {timing.work.bench: i for i, timing in enumerate(timings)}
+    return tuple(sorted(found, key=lambda s: (s.start_s, place[s.bench]))) if several else tuple(found)
 
 
 def bench_timings(spec: Spec, visits: Sequence[TestVisits]) -> list[BenchTiming]:
@@ -58,34 +57,32 @@ def bench_timings(spec: Spec, visits: Sequence[TestVisits]) -> list[BenchTiming]
     return found
 
 
-def batch_sizes(spec: Spec, benches: Sequence[str]) -> tuple[int, ...]:
-    """How many units each batch has: as many as the smallest used bench takes, the last one what is left."""
-    if spec.plan.units is None or not benches:
-        return (1,)
-    size = min(spec.benches[name].units for name in benches)
-    full, rest = divmod(spec.plan.units, size)
-    return (size,) * full + ((rest,) if rest else ())
+def makespan(
+    spec: Spec,
+    visits: Sequence[TestVisits],
+    *,
+    in_parallel: bool = True,
+    count: Mapping[str, int] = MappingProxyType({}),
+) -> float:
+    """Seconds until the last load has left the last bench, without laying out the steps.
 
-
-def makespan(spec: Spec, visits: Sequence[TestVisits], *, in_parallel: bool = True) -> float:
-    """Seconds until the last batch has left the last bench, without laying out the steps.
-
-    in_parallel: benches work on different batches; else a batch waits until the one before has gone.
+    in_parallel: benches work on different units; else a load waits until the one before has gone
+    count: of benches that there are of one kind, else one
     """
     timings = bench_timings(spec, visits)
-    free, ready = dict.fromkeys(spec.benches, 0.0), 0.0
-    for _ in batch_sizes(spec, [timing.work.bench for timing in timings]):
-        ready = 0.0 if in_parallel else ready
+    sizes = load_sizes(spec, timings)
+    if in_parallel:
+        return total_time(timings, sizes, count)
+    clock = 0.0
+    for _ in range(max((len(own) for own in sizes.values()), default=1)):
         for timing in timings:
-            name = timing.work.bench
-            ready = free[name] = timing.end(max(ready, free[name]))
-    return ready
+            clock = timing.end(clock)
+    return clock
 
 
 def planned_tests(spec: Spec, campaign: Campaign, timeline: Sequence[Step]) -> tuple[PlannedTest, ...]:
-    """What each test does and how long its own steps take for one batch, without ramps, soaks, installing."""
-    benches = {spec.tests[visit.test].bench for visit in campaign.visits}
-    batches = len(batch_sizes(spec, sorted(benches)))
+    """What each test does and how long its own steps take for one load, without ramps, soaks, installing."""
+    loads = {name: len(own) for name, own in load_sizes(spec, bench_timings(spec, campaign.visits)).items()}
     time = dict.fromkeys(spec.tests, 0.0)
     for step in timeline:
         if step.test is not None:
@@ -96,7 +93,7 @@ def planned_tests(spec: Spec, campaign: Campaign, timeline: Sequence[Step]) -> t
             bench=spec.tests[visit.test].bench,
             temperatures_degc=visit.temperatures_degc,
             repeats=visit.repeats,
-            time_s=round(time[visit.test] / batches, 6),
+            time_s=round(time[visit.test] / loads[spec.tests[visit.test].bench], 6),
             power_on_s=round(sum(visit.repeats) * repeat_power_on(spec, spec.tests[visit.test]), 6),
             calibrates=spec.tests[visit.test].calibrates,
             motions=spec.tests[visit.test].motion_count,

@@ -26,6 +26,7 @@ from planner.protocols import SENSORS, Effect, Sensor
 from planner.spec.model import NAVIGATION_ERRORS, Given, PercentileRule, Requirement, Spec
 from planner.units import unit_factor
 
+LOOKED_AT = 600  # instants of a requirement at any moment: every second of ten minutes
 COMPONENTS = {  # navigation error -> field of Sensitivities, components that count
     "position": ("position", slice(0, 3)),
     "horizontal": ("position", slice(0, 2)),
@@ -187,11 +188,18 @@ def _undominated(wanted: Requirement, history: Array, columns: Sequence[Sensitiv
     )
     size = np.trace(share, axis1=2, axis2=3)
     kept: list[int] = []
-    for i in np.argsort(-size.sum(axis=1), kind="stable"):
+    for i in _largest_of_stretches(size.sum(axis=1)):
         slack = np.linalg.eigvalsh(share[kept] - share[i]).min(axis=-1) + 1e-9 * size[i]
         if not np.any(np.all(slack >= 0.0, axis=1)):
             kept.append(int(i))
     return sorted(kept)
+
+
+def _largest_of_stretches(size: Array) -> NDArray[np.int64]:
+    """Instants (m,) by size, the largest first; of a long flight's the largest of each of its stretches."""
+    stretches = np.array_split(np.arange(len(size)), min(len(size), LOOKED_AT))
+    chosen = np.array([s[np.argmax(size[s])] for s in stretches])
+    return np.asarray(chosen[np.argsort(-size[chosen], kind="stable")])
 
 
 def _added(wanted: Requirement, vectors: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,23 @@ from pydantic import BaseModel, ValidationError
 from planner.catalog import trajectories
 from planner.errors import Fault, InputError
 from planner.nouns.trajectory import Trajectory
+from planner.spec.model import Spec
 from planner.spec.places import did_you_mean
+from planner.spec.references import Vertical
 
 FORMS = ("constant", "ramp")  # pydantic's names for the two ways to write a temperature; not in the spec
+
+
+def flight_path(spec: Spec, folder: Path) -> Trajectory:
+    """The flight of a spec, with what holds its height. Raises InputError as `trajectory_of` does."""
+    return aided(trajectory_of(spec.trajectory, folder), spec)
+
+
+def aided(trajectory: Trajectory, spec: Spec) -> Trajectory:
+    """A flight with what the spec says of its vertical channel, beside the trajectory or in it."""
+    written = spec.trajectory.get("vertical") if isinstance(spec.trajectory, dict) else None
+    vertical = spec.vertical or (None if written is None else Vertical.model_validate(written))
+    return trajectory if vertical is None else replace(trajectory, height_aid_m=vertical.aided)
 
 
 def trajectory_of(choice: str | Mapping[str, Any], folder: Path) -> Trajectory:
@@ -22,6 +37,7 @@ def trajectory_of(choice: str | Mapping[str, Any], folder: Path) -> Trajectory:
     Raises InputError for an unknown family, unknown or impossible parameters, and a file that is no flight.
     """
     settings = {"name": choice} if isinstance(choice, str) else dict(choice)
+    settings.pop("vertical", None)
     name = settings.pop("name", "file" if "file" in settings else None)
     families = trajectories()
     if not isinstance(name, str) or name not in families:

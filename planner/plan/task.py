@@ -7,7 +7,7 @@ The contributions of a row to the requirements are constants, so worst_case and 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,6 +51,12 @@ class Task:
     def errors(self) -> tuple[str, ...]:
         """Names of the calibrated errors."""
         return tuple(model.name for model in self.models)
+
+
+def within_seconds(task: Task, seconds: float) -> Task:
+    """The same with another time for its proofs."""
+    plan = task.spec.plan.model_copy(update={"time_limit": min(seconds, task.spec.plan.time_limit)})
+    return replace(task, spec=task.spec.model_copy(update={"plan": plan}))
 
 
 def planning_task(

@@ -1,4 +1,4 @@
-"""Text tables read strictly and fast: comma, tab, semicolon or spaces between cells, `#` lines on top.
+"""Text tables read strictly and fast: comma, tab, semicolon, bar or spaces between cells, `#` lines on top.
 
 A file is read in chunks of whole lines, so its size does not matter. Rows that do not have a number in every
 cell that is wanted are found with their line; nothing is repaired and no cell is guessed.
@@ -6,7 +6,6 @@ cell that is wanted are found with their line; nothing is repaired and no cell i
 
 from __future__ import annotations
 
-import csv
 import io
 import re
 from collections.abc import Iterator, Sequence
@@ -18,31 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.errors import Fault, InputError
+from planner.readers._layout import NUMBER, Layout, cells_of, layout_of
+
+__all__ = ["Layout", "TextBlock", "layout_of", "text_blocks"]
 
 CHUNK_BYTES = 1 << 24  # 16 MB of text are about 100 000 rows
 LONGEST_LINE = 1 << 20
-HEAD_BYTES = 1 << 16
-_COMMENT = (b"#", b"%", b"//")
+FEW_LINES = 256  # among which a fault is looked for line by line
 _SPACES = re.compile(rb"[ \t]+")
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
-
-
-@dataclass(frozen=True)
-class Layout:
-    """How the cells of a text table stand.
-
-    names: of the columns, `column_1` … when there is no header; named: whether there is a header
-    delimiter: one byte, or a space for any number of blanks; decimal: `.` or `,`
-    first_line: line of the first row, from 1; offset: its byte; comments: lines on top, without their sign
-    """
-
-    names: tuple[str, ...]
-    named: bool
-    delimiter: str
-    decimal: str
-    first_line: int
-    offset: int
-    comments: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -68,69 +50,14 @@ class _Rows:
     bad: list[Fault] = field(default_factory=list)
 
 
-# ---------------------------------------------------------------- layout
+@dataclass(frozen=True)
+class _Asked:
+    """What is wanted of a file: path, layout, column names, and those among them that stay text."""
 
-
-def layout_of(path: Path, skip_lines: int = 0) -> Layout:
-    """How the cells stand in a text file, from its first lines.
-
-    Raises InputError for an empty file, one that is not text, and one with comments only.
-    """
-    head = _head(path)
-    offset = 3 if head.startswith(b"\xef\xbb\xbf") else 0
-    comments: list[str] = []
-    line = 0
-    while True:
-        end = head.find(b"\n", offset)
-        text = head[offset : end if end >= 0 else len(head)].strip()
-        line += 1
-        if text and not text.startswith(_COMMENT) and line > skip_lines:
-            break
-        if text.startswith(_COMMENT):
-            comments.append(text.decode("utf-8", "replace").lstrip("#%/ "))
-        if end < 0:
-            raise InputError(f"{path} has no rows")
-        offset = end + 1
-    delimiter = next((sign for sign in (",", "\t", ";") if sign.encode() in text), " ")
-    cells = _cells(text.decode("utf-8", "replace"), delimiter)
-    if all(_NUMBER.fullmatch(cell) for cell in cells):
-        names = tuple(f"column_{i + 1}" for i in range(len(cells)))
-        decimal = _decimal(text, delimiter)
-        return Layout(names, False, delimiter, decimal, line, offset, tuple(comments))
-    if end < 0:
-        raise InputError(f"{path} has a header and no rows")
-    after = head[end + 1 :].split(b"\n", 1)[0]
-    decimal = _decimal(after, delimiter)
-    return Layout(tuple(cells), True, delimiter, decimal, line + 1, end + 1, tuple(comments))
-
-
-def _head(path: Path) -> bytes:
-    try:
-        with path.open("rb") as file:
-            head = file.read(HEAD_BYTES)
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
-    if not head.strip():
-        raise InputError(f"{path} is empty")
-    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise InputError(f"{path} is UTF-16 text; save it as UTF-8")
-    if b"\0" in head:
-        raise InputError(f"{path} is not a text table: it holds zero bytes")
-    return head
-
-
-def _decimal(row: bytes, delimiter: str) -> str:
-    return "," if delimiter == ";" and b"," in row and b"." not in row else "."
-
-
-def _cells(line: str, delimiter: str) -> list[str]:
-    if delimiter == " ":
-        return line.split()
-    parts = next(csv.reader([line], delimiter=delimiter), []) if '"' in line else line.split(delimiter)
-    return [part.strip() for part in parts]
-
-
-# ---------------------------------------------------------------- rows
+    path: Path
+    layout: Layout
+    wanted: tuple[str, ...]
+    texts: tuple[str, ...]
 
 
 def text_blocks(
@@ -144,23 +71,24 @@ def text_blocks(
 
     Raises InputError when the file cannot be read or a line has no end.
     """
-    line = layout.first_line
-    for data, torn in _chunks(path, layout.offset, chunk_bytes):
+    line, asked = layout.first_line, _Asked(path, layout, tuple(wanted), tuple(texts))
+    for data, torn in _chunks(path, layout, chunk_bytes):
         rows = data.count(b"\n") + (0 if data.endswith(b"\n") else 1)
-        block = _block(path, data, line, layout, tuple(wanted), tuple(texts))
+        block = _together(list(_parts(data, line, asked)), asked)
         line += rows
         yield TextBlock(block.columns, block.lines, block.bad, line - 1 if torn else 0)
 
 
-def _chunks(path: Path, offset: int, size: int) -> Iterator[tuple[bytes, bool]]:
-    """Chunks of whole lines and whether the last line of the chunk has no end."""
+def _chunks(path: Path, layout: Layout, size: int) -> Iterator[tuple[bytes, bool]]:
+    """Chunks of whole lines, which end in a line feed, and whether the last line of the chunk has no end."""
     with path.open("rb") as file:
-        file.seek(offset)
+        file.seek(layout.offset)
         rest = b""
         while True:
             data = file.read(size)
             if not data:
                 break
+            data = data.replace(b"\r", b"\n") if layout.newline == "\r" else data
             cut = data.rfind(b"\n") + 1
             if not cut:
                 rest += data
@@ -173,24 +101,56 @@ def _chunks(path: Path, offset: int, size: int) -> Iterator[tuple[bytes, bool]]:
             yield rest, True
 
 
-def _block(
-    path: Path, data: bytes, first: int, layout: Layout, wanted: tuple[str, ...], texts: tuple[str, ...]
-) -> TextBlock:
-    from pyarrow import ArrowInvalid
+def _parts(data: bytes, first: int, asked: _Asked) -> Iterator[TextBlock]:
+    """The rows of whole lines, all at once where they are whole; else of halves, down to single lines."""
+    from pyarrow import ArrowException
 
     try:
-        columns = _fast(data, layout, wanted, texts)
-        return TextBlock(columns, _lines(data, first, len(next(iter(columns.values()), ()))))
-    except (ArrowInvalid, UnicodeDecodeError):
-        rows = _one_by_one(path, data, first, layout, wanted, texts)
-    text = "\n".join("\t".join(row) for row in rows.kept) + "\n"
-    plain = Layout(wanted, True, "\t", ".", 1, 0)
-    kept = (
-        _fast(text.encode(), plain, wanted, texts)
-        if rows.kept
-        else {name: np.zeros(0, dtype=str if name in texts else float) for name in wanted}
-    )
-    return TextBlock(kept, np.array(rows.lines, dtype=np.int64), tuple(rows.bad))
+        if _is_plain(data):
+            columns = _fast(data, asked.layout, asked.wanted, asked.texts)
+            lines = _lines(data, first, len(next(iter(columns.values()), ())))
+            if lines is not None:
+                yield TextBlock(columns, lines)
+                return
+    except (ArrowException, UnicodeDecodeError):
+        pass  # some line of these has a fault, which is looked for
+    count = data.count(b"\n")
+    if count <= FEW_LINES:
+        yield _slow(data, first, asked)
+        return
+    middle = data.find(b"\n", len(data) // 2) + 1
+    if middle in (0, len(data)):  # one line is longer than all others together
+        yield _slow(data, first, asked)
+        return
+    yield from _parts(data[:middle], first, asked)
+    yield from _parts(data[middle:], first + data[:middle].count(b"\n"), asked)
+
+
+def _is_plain(data: bytes) -> bool:
+    """Whether no quote stays open over a line's end, and no line is cut by a lone carriage return."""
+    if b"\r" in data and data.count(b"\r") != data.count(b"\r\n"):
+        return False
+    return b'"' not in data or all(line.count(b'"') % 2 == 0 for line in data.split(b"\n"))
+
+
+def _slow(data: bytes, first: int, asked: _Asked) -> TextBlock:
+    rows = _one_by_one(data, first, asked)
+    columns: dict[str, NDArray[Any]] = {}
+    for i, name in enumerate(asked.wanted):
+        cells = [row[i] for row in rows.kept]
+        if name in asked.texts:
+            columns[name] = np.array(cells, dtype=object)
+        else:
+            columns[name] = np.array([float(cell) if cell else np.nan for cell in cells], dtype=float)
+    return TextBlock(columns, np.array(rows.lines, dtype=np.int64), tuple(rows.bad))
+
+
+def _together(parts: list[TextBlock], asked: _Asked) -> TextBlock:
+    if len(parts) == 1:
+        return parts[0]
+    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in asked.wanted}
+    lines = np.concatenate([part.lines for part in parts])
+    return TextBlock(columns, lines, tuple(fault for part in parts for fault in part.bad))
 
 
 def _fast(
@@ -219,28 +179,26 @@ def _fast(
     return {name: table.column(name).to_numpy() for name in wanted}
 
 
-def _lines(data: bytes, first: int, rows: int) -> NDArray[np.int64]:
-    """The line of every row; blank lines between them are counted, as an editor does."""
+def _lines(data: bytes, first: int, rows: int) -> NDArray[np.int64] | None:
+    """The line of every row; blank lines between them are counted, as an editor does. None: rows are lost."""
     if data.count(b"\n") + (not data.endswith(b"\n")) == rows:
         return np.arange(first, first + rows, dtype=np.int64)
-    filled = [i for i, line in enumerate(data.splitlines()) if line.strip()]
-    return np.array(filled[:rows], dtype=np.int64) + first
+    filled = [i for i, line in enumerate(data.split(b"\n")) if line.strip()]
+    return np.array(filled, dtype=np.int64) + first if len(filled) == rows else None
 
 
-def _one_by_one(
-    path: Path, data: bytes, first: int, layout: Layout, wanted: tuple[str, ...], texts: tuple[str, ...]
-) -> _Rows:
+def _one_by_one(data: bytes, first: int, asked: _Asked) -> _Rows:
     """The rows that are whole and the faults of the others."""
-    rows = _Rows()
-    places = [(layout.names.index(name), name, name in texts) for name in wanted]
+    rows, layout = _Rows(), asked.layout
+    places = [(layout.names.index(name), name, name in asked.texts) for name in asked.wanted]
     for number, raw in enumerate(data.split(b"\n"), first):
         line = raw.decode("utf-8", "replace").strip("\r")
         if not line.strip():
             continue
-        cells = _cells(line, layout.delimiter)
-        reason = _reason(cells, places, layout)
+        cells = cells_of(line, layout.delimiter)
+        reason = _reason(line, cells, places, layout)
         if reason:
-            rows.bad.append(Fault(str(path), number, 1, "", reason))
+            rows.bad.append(Fault(str(asked.path), number, 1, "", reason))
             continue
         plain = [cells[i] if text else cells[i].replace(layout.decimal, ".") for i, _, text in places]
         rows.kept.append(plain)
@@ -248,11 +206,15 @@ def _one_by_one(
     return rows
 
 
-def _reason(cells: list[str], places: list[tuple[int, str, bool]], layout: Layout) -> str:
+def _reason(line: str, cells: list[str], places: list[tuple[int, str, bool]], layout: Layout) -> str:
+    if line.count('"') % 2:
+        return "a quote is opened and never closed"
+    if "\r" in line:
+        return "a carriage return stands within the line; end lines by a line feed, or by both"
     if len(cells) != len(layout.names):
         return f"{len(cells)} cells where the table has {len(layout.names)} columns"
     for i, name, text in places:
         cell = cells[i].replace(layout.decimal, ".")
-        if not text and cell and not _NUMBER.fullmatch(cell):
+        if not text and cell and not NUMBER.fullmatch(cell):
             return f"{name}: {cells[i][:30]!r} is not a number"
     return ""

@@ -6,15 +6,17 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from planner.errors import InputError
 from planner.protocols import RawBlock
-from planner.readers._arrays import column_names, wanted_blocks
+from planner.readers._arrays import columns_of, wanted_blocks
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 
 
 class Hdf5Reader:
-    """Datasets (n,) and (n, k), also in groups as `imu/gyro_1`; a v7.3 file stores (k, n)."""
+    """Datasets (n,), (n, k), (n, k, m), also in groups as `imu/gyro_1`; a v7.3 file turns the sides round."""
 
     name = "hdf5"
     suffixes = (".h5", ".hdf5", ".mat")
@@ -26,7 +28,7 @@ class Hdf5Reader:
     def names(self, path: Path, skip_lines: int = 0) -> tuple[str, ...]:
         """The columns of the file. Raises InputError for a file that is not whole."""
         with _opened(path) as file:
-            return tuple(_columns(file))
+            return tuple(_columns(path, file))
 
     def blocks(
         self, path: Path, wanted: Sequence[str], texts: Sequence[str] = (), skip_lines: int = 0
@@ -34,24 +36,22 @@ class Hdf5Reader:
         """The wanted columns in blocks. Raises InputError for lengths that differ and for a damaged file."""
         with _opened(path) as file:
             try:
-                yield from wanted_blocks(path, _columns(file), wanted, texts)
-            except OSError as error:
+                yield from wanted_blocks(path, _columns(path, file), wanted, texts)
+            except (OSError, RuntimeError, KeyError) as error:
                 raise InputError(f"{path} is not a whole HDF5 file: {error}") from error
 
 
-class _Column:
-    """One column of a dataset, read slice by slice."""
+class _Turned:
+    """A dataset of MATLAB's: its sides stand the other way round."""
 
-    def __init__(self, dataset: Any, index: int | None, turned: bool) -> None:
-        self.dataset, self.index, self.turned = dataset, index, turned
+    def __init__(self, dataset: Any) -> None:
+        self.dataset = dataset
+        self.shape = tuple(dataset.shape[::-1])
 
-    def __len__(self) -> int:
-        return int(self.dataset.shape[1 if self.turned else 0])
-
-    def __getitem__(self, rows: slice) -> Any:
-        if self.turned:
-            return self.dataset[self.index or 0, rows]
-        return self.dataset[rows] if self.index is None else self.dataset[rows, self.index]
+    def __getitem__(self, place: Any) -> Any:
+        places = place if isinstance(place, tuple) else (place,)
+        whole = (*places, *[slice(None)] * (len(self.shape) - len(places)))
+        return np.asarray(self.dataset[whole[::-1]]).T
 
 
 def _opened(path: Path) -> Any:
@@ -63,23 +63,40 @@ def _opened(path: Path) -> Any:
         raise InputError(f"{path} is not a whole HDF5 file: {error}") from error
 
 
-def _columns(file: Any) -> dict[str, _Column]:
+def _columns(path: Path, file: Any) -> dict[str, Any]:
     """Column name -> where it stands; MATLAB's datasets carry the attribute MATLAB_class."""
     import h5py
 
     found: dict[str, Any] = {}
 
     def note(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset) and item.ndim in (1, 2) and not name.startswith("#"):
-            found[name] = item
+        if isinstance(item, h5py.Dataset) and item.ndim in (1, 2, 3) and not name.startswith("#"):
+            if item.dtype.names:
+                found.update(
+                    {f"{name}.{field}": item.fields(field) for field in item.dtype.names if item.ndim == 1}
+                )
+            else:
+                found[name] = _Turned(item) if "MATLAB_class" in item.attrs and item.ndim > 1 else item
 
-    file.visititems(note)
-    turned = {name: "MATLAB_class" in item.attrs and item.ndim == 2 for name, item in found.items()}
-    shapes = {n: tuple(item.shape[::-1]) if turned[n] else tuple(item.shape) for n, item in found.items()}
-    return {
-        column: _Column(found[name], index, turned[name])
-        for column, (name, index) in column_names(shapes).items()
+    try:
+        file.visititems(note)
+    except Exception as error:  # h5py raises many kinds for what is damaged within
+        raise InputError(f"{path} is not a whole HDF5 file: {error}") from error
+    flat = {
+        n: _Flat(a) if len(a.shape) == 2 and a.shape[0] == 1 < a.shape[1] else a for n, a in found.items()
     }
+    return columns_of(flat)
+
+
+class _Flat:
+    """A matrix of a single row as one column."""
+
+    def __init__(self, array: Any) -> None:
+        self.array = array
+        self.shape = (array.shape[1],)
+
+    def __getitem__(self, rows: slice) -> Any:
+        return self.array[0, rows]
 
 
 READER = Hdf5Reader()

@@ -10,11 +10,11 @@ import numpy as np
 
 from planner.errors import InputError
 from planner.protocols import RawBlock
-from planner.readers._arrays import column_names, wanted_blocks
+from planner.readers._arrays import columns_of, wanted_blocks
 
 
 class MatlabReader:
-    """Variables (n, 1) or (1, n) as `time`, (n, k) as `gyro_1` …, fields of a struct as `imu.gyro_1`.
+    """Variables (n, 1) or (1, n) as `time`, (n, k) and (n, k, m) as `gyro_1` …, structs as `imu.gyro_1`.
 
     The format packs each variable in one piece of at most 2 GB, so the wanted ones are read whole.
     """
@@ -23,9 +23,9 @@ class MatlabReader:
     suffixes = (".mat",)
 
     def recognises(self, path: Path, head: bytes) -> bool:
-        """By the text on top, or the suffix for version 4, and by not being HDF5."""
-        hdf5 = b"\x89HDF" in head[:520]
-        return not hdf5 and (head.startswith(b"MATLAB 5.0") or path.suffix.lower() == ".mat")
+        """By the text on top; version 4, which has none, by suffix and zero bytes, and by not being HDF5."""
+        old = path.suffix.lower() == ".mat" and b"\0" in head[:20] and b"\x89HDF" not in head[:520]
+        return head.startswith(b"MATLAB 5.0") or old
 
     def names(self, path: Path, skip_lines: int = 0) -> tuple[str, ...]:
         """The columns of the file. Raises InputError for a file that is not whole."""
@@ -45,13 +45,8 @@ def _columns(path: Path) -> dict[str, Any]:
         variables = loadmat(path, simplify_cells=True)
     except Exception as error:  # scipy raises many kinds, down to struct.error, for a cut or foreign file
         raise InputError(f"{path} is not a whole MATLAB file: {type(error).__name__}: {error}") from error
-    arrays = {name: np.asarray(a) for name, a in _flat(variables) if np.ndim(a) in (1, 2)}
-    arrays = {name: a[0] if a.ndim == 2 and a.shape[0] == 1 else a for name, a in arrays.items()}
-    places = column_names({name: a.shape for name, a in arrays.items()})
-    return {
-        column: arrays[name] if index is None else arrays[name][:, index]
-        for column, (name, index) in places.items()
-    }
+    arrays = {name: np.asarray(a) for name, a in _flat(variables) if np.ndim(a) in (1, 2, 3)}
+    return columns_of({n: a[0] if a.ndim == 2 and a.shape[0] == 1 else a for n, a in arrays.items()})
 
 
 def _flat(variables: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -29,7 +29,7 @@ class ParquetReader:
 
         try:
             return tuple(pq.ParquetFile(path).schema_arrow.names)
-        except (ArrowException, OSError) as error:
+        except (ArrowException, OSError, UnicodeDecodeError) as error:
             raise InputError(f"{path} is not a whole Parquet file: {error}") from error
 
     def blocks(
@@ -48,7 +48,7 @@ class ParquetReader:
                 }
                 yield RawBlock(columns, np.arange(start, start + batch.num_rows), {})
                 start += batch.num_rows
-        except (ArrowException, OSError) as error:
+        except (ArrowException, OSError, UnicodeDecodeError) as error:
             raise InputError(f"{path} is not a whole Parquet file: {error}") from error
 
 

@@ -1,12 +1,16 @@
 """The small YAML map of a raw recording: which column is what, in which unit, on which axis, with which sign.
 
+    value = ± ((reading − zero) · scale + offset) in `unit`;   sensitivity: readings per unit, is 1 / scale
+
 unit: imu7                    # of the inertial unit; default: the file's name
 rate: 1000 Hz                 # needed when no column holds the time
 time: {column: timestamp, unit: us}
 gyro: {x: -gyr_y, y: gyr_x, z: 3, unit: deg/s}     # a minus turns the sign; a number counts columns from 1
-acc: {x: acc_x, y: acc_y, z: acc_z, unit: m/s^2, scale: 0.001}
+acc: {x: acc_x, y: acc_y, z: acc_z, unit: g, zero: [12, -30, 5], sensitivity: 2048}
 temperature: {column: T1, unit: degC, scale: 0.01, offset: 20}
 ref_rate: {x: 0 deg/s, y: 0 deg/s, z: table_rate, unit: deg/s}
+
+`planner reduce --map-help` tells every key.
 """
 
 from __future__ import annotations
@@ -15,15 +19,18 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationError
+from pydantic import BeforeValidator, Field, ValidationError, WithJsonSchema
 
 from planner.errors import Fault, InputError
-from planner.quantities import Acceleration, Number, PositiveSeconds, Rate, Seconds, quantity
+from planner.quantities import Acceleration, Number, PositiveSeconds, Rate, Seconds, Switch, quantity, schema
 from planner.spec.part import SpecPart
 from planner.units import UnitError, dimension_of, parse, unit_factor
 
 AXES = ("x", "y", "z")
+SENSOR_KEYS = ("gyro", "acc", "ref_rate", "ref_acc")
 DIMENSION = {"gyro": "deg/s", "acc": "m/s^2", "ref_rate": "deg/s", "ref_acc": "m/s^2", "time": "s"}
+ISO, CLOCK = "iso", "clock"  # times that are dates, or hours:minutes:seconds
+_SPELLINGS = {"dps": "deg/s", "mdps": "mdeg/s", "degps": "deg/s", "mps2": "m/s^2", "mss": "m/s^2", "G": "g"}
 
 
 def _source(value: object) -> object:
@@ -32,33 +39,118 @@ def _source(value: object) -> object:
     return value
 
 
+def _per_axis(value: object) -> object:
+    """Three numbers from one, from a list, or from x, y, z."""
+    if isinstance(value, dict):
+        if set(value) != set(AXES):
+            raise ValueError("must be one number, three in a list, or x, y and z")
+        value = [value[axis] for axis in AXES]
+    found: list[Any] = list(value) if isinstance(value, list | tuple) else [value] * 3
+    if len(found) != 3 or any(isinstance(x, bool) or not isinstance(x, int | float) for x in found):
+        raise ValueError("must be one number, three in a list, or x, y and z")
+    return tuple(float(x) for x in found)
+
+
+_ONE_OR_THREE = {
+    "oneOf": [
+        {"type": "number"},
+        {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
+        {
+            "type": "object",
+            "properties": {axis: {"type": "number"} for axis in AXES},
+            "required": list(AXES),
+            "additionalProperties": False,
+        },
+    ]
+}
 Source = Annotated[str | int, BeforeValidator(_source)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+PerAxis = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(_per_axis), WithJsonSchema(_ONE_OR_THREE)]
+FileName = Annotated[
+    str | dict[str, str],
+    Field(
+        description="another file of the same run, beside the recording; or {_acc: _gyro}: the "
+        "recording's name with that part replaced"
+    ),
+]
+Where = Annotated[
+    dict[str, str | int | float],
+    Field(description="rows of the file that count: column -> what must stand there"),
+]
 
 
 class OneColumn(SpecPart):
-    """One column: reading · scale + offset, in `unit`."""
+    """One column: (reading − zero) · scale + offset, in `unit`."""
 
     column: Source = Field(description="name, or number from 1; a minus turns the sign")
     unit: str = Field(description="unit of the readings after scale and offset")
     scale: Number = 1.0
     offset: Number = 0.0
+    zero: Number = Field(0.0, description="reading that means zero; taken off before the scale")
+    file: FileName | None = None
+    where: Where = Field(default_factory=dict)
+
+
+class TimeColumn(SpecPart):
+    """The column of the time: a number in `unit`, or text."""
+
+    column: Source = Field(description="name, or number from 1")
+    unit: str = Field(
+        description="s, ms, us, ns, min, h, day; iso for dates such as 2026-03-01T12:00:00.5Z; clock for "
+        "12:00:00.5; or a pattern such as %d.%m.%Y %H:%M:%S.%f"
+    )
+    scale: Number = 1.0
+    offset: Number = 0.0
+    plus: OneColumn | None = Field(None, description="a second column to add, as the nanoseconds of ROS")
+    wraps: Number | None = Field(
+        None, description="the counter begins again at this many counts, as 4294967296", gt=0
+    )
 
 
 class AxisColumns(SpecPart):
-    """Three columns, one for each body axis: reading · scale, in `unit`."""
+    """Three columns, one for each body axis: ± ((reading − zero) · scale + offset), in `unit`."""
 
     x: Source
     y: Source
     z: Source
     unit: str
-    scale: Number = 1.0
+    scale: PerAxis = Field((1.0, 1.0, 1.0), description="units in one count; one number, or one an axis")
+    sensitivity: PerAxis | None = Field(None, description="counts in one unit, instead of scale")
+    zero: PerAxis = Field((0.0, 0.0, 0.0), description="reading that means zero, in counts")
+    offset: PerAxis = Field((0.0, 0.0, 0.0), description="added after the scale, in `unit`")
+    file: FileName | None = None
+    time: TimeColumn | None = Field(None, description="of that other file; default: as the recording's")
+    where: Where = Field(default_factory=dict)
+
+    @property
+    def scales(self) -> tuple[float, float, float]:
+        """Units in one count of x, y, z."""
+        if self.sensitivity is None:
+            return self.scale
+        x, y, z = self.sensitivity
+        return 1.0 / x, 1.0 / y, 1.0 / z
 
 
 class FullScale(SpecPart):
     """Readings at these are saturated."""
 
-    gyro: Annotated[Rate | None, Field()] = None
-    acc: Annotated[Acceleration | None, Field()] = None
+    gyro: Rate | None = Field(None, description="of the gyros, as 2000 deg/s")
+    acc: Acceleration | None = Field(None, description="of the accelerometers, as 16 g")
+
+
+class PowerOns(SpecPart):
+    """How the power-ons of one file are told apart; one of column, gap and clock."""
+
+    column: Source | None = Field(None, description="a new text in it is another power-on")
+    gap: PositiveSeconds | None = Field(None, description="a longer gap in time is one")
+    clock: Literal["restarts"] | None = Field(None, description="restarts: where the time falls there is one")
+    first: int = Field(1, description="number of the first power-on")
+
+
+class UnitColumn(SpecPart):
+    """The column that names the inertial unit of a row."""
+
+    column: Source
 
 
 class ColumnMap(SpecPart):
@@ -67,37 +159,61 @@ class ColumnMap(SpecPart):
     planner: int | None = None
     format: str | None = Field(None, description="name of the reader; default: by the file")
     skip_lines: int = Field(0, ge=0, description="lines above the header that are no comments")
-    unit: str | None = Field(None, description="of the inertial unit; default: the file's name")
-    run: int = Field(1, description="number of the first file's power-on; each further file is the next")
+    unit: str | UnitColumn | None = Field(None, description="of the inertial unit; default: the file's name")
+    run: int | PowerOns = Field(
+        1, description="number of the first file's power-on; or how those of one file are told apart"
+    )
     day: Number | None = Field(None, description="days since the first calibration")
     time_on: Seconds | None = Field(None, description="seconds since power-on at the first sample")
-    rate: Annotated[float, quantity("Hz", "1000 Hz")] | None = None
-    time: OneColumn | None = None
+    rate: Annotated[float, quantity("Hz", "1000 Hz"), schema("1000 Hz")] | None = None
+    time: TimeColumn | None = None
     gyro: AxisColumns | None = None
     acc: AxisColumns | None = None
     temperature: OneColumn | None = None
     ref_rate: AxisColumns | None = None
     ref_acc: AxisColumns | None = None
     step: Source | None = Field(None, description="column that names the plan's step of each sample")
-    records: Literal["rests", "step", "plan"] | None = Field(
-        None, description="rests: found; step: from the column; plan: from the plan's times"
+    records: Literal["rests", "step", "plan", "whole"] | None = Field(
+        None,
+        description="rests: found; step: from the column; plan: by the plan's times; whole: a power-on each",
     )
     plan_time: Seconds = Field(0.0, description="time on the plan's clock at the first sample")
     shortest: PositiveSeconds = Field(1.0, description="shorter rests are left out")
     record: PositiveSeconds | None = Field(None, description="longer rests are cut; default: by Allan")
+    motions: Switch = Field(
+        True, description="whether hand turns between rests are kept, for rests_and_turns"
+    )
     full_scale: FullScale = FullScale()
+
+    @property
+    def first_run(self) -> int:
+        """The number of the first power-on."""
+        return self.run if isinstance(self.run, int) else self.run.first
+
+    @property
+    def parts(self) -> dict[str, AxisColumns | OneColumn]:
+        """Key -> what it says, of the sensors, references and temperature that there are."""
+        found = {key: getattr(self, key) for key in (*SENSOR_KEYS, "temperature")}
+        return {key: part for key, part in found.items() if part is not None}
 
 
 def read_map(path: Path) -> ColumnMap:
     """The map of a YAML file. Raises InputError with every fault at its line."""
-    from planner.spec.sentences import faults_of
-    from planner.spec.yaml12 import MAX_BYTES, read_yaml
+    from planner.spec.yaml12 import MAX_BYTES
 
     try:
         with Path(path).open("rb") as file:
-            document = read_yaml(file.read(MAX_BYTES + 1), str(path))
+            return map_of(file.read(MAX_BYTES + 1), path)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from error
+
+
+def map_of(text: bytes, path: Path) -> ColumnMap:
+    """The map of a YAML text that stands, or would stand, in a file. Raises InputError with every fault."""
+    from planner.spec.sentences import faults_of
+    from planner.spec.yaml12 import read_yaml
+
+    document = read_yaml(text, str(path))
     if not isinstance(document.value, dict):
         raise InputError(f"{path} is no map of columns; it is lines of 'key: value'")
     try:
@@ -116,28 +232,84 @@ def contradictions(columns: ColumnMap) -> list[tuple[str, str]]:
     found = []
     if columns.gyro is None and columns.acc is None:
         found.append(("gyro", "neither gyro nor acc is named; name at least one"))
-    if columns.time is None and columns.rate is None:
+    if columns.time is None and columns.rate is None and not _own_times(columns):
         found.append(("rate", "missing; give the sampling rate, like 1000 Hz, or the column of the time"))
     if columns.rate is not None and columns.rate <= 0:
         found.append(("rate", "must be more than 0 Hz"))
     if columns.records == "step" and columns.step is None:
         found.append(("step", "missing; name the column that holds the plan's steps"))
-    for key, like in DIMENSION.items():
+    for key in SENSOR_KEYS:
         part = getattr(columns, key)
-        if part is not None and (said := _wrong_unit(part.unit, like)):
-            found.append((f"{key}.unit", said))
+        if part is not None:
+            found += [(f"{key}.{where}", said) for where, said in _odd_triad(part, DIMENSION[key])]
+    found += [(f"time.{where}", said) for where, said in _odd_time(columns.time)]
     temperature = columns.temperature
-    if temperature is not None and temperature.unit.replace("°", "deg").replace(" ", "") not in ("degC", "K"):
-        found.append(("temperature.unit", f"{temperature.unit!r} must be degC or K"))
+    if temperature is not None and plain_unit(temperature.unit) not in ("degC", "K", "degF"):
+        found.append(("temperature.unit", f"{temperature.unit!r} must be degC, K or degF"))
+    return [*found, *_odd_runs(columns)]
+
+
+def _own_times(columns: ColumnMap) -> bool:
+    sensors = [part for part in (columns.gyro, columns.acc) if part is not None]
+    return bool(sensors) and all(part.time is not None for part in sensors)
+
+
+def _odd_triad(part: AxisColumns, like: str) -> list[tuple[str, str]]:
+    found = []
+    if said := _wrong_unit(part.unit, like):
+        found.append(("unit", said))
+    if part.sensitivity is not None and part.scale != (1.0, 1.0, 1.0):
+        found.append(("sensitivity", "is 1/scale; give one of the two"))
+    for key, values in (("scale", part.scale), ("sensitivity", part.sensitivity or (1.0,))):
+        if 0.0 in values:
+            found.append((key, "must not be 0"))
+    return [*found, *((f"time.{where}", said) for where, said in _odd_time(part.time))]
+
+
+def _odd_time(time: TimeColumn | None) -> list[tuple[str, str]]:
+    if time is None:
+        return []
+    found = []
+    if not is_written_time(time.unit) and (said := _wrong_unit(time.unit, "s")):
+        found.append(("unit", f"{said}, or iso, clock, or a pattern like %H:%M:%S.%f"))
+    if is_written_time(time.unit) and (time.scale, time.offset, time.wraps) != (1.0, 0.0, None):
+        found.append(("unit", "a written time has no scale, offset or wraps"))
+    if time.plus is not None and (said := _wrong_unit(time.plus.unit, "s")):
+        found.append(("plus.unit", said))
     return found
+
+
+def _odd_runs(columns: ColumnMap) -> list[tuple[str, str]]:
+    runs = columns.run
+    if isinstance(runs, int):
+        return []
+    told = [key for key in ("column", "gap", "clock") if getattr(runs, key) is not None]
+    if len(told) != 1:
+        return [("run", "give one of column, gap, clock: what tells one power-on from the next")]
+    if told[0] in ("gap", "clock") and columns.time is None:
+        return [(f"run.{told[0]}", "needs the column of the time")]
+    return []
 
 
 def _wrong_unit(unit: str, like: str) -> str:
     try:
-        right = dimension_of(unit) == dimension_of(like)
+        right = dimension_of(plain_unit(unit)) == dimension_of(like)
     except UnitError as error:
         return str(error)
     return "" if right else f"{unit!r} has the wrong dimension; expected one like {like}"
+
+
+def is_written_time(unit: str) -> bool:
+    """Whether times are text: dates, hours:minutes:seconds, or of a pattern."""
+    return unit.lower() in (ISO, CLOCK) or "%" in unit
+
+
+def plain_unit(unit: str) -> str:
+    """A unit as `units` writes it, from spellings of data sheets: `dps`, `m/s2`, `°/s`, `°C`."""
+    text = unit.strip().replace("°", "deg").replace("º", "deg")
+    text = _SPELLINGS.get(text.replace(" ", ""), text)
+    text = re.sub(r"\b(s|sec)2\b", "s^2", text)
+    return text.replace(" ", "") if re.fullmatch(r"deg ?[CF]", text) else text
 
 
 def unsigned(source: str | int) -> tuple[float, str | int]:
@@ -155,7 +327,7 @@ def constant(source: str | int, unit: str) -> float | None:
         quantity = parse(source)
     except UnitError:
         return None
-    return quantity.si if quantity.dimension == dimension_of(unit) else None
+    return quantity.si if quantity.dimension == dimension_of(plain_unit(unit)) else None
 
 
 def standard_map(names: tuple[str, ...]) -> ColumnMap | None:
@@ -182,4 +354,4 @@ def standard_map(names: tuple[str, ...]) -> ColumnMap | None:
 
 def factor(unit: str) -> float:
     """SI value of one `unit`."""
-    return unit_factor(unit)[0]
+    return unit_factor(plain_unit(unit))[0]

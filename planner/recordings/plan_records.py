@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner.nouns.plan_file import steps_of
-from planner.recordings.recording import Samples
+from planner.recordings.samples import Samples
 
 
 @dataclass(frozen=True)

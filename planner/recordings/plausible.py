@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from planner.recordings.recording import CHANNELS
 from planner.recordings.rests import Segment, mean_of
+from planner.recordings.samples import CHANNELS
 from planner.recordings.windows import Windows
 from planner.units import STANDARD_GRAVITY_MPS2 as G
 from planner.units import ZERO_CELSIUS_K

@@ -6,7 +6,7 @@ rest once more for the Allan deviation.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,14 +17,17 @@ from planner.errors import Fault, InputError
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
 from planner.recordings.axis_check import axis_fault
+from planner.recordings.clocks import Clock
 from planner.recordings.column_map import ColumnMap
+from planner.recordings.hand_turns import Rest, calm, motion_rows
 from planner.recordings.plan_records import PlannedRecord, labelled
 from planner.recordings.plausible import suspicious
-from planner.recordings.recording import Account, Recording, Samples
+from planner.recordings.recording import Recording, other_files, recordings_of
 from planner.recordings.reduction import LeftOut, Reduction, RowAccount, ScannedFile
 from planner.recordings.reduction_notes import notes_of
 from planner.recordings.rest_allan import RECORD_LIMITS_S, noise_of, snippet
 from planner.recordings.rests import Segment, segments_of, steps_of
+from planner.recordings.samples import Account, Samples
 from planner.recordings.segments_to_rows import Row, cut, row_of, table_of
 from planner.recordings.temperature import alive
 from planner.recordings.windows import longest_gap, windows_of
@@ -32,6 +35,7 @@ from planner.units import unit_factor
 
 Progress = Callable[[str], None]
 LEAST_WINDOWS = 3  # of a rest by which readings are judged
+LEAST_SAMPLES = 16  # of one of several power-ons in a file
 
 
 def _silent(_: str) -> None:
@@ -53,33 +57,33 @@ def reduce_recordings(
     Raises InputError for files that cannot be read or whose readings cannot be meant, and when nothing rests.
     """
     _distinct(paths)
-    files = []
-    for number, path in enumerate(paths):
-        progress(f"reading {path}")
-        files.append(_scanned(Path(path), columns, number, records))
+    files, left_out = _files([Path(path) for path in paths], columns, records, progress)
     progress("noise of the longest rest")
     noise = noise_of(files)
-    rows, left_out = _rows(files, None if noise.is_bound else noise.record)
+    rows, motions, without = _rows(files, None if noise.is_bound else noise.record)
+    left_out += without
     if not rows:
-        reasons = sorted({part.reason for part in left_out})
-        raise InputError(f"{files[0].recording.path}: nothing gives a row: {'; '.join(reasons)}")
+        raise InputError(f"{files[0].recording.path}: nothing gives a row: {_reasons(left_out)}")
     _refuse_copies(files, rows)
     rows, said = _referenced(rows, references)
-    table = table_of(rows, files[0].recording.columns)
+    settings = files[0].recording.whole
+    table = table_of(rows, settings)
     _refuse_mix_ups(table, files[0].recording.path)
-    notes = [*notes_of(files, rows, left_out, noise.place), *said]
+    notes = [*notes_of(files, rows, left_out, noise.place), *said, *_of_motions(motions)]
     if records and references is None and table.ref_rate is None:
         notes.append("no references: with --latitude they are taken from the plan's motions")
     return Reduction(
         table=replace(table, notes=tuple(notes), source=", ".join(str(path) for path in paths)),
         rows=tuple(_row_account(row) for row in rows),
         left_out=tuple(left_out),
-        counts={str(file.recording.path): dict(file.account.counts) for file in files},
+        counts={file.name: dict(file.account.counts) for file in files},
         allan=noise.allan,
         record=noise.record,
         record_is_bound=noise.is_bound,
         snippet=snippet(noise.record),
-        rates_hz={str(file.recording.path): file.rate for file in files},
+        rates_hz={file.name: file.rate for file in files},
+        clocks={file.name: clock for file in files if (clock := _clock(file)) is not None},
+        motions=table_of(motions, settings) if motions else None,
     )
 
 
@@ -97,35 +101,107 @@ def _distinct(paths: Sequence[Path]) -> None:
         seen.add(whole)
 
 
-def _scanned(
-    path: Path, columns: ColumnMap | None, number: int, records: Sequence[PlannedRecord] | None
+def _files(
+    paths: Sequence[Path],
+    columns: ColumnMap | None,
+    records: Sequence[PlannedRecord] | None,
+    progress: Progress,
+) -> tuple[list[ScannedFile], list[LeftOut]]:
+    """Every power-on of every file; those of several in one file that are too short to be one are left out.
+
+    A file that the map joins to another is no power-on of its own.
+    """
+    others = {other.resolve() for path in paths for other in other_files(path, columns)}
+    files: list[ScannedFile] = []
+    left_out: list[LeftOut] = []
+    for path in paths:
+        if path.resolve() in others:
+            continue
+        progress(f"reading {path}")
+        found = recordings_of(path, columns)
+        base = max((file.run for file in files), default=found[0].whole.first_run - 1) + 1
+        for number, recording in enumerate(found):
+            part = recording.part.run
+            run = base + (number if part is None else part - recording.whole.first_run)
+            if len(found) > 1 and (samples := _few(recording)):
+                reason = f"only {samples} samples of this power-on"
+                left_out.append(LeftOut(recording.unit, run, "motion", 0.0, 0.0, samples, reason))
+                continue
+            progress(
+                f"reading {path}" + (f", power-on {number + 1} of {len(found)}" if len(found) > 1 else "")
+            )
+            file = scanned(recording, run, len(found) > 1, records, progress)
+            if said := doubted(file):
+                raise InputError(f"{recording.path}: {said}")
+            files.append(file)
+    if not files:
+        raise InputError(f"{paths[0]}: {_reasons(left_out)}")
+    return files, left_out
+
+
+def _few(recording: Recording) -> int:
+    """The number of samples of a power-on that has too few to be one, else 0."""
+    count = 0
+    for block in recording.samples():
+        count += len(block)
+        if count >= LEAST_SAMPLES:
+            return 0
+    return count
+
+
+def _reasons(left_out: Sequence[LeftOut]) -> str:
+    return "; ".join(sorted({part.reason for part in left_out}))
+
+
+def scanned(
+    recording: Recording,
+    run: int,
+    of_several: bool,
+    records: Sequence[PlannedRecord] | None = None,
+    progress: Progress = _silent,
 ) -> ScannedFile:
-    recording = Recording(path, columns)
+    """A recording in windows, with its rests and motions. Raises InputError when it cannot be read."""
     account = Account()
     rate = sampling_rate(recording)
-    windows = windows_of(iter(_labelled(recording, account, records)), rate)
+    windows = windows_of(_told(_labelled(recording, account, records), recording.path, progress), rate)
     segments = steps_of(windows) if windows.label is not None else segments_of(windows, longest_gap(rate))
-    rests = [s for s in segments if s.kind == "rest" and s.last - s.first >= LEAST_WINDOWS]
-    said = suspicious(windows, rests) or axis_fault(windows, rests)
-    if said:
-        raise InputError(f"{path}: {said}")
-    unit = recording.columns.unit or path.stem
-    run = recording.columns.run + number
-    return ScannedFile(recording, unit, run, rate, windows, tuple(segments), account)
+    name = f"{recording.path}, run {run}" if of_several else str(recording.path)
+    return ScannedFile(recording, recording.unit, run, rate, windows, tuple(segments), account, name)
+
+
+def _told(blocks: Iterable[Samples], path: Path, progress: Progress) -> Iterator[Samples]:
+    """The blocks, each told of when it comes."""
+    for block in blocks:
+        if len(block):
+            progress(f"reading {path}: {block.time[-1] / 60.0:.1f} min")
+        yield block
+
+
+def doubted(file: ScannedFile) -> str:
+    """A sentence on readings that cannot be meant: units, axes, signs; or nothing."""
+    rests = [s for s in file.segments if s.kind == "rest" and s.last - s.first >= LEAST_WINDOWS]
+    return suspicious(file.windows, rests) or axis_fault(file.windows, rests)
+
+
+def _clock(file: ScannedFile) -> Clock | None:
+    clock = file.recording.clock
+    return clock if clock is not None and clock.jitters else None
 
 
 def _labelled(
     recording: Recording, account: Account, records: Sequence[PlannedRecord] | None
 ) -> Iterable[Samples]:
     """The samples, named by the plan's records, by the column of steps, or not at all."""
-    blocks = recording.samples(account)
-    wanted = recording.columns.records
+    blocks = recording.even_samples(account)
+    wanted = recording.whole.records
     if wanted == "plan" and not records:
         raise InputError("the map takes the records from the plan; give it with --plan")
-    if wanted == "rests" or (wanted is None and not records and recording.columns.step is None):
+    if wanted == "whole":
+        return (replace(block, label=np.full(len(block), "record")) for block in blocks)
+    if wanted == "rests" or (wanted is None and not records and recording.whole.step is None):
         return (replace(block, label=None) for block in blocks)
-    if wanted == "plan" or (records and recording.columns.step is None):
-        return labelled(blocks, records or (), recording.columns.plan_time)
+    if wanted == "plan" or (records and recording.whole.step is None):
+        return labelled(blocks, records or (), recording.whole.plan_time)
     return blocks
 
 
@@ -139,49 +215,69 @@ def sampling_rate(recording: Recording) -> float:
         if given is None:
             raise InputError(f"{recording.path} has too few samples to tell the sampling rate; give rate")
         return given
-    steps = np.diff(first.time)
-    step = float(steps[steps <= 3 * np.median(steps)].mean())  # without the gaps
-    if step <= 0 or not np.isfinite(step):
+    clock = recording.clock
+    if clock is None:
         raise InputError(f"{recording.path}: the time does not rise")
-    if given is not None and abs(given * step - 1) > 0.05:
+    if given is not None and abs(given * clock.mean - 1) > 0.05 and abs(given * clock.step - 1) > 0.05:
         raise InputError(
-            f"{recording.path}: the map says {given:g} Hz, the time column {1 / step:g} Hz; are units right?"
+            f"{recording.path}: the map says {given:g} Hz, the time column {1 / clock.step:g} Hz; "
+            "are units right?"
         )
-    return 1 / step
+    return 1 / clock.step
 
 
 # ---------------------------------------------------------------- rows
 
 
-def _rows(files: Sequence[ScannedFile], best: float | None) -> tuple[list[Row], list[LeftOut]]:
-    """Rows, and the stretches that gave none. best: s, what a rest is cut into; None: 600 s."""
+def _rows(files: Sequence[ScannedFile], best: float | None) -> tuple[list[Row], list[Row], list[LeftOut]]:
+    """Rows, those of hand turns between them, and the stretches that gave none.
+
+    best: s, what a rest is cut into; None: 600 s
+    """
     rows: list[Row] = []
+    motions: list[Row] = []
     left_out: list[LeftOut] = []
     for file in files:
-        living = alive(file.windows)
-        settings = file.recording.columns
-        longest = settings.record or float(np.clip(best or RECORD_LIMITS_S[1], *RECORD_LIMITS_S))
-        number = 0
-        for segment in file.segments:
-            reason = _why_not(file, segment, settings.shortest)
-            if reason:
-                left_out.append(_left(file, segment, reason))
-                continue
-            for part in cut(file.windows, segment, longest):
-                number += 1
-                label = part.label or f"{part.kind}_{number:03d}"
-                row = row_of(file.windows, part, living, label, file.unit, file.run, file.rate, settings)
-                if row is None:
-                    left_out.append(_left(file, part, "the temperature sensor is dead"))
-                else:
-                    rows.append(row)
-    return rows, left_out
+        found, without = rows_of_file(file, best)
+        quiet, loud = calm(file, found)
+        rows += [rest.row for rest in quiet]
+        turns = motion_rows(file, quiet)
+        motions += turns
+        left_out += [_left(file, part, reason) for part, reason in [*without, *loud]]
+    return rows, motions, left_out
+
+
+def rows_of_file(file: ScannedFile, best: float | None) -> tuple[list[Rest], list[tuple[Segment, str]]]:
+    """The rows of one power-on with their stretches, and the stretches without one and why."""
+    living = alive(file.windows)
+    settings = file.recording.whole
+    longest = settings.record or float(np.clip(best or RECORD_LIMITS_S[1], *RECORD_LIMITS_S))
+    found: list[Rest] = []
+    without: list[tuple[Segment, str]] = []
+    for segment in file.segments:
+        reason = _why_not(file, segment, settings.shortest)
+        if reason:
+            without.append((segment, reason))
+            continue
+        for part in cut(file.windows, segment, longest):
+            label = part.label or f"{part.kind}_{len(found) + 1:03d}"
+            row = row_of(file.windows, part, living, label, file.unit, file.run, file.rate, settings)
+            if row is None:
+                without.append((part, "the temperature sensor is dead"))
+            elif part.kind == "rest" and row.duration < settings.shortest:
+                without.append((part, f"shorter than {settings.shortest:g} s"))
+            else:
+                found.append(Rest(part, row))
+    return found, without
 
 
 def _why_not(file: ScannedFile, segment: Segment, shortest: float) -> str:
     part = file.windows[segment.first : segment.last]
+    if (part.count < 2).all():
+        return "samples are no numbers, or padding"
     if (~part.whole | (part.count < 2)).all():
-        return "samples are missing or broken"
+        longest = 1e3 * file.account.steps[1]
+        return f"gaps in time: steps of up to {longest:.4g} ms at {file.rate:.4g} Hz"
     if segment.kind == "turn" and (part.reference is None or not np.isfinite(part.reference[:, :3]).all()):
         return "turns steadily, and the map names no ref_rate"
     if segment.kind == "motion":
@@ -229,6 +325,14 @@ def _referenced(rows: list[Row], references: Mapping[str, Array] | None) -> tupl
     if unknown:
         return rows, [f"no references: the plan does not tell them for {len(unknown)} rows, as {unknown[0]}"]
     return [replace(row, reference=references[row.step]) for row in rows], []
+
+
+def _of_motions(motions: Sequence[Row]) -> list[str]:
+    seconds = sum(row.duration for row in motions)
+    said = (
+        f"{seconds:.1f} s between rests are kept as {len(motions)} rows of kind motion, for rests_and_turns"
+    )
+    return [said] if motions else []
 
 
 def _refuse_mix_ups(table: DwellTable, path: Path) -> None:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from planner.dwells.table_rows import together
 from planner.nouns.dwell_table import DwellTable
 from planner.recordings.allan import AllanResult
-from planner.recordings.recording import Account, Recording
+from planner.recordings.clocks import Clock
+from planner.recordings.recording import Recording
 from planner.recordings.rests import Segment
+from planner.recordings.samples import Account
 from planner.recordings.windows import Windows
 
 
 @dataclass(frozen=True)
 class ScannedFile:
-    """One recording in windows, with its rests and motions; rate in Hz."""
+    """One recording in windows, with its rests and motions; rate: Hz; name: of the file and power-on."""
 
     recording: Recording
     unit: str
@@ -23,6 +26,7 @@ class ScannedFile:
     windows: Windows
     segments: tuple[Segment, ...]
     account: Account
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,8 @@ class Reduction:
     allan: of the longest rest; record: s, the best averaging time of one dwell, None when no rest tells;
     record_is_bound: the recording is too short to show the minimum, so longer may be better
     snippet: the line of a spec's test that says so, such as `record: 120 s`
+    clocks: file -> its clock, where it jitters
+    motions: hand turns between rests, in pieces of a few degrees: what the gyros turned in each
     """
 
     table: DwellTable
@@ -74,3 +80,10 @@ class Reduction:
     record_is_bound: bool
     snippet: str | None
     rates_hz: Mapping[str, float]
+    clocks: Mapping[str, Clock] = field(default_factory=dict)
+    motions: DwellTable | None = None
+
+    @property
+    def whole(self) -> DwellTable:
+        """The rests and the hand turns between them, in order of time, told apart by `kind`."""
+        return self.table if self.motions is None else together(self.table, self.motions)

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from planner.recordings.plausible import jumps_between, saturated
-from planner.recordings.recording import READ
 from planner.recordings.reduction import LeftOut, ScannedFile
+from planner.recordings.samples import READ
 from planner.recordings.segments_to_rows import Row
 from planner.recordings.temperature import alive
 
@@ -42,7 +42,7 @@ def _of_file(file: ScannedFile) -> Iterator[str]:
         yield f"{where}: {remark}"
     for said in (*jumps_between(file.windows, file.segments), *saturated(file.windows)):
         yield f"{where}: {said}"
-    if file.recording.columns.temperature is not None:
+    if file.recording.whole.temperature is not None:
         yield from _dead_temperature(file, where)
 
 
@@ -58,7 +58,7 @@ def _dead_temperature(file: ScannedFile, where: str) -> Iterator[str]:
 
 
 def _of_map(files: Sequence[ScannedFile]) -> Iterator[str]:
-    columns = files[0].recording.columns
+    columns = files[0].recording.whole
     if columns.time_on is None:
         yield "the map gives no time_on, so time since power-on counts from the first sample"
     if columns.unit is None and len(files) > 1:

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.recordings.allan import LEAST_SAMPLES, AllanResult, allan
-from planner.recordings.recording import CHANNELS, Samples
 from planner.recordings.reduction import ScannedFile
 from planner.recordings.rests import Segment, used_channels
+from planner.recordings.samples import CHANNELS, Samples
 from planner.recordings.spikes import block_length, longest_spike, spikes
 from planner.recordings.temperature import alive
 

@@ -20,6 +20,7 @@ from planner.recordings.windows import Windows
 
 Kind = Literal["rest", "turn", "motion", "step"]
 LONGEST_BURST_S = 0.15
+LONGEST_GAP_S = 1.0  # in the samples of one rest: a stall of the computer that wrote them
 TURNING = np.radians(2.0)  # rad/s: above it a steady gyro reading is a turn; biases of MEMS gyros lie below
 TILTING = np.radians(0.1)  # rad/s of the specific force's direction: the unit turns slowly
 SURE = 1e-7  # chance of a false alarm in one window
@@ -144,25 +145,31 @@ def _runs(windows: Windows, quiet: NDArray[np.bool_], longest_step: float) -> li
 
 
 def _bursts_closed(windows: Windows, found: list[Segment]) -> list[Segment]:
-    """Rests on both sides of a burst become one, in which the windows of the burst are not used."""
+    """Rests on both sides of a burst, or of a short gap, become one that does not use what is between."""
     kept: list[Segment] = []
     spacing = float(np.median(np.diff(windows.start))) if len(windows) > 1 else 0.0
     longest = max(2, round(LONGEST_BURST_S / spacing) + 2) if spacing else 2
     for segment in found:
-        if (
-            segment.kind == "rest"
-            and len(kept) >= 2
-            and kept[-1].kind == "motion"
-            and kept[-1].last - kept[-1].first <= longest
-            and windows.whole[kept[-1].first : kept[-1].last].all()
-            and kept[-2].kind == "rest"
-            and _same_level(windows, kept[-2], segment)
-        ):
-            burst, before = kept.pop(), kept.pop()
-            quiet = np.concatenate([before.quiet, burst.quiet, segment.quiet])
-            segment = Segment("rest", before.first, segment.last, quiet)
+        before = _rest_before(windows, kept, segment, longest)
+        if before is not None:
+            between = kept[before + 1 :]
+            quiet = np.concatenate([part.quiet for part in (kept[before], *between, segment)])
+            segment = Segment("rest", kept[before].first, segment.last, quiet)
+            del kept[before:]
         kept.append(segment)
     return kept
+
+
+def _rest_before(windows: Windows, kept: list[Segment], segment: Segment, longest: int) -> int | None:
+    """The number of the rest that goes on in this one after a burst or a short gap, if there is one."""
+    place = len(kept) - (2 if kept and kept[-1].kind == "motion" else 1)
+    if segment.kind != "rest" or place < 0 or kept[place].kind != "rest":
+        return None
+    before, burst = kept[place], windows[kept[place].last : segment.first]
+    apart = windows.start[segment.first] - windows.end[before.last - 1]
+    is_burst = 0 < len(burst) <= longest and bool(burst.whole.all())
+    is_gap = apart <= LONGEST_GAP_S and (not len(burst) or (not burst.whole.all() and len(burst) <= longest))
+    return place if (is_burst or is_gap) and _same_level(windows, before, segment) else None
 
 
 def _same_level(windows: Windows, a: Segment, b: Segment) -> bool:

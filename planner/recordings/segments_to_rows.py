@@ -123,7 +123,7 @@ def _left_out(part: Windows, used: NDArray[np.bool_]) -> dict[str, int]:
 
 
 def _oddities(part: Windows, used: NDArray[np.bool_], columns: ColumnMap) -> list[str]:
-    from planner.recordings.recording import CHANNELS
+    from planner.recordings.samples import CHANNELS
 
     notes = []
     limits = [columns.full_scale.gyro] * 3 + [columns.full_scale.acc] * 3

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
-from planner.recordings.recording import Samples, joined
+from planner.recordings.samples import Samples, joined
 from planner.recordings.spikes import block_length, longest_spike, spikes
 
 WINDOW_S = 0.05
@@ -33,6 +33,9 @@ class Windows:
     temperature_degc: (n,) mean, NaN where absent; reference: (n, 6) mean, or None
     label: (n,) step of the whole window, empty where it has several; whole: (n,) no gap in time within
     peak: (n, 6) the largest |x|; held: (n, 6) how many samples stand exactly there
+    turned: (n, 3) mean rate of the gyros with every sample: what a mean leaves out, an angle would lack.
+        Broken samples are bridged, and spikes beyond all other readings: a jerk of a hand, which
+        is no spike, stands out as much but not as far
     """
 
     start: Array
@@ -48,6 +51,7 @@ class Windows:
     whole: NDArray[np.bool_]
     peak: Array
     held: Array
+    turned: Array
 
     def __len__(self) -> int:
         return len(self.start)
@@ -161,7 +165,22 @@ def _equal_windows(batch: Samples, size: int, longest_step: float) -> Windows:
         whole=np.asarray((np.diff(time, axis=1) < longest_step).all(axis=1)),
         peak=peak,
         held=(size_of == peak[:, None, :]).sum(axis=1).astype(float),
+        turned=_bridged(batch).reshape(rows, size, 3).mean(axis=1),
     )
+
+
+def _bridged(batch: Samples) -> Array:
+    """(n, 3) rates, those that cannot be by straight lines between the good ones around."""
+    values, good = batch.values[:, :3], batch.good
+    if good.all() or not good.any():
+        return values
+    most = np.abs(values[good]).max(axis=0)
+    good = good | (batch.spike & (np.abs(values) <= most).all(axis=1))
+    place, known = np.arange(len(values)), np.flatnonzero(good)
+    found = values.copy()
+    for axis in range(values.shape[1]):
+        found[~good, axis] = np.interp(place[~good], known, values[known, axis])
+    return found
 
 
 def _mean_of_known(values: Array) -> Array:
@@ -202,6 +221,7 @@ def halved(windows: Windows) -> Windows:
         whole=a.whole & b.whole & (b.start - a.end < 0.5 * (a.end - a.start) + 1e-9),
         peak=peak,
         held=np.where(a.peak == peak, a.held, 0) + np.where(b.peak == peak, b.held, 0),
+        turned=(a.turned + b.turned) / 2,
     )
     return _together([pair, last]) if len(last) else pair
 

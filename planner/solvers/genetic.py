@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from planner.nouns.allowances import GeneticHistory
 from planner.nouns.array import Array
+from planner.nouns.deadline import never
 
 Chromosomes = NDArray[np.int64]  # (P, G): one Gray-coded integer a gene
 Evaluate = Callable[[Array], Array]
@@ -32,6 +33,7 @@ class GeneticSettings:
         allowed to the exact optimum. Gray code, so that neighbouring values differ in one bit.
     patience, tolerance: the run has converged when in `patience` generations the best value fell by no more
         than `tolerance` of its modulus (or when it has reached the target that `minimise` was given).
+    late: whether time is over; the generation that is there is then the last.
     """
 
     individuals: int = 256
@@ -42,6 +44,7 @@ class GeneticSettings:
     bits: int = 16
     patience: int = 50
     tolerance: float = 1e-4
+    late: Callable[[], bool] = never
 
     def __post_init__(self) -> None:
         if not 2 <= self.best < self.individuals:
@@ -97,8 +100,11 @@ def minimise(
     lower, upper = _checked_bounds(lower, upper)
     toolbox, statistics, logbook = _toolbox(settings, lower, upper, evaluate, rng), _statistics(), _logbook()
     population = toolbox.assess(toolbox.create())
-    stopped: Literal["converged", "generations"] = "generations"
+    stopped: Literal["converged", "generations", "time"] = "generations"
     for generation in range(settings.generations):
+        if generation > 0 and settings.late():
+            stopped = "time"
+            break
         population = population if generation == 0 else _next(population, toolbox)
         logbook.record(gen=generation, **statistics.compile([population.values]))
         if watch is not None:
@@ -222,7 +228,7 @@ def _result(
     population: _Population,
     logbook: Any,
     settings: GeneticSettings,
-    stopped: Literal["converged", "generations"],
+    stopped: Literal["converged", "generations", "time"],
 ) -> GeneticResult:
     order = select_best(population.values, len(population.values))
     young = settings.individuals - settings.best

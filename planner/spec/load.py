@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from planner.errors import Fault, InputError
+from planner.spec.alternatives import with_alternatives
 from planner.spec.model import Spec
 from planner.spec.places import fault_at
 from planner.spec.review import Review
@@ -25,12 +26,14 @@ class LoadedSpec:
     """A spec that can be planned, where it came from, and what is odd about it.
 
     sha256: of the file's bytes; path: the file as the user named it; folder: what `{file: …}` is relative to
+    absent: keys that a spec of the sensor alone does not have; what stands in their place says nothing
     """
 
     spec: Spec
     sha256: str
     path: FilePath
     warnings: tuple[Fault, ...]
+    absent: tuple[str, ...] = ()
 
     @property
     def folder(self) -> FilePath:
@@ -44,22 +47,41 @@ def load_spec(path: FilePath) -> LoadedSpec:
     Raises InputError with every fault at its file:line:column: unreadable files, YAML, unknown and missing
     keys, units, and whatever contradicts itself (see `planner.spec.rules`).
     """
-    data = _bytes(FilePath(path))
+    data = spec_bytes(FilePath(path))
     return spec_from_bytes(data, FilePath(path))
 
 
 def spec_from_bytes(data: bytes, path: FilePath) -> LoadedSpec:
     """As `load_spec`, for bytes at hand; `path` names them, and files are relative to its folder."""
-    document = read_yaml(data, str(path))
-    _refuse_other_shapes(document)
+    document = read_document(data, path)
+    document, wrong = with_alternatives(document)
     spec, faults, warnings = _checked(document, path.parent)
+    faults = [*wrong, *faults]
     if spec is None or faults:
         count = f"{len(faults)} faults" if len(faults) > 1 else "1 fault"
         raise InputError(f"{path.name} cannot be used: {count}", faults)
     return LoadedSpec(spec, hashlib.sha256(data).hexdigest(), path, tuple(sorted(warnings)))
 
 
-def _bytes(path: FilePath) -> bytes:
+def read_document(data: bytes, path: FilePath) -> Document:
+    """The YAML of a spec, a mapping. Raises InputError when it is none."""
+    document = read_yaml(data, str(path))
+    _refuse_other_shapes(document)
+    return document
+
+
+def checked_parts(data: bytes, path: FilePath, parts: Sequence[str], original: bytes) -> LoadedSpec:
+    """As `spec_from_bytes`, with the faults of some parts alone. original: bytes for the digest."""
+    spec, faults, _ = _checked(read_document(data, path), path.parent)
+    mine = [fault for fault in faults if not fault.path or fault.path.split(".")[0].split("[")[0] in parts]
+    if spec is None or mine:
+        found = mine or faults
+        raise InputError(f"{path.name} cannot be used: {len(found)} fault{'s' * (len(found) > 1)}", found)
+    return LoadedSpec(spec, hashlib.sha256(original).hexdigest(), path, ())
+
+
+def spec_bytes(path: FilePath) -> bytes:
+    """The bytes of a spec's file. Raises InputError when it cannot be read."""
     try:
         if path.is_dir():
             raise _whole_file(path, "is a folder; give the spec file in it")

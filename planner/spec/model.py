@@ -47,7 +47,7 @@ from planner.spec.forms import (
 from planner.spec.noise_density import AccelerometerNoise, GyroNoise
 from planner.spec.part import SpecPart
 from planner.spec.recalibration import Recalibration
-from planner.spec.references import BenchAccuracy, InitialAlignment
+from planner.spec.references import BenchAccuracy, InitialAlignment, Vertical
 
 NAVIGATION_ERRORS = {
     "position": "m",
@@ -379,6 +379,9 @@ class Spec(SpecPart):
     )
     initial_alignment: InitialAlignment | None = Field(
         None, description="how well the flight knows its attitude at the start; default: perfectly"
+    )
+    vertical: Vertical | None = Field(
+        None, description="what holds the computed height, {aided: 10 m}; default: nothing, it diverges"
     )
     recalibration: Recalibration | None = Field(
         None, description="what may be done in store between two calibrations, for `planner recalibrate`"

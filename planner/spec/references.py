@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+from typing import Annotated, Any
 
-from planner.quantities import Kelvin, NonNegativeAngle, NonNegativeRatio, Switch
+from pydantic import BeforeValidator, Field
+
+from planner.quantities import Kelvin, NonNegativeAngle, NonNegativeMetres, NonNegativeRatio, Switch
 from planner.spec.part import SpecPart
 
 
@@ -36,4 +38,17 @@ class InitialAlignment(SpecPart):
     heading: NonNegativeAngle = Field(0.0, description="heading, one sigma, e.g. 0.5 deg")
     self_aligned: Switch = Field(
         False, description="true: the accelerometers level roll and pitch themselves at the start"
+    )
+
+
+def _perfect(written: Any) -> Any:
+    """`aided: true` is an aid without an error."""
+    return "0 m" if written is True else written
+
+
+class Vertical(SpecPart):
+    """What holds the computed height and its rate: an aid whose error is drawn once a flight."""
+
+    aided: Annotated[NonNegativeMetres, BeforeValidator(_perfect)] = Field(
+        description="one sigma of the aid's height, e.g. 10 m; true: it makes no error",
     )

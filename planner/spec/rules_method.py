@@ -7,14 +7,11 @@ from planner.spec.yaml12 import Path
 
 
 def method(sheet: Review) -> None:
-    """Remarks on what the file says and nobody asks; a fault for an estimator that there is not yet."""
-    if sheet.spec.plan.temperature_estimator == "smooth":
-        sheet.fault(
-            ("plan", "temperature_estimator"),
-            "smooth is not built yet: calibrate fits tables with straight lines, so no plan can rest on it; "
-            "write lines, or leave it out",
-        )
-    if sheet.spec.planned_by == "published" or not _sure(sheet):
+    """Remarks on what the file says and nobody asks; a fault for an estimator that a plan cannot rest on."""
+    if not _sure(sheet):
+        return
+    _estimator(sheet)
+    if sheet.spec.planned_by == "published":
         return
     step = sheet.spec.plan.temperatures.step
     idle: dict[Path, str] = {
@@ -29,6 +26,26 @@ def method(sheet: Review) -> None:
                 f"says nothing here: method information {why}; remove it, or plan by 'method: published'",
                 key=True,
             )
+
+
+def _estimator(sheet: Review) -> None:
+    """`smooth` needs the method that knows curves by their second moments, and curves."""
+    path: Path = ("plan", "temperature_estimator")
+    if sheet.spec.plan.temperature_estimator == "lines":
+        return
+    if sheet.spec.planned_by == "published":
+        why = "asked for" if sheet.spec.plan.method == "published" else "that of worst_case and of given ones"
+        sheet.fault(
+            path,
+            f"smooth goes with method information: the published method ({why}) reads what straight lines "
+            "leave from temperature_residual; write lines, or plan by information",
+        )
+    elif all(budget.temperature_residual is None for _, _, _, budget in sheet.budgets()):
+        sheet.warn(
+            path,
+            "says nothing here: no error has a temperature_residual, and without one nothing says how "
+            "smooth a table is; tables keep straight lines",
+        )
 
 
 def _sure(sheet: Review) -> bool:

@@ -5,16 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from planner.spec.model import FixedTest, Objective, Test
+from planner.spec.narrow_range import narrow_range
 from planner.spec.places import did_you_mean
 from planner.spec.review import Review
 from planner.spec.yaml12 import Path
 
 MOST_TEMPERATURES = 240  # to choose from: half a kelvin over the widest range of a chamber
 
+MOST_CANDIDATES = 100  # numbers of points: the published tables have eight
+
 
 def plan(sheet: Review) -> None:
     """All rules for `plan`."""
     _range(sheet)
+    _narrow(sheet)
     _step(sheet)
     _candidates(sheet)
     _repeats(sheet)
@@ -37,6 +41,15 @@ def _range(sheet: Review) -> None:
         sheet.fault(path, f"{low:g} degC is not below {high:g} degC; write [coldest, hottest]")
 
 
+def _narrow(sheet: Review) -> None:
+    """A residual table belongs to the range of use: over a kelvin or two it was hardly measured."""
+    if not sheet.whole("plan", "temperatures") or not sheet.whole("unit"):
+        return
+    said = narrow_range(sheet.spec)
+    if said is not None:
+        sheet.warn(("plan", "temperatures", "range"), said, key=True)
+
+
 def _step(sheet: Review) -> None:
     choice = sheet.spec.plan.temperatures
     low, high = choice.range
@@ -52,6 +65,12 @@ def _step(sheet: Review) -> None:
 def _candidates(sheet: Review) -> None:
     choice = sheet.spec.plan.temperatures
     path: Path = ("plan", "temperatures", "candidates")
+    if len(choice.candidates) > MOST_CANDIDATES:
+        sheet.fault(
+            path,
+            f"{len(choice.candidates)} numbers to choose from, more than {MOST_CANDIDATES}; name fewer",
+        )
+        return
     for index, number in enumerate(choice.candidates):
         if number in choice.candidates[:index]:
             sheet.fault((*path, index), f"{number} stands here twice; keep one")

@@ -8,8 +8,10 @@ from pydantic import ValidationError
 
 from planner import catalog
 from planner.protocols import SENSORS
+from planner.spec.height_aid import unaided
 from planner.spec.model import NAVIGATION_ERRORS, Given
 from planner.spec.places import did_you_mean
+from planner.spec.references import Vertical
 from planner.spec.review import Review
 from planner.spec.sentences import faults_of
 from planner.spec.yaml12 import Path
@@ -63,8 +65,23 @@ def trajectory(sheet: Review) -> None:
     elif isinstance(flight, dict) and "name" not in flight and "file" not in flight:
         sheet.fault(("trajectory",), "needs the name of a built-in flight, or {file: flight.csv}")
     elif isinstance(flight, dict):
-        settings = {key: value for key, value in flight.items() if key != "name"}
+        settings = {key: value for key, value in flight.items() if key not in ("name", "vertical")}
+        _height_aid(sheet, flight)
         _family(sheet, flight.get("name", "file"), ("trajectory", "name"), settings)
+
+
+def _height_aid(sheet: Review, flight: dict[str, Any]) -> None:
+    """`vertical` may stand in the trajectory, too; once in all."""
+    if "vertical" not in flight:
+        return
+    path = ("trajectory", "vertical")
+    if sheet.spec.vertical is not None:
+        sheet.fault(path, "the spec has 'vertical' beside the trajectory; keep one", key=True)
+    try:
+        Vertical.model_validate(flight["vertical"])
+    except ValidationError as error:
+        written = flight["vertical"]
+        sheet.faults += [f for _, f in faults_of(error, sheet.document, written, Vertical, path)]
 
 
 def _family(sheet: Review, name: object, path: Path, settings: dict[str, Any]) -> None:
@@ -74,13 +91,21 @@ def _family(sheet: Review, name: object, path: Path, settings: dict[str, Any]) -
         return
     model = families[name].parameters
     try:
-        model.model_validate(settings)
+        flown = model.model_validate(settings)
+        aided = sheet.spec.vertical is not None or "vertical" in _written(sheet.spec.trajectory)
+        remark = None if aided else unaided(getattr(flown, "duration", 0.0))
+        if remark and not isinstance(sheet.spec.sensitivities, Given):
+            sheet.warn(("trajectory",), remark, key=True)
     except ValidationError as error:
         for where, fault in faults_of(error, sheet.document, settings, model, ("trajectory",)):
             if sheet.readable(("trajectory", *where)):
                 sheet.faults.append(fault)
     if name == "file":
         _flight_file(sheet, settings.get("file"))
+
+
+def _written(flight: object) -> dict[str, Any]:
+    return flight if isinstance(flight, dict) else {}
 
 
 def _flight_file(sheet: Review, name: object) -> None:

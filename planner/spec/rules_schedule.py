@@ -13,7 +13,6 @@ REMEDY = "write longer shifts, or 'attended: false'"
 
 def schedule(sheet: Review) -> None:
     """All rules for the schedule."""
-    _capacity(sheet)
     if not sheet.spec.plan.shifts or not sheet.whole("plan", "shifts"):
         return
     if _hours_fit(sheet):
@@ -70,18 +69,3 @@ def _too_long(what: str, seconds: float, hours: Calendar) -> str:
         f"{what} {seconds / 3600:.4g} h, which fits into no shift (the longest is "
         f"{hours.longest / 3600:.4g} h); {REMEDY}"
     )
-
-
-def _capacity(sheet: Review) -> None:
-    """A batch goes from bench to bench as it is, so the smallest bench sets its size."""
-    spec = sheet.spec
-    if spec.plan.units is None:
-        return
-    used = {test.bench for test in spec.tests.values()} & set(spec.benches)
-    sizes = {name: spec.benches[name].units for name in spec.benches if name in used}
-    if len(set(sizes.values())) > 1 and min(sizes.values()) < spec.plan.units:
-        text = ", ".join(f"{name} {units}" for name, units in sizes.items())
-        sheet.warn(
-            ("plan", "units"),
-            f"the benches take {text} units; a batch stays together, so it has {min(sizes.values())}",
-        )

@@ -59,8 +59,12 @@ def _not_calibrated(sheet: Review, error: str) -> str | None:
     if sheet.readable(("effects",)) and effect not in sheet.spec.effects:
         return f"'effects' does not declare {effect}; add it there, or do not calibrate {error}"
     budget = sheet.budget(error)
-    if budget is not None and not budget.has_run_to_run and sheet.whole("unit", sensor, effect):
-        return f"{error} has no run_to_run spread, which its repeats come from; add unit.{error}.run_to_run"
+    asked = not sheet.readable(("requirement",)) or sheet.spec.planned_by == "published"
+    if asked and budget is not None and not budget.has_run_to_run and sheet.whole("unit", sensor, effect):
+        return (
+            f"{error} has no run_to_run spread, which its repeats come from; add unit.{error}.run_to_run, "
+            f"'0 {unit_of(error)}' where it has none"
+        )
     return None
 
 

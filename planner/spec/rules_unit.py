@@ -28,8 +28,8 @@ def budgets(sheet: Review) -> None:
         if not budget.model_fields_set and sheet.whole("unit", sensor, effect):
             sheet.fault(path, "is an empty budget; give at least 'run_to_run', or remove it", key=True)
         unit = catalog.effects()[effect].units[sensor]
-        for where, quantity, sign in _quantities(sheet, path, budget):
-            _check(sheet, where, quantity, unit, sign)
+        for where, quantity, signed in _quantities(sheet, path, budget):
+            _check(sheet, where, quantity, unit, signed=signed)
         _tables(sheet, path, budget)
         _uses(sheet, f"{sensor}.{effect}", path, budget)
 
@@ -47,16 +47,14 @@ def _known(sheet: Review, sensor: str, effect: str, path: Path) -> bool:
     return True
 
 
-def _quantities(sheet: Review, path: Path, budget: ErrorBudget) -> Iterator[tuple[Path, Quantity, str]]:
-    """(path, value, which sizes are possible) of every number of a budget, table entries included."""
-    signs = {"systematic": "not negative", "in_run": "not negative", "storage": "not negative"}
-    signs |= {"run_to_run": "positive", "temperature_residual": "not negative"}
-    for name, sign in signs.items():
+def _quantities(sheet: Review, path: Path, budget: ErrorBudget) -> Iterator[tuple[Path, Quantity, bool]]:
+    """(path, value, whether it may be negative) of every number of a budget, table entries included."""
+    for name in ("systematic", "run_to_run", "in_run", "storage", "temperature_residual"):
         for where, value in _plain(path, name, budget):
             if isinstance(value, Quantity):
-                yield where, value, sign
+                yield where, value, False
             elif isinstance(value, Mapping):
-                yield from _entries(sheet, where, value, "any" if "curve" in where else sign)
+                yield from _entries(sheet, where, value, "curve" in where)
 
 
 def _plain(
@@ -74,11 +72,11 @@ def _plain(
 
 
 def _entries(
-    sheet: Review, path: Path, table: Mapping[float, Quantity], sign: str
-) -> Iterator[tuple[Path, Quantity, str]]:
+    sheet: Review, path: Path, table: Mapping[float, Quantity], signed: bool
+) -> Iterator[tuple[Path, Quantity, bool]]:
     for key, where in _written_keys(sheet, path):
         if key in table:
-            yield where, table[key], sign
+            yield where, table[key], signed
 
 
 def _written_keys(sheet: Review, path: Path) -> Iterator[tuple[float, Path]]:
@@ -91,15 +89,12 @@ def _written_keys(sheet: Review, path: Path) -> Iterator[tuple[float, Path]]:
             continue
 
 
-def _check(sheet: Review, path: Path, quantity: Quantity, unit: str, sign: str) -> None:
+def _check(sheet: Review, path: Path, quantity: Quantity, unit: str, *, signed: bool) -> None:
     wrong = wrong_unit(quantity, unit)
     if wrong:
         sheet.fault(path, wrong)
-    elif sign == "positive" and quantity.si == 0:
-        sheet.fault(path, "a zero spread makes repeats meaningless; give one sigma, or leave run_to_run out")
-    elif sign != "any" and quantity.si < 0:
-        size = "greater than zero" if sign == "positive" else "zero or more"
-        sheet.fault(path, f"{quantity.text!r} is negative; this size is {size}")
+    elif not signed and quantity.si < 0:
+        sheet.fault(path, f"{quantity.text!r} is negative; this size is zero or more")
 
 
 def _tables(sheet: Review, path: Path, budget: ErrorBudget) -> None:

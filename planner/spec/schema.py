@@ -22,7 +22,7 @@ def json_schema() -> Schema:
     It knows what one field can tell; `planner.spec.rules` knows more. A file that it refuses is refused by
     `planner check` as well.
     """
-    schema: Schema = _tidy(Spec.model_json_schema())
+    schema: Schema = tidy(Spec.model_json_schema())
     _name_requirement(schema)
     _name_keys(schema)
     _name_effects(schema)
@@ -36,22 +36,22 @@ def json_schema() -> Schema:
     return {**{key: value for key, value in schema.items() if key not in head}, **head}
 
 
-def _tidy(node: Any) -> Any:
+def tidy(node: Any) -> Any:
     """Without what is no use to an editor: generated titles, defaults in SI, and null."""
     if isinstance(node, list):
-        return [_tidy(item) for item in node]
+        return [tidy(item) for item in node]
     if not isinstance(node, dict):
         return node
     choices = [one for one in node.get("anyOf", ()) if one != {"type": "null"}]
     if "anyOf" in node and len(choices) == 1:
         rest = {key: value for key, value in node.items() if key != "anyOf"}
-        return _tidy({**choices[0], **rest})
+        return tidy({**choices[0], **rest})
     dropped = {"default", "discriminator"} | ({"title"} if isinstance(node.get("title"), str) else set())
-    result = {_KEYWORDS.get(key, key): _tidy(value) for key, value in node.items() if key not in dropped}
+    result = {_KEYWORDS.get(key, key): tidy(value) for key, value in node.items() if key not in dropped}
     if "patternProperties" in node:
         result["additionalProperties"] = False
     if "properties" in node:  # whose keys are names, not keywords
-        result["properties"] = {key: _tidy(value) for key, value in node["properties"].items()}
+        result["properties"] = {key: tidy(value) for key, value in node["properties"].items()}
     return result
 
 
@@ -94,6 +94,13 @@ def _name_errors(schema: Schema) -> None:
     description = calibrates["description"]
     calibrates.clear()
     calibrates["description"] = description
+    for key, ways in (("bench", 1), ("record", 2), ("motions", 2)):
+        one = _property(schema, "Test", key)
+        said = {k: one.pop(k) for k in ("description", "default") if k in one}
+        single = dict(one)
+        one.clear()
+        choice = {"type": "array", "items": single, "minItems": ways, "description": "a choice"}
+        one.update(said | {"anyOf": [single, choice]})
     calibrates["oneOf"] = [names, {"type": "array", "items": names, "uniqueItems": True}]
 
 

@@ -47,6 +47,13 @@ def start_of(trajectory: Trajectory) -> NavigationState:
     return NavigationState(t.latitude[0], t.longitude[0], t.altitude[0], t.velocity[0], t.attitude[0])
 
 
+def height_of(trajectory: Trajectory) -> tuple[Array, Array] | None:
+    """What an aid holds the vertical channel to: altitude and velocity down (n + 1,); None without one."""
+    if trajectory.height_aid_m is None:
+        return None
+    return trajectory.altitude, trajectory.velocity[:, 2]
+
+
 def apart(computed: NavigationState, true: NavigationState) -> tuple[Array, Array, Array]:
     """(..., 3) each, computed − true: position and velocity north, east, up; roll, pitch, heading."""
     meridian, transverse = principal_radii(true.latitude)

@@ -1,4 +1,4 @@
-"""What flies beside the errors of the calibration: the sensors' white noise, and the initial alignment.
+"""What flies beside the errors of the calibration: white noise, initial alignment, the height aid's error.
 
 White noise of density N over a stretch of length h is a constant of sigma N/√h, along north, east and down
 (three equal channels scatter the same in all axes, so that turns of the body average nothing out). With 32
@@ -26,6 +26,7 @@ STRETCH_S = 60.0  # at most: a Schuler period has 84 of them
 
 
 ALIGNMENT = "initial alignment"
+HEIGHT = "height aid"
 
 
 def noise_name(sensor: Sensor) -> str:
@@ -35,17 +36,22 @@ def noise_name(sensor: Sensor) -> str:
 
 @dataclass(frozen=True)
 class Beside:
-    """noise: sensor -> density per √Hz, SI, of those that have some in flight; edges: (S + 1,) s."""
+    """noise: sensor -> density per √Hz, SI, of those that have some in flight; edges: (S + 1,) s.
+
+    height: sigma of the height aid, m, one draw a flight that the computed height has all along; 0: none
+    """
 
     noise: dict[Sensor, float]
     edges: Array
     alignment: InitialAlignment | None
+    height: float = 0.0
 
     @property
     def names(self) -> tuple[str, ...]:
         """What there is, in the order of the coefficients."""
         noises = tuple(noise_name(sensor) for sensor in self.noise)
-        return (*noises, ALIGNMENT) if self.alignment is not None else noises
+        aligned = () if self.alignment is None else (ALIGNMENT,)
+        return (*noises, *aligned, *((HEIGHT,) if self.height > 0 else ()))
 
     @property
     def stretches(self) -> int:
@@ -80,6 +86,8 @@ class Beside:
             z = generator(*key, "alignment").normal(size=(units, 3))
             a = self.alignment
             found[ALIGNMENT] = (z * [a.roll_pitch, a.roll_pitch, a.heading]) @ _turns(trajectory).T
+        if self.height > 0:
+            found[HEIGHT] = self.height * generator(*key, "height_aid").normal(size=(units, 1))
         return found
 
     def sigmas(self, trajectory: Trajectory) -> dict[str, Array]:
@@ -89,6 +97,8 @@ class Beside:
         if self.alignment is not None:
             a = self.alignment
             found[ALIGNMENT] = np.diag([a.roll_pitch, a.roll_pitch, a.heading]) @ _turns(trajectory).T
+        if self.height > 0:
+            found[HEIGHT] = np.array([[self.height]])
         return found
 
     def tilt(self, trajectory: Trajectory, force_error: Array) -> Array:
@@ -110,7 +120,8 @@ def beside_of(spec: Spec, chance: Chance, trajectory: Trajectory, instants: Arra
     count = max(STRETCHES, int(np.ceil((end - start) / STRETCH_S)))
     edges = np.unique(np.concatenate([np.linspace(start, end, count + 1), instants]))
     noise = {s: chance.white[s] for s in SENSORS if s in chance.flown and chance.white[s] > 0}
-    return Beside(noise, edges[(edges >= start) & (edges <= end)], spec.initial_alignment)
+    inside = edges[(edges >= start) & (edges <= end)]
+    return Beside(noise, inside, spec.initial_alignment, trajectory.height_aid_m or 0.0)
 
 
 def _turns(trajectory: Trajectory) -> Array:

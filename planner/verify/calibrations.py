@@ -27,9 +27,11 @@ from planner.verify.declared import INPUT, Declared, declared, sensed
 from planner.verify.draws import DrawnError, Unit, generator
 from planner.verify.records import Records
 from planner.verify.references import Direction
+from planner.verify.smooth import LINES, Tables
 
 _ROUNDS = 5  # 0.5 % of scale factor to the fifth is nothing
 _LEAST_WHITE = 1e-8  # of what power-ons scatter: records without noise must not make V singular
+_QUIET = 1e-12  # SI: what stands for the noise of records that have none
 _RANK = 1e-11  # of the largest singular value of columns of unit length: below is rounding
 _TOUCHED = 1e-6  # share of a coefficient in a combination that no record sees
 
@@ -38,26 +40,49 @@ _TOUCHED = 1e-6  # share of a coefficient in a combination that no record sees
 class Estimator:
     """Some channels' estimator: their model and P (p, n c), rows record by record.
 
-    error: (p,) standard errors by the spec's noise; undetermined: (p,) which no record tells from the others
+    covariance: (p, p) by the spec's noise; undetermined: (p,) which no record tells from the others
+    tables: how its tables are read
     """
 
     model: Declared
     inverse: Array
-    error: Array
+    covariance: Array
     undetermined: NDArray[np.bool_]
     proportional: bool
+    tables: Tables
+
+    @property
+    def error(self) -> Array:
+        """(p,) standard errors."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    def reads(self, effect: str, index: int, degc: Array) -> tuple[list[int], Array]:
+        """Places of a term's coefficients, and their weights (..., N) at temperatures (...)."""
+        columns = self.model.columns
+        mine = [i for i, c in enumerate(columns) if (c.effect, c.index) == (effect, index)]
+        nodes = np.array([columns[i].node_degc for i in mine])
+        if np.isnan(nodes).any():
+            return mine, np.ones((*np.shape(degc), len(mine)))
+        noise = self.covariance[np.ix_(mine, mine)]
+        return mine, self.tables.weights((self.model.sensor, effect), degc, nodes, noise)
 
 
 def estimators(
-    records: Records, unit: Unit, effects: Sequence[str], chance: Chance, off: Sequence[Direction] = ()
+    records: Records,
+    unit: Unit,
+    effects: Sequence[str],
+    chance: Chance,
+    off: Sequence[Direction] = (),
+    tables: Tables = LINES,
 ) -> dict[Sensor, tuple[Estimator, ...]]:
     """Both sensors, channels with common terms together. Raises InputError for too few records.
 
     off: the ways in which references err, which are unknowns of the fit with a prior of their sigma
+    tables: how tables are read between their nodes
     """
     return {
         sensor: tuple(
-            _estimator(model, records, unit, chance, off)
+            _estimator(model, records, unit, chance, off, tables)
             for model in declared(sensor, records.conditions, effects)
             if model.columns
         )
@@ -66,7 +91,12 @@ def estimators(
 
 
 def _estimator(
-    model: Declared, records: Records, unit: Unit, chance: Chance, off: Sequence[Direction]
+    model: Declared,
+    records: Records,
+    unit: Unit,
+    chance: Chance,
+    off: Sequence[Direction],
+    tables: Tables,
 ) -> Estimator:
     conditions = records.conditions
     u = sensed(model.sensor, conditions)[:, list(model.channels)]
@@ -89,13 +119,14 @@ def _estimator(
     both = np.column_stack([X, *(column for column in shared if column.any())])
     white = np.concatenate([np.linalg.solve(root, both[r]) for root, r in zip(roots, rows, strict=True)])
     inverse, undetermined = _inverse(white, X.shape[1])
-    error = np.sqrt(np.sum(inverse**2, axis=1))
+    quiet = all(np.max(root) <= _QUIET for root in roots)  # only references that err leave anything then
+    left = inverse[:, len(X) if quiet else 0 :]
+    covariance = left @ left.T
     inverse = inverse[:, : len(X)]
     for root, r in zip(roots, rows, strict=True):
         inverse[:, r] = np.linalg.solve(root.T, inverse[:, r].T).T
-    return Estimator(
-        model, np.ascontiguousarray(inverse), error, undetermined, _is_proportional(model, conditions)
-    )
+    by_one = _is_proportional(model, conditions)
+    return Estimator(model, np.ascontiguousarray(inverse), covariance, undetermined, by_one, tables)
 
 
 def _rows(records: NDArray[np.int64], channels: int) -> NDArray[np.int64]:
@@ -167,7 +198,7 @@ def _of_run(
         K = K + drift**2 * np.exp(-later / time)
         V += np.einsum("ict,ij,jdt->icjd", x[run], K, x[run])
     flat = V.reshape(m * channels, m * channels) + np.diag(np.repeat(noise, channels))
-    return flat if flat.any() else np.eye(len(flat))
+    return flat if flat.any() else _QUIET**2 * np.eye(len(flat))
 
 
 # ---------------------------------------------------------------- measuring

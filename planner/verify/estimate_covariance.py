@@ -21,7 +21,7 @@ from planner.spec.budget import ErrorBudget
 from planner.spec.model import Spec
 from planner.verify.calibrations import Estimator
 from planner.verify.chance import Chance
-from planner.verify.declared import INPUT, Column
+from planner.verify.declared import INPUT
 from planner.verify.draws import Unit
 from planner.verify.records import Records
 from planner.verify.references import Direction, directions, thermometers
@@ -30,7 +30,7 @@ from planner.verify.second_moments import Error
 
 @dataclass(frozen=True)
 class Estimates:
-    """The estimates of all P coefficients. columns: of both sensors, estimator by estimator, (P,).
+    """The estimates of all P coefficients, estimator by estimator: (sensor, place of its first, itself).
 
     noise: (P, P) covariance by runs, drift, white noise and references of the campaign
     constant: error -> (P, t) by one of its constants; curve: error -> (P, t, N) by its curve at each of the
@@ -38,7 +38,7 @@ class Estimates:
     walk: error -> (P, t, D) by the walk on the days (D,)
     """
 
-    columns: tuple[tuple[Sensor, Column], ...]
+    estimators: tuple[tuple[Sensor, int, Estimator], ...]
     noise: Array
     constant: Mapping[Error, Array]
     degc: Array
@@ -56,8 +56,11 @@ def estimates(
     chance: Chance,
 ) -> Estimates:
     """The campaign of one unit, all channels at once."""
-    columns = tuple((s, c) for s in SENSORS for e in estimators[s] for c in e.model.columns)
-    P = _weights(records, estimators, len(columns))
+    every, count = [], 0
+    for sensor, e in ((s, e) for s in SENSORS for e in estimators[s]):
+        every.append((sensor, count, e))
+        count += len(e.inverse)
+    P = _weights(records, every, count)
     degc, at = np.unique(np.round(records.conditions.temperature_degc, 9), return_inverse=True)
     days, on = np.unique(records.conditions.day, return_inverse=True)
     noise = _white(P, records, chance) + _references(P, directions(records, spec))
@@ -73,20 +76,18 @@ def estimates(
             sigma * _summed(each * rows, at, len(degc)) for sigma, rows in thermometers(records, spec)
         ]
         walk[error] = _summed(each, on, len(days))
-    return Estimates(columns, noise, constant, degc, curve, slope, days, walk)
+    return Estimates(tuple(every), noise, constant, degc, curve, slope, days, walk)
 
 
 def _weights(
-    records: Records, estimators: Mapping[Sensor, Sequence[Estimator]], count: int
+    records: Records, estimators: Sequence[tuple[Sensor, int, Estimator]], count: int
 ) -> dict[Sensor, Array]:
     """Sensor -> (P, n, 3): what each reading weighs in each coefficient."""
-    found, first = {s: np.zeros((count, len(records), 3)) for s in SENSORS}, 0
-    for sensor in SENSORS:
-        for e in estimators[sensor]:
-            p, channels = len(e.inverse), list(e.model.channels)
-            rows = e.inverse.reshape(p, len(records), len(channels))
-            found[sensor][first : first + p, :, channels] = rows
-            first += p
+    found = {s: np.zeros((count, len(records), 3)) for s in SENSORS}
+    for sensor, first, e in estimators:
+        p, channels = len(e.inverse), list(e.model.channels)
+        rows = e.inverse.reshape(p, len(records), len(channels))
+        found[sensor][first : first + p, :, channels] = rows
     return found
 
 

@@ -34,6 +34,7 @@ from planner.verify.flights import (
 from planner.verify.records import Records, records_of
 from planner.verify.references import Met, directions, met_by_units
 from planner.verify.residuals import PARTS, Left, flying, left_over
+from planner.verify.smooth import tables_of
 from planner.verify.starts import Starts, as_flown
 from planner.verify.tally import Tally
 
@@ -87,12 +88,14 @@ def experiment(
     starts: Starts | None = None,
     family: str | None = None,
     chance: Chance | None = None,
+    declares: Sequence[str] | None = None,
 ) -> Experiment:
     """The plan's tree (plan.json) on a spec, prepared.
 
     Without other words it is flown as warm as the flight is, with the curves that stand first. Without a day
-    of its own the flight comes `flown_after` the campaign's end. Raises InputError for a plan without
-    records, or with fewer than coefficients.
+    of its own the flight comes `flown_after` the campaign's end. declares: the effects that the calibration
+    knows, where the units have others besides; the spec's without other words. Raises InputError for a plan
+    without records, or with fewer than coefficients.
     """
     chance, family = chance or chance_of(spec), family or usual_family(spec)
     records, unit = records_of(document, spec), unit_of(spec, family)
@@ -107,7 +110,9 @@ def experiment(
         spec=spec,
         unit=unit,
         records=records,
-        estimators=estimators(records, unit, spec.effects, chance, directions(records, spec)),
+        estimators=estimators(
+            records, unit, declares or spec.effects, chance, directions(records, spec), tables_of(spec)
+        ),
         flight=flown,
         given={name: quantity.si for name, quantity in given.items()},
         half_widths=_half_widths(document),

@@ -2,7 +2,8 @@
 
 Per sensor, for every moment of the flight c (3) and A − I (9) of û = A u + c and each error that is neither
 constant nor proportional, hats in time; then noise, stretch by stretch, and the initial alignment as a turn
-of the first sample. Over some samples only the moments and stretches about them act.
+of the first sample; last, one column that no reading has, the error of a height aid. Over some samples only
+the moments and stretches about them act.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from planner.nouns.array import Array
 from planner.nouns.trajectory import Trajectory
 from planner.protocols import SENSORS, Sensor
 from planner.verify.along_flight import conditions_of
-from planner.verify.beside import ALIGNMENT, NOTHING, Beside, noise_name
+from planner.verify.beside import ALIGNMENT, HEIGHT, NOTHING, Beside, noise_name
 from planner.verify.structure import affine
 
 BASIC = 12  # columns of A and c
@@ -51,7 +52,7 @@ class Columns:
     @property
     def count(self) -> int:
         """All columns."""
-        return sum(self.size(sensor) for sensor in SENSORS)
+        return sum(self.size(sensor) for sensor in SENSORS) + int(self.beside.height > 0)
 
     @cached_property
     def _places(self) -> dict[Sensor, tuple[int, int, int]]:
@@ -127,6 +128,8 @@ class Columns:
             if end > alignment:
                 given = beside.get(ALIGNMENT, np.zeros((units, 3)))
                 every.append(given + own["accelerometer"] @ self.levelling.T)
+        if self.beside.height > 0:
+            every.append(beside.get(HEIGHT, np.zeros((units, 1))))
         return np.concatenate(every, axis=1)
 
     @cached_property

@@ -73,7 +73,7 @@ class FlightModel:
     def navigate(self, coefficients: Array) -> ErrorHistory:
         """Navigation errors (m, 3, B) of flights with coefficients (B, p), nonlinear."""
         with np.errstate(all="ignore"):  # a useless calibration may lead beyond all numbers
-            return navigate_with_errors(
+            flown = navigate_with_errors(
                 self.trajectory,
                 self.columns.forcing,
                 coefficients,
@@ -81,6 +81,9 @@ class FlightModel:
                 instants=self.instants.tolist(),
                 active=self.columns.active,
             )
+        if self.beside.height > 0:
+            flown.position[:, 2] += coefficients[:, -1]
+        return flown
 
     def without_beside(self) -> FlightModel:
         """The same flight with neither noise nor an error of the alignment; its linear model is not kept."""
@@ -101,6 +104,8 @@ def flight_model(
 def looked_at(columns: Columns, instants: Array) -> FlightModel:
     """A flight with its columns at other instants."""
     linear = errors_at(columns.trajectory, columns.forcing, columns.active, columns.count, instants.tolist())
+    if columns.beside.height > 0:
+        linear.position[:, 2, -1] = 1.0
     return FlightModel(columns, instants, linear)
 
 

@@ -20,7 +20,6 @@ from planner.nouns.array import Array
 from planner.spec.budget import STORAGE_DAYS
 from planner.verify.draws import Exposed, Unit
 from planner.verify.estimate_covariance import Estimates
-from planner.verify.nodes import read
 from planner.verify.residuals import carrier, flying, share
 from planner.verify.second_moments import Error, Moment
 
@@ -83,17 +82,14 @@ class Foresight:
         }
 
     def _tables(self, asked: Asked, degc: Array) -> Array:
-        """(R, P): what is asked of every coefficient, read in flight by straight lines."""
+        """(R, P): what is asked of every coefficient, as tables are read in flight."""
         rows = len(next(iter(asked.values())))
-        G = np.zeros((rows, len(self.estimates.columns)))
-        places: dict[tuple[Error, int], list[int]] = {}
-        for i, (sensor, column) in enumerate(self.estimates.columns):
-            places.setdefault(((sensor, column.effect), column.index), []).append(i)
-        for (error, term), mine in places.items():
-            if error in asked:
-                nodes = np.array([self.estimates.columns[i][1].node_degc for i in mine])
-                weights = np.ones((len(degc), 1)) if np.isnan(nodes).any() else read(degc, nodes)
-                G[:, mine] = asked[error][:, :, term] @ weights
+        G = np.zeros((rows, len(self.estimates.noise)))
+        for sensor, first, e in self.estimates.estimators:
+            for effect, term in dict.fromkeys((c.effect, c.index) for c in e.model.columns):
+                if (sensor, effect) in asked:
+                    mine, weights = e.reads(effect, term, degc)
+                    G[:, [first + i for i in mine]] = asked[sensor, effect][:, :, term] @ weights
         return G
 
     def _flown(self, asked: Asked, degc: Array) -> dict[Error, Array]:

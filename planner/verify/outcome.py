@@ -13,7 +13,7 @@ from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.spec.model import NAVIGATION_ERRORS, PercentileRule, Requirement, Spec
 from planner.units import to_si, unit_factor
-from planner.verify.beside import noise_name
+from planner.verify.beside import HEIGHT, noise_name
 from planner.verify.experiment import Experiment
 from planner.verify.flights import instants_at
 from planner.verify.residuals import PARTS
@@ -274,13 +274,15 @@ def quantile_of(wanted: Requirement) -> float:
 
 
 def _beside(e: Experiment, name: str, adds: float, share: float) -> Part:
-    """Noise (of one second) or alignment: as large as the spec has it, so nothing of it is too small."""
+    """Noise (of one second), alignment, height aid: as large as the spec has it, so nothing is too small."""
     assert e.flight is not None
     beside = e.flight.beside
     for sensor, density in beside.noise.items():
         if name == noise_name(sensor):
             unit = "deg/s" if sensor == "gyro" else "g"
             return Part(sensor, "noise", unit, adds, share, density, density, density)
+    if name == HEIGHT:
+        return Part("height aid", "height", "m", adds, share, *(3 * (beside.height,)))
     assert beside.alignment is not None
     one = beside.alignment.roll_pitch, beside.alignment.roll_pitch, beside.alignment.heading
     size = float(np.sqrt(np.mean(np.square(one))))

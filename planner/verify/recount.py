@@ -22,12 +22,15 @@ from planner.units import from_si
 from planner.verify.findings import Check, Fault, Findings
 from planner.verify.recount_budget import budgets_of, check_budget, made_by_hand, unit_of
 from planner.verify.recount_hours import start_of, windows_of
+from planner.verify.recount_loads import loads_of
 from planner.verify.recount_navigation import check_navigation
-from planner.verify.recount_steps import batch_sizes, check_steps
+from planner.verify.recount_search import check_front, check_keys, check_prices
+from planner.verify.recount_steps import check_steps
 
 NOT_RECOUNTED = (
-    "genetic: a search's history and front (only its gap is counted again)",
-    "hours_per_limit, savings, trade_off, prices, worth: other plans, which would have to be planned again",
+    "genetic: a search's history; of its front, the order, and by half-widths whether it is on the limits",
+    "hours_per_limit (but for keys and signs), savings, trade_off, prices, worth: other plans, to be planned "
+    "again",
     "bound_s: that no plan is shorter is proved by the search, not by counting",
     "notes, proved_of: words",
 )
@@ -77,6 +80,7 @@ def recount(document: Document, loaded: LoadedSpec, trajectory: Trajectory | Non
     found = [seal, shape]
     if not shape.faults:
         spec = loaded.spec
+        found += [check_keys(document), check_front(document), check_prices(document)]
         found += [_check_origin(document, loaded), _check_benches(document, spec)]
         names = _check_names(document, spec)
         found.append(names)
@@ -220,6 +224,8 @@ def _check_origin(document: Document, loaded: LoadedSpec) -> Findings:
     found.same("seed", document["seed"], spec.plan.seed)
     if "method" in document:  # plans of before have none: they are by the published one
         found.same("method", document["method"], spec.planned_by)
+    said = document.get("temperature_estimator", "lines")  # plans of before knew no other
+    found.same("temperature_estimator", said, spec.plan.temperature_estimator)
     if not is_by_information(document):
         found.same("families", document.get("families", {}), {})
     found.same("objective, minimise", document["objective"].get("minimise"), _minimised(spec))
@@ -319,6 +325,10 @@ def _shown(value: float | None, unit: str) -> float | None:
     return None if value is None else from_si(value, unit)
 
 
+def _most_loads(document: Document, spec: Spec) -> int:
+    return max((len(own) for own in loads_of(document, spec).values()), default=1)
+
+
 def _check_bound(document: Document, spec: Spec) -> Findings:
     """value and gap follow from time, power-on and bound; nothing beats the proved bound."""
     found = Findings("bound", "bound, value and gap belong together; no plan is shorter than the bound")
@@ -327,14 +337,14 @@ def _check_bound(document: Document, spec: Spec) -> Findings:
     if not isinstance(value, NUMBER) or not isinstance(bound, NUMBER):
         found.fault("objective", "has no value and bound")
         return found
-    batches = len(batch_sizes(document, spec))
+    loads = _most_loads(document, spec)
     found.same("objective, value_s", value, time * document["time_s"] + power * document["power_on_s"], 1e-7)
     found.same("bound_s", document["bound_s"], bound)
     found.at_most("objective, bound_s", bound, value, 1e-8)
     gap = max(0.0, value - bound) / value if value > 0 else 0.0
     if abs(document["gap"] - gap) > 1e-8:
         found.fault("gap", f"is {document['gap']:.9g}, value and bound make {gap:.9g}")
-    if document["proved"] and gap > (1e-6 if batches == 1 and not spec.plan.shifts else 1e-9):
+    if document["proved"] and gap > (1e-6 if loads == 1 and not spec.plan.shifts else 1e-9):
         found.fault("proved", f"there is a gap of {gap:.3g}")
     if not document["proved"] and gap == 0:
         found.fault("proved", "the bound is reached, which proves the plan")
@@ -360,7 +370,7 @@ def _check_genetic(document: Document, spec: Spec) -> Findings:
     if genetic is None:
         return found
     _, power = _weights(spec)
-    if power == 0 and len(batch_sizes(document, spec)) == 1 and not spec.plan.shifts and document["proved"]:
+    if power == 0 and _most_loads(document, spec) == 1 and not spec.plan.shifts and document["proved"]:
         found.at_most("genetic, time_s", document["time_s"], genetic["time_s"], 1e-8)
         found.same("genetic, gap", genetic["gap"], genetic["time_s"] / document["time_s"] - 1.0, 1e-6)
     for i, point in enumerate(genetic["front"]):

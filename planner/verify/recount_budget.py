@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from planner import catalog
+from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS
 from planner.spec.budget import ErrorBudget, MeasuredCurve
@@ -206,7 +207,7 @@ def _check_reason(found: Findings, where: str, r: Document, n: int, spec: Spec, 
     factor = unit_factor(unit)[0]
     spread = _spread(budget, float(r["temperature_degc"]), added)
     q = quantile(spec.plan.confidence, spec.plan.quantile, n)
-    width = q * spread / np.sqrt(n)
+    width = float(_widths(spread, np.array(q / np.sqrt(n))))
     for key, wanted in (
         ("unit", unit),
         ("repeats", n),
@@ -219,7 +220,7 @@ def _check_reason(found: Findings, where: str, r: Document, n: int, spec: Spec, 
         found.same(f"{where}, {key}", r[key], wanted, 1e-8)
     if r["error"] not in spec.tests[r["test"]].calibrates:
         found.fault(where, f"{r['test']} does not calibrate it")
-    return float(width)
+    return width
 
 
 def _check_needed(
@@ -242,11 +243,11 @@ def _check_needed(
     numbers = np.arange(1, max(spec.plan.repeats.most, r["repeats"]) + 1)
     widths = np.array([quantile(confidence, kind, int(n)) for n in numbers]) / np.sqrt(numbers)
     points = reached[r["error"]][1]
-    levels = np.outer([_spread(budget, t, added) for t in points], widths)
+    levels = np.array([_widths(_spread(budget, t, added), widths) for t in points])
     figures = levels[np.isfinite(levels)]
     if not np.any(np.abs(figures - needed) <= 1e-8 * max(needed, 1e-300) + 1e-300):
         found.fault(f"{where}, needed_half_width", "is not the half-width of any whole number of repeats")
-    own = _spread(budget, float(r["temperature_degc"]), added) * widths
+    own = _widths(_spread(budget, float(r["temperature_degc"]), added), widths)
     enough = [int(n) for n, w in zip(numbers, own, strict=True) if n >= least and w <= needed * (1 + 1e-9)]
     wanted = "fixed"
     if fixed is None:
@@ -254,6 +255,11 @@ def _check_needed(
         if wanted == "accuracy" and r["repeats"] == least:
             wanted = "least"
     found.same(f"{where}, bound_by", r["bound_by"], wanted)
+
+
+def _widths(spread: float, widths: Array) -> Array:
+    """Half-widths of a spread from those of a unit spread; one repeat tells what does not scatter."""
+    return spread * widths if spread > 0 else np.zeros_like(widths)
 
 
 def quantile(confidence: float, kind: str, n: int) -> float:

@@ -32,12 +32,14 @@ from planner.verify.findings import Findings
 from planner.verify.foreseen import PARTS, Foresight
 from planner.verify.outcome import sigmas_planned
 from planner.verify.prediction import Prediction
-from planner.verify.recount_budget import calibrated_errors
+from planner.verify.recount_budget import budgets_of, calibrated_errors
 from planner.verify.references import directions
 from planner.verify.second_moments import Error
+from planner.verify.smooth import tables_of
 from planner.verify.starts import Starts, anywhere, starts_of
 
 SAME = 0.02
+NOTHING = 1e-6  # of a limit, or of an error before calibration: perfect records leave rounding
 _EXACT = 1e-9
 Document = Mapping[str, Any]
 Row = tuple[Error, str]
@@ -52,7 +54,7 @@ def as_planned(e: Experiment) -> Prediction | None:
         return None
     chance = Chance(white={s: e.spec.unit.white(s) for s in SENSORS}, flown=e.chance.flown)
     off = directions(e.records, e.spec)
-    known = estimators(e.records, e.unit, e.spec.effects, chance, off)
+    known = estimators(e.records, e.unit, e.spec.effects, chance, off, tables_of(e.spec))
     return Prediction(replace(e, chance=chance, estimators=known), e.flight)
 
 
@@ -94,7 +96,10 @@ def _check_families(document: Document, p: Prediction) -> Findings:
         factor = unit_factor(NAVIGATION_ERRORS[wanted.error])[0]
         for family, figure in _figures(p, i, names).items():
             where = f"families, {family}, requirement {i}"
-            found.same(where, said[family].get(str(i)), figure / factor, SAME)
+            within = max(SAME * figure, NOTHING * wanted.limit.si) / factor
+            stated = said[family].get(str(i))
+            if found.same(where, isinstance(stated, int | float), True):
+                found.near(where, stated, figure / factor, within)
         own = {family: said[family].get(str(i)) for family in names}
         if all(isinstance(x, int | float) for x in own.values()):
             most = max(own.values())
@@ -133,9 +138,10 @@ def _check_allowances(document: Document, p: Prediction) -> Findings:
         found.same(f"{where}, calibrated", a["calibrated"], error in calibrated_errors(p.e.spec))
         allowed = float(np.linalg.norm([a["parts"][part] for part in PARTS]))
         found.same(f"{where}, allowed", a["allowed"], allowed, _EXACT)
+        factor = unit_factor(a["unit"])[0]
+        within = max(SAME * allowed, NOTHING * budgets_of(p.e.spec)[error].whole_variation / factor)
         for part in PARTS:
-            wanted = z * own[part] / unit_factor(a["unit"])[0]
-            found.near(f"{where}, {part}", a["parts"][part], wanted, SAME * allowed)
+            found.near(f"{where}, {part}", a["parts"][part], z * own[part] / factor, within)
     return found
 
 
@@ -165,6 +171,7 @@ def _check_covariance(document: Document, p: Prediction) -> Findings:
         matrix[np.ix_(order, order)] * np.outer(scale, scale),
         np.sum([*parts.values()], axis=0)[np.ix_(kept, kept)],
         names,
+        np.array([NOTHING * budgets_of(p.e.spec)[error].whole_variation for error, _ in names]),
     )
     return found
 
@@ -173,9 +180,11 @@ def _by_name(terms: Any) -> list[str]:
     return sorted(map(str, terms)) if isinstance(terms, list) else []
 
 
-def _compare(found: Findings, matrix: Array, wanted: Array, names: list[tuple[str, str]]) -> None:
-    """The figure that is farthest off, for the sigmas of its two terms."""
-    sigma = np.sqrt(np.diag(wanted))
+def _compare(
+    found: Findings, matrix: Array, wanted: Array, names: list[tuple[str, str]], least: Array
+) -> None:
+    """The figure that is farthest off, for the sigmas of its two terms, which count as `least` or more."""
+    sigma = np.maximum(np.sqrt(np.diag(wanted)), least)
     scale = np.where(np.outer(sigma, sigma) > 0, np.outer(sigma, sigma), 1.0)
     i, j = np.unravel_index(int(np.argmax(np.abs(matrix - wanted) / scale)), matrix.shape)
     where = f"covariance, {' '.join(names[i])} with {' '.join(names[j])}"
@@ -228,6 +237,8 @@ def _check_shares(document: Document, p: Prediction) -> Findings:
         own = {error: share for error, share in whole.items() if error in document["allowances"]}
         said = {error: float(share) for error, share in r["shares"].items()}
         found.same(f"requirements {i}, shares", sorted(said), sorted(own))
+        if sum(own.values()) <= (NOTHING * wanted.limit.si) ** 2:
+            continue  # parts of nothing
         for error in sorted(said.keys() & own.keys()):
             share, counted = _part(said, error), _part(own, error)
             found.near(f"requirements {i}, shares, {error}", share, counted, SAME)

@@ -19,11 +19,11 @@ from planner.nouns.array import Array
 from planner.nouns.trajectory import Trajectory
 from planner.physics.strapdown import integrate
 from planner.protocols import Sensor
-from planner.verify.along_flight import apart, conditions_of, start_of
+from planner.verify.along_flight import apart, conditions_of, height_of, start_of
 
 _TURN = 1e-5  # rad
 _PUSH = 0.1  # m/s
-_AT_ONCE = 2_000_000  # samples of all flights
+_AT_ONCE = 6_000_000  # samples of all flights
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,7 @@ def _flown(trajectory: Trajectory, sensor: Sensor, columns: Array, instants: Arr
             velocity if sensor == "gyro" else velocity + sign * more,
             step,
             instants=instants - trajectory.time_s[0],
+            height=height_of(trajectory),
         )
         for sign in (1.0, -1.0)
     ]

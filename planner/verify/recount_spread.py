@@ -128,7 +128,8 @@ def _weighed(served: list[_Column], columns: list[_Column], noise: float, m: int
         if not c.served:
             U = U + 2.0 * c.run**2 * np.outer(c.output, c.output)
     largest = max(c.run**2 * float(np.mean(c.output**2)) for c in columns)
-    values, vectors = np.linalg.eigh(U + 1e-10 * max(largest, 1e-300) * np.eye(m))
+    floor = 1e-10 * largest if largest > 0 or U.any() else 1.0  # where nothing scatters, any weights do
+    values, vectors = np.linalg.eigh(U + floor * np.eye(m))
     white = (vectors / np.sqrt(values)) @ vectors.T
     X = white @ np.array([c.output for c in served]).T
     size = np.linalg.norm(X, axis=0)

@@ -15,8 +15,8 @@ from typing import Any
 from planner.spec.model import Spec, Test
 from planner.spec.motions import motions_of, turned_by_hand
 from planner.verify.findings import Findings, is_same
-from planner.verify.records import batch_of
 from planner.verify.recount_hours import earliest
+from planner.verify.recount_loads import check_sizes, loads_by_number, loads_of, used_benches
 
 CLOCK = 1e-5  # s; times are rounded to the microsecond, several times over
 Document = Mapping[str, Any]
@@ -49,47 +49,30 @@ def check_steps(document: Document, spec: Spec) -> list[Findings]:
         order.fault(f"step {repeated}", "occurs more than once")
     if not all(a["start_s"] <= b["start_s"] + CLOCK for a, b in pairwise(steps)):
         order.fault("steps", "are not in the order of their starts")
-    batches = _batches(steps)
-    sizes = batch_sizes(document, spec)
-    order.same("batches", sorted(batches), list(range(1, len(sizes) + 1)))
-    ready = dict.fromkeys(spec.benches, 0.0)
-    for number, size in enumerate(sizes, start=1):
-        left = 0.0
-        for bench in _used(document, spec):
-            own = [s for s in batches.get(number, []) if s["bench"] == bench]
-            begin = max(left, ready[bench])
-            end = _check_bench(order, hours, document, spec, bench, own, begin, number, len(sizes))
+    sizes = loads_of(document, spec)
+    several = max((len(own) for own in sizes.values()), default=1) > 1
+    gone: list[tuple[int, float]] = []  # how many units have left the bench before, and when
+    for bench in used_benches(document, spec):
+        loads = loads_by_number([s for s in steps if s["bench"] == bench])
+        order.same(f"loads of {bench}", sorted(loads), list(range(1, len(sizes[bench]) + 1)))
+        check_sizes(order, spec, bench, sizes[bench])
+        free, through, left = 0.0, 0, list[tuple[int, float]]()
+        for number, units in enumerate(sizes[bench], start=1):
+            through += units
+            ready = next((when for count, when in gone if count >= through), 0.0 if not gone else gone[-1][1])
+            own, prefix = loads.get(number, []), f"b{number:02d}/" if several else ""
+            free = _check_bench(order, hours, document, spec, bench, own, max(free, ready), prefix)
+            left.append((through, free))
             for step in own:
-                units = spec.benches[bench].units if spec.plan.units is None else size
                 order.same(f"step {step['id']}, units", step["units"], units)
-            left = ready[bench] = end
+        gone = left
     for step in steps:
-        if step["bench"] not in _used(document, spec):
+        if step["bench"] not in used_benches(document, spec):
             order.fault(f"step {step['id']}", f"is on {step['bench']}, on which no test is planned")
         else:
             _check_limits(limits, step, spec)
-    _check_sums(sums, document, steps, len(sizes))
+    _check_sums(sums, document, steps, {bench: len(own) for bench, own in sizes.items()})
     return [order, limits, hours, sums]
-
-
-def _batches(steps: Sequence[Document]) -> dict[int, list[Document]]:
-    found: dict[int, list[Document]] = {}
-    for step in steps:
-        found.setdefault(batch_of(step["id"]), []).append(step)
-    return found
-
-
-def _used(document: Document, spec: Spec) -> list[str]:
-    used = {test["bench"] for test in document["tests"]}
-    return [name for name in spec.benches if name in used]
-
-
-def batch_sizes(document: Document, spec: Spec) -> list[int]:
-    """Units in every batch: as many as the smallest bench takes, the last batch what is left."""
-    if spec.plan.units is None or not document["tests"]:
-        return [1]
-    each = min(spec.benches[name].units for name in _used(document, spec))
-    return [min(each, spec.plan.units - i) for i in range(0, spec.plan.units, each)]
 
 
 # ---------------------------------------------------------------- one batch on one bench
@@ -103,13 +86,11 @@ def _check_bench(
     bench: str,
     steps: Sequence[Document],
     begin: float,
-    number: int,
-    batches: int,
+    prefix: str,
 ) -> float:
-    """Compares step by step; when the batch leaves the bench."""
+    """Compares step by step; when the load leaves the bench."""
     temperatures = _order_of(steps, document, spec, bench)
     _check_order(order, spec, bench, temperatures)
-    prefix = f"b{number:02d}/" if batches > 1 else ""
     wanted = list(_expected(document, spec, bench, temperatures))
     clock, now, index = begin, spec.plan.temperatures.room, 0
     for i, e in enumerate(wanted):
@@ -370,7 +351,9 @@ def _check_limits(limits: Findings, step: Document, spec: Spec) -> None:
         limits.at_most(f"{where}, temperature_degc", -t, -low)
 
 
-def _check_sums(sums: Findings, document: Document, steps: Sequence[Document], batches: int) -> None:
+def _check_sums(
+    sums: Findings, document: Document, steps: Sequence[Document], loads: Mapping[str, int]
+) -> None:
     end = max((s["end_s"] for s in steps), default=0.0)
     sums.same("time_s", document["time_s"], end, 1e-9)
     powered, since = dict.fromkeys((t["test"] for t in document["tests"]), 0.0), 0.0
@@ -383,7 +366,8 @@ def _check_sums(sums: Findings, document: Document, steps: Sequence[Document], b
             elif step["action"] == "power_off":
                 powered[step["test"]] += step["end_s"] - since
     for test in document["tests"]:
-        name = test["test"]
-        sums.same(f"tests, {name}, time_s", test["time_s"], lasting[name] / batches, 1e-7)
-        sums.same(f"tests, {name}, power_on_s", test["power_on_s"], powered[name] / batches, 1e-7)
-    sums.same("power_on_s", document["power_on_s"], sum(powered.values()) / batches, 1e-7)
+        name, many = test["test"], loads[test["bench"]]
+        sums.same(f"tests, {name}, time_s", test["time_s"], lasting[name] / many, 1e-7)
+        sums.same(f"tests, {name}, power_on_s", test["power_on_s"], powered[name] / many, 1e-7)
+    whole = sum(powered[t["test"]] / loads[t["bench"]] for t in document["tests"])
+    sums.same("power_on_s", document["power_on_s"], whole, 1e-7)

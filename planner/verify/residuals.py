@@ -21,7 +21,6 @@ from planner.nouns.sensor import ErrorName
 from planner.protocols import Sensor
 from planner.verify.calibrations import Estimator
 from planner.verify.draws import DrawnError, Exposed
-from planner.verify.nodes import read
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
 _ROOM = np.array([20.0])  # where the one value of an error without a table stands
@@ -98,9 +97,8 @@ def _left(
     nodes_of, at_nodes = [], []
     estimated = np.zeros(parts.shape[1:])
     for i, term in enumerate(error.terms):
-        nodes, values = _table(effect, term, estimators, theta, units)
+        nodes, values, weights = _table(effect, term, estimators, theta, t)
         at = _systematic(whole, effect, np.broadcast_to(nodes, (units, len(nodes))), flight)[:, :, i]
-        weights = read(t, nodes)
         estimated[:, :, i] = np.einsum("bkn,bn->bk", weights, values)
         tabled = np.einsum("bkn,bn->bk", weights, at)
         parts[3, :, :, i] = curve[:, :, i] - tabled
@@ -149,13 +147,16 @@ def share(sensor: Sensor, own: str, effect: str, t: Array, flight: Exposed) -> A
 
 
 def _table(
-    effect: str, term: str, estimators: Sequence[Estimator], theta: Sequence[Array], units: int
-) -> tuple[Array, Array]:
-    """Nodes (N,) and values (B, N) that a calibration gives a term; zero where nobody calibrates it."""
+    effect: str, term: str, estimators: Sequence[Estimator], theta: Sequence[Array], t: Array
+) -> tuple[Array, Array, Array]:
+    """Nodes (N,), values (B, N) that a calibration gives a term, their weights (B, K, N) at temperatures t.
+
+    Zero where nobody calibrates it.
+    """
     for estimator, values in zip(estimators, theta, strict=True):
-        columns = estimator.model.columns
-        mine = [i for i, c in enumerate(columns) if (c.effect, c.term) == (effect, term)]
-        if mine:
-            nodes = np.array([columns[i].node_degc for i in mine])
-            return (_ROOM if np.isnan(nodes).any() else nodes), values[:, mine]
-    return _ROOM, np.zeros((units, 1))
+        for c in estimator.model.columns:
+            if (c.effect, c.term) == (effect, term):
+                mine, weights = estimator.reads(effect, c.index, t)
+                nodes = np.array([estimator.model.columns[i].node_degc for i in mine])
+                return (_ROOM if np.isnan(nodes).any() else nodes), values[:, mine], weights
+    return _ROOM, np.zeros((len(t), 1)), np.ones((*t.shape, 1))

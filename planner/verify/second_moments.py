@@ -24,6 +24,7 @@ OF_COSINES = 6_000  # whose scale hardly varies
 BLOCK = 2_000
 EVERY = 4  # points of a curve's grid between those at which a moment is kept
 Error = tuple[Sensor, str]
+_Ends = list[tuple[NDArray[np.intp], Array]]  # places on a grid and their weights
 
 
 @dataclass(frozen=True)
@@ -35,27 +36,37 @@ class Moment:
 
     def at(self, degc: Array) -> Array:
         """(k, k) at temperatures (k,), the end segments going on beyond the grid."""
-        left, s = self._between(degc)
-        return self._mixed(left, np.stack([1.0 - s, s]))
+        return self.between(degc, degc)
+
+    def between(self, one: Array, other: Array) -> Array:
+        """(k, l) of f at temperatures (k,) with f at others (l,)."""
+        return self._mixed(self._ends(one), self._ends(other))
 
     def of_slopes(self, degc: Array) -> Array:
         """(k, k) of the slopes of f, per K²."""
-        left, _ = self._between(degc)
+        left = self._left(degc)
         each = 1.0 / (self.grid[left + 1] - self.grid[left])
-        return self._mixed(left, np.stack([-each, each]))
+        ends = [(left, -each), (left + 1, each)]
+        return self._mixed(ends, ends)
 
-    def _between(self, degc: Array) -> tuple[NDArray[np.intp], Array]:
-        left = np.clip(np.searchsorted(self.grid, degc, side="right") - 1, 0, len(self.grid) - 2)
-        return left, (degc - self.grid[left]) / (self.grid[left + 1] - self.grid[left])
+    def _left(self, degc: Array) -> NDArray[np.intp]:
+        return np.clip(np.searchsorted(self.grid, degc, side="right") - 1, 0, len(self.grid) - 2)
 
-    def _mixed(self, left: NDArray[np.intp], weights: Array) -> Array:
-        ends = [(left, weights[0]), (left + 1, weights[1])]
-        parts = [np.outer(a, b) * self.value[np.ix_(i, j)] for i, a in ends for j, b in ends]
+    def _ends(self, degc: Array) -> _Ends:
+        left = self._left(degc)
+        share = (degc - self.grid[left]) / (self.grid[left + 1] - self.grid[left])
+        return [(left, 1.0 - share), (left + 1, share)]
+
+    def _mixed(self, one: _Ends, other: _Ends) -> Array:
+        parts = [np.outer(a, b) * self.value[np.ix_(i, j)] for i, a in one for j, b in other]
         return np.asarray(sum(parts))
 
 
-def moments_of(curves: Mapping[Error, Curves]) -> dict[Error, Moment]:
-    """Of the curves of every error. Those of one shape are drawn together: they differ in their scale."""
+def moments_of(curves: Mapping[Error, Curves], most: int = CURVES) -> dict[Error, Moment]:
+    """Of the curves of every error. Those of one shape are drawn together: they differ in their scale.
+
+    most: curves to draw, a multiple of BLOCK
+    """
     found, drawn = {}, dict[str, dict[Error, Family]]()
     for error, one in curves.items():
         if isinstance(one, Family) and one.figure == "largest":
@@ -64,7 +75,7 @@ def moments_of(curves: Mapping[Error, Curves]) -> dict[Error, Moment]:
         else:
             found[error] = _exact(one)
     for group, families in drawn.items():
-        found |= _sampled(group, families)
+        found |= _sampled(group, families, most)
     return {error: found[error] for error in curves}
 
 
@@ -87,9 +98,9 @@ def _modes(amplitude: Array) -> Array:
     return np.asarray(rows / np.sqrt(2.0))
 
 
-def _sampled(group: str, families: Mapping[Error, Family]) -> dict[Error, Moment]:
+def _sampled(group: str, families: Mapping[Error, Family], most: int) -> dict[Error, Moment]:
     first = next(iter(families.values()))
-    count = OF_COSINES if first.shape == "cosines" else CURVES
+    count = min(OF_COSINES, most) if first.shape == "cosines" else most
     value = {error: np.zeros((POINTS // EVERY + 1,) * 2) for error in families}
     numbers = sorted({n for one in families.values() for n in one.numbers})
     for curve in _blocks(first, count, generator(0, 0, "second moment", group)):

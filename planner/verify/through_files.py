@@ -27,7 +27,7 @@ from planner.physics.strapdown import integrate
 from planner.protocols import SENSORS, Sensor
 from planner.spec.model import NAVIGATION_ERRORS
 from planner.units import from_si, unit_factor
-from planner.verify.along_flight import apart, conditions_of, start_of
+from planner.verify.along_flight import apart, conditions_of, height_of, start_of
 from planner.verify.calibrations import calibrated, readings
 from planner.verify.draws import DrawnError, Exposed
 from planner.verify.experiment import CHUNK, Experiment, Measured, units_measured
@@ -208,7 +208,9 @@ def _navigated(flight: FlightModel, rate: Array, force: Array) -> ErrorHistory:
     t = flight.trajectory
     step = float(t.time_s[1] - t.time_s[0])
     found, true = (
-        integrate(start_of(t), angle, velocity, step, instants=flight.instants - t.time_s[0])
+        integrate(
+            start_of(t), angle, velocity, step, instants=flight.instants - t.time_s[0], height=height_of(t)
+        )
         for angle, velocity in ((step * rate, step * force), (t.angle_increment, t.velocity_increment))
     )
     return ErrorHistory(flight.instants, *(x[:, :, None] for x in apart(found, true)))

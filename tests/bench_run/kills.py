@@ -31,6 +31,9 @@ class FileRecorder:
     def stop(self, step: Step, complete: bool) -> None:
         os.write(self._file, f"{step.id} {self._number}\n".encode())
 
+    def lost(self, step: Step, number: int) -> None:
+        os.write(self._file, f"void {step.id} {number}\n".encode())
+
 
 def one_life(job: Job, folder: Path, longest_s: float, rng: random.Random) -> bool:
     """A process that runs the campaign on and is killed at a random moment; whether it finished before."""
@@ -54,8 +57,11 @@ def one_life(job: Job, folder: Path, longest_s: float, rng: random.Random) -> bo
     return False
 
 
-def campaign_with_kills(folder: Path, kills: int, seed: int, longest_s: float = 0.03) -> int:
-    """Kill runners until `kills` have died, over as many campaigns as that takes; finish and check each."""
+def campaign_with_kills(folder: Path, kills: int, seed: int, longest_s: float = 0.15) -> int:
+    """Kill runners until `kills` have died, over as many campaigns as that takes; finish and check each.
+
+    longest_s: of a life; long enough that it makes some steps before it dies
+    """
     rng, job, dead, campaigns = random.Random(seed), small_job(), 0, 0
     while dead < kills:
         here = folder / f"campaign{campaigns}"

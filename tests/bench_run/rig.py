@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
+import pytest
+
+from planner.bench_run.equipment import BenchLines, Equipment
+from planner.bench_run.errors import BenchFault
 from planner.bench_run.job import Job, job_from
 from planner.bench_run.journal import Journal, open_journal
-from planner.bench_run.runner import Equipment, execute
+from planner.bench_run.runner import execute
 from planner.bench_run.simulator.chamber import Chamber
 from planner.bench_run.simulator.faults import Faulty, fault_from_text
 from planner.bench_run.simulator.table import Table
+from planner.control.orders import orders
 from planner.export.json import plan_document
+from planner.nouns.bench import BenchFacts
 from planner.nouns.plan import Step
 from tests.bench_run.memory_line import MemoryLine, VirtualClock
 from tests.specs import planned, small
@@ -56,6 +63,7 @@ class Sampler:
     made: list[tuple[str, float, float, int]] = field(default_factory=list)
     void: list[str] = field(default_factory=list)
     powered: list[tuple[bool, int]] = field(default_factory=list)
+    lost_ones: list[str] = field(default_factory=list)
     _start: tuple[float, int] = (0.0, 0)
 
     def power(self, on: bool, step: Step, number: int) -> None:
@@ -70,6 +78,9 @@ class Sampler:
         else:
             self.void.append(step.id)
 
+    def lost(self, step: Step, number: int) -> None:
+        self.lost_ones.append(step.id)
+
 
 class Rig:
     """Table, chamber, their lines and a clock; faults as `bench-simulator` takes them."""
@@ -80,28 +91,45 @@ class Rig:
         self.table = Table(self.clock, axes, travel=travel)
         self.chamber = Chamber(self.clock)
         table_faults = [f for f in found if f.device == "table"]
-        self.table_line = MemoryLine(Faulty(self.table, table_faults), self.clock)
+        self.table_line = MemoryLine(Faulty(self.table, table_faults, self, self.clock.now), self.clock)
         chamber_faults = [f for f in found if f.device == "chamber"]
-        self.chamber_line = MemoryLine(Faulty(self.chamber, chamber_faults), self.clock)
+        self.chamber_line = MemoryLine(Faulty(self.chamber, chamber_faults, self, self.clock.now), self.clock)
         self.recorder = Sampler(self)
         self.said: list[str] = []
+        self.left: list = []
+        self.disk_is_full = False
+
+    def suspend(self, seconds: float) -> None:
+        """The client is stopped, and its next wait takes longer."""
+        self.clock.sleep(seconds)
+
+    def fill_disk(self) -> None:
+        self.disk_is_full = True
 
     def equipment(self, job: Job, **changes: object) -> Equipment:
-        lines = dict.fromkeys(job.used_benches, self.table_line)
         given = {
-            "tables": lines,
-            "chamber": self.chamber_line,
+            "benches": dict.fromkeys(job.used_benches, BenchLines(self.table_line, self.chamber_line)),
             "clock": self.clock,
             "recorder": self.recorder,
         }
         return Equipment(**(given | changes))
 
-    def run(self, job: Job, journal: Path, *, resume: bool = False, before=lambda step: None):
+    def run(self, job: Job, journal: Path, *, resume: bool = False, before=lambda step: None, **changes):
         opened = opened_journal(job, journal, resume=resume)
+        opened.append = self._full_or(opened.append)
         try:
-            return execute(job, self.equipment(job), opened, self.said.append, before)
+            equipment = self.equipment(job, **changes)
+            return execute(job, equipment, opened, self.said.append, before, self.left.append)
         finally:
             opened.close()
+
+    def _full_or(self, append):
+        def appended(line):
+            if self.disk_is_full:
+                raise BenchFault("cannot write run.jsonl: No space left on device; make room, then --resume")
+            append(line)
+
+        return appended
 
     def is_safe(self) -> bool:
         """Table servoed to zero rate (braking or there), chamber on its way to the room."""
@@ -116,4 +144,21 @@ def small_job() -> Job:
 
 
 def opened_journal(job: Job, path: Path, *, resume: bool = False) -> Journal:
-    return open_journal(path, job.plan_sha256, [step.id for step in job.steps], resume=resume)
+    steps = [step.id for step in job.steps]
+    return open_journal(path, job.plan_sha256, steps, resume=resume, from_start=resume and not path.exists())
+
+
+def compare(rig: Rig, bench: BenchFacts, step: Step, start: float, end: float, late_s: float = 1e-6) -> None:
+    """A record as the plan says: its length, and at every moment its temperature, angles and rates."""
+    assert end - start == pytest.approx(step.seconds, abs=late_s)
+    for time in (start, (start + end) / 2, end):
+        if bench.chamber is not None:  # tenths of the controller, and the runner's tolerance of settling
+            assert rig.chamber.at(time) == pytest.approx(step.temperature_degc, abs=0.5 + 0.05)
+        for order in orders(step.motion, bench):
+            position, rate = rig.table.at(order.axis, time)
+            if order.mode == "rate":  # 1e-6 deg/s is the last digit that is sent
+                assert rate == pytest.approx(order.value, abs=1e-5 + 1e-4 * abs(order.value) + 0.01)
+            else:
+                off = math.remainder(position - order.value, 360.0)
+                assert abs(off) <= 0.01
+                assert rate == pytest.approx(0.0, abs=0.5)

@@ -82,7 +82,7 @@ def test_whoever_is_late_waits_less(job, tmp_path):
     late.attend = lambda step, s: slow(step, s + (480.0 if step.action == "install" else 0.0))
     late.run(job, tmp_path / "run.jsonl", before=lambda step: ends.append(late.clock.now()))
     waits = [i for i, s in enumerate(job.steps) if s.action == "pause" and s.test is None]
-    assert ends[1] == pytest.approx(job.steps[1].start_s + 480.0, abs=1.0)
+    assert ends[1] == pytest.approx(job.steps[1].start_s + 480.0, abs=3.0)  # looking at rest
     for i in waits:  # the clock at the beginning of the step after the waiting; 30 s of polling
         assert ends[i + 1] == pytest.approx(job.steps[i + 1].start_s, abs=30.0)
 
@@ -151,8 +151,8 @@ def test_benches_that_work_at_the_same_time_are_run_one_by_one():
     for test, name in zip(spec["tests"].values(), spec["benches"], strict=True):
         test["bench"] = name
     job = job_from(plan_document(planned(with_plan(spec, units=3)).plan))
-    with pytest.raises(InputError, match="--bench one and --bench two"):
-        limits.check(job)
+    limits.check(job)
+    assert limits.side_by_side(job)
     parts = [job.on("one"), job.on("two")]
     assert sum(len(part.steps) for part in parts) == len(job.steps)
     for part in parts:

@@ -36,7 +36,11 @@ def test_every_cut_through_the_file_leaves_the_lines_before_it(tmp_path):
     for cut in range(len(data) + 1):
         path.write_bytes(data[:cut])
         whole = data[:cut].count(b'"step": ') - (data[:cut].rpartition(b"\n")[2].count(b'"step": '))
-        journal = open_journal(path, "hash", STEPS, resume=True)
+        told = b"\n" in data[:cut]
+        if not told:  # nothing is told any more: only whoever knows that nothing was made may begin
+            with pytest.raises(InputError, match="--resume --from-start"):
+                open_journal(path, "hash", STEPS, resume=True)
+        journal = open_journal(path, "hash", STEPS, resume=True, from_start=not told)
         journal.close()
         assert [e.step for e in journal.past.entries] == STEPS[:whole]
         assert all(json.loads(line) for line in path.read_bytes().splitlines())
@@ -56,7 +60,13 @@ def test_a_journal_is_not_overwritten(tmp_path):
         (lambda text: text.replace('"a"', '"b"'), "in order"),
         (lambda text: text + text.splitlines()[-1] + "\n", "in order"),
         (lambda text: text.replace('"step": "a"', '"step": "a" nonsense'), "not JSON"),
-        (lambda text: text.replace('"start_s"', '"begin_s"'), "no journal"),
+        (
+            lambda text: text.replace('"start_s"', '"begin_s"'),
+            "line 4, is no line of a journal of planner: see start_s, begin_s",
+        ),
+        (lambda text: text.replace('"start_s": 0.0', '"start_s": "0"'), "line 4, .* see start_s"),
+        (lambda text: text.replace('"start_s": 0.0', '"start_s": NaN'), "line 4, .* see start_s"),
+        (lambda text: text + "[" * 100_000 + "]" * 100_000 + "\n", "line 5, is not JSON"),
         (lambda text: text.replace('"journal": 1', '"diary": 1'), "no journal"),
         (lambda text: "[1]\n", "no line of a journal"),
     ],
@@ -95,8 +105,50 @@ def test_a_journal_of_a_run_that_never_reached_the_bench_is_gone_on_with(tmp_pat
     journal = open_journal(path, "hash", STEPS, resume=False)
     journal.close()
     assert (journal.session, journal.power_ons, journal.past.entries) == (2, 1, ())
-    with pytest.raises(InputError, match="already"):
+    with pytest.raises(InputError, match="another plan"):
         open_journal(path, "other", STEPS, resume=False)
+
+
+def test_nothing_that_is_there_is_resumed_or_begun_by_mistake(tmp_path):
+    path = tmp_path / "run.jsonl"
+    with pytest.raises(InputError, match=r"is not there.*--resume --from-start"):
+        open_journal(path, "hash", STEPS, resume=True)
+    assert not path.exists()
+    path.write_text("my own notes, without a line end")
+    for from_start in (False, True):
+        with pytest.raises(InputError, match="is no journal of planner"):
+            open_journal(path, "hash", STEPS, resume=True, from_start=from_start)
+    assert path.read_text() == "my own notes, without a line end"
+    path.unlink()
+    written(path, "a")
+    with pytest.raises(InputError, match="tells of 1 finished steps; leave --from-start out"):
+        open_journal(path, "hash", STEPS, resume=True, from_start=True)
+
+
+def test_a_record_that_has_no_end_is_told_of(tmp_path):
+    path = tmp_path / "run.jsonl"
+    journal = open_journal(path, "hash", STEPS, resume=False)
+    for step in ("a", "b"):
+        journal.begun(step, 1.0)
+    journal.void("b", "a reply was in doubt", 1.0, 2.0)
+    journal.finished(entry("a"))
+    journal.begun("b", 3.0)
+    journal.close()
+    journal = open_journal(path, "hash", STEPS, resume=True)
+    journal.close()
+    assert [begun.step for begun in journal.past.begun] == ["b"]
+
+
+def test_benches_side_by_side_keep_their_own_order(tmp_path):
+    path = tmp_path / "run.jsonl"
+    journal = open_journal(path, "hash", STEPS, resume=False)
+    for step in ("a", "c"):
+        journal.finished(entry(step))
+    journal.close()
+    lanes = (["a", "b"], ["c"])
+    open_journal(path, "hash", STEPS, resume=True, lanes=lanes).close()
+    with pytest.raises(InputError, match="in order"):
+        open_journal(path, "hash", STEPS, resume=True)
 
 
 def test_a_device_is_no_journal(tmp_path):

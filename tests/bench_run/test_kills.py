@@ -1,4 +1,4 @@
-"""1000 kills are in benchmarks/bench_simulator.py --kills 1000; here a few dozen."""
+"""1000 kills are in benchmarks/study_bench_faults.py --kills 1000; here a few dozen."""
 
 import pytest
 

@@ -177,7 +177,7 @@ def test_a_turn_about_the_vertical_shows_nothing_and_is_named() -> None:
 
 @pytest.mark.parametrize("unit", range(5))
 def test_hand_held_gyros_carry_gravity_from_rest_to_rest(unit: int) -> None:
-    """Other people's units, turns as means over 0.4 s: gravity is met to a degree."""
+    """Other people's units, turns in pieces as `reduce` gives them: gravity is met to 0.15 degrees."""
     whole, still = reduced(f"imu{unit}"), reduced(f"imu{unit}", "rest_")
     assert whole.gyro is not None
     f = forces(still)
@@ -188,9 +188,9 @@ def test_hand_held_gyros_carry_gravity_from_rest_to_rest(unit: int) -> None:
     ]
     fit = poisson_gyro(turns)
     assert len(turns) >= 15
-    # within 0.4 s a hand turns by 20 degrees about an axis that wanders; of 10 ms the same turns leave half
-    assert np.sqrt(np.mean(fit.residual**2)) < 0.02
-    assert np.abs(np.diag(fit.K) - 1.0).max() < 0.05
+    # every sample of the same turns leaves 0.0014 to 0.0021 rad (test_whole_flows)
+    assert np.sqrt(3.0 * np.mean(fit.residual**2)) < 0.0025
+    assert np.abs(np.diag(fit.K) - 1.0).max() < 0.02
 
 
 @pytest.mark.parametrize("unit", range(5))

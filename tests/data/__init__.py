@@ -18,7 +18,7 @@ def table(name: str, part: str = "") -> DwellTable:
     """A reduced table of this folder; `part`: only rows whose step begins so."""
     import numpy as np
 
-    found = read_dwells(HERE / f"{name}.csv")
+    found = read_dwells(HERE / f"{name}.csv", motions=True)
     if not part:
         return found
     assert found.step is not None

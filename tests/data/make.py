@@ -2,14 +2,14 @@
 
     python -m tests.data.make
 
-A step column names the stretches that are wanted: where their authors marked them, there; else rests as
-`reduce` finds them, and what lies between two rests in pieces of 0.4 s. Means are kept to seven digits.
+Rests and the pieces of hand turns between them as `reduce` finds them; where their authors marked what is
+wanted, a step column names it. Means are kept to seven digits.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -24,7 +24,6 @@ from planner.recordings.raw_to_dwells import reduce_recordings
 from tests.data import HERE, RECORDINGS
 
 DIGITS = 7  # a mean of a hundred samples of a 16-bit sensor has five
-PIECE = 40  # samples, five windows of `reduce`: a hand turns by 20 degrees, about one axis nearly
 AXES = {"acc": {"x": 1, "y": 2, "z": 3, "unit": "m/s^2"}, "gyro": {"x": 4, "y": 5, "z": 6, "unit": "rad/s"}}
 FIVE = ColumnMap.model_validate({"rate": "100 Hz", **AXES})
 SIX_HZ = 102.4
@@ -51,24 +50,7 @@ SOURCES = {
 def five_units(number: int) -> str:
     """Rests in a hand, and every turn between them in pieces."""
     path = RECORDINGS / "five_units_multi_position" / f"imu{number}.log"
-    readings = np.loadtxt(path)
-    rests = [
-        (round(row.start * 100), round(row.end * 100) + 1)
-        for row in reduce_recordings([path], FIVE).rows
-        if row.end - row.start >= 1.0
-    ]
-    found = labelled(readings[:, :3], readings[:, 3:], dict(rests_and_turns(rests)), 100.0, f"imu{number}")
-    return text_of(found, SOURCES["five_units"].format(number))
-
-
-def rests_and_turns(rests: list[tuple[int, int]]) -> Iterator[tuple[str, tuple[int, int]]]:
-    """Name -> first sample, one behind the last: rests, and the pieces between one and the next."""
-    for i, span in enumerate(rests):
-        yield f"rest_{i:02d}", span
-    for i, ((_, end), (begin, _)) in enumerate(pairwise(rests)):
-        edges = np.append(np.arange(end, begin, PIECE), begin)
-        for k, piece in enumerate(pairwise(edges.tolist())):
-            yield f"turn_{i:02d}_{k:02d}", piece
+    return text_of(reduce_recordings([path], FIVE).whole, SOURCES["five_units"].format(number))
 
 
 def six_positions(parts: int) -> str:

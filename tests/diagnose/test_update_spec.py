@@ -18,7 +18,15 @@ from planner.diagnose.calibration_cost import UNKNOWN, RecordNoise, Target, cali
 from planner.diagnose.diagnosis_to_spec import updated_spec
 from planner.diagnose.spec_edit import SpecText
 from planner.errors import InputError
-from planner.nouns.diagnosis import Assumption, Diagnosis, ResidualChange, Rival, UnitDiagnosis, Unknown
+from planner.nouns.diagnosis import (
+    Assumption,
+    Diagnosis,
+    NavigationCost,
+    ResidualChange,
+    Rival,
+    UnitDiagnosis,
+    Unknown,
+)
 from planner.pipelines import planning
 from planner.spec.load import load_spec, spec_from_bytes
 from tests.diagnose.found import found_effect
@@ -76,7 +84,7 @@ def test_a_found_effect_is_declared_budgeted_and_calibrated_by_the_test_that_sho
     _, loaded = updated(LOOP, effect)
     budget = loaded.spec.unit.gyro["g_sensitivity"]
     assert 1e-5 <= budget.systematic.si <= 1.05 * 1.01e-5  # the far end of the interval, rounded up
-    assert budget.run_to_run.si > 0
+    assert budget.run_to_run is None  # no scatter of an estimate: planning by information knows that itself
     assert "gyro.g_sensitivity" in loaded.spec.tests["static"].calibrates
     assert loaded.warnings == ()
 
@@ -215,7 +223,8 @@ def test_a_spread_is_replaced_only_where_the_interval_excludes_it():
     with pytest.raises(InputError, match="nothing that the spec lacks"):
         updated(LOOP, assumptions=(inside,))
     made, loaded = updated(LOOP, assumptions=(above,))
-    assert loaded.spec.unit.gyro["bias"].run_to_run.si == pytest.approx(2.0 * RUN_TO_RUN, rel=0.01)
+    assert loaded.spec.unit.gyro["bias"].run_to_run_largest == pytest.approx(2.0 * RUN_TO_RUN, rel=0.01)
+    assert loaded.spec.unit.gyro["bias"].power_ons == 51  # 50 degrees of freedom
     assert "instead of 0.002 deg/s" in made.changes[0]
 
 
@@ -224,7 +233,7 @@ def test_a_spread_comes_down_only_when_every_channel_says_so():
     lower = assumption(RUN_TO_RUN, 0.2 * RUN_TO_RUN, 0.3 * RUN_TO_RUN, 0.4 * RUN_TO_RUN)
     unsure = assumption(RUN_TO_RUN, 0.5 * RUN_TO_RUN, 0.8 * RUN_TO_RUN, 1.2 * RUN_TO_RUN)
     _, loaded = updated(LOOP, assumptions=(low, lower))
-    assert loaded.spec.unit.gyro["bias"].run_to_run.si == pytest.approx(0.5 * RUN_TO_RUN, rel=0.01)
+    assert loaded.spec.unit.gyro["bias"].run_to_run_largest == pytest.approx(0.5 * RUN_TO_RUN, rel=0.01)
     with pytest.raises(InputError):
         updated(LOOP, assumptions=(low, unsure))
 
@@ -255,6 +264,27 @@ def test_what_the_data_cannot_tell_changes_nothing():
     vague = assumption(RUN_TO_RUN, math.nan, 3 * RUN_TO_RUN, math.nan)
     with pytest.raises(InputError):
         updated(LOOP, assumptions=(vague,))
+
+
+def test_what_is_left_without_a_name_widens_the_budget_of_the_bias():
+    unnamed = Unknown(("gyro_x",), "time_on", 1e-6, 9.0)
+    left = ResidualChange("gyro_x", "deg/s", *[5e-5] * 6, *[4e-5] * 2, 3e-5, 100, 20, True, "")
+    made = Diagnosis(
+        UnitDiagnosis("u1", "unexplained", (), (unnamed,), (), (), (), ()),
+        (left,), (), (), "0", "x", load_spec(LOOP).sha256, "a" * 64, "data.csv", 1,
+    )  # fmt: skip
+    found = updated_spec(LOOP.read_text(encoding="utf-8"), load_spec(LOOP), made)
+    before = load_spec(LOOP).spec.unit.gyro["bias"].in_run_sigma
+    after = spec_from_bytes(found.text.encode(), LOOP).spec.unit.gyro["bias"].in_run_sigma
+    assert after == pytest.approx(np.hypot(before, 4e-5), rel=0.01)
+
+
+def test_what_does_not_help_in_flight_is_not_declared():
+    worse = NavigationCost("position", "m", 6.35, 32.6, 0.95, "flown")
+    assert not worse.helps
+    made = replace(diagnosis(LOOP, found_effect("g_sensitivity", "gyro_x", 1e-5, 1e-7)), navigation=(worse,))
+    with pytest.raises(InputError, match="does not help in flight"):
+        updated_spec(LOOP.read_text(encoding="utf-8"), load_spec(LOOP), made)
 
 
 # ---------------------------------------------------------------- refusals

@@ -17,10 +17,10 @@ from typer.testing import CliRunner
 from planner import cli
 from planner.catalog import exports
 from planner.errors import InputError
-from planner.export.files import write_all_whole
 from planner.export.json import document_text
 from planner.export.outputs import places
 from planner.protocols import ExportFormat, ExportOptions
+from planner.whole_files import write_all_whole
 from tests.export.samples import bench, resealed, small, turning
 from tests.outcome import Outcome, Run
 

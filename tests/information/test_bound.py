@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from time import monotonic
-
 import numpy as np
 import pytest
 
@@ -123,7 +121,7 @@ def test_a_proof_without_time_says_less_but_nothing_wrong(seed: int) -> None:
     counts = counts[np.all(np.isfinite(every.quick(counts)), axis=1)]
     most = counts[np.argmax(every.offers.cost(counts))]
     cost = float(every.offers.cost(counts).min())
-    for effort in (Effort(0, 0, monotonic() + 60), Effort(1, 1, monotonic() + 60), Effort(10**6, 10**6, 0.0)):
+    for effort in (Effort(0, 0), Effort(1, 1), Effort(10**6, 10**6, lambda: True)):
         found = prover(every).bounded(most, effort)
         assert found.bound <= cost + 1e-6
         assert not found.proved or every.offers.cost(found.best[None])[0] <= cost + 1e-6

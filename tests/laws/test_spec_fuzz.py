@@ -153,7 +153,7 @@ def mutated(text: str, dice: random.Random) -> bytes:
     return bytes(data)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(4))
 def test_random_accidents(seed: int) -> None:
     dice = random.Random(seed)
     for _ in range(300):

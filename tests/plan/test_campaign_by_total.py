@@ -5,7 +5,7 @@ from itertools import product
 import pytest
 
 from planner.pipelines.planning import navigate, task_of
-from planner.plan.campaign_by_total import by_total, least_batches, total
+from planner.plan.campaign_by_total import by_total, least_loads, total
 from planner.plan.repeats_to_schedule import campaign, visits_of
 from tests.specs import loaded, planned, small, with_limit, with_plan
 
@@ -69,19 +69,18 @@ def test_the_bottleneck_of_many_batches_decides():
     assert plan.proved  # the shares of the bottleneck make the bound tight
     assert plan.bound_s == pytest.approx(plan.time_s, rel=1e-9)
     assert any("another choice takes less work" in note for note in plan.notes)
-    assert least_batches(task) == 20
+    assert [least_loads(source.spec, name) for name in spec["benches"]] == [20, 20]
 
 
-def test_as_many_batches_as_the_smallest_bench_that_is_always_used_asks_for():
-    spec = with_plan(small(), units=12)
+def test_a_bench_has_as_many_loads_as_its_own_size_asks_for():
+    spec = with_plan(small(), units=13)
     bench = spec["benches"]["rate_table"] | {"kind": "rate_table"}
     spec["benches"] = {"large": bench | {"units": 6}, "little": bench | {"units": 2}}
-    spec["tests"]["gyro_drift"]["bench"] = spec["tests"]["accelerometer_drift"]["bench"] = "large"
-    also = spec["tests"]["gyro_drift"] | {"bench": "little"}
-    either = spec | {"tests": spec["tests"] | {"also": also}}
-    only = spec | {"tests": spec["tests"] | {"gyro_drift": also}}
-    found = [task_of(s.spec, navigate(s, lambda message: None)) for s in map(loaded, (either, only))]
-    assert [least_batches(task) for task in found] == [2, 6]
+    for test, name in zip(spec["tests"].values(), spec["benches"], strict=True):
+        test["bench"] = name
+    found = loaded(spec).spec
+    assert [least_loads(found, name) for name in spec["benches"]] == [3, 7]
+    assert least_loads(loaded(spec | {"plan": small()["plan"]}).spec, "little") == 1
 
 
 def test_without_shifts_and_batches_nothing_is_looked_for():

@@ -120,15 +120,13 @@ def test_a_laboratory_could_work_by_the_timeline(seed):
     visits = random_visits(spec, rng)
     timeline = timeline_of(spec, visits)
     used = [b for b in spec.benches if any(spec.tests[v.test].bench == b for v in visits)]
-    batches = by_batch(timeline)
-    check_batches(spec, used, batches)
     for bench in used:
         own = [step for step in timeline if step.bench == bench]
         assert all(b.start_s >= a.end_s for a, b in pairwise(own))
-        for batch in batches.values():
-            check_bench(spec, bench, [step for step in batch if step.bench == bench], visits)
-    for batch in batches.values():
-        check_batch(spec, batch)
+        for load in by_batch(own).values():
+            check_bench(spec, bench, load, visits)
+    for unit in units_of(spec, used, timeline):
+        check_batch(spec, unit)
     assert makespan(spec, visits) == pytest.approx(max(step.end_s for step in timeline), abs=1e-5)
     if raw["plan"].get("shifts"):
         check_people(raw, timeline)
@@ -141,14 +139,22 @@ def by_batch(timeline):
     return found
 
 
-def check_batches(spec, used, batches):
-    capacity = min(spec.benches[name].units for name in used)
-    if spec.plan.units is None:
-        assert list(batches) == [""]
-        return
-    sizes = [min(capacity, spec.plan.units - done) for done in range(0, spec.plan.units, capacity)]
-    assert list(batches) == ([""] if len(sizes) == 1 else [f"b{i:02d}" for i in range(1, len(sizes) + 1)])
-    assert [{step.units for step in batch} for batch in batches.values()] == [{size} for size in sizes]
+def units_of(spec, used, timeline):
+    """Every unit with its steps: the loads of each bench take all units once, in their order."""
+    count = spec.plan.units
+    found = [[] for _ in range(count or 1)]
+    for bench in used:
+        loads = by_batch([step for step in timeline if step.bench == bench])
+        assert list(loads) == sorted(loads)
+        through = 0
+        for load in loads.values():
+            (size,) = {step.units for step in load}
+            assert size <= spec.benches[bench].units
+            for unit in found[through : through + size] if count else found:
+                unit += load
+            through += size
+        assert through == (count or spec.benches[bench].units)
+    return found
 
 
 def check_batch(spec, batch):

@@ -3,7 +3,6 @@
 import pytest
 
 from planner.errors import InputError
-from planner.plan.schedule_to_steps import batch_sizes
 from planner.spec.attendance import calendar_of, start_of, start_words
 from tests.specs import loaded, small, with_plan
 
@@ -140,21 +139,6 @@ def test_the_campaign_starts_when_the_spec_says_or_with_the_first_shift():
     said = loaded(spec(shifts=WEEKDAYS | {"start": "sun 7:30"})).spec
     assert (start_of(said), start_words(said)) == (151.5 * HOUR, "sun 07:30")
     assert start_words(loaded(small()).spec) is None
-
-
-def test_benches_of_different_size_make_batches_of_the_smaller_one():
-    raw = spec(units=7)
-    bench = raw["benches"]["rate_table"]
-    raw["benches"] = {
-        "big": bench | {"kind": "rate_table", "units": 4},
-        "little": bench | {"kind": "rate_table", "units": 3},
-    }
-    for test, name in zip(raw["tests"].values(), raw["benches"], strict=True):
-        test["bench"] = name
-    found = loaded(raw)
-    assert [w.path for w in found.warnings] == ["plan.units"]
-    assert batch_sizes(found.spec, ["big", "little"]) == (3, 3, 1)
-    assert batch_sizes(found.spec, ["big"]) == (4, 3)
 
 
 def test_yaml_1_2_leaves_times_of_day_as_they_are():

@@ -16,7 +16,8 @@ from scipy.io import savemat
 from planner.errors import InputError
 from planner.readers._delimited import layout_of, text_blocks
 from planner.recordings.column_map import ColumnMap
-from planner.recordings.recording import Account, Recording, joined
+from planner.recordings.recording import Recording
+from planner.recordings.samples import Account, joined
 
 RNG = np.random.default_rng(1)
 N = 500

@@ -69,9 +69,10 @@ REFUSALS = {
     "zero limit": ("limit: 10 m", "limit: 0 m", "0 m,", "requirement[0].limit", "greater than zero"),
     "negative budget": ("in_run: 0.001 deg/s", "in_run: -1 deg/s", "-1 deg/s", "unit.gyro.bias.in_run", "negative"),
     "negative residual": ("5: 0.0035 deg/s", "5: -0.1 deg/s", "-0.1", "unit.gyro.bias.temperature_residual[5]", "negative"),
-    "zero spread": ("run_to_run: 0.002 deg/s", "run_to_run: 0 deg/s", "0 deg/s\n", "unit.gyro.bias.run_to_run", "repeats"),
-    "zero spread in a table": (
-        "20 degC: 0.01 %", "20 degC: 0 %", "0 %,", "unit.gyro.scale_factor.run_to_run[20 degC]", "repeats",
+    "no spread": ("      run_to_run: 0.002 deg/s\n", "", "gyro.bias]", "tests.gyro_drift.calibrates[0]", "'0 deg/s' where it has none"),
+    "negative spread": ("run_to_run: 0.002 deg/s", "run_to_run: -0.002 deg/s", "-0.002 deg/s\n", "unit.gyro.bias.run_to_run", "zero or more"),
+    "negative spread in a table": (
+        "20 degC: 0.01 %", "20 degC: -1 %", "-1 %,", "unit.gyro.scale_factor.run_to_run[20 degC]", "zero or more",
     ),
     "negative rate of a chamber": ("heating: 4 K", "heating: -4 K", "-4 K", "benches.rate_table.chamber.heating", "greater"),
     "zero record": ("motions: 1, record: 300 s", "motions: 1, record: 0 s", "0 s, gap: 15 min}\n  static", "tests.gyro_drift.record", "greater"),
@@ -118,8 +119,8 @@ REFUSALS = {
     "correlation as a temperature": (
         "run_to_run: 1 mg", "run_to_run: {value: 1 mg, temperature_correlation: 40 degC}", "40 degC", "unit.accelerometer.bias.run_to_run.temperature_correlation", "difference in K",
     ),
-    "zero spread in the longer form": (
-        "run_to_run: 1 mg", "run_to_run: {value: {0 degC: 0 milli-g}, temperature_correlation: 4 K}", "0 milli-g", "unit.accelerometer.bias.run_to_run.value[0 degC]", "repeats",
+    "negative spread in the longer form": (
+        "run_to_run: 1 mg", "run_to_run: {value: {0 degC: -1 milli-g}, temperature_correlation: 4 K}", "-1 milli-g", "unit.accelerometer.bias.run_to_run.value[0 degC]", "zero or more",
     ),
     "a spread as a list": ("run_to_run: 1 mg", "run_to_run: [1 mg]", "[1 mg]", "unit.accelerometer.bias.run_to_run", "temperature_correlation: 40 K}"),
     "unknown figure": (
@@ -247,6 +248,13 @@ REFUSALS = {
     "range upside down": ("{range: [-60 degC, 60 degC]", "{range: [60 degC, -60 degC]", "[60 degC, -", "plan.temperatures.range", "coldest"),
     "candidate twice": (CANDIDATES, "candidates: [1, 3, 3]", "3]}", "plan.temperatures.candidates[2]", "twice"),
     "no candidate left": (CANDIDATES, "candidates: [7, 10]", "[7, 10]", "plan.temperatures.candidates", "1, 3, 5"),
+    "9000 candidates": (
+        CANDIDATES,
+        f"candidates: [{', '.join(map(str, range(1, 9001)))}]",
+        "[1, 2",
+        "plan.temperatures.candidates",
+        "9000 numbers to choose from",
+    ),
     "no candidates": (CANDIDATES, "candidates: []", "[]}", "plan.temperatures.candidates", "at least 1"),
     "least above most": ("least: 2, most: 60", "least: 61, most: 60", "61", "plan.repeats.least", "more than most"),
     "student with one": ("least: 2", "least: 1", "1, most", "plan.repeats.least", "normal"),

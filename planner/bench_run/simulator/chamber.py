@@ -1,4 +1,4 @@
-"""The thermal chamber, of the ESPEC P300 kind: `TEMP,S-40.0`, `TEMP?`, `MODE,CONSTANT`, `POWER,ON`.
+"""The thermal chamber, of the ESPEC P300 kind: `TEMP,S-40.0`, `TEMP?`, `MODE,CONSTANT`, `MODE?`, `POWER,ON`.
 
 The air follows the setpoint at the chamber's rate and settles exponentially over the last bit, the slope
 without a kink: T' = −rate while further than rate·τ away, then T' = −(T − T_set)/τ.
@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from planner.bench_run.simulator.table import Clock, Refusal
 
 _SET = re.compile(r"TEMP,S([+-]?\d{1,3}(\.\d{1,2})?)")
+LEAK_K_PER_S = 0.5 / 60.0  # towards the room when the mains have gone
 STALLS_SHORT_K = 5.0  # how far before the setpoint a chamber that never settles gives up
 
 
@@ -58,7 +59,7 @@ class Chamber:
         self._clock = clock
         self._range = (coldest_degc, hottest_degc)
         self._rates = (heating / 60.0, cooling / 60.0)
-        self._settling_s = settling_s
+        self._settling_s, self._room = settling_s, room_degc
         self._courses = [_Course(0.0, room_degc, room_degc, heating / 60.0, settling_s)]
         self.setpoint_degc = room_degc
         self.power, self.constant, self.stalls = False, False, False
@@ -76,6 +77,8 @@ class Chamber:
         if message == "TEMP?":
             low, high = self._range
             return f"{self.at():.1f},{self.setpoint_degc:.1f},{high:.1f},{low:.1f}"
+        if message == "MODE?":
+            return "CONSTANT" if self.power and self.constant else "STANDBY" if self.power else "OFF"
         if match := _SET.fullmatch(message):
             return self._set(message, float(match[1]))
         if message in ("POWER,ON", "POWER,OFF"):
@@ -97,6 +100,12 @@ class Chamber:
     def stall(self) -> None:
         """From the next setpoint on the chamber never quite gets there."""
         self.stalls = True
+
+    def cut(self) -> None:
+        """The mains go: off, and the air leaks towards the room until somebody starts it again."""
+        self.power = self.constant = False
+        now, here = self._clock.now(), self.at()
+        self._courses.append(_Course(now, here, self._room, LEAK_K_PER_S, self._settling_s))
 
     def _set(self, message: str, value: float) -> str:
         if not self._range[0] <= value <= self._range[1]:

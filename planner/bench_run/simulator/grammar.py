@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 LONGEST_MESSAGE = 32 * 1024  # bytes
@@ -87,9 +88,14 @@ def _command(text: str, axes: int) -> Command:
 
 
 def _name(header: str) -> str:
+    return _named(header, tuple(COMMANDS))
+
+
+@lru_cache(maxsize=256)
+def _named(header: str, known: tuple[str, ...]) -> str:
     words = header.lower().removeprefix(":").split(":")
     if header.startswith(":"):
-        for name in COMMANDS:
+        for name in known:
             if len(words) == name.count(":") + 1 and all(map(_is, words, name.split(":"))):
                 return name
     raise GrammarError(f"unknown header {header!r}")

@@ -10,20 +10,25 @@ from __future__ import annotations
 import ipaddress
 import socketserver
 import threading
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from planner.bench_run.simulator.chamber import Chamber
+from planner.bench_run.simulator.client import ConnectedProcess
 from planner.bench_run.simulator.clock import ServedClock
-from planner.bench_run.simulator.faults import Faulty, InjectedFault
+from planner.bench_run.simulator.faults import Device, Faulty, InjectedFault, Reply
 from planner.bench_run.simulator.grammar import LONGEST_MESSAGE
 from planner.bench_run.simulator.table import Table
 from planner.errors import InputError
 
 
-class _Receiver(Protocol):
-    def receive(self, message: str) -> str | None: ...
+class _Device(Protocol):
+    @property
+    def unreachable(self) -> bool: ...
+
+    def replies(self, message: str) -> Sequence[Reply]: ...
 
 
 @dataclass(frozen=True)
@@ -41,9 +46,13 @@ class ClockPort:
     def __init__(self, clock: ServedClock) -> None:
         self.clock = clock
         self.clients = 0
+        self.unreachable = False
 
-    def receive(self, message: str) -> str:
+    def replies(self, message: str) -> list[Reply]:
         """`NOW?` or `SLEEP s` → the time in seconds; `ERROR` for anything else."""
+        return [(0.0, self._reply(message))]
+
+    def _reply(self, message: str) -> str:
         verb, _, seconds = message.partition(" ")
         try:
             if verb == "SLEEP":
@@ -77,9 +86,10 @@ class SimulatedBench:
         self.clock = ServedClock(speed)
         self.table, self.chamber = Table(self.clock, axes), Chamber(self.clock)
         self._lock, self._log, clock_port = threading.Lock(), log, ClockPort(self.clock)
-        devices: dict[str, _Receiver] = {
-            "table": Faulty(self.table, [f for f in faults if f.device == "table"]),
-            "chamber": Faulty(self.chamber, [f for f in faults if f.device == "chamber"]),
+        self._client = ConnectedProcess(self.clock)
+        devices: dict[str, _Device] = {
+            "table": self._faulty(self.table, "table", faults),
+            "chamber": self._faulty(self.chamber, "chamber", faults),
             "clock": clock_port,
         }
         self._servers = {
@@ -102,15 +112,20 @@ class SimulatedBench:
             server.shutdown()
             server.server_close()
 
-    def _answer(self, name: str, device: _Receiver, message: str) -> str | None:
+    def _faulty(self, device: Device, name: str, faults: Sequence[InjectedFault]) -> Faulty:
+        own = [fault for fault in faults if fault.device == name]
+        return Faulty(device, own, self._client, self.clock.now)
+
+    def _answer(self, name: str, device: _Device, message: str, peer: tuple[str, int]) -> Sequence[Reply]:
         with self._lock:
-            reply = device.receive(message)
+            self._client.port = peer[1] if name != "clock" else self._client.port
+            replies = device.replies(message)
             if self._log is not None and name != "clock":
-                self._log(self.clock.now(), name, message, reply)
-            return reply
+                self._log(self.clock.now(), name, message, replies[0][1] if replies else None)
+            return replies
 
     def _listen(
-        self, name: str, host: str, port: int, device: _Receiver, clock_port: ClockPort
+        self, name: str, host: str, port: int, device: _Device, clock_port: ClockPort
     ) -> socketserver.ThreadingTCPServer:
         answer, lock = self._answer, self._lock
 
@@ -118,14 +133,17 @@ class SimulatedBench:
             disable_nagle_algorithm = True
 
             def handle(self) -> None:
+                end = b"\r\n" if name == "chamber" else b"\n"
                 with _counted(clock_port if name == "clock" else None, lock):
-                    while line := self.rfile.readline(LONGEST_MESSAGE + 2):
+                    while not device.unreachable and (line := self.rfile.readline(LONGEST_MESSAGE + 2)):
+                        message = line.decode("ascii", "replace").rstrip("\r\n")
                         try:
-                            reply = answer(name, device, line.decode("ascii", "replace").rstrip("\r\n"))
+                            replies = answer(name, device, message, self.client_address)
                         except ConnectionResetError:
                             return
-                        if reply is not None:
-                            self.wfile.write(reply.encode() + (b"\r\n" if name == "chamber" else b"\n"))
+                        for late_s, reply in replies:
+                            time.sleep(late_s)
+                            self.wfile.write(reply.encode() + end)
 
         class Server(socketserver.ThreadingTCPServer):
             allow_reuse_address, daemon_threads = True, True

@@ -119,6 +119,12 @@ class Table:
         for servo in self._servos:
             servo.axis.seize(self._clock.now())
 
+    def cut(self) -> None:
+        """The mains go: axes brake, interlocks open and trip."""
+        for number, servo in self._numbered(0):
+            self._change_mode("off", number, servo)
+            servo.closed, servo.tripped = False, True
+
     def _chosen(self, axis: int) -> list[_Servo]:
         return self._servos if axis == 0 else [self._servos[axis - 1]]
 

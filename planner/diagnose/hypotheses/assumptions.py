@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from planner import catalog
+from planner.diagnose.hypotheses.noise import LEVEL
+from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.nouns.array import Array
-from planner.nouns.diagnosis import Assumption
+from planner.nouns.diagnosis import Assumption, BudgetExceeded
 from planner.solvers.least_squares import least_squares
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Spec
@@ -20,16 +23,37 @@ PARTS = (
     ("constant", "bias", "in_run"),
     ("run_to_run_scale_factor", "scale_factor", "run_to_run"),
 )
+EXCEEDED = 0.01  # chance that a unit within all its budgets is said to exceed one
 KNOWN = 1.0  # relative standard error of a variance above which the data say nothing of it
 
 
-def assumptions(s: SensorFound, spec: Spec) -> list[Assumption]:
+def exceeded(every: Sequence[Assumption]) -> tuple[BudgetExceeded, ...]:
+    """The spreads that are larger than the spec's budget, by one-sided tests of all of them together."""
+    from scipy.stats import chi2
+
+    tested = [
+        a
+        for a in every
+        if a.part in ("run_to_run", "in_run") and a.assumed is not None and math.isfinite(a.measured)
+    ]
+    out = []
+    for a in tested:
+        budget = a.assumed or 0.0
+        chance = 0.0 if budget <= 0.0 else float(chi2.sf(a.freedom * (a.measured / budget) ** 2, a.freedom))
+        if a.low > budget and chance < EXCEEDED / len(tested):
+            out.append(BudgetExceeded(a.error, a.part, a.measured, a.low, a.high, budget, a.unit, a.channel))
+    return tuple(out)
+
+
+def assumptions(s: SensorFound, spec: Spec, data: Prepared) -> list[Assumption]:
     """One entry a channel and part that the spec budgets."""
     budgets: Mapping[str, ErrorBudget] = getattr(spec.unit, s.sensor)
     found = []
     for w in s.found.pool.state.values():
         for component, error, part in PARTS:
-            if error in budgets and component in w.noise.components:
+            if component == LEVEL and error in budgets and _alone(data):
+                found += _between_records(s, w, budgets[error], data)
+            elif error in budgets and component in w.noise.components:
                 found.append(_spread(s, w, component, error, part, budgets[error]))
     found += list(_residuals(s, budgets))
     return found
@@ -60,6 +84,36 @@ def _spread(
         freedom=float(freedom),
         channel=w.channel.name,
     )
+
+
+def _alone(data: Prepared) -> bool:
+    """Whether every power-on is one record: only what varies within it tells its noise from its level."""
+    return len(data.starts) == len(data.table)
+
+
+def _between_records(s: SensorFound, w: Whitened, budget: ErrorBudget, data: Prepared) -> list[Assumption]:
+    """Level of one-record power-ons: their variance less what white noise leaves of a mean of n samples.
+
+    σ_level² = s² − mean(s_within² / n),    s² ~ χ² of the records' degrees of freedom
+    """
+    from scipy.stats import chi2
+
+    table = data.table
+    within = table.gyro_std if s.sensor == "gyro" else table.acc_std
+    if within is None or table.n_samples is None:
+        return []
+    white = float(np.mean(within[:, w.channel.axis] ** 2 / np.maximum(table.n_samples, 1)))
+    left = w.z * np.sqrt(w.noise.covariance.diagonal)
+    freedom = float(len(left) - w.Q.shape[1])
+    if freedom < 1.0 or not np.isfinite(white):
+        return []
+    total = float(left @ left) / freedom
+    ends = [max(total * freedom / float(chi2.ppf(p, freedom)) - white, 0.0) for p in (0.975, 0.025)]
+    measured = float(np.sqrt(max(total - white, 0.0)))
+    low, high = (float(np.sqrt(x)) for x in ends)
+    assumed = _assumed(budget, "run_to_run")
+    unit, name = _unit(s, "bias"), w.channel.name
+    return [Assumption(f"{s.sensor}.bias", "run_to_run", unit, assumed, measured, low, high, freedom, name)]
 
 
 def _unit(s: SensorFound, error: str) -> str:

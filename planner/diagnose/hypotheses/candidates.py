@@ -18,6 +18,8 @@ from planner.diagnose.hypotheses.channels import Channel, columns
 from planner.diagnose.hypotheses.generic import generics
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.parameters import grid, ranges
+from planner.diagnose.hypotheses.references import REFERENCES, Reference
+from planner.effects._bench_frame import turning
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Effect, Sensor, Term
@@ -34,6 +36,7 @@ class Block:
     name: the effect, or the variable of a generic alternative; terms: one for each column, "" for a column
         that only bends a table over temperature
     columns: channel's index -> (n, k), zero where a shared term does not act on that channel
+    reference: whether it is a hypothesis about a reference; place: where that acts
     """
 
     name: str
@@ -42,6 +45,8 @@ class Block:
     terms: tuple[str, ...]
     nonlinear: Mapping[str, float] = field(default_factory=dict)
     generic: bool = False
+    reference: bool = False
+    place: float = 0.0
 
     @property
     def channels(self) -> tuple[int, ...]:
@@ -67,6 +72,25 @@ def library_blocks(
     return found
 
 
+def reference_blocks(channels: Sequence[Channel], table: DwellTable, sensor: Sensor) -> list[Block]:
+    """Every hypothesis about a reference, in every place, one block over all channels of the sensor."""
+    mine = [c for c in channels if c.sensor == sensor]
+    found = [
+        _of_reference(r, mine, table, sensor, place)
+        for r in REFERENCES.values()
+        if sensor in r.sensors and len(mine) > 1
+        for place in r.places(table)
+    ]
+    return [b for b in found if any(np.any(x) for x in b.columns.values())]
+
+
+def _of_reference(
+    r: Reference, channels: Sequence[Channel], table: DwellTable, sensor: Sensor, place: float
+) -> Block:
+    columns = {c.axis: r.columns(c, table, place) for c in channels}
+    return Block(r.name, sensor, columns, r.terms, reference=True, place=place)
+
+
 def lasts(effect: Effect, table: DwellTable) -> bool:
     """Whether the table spans enough days for an effect of the days; within two it is the run-to-run."""
     return "day" not in effect.needs or float(np.ptp(table.day)) >= LEAST_DAYS
@@ -82,15 +106,37 @@ def effect_blocks(channels: Sequence[Channel], name: str, nonlinear: Mapping[str
     full = {c.axis: columns(c, name, nonlinear) for c in channels}
     acts = {a: _acting(terms, a) & (np.sum(full[a] ** 2, axis=0) > UNSEEN) for a in full}
     count = sum(a.astype(int) for a in acts.values())
+    if getattr(effect, "history", False) and not effect.parameters:
+        apart = [b for c in channels if acts[c.axis].any() for b in _turns_apart(c, effect, full[c.axis])]
+    else:
+        apart = []
     if np.any(count > 1):
         keep = np.flatnonzero(count > 0)
         names = tuple(terms[k].name for k in keep)
         return [Block(name, sensor, {axis: a[:, keep] for axis, a in full.items()}, names, nonlinear)]
     return [
-        _bent(c, effect, np.flatnonzero(acts[c.axis]), full[c.axis], nonlinear)
-        for c in channels
-        if acts[c.axis].any()
+        *apart,
+        *(
+            _bent(c, effect, np.flatnonzero(acts[c.axis]), full[c.axis], nonlinear)
+            for c in channels
+            if acts[c.axis].any()
+        ),
     ]
+
+
+def _turns_apart(c: Channel, effect: Effect, full: Array) -> list[Block]:
+    """The effect where the unit rests, and a level of its own in turns: nobody soaks for those from one side.
+
+    None where all records are of one kind.
+    """
+    turns = turning(c.model.conditions)
+    if turns.all() or not turns.any():
+        return []
+    mine = [k for k, t in enumerate(effect.terms(c.sensor)) if c.axis in t.channels]
+    rest = np.where(turns[:, None], 0.0, full[:, mine])
+    names = tuple(effect.terms(c.sensor)[k].name for k in mine)
+    columns = np.column_stack([rest, turns.astype(float)])
+    return [Block(effect.name, c.sensor, {c.axis: columns}, (*names, ""), place=1.0)]
 
 
 def _acting(terms: Sequence[Term], axis: int) -> NDArray[np.bool_]:
@@ -107,9 +153,11 @@ def _bent(
     """
     names = tuple(effect.terms(c.sensor)[k].name for k in mine)
     plain = Block(effect.name, c.sensor, {c.axis: full[:, mine]}, names, nonlinear)
+    if not effect.tabled or effect.temperature_of is None:
+        return plain
     t = c.model.conditions.temperature_degc
     nodes = temperature_nodes(t)
-    if not effect.tabled or effect.temperature_of is None or len(nodes) < 3:
+    if len(nodes) < 3:
         return plain
     constant = columns(c, effect.temperature_of)[:, mine]
     line = orthonormal(np.column_stack([constant, full[:, mine]]))

@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner import catalog
 from planner.campaign.channel_model import EXCITING, channel_model
@@ -23,8 +24,11 @@ from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Sensor
 from planner.solvers.least_squares import least_squares
-from planner.temperature_table import REACH_K, nodes_with_rows, temperature_nodes
+from planner.temperature_table import GAP_K, REACH_K, nodes_with_rows, temperature_nodes
 
+SOAKED_K = 1.0  # a soaked chamber holds its temperature to that, and a sweep passes it in a fifth of its rows
+SOAKED = 0.5  # share of a node's rows within SOAKED_K of it, from which the chamber soaks there
+LEAST_NODES = 4  # that a cubic spline needs
 _ROUNDS = 8  # Gauss-Newton: the products are 1e-3 of the linear part, so three rounds arrive
 
 
@@ -161,13 +165,43 @@ def _slopes(model: ChannelModel, driven: Conditions, v: Array, theta: Array) -> 
         column = effect.regressors(model.sensor, conditions)[:, model.channel, index]
         nodes = np.array([model.columns()[i].node_degc for i in place])
         nearest = np.argmin(np.abs(t[:, None] - nodes[None, :]), axis=1)
-        near = nearest[:, None] == np.arange(len(nodes))[None, :]
+        near = (nearest[:, None] == np.arange(len(nodes))[None, :]) & _strays(t, nodes, nearest)
         found.append(near * ((t - nodes[nearest]) * column)[:, None])
         most.append(_steepest(nodes, theta[place]))
+        found.append(_bends(t, nodes, theta[place]) * column[:, None])
+        most.append(np.full(found[-1].shape[1], np.inf))
         if scale:
             found.append(_untold(model, v, nodes))
             most.append(np.full(found[-1].shape[1], np.inf))
     return np.concatenate(found, axis=1), np.concatenate(most)
+
+
+def _strays(t: Array, nodes: Array, nearest: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(n, N) rows that stray about a node at which the chamber soaks; all where it sweeps.
+
+    Between soaked points a slope of its own at each of them would take up what a ramp does.
+    """
+    near = np.abs(t - nodes[nearest]) <= GAP_K
+    soaked = np.abs(t - nodes[nearest]) <= SOAKED_K
+    count = np.maximum(np.bincount(nearest, minlength=len(nodes)), 1)
+    share = np.bincount(nearest, soaked, len(nodes)) / count
+    swept = float(np.median(share)) < SOAKED  # a sweep that rests somewhere is a sweep all the same
+    return np.asarray(np.broadcast_to((near | swept)[:, None], (len(t), len(nodes))))
+
+
+def _bends(t: Array, nodes: Array, values: Array) -> Array:
+    """(n, 1 or 0) what a smooth curve through the table has beyond its straight lines, between the nodes.
+
+    A unit has a curve; rows on a ramp lie between the points at which the table knows it.
+    """
+    from scipy.interpolate import CubicSpline
+
+    if len(nodes) < LEAST_NODES:
+        return np.empty((len(t), 0))
+    inside = np.clip(t, nodes[0], nodes[-1])
+    order = np.argsort(nodes)
+    smooth = CubicSpline(nodes[order], values[order])(inside)
+    return np.asarray((smooth - np.interp(inside, nodes[order], values[order]))[:, None])
 
 
 def _tables(model: ChannelModel) -> dict[tuple[str, str], list[int]]:

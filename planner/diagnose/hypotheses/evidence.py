@@ -13,10 +13,12 @@ from planner.diagnose.hypotheses.estimates import estimates
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.hypotheses.prepared import Prepared
+from planner.diagnose.hypotheses.references import REFERENCES
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import Evidence
+from planner.nouns.dwell_table import DwellTable
 from planner.solvers.least_squares import least_squares
 
 
@@ -33,7 +35,7 @@ def _of(s: SensorFound, data: Prepared, c: Channel) -> Evidence:
     free = data.attitudes()[1] if s.sensor == "accelerometer" else None
     whole = at_rows(c, data.full.conditions(), readings[:, c.axis], free)
     small = [s.found.pool.blocks[b].columns[c.axis] for b in blocks]
-    full = [_columns(s, whole, b) for b in blocks]
+    full = [_columns(s, whole, b, data.full) for b in blocks]
     return Evidence(
         channel=c.name,
         before=_residual(w, c, whole, [], []),
@@ -43,15 +45,17 @@ def _of(s: SensorFound, data: Prepared, c: Channel) -> Evidence:
     )
 
 
-def _columns(s: SensorFound, whole: Channel, b: int) -> Array:
+def _columns(s: SensorFound, whole: Channel, b: int, table: DwellTable) -> Array:
     """The block's columns on the full table."""
     block = s.found.pool.blocks[b]
+    if block.reference:
+        return REFERENCES[block.name].columns(whole, table, block.place)
     if len(block.columns) == 1:
-        (same,) = [x for x in effect_blocks([whole], block.name, block.nonlinear) if x.name == block.name]
-        return same.columns[whole.axis]
+        every = effect_blocks([whole], block.name, block.nonlinear)
+        return next(x.columns[whole.axis] for x in every if (x.terms, x.place) == (block.terms, block.place))
     names = [t.name for t in catalog.effects()[block.name].terms(s.sensor)]
-    every = columns(whole, block.name, dict(block.nonlinear))
-    return every[:, [names.index(t) for t in block.terms]]
+    shared = columns(whole, block.name, dict(block.nonlinear))
+    return shared[:, [names.index(t) for t in block.terms]]
 
 
 def _residual(

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from planner import catalog
 from planner.diagnose.hypotheses.pool import (
     Flips,
     Null,
@@ -19,11 +18,12 @@ from planner.diagnose.hypotheses.pool import (
     null_of,
     score,
 )
+from planner.diagnose.hypotheses.references import hypothesis
 
-ALPHA = 0.01  # false claims per sensor, of three channels
-ALPHA_UNKNOWN = 0.002  # for what has no name: wide blocks, to which noise of another colour looks like much
+ALPHA = 0.002  # false claims per sensor, of three channels
+ALPHA_UNKNOWN = 0.0005  # for what has no name: wide blocks, to which noise of another colour looks like much
 FEW = 60.0  # degrees of freedom, below which tails are longer than F's: ALPHA_FEW for those
-ALPHA_FEW = 0.007
+ALPHA_FEW = 0.001
 SINGLE = 1e-3  # p of one test at which an effect may stand for a generic alternative that is significant
 TIE = 0.1  # of the criterion, that is no difference
 GROUPS = ("bias", "scale_factor", "misalignment")  # the simplest first
@@ -33,7 +33,7 @@ Refine = Callable[[Pool, Sequence[int], int], tuple[Pool, int]]
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked of a pool. library, generic: its blocks; flips: of the calm residual
+    """What is asked of a pool. library, generic: its blocks; flips: of the residual of the full model
 
     refine: (pool, believed, block) -> pool with the block at its best nonlinear parameter, and its number
     """
@@ -125,7 +125,7 @@ class Found:
         """Block -> criterion; of an effect with several parameters also between its grid's points.
 
         Few points of several parameters together lie far apart, and the nearest may explain less than an
-        effect that is not there. Every parameter that was so chosen costs as much as a column.
+        effect that is not there.
         """
         found = {b: s.criterion for b, s in scores.items()}
         best: dict[Key, int] = {}
@@ -135,9 +135,7 @@ class Found:
         for b in best.values():
             self.pool, moved = question.refine(self.pool, self.all, b)
             if moved != b:
-                s = score(self.without(), [moved])
-                column = (s.delta / s.s2 - s.criterion) / max(s.m, 1)
-                found[moved] = s.criterion - len(self.pool.blocks[moved].nonlinear) * column
+                found[moved] = score(self.without(), [moved]).criterion
         return found
 
     def drop_needless(self, null: Null) -> None:
@@ -161,8 +159,8 @@ def best_of(pool: Pool, scores: Mapping[int, float]) -> int:
 
 
 def _driven(pool: Pool, block: int) -> int:
-    effect = catalog.effects().get(pool.blocks[block].name)
-    return 0 if effect is None else GROUPS.index(effect.group)
+    b = pool.blocks[block]
+    return 0 if b.generic else GROUPS.index(hypothesis(b.name).group)
 
 
 def keys(pool: Pool, blocks: Iterable[int]) -> set[Key]:

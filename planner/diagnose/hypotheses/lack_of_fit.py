@@ -12,7 +12,6 @@ from itertools import combinations
 
 import numpy as np
 
-from planner import catalog
 from planner.diagnose.hypotheses.found import (
     ALPHA_UNKNOWN,
     SINGLE,
@@ -26,6 +25,7 @@ from planner.diagnose.hypotheses.found import (
 )
 from planner.diagnose.hypotheses.generic import VARIES_WITH
 from planner.diagnose.hypotheses.pool import Pool, Score, delta, family_wise, null_of, score
+from planner.diagnose.hypotheses.references import hypothesis
 
 STAYS = 0.5  # share of its Δ that a library effect must keep beside an unknown
 # share of the unknown's Δ that it must have: bins follow no curve exactly, and their rest fits anything
@@ -63,7 +63,7 @@ def _only_misfit(found: Found, generic: int, left: float) -> bool:
     pool = found.pool
     for b in found.on(found.axes(generic)):
         block = pool.blocks[b]
-        known = catalog.effects()[block.name].misfit or (SHARED_MISFIT if len(block.columns) > 1 else 0.0)
+        known = hypothesis(block.name).misfit or (SHARED_MISFIT if len(block.columns) > 1 else 0.0)
         if _own_variable(pool, b, generic):
             known = max(known, OWN_MISFIT)
         if known > 0.0 and left < known * found.share(b).delta:
@@ -73,12 +73,33 @@ def _only_misfit(found: Found, generic: int, left: float) -> bool:
 
 def _own_variable(pool: Pool, b: int, generic: int) -> bool:
     """Whether a generic alternative is over the variable along which a library effect runs."""
-    variable = catalog.effects()[pool.blocks[b].name].variable
+    variable = hypothesis(pool.blocks[b].name).variable
     return VARIES_WITH.get(variable) == pool.blocks[generic].name
+
+
+def of_the_bench(found: Found, b: int) -> bool:
+    """Whether a believed block is of the bench: a reference, or an effect that does not fly."""
+    return bool(hypothesis(found.pool.blocks[b].name).bench_only)
+
+
+def bench_misfit(found: Found, b: int, left: float) -> bool:
+    """Whether an effect is no more than what the geometry of a stronger one of the bench may miss."""
+    own = found.share(b).delta if b in found.library else left
+    here = [found.pool.blocks[r].name for r in found.on(found.axes(b)) if r != b]
+    if "thermometer_lag" in here and hypothesis(found.pool.blocks[b].name).variable == "temperature_rate":
+        return True  # the same ramps show both, and the lag's own curves are known only so well
+    for r in found.on(found.axes(b)):
+        if r != b and of_the_bench(found, r) and found.share(r).delta > own:
+            known = max(hypothesis(found.pool.blocks[r].name).misfit, SHARED_MISFIT)
+            if left < known * found.share(r).delta:
+                return True
+    return False
 
 
 def stands_beside(found: Found, b: int, s: Score) -> bool:
     """Beside an unknown on its channel a library effect must keep most of what it explains alone."""
+    if bench_misfit(found, b, s.delta):
+        return False
     beside = on(found.pool, found.unknown, found.axes(b))
     if not beside:
         return True

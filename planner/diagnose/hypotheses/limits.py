@@ -36,7 +36,7 @@ def limits(
     """Every effect of the library that exists on the sensor, is not declared and was not found."""
     pool = s.found.pool
     here = given(pool, s.found.all)
-    known = {pool.blocks[b].name for b in s.found.library}
+    known = {pool.blocks[b].name for b in s.found.library if not pool.blocks[b].reference}
     not_found, untestable = [], []
     for name, effect in catalog.effects().items():
         if name in declared or name in known or s.sensor not in effect.sensors:
@@ -61,6 +61,12 @@ def _impossible(s: SensorFound, effect: Effect) -> str:
 
 def _unseen(s: SensorFound, data: Prepared, effect: Effect) -> str:
     """Why a limit would be a number without meaning: no turn drives the effect, or the rows are too few."""
+    if effect.name in s.faint:
+        what = "a turn of 10 deg/s or more" if s.sensor == "gyro" else "a record with half of g or more"
+        return (
+            "not testable with these records: only records with hardly any input would tell it; "
+            f"{what} under the same conditions would test it"
+        )
     fitted = max(w.Q.shape[1] for w in s.found.pool.state.values())
     if len(data.table) < A_COEFFICIENT * fitted:
         return f"{len(data.table)} rows are too few beside the {fitted} coefficients of the declared model"

@@ -2,7 +2,7 @@
 
     cov(e) = σ_w² diag(1/T) + σ_c² I + σ_r² diag(u²) + σ_x² diag(|ω|² − u²) + Σ_runs (σ_u² 1 1ᵀ + σ_s² u uᵀ),
 
-variances by REML under a rich model (declared effects, every candidate, every generic alternative), so that
+variances by REML under a full model (declared effects, every candidate, every generic alternative), so that
 what hides does not inflate them. With fewer than 20 power-ons their level is a fixed effect of each: a spread
 cannot be told from so few, and effects between power-ons are then untestable.
 
@@ -30,7 +30,8 @@ from planner.solvers.reml import Sample, Variances, reml, reml_information, reml
 LEAST_RUNS = 20
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
-MOST_ROWS = 2000  # for the variances; more rows tell nothing that a campaign's decision needs
+SETTLED = 1e-3  # of the log-likelihood: a decision needs no variance to less than 5 % of its error
+MOST_ROWS = 1000  # for the variances; more rows tell nothing that a campaign's decision needs
 ROUNDING = 1e-9  # of the largest reading: data without any noise still have this much
 WELL_KNOWN = 40.0  # degrees of freedom, from which a channel's own variance is as good as the triad's
 UNLIKE = 0.05  # p of the likelihood ratio, below which the channels of a triad are judged each for itself
@@ -79,14 +80,14 @@ class ChannelNoise:
 class Readings:
     """What the noise of one channel is judged from: rows run by run from `starts`.
 
-    rich: (n, k) columns of all candidates; weights: (n,) 1, or near 0 for a row that is an outlier
+    candidates: (n, k) columns of all candidates; weights: (n,) 1, or near 0 for a row that is an outlier
     least_runs: power-ons from which their spread is a variance; with fewer each has a level of its own
     """
 
     channel: Channel
     starts: NDArray[np.int64]
     duration: Array
-    rich: Array
+    candidates: Array
     weights: Array
     least_runs: int = LEAST_RUNS
 
@@ -96,6 +97,11 @@ def triad_noise(triad: Sequence[Readings]) -> list[ChannelNoise]:
     judged = [_judged(r) for r in triad]
     own = [_own(j) for j in judged]
     return [_noise(j, v) for j, v in zip(judged, _without_zeros(_shared(judged, own) or own), strict=True)]
+
+
+def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights: Array) -> Array:
+    """(n,) one sigma of each row, of its weight, about its power-on under the declared model alone."""
+    return channel_noise(Readings(c, starts, duration, np.empty((len(c.r), 0)), weights)).spread
 
 
 def channel_noise(readings: Readings) -> ChannelNoise:
@@ -124,7 +130,7 @@ class _Judged:
 
 
 def _judged(given: Readings) -> _Judged:
-    """The problem under the rich model; under the declared one when the rows are too few for the rich."""
+    """The problem under the full model; under the declared one when the rows are too few for the full."""
     c, starts = given.channel, given.starts
     few = len(starts) < given.least_runs
     fixed = _indicators(starts, len(c.r)) if few else np.empty((len(c.r), 0))
@@ -134,7 +140,7 @@ def _judged(given: Readings) -> _Judged:
     effects = _effects(starts, diagonals, slopes)
     rows, firsts = _chosen(starts, len(c.r))
     part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows])
-    basis = factors(np.column_stack([c.J, given.rich, fixed])[rows], 1e-5).basis
+    basis = factors(np.column_stack([c.J, given.candidates, fixed])[rows], 1e-5).basis
     if len(rows) - basis.shape[1] < max(10, len(firsts) // 4):
         basis = factors(c.J[rows], 1e-7).basis
     least = np.zeros(effects.count)
@@ -147,7 +153,7 @@ def _own(j: _Judged) -> Variances:
     theta, error = np.zeros(j.effects.count), None
     theta[0] = max(float(np.var(j.sample.y)), 1e-30)
     try:
-        found = reml(j.sample.y, j.sample.X, j.sample.effects)
+        found = reml(j.sample.y, j.sample.X, j.sample.effects, settled=SETTLED)
         if found.theta[: len(j.effects.diagonals)].any():
             theta, error = found.theta, found.error if found.free.all() else None
     except ValueError:
@@ -193,7 +199,7 @@ def _shared(judged: Sequence[_Judged], own: Sequence[Variances]) -> list[Varianc
     ]
     try:
         middle = np.mean([v.theta / size for v, size in zip(own, sizes, strict=True)], axis=0)
-        together = reml_together(scaled, middle)
+        together = reml_together(scaled, middle, SETTLED)
         shared = sum(restricted_loglik(s, together.theta) for s in scaled)
     except ValueError:
         return None

@@ -1,40 +1,108 @@
-"""Rows of a channel that are no readings of this campaign: spikes, a wrong file, a hand on the table."""
+"""Rows of a channel that are no readings of this campaign: spikes, a wrong file, a hand on the table.
+
+How far a row may lie is asked of the rows themselves: in units of what drives the noise of each (REML under
+the declared model) the middle of their residuals gives the scale, the ratio of two quantiles the tails
+(Student's t), and a row is left out
+that one campaign in fifty would have by chance under that law. What many records of one condition have in
+common is a structure, not an accident, and stays.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.campaign.channel_model import EXCITING
 from planner.diagnose.hypotheses.channels import Channel
 from planner.nouns.array import Array
 from planner.solvers.least_squares import factors
 
-FAR = 8.0  # sigma, beyond which a row is no reading of this campaign
 FAR_WEIGHT = 1e-4  # of such a row: 40 sigma then count as 0.4
-MOST_FAR = 0.02  # share of the rows; more are a structure, not accidents
+CHANCE = 0.02  # rows a channel and campaign that are left out by chance
+LEAST_FAR = 5.0  # sigma: no channel has so few rows that less would be far
+MIDDLE, OUTER = (
+    0.68,
+    0.95,
+)  # the quantiles whose ratio tells the tails; accidents are fewer than one in twenty
+UNSURE = 2.0  # over √n: a standard error and more of that ratio, to the side on which fewer rows go
+NORMAL_MIDDLE = 0.99446  # sigma, within which that share of a normal law lies
+ALIKE = 0.5  # share of a condition's rows, in two power-ons or more, from which they are no accidents
+LEAST_ROWS = 20
+ROUNDS = 4
 
 
-def outliers(c: Channel, rich: Array, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """(n,) rows that lie far off even where every candidate may bend; the worst when they are too many.
+@dataclass(frozen=True)
+class Far:
+    """rows: (n,) that are left out; size: (n,) of every row, in sigma."""
 
-    All about the means of power-ons, whose spread is ten times that of the rows within one.
+    rows: NDArray[np.bool_]
+    size: Array
+
+
+def outliers(
+    c: Channel,
+    candidates: Array,
+    starts: NDArray[np.int64],
+    spread: Array,
+    cells: NDArray[np.int64] | None = None,
+) -> Far:
+    """Rows that lie far off even where every candidate may bend, about the means of power-ons.
+
+    spread: (n,) what the noise of the rows is in proportion to; cells: (n,) number of each row's condition
     """
-    far = np.zeros(len(c.r), dtype=bool)
-    if len(c.r) < 20:
-        return far
-    columns = np.column_stack([c.J, rich])
-    for _ in range(4):
-        left, freedom = _left(*_within(columns, c.r, starts, ~far), ~far)
+    n = len(c.r)
+    far = np.zeros(n, dtype=bool)
+    if n < LEAST_ROWS:
+        return Far(far, np.zeros(n))
+    columns, size = np.column_stack([c.J, candidates]) / spread[:, None], np.zeros(n)
+    r = c.r / spread
+    far = _at_first_sight(_left(*_within(columns, r, starts, ~far), ~far)[0], starts)
+    for _ in range(ROUNDS):
+        left, freedom = _left(*_within(columns, r, starts, ~far), ~far)
         if freedom < (~far).sum() / 4.0:
-            columns = c.J
-            left, _ = _left(*_within(columns, c.r, starts, ~far), ~far)
-        sigma = _sigma(left, c, starts)
-        now = sigma > max(FAR, float(np.quantile(sigma, 1.0 - MOST_FAR)))
+            columns = c.J / spread[:, None]
+            left, _ = _left(*_within(columns, r, starts, ~far), ~far)
+        size = _sigma(left, c, starts, spread)
+        now = size > max(LEAST_FAR, _farthest(size))
+        if cells is not None:
+            now &= ~_structure(now, cells, starts)
         if np.array_equal(now, far):
             break
         far = now
-    return far
+    return Far(far, size)
+
+
+def _at_first_sight(left: Array, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(n,) rows far from the middle of their power-on: one far row pulls the mean of the others along."""
+    middle = np.array([np.median(part) for part in np.split(left, starts[1:])])
+    about = np.abs(left - np.repeat(middle, np.diff(np.append(starts, len(left)))))
+    return np.asarray(about > LEAST_FAR * max(float(np.quantile(about, MIDDLE)) / NORMAL_MIDDLE, 1e-300))
+
+
+def _farthest(size: Array) -> float:
+    """Beyond what of n rows of Student's t there are CHANCE; t's freedom by the ratio of two quantiles."""
+    from scipy.stats import t as student
+
+    ratio = float(np.quantile(size, OUTER)) / max(float(np.quantile(size, MIDDLE)), 1e-12)
+    ratio *= 1.0 + UNSURE / np.sqrt(len(size))
+    nus = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 20.0, 1e3])
+    middle = student.ppf(0.5 + MIDDLE / 2.0, nus)
+    ends = student.ppf(0.5 + OUTER / 2.0, nus) / middle
+    nu = float(np.interp(-ratio, -ends, nus))
+    unit = float(np.quantile(size, MIDDLE)) / student.ppf(0.5 + MIDDLE / 2.0, nu)
+    return float(student.isf(CHANCE / len(size) / 2.0, nu) * unit)
+
+
+def _structure(
+    far: NDArray[np.bool_], cells: NDArray[np.int64], starts: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """(n,) rows of a condition of which most are far, in more than one power-on."""
+    run = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, len(cells))))
+    count, bad = np.bincount(cells), np.bincount(cells, far)
+    pairs = np.unique(np.column_stack([cells[far], run[far]]), axis=0)
+    runs = np.bincount(pairs[:, 0], minlength=len(count)) if len(pairs) else np.zeros(len(count))
+    return np.asarray(((bad >= ALIKE * count) & (runs > 1))[cells])
 
 
 def _left(columns: Array, r: Array, seen: NDArray[np.bool_]) -> tuple[Array, float]:
@@ -59,18 +127,13 @@ def _within(
     return A[:, :-1], A[:, -1]
 
 
-def _sigma(left: Array, c: Channel, starts: NDArray[np.int64]) -> Array:
-    """(n,) robust sigma from the middle of the run; sigma grows with the input as the rows do."""
+def _sigma(left: Array, c: Channel, starts: NDArray[np.int64], spread: Array) -> Array:
+    """(n,) sizes in robust sigma: rows in units of what drives their noise, on the scale of their middle."""
     sizes = np.diff(np.append(starts, len(left)))
-    middle = np.array([np.median(part) for part in np.split(left, starts[1:])])
-    about = np.where(np.repeat(sizes > 2, sizes), left - np.repeat(middle, sizes), left)
-    size = np.abs(c.u)
-    slow = size < 1.5 * EXCITING[c.sensor]
-    rest = about[slow] if slow.sum() >= 20 else about
-    spread = 1.4826 * float(np.median(np.abs(rest)))
-    fast = ~slow & (size > 0)
-    share = 1.4826 * float(np.median(np.abs(about[fast]) / size[fast])) if fast.sum() >= 10 else 0.0
-    return np.asarray(np.abs(about) / np.maximum(np.hypot(spread, share * size), _least(c)))
+    counted = np.where(sizes > 2, np.sqrt(1.0 - 1.0 / np.maximum(sizes, 2)), 1.0)
+    about = np.abs(left) / np.repeat(counted, sizes)  # a mean of m rows took one of m degrees of freedom
+    scale = float(np.quantile(about, MIDDLE)) / NORMAL_MIDDLE
+    return np.asarray(about / np.maximum(scale, _least(c) / spread))
 
 
 def _least(c: Channel) -> float:

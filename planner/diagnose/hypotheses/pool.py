@@ -4,14 +4,14 @@
 
 For any set S of columns Δ_S = h_Sᵀ Gram_SS⁺ h_S is the drop of the residual's square, and beside a set E that
 was found already everything is the same after M = I − E Gram_EE⁺ Gram_E·. The null comes from the same
-columns: the calm residual's share of every segment with random signs (Westfall, Young: Resampling-Based
-Multiple Testing, 1993).
+columns: the share of every segment in the residual of the full model, with random signs (Westfall, Young:
+Resampling-Based Multiple Testing, 1993).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -23,7 +23,23 @@ from planner.diagnose.hypotheses.whitened import SEEN, Whitened, log_p
 from planner.nouns.array import Array
 
 RANK = 1e-8  # of the largest eigenvalue: directions below are what is there already
+MOST_CLEARED = 12  # pools beside others that are kept: a megabyte each
 APART = 1e-5  # of a column's square that must be left beside what was found
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """What some blocks test. k: columns; root: (k, m), R Rᵀ = Gram⁺; freedom, s2: of their variance."""
+
+    k: NDArray[np.int64]
+    root: Array
+    freedom: float
+    s2: float
+
+    @property
+    def m(self) -> int:
+        """How many directions."""
+        return int(self.root.shape[1])
 
 
 @dataclass(frozen=True)
@@ -31,8 +47,9 @@ class Pool:
     """state: axis -> channel; blocks, places: block -> its columns; axes: axis -> (k_a,) columns on it
 
     parts: axis -> (n, k_a) of length one over all axes; size: (K,) whitened length that they had, per SI unit
-    gram: (K, K); h: (K,); segments: (s, K) Cᵀ times the calm residual, by segment, for the flips
+    gram: (K, K); h: (K,); segments: (s, K) Cᵀ times the residual of the full model, by segment, for the flips
     shares: axis -> (k_a, k_a) of each variance, adding up to C_aᵀC_a; beside: (K, K) the M of what was found
+    asked, cleared: what was computed of it already: a search asks the same many times
     """
 
     state: Mapping[int, Whitened]
@@ -46,6 +63,8 @@ class Pool:
     segments: Array
     shares: Mapping[int, Sequence[Array]]
     beside: Array
+    asked: dict[tuple[int, ...], Contrast] = field(init=False, default_factory=dict, compare=False)
+    cleared: dict[tuple[int, ...], Pool] = field(init=False, default_factory=dict, compare=False)
 
     def columns(self, chosen: Iterable[int]) -> NDArray[np.int64]:
         """The columns of some blocks."""
@@ -93,7 +112,7 @@ def _sums(
         w, k = state[axis], axes[axis]
         gram[np.ix_(k, k)] += C.T @ C
         h[k] += C.T @ w.z
-        segments[:, k] += np.add.reduceat(C * w.calm[:, None], cuts, axis=0)
+        segments[:, k] += np.add.reduceat(C * w.remainder[:, None], cuts, axis=0)
     return gram, h, segments
 
 
@@ -125,6 +144,15 @@ def extended(pool: Pool, block: Block, cuts: NDArray[np.int64]) -> Pool:
 
 def given(pool: Pool, found: Iterable[int]) -> Pool:
     """The pool clear of some of its blocks (their own columns become nothing)."""
+    key = tuple(sorted(found))
+    if key not in pool.cleared:
+        while len(pool.cleared) >= MOST_CLEARED:
+            pool.cleared.pop(next(iter(pool.cleared)))
+        pool.cleared[key] = _given(pool, key)
+    return pool.cleared[key]
+
+
+def _given(pool: Pool, found: Sequence[int]) -> Pool:
     e = pool.columns(found)
     if len(e) == 0:
         return pool
@@ -155,7 +183,7 @@ def _inverse(G: Array) -> Array:
 class Score:
     """What one block explains: Δ, columns m, freedom of its F test, s², log p of one test, and a criterion.
 
-    criterion: Δ/s² − m log(effective number of rows), by which blocks of unlike size are compared
+    criterion: Δ/s² − (m + parameters) log(effective number of rows), by which unlike blocks are compared
     """
 
     delta: float
@@ -171,14 +199,30 @@ NOTHING = Score(0.0, 0, 1.0, 1.0, 0.0, 0.0)
 
 def score(pool: Pool, chosen: Sequence[int]) -> Score:
     """The score of some blocks together."""
-    k = pool.columns(chosen)
-    root, m = _root(pool.gram[np.ix_(k, k)])
-    if m == 0:
+    c = contrast(pool, chosen)
+    if c.m == 0:
         return NOTHING
-    found = _square(root, pool.h[k])
-    freedom, rows = _freedom(pool, chosen, k, root, m)
-    s2 = mean_square(pool, chosen)
-    return Score(found, m, freedom, s2, float(log_p(found, m, freedom, s2)), found / s2 - m * np.log(rows))
+    found = _square(c.root, pool.h[c.k])
+    rows = max(c.freedom, 3.0)
+    tail = float(log_p(found, c.m, c.freedom, c.s2))
+    chosen_values = sum(len(pool.blocks[b].nonlinear) for b in chosen)
+    criterion = found / c.s2 - (c.m + chosen_values) * np.log(rows)
+    return Score(found, c.m, c.freedom, c.s2, tail, criterion)
+
+
+def contrast(pool: Pool, chosen: Sequence[int]) -> Contrast:
+    """What some blocks test together, computed once."""
+    key = tuple(chosen)
+    if key not in pool.asked:
+        k = pool.columns(chosen)
+        root, m = _root(pool.gram[np.ix_(k, k)])
+        freedom, s2 = 1.0, 1.0
+        if m:
+            axes = _axes(pool, chosen)
+            freedom = satterthwaite(pool, axes, pool.beside[:, k] @ root / np.sqrt(m))
+            s2 = mean_square(pool, chosen)
+        pool.asked[key] = Contrast(k, root, freedom, s2)
+    return pool.asked[key]
 
 
 def delta(pool: Pool, chosen: Sequence[int]) -> float:
@@ -200,19 +244,11 @@ def _root(G: Array) -> tuple[Array, int]:
     return vectors[:, kept] / np.sqrt(values[kept]), int(kept.sum())
 
 
-def _freedom(
-    pool: Pool, chosen: Sequence[int], k: NDArray[np.int64], root: Array, m: int
-) -> tuple[float, float]:
-    """Satterthwaite's freedom, 2 / var(log of the variance), and the number of rows that it stands for.
+def satterthwaite(pool: Pool, axes: Iterable[int], R: Array) -> float:
+    """2 / relative variance of what REML says of the variance of contrasts R (K, m) with Σ Rᵀ Gram R = 1.
 
     The columns' variance is made of those of white noise, of runs, …, each known as well as REML knows it.
     """
-    freedom = satterthwaite(pool, _axes(pool, chosen), pool.beside[:, k] @ root / np.sqrt(m))
-    return freedom, max(freedom, 3.0)
-
-
-def satterthwaite(pool: Pool, axes: Iterable[int], R: Array) -> float:
-    """2 / relative variance of what REML says of the variance of contrasts R (K, m) with Σ Rᵀ Gram R = 1."""
     spread = 0.0
     for axis in axes:
         mine = R[pool.axes[axis]]
@@ -222,7 +258,7 @@ def satterthwaite(pool: Pool, axes: Iterable[int], R: Array) -> float:
 
 
 def mean_square(pool: Pool, chosen: Sequence[int]) -> float:
-    """Mean square of the calm residual on the channels of some blocks: 1 when the noise model is right."""
+    """Mean square of the remainder on the channels of some blocks: 1 when the noise model is right."""
     return max(float(np.mean([pool.state[a].mean_square for a in _axes(pool, chosen)])), 1e-3)
 
 
@@ -238,8 +274,8 @@ class Flips:
     """Random signs of segments. signs: (flips, segments) of ±1
 
     few_runs: the colour of the noise is then not known, and one long record's variables all go together. Its
-    calm residual has no slow part left, the candidates took it, and the flips look like fewer tests than
-    there are: blocks count as so many independent ones at least.
+    remainder has no slow part left, the candidates took it, and the flips look like fewer tests than there
+    are: blocks count as so many independent ones at least.
     """
 
     signs: Array
@@ -260,12 +296,10 @@ def null_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Null:
     H = flips.signs @ pool.segments
     least = np.zeros(len(flips.signs))
     for b in tested:
-        k = pool.places[b]
-        root, m = _root(pool.gram[np.ix_(k, k)])
-        if m:
-            values = np.sum((H[:, k] @ root) ** 2, axis=1)
-            freedom, _ = _freedom(pool, [b], k, root, m)
-            least = np.minimum(least, _log_p_of_many(values, m, freedom, mean_square(pool, [b])))
+        c = contrast(pool, [b])
+        if c.m:
+            values = np.sum((H[:, c.k] @ c.root) ** 2, axis=1)
+            least = np.minimum(least, _log_p_of_many(values, c.m, c.freedom, c.s2))
     return Null(least, float(len({pool.blocks[b].key for b in tested})) if flips.few_runs else 1.0)
 
 

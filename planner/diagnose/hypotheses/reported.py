@@ -33,27 +33,22 @@ def channel_name(sensor: Sensor, axis: int) -> str:
     return f"{sensor}_{AXES[axis]}"
 
 
+def named(s: SensorFound) -> list[int]:
+    """The effects of the library that are believed, references apart."""
+    return [b for b in s.found.library if not s.found.pool.blocks[b].reference]
+
+
 def found_effects(
     found: Sequence[SensorFound], data: Prepared, table: DwellTable, spec: Spec
 ) -> tuple[list[FoundEffect], list[str]]:
     """Every effect that was found on the sensors of a table, and sentences on how their sizes came about."""
-    names = list(dict.fromkeys(s.found.pool.blocks[b].name for s in found for b in s.found.library))
+    names = list(dict.fromkeys(s.found.pool.blocks[b].name for s in found for b in named(s)))
     effects, notes = [], []
     for s in found:
         last = _last_word(s, data, table, spec, names)
         effects += _effects(s, last.estimates)
         notes += last.notes
-    return effects, [*notes, *_needless(effects)]
-
-
-def _needless(effects: Sequence[FoundEffect]) -> list[str]:
-    """A sentence for each effect of which no coefficient is told from zero once all are fitted together."""
-    return [
-        f"{e.sensor}.{e.effect} on {', '.join(e.channels)}: the search finds it, but fitted together with "
-        "all that is declared the interval of each of its coefficients holds zero"
-        for e in effects
-        if all(t.low <= 0.0 <= t.high for t in e.terms if not t.parameter)
-    ]
+    return effects, notes
 
 
 # ---------------------------------------------------------------- the calibration's own fit
@@ -71,7 +66,7 @@ def _last_word(
     s: SensorFound, data: Prepared, table: DwellTable, spec: Spec, names: Sequence[str]
 ) -> _LastWord:
     """The fit of the channels on which something was found; those that share a coefficient in one."""
-    axes = sorted({a for b in s.found.library for a in s.found.axes(b)})
+    axes = sorted({a for b in named(s) for a in s.found.axes(b)})
     together = [axes] if shares(s.sensor, (*spec.effects, *names)) else [[axis] for axis in axes]
     estimated: dict[int, ChannelEstimates] = {}
     notes: list[str] = []
@@ -94,7 +89,14 @@ def _last_word(
 def _cannot(s: SensorFound, data: Prepared, axes: Sequence[int]) -> str:
     """Why the calibration's fit would not answer for what was found on these channels; "" when it does."""
     known = catalog.effects()
-    names = {s.found.pool.blocks[b].name for b in s.found.on(set(axes))}
+    mine = [s.found.pool.blocks[b] for b in s.found.on(set(axes))]
+    wrong = sorted({b.name for b in mine if b.reference})
+    if wrong:
+        return f"the reference is suspect there ({', '.join(wrong)})"
+    split = sorted({b.name for b in mine if b.place})
+    if split:
+        return f"turns have a level of their own beside {', '.join(split)}"
+    names = {b.name for b in mine}
     stepped = sorted(name for name in names if any(p.stepped for p in known[name].parameters))
     if stepped:
         return f"{', '.join(stepped)} has no derivative by which a fit could find where it steps"
@@ -118,9 +120,9 @@ def _rows(s: SensorFound, data: Prepared, table: DwellTable, axes: Sequence[int]
 def _effects(s: SensorFound, last: Mapping[int, ChannelEstimates]) -> list[FoundEffect]:
     """One entry an effect; one a channel where each channel has parameters of its own."""
     found, pool = s.found, s.found.pool
-    library = [i for i, b in enumerate(pool.blocks) if not b.generic]
+    library = [i for i, b in enumerate(pool.blocks) if not b.generic and not b.reference]
     groups: dict[tuple[str, int], list[int]] = {}
-    for b in found.library:
+    for b in named(s):
         block = pool.blocks[b]
         groups.setdefault((block.name, b if block.nonlinear else -1), []).append(b)
     sizes = estimates(pool, found.all)

@@ -19,7 +19,13 @@ from planner.diagnose.hypotheses.found import (
     keys,
     significant,
 )
-from planner.diagnose.hypotheses.lack_of_fit import cut_chains, explained, lack_of_fit, stands_beside
+from planner.diagnose.hypotheses.lack_of_fit import (
+    bench_misfit,
+    cut_chains,
+    explained,
+    lack_of_fit,
+    stands_beside,
+)
 from planner.diagnose.hypotheses.pool import Pool, family_wise, given, score
 
 MOST = 8  # effects a sensor; a unit that lacks more has another problem
@@ -95,6 +101,10 @@ def _needless(found: Found, question: Question) -> None:
     for b in list(found.unknown):
         if not significant(score(found.without(b), [b]), found.chance(question, b), ALPHA_UNKNOWN):
             found.unknown.remove(b)
+    found.drop_needless(found.chance(question))
+    for b in list(found.library):
+        if bench_misfit(found, b, found.share(b).delta):
+            found.library.remove(b)
     found.drop_needless(found.chance(question))
 
 

@@ -2,32 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.diagnose.hypotheses.candidates import Block, generic_blocks, library_blocks
+from planner.campaign.channel_model import EXCITING
+from planner.diagnose.hypotheses.candidates import (
+    Block,
+    generic_blocks,
+    library_blocks,
+    reference_blocks,
+)
 from planner.diagnose.hypotheses.channels import Channel, channel
 from planner.diagnose.hypotheses.estimates import Shape, estimates, shape_of
+from planner.diagnose.hypotheses.far_rows import far_rows
 from planner.diagnose.hypotheses.found import Found, Question, on
 from planner.diagnose.hypotheses.generic import VARIES_WITH
 from planner.diagnose.hypotheses.noise import LEAST_RUNS, Readings, triad_noise
 from planner.diagnose.hypotheses.nonlinear import refined
-from planner.diagnose.hypotheses.outliers import FAR_WEIGHT, outliers
+from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
 from planner.diagnose.hypotheses.parameters import GRID, Range, ranges
 from planner.diagnose.hypotheses.pool import Flips, Pool, pool_of
 from planner.diagnose.hypotheses.prepared import Prepared
+from planner.diagnose.hypotheses.references import hypothesis
 from planner.diagnose.hypotheses.search import search
+from planner.diagnose.hypotheses.verdicts import Veto, vetoed
 from planner.diagnose.hypotheses.whitened import Whitened, whitened
+from planner.diagnose.unseen_runs import cells_of
+from planner.measurement import sensed
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 
 FLIPS = 999
 STRONG = 60.0  # sigma; products are about 1 % of an effect
 AGAIN = 2
+DRIVEN = 0.5  # of what tells an effect that multiplies an input, that records with such an input must tell
 MOST_SHARE = 0.4  # columns a row when the noise is judged
 FINE_ONES = ("time_on", "day")  # come coarse first, then fine
 A_COLUMN = 8  # power-ons for each column between them when the noise is judged
@@ -38,9 +50,11 @@ SEGMENTS = 40  # that change sign together where there are too few power-ons
 class SensorFound:
     """What was found on one sensor, with what it rests on.
 
-    channels: those that move at all; far: axis -> (n,) rows that were left out
+    channels: those that move at all; far: axis -> (n,) rows that were left out; sizes: axis -> (n,) sigma
     ranges: effect -> what its parameters can be in this table
     impossible: candidates that would have explained something by more than nature has of it
+    refused: what was believed and the power-ons refuse; faint: effects whose input hardly acts in any record
+    runs: (g,) number of every power-on in the table
     """
 
     sensor: Sensor
@@ -50,6 +64,10 @@ class SensorFound:
     cuts: NDArray[np.int64]
     ranges: Mapping[str, tuple[Range, ...]]
     impossible: tuple[str, ...] = ()
+    sizes: Mapping[int, Array] = field(default_factory=dict)
+    refused: tuple[Veto, ...] = ()
+    faint: tuple[str, ...] = ()
+    runs: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     def shape(self, block: int) -> Shape:
         """The parameters of a found block with their intervals."""
@@ -83,7 +101,8 @@ def _impossible(found: Found) -> list[str]:
     names = []
     for e in estimates(found.pool, found.library):
         block = found.pool.blocks[e.block]
-        most = (known[block.name].largest or {}).get(block.sensor, np.inf)
+        largest = None if block.reference else known[block.name].largest
+        most = (largest or {}).get(block.sensor, np.inf)
         if abs(e.value) - e.half > most:
             names.append(block.name)
     return list(dict.fromkeys(names))
@@ -94,7 +113,7 @@ def _strong(found: Found) -> list[str]:
     names = []
     for b in found.library:
         block = found.pool.blocks[b]
-        if not block.nonlinear and found.share(b).delta > STRONG**2:
+        if not block.nonlinear and not block.reference and found.share(b).delta > STRONG**2:
             names.append(block.name)
     return names
 
@@ -115,16 +134,22 @@ def _searched(
     free = data.attitudes()[0] if sensor == "accelerometer" else None
     mine = tuple(channel(sensor, a, conditions, readings[:, a], declared, strong, free) for a in alive)
     library = library_blocks(mine, table, (*declared, *impossible), sensor)
+    library += reference_blocks(mine, table, sensor)
     blocks = [*library, *generic_blocks(mine, table, sensor)]
     nothing = np.empty((len(table), 0))
-    triad, far = [], {}
+    triad, far, sizes = [], {}, {}
+    cells = cells_of(conditions)
     for c in mine:
-        rich = np.column_stack([nothing, *_rich(blocks, c.axis, len(c.r), len(data.starts))])
-        far[c.axis] = outliers(c, np.column_stack([nothing, *_coarse(blocks, c.axis)]), data.starts)
-        weights = np.where(far[c.axis], FAR_WEIGHT, 1.0)
-        triad.append(Readings(c, data.starts, table.duration, rich, weights))
+        candidates = np.column_stack(
+            [nothing, *_of_the_full_model(blocks, c.axis, len(c.r), len(data.starts))]
+        )
+        coarse = np.column_stack([nothing, *_coarse(blocks, c.axis)])
+        off = far_rows(c, coarse, data.starts, table.duration, cells)
+        far[c.axis], sizes[c.axis] = off.rows, off.size
+        weights = np.where(off.rows, FAR_WEIGHT, 1.0)
+        triad.append(Readings(c, data.starts, table.duration, candidates, weights))
     state = {
-        r.channel.axis: whitened(r.channel, noise, r.rich)
+        r.channel.axis: whitened(r.channel, noise, r.candidates)
         for r, noise in zip(triad, triad_noise(triad), strict=True)
     }
     cuts = segments(state, data.starts)
@@ -135,12 +160,61 @@ def _searched(
     def refine(p: Pool, believed: Sequence[int], b: int) -> tuple[Pool, int]:
         return refined(p, believed, b, mine, cuts, shown[p.blocks[b].name])
 
-    named, unnamed = range(len(library)), range(len(library), len(blocks))
+    faint = hardly_driven(pool, range(len(library)))
+    named = [b for b in range(len(library)) if b not in faint]
+    unnamed = range(len(library), len(blocks))
     flips = Flips(signs, len(data.starts) < LEAST_RUNS)
     question = Question(tuple(named), tuple(unnamed), flips, refine)
     found = search(pool, question)
     _unname_the_undetermined(found, mine, cuts, shown)
-    return SensorFound(sensor, mine, found, far, cuts, shown)
+    refused = _refused(found, data.starts)
+    weak = tuple(dict.fromkeys(blocks[b].name for b in faint))
+    return SensorFound(
+        sensor,
+        mine,
+        found,
+        far,
+        cuts,
+        shown,
+        sizes=sizes,
+        refused=refused,
+        faint=weak,
+        runs=table.run[data.starts],
+    )
+
+
+def _refused(found: Found, starts: NDArray[np.int64]) -> tuple[Veto, ...]:
+    """What the power-ons themselves refuse goes, the weakest first: the others may stand without it."""
+    out = []
+    for b in sorted(found.all, key=lambda i: found.share(i).delta):
+        veto = None if found.pool.blocks[b].reference else vetoed(found, b, starts)
+        if veto is not None:
+            (found.library if b in found.library else found.unknown).remove(b)
+            out.append(veto)
+    return tuple(out)
+
+
+def hardly_driven(pool: Pool, library: Iterable[int]) -> set[int]:
+    """Blocks that multiply an input and of which the records with hardly any input tell the most.
+
+    At rest the Earth's rate shows a gyro's scale factor: so does a wrong reference or a curve of the bias.
+    """
+    out = set()
+    for b in library:
+        block = pool.blocks[b]
+        if block.reference or hypothesis(block.name).group == "bias":
+            continue
+        driven = total = 0.0
+        for axis in block.columns:
+            c = pool.state[axis].channel
+            part = pool.parts[axis][:, np.isin(pool.axes[axis], pool.places[b])]
+            energy = np.sum(part**2, axis=1)
+            size = np.linalg.norm(sensed(c.sensor, c.model.conditions), axis=1)
+            driven += float(energy[size >= EXCITING[c.sensor]].sum())
+            total += float(energy.sum())
+        if driven < DRIVEN * total:
+            out.add(b)
+    return out
 
 
 def _unname_the_undetermined(
@@ -192,7 +266,7 @@ def _coarse(blocks: Sequence[Block], axis: int) -> list[Array]:
     return kept
 
 
-def _rich(blocks: Sequence[Block], axis: int, rows: int, runs: int) -> list[Array]:
+def _of_the_full_model(blocks: Sequence[Block], axis: int, rows: int, runs: int) -> list[Array]:
     """Columns under which the noise is judged: every candidate, but few of those that tell power-ons apart.
 
     Thirty power-ons under sixteen steps and as many days would leave nothing to tell run-to-run by, and where
@@ -224,7 +298,7 @@ def _thinned(blocks: Sequence[Block]) -> list[Block]:
     """The blocks with no more than GRID points of an effect of several parameters: they span the others."""
     several: dict[str, list[Block]] = {}
     for b in blocks:
-        if len(b.nonlinear) > 1:
+        if len(b.nonlinear) > 1 or b.reference:
             several.setdefault(b.name, []).append(b)
     gone = {id(b) for of_one in several.values() for b in _between(of_one)}
     return [b for b in blocks if id(b) not in gone]
@@ -241,24 +315,24 @@ def _between(blocks: Sequence[Block]) -> list[Block]:
 def segments(state: dict[int, Whitened], starts: NDArray[np.int64]) -> NDArray[np.int64]:
     """First rows of what changes sign together: power-ons; where they are few, blocks within them.
 
-    Blocks are five times as long as the calm residual stays correlated, so that noise keeps its colour.
+    Blocks are five times as long as the remainder stays correlated, so that noise keeps its colour.
     """
     if len(starts) >= LEAST_RUNS:
         return starts
-    n = len(next(iter(state.values())).calm)
-    lag = max(_correlation_rows(w.calm) for w in state.values())
+    n = len(next(iter(state.values())).remainder)
+    lag = max(_correlation_rows(w.remainder) for w in state.values())
     length = int(min(max(5 * lag, n // SEGMENTS, 1), max(1, n // 12)))
     sizes = np.diff(np.append(starts, n))
     return np.concatenate([np.arange(s, s + size, length) for s, size in zip(starts, sizes, strict=True)])
 
 
-def _correlation_rows(calm: Array) -> int:
+def _correlation_rows(remainder: Array) -> int:
     """Rows after which the autocorrelation has fallen below a fifth."""
-    n = len(calm)
-    power = float(calm @ calm)
+    n = len(remainder)
+    power = float(remainder @ remainder)
     if n < 20 or power == 0.0:
         return 1
     for lag in range(1, n // 10):
-        if float(calm[:-lag] @ calm[lag:]) < 0.2 * power:
+        if float(remainder[:-lag] @ remainder[lag:]) < 0.2 * power:
             return lag
     return n // 10

@@ -13,6 +13,7 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
 
 SMALL = 0.5  # sigma, that a slope can amount to in all rows, below which it takes no degree of freedom
+LEAST_TAIL = 1e-280  # of a double, whose smallest is 2e-308
 SEEN = 1e-5  # of a column's whitened length that must be left beside the declared model
 
 
@@ -20,37 +21,37 @@ SEEN = 1e-5  # of a column's whitened length that must be left beside the declar
 class Whitened:
     """One channel, whitened. Q: (n, q) declared model, fixed runs; z: (n,) residual clear of Q
 
-    calm: (n,) residual that neither a candidate nor a generic alternative explains, at its full size
+    remainder: (n,) residual that neither a candidate nor a generic alternative explains, at its full size
     """
 
     channel: Channel
     noise: ChannelNoise
     Q: Array
     z: Array
-    calm: Array
+    remainder: Array
 
     @property
     def mean_square(self) -> float:
-        """Of the calm residual: 1 when the noise model is right, more when it is too small."""
-        return float(np.mean(self.calm**2))
+        """Of the residual of the full model: 1 when the noise model is right, more when it is too small."""
+        return float(np.mean(self.remainder**2))
 
 
-def whitened(c: Channel, noise: ChannelNoise, rich: Array) -> Whitened:
-    """The channel with its declared model taken off after whitening; rich: (n, k) all candidates' columns."""
+def whitened(c: Channel, noise: ChannelNoise, candidates: Array) -> Whitened:
+    """The channel, whitened, its declared model taken off; candidates: (n, k) columns of all of them."""
     white = noise.whiten(np.column_stack([c.r, c.J, noise.fixed_runs]))
     least = SMALL / np.append(np.maximum(c.most, 1e-300), np.full(noise.fixed_runs.shape[1], np.inf))
     Q = orthonormal(white[:, 1:][:, np.linalg.norm(white[:, 1:], axis=0) >= least])
     z = clear(Q, white[:, 0])
-    R = np.column_stack([Q, orthonormal(clear(Q, noise.whiten(rich)), 1e-6)])
+    R = np.column_stack([Q, orthonormal(clear(Q, noise.whiten(candidates)), 1e-6)])
     if len(z) - R.shape[1] < len(z) / 4.0:
         R = Q  # too few rows for all candidates at once: what hides then counts as noise
     n, g = len(z), len(noise.starts)
     taken = min(_between_rank(R, noise.starts), g - 1.0)
     between = max(1.0, g - taken)
     within = max(1.0, (n - g) - (R.shape[1] - taken))
-    calm = _full_size(clear(R, z), noise.starts, between, within)
-    less = float(np.mean(calm**2))  # than the noise model says is chance: no reason to believe more
-    return Whitened(c, noise, Q, z, calm / np.sqrt(less) if 0.0 < less < 1.0 else calm)
+    remainder = _full_size(clear(R, z), noise.starts, between, within)
+    less = float(np.mean(remainder**2))  # than the noise model says is chance: no reason to believe more
+    return Whitened(c, noise, Q, z, remainder / np.sqrt(less) if 0.0 < less < 1.0 else remainder)
 
 
 def _full_size(left: Array, starts: NDArray[np.int64], between: float, within: float) -> Array:
@@ -70,16 +71,20 @@ def _between_rank(R: Array, starts: NDArray[np.int64]) -> float:
 
 
 def log_p(values: Array | float, m: int, freedom: float, s2: float) -> Array:
-    """log of the F test's p for Δ of m columns; never −∞."""
-    from scipy.stats import chi2, f
+    """log of the F test's p for Δ of m columns; never −∞.
+
+    P(F > x) = I_w(ν/2, m/2), w = ν / (ν + m x); where that underflows the first term of its series stands,
+    w^(ν/2) / (ν/2 · B(ν/2, m/2)) (Abramowitz, Stegun 26.5.4).
+    """
+    from scipy.special import betainc, betaln
 
     values = np.asarray(values, dtype=float)
     if m == 0:
         return np.zeros_like(values)
-    x = values / m / s2
-    tail = f.logsf(x, m, freedom)
-    far = ~np.isfinite(tail)
-    if np.any(far):
-        tail = np.where(far, -0.5 * freedom * np.log1p(m * x / freedom), tail)
-        tail = np.where(np.isfinite(tail), tail, chi2.logsf(1e3, m))
-    return np.asarray(tail)
+    half, columns = 0.5 * freedom, 0.5 * m
+    grown = values / (s2 * freedom)
+    tail = betainc(half, columns, 1.0 / (1.0 + grown))
+    series = -half * np.log1p(grown) - np.log(half) - betaln(half, columns)
+    return np.asarray(
+        np.where(tail > LEAST_TAIL, np.log(np.maximum(tail, LEAST_TAIL)), np.minimum(series, 0.0))
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from planner.nouns.calibration import Calibration, Coefficient, SensorCalibration
+from planner.nouns.calibration import Calibration, Coefficient, SensorCalibration, SmoothTable
 from planner.report.blocks import Report, Table, Text, existing, section, table
 from planner.units import displayed, from_si
 
@@ -20,6 +20,7 @@ def calibration_report(calibration: Calibration) -> Report:
             s.sensor,
             _residuals(calibration.unit, s),
             _coefficients(s),
+            _smooth(s),
             *(Text(f"note: {note}") for note in s.notes),
         )
         for s in sensors
@@ -49,6 +50,29 @@ def _coefficients(sensor: SensorCalibration) -> Table | None:
         f"{sensor.sensor}: coefficients, {sensor.method}",
         "error | term | degC | value | ± 95 % | unit |",
         map(_row, sensor.coefficients),
+    )
+
+
+def _smooth(sensor: SensorCalibration) -> Table | None:
+    return table(
+        f"{sensor.sensor}: smooth tables",
+        "error | term | nodes | degC | ± 95 % | unit | curves beside the spec's table",
+        map(_smooth_row, sensor.smooth),
+    )
+
+
+def _smooth_row(s: SmoothTable) -> tuple[str, ...]:
+    halves = [displayed(float(x), s.unit) for x in (s.high - s.low) / 2.0]
+    size, low, high = (f"{x:.2g}" for x in s.size)
+    t = s.temperature_degc
+    return (
+        s.error,
+        s.term,
+        str(len(t)),
+        f"{t[0]:g} to {t[-1]:g}",
+        f"{min(halves):.2g} to {max(halves):.2g}",
+        s.unit,
+        f"{size} times ({low} to {high})",
     )
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
-from planner.nouns.diagnosis import Diagnosis, NavigationCost
+from planner.nouns.diagnosis import Diagnosis, NavigationCost, UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
 from planner.report.blocks import Block, Fact, Items, Report, Section, Text, Verdict, existing, facts, section
 from planner.report.charts import diagnosis as charts
 from planner.report.numbers import digits, level
+from planner.report.subjects import diagnosis_findings as findings
 from planner.report.subjects import diagnosis_words as words
 
 MOST_CHANNELS = 6
@@ -25,12 +27,30 @@ def diagnosis_report(diagnosis: Diagnosis, table: DwellTable) -> Report:
         kind=f"Diagnosis against {diagnosis.spec_name}",
         title=found.unit,
         answer=words.headline(found),
-        sentences=(words.sentence(found),),
+        sentences=tuple(_sentences(diagnosis)),
         verdicts=tuple(map(verdict, diagnosis.navigation)),
         notes=(*diagnosis.notes, *found.notes),
         facts=_facts(diagnosis, table),
         sections=sections(diagnosis, table),
     )
+
+
+def _sentences(diagnosis: Diagnosis) -> Iterator[str]:
+    """The verdict, residual before and after beside the floor, and what else a first look must see."""
+    found = diagnosis.found
+    yield words.sentence(found)
+    change = findings.change_sentence(found, diagnosis.residual)
+    if change:
+        yield change
+    if found.rows_left_out:
+        runs = len({r.run for r in found.rows_left_out})
+        rows = len({(r.run, r.condition) for r in found.rows_left_out})
+        yield f"Rows left out: {rows}, of {runs} power-ons: {found.rows_left_out[0].guess}."
+    if found.budget_exceeded:
+        yield findings.exceeded_sentence(found.budget_exceeded)
+    worse = [c for c in diagnosis.navigation if not c.helps]
+    if worse:
+        yield findings.worse_sentence(worse[0])
 
 
 def verdict(c: NavigationCost) -> Verdict:
@@ -40,6 +60,8 @@ def verdict(c: NavigationCost) -> Verdict:
     """
     bent = c.as_calibrated > c.before
     before = c.as_calibrated if bent else c.before
+    if math.isfinite(c.promised):
+        return _total(c)
     when = "as the declared calibration leaves it" if bent else "if nobody compensates it"
     return Verdict(
         f"{c.error.replace('_', ' ')}: {words.length(before, c)} {when}, "
@@ -49,6 +71,19 @@ def verdict(c: NavigationCost) -> Verdict:
         limit=max(c.limit, 0.0),
         met=before <= 0.1 * c.limit,
         after=c.after,
+    )
+
+
+def _total(c: NavigationCost) -> Verdict:
+    """The flight in all, with what the plan promises."""
+    return Verdict(
+        f"{c.error.replace('_', ' ')}: the flight comes to {words.length(c.total_before, c)}, "
+        f"{words.length(c.total_after, c)} once it is compensated",
+        f"the plan promises {words.length(c.promised, c)} of {words.length(c.limit, c)}",
+        reached=c.total_before,
+        limit=max(c.limit, 0.0),
+        met=c.total_before <= c.limit,
+        after=c.total_after,
     )
 
 
@@ -70,11 +105,13 @@ def sections(diagnosis: Diagnosis, table: DwellTable) -> tuple[Section, ...]:
     rivals = (words.rivals_table(found.effects), words.next_table(diagnosis.next_measurement))
     return existing(
         section("found", "What was found", *_found(diagnosis, table)),
+        section("bench", "References and records", *_bench(found)),
         section("change", f"Before and after, {words.where_held_out(diagnosis)}", *_change(diagnosis)),
         section("residual", "What is left, against every variable", *_against(diagnosis, table), only="page"),
         section("flight", "What it means in flight", *_flight(diagnosis)),
         section("rivals", "Rivals, and what to measure next", *rivals),
         section("assumptions", "What the spec assumes", words.assumptions_table(found), only="page"),
+        section("refused", "Tried and not entered", findings.refused_table(found)),
         section("limits", "What was looked for in vain", words.limits_table(found), only="page"),
         section("untestable", "What these data cannot show", words.untestable_table(found), only="page"),
         section("unseen", "What these data cannot show", _untestable(diagnosis), only="console"),
@@ -83,7 +120,13 @@ def sections(diagnosis: Diagnosis, table: DwellTable) -> tuple[Section, ...]:
 
 
 def _untestable(diagnosis: Diagnosis) -> Text | None:
-    names = sorted({u.effect for u in diagnosis.found.untestable})
+    looked = {n.effect for n in diagnosis.found.not_found} | {e.effect for e in diagnosis.found.effects}
+    names = sorted(
+        {
+            f"{u.effect} on the {u.sensor}s" if u.effect in looked and u.sensor else u.effect
+            for u in diagnosis.found.untestable
+        }
+    )
     return Text(f"untestable: {', '.join(names)} (why: see the report)") if names else None
 
 
@@ -125,6 +168,13 @@ def _found(diagnosis: Diagnosis, table: DwellTable) -> Iterator[Block | None]:
         yield charts.added_variable_picture(effect, found.effects, found.evidence)
     if not found.effects and not found.unknown:
         yield Text(words.sentence(found), only="page")
+
+
+def _bench(found: UnitDiagnosis) -> Iterator[Block | None]:
+    yield findings.suspects_table(found.reference_suspects)
+    yield findings.told_by(found.reference_suspects)
+    yield findings.left_out_table(found.rows_left_out)
+    yield findings.exceeded_table(found.budget_exceeded)
 
 
 def _change(diagnosis: Diagnosis) -> Iterator[Block | None]:

@@ -38,6 +38,7 @@ VARIABLES = {
     "specific_force": "specific force",
     "orientation": "orientation",
     "bench": "bench",
+    "unexplained": "no variable of the table",
 }
 
 
@@ -71,6 +72,11 @@ def headline(found: UnitDiagnosis) -> str:
     if found.verdict == "untestable":
         return "These data cannot tell"
     names = joined(list(dict.fromkeys(plain_name(e.effect) for e in found.effects)))
+    wrong = joined([s.hypothesis.replace("_", " ") for s in found.reference_suspects])
+    if not found.effects and wrong:
+        return f"Reference suspect: {wrong}" + (", and something without a name" if found.unknown else "")
+    if wrong:
+        names = f"{names}; reference suspect: {wrong}"
     if not found.effects:
         return "Something is missing that has no name here"
     return f"Missing: {names}" + (", and something without a name" if found.unknown else "")
@@ -87,6 +93,10 @@ def sentence(found: UnitDiagnosis) -> str:
         return _clean(found)
     if found.verdict == "untestable":
         return "No channel has the readings and references that a test needs."
+    if not found.effects and found.reference_suspects:
+        wrong = joined([s.hypothesis.replace("_", " ") for s in found.reference_suspects])
+        text = f"The bench explains what the declared model leaves, not the unit: {wrong}"
+        return f"{text}; something that varies with {rest} is left." if rest else f"{text}."
     if not found.effects:
         return (
             f"It varies with {rest}; no effect of the library explains it."

@@ -117,13 +117,21 @@ def _promised(plan: Plan) -> list[str]:
         "coefficients is the covariance of weighted least squares over the whole campaign; a test counts "
         "for every error that its records tell.",
         "Each flight is a new power-on with draws of its own: run to run, in run, storage, white noise.",
-        "Tables have the campaign's temperatures as nodes, with straight lines between, as “planner "
-        "calibrate” makes them; what lines miss of a curve is in the promise.",
+        _TABLES[plan.temperature_estimator],
         f"Curves over temperature are random: {_curves(plan)}",
         "Spreads are the spec's figures, taken as known unless it says from how many power-ons they were "
         "estimated; references of the benches are exact unless it says how well they are known.",
     ]
     return found
+
+
+_TABLES = {
+    "lines": "Tables have the campaign's temperatures as nodes, with straight lines between, as “planner "
+    "calibrate” makes them; what lines miss of a curve is in the promise.",
+    "smooth": "Tables are smooth: the posterior mean of a curve from the campaign's temperatures, as "
+    "“planner calibrate” makes it; its prior is the mean of the second moments of all families below, and "
+    "what it misses of a curve is in the promise.",
+}
 
 
 def _curves(plan: Plan) -> str:

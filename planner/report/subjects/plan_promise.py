@@ -33,7 +33,7 @@ FAMILIES = {  # what a family's name stands for
 
 BUDGET = (
     "Each bar is a share of the mean square of the navigation error. Run to run, in run and storage are the "
-    "flight's own, whatever the campaign does; temperatures buy what straight lines miss of the curves, and "
+    "flight's own, whatever the campaign does; temperatures buy what tables miss of the curves, and "
     "records the estimate. In the table: sigmas in flight of the largest term, times the requirement's "
     "quantile (1.96 for 95 %, 1 for rss)."
 )

@@ -41,7 +41,7 @@ def reduction_report(reduction: Reduction) -> Report:
     left_out = tuple(_left_out(reduction.left_out))
     parts = (
         section("recordings", "Recordings", _recordings(reduction), Items(left_out) if left_out else None),
-        section("noise", "Noise", _terms(reduction.allan)),
+        section("noise", "Noise", noise_terms(reduction.allan)),
         section("record", "The best record", *map(Text, _record(reduction))),
     )
     return Report("Reduction of recordings", "", "", sections=existing(*parts))
@@ -90,7 +90,8 @@ def _left_out(left_out: Sequence[LeftOut]) -> Iterator[str]:
         yield f"{unit} run {run}: {sum(part.end - part.start for part in these):.1f} s gave no row: {reason}"
 
 
-def _terms(results: Sequence[AllanResult]) -> Table | None:
+def noise_terms(results: Sequence[AllanResult]) -> Table | None:
+    """The noise terms that are seen, in customary units."""
     return table(
         "noise by Allan deviation: the terms that are seen",
         "channel | term | value | 95 % | unit | best time, s",

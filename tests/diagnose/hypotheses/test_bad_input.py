@@ -107,10 +107,11 @@ def test_what_cannot_be_is_refused_with_its_place(fault: str, spoilt, run: Run, 
 # ---------------------------------------------------------------- judged, and said what is lost
 
 LOST = {
-    "time_on_s": {"warm_up"},
+    "time_on_s": {"warm_up", "drift", "thermal_lag"},
     "day": {"ageing", "bias_step"},
-    "temp_rate_degc_min": {"temperature_rate"},
-    "temp_degc": {"misalignment_temperature"},  # the others of temperature are declared
+    "temp_rate_degc_min": {"temperature_rate", "thermal_lag", "hysteresis"},
+    # the others of temperature are declared
+    "temp_degc": {"misalignment_temperature", "g_sensitivity_temperature", "thermal_lag", "hysteresis"},
 }
 
 

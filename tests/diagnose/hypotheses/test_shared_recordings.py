@@ -68,7 +68,7 @@ def test_a_sweep_without_a_declared_temperature_lacks_it_and_something_more() ->
     assert found.verdict == "partly_explained"  # the way up and the way down differ
     channels = {c for e in found.effects if e.effect == "bias_temperature" for c in e.channels}
     assert channels >= {"gyro_y", "accelerometer_x"}
-    at_rest = {"bias_temperature", "temperature_rate", "warm_up"}
+    at_rest = {"bias_temperature", "temperature_rate", "thermal_lag", "hysteresis", "warm_up", "drift"}
     assert names(found) <= at_rest
     changes = {c.channel: c for c in residual_changes(unit_fits(sweep, spec, found))}
     assert len(changes) == 6

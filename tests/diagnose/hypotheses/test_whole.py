@@ -69,9 +69,9 @@ def test_limits_of_what_was_not_found_are_below_what_would_have_been(found) -> N
 @pytest.mark.parametrize(
     ("column", "effects"),
     [
-        ("time_on_s", {"warm_up"}),
+        ("time_on_s", {"warm_up", "drift", "thermal_lag"}),
         ("day", {"ageing", "bias_step"}),
-        ("temp_rate_degc_min", {"temperature_rate"}),
+        ("temp_rate_degc_min", {"temperature_rate", "thermal_lag", "hysteresis"}),
     ],
 )
 def test_effects_whose_column_is_missing_are_untestable(column: str, effects: set[str], warm) -> None:

@@ -1,0 +1,200 @@
+"""How often verdicts hold: campaigns of benches, units, effects and faults from plain NumPy.
+
+They come from tests/diagnose/labs. Families: effects of the library at whitened strength 6 and 12, younger
+effects, shapes that no effect has, nothing hidden (normal, heavy-tailed, struck rows), faults of bench and
+records. Figures are pooled over each family, with exact (Clopper-Pearson) 95 % intervals.
+
+Run: OMP_NUM_THREADS=1 python benchmarks/study_verdicts.py [--first 0] [--count 30] [--family NAME]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from planner import catalog
+from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.nouns.diagnosis import UnitDiagnosis
+from planner.spec.load import load_spec
+from tests.diagnose.labs.shapes import FAULTS, LIBRARY, MORE, NAMELESS, Hidden
+from tests.diagnose.labs.unit import campaign
+
+SPEC = load_spec(Path(__file__).parents[1] / "requirements_specs" / "small_uav.yaml").spec
+CLEAN = {
+    "normal": {},
+    "tails": {"tails": 2.5},
+    "struck": {"struck": 0.007},
+    "no centrifuge": {"centrifuge": False},
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One campaign of a family."""
+
+    family: str
+    seed: int
+    name: str
+    channel: str = ""
+    t: float = 0.0
+
+
+@dataclass(frozen=True)
+class Scored:
+    """right: as the family asks; near: or a rival, or without a name; wrong: something false is said
+
+    inside: whether each interval of a coefficient holds its truth
+    """
+
+    case: Case
+    right: bool
+    near: bool
+    wrong: bool
+    inside: tuple[bool, ...]
+    said: str
+    seconds: float
+
+
+def cases(family: str, first: int, count: int) -> Iterator[Case]:
+    """The campaigns of a family, one after the other through its kinds and channels."""
+    if family.startswith("library"):
+        yield from _hidden(family, LIBRARY, float(family.split()[1]), first, count)
+    elif family == "younger":
+        yield from _hidden(family, MORE, 20.0, first, count)
+    elif family == "nameless":
+        yield from _hidden(family, NAMELESS, 25.0, first, count)
+    else:
+        kinds = list(CLEAN) if family == "clean" else FAULTS
+        for i in range(first, first + count):
+            yield Case(family, 10_000 + i, kinds[i % len(kinds)])
+
+
+def _hidden(family: str, kinds: dict, t: float, first: int, count: int) -> Iterator[Case]:
+    every = [(name, sensor) for name, (sensors, *_) in kinds.items() for sensor in sensors]
+    for i in range(first, first + count):
+        name, sensor = every[i % len(every)]
+        yield Case(family, 20_000 + i, name, f"{sensor}_{'xyz'[(i // len(every)) % 3]}", t)
+
+
+def scored(case: Case) -> Scored:
+    """One campaign diagnosed and judged."""
+    if case.family == "clean":
+        table, truth = campaign(case.seed, **CLEAN[case.name])
+    elif case.family == "faults":
+        table, truth = campaign(case.seed, fault=case.name)
+    else:
+        table, truth = campaign(case.seed, Hidden(case.name, case.channel, case.t))
+    start = time.perf_counter()
+    found = diagnose(table, SPEC)
+    seconds = time.perf_counter() - start
+    right, near, wrong = _judged(case, found)
+    return Scored(case, right, near, wrong, tuple(_inside(case, found, truth.size)), said(found), seconds)
+
+
+def said(found: UnitDiagnosis) -> str:
+    """What is claimed, in a line."""
+    parts = [f"{e.effect}[{' '.join(map(_short, e.channels))}] {e.strength:.1f}" for e in found.effects]
+    parts += [
+        f"?{u.varies_with}[{' '.join(map(_short, u.channels))}] {u.strength:.1f}" for u in found.unknown
+    ]
+    parts += [f"!{s.hypothesis} {s.strength:.1f}" for s in getattr(found, "reference_suspects", ())]
+    parts += [
+        f"({r.effect}[{' '.join(map(_short, r.channels))}] refused: {r.why[:60]})" for r in found.refused
+    ]
+    left = getattr(found, "rows_left_out", ())
+    return "; ".join(parts) + (f" ({len(left)} rows out)" if left else "")
+
+
+def _short(channel: str) -> str:
+    return channel.replace("accelerometer", "acc")
+
+
+def _judged(case: Case, found: UnitDiagnosis) -> tuple[bool, bool, bool]:
+    claims = {(e.effect, _short(c)) for e in found.effects for c in e.channels}
+    rivals = {(r.effect, _short(c)) for e in found.effects for c in e.channels for r in e.rivals}
+    unknown = {(u.varies_with, _short(c)) for u in found.unknown for c in u.channels}
+    suspects = {s.hypothesis for s in getattr(found, "reference_suspects", ())}
+    if case.family == "clean":
+        quiet = not (claims or unknown or suspects)
+        return quiet, quiet, not quiet
+    if case.family == "faults":
+        known = catalog.effects()
+        blamed = any(not known[name].bench_only for name, _ in claims)
+        expected = {"no_earth": "earth_rate", "wrong_run": "wrong_label"}.get(case.name, case.name)
+        named = expected in suspects | {name for name, _ in claims}
+        return named and not blamed, not blamed, blamed
+    if case.family == "nameless":
+        variables = NAMELESS[case.name][2]
+        right = not claims and any(c == case.channel and v in variables for v, c in unknown)
+        return right, not claims, bool(claims)
+    truth = (case.name, case.channel)
+    exact = claims == {truth} and not unknown and not suspects
+    near = truth in claims or truth in rivals
+    return exact, near, bool(claims) and not near
+
+
+def _inside(case: Case, found: UnitDiagnosis, size: float) -> Iterator[bool]:
+    """Intervals of effects of one coefficient in the shape's own unit."""
+    plain = {"g_squared_sensitivity", "temperature_rate", "ageing", "bias_step", "scale_factor_asymmetry"}
+    si = {"gyro": np.pi / 180.0, "acc": 9.80665}
+    per = {"g_squared_sensitivity": 9.80665**-2, "temperature_rate": 60.0, "ageing": 1.0 / 86400.0}
+    for e in found.effects:
+        if e.effect == case.name and e.effect in plain and case.channel in map(_short, e.channels):
+            scale = si[case.channel[:-2]] * per.get(e.effect, 1.0)
+            scale = 2.0 if e.effect == "scale_factor_asymmetry" else scale
+            for term in e.terms:
+                if not term.parameter and _short(term.channel) == case.channel:
+                    yield term.low <= size * scale <= term.high
+
+
+def interval(hits: int, n: int) -> str:
+    """A share with its exact 95 % interval."""
+    from scipy.stats import beta
+
+    low = 0.0 if hits == 0 else beta.ppf(0.025, hits, n - hits + 1)
+    high = 1.0 if hits == n else beta.ppf(0.975, hits + 1, n - hits)
+    return f"{hits}/{n} = {100 * hits / max(n, 1):.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
+
+
+FAMILIES = ("clean", "library 6", "library 12", "younger", "nameless", "faults")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--count", type=int, default=30)
+    parser.add_argument("--family", action="append")
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--all", action="store_true", help="print every campaign, not only those that fail")
+    asked = parser.parse_args()
+    with ProcessPoolExecutor(asked.workers) as pool:
+        for family in asked.family or FAMILIES:
+            every = list(cases(family, asked.first, asked.count))
+            done = list(map(scored, every)) if asked.workers == 1 else list(pool.map(scored, every))
+            for s in done:
+                if asked.all or not s.right or s.wrong:
+                    mark = "wrong" if s.wrong else "near" if not s.right else "right"
+                    print(f"  {mark:5s} {s.case.seed} {s.case.name} {s.case.channel}: {s.said}", flush=True)
+            n = len(done)
+            inside = [x for s in done for x in s.inside]
+            print(
+                f"{family}: right {interval(sum(s.right for s in done), n)}; "
+                f"right or near {interval(sum(s.near for s in done), n)}; "
+                f"wrong {interval(sum(s.wrong for s in done), n)}; "
+                f"intervals {interval(sum(inside), len(inside))}; "
+                f"{np.mean([s.seconds for s in done]):.1f} s each",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()

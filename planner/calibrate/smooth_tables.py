@@ -1,0 +1,99 @@
+"""Fitted nodes → smooth tables with as many nodes as asked for, and what lines between these miss.
+
+    θ̂(T) = w(T)ᵀ v̂,   var(θ̂(T) − θ(T)) = wᵀ C w + κ (M(T, T) − 2 wᵀ M(T_k, T) + wᵀ M w)
+
+The posterior mean of constant and curve (planner.information.smooth, planner.calibrate.curve_nodes); whoever
+reads the table draws straight lines between its nodes, and needs more of them than the bench visited.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner import catalog
+from planner.calibrate.curve_nodes import CurveNodes, curve_nodes, size_of
+from planner.campaign.estimate import Estimate
+from planner.information.curves import Curves
+from planner.measurement import AXES
+from planner.nouns.array import Array
+from planner.nouns.calibration import SmoothTable
+from planner.solvers.kriging import kriging_weights
+from planner.spec.model import Spec
+
+EVERY_K = 5.0
+MOST_NODES = 33
+BETWEEN = 4  # places looked at in every segment
+
+
+def smooth_tables(
+    fits: Sequence[Estimate], curves: Curves, count: int | None = None
+) -> tuple[SmoothTable, ...]:
+    """Of every table whose error's curve the spec knows; count: nodes, None: every 5 K, 33 at most."""
+    found: list[SmoothTable] = []
+    every = curve_nodes(fits)
+    for error in dict.fromkeys(c.error for c in every):
+        mine = [c for c in every if c.error == error]
+        grid = export_nodes(curves.spec, mine, count)
+        fine = np.unique(np.append(np.linspace(grid[0], grid[-1], BETWEEN * (len(grid) - 1) + 1), grid))
+        points = np.unique(np.concatenate([fine, *(c.degc for c in mine)]))
+        prior = curves.prior(error, points)
+        if prior is not None and np.any(prior):
+            found += _of_error(mine, points, prior, grid, fine)
+    return tuple(found)
+
+
+def export_nodes(spec: Spec, tables: Sequence[CurveNodes], count: int | None) -> Array:
+    """(N,) evenly over the temperatures of use and all that were visited."""
+    low, high = spec.plan.temperatures.range
+    low = min([low, *(float(c.degc[0]) for c in tables)])
+    high = max([high, *(float(c.degc[-1]) for c in tables)])
+    return np.linspace(low, high, count or min(int(np.ceil((high - low) / EVERY_K)) + 1, MOST_NODES))
+
+
+def _of_error(
+    channels: Sequence[CurveNodes], points: Array, prior: Array, grid: Array, fine: Array
+) -> list[SmoothTable]:
+    places = [np.searchsorted(points, c.degc) for c in channels]
+    moments = [prior[np.ix_(own, own)] for own in places]
+    size = size_of(channels, moments)
+    on_fine = np.searchsorted(points, fine)
+    found = []
+    for c, own in zip(channels, places, strict=True):
+        M = size.value * prior
+        value, sigma, half = _posterior(c, M, own, on_fine)
+        at = np.searchsorted(fine, grid)
+        found.append(
+            SmoothTable(
+                error=".".join(c.error),
+                channel=AXES[c.channel],
+                term=c.term,
+                unit=catalog.effects()[c.error[1]].units[c.error[0]],
+                temperature_degc=grid,
+                value=value[at],
+                standard_error=sigma[at],
+                low=value[at] - half[at],
+                high=value[at] + half[at],
+                size=(size.value**0.5, size.low**0.5, size.high**0.5),
+                between_degc=fine,
+                missed=value - np.interp(fine, grid, value[at]),
+            )
+        )
+    return found
+
+
+def _posterior(
+    c: CurveNodes, M: Array, own: NDArray[np.intp], read: NDArray[np.intp]
+) -> tuple[Array, Array, Array]:
+    """(X,) value, sigma and half of the 95 % interval at the points `read`; the noise by Student's t."""
+    from scipy.stats import norm, t
+
+    K, across = M[np.ix_(own, own)], M[np.ix_(own, read)]
+    w = kriging_weights(K + c.noise, across)
+    noise = np.einsum("xk,kl,xl->x", w, c.noise, w)
+    curve = M[read, read] - 2.0 * np.einsum("xk,kx->x", w, across) + np.einsum("xk,kl,xl->x", w, K, w)
+    curve = np.maximum(curve, 0.0)
+    student, normal = t.ppf(0.975, c.freedom.min()), norm.ppf(0.975)
+    return w @ c.values, np.sqrt(noise + curve), np.sqrt(student**2 * noise + normal**2 * curve)

@@ -1,0 +1,88 @@
+"""The last word: what is left on unseen power-ons must fall, and be noise before that is said."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from planner.nouns.diagnosis import (
+    FoundEffect,
+    Refused,
+    ResidualChange,
+    UnitDiagnosis,
+    Unknown,
+    Verdict,
+)
+
+MORE_THAN_NOISE = (
+    1.5  # times the noise model's sigma within runs: held-out figures of clean channels stay below
+)
+RISES = 1.0  # ratio of the held-out residuals within runs, after to before, from which nothing was gained
+
+
+def refused_by_residual(
+    found: UnitDiagnosis, residual: Sequence[ResidualChange]
+) -> tuple[UnitDiagnosis, bool]:
+    """The diagnosis without the effects that leave more on unseen power-ons; whether any went."""
+    change = {r.channel: r for r in residual if r.held_out and r.split == "runs"}
+    stands, falls = [], []
+    for e in found.effects:
+        mine = [change[c] for c in e.channels if c in change]
+        if mine and all(_rises(r) for r in mine):
+            why = "on unseen power-ons the residual does not fall: " + "; ".join(_told(r) for r in mine)
+            falls.append(Refused(e.effect, e.channels, why))
+        else:
+            stands.append(e)
+    if not falls:
+        return found, False
+    return _with(found, tuple(stands), (*found.refused, *falls)), True
+
+
+def _rises(r: ResidualChange) -> bool:
+    """Whether neither the residual within runs nor the whole residual falls."""
+    within = r.within_after >= RISES * r.within_before if math.isfinite(r.within_before) else True
+    return bool(within and r.after >= RISES * r.before)
+
+
+def _told(r: ResidualChange) -> str:
+    return f"{r.channel} {r.before:.3g} to {r.after:.3g} in SI"
+
+
+def _with(
+    found: UnitDiagnosis, effects: tuple[FoundEffect, ...], refused: tuple[Refused, ...]
+) -> UnitDiagnosis:
+    changed = replace(found, effects=effects, refused=refused)
+    return replace(changed, verdict=verdict_of(changed))
+
+
+def verdict_of(found: UnitDiagnosis) -> Verdict:
+    """The verdict in a word."""
+    if found.effects or found.reference_suspects:
+        return "partly_explained" if found.unknown else "explained"
+    if found.unknown:
+        return "unexplained"
+    return "clean" if found.not_found else "untestable"
+
+
+def held_to_the_floor(found: UnitDiagnosis, residual: Sequence[ResidualChange]) -> UnitDiagnosis:
+    """An unknown on each channel whose residual on unseen power-ons is more than noise."""
+    told = {c for u in found.unknown for c in u.channels}
+    told |= {c for s in found.reference_suspects for c in s.channels}
+    more = tuple(
+        Unknown((r.channel,), "unexplained", 0.001, r.sigma_after)
+        for r in residual
+        if r.channel not in told and _more_than_noise(r)
+    )
+    if not more:
+        return found
+    changed = replace(found, unknown=(*found.unknown, *more))
+    return replace(changed, verdict=verdict_of(changed))
+
+
+def _more_than_noise(r: ResidualChange) -> bool:
+    """Whether the residual's interval lies above the floor of replicates, and the noise model agrees."""
+    if not (r.held_out and r.split == "runs" and math.isfinite(r.after_low) and math.isfinite(r.noise_floor)):
+        return False
+    within = math.isfinite(r.sigma_after) and r.sigma_after > MORE_THAN_NOISE
+    return bool(within and r.after_low > MORE_THAN_NOISE * r.noise_floor)

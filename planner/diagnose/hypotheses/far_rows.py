@@ -1,0 +1,25 @@
+"""Rows far off under the noise that the others show: the accidents themselves must not tell its shape."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.noise import plain_spread
+from planner.diagnose.hypotheses.outliers import FAR_WEIGHT, LEAST_FAR, Far, outliers
+from planner.nouns.array import Array
+
+
+def far_rows(
+    c: Channel, candidates: Array, starts: NDArray[np.int64], duration: Array, cells: NDArray[np.int64]
+) -> Far:
+    """The rows of a channel that are left out, by the spread of those that are not suspect at first sight."""
+    ones = np.ones(len(c.r))
+    first = outliers(c, candidates, starts, plain_spread(c, starts, duration, ones), cells)
+    suspect = first.size > LEAST_FAR
+    if not suspect.any():
+        return first
+    weights = np.where(suspect, FAR_WEIGHT, 1.0)
+    spread = plain_spread(c, starts, duration, weights) * np.sqrt(weights)
+    return outliers(c, candidates, starts, spread, cells)

@@ -1,0 +1,238 @@
+"""Hypotheses about the bench's references: what a wrong one would add to every channel that is judged by it.
+
+    y = (1 + κ) M (u + δu) + b,   δu what the reference does not say
+
+An effect of the bench acts on all channels of a sensor with the same few coefficients, in directions that the
+records themselves give: up along gravity's reaction, north along the horizontal part of the Earth's rate in
+`ref_rate`, or, where it has none, along the next axis in cyclic order (planner.effects.earth_rate).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner import catalog
+from planner.diagnose.hypotheses.channels import Channel
+from planner.effects._bench_frame import load, turning, upwards
+from planner.measurement import evaluate, sensed
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+from planner.nouns.dwell_table import DwellTable
+from planner.nouns.sensor import Sensor
+from planner.protocols import Condition, Effect, Group, Parameter
+from planner.units import STANDARD_GRAVITY_MPS2
+
+LEAST_RATE = float(np.radians(1.0))  # the Earth turns 240 times slower, tables do not turn slower than this
+MOST_THRESHOLDS = 8
+LAGS_S = (60.0, 150.0, 300.0, 600.0)
+HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate, below which a reference names no north
+UNLOADED = 0.2  # of g, by which the force may differ from it at rest
+
+Columns = Callable[[Channel, DwellTable, float], Array]
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A hypothesis about a reference; what a search asks of an effect it can ask of one of these.
+
+    terms: its coefficients, shared by the channels; columns: (channel, table, place) -> (n, k)
+    places: table -> where it may act, one block each (a threshold, a bench, a lag)
+    check: what to look at; alias: the sensor's error that no data tell it from where it acts on all
+        records; record: the record that would tell
+    """
+
+    name: str
+    sensors: tuple[Sensor, ...]
+    unit: str
+    terms: tuple[str, ...]
+    columns: Columns
+    check: str
+    places: Callable[[DwellTable], Sequence[float]] = lambda table: (0.0,)
+    alias: str = ""
+    record: str = ""
+    misfit: float = 0.05
+    group: Group = "bias"
+    parameters: tuple[Parameter, ...] = ()
+    needs: frozenset[Condition] = field(default_factory=frozenset)
+    variable: Condition | None = None
+    temperature_of: str | None = None
+    tabled: bool = False
+    bench_only: bool = True
+    largest: Mapping[Sensor, float] | None = None
+
+
+def hypothesis(name: str) -> Effect | Reference:
+    """An effect of the library, or a hypothesis about a reference, by its name."""
+    return REFERENCES[name] if name in REFERENCES else catalog.effects()[name]
+
+
+# ---------------------------------------------------------------- directions
+
+
+def loaded(conditions: Conditions) -> NDArray[np.bool_]:
+    """(n,) whether the unit is on a centrifuge."""
+    return np.asarray(np.any(load(conditions) != 0.0, axis=1))
+
+
+def at_rest(conditions: Conditions) -> NDArray[np.bool_]:
+    """(n,) whether gravity alone acts and nothing turns."""
+    size = np.linalg.norm(conditions.specific_force, axis=1) / STANDARD_GRAVITY_MPS2
+    return np.asarray(~turning(conditions) & (np.abs(size - 1.0) < UNLOADED))
+
+
+def horizontal(conditions: Conditions) -> tuple[Array, Array]:
+    """(n, 3) unit vectors north and east in body axes; zero where nobody knows them."""
+    up = upwards(conditions)
+    rate = np.where(turning(conditions)[:, None], 0.0, conditions.rate)
+    across = rate - up * np.sum(up * rate, axis=1, keepdims=True)
+    size = np.linalg.norm(across, axis=1, keepdims=True)
+    told = size > HORIZONTAL
+    guess = np.roll(np.round(up), 1, axis=1) * (np.abs(up).max(axis=1, keepdims=True) > 0.98)
+    north = np.where(told, across / np.where(told, size, 1.0), guess)
+    return north, np.cross(north, up)
+
+
+def _felt(c: Channel, across: Sequence[Array]) -> Array:
+    """(n, k) what changes (n, 3) of the true input add to the channel: its row of (1 + κ) M."""
+    axis = c.axis
+    return np.column_stack([v[:, axis] * c.lean for v in across])
+
+
+# ---------------------------------------------------------------- the hypotheses
+
+
+def _base_tilt(c: Channel, table: DwellTable, place: float) -> Array:
+    north, east = horizontal(c.model.conditions)
+    still = at_rest(c.model.conditions)[:, None]
+    return _felt(c, [STANDARD_GRAVITY_MPS2 * still * v for v in (north, east)])
+
+
+def _local_gravity(c: Channel, table: DwellTable, place: float) -> Array:
+    here = ~loaded(c.model.conditions)
+    return _felt(c, [c.model.conditions.specific_force * here[:, None]])
+
+
+def _table_rate(c: Channel, table: DwellTable, place: float) -> Array:
+    conditions = c.model.conditions
+    size = np.linalg.norm(conditions.rate, axis=1)
+    fast = (size > max(place, LEAST_RATE)) & ~loaded(conditions)
+    return _felt(c, [conditions.rate * fast[:, None]])
+
+
+def thresholds(table: DwellTable) -> Sequence[float]:
+    """Rates above which a table may be wrong: none, and between the levels that the records have, rad/s."""
+    if table.ref_rate is None:
+        return ()
+    conditions = table.conditions()
+    size = np.linalg.norm(conditions.rate[~loaded(conditions)], axis=1)
+    levels = np.unique(np.round(size[size > LEAST_RATE], 3))
+    apart = levels[np.append(True, np.diff(levels) > 0.05 * levels[1:])] if len(levels) else levels
+    between = (apart[1:] + apart[:-1]) / 2.0
+    kept = np.unique(np.linspace(0, len(between) - 1, min(len(between), MOST_THRESHOLDS)).round().astype(int))
+    return (0.0, *between[kept].tolist()) if len(between) else (0.0,)
+
+
+def _azimuth(c: Channel, table: DwellTable, place: float) -> Array:
+    conditions = c.model.conditions
+    north, east = horizontal(conditions)
+    still = at_rest(conditions)[:, None]
+    size = np.abs(np.sum(north * conditions.rate, axis=1, keepdims=True)) * still
+    return _felt(c, [size * north, size * east])
+
+
+def _mounting(c: Channel, table: DwellTable, place: float) -> Array:
+    """Turned by three angles in one place: on the centrifuge, or in all turns of the table."""
+    conditions = c.model.conditions
+    here = loaded(conditions) if place == 0.0 else ~loaded(conditions) & turning(conditions)
+    u = sensed(c.sensor, conditions) * here[:, None]
+    return _felt(c, [np.cross(np.broadcast_to(e, u.shape), u) for e in np.eye(3)])
+
+
+def _mountings(table: DwellTable) -> Sequence[float]:
+    conditions = table.conditions()
+    arm = loaded(conditions)
+    return (0.0,) if arm.any() and not arm.all() else ()
+
+
+def _thermometer(c: Channel, table: DwellTable, place: float) -> Array:
+    """What the declared curves make of a temperature that is `place` seconds ahead of the reading."""
+    ahead = c.model.conditions.temperature_degc + table.temperature_rate * place
+    model = replace(c.model, conditions=replace(c.model.conditions, temperature_degc=ahead))
+    now = evaluate(c.model, c.theta).predicted
+    return np.asarray((evaluate(model, c.theta).predicted - now)[:, None])
+
+
+def _lags(table: DwellTable) -> Sequence[float]:
+    return (
+        [s * t for t in LAGS_S for s in (-1.0, 1.0)] if np.any(np.abs(table.temperature_rate) > 1e-3) else ()
+    )
+
+
+REFERENCES: Mapping[str, Reference] = {
+    r.name: r
+    for r in (
+        Reference(
+            "base_tilt",
+            ("accelerometer",),
+            "deg",
+            ("north", "east"),
+            _base_tilt,
+            "level the table's base, or measure its tilt with a level and enter it in the reference",
+        ),
+        Reference(
+            "local_gravity",
+            ("accelerometer",),
+            "1",
+            ("scale",),
+            _local_gravity,
+            "compare the local g of the reference with the site's surveyed value",
+            alias="scale_factor",
+            record="a centrifuge record, whose load does not rest on the local gravity",
+        ),
+        Reference(
+            "table_rate",
+            ("gyro",),
+            "1",
+            ("scale",),
+            _table_rate,
+            "time whole turns of the table against a clock at the rates in question",
+            thresholds,
+            alias="scale_factor",
+            record="whole turns timed against a clock",
+        ),
+        Reference(
+            "azimuth",
+            ("gyro",),
+            "1",
+            ("north", "east"),
+            _azimuth,
+            "determine the fixture's north again, by a theodolite or a north-seeking unit",
+        ),
+        Reference(
+            "mounting",
+            ("gyro", "accelerometer"),
+            "deg",
+            ("x", "y", "z"),
+            _mounting,
+            "mount the unit on that bench again, against its datum faces, and repeat one record",
+            _mountings,
+            alias="misalignment",
+            record="the same record after mounting the unit anew",
+        ),
+        Reference(
+            "thermometer_lag",
+            ("gyro", "accelerometer"),
+            "s",
+            ("lag",),
+            _thermometer,
+            "compare the thermometer with one at the sensors' own place during a ramp",
+            _lags,
+            misfit=0.35,  # the declared curves were fitted to the readings that lag
+        ),
+    )
+}
+"""Hypotheses that are columns, by name; those about labels and units of rows are `records`' own."""

@@ -1,0 +1,83 @@
+"""References that a search believes to be wrong → how they are reported, one entry over both sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from planner.diagnose.hypotheses.estimates import Estimate, estimates
+from planner.diagnose.hypotheses.found import free, on
+from planner.diagnose.hypotheses.pool import given, score
+from planner.diagnose.hypotheses.references import REFERENCES, Reference
+from planner.diagnose.hypotheses.sensor import SensorFound
+from planner.measurement import AXES
+from planner.nouns.array import Array
+from planner.nouns.diagnosis import ReferenceSuspect
+
+DEGREES = 180.0 / np.pi
+
+
+def suspects(found: Sequence[SensorFound]) -> list[ReferenceSuspect]:
+    """Every reference that is believed wrong on some sensor; of one that both show the stronger size."""
+    each = [_suspect(s, b) for s in found for b in s.found.library if s.found.pool.blocks[b].reference]
+    merged: dict[str, ReferenceSuspect] = {}
+    for one in each:
+        before = merged.get(one.hypothesis)
+        if before is None:
+            merged[one.hypothesis] = one
+            continue
+        best = max(before, one, key=lambda x: x.strength)
+        merged[one.hypothesis] = replace(
+            best,
+            channels=(*before.channels, *one.channels),
+            p_value=min(before.p_value, one.p_value),
+            strength=float(np.hypot(before.strength, one.strength)),
+            separated_by=float(np.hypot(before.separated_by, one.separated_by)),
+        )
+    return list(merged.values())
+
+
+def _suspect(s: SensorFound, b: int) -> ReferenceSuspect:
+    block = s.found.pool.blocks[b]
+    r = REFERENCES[block.name]
+    value, half = _size(r, [e for e in estimates(s.found.pool, s.found.all) if e.block == b], block.place)
+    return ReferenceSuspect(
+        hypothesis=r.name,
+        value=value,
+        low=value - half,
+        high=value + half,
+        unit=r.unit,
+        channels=tuple(f"{s.sensor}_{AXES[a]}" for a in sorted(block.columns)),
+        p_value=s.found.p[b],
+        strength=float(np.sqrt(s.found.share(b).delta)),
+        check=r.check,
+        separated_by=_apart(s, b),
+        alias=r.alias,
+        record=r.record,
+    )
+
+
+def _size(r: Reference, sizes: Sequence[Estimate], place: float) -> tuple[float, float]:
+    """The length of the coefficients in the hypothesis' unit, with the half-width along them."""
+    scale = {"deg": DEGREES, "s": place}.get(r.unit, 1.0)
+    values: Array = np.array([e.value for e in sizes])
+    halves: Array = np.array([e.half if np.isfinite(e.half) else 0.0 for e in sizes])
+    if len(values) == 1:
+        return float(values[0] * scale), float(halves[0] * abs(scale))
+    length = float(np.linalg.norm(values))
+    along = values / max(length, 1e-300)
+    return length * scale, float(np.linalg.norm(along * halves)) * abs(scale)
+
+
+def _apart(s: SensorFound, b: int) -> float:
+    """√Δ that the hypothesis explains beside the best single effect of the sensor in its place."""
+    pool, others = s.found.pool, s.found.others(b)
+    here = given(pool, others)
+    library = [i for i, x in enumerate(pool.blocks) if not x.generic and not x.reference]
+    rivals = {c: score(here, [c]).delta for c in free(pool, on(pool, library, s.found.axes(b)), [*others, b])}
+    if not rivals:
+        return float(np.sqrt(s.found.share(b).delta))
+    best = max(rivals, key=lambda c: rivals[c])
+    return float(np.sqrt(max(score(given(pool, [*others, best]), [b]).delta, 0.0)))

@@ -1,0 +1,92 @@
+"""The evidence's veto: what is believed must predict power-ons that it has not seen, and rest on several.
+
+In whitened rows clear of the declared model and of all else that is believed, C the block's columns, z what
+is left:  γ₋ₖ = (Σ_{j≠k} CⱼᵀCⱼ)⁺ Σ_{j≠k} Cⱼᵀzⱼ  over all power-ons but those of fold k, and
+
+    gain = Σ_k |z_k|² − |z_k − C_k γ₋ₖ|² > 0,     Δ without any one power-on still significant
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnose.hypotheses.found import SINGLE, Found
+from planner.diagnose.hypotheses.pool import RANK, Pool
+from planner.diagnose.hypotheses.whitened import log_p
+from planner.nouns.array import Array
+
+FOLDS = 5
+LEAST_RUNS = 3  # power-ons, below which none can be left out
+TAIL = 1e-3  # of a block's square that power-ons may have and still count as telling nothing of it
+
+
+@dataclass(frozen=True)
+class Veto:
+    """Why a block does not stand; run: the power-on on which it rests alone, or −1."""
+
+    block: int
+    why: str
+    run: int = -1
+
+
+def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
+    """The veto of the power-ons on a believed block; None where it stands, or where they are too few."""
+    if len(starts) < LEAST_RUNS:
+        return None
+    here = found.without(b)
+    gram, h = _by_run(here, b, starts)
+    told = np.flatnonzero(np.trace(gram, axis1=1, axis2=2) > TAIL / len(starts) * np.trace(gram.sum(axis=0)))
+    worst, least = _without_one(gram, h, told)
+    s = found.share(b)
+    if s.m and log_p(least, s.m, s.freedom, s.s2) > np.log(SINGLE):
+        return Veto(b, "it rests on one power-on alone", int(worst))
+    if not here.blocks[b].generic and len(told) >= LEAST_RUNS and _gain(gram, h) <= 0.0:
+        return Veto(b, "it does not predict power-ons that its fit has not seen")
+    return None
+
+
+def _by_run(here: Pool, b: int, starts: NDArray[np.int64]) -> tuple[Array, Array]:
+    """(g, k, k) CᵀC and (g, k) Cᵀz of every power-on, over the block's channels."""
+    k = here.places[b]
+    gram, h = np.zeros((len(starts), len(k), len(k))), np.zeros((len(starts), len(k)))
+    for axis in here.blocks[b].columns:
+        w = here.state[axis]
+        C = here.parts[axis] @ here.beside[here.axes[axis]][:, k]
+        z = w.z
+        gram += np.add.reduceat(C[:, :, None] * C[:, None, :], starts)
+        h += np.add.reduceat(C * z[:, None], starts)
+    # z is not clear of what else is believed; its part along C is, because C is clear of that
+    return gram, h
+
+
+def _without_one(gram: Array, h: Array, told: NDArray[np.int64]) -> tuple[int, float]:
+    """The power-on without which least is explained, and how much that is."""
+    if len(told) == 0:
+        return -1, 0.0
+    G, H = gram.sum(axis=0), h.sum(axis=0)
+    left = [_square(G - gram[r], H - h[r]) for r in told]
+    worst = int(np.argmin(left))
+    return int(told[worst]), float(left[worst])
+
+
+def _gain(gram: Array, h: Array) -> float:
+    """How much less is left of the folds' squares when the other folds' coefficients are taken off."""
+    fold = np.arange(len(gram)) % min(FOLDS, len(gram))
+    G, H = gram.sum(axis=0), h.sum(axis=0)
+    total = 0.0
+    for f in range(int(fold.max()) + 1):
+        Gk, hk = gram[fold == f].sum(axis=0), h[fold == f].sum(axis=0)
+        gamma = _inverse(G - Gk) @ (H - hk)
+        total += float(2.0 * hk @ gamma - gamma @ Gk @ gamma)
+    return total
+
+
+def _square(G: Array, h: Array) -> float:
+    return float(h @ _inverse(G) @ h)
+
+
+def _inverse(G: Array) -> Array:
+    return np.asarray(np.linalg.pinv(G, rcond=RANK, hermitian=True))

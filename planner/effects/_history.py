@@ -1,0 +1,58 @@
+"""What the rows before a row say of it: records of one power-on that follow each other in time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+
+RAMP = 0.2 / 60.0  # K/s: a soaked chamber moves less
+ROOM_DEGC = 20.0  # from which the first temperature of a campaign was reached
+TURN_K = 3.0  # chamber points lie further apart, and a soaked chamber strays by 2 K at most (K 2.6)
+
+
+def lag(conditions: Conditions, time_constant: float) -> Array:
+    """(n,) K that a body of first order is behind the temperature, T − T_b with dT_b/dt = (T − T_b) / τ.
+
+        L' = s τ + (L − s τ) exp(−h / τ),   s the slope of the temperature over the h seconds between two rows
+
+    The first row of a power-on: L = τ dT/dt (1 − exp(−t / τ)), an even ramp since then.
+    """
+    t, T = conditions.time_on, conditions.temperature_degc
+    step, first = np.diff(t, prepend=np.inf), _first(conditions)
+    step = np.where(first, 1.0, np.maximum(step, 1e-9))
+    carried = np.where(first, 0.0, np.exp(-step / time_constant))
+    slope = np.where(first, 0.0, np.diff(T, prepend=T[:1]) / step)
+    start = time_constant * conditions.temperature_rate * -np.expm1(-np.maximum(t, 0.0) / time_constant)
+    added = np.where(first, start, slope * time_constant * (1.0 - carried))
+    return _recurrence(carried, added)
+
+
+def direction(conditions: Conditions) -> Array:
+    """(n,) +1 or −1: the way in which the temperature last stepped by TURN_K or is moving; 0 before it did.
+
+    Rows stand in the order of time; the first temperature was reached from that of the room.
+    """
+    T, rate = conditions.temperature_degc, conditions.temperature_rate
+    step = np.diff(T, prepend=ROOM_DEGC)
+    way = np.where(np.abs(rate) > RAMP, np.sign(rate), np.where(np.abs(step) > TURN_K, np.sign(step), 0.0))
+    told = np.maximum.accumulate(np.where(way != 0.0, np.arange(len(T)), 0))
+    return np.asarray(way[told]) if len(T) else way
+
+
+def _first(conditions: Conditions) -> NDArray[np.bool_]:
+    """(n,) rows that begin a power-on: time since power-on does not go on from the row before."""
+    t = conditions.time_on
+    return np.append(True, np.diff(t) <= 0.0)[: len(t)]
+
+
+def _recurrence(carried: Array, added: Array) -> Array:
+    """(n,) x_i = a_i x_{i−1} + b_i by doubling: log n passes over the rows."""
+    a, x = carried.copy(), added.copy()
+    reach = 1
+    while reach < len(x) and a[reach:].any():
+        x[reach:], a[reach:] = x[reach:] + a[reach:] * x[:-reach], a[reach:] * a[:-reach]
+        reach *= 2
+    return x

@@ -1,0 +1,50 @@
+"""By when a plan must have its answer, and what was cut short for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from time import monotonic
+
+# Shares of the time after which a stage gives way to those that come after it.
+SEARCH, BOUND, GENETIC, BESIDE = 0.45, 0.65, 0.75, 0.9
+
+
+@dataclass(frozen=True)
+class Deadline:
+    """seconds: from the beginning of the plan; cut: the stages that were cut short, in words."""
+
+    seconds: float = math.inf
+    began: float = field(default_factory=monotonic)
+    cut: list[str] = field(default_factory=list)
+
+    def at(self, share: float) -> float:
+        """The moment (of the monotonic clock) at which so much of the time is over."""
+        return self.began + share * self.seconds
+
+    def over(self, share: float, stage: str) -> bool:
+        """Whether a stage must stop; then it is noted as cut short."""
+        late = monotonic() > self.at(share)
+        if late:
+            self.note(stage)
+        return late
+
+    def note(self, stage: str) -> None:
+        """A stage was cut short."""
+        if stage not in self.cut:
+            self.cut.append(stage)
+
+    def stops(self, share: float, stage: str) -> Callable[[], bool]:
+        """`over` for a stage that asks again and again."""
+        return lambda: self.over(share, stage)
+
+    @property
+    def left(self) -> float:
+        """Seconds that are left, never less than a tenth."""
+        return max(self.began + self.seconds - monotonic(), 0.1)
+
+
+def never() -> bool:
+    """For who has all the time."""
+    return False

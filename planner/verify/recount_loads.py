@@ -1,0 +1,44 @@
+"""The loads of each bench as the plan's steps tell them: every unit once, no more at once than fit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from planner.spec.model import Spec
+from planner.verify.findings import Findings
+from planner.verify.records import batch_of
+
+Document = Mapping[str, Any]
+
+
+def used_benches(document: Document, spec: Spec) -> list[str]:
+    """Benches of the plan's tests, in the order of the spec."""
+    used = {test["bench"] for test in document["tests"]}
+    return [name for name in spec.benches if name in used]
+
+
+def loads_by_number(steps: Sequence[Document]) -> dict[int, list[Document]]:
+    """Number of a load -> its steps, on one bench."""
+    found: dict[int, list[Document]] = {}
+    for step in steps:
+        found.setdefault(batch_of(step["id"]), []).append(step)
+    return found
+
+
+def loads_of(document: Document, spec: Spec) -> dict[str, list[int]]:
+    """Bench -> units of each of its loads as the plan has them; all that fit where it is for no number."""
+    found = {}
+    for bench in used_benches(document, spec):
+        loads = loads_by_number([s for s in document["steps"] if s["bench"] == bench])
+        each = [int(loads[number][0]["units"]) for number in sorted(loads)]
+        found[bench] = each if spec.plan.units is not None else [spec.benches[bench].units]
+    return found
+
+
+def check_sizes(order: Findings, spec: Spec, bench: str, sizes: Sequence[int]) -> None:
+    """Every unit is on the bench once, no more at once than it takes."""
+    if spec.plan.units is not None:
+        order.same(f"units on {bench}", sum(sizes), spec.plan.units)
+    for number, units in enumerate(sizes, start=1):
+        order.at_most(f"load {number} of {bench}, units", units, spec.benches[bench].units)

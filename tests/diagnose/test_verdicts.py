@@ -1,0 +1,184 @@
+"""Verdicts on campaigns of another bench, from plain NumPy: the bench is asked first, evidence vetoes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner import catalog
+from planner.diagnose.dwells_to_diagnosis import diagnose, told_from_zero
+from planner.diagnose.hypotheses.outliers import outliers
+from planner.diagnose.records import screened
+from planner.export.diagnosis_findings import findings_document, findings_from
+from planner.nouns.diagnosis import FoundEffect, FoundTerm, UnitDiagnosis
+from planner.spec.load import load_spec
+from planner.spec.model import Spec
+from tests.diagnose.labs.shapes import Hidden
+from tests.diagnose.labs.unit import campaign
+from tests.specs import SHIPPED
+
+
+@cache
+def spec() -> Spec:
+    return load_spec(SHIPPED / "small_uav.yaml").spec
+
+
+def blamed(found: UnitDiagnosis) -> set[str]:
+    """The effects of the sensor that are claimed."""
+    return {e.effect for e in found.effects if not catalog.effects()[e.effect].bench_only}
+
+
+# ---------------------------------------------------------------- the bench is asked first
+
+
+@pytest.mark.parametrize(("seed", "fault"), [(1, "base_tilt"), (7, "local_gravity"), (4, "mounting")])
+def test_a_fault_of_the_bench_is_named_and_no_sensor_blamed(seed: int, fault: str) -> None:
+    table, _ = campaign(seed, fault=fault)
+    found = diagnose(table, spec())
+    assert fault in {s.hypothesis for s in found.reference_suspects}
+    assert blamed(found) == set()
+    assert all(s.check for s in found.reference_suspects)
+
+
+@pytest.mark.parametrize("seed", [5, 6, 7])
+@pytest.mark.parametrize("fault", ["wrong_label", "wrong_run"])
+def test_a_face_label_that_is_turned_is_found_row_by_row(seed: int, fault: str) -> None:
+    table, _ = campaign(seed, fault=fault)
+    seen = screened(table)
+    (suspect,) = seen.suspects
+    assert suspect.hypothesis == "wrong_label"
+    rows = np.flatnonzero(~seen.kept)
+    assert len(rows) == (1 if fault == "wrong_label" else 7)
+    assert {r.run for r in seen.left_out} == set(table.run[rows].tolist())
+    assert all("looks as if face" in r.guess for r in seen.left_out)
+
+
+@pytest.mark.parametrize("seed", [8, 9])
+def test_rows_of_a_second_unit_are_found_and_not_judged(seed: int) -> None:
+    table, _ = campaign(seed, fault="mixed_units")
+    seen = screened(table)
+    assert [s.hypothesis for s in seen.suspects] == ["mixed_units"]
+    first = int(seen.suspects[0].value)
+    truth = np.unique(table.run)[np.unique(table.run) >= np.quantile(np.unique(table.run), 0.55)][0]
+    assert abs(first - truth) <= 1
+
+
+@pytest.mark.parametrize("seed", range(10, 16))
+def test_labels_and_units_of_a_clean_campaign_are_not_doubted(seed: int) -> None:
+    table, _ = campaign(seed, tails=2.5 if seed % 2 else 0.0)
+    seen = screened(table)
+    assert seen.kept.all()
+    assert not seen.suspects
+
+
+# ---------------------------------------------------------------- evidence
+
+
+def test_a_younger_effect_is_named_by_its_own_name() -> None:
+    table, _ = campaign(17, Hidden("cross_coupling", "acc_y", 30.0))
+    found = diagnose(table, spec())
+    assert [(e.effect, e.channels) for e in found.effects] == [("cross_coupling", ("accelerometer_y",))]
+
+
+def test_what_rests_on_one_power_on_has_no_name() -> None:
+    table, _ = campaign(18)
+    assert table.gyro is not None
+    gyro = table.gyro.copy()
+    arm = np.unique(table.run)[-1]
+    gyro[table.run == arm, 0] += (
+        3e-8 * np.sum(table.conditions().specific_force ** 2, axis=1)[table.run == arm]
+    )
+    found = diagnose(replace(table, gyro=gyro), spec())
+    assert not [e for e in found.effects if "gyro_x" in e.channels]
+
+
+def test_no_interval_that_leaves_zero_out_no_name() -> None:
+    term = FoundTerm("x", "gyro_x", 1.0, -0.5, 2.5, 30.0, "deg/s")
+    e = FoundEffect("warm_up", "gyro", ("gyro_x",), (term,), 1e-9, 8.0, nonlinear={"time_constant": 600.0})
+    stands, falls, rest = told_from_zero([e])
+    assert not stands
+    assert falls[0].effect == "warm_up"
+    assert rest[0].varies_with == "time_on"
+    stands, _, _ = told_from_zero([replace(e, terms=(replace(term, low=0.2),))])
+    assert stands
+
+
+# ---------------------------------------------------------------- rows left out
+
+
+class _Rest:
+    """Just what `outliers` asks of a channel: a level at rest."""
+
+    def __init__(self, r: np.ndarray) -> None:
+        self.r, self.y, self.J = r, r, np.ones((len(r), 1))
+
+
+def test_no_more_rows_go_than_chance_says_and_struck_ones_do() -> None:
+    rng = np.random.default_rng(1)
+    starts, ones = np.arange(0, 600, 6), np.ones(600)
+    gone = {"normal": 0, "tails": 0}
+    for _ in range(60):
+        for name, r in (("normal", rng.normal(size=600)), ("tails", rng.standard_t(2.5, size=600))):
+            gone[name] += int(outliers(_Rest(r), np.empty((600, 0)), starts, ones).rows.sum())  # type: ignore[arg-type]  # a stand-in of what is asked
+    assert gone["normal"] <= 6  # 0.02 a campaign: 1.2 are expected, and 6 once in 700
+    assert gone["tails"] <= 12
+    r = rng.normal(size=600)
+    struck = rng.choice(600, 5, replace=False)
+    r[struck] += 25.0
+    far = outliers(_Rest(r), np.empty((600, 0)), starts, ones)  # type: ignore[arg-type]  # a stand-in of what is asked
+    assert set(np.flatnonzero(far.rows)) == set(struck.tolist())
+
+
+def test_what_a_condition_has_in_common_is_no_accident() -> None:
+    rng = np.random.default_rng(2)
+    r, cells = rng.normal(size=600), np.tile(np.arange(6), 100)
+    last = np.flatnonzero(cells == 5)[:20]
+    cells[last] = 6
+    r[last] += 30.0
+    far = outliers(_Rest(r), np.empty((600, 0)), np.arange(0, 600, 6), np.ones(600), cells)  # type: ignore[arg-type]  # a stand-in of what is asked
+    assert not far.rows[last].any()
+
+
+def test_findings_survive_the_file() -> None:
+    table, _ = campaign(5, fault="wrong_label")
+    seen = screened(table)
+    bare = UnitDiagnosis("u", "explained", (), (), (), (), (), ())
+    found = replace(bare, reference_suspects=seen.suspects, rows_left_out=seen.left_out)
+    again = findings_from(findings_document(found))
+    assert again["reference_suspects"][0].hypothesis == "wrong_label"
+    assert again["rows_left_out"][0].guess == seen.left_out[0].guess
+
+
+# ---------------------------------------------------------------- a spec of the sensor alone
+
+SHORT = """
+planner: 1
+unit:
+  gyro: {bias: {run_to_run: 0.002 deg/s}}
+  accelerometer: {bias: {run_to_run: 1 mg}}
+effects: [bias, bias_temperature, scale_factor, scale_factor_temperature, misalignment]
+"""
+
+
+def test_a_spec_of_the_sensor_alone_is_enough(tmp_path: Path) -> None:
+    from planner.errors import InputError
+    from planner.spec.sensor_alone import load_sensor_spec, needs
+
+    file = tmp_path / "sensor.yaml"
+    file.write_text(SHORT, encoding="utf-8")
+    loaded = load_sensor_spec(file)
+    assert set(loaded.absent) == {"name", "requirement", "trajectory", "benches", "tests"}
+    with pytest.raises(InputError) as raised:
+        needs(loaded, "the flight", "trajectory")
+    assert raised.value.faults[0].path == "trajectory"
+    file.write_text(SHORT.replace("0.002 deg/s", "0.002 m"), encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        load_sensor_spec(file)
+    assert raised.value.faults[0].line == 4
+    whole = load_sensor_spec(SHIPPED / "small_uav.yaml")
+    assert whole.absent == ()
+    assert whole.sha256 == load_spec(SHIPPED / "small_uav.yaml").sha256

@@ -1,0 +1,56 @@
+"""Sensors that do not scatter: zero is a value of every spread, for both methods and for verify."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import pytest
+
+from planner.pipelines.promise import FlightOptions, verify
+from tests.verify.plans import Planned, flown, informed, planned_from
+
+PARTS = ("run_to_run", "in_run", "storage")
+
+
+def without(spec: dict[str, Any], *parts: str) -> dict[str, Any]:
+    """The spec with parts of every error at zero."""
+    unit = copy.deepcopy(spec["unit"])
+    for budget in (b for sensor in ("gyro", "accelerometer") for b in unit[sensor].values()):
+        budget.update({part: f"0 {budget['systematic'].split()[1]}" for part in parts})
+    return spec | {"unit": unit}
+
+
+def by_information() -> dict[str, Any]:
+    """One requirement of the spec by information: where only the worst counts, flights take long."""
+    return informed() | {"requirement": informed()["requirement"][:1]}
+
+
+def recounted(one: Planned, flights: int = 0) -> Any:
+    options = FlightOptions(flights=flights, through_files=min(flights, 1))
+    return verify(one.loaded, one.document, options, lambda message: None)
+
+
+@pytest.mark.parametrize("parts", [PARTS[:1], PARTS[:2], PARTS])
+@pytest.mark.parametrize("made", [flown, by_information])
+def test_a_plan_without_scatter_is_what_verify_counts(made, parts):
+    found = recounted(planned_from(without(made(), *parts)))
+    assert found.recount.ok, found.recount.faults[:5]
+
+
+def test_units_without_scatter_go_the_whole_way_through_files():
+    found = recounted(planned_from(without(by_information(), *PARTS)), flights=40)
+    assert found.recount.ok
+    assert found.files is not None
+
+
+def test_what_does_not_scatter_takes_the_fewest_repeats():
+    document = planned_from(without(flown(), *PARTS)).document
+    assert {n for test in document["tests"] for n in test["repeats"]} == {2}
+    assert all(a["parts"]["estimate"] == 0.0 for a in document["allowances"].values())
+
+
+def test_a_perfect_sensor_over_days_leaves_the_walk():
+    """Thousands of records without noise still tell a constant from a walk that is known to be small."""
+    parts = planned_from(without(by_information(), *PARTS[:2])).document["allowances"]["gyro.bias"]["parts"]
+    assert 0.0 <= parts["estimate"] < 0.01 * parts["storage"]
