@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.errors import InputError
 from planner.fleet.allowed_region import PARTS, AllowedRegion, Reserve, reserve_of
@@ -28,7 +29,7 @@ from planner.fleet.validation import MethodScore
 from planner.nouns.array import Array
 
 Outcome = Literal["date", "kept", "overdue", "passed", "unknown"]
-PATHS = 1000
+PATHS = 1600
 PATHS_OF_PERCENTILES = 200  # each costs an exact distribution
 GRID = 120
 _DENSE = 1.4  # days of the grid lie closer at its beginning: a near date is told to the day
@@ -133,9 +134,10 @@ def _unit_date(
     paths = _paths([c for _, c in known], days, count, place)  # (paths, days, terms known)
     loads = np.stack([_load(region, i, paths, places, reserve) for i in range(len(region.constraints))])
     worst = loads.max(axis=0)  # (paths, days)
-    passed = np.logical_or.accumulate(worst > 1.0, axis=1).mean(axis=0)
+    prudent = worst[_livelier([c for _, c in known], region.constraints[0].steepest[places], days, count)]
+    passed = np.logical_or.accumulate(prudent > 1.0, axis=1).mean(axis=0)
     outcome, day, at = _outcome(passed, days, confidence, today)
-    upper = np.quantile(worst, confidence, axis=0)
+    upper = np.quantile(prudent, confidence, axis=0)
     binding = int(np.argmax(np.quantile(loads[:, :, at], confidence, axis=1)))
     size = np.quantile(np.abs(paths[:, at]), confidence, axis=0)
     share = size * region.constraints[binding].steepest[places] / region.constraints[binding].limit
@@ -173,6 +175,25 @@ def _paths(channels: Sequence[ChannelForecast], days: Array, count: int, place: 
     for i, c in enumerate(channels):
         found[:, :, i] = _futures(c, days, rng, count) - c.correction
     return found
+
+
+def _livelier(
+    channels: Sequence[ChannelForecast], slope: Array, days: Array, count: int
+) -> NDArray[np.bool_]:
+    """(count,) the paths of the livelier half of the types that the data leave open.
+
+    Few units with a short history cannot tell a walk from an ageing; a mean over both would be late in a
+    fifth of the units where it is the ageing. Where the fleet tells the type, its halves are alike and
+    nothing is lost.
+    """
+    states = [c.forecast.states for c in channels if c.forecast is not None and c.forecast.states is not None]
+    if len(states) < len(channels):
+        return np.ones(count, dtype=bool)
+    size = np.zeros(len(states[0].level))
+    for c, s, weight in zip(channels, states, slope, strict=True):
+        mean, variance = s.moments(np.array([days[-1] - c.series.day[-1]]))
+        size += weight * np.sqrt((mean[:, 0] - c.correction) ** 2 + variance[:, 0])
+    return np.asarray((size >= np.median(size))[np.arange(count) % len(size)])
 
 
 def _futures(c: ChannelForecast, days: Array, rng: np.random.Generator, count: int) -> Array:

@@ -47,7 +47,9 @@ def late_and_early(units: int, seed: int, method: str = "auto", **kind) -> tuple
     history, true = fleet(units, seed, weeks, **kind)
     until = 7.0 * (weeks - 1 + LATER)
     models = {m.name: m for m in basis.models}
-    channels, _, _ = forecast_channels(history, models, until, 0.95, method, "none", lambda m: None)
+    channels, _, _ = forecast_channels(
+        history, models, until, 0.95, method, "none", lambda m: None, validated=method != "auto"
+    )
     dates = unit_dates(channels, basis.region, until, history.last_day, 0.95)
     reserve = drifting_reserve(basis.region, np.arange(len(basis.region.terms)))
     late, used = [], []

@@ -28,8 +28,8 @@ from planner.solvers.local_level import Filtered, filtered
 
 WALK, AGE, SEASON, NOISE = range(4)
 # median and spread of log2 of the sizes, in storages: together they move a unit by about one in 60 days
-MIDDLE = np.array([-1.0, -2.3, -2.3, -2.5])
-SPREAD = np.array([1.2, 1.6, 1.6, 1.6])
+MIDDLE = np.array([-1.0, -1.5, -2.3, -2.5])
+SPREAD = np.array([1.2, 2.0, 1.6, 1.6])
 STATED_MIDDLE, STATED_SPREAD = 0.0, 0.5  # of a stated uncertainty: log2 of the factor to the true one
 SPREADS = np.array([0.0, 0.3, 0.6, 1.0])  # of log2 q and log2 v from unit to unit
 COARSE, FINE = (9, 9, 7, 7), (9, 9, 7, 7)
