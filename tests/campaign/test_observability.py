@@ -148,7 +148,7 @@ def test_what_the_table_takes_up_anyway_is_not_asked(installed_example: Installe
 
 
 def test_a_coefficient_that_channels_share_is_told_by_all_of_them() -> None:
-    """On three faces no gyro alone can tell five parts of the Earth's rate from its bias; all together can."""
+    """On three faces no gyro alone tells five parts of the Earth's rate from its bias; all together do."""
     earth = ErrorName("gyro.earth_rate")
     effects = ("bias", "earth_rate")
     upright = campaign(spec(effects), rests([(10.0, (4,))]))
