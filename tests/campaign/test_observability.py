@@ -148,12 +148,12 @@ def test_what_the_table_takes_up_anyway_is_not_asked(installed_example: Installe
 
 
 def test_a_coefficient_that_channels_share_is_told_by_all_of_them() -> None:
-    """On two faces z alone cannot tell the Earth's rate from its bias; what x and y see of it does."""
+    """On three faces no gyro alone tells five parts of the Earth's rate from its bias; all together do."""
     earth = ErrorName("gyro.earth_rate")
     effects = ("bias", "earth_rate")
     upright = campaign(spec(effects), rests([(10.0, (4,))]))
     assert {u.error for u in unobservable(upright, (earth,))} == {earth}
     cube = campaign(spec(effects), rests([(10.0, tuple(range(6)))]))
     assert unobservable(cube, (earth, ErrorName("gyro.bias"))) == ()
-    part = campaign(spec(effects), rests([(10.0, (0, 4))]))  # x up and z up: z alone has 0 and 1 of up
+    part = campaign(spec(effects), rests([(10.0, (0, 2, 5))]))
     assert unobservable(part, (earth,)) == ()
