@@ -22,7 +22,7 @@ from planner.verify.families import budgets_of
 from planner.verify.linearity import linearity
 from planner.verify.monte_carlo import MonteCarlo, fly, fly_types
 from planner.verify.outcome import RequirementOutcome, claims_of, outcomes
-from planner.verify.prediction import Prediction
+from planner.verify.prediction import DrawnCurves, Prediction
 from planner.verify.recount import Recount, is_by_information, recount
 from planner.verify.recount_promise import as_planned, check_promise
 from planner.verify.rounds import BINDING, CURVES, OWN, TEMPERATURES, Round, Worst, rounds
@@ -98,12 +98,13 @@ def verify(
         if counted.ok:
             raise
         return _answer(loaded, document, options, counted, why=str(error))
+    curves = DrawnCurves(e.spec)
     if is_by_information(document) and made_for is None:
         progress("counting again what is promised")
-        counted = counted.and_also(check_promise(document, as_planned(e)))
+        counted = counted.and_also(check_promise(document, as_planned(e, curves)))
     if options.flights == 0:
         return _answer(loaded, document, options, counted)
-    flown = _flown(e, document, options, progress)
+    flown = _flown(e, document, options, curves, progress)
     found = _answer(loaded, document, options, counted, flown, trajectory)
     if made_for is not None:
         return replace(found, notes=(*found.notes, _units_of_another(loaded, made_for)))
@@ -141,11 +142,15 @@ class _Flown:
 
 
 def _flown(
-    e: Experiment, document: Mapping[str, Any], options: FlightOptions, progress: Progress
+    e: Experiment,
+    document: Mapping[str, Any],
+    options: FlightOptions,
+    curves: DrawnCurves,
+    progress: Progress,
 ) -> list[_Flown]:
     """Every round, or those that were done when the user stopped it."""
     run, done = runner(options.workers, options.cluster), list[_Flown]()
-    types, prediction = _types(e, options), None if e.flight is None else Prediction(e, e.flight)
+    types, prediction = _types(e, options), None if e.flight is None else Prediction(e, e.flight, curves)
     for one in rounds(document, e.spec, options.curves, options.temperature, _worst(e, prediction)):
         flying = flown_with(e, one.starts, one.family)
         found = fly(flying, options.flights, run, _of(one.family, progress))

@@ -52,9 +52,9 @@ def covariances(
     """Family -> (S, R, R) at temperatures (S, K) along the flight."""
     found: dict[str, list[Array]] = {family: [] for family in families}
     for one in degc:
-        common = sum(f.without_curves(n.asked, one).values()) + n.beside
+        seen = f.seen(n.asked, one)
         for family, moments in families.items():
-            found[family].append(common + sum(f.curves(n.asked, one, moments)))
+            found[family].append(seen.rest + n.beside + (seen.curves(moments) + seen.misread(moments)))
     return {family: np.array(several) for family, several in found.items()}
 
 

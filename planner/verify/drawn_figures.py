@@ -7,7 +7,7 @@ curves are drawn, the rest by its covariance.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ from planner.nouns.array import Array
 from planner.verify.asked import Navigation, weighed_quantile
 from planner.verify.curves import Curves
 from planner.verify.draws import generator
-from planner.verify.foreseen import Foresight
+from planner.verify.foreseen import Seen
 from planner.verify.second_moments import Error, Moment
 
 DRAWS = 60_000  # of flights: a 95 % quantile is then known to 0.4 %
@@ -47,26 +47,23 @@ def pools_of(curves: Mapping[Error, Curves]) -> dict[Error, Pool]:
 
 def drawn_quantile(
     n: Navigation,
-    f: Foresight,
-    degc: Array,
+    flights: Sequence[Seen],
     shares: Array,
     pools: Mapping[Error, Pool],
     moments: Mapping[Error, Moment],
     p: float,
 ) -> float:
-    """Of the largest |d| over the requirement's instants; flights at temperatures (S, K) in shares (S,)."""
+    """Of the largest |d| over the requirement's instants; flights at S temperatures in shares (S,)."""
     rng = generator(0, 0, "drawn quantile")
-    each = DRAWS // len(degc)
+    each = DRAWS // len(flights)
     longest = []
-    for one in degc:
-        misread = f.curves(n.asked, one, moments)[1]
-        rest = sum(f.without_curves(n.asked, one).values()) + misread + n.beside
-        value, vector = np.linalg.eigh(rest)
+    for seen in flights:
+        value, vector = np.linalg.eigh(seen.rest + seen.misread(moments) + n.beside)
         root = vector * np.sqrt(np.maximum(value, 0.0))
         d = rng.normal(size=(each, len(value))) @ root.T
-        for error, weights in f.of_curves(n.asked, one).items():
+        for error, weights in seen.of_curves().items():
             if error in pools:
-                curve = pools[error].at(np.concatenate([f.estimates.degc, one]))
+                curve = pools[error].at(np.concatenate([seen.foresight.estimates.degc, seen.degc]))
                 for term in np.moveaxis(weights, 1, 0):
                     d += curve[rng.integers(POOL, size=each)] @ term.T
         longest.append(np.linalg.norm(d.reshape(each, n.instants, -1), axis=2).max(axis=1))

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -42,44 +43,9 @@ class Foresight:
         """Those that stand for themselves in flight."""
         return flying(list(self.unit.budgets))
 
-    def without_curves(self, asked: Asked, degc: Array) -> dict[str, Array]:
-        """Part -> (R, R) of a flight at temperatures (K,), all but the curves' own."""
-        G, flown = self._tables(asked, degc), self._flown(asked, degc)
-        found = {part: np.zeros((len(G), len(G))) for part in PARTS}
-        found["estimate"] += G @ self.estimates.noise @ G.T
-        for error, own in flown.items():
-            budget = self.unit.budgets[error]
-            constant = own.sum(axis=1) - G @ self.estimates.constant[error]
-            found["estimate"] += budget.systematic_size**2 / 3.0 * constant @ constant.T
-            found["storage"] += budget.storage_sigma**2 * self._walked(G, error, own)
-            apart = np.abs(np.subtract.outer(self.time, self.time))
-            drift = budget.in_run_sigma**2 * np.exp(-apart / budget.in_run_time)
-            found["in_run"] += _through(own, drift)
-            s, length = budget.run_to_run_sigma(degc), budget.temperature_correlation
-            warmer = np.subtract.outer(degc, degc)
-            alike = 1.0 if length is None else np.exp(-0.5 * (warmer / length) ** 2)
-            found["run_to_run"] += _through(own, np.outer(s, s) * alike)
-        return found
-
-    def curves(self, asked: Asked, degc: Array, moments: Mapping[Error, Moment]) -> tuple[Array, Array]:
-        """(R, R) of what tables miss of the curves, and of what thermometers do to them."""
-        G, weights = self._tables(asked, degc), self.of_curves(asked, degc)
-        missed, misread = np.zeros((2, len(G), len(G)))
-        for error, moment in moments.items():
-            at = moment.at(np.concatenate([self.estimates.degc, degc]))
-            missed += _through(np.swapaxes(weights[error], 1, 2), at)
-            for one in self.estimates.slope[error]:
-                slopes = moment.of_slopes(self.estimates.degc)
-                misread += _through(np.swapaxes(_over(G, one), 1, 2), slopes)
-        return missed, misread
-
-    def of_curves(self, asked: Asked, degc: Array) -> dict[Error, Array]:
-        """Error -> (R, t, N + K) what its curve weighs at the records' temperatures, then in flight."""
-        G, flown = self._tables(asked, degc), self._flown(asked, degc)
-        return {
-            error: np.concatenate([-_over(G, self.estimates.curve[error]), np.swapaxes(own, 1, 2)], axis=2)
-            for error, own in flown.items()
-        }
+    def seen(self, asked: Asked, degc: Array) -> Seen:
+        """What is asked of a flight at temperatures (K,)."""
+        return Seen(self, degc, self._tables(asked, degc), self._flown(asked, degc))
 
     def _tables(self, asked: Asked, degc: Array) -> Array:
         """(R, P): what is asked of every coefficient, as tables are read in flight."""
@@ -102,13 +68,71 @@ class Foresight:
             found[sensor, effect] = asked[sensor, by] * share(sensor, effect, by, degc, seen)
         return found
 
-    def _walked(self, G: Array, error: Error, own: Array) -> Array:
+    def walked(self, G: Array, error: Error, own: Array) -> Array:
         """(R, R) of a walk of unit sigma in STORAGE_DAYS, from day 0 through the records to the flight."""
         days = self.estimates.days
         weights = np.concatenate([-_over(G, self.estimates.walk[error]), own.sum(axis=1)[:, :, None]], axis=2)
         later = np.cumsum(weights[:, :, ::-1], axis=2)[:, :, ::-1]  # each step is in all that follows
         width = np.diff(np.concatenate([[0.0], days, [max(self.day, days[-1])]])) / STORAGE_DAYS
         return _through(np.swapaxes(later, 1, 2), np.diag(width))
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What is asked of one flight. degc: (K,); reads: (R, P) of coefficients; own: error -> (R, K, t)."""
+
+    foresight: Foresight
+    degc: Array
+    reads: Array
+    own: Mapping[Error, Array]
+
+    @cached_property
+    def rest(self) -> Array:
+        """(R, R) of all but the curves."""
+        return np.asarray(sum(self.without_curves().values()))
+
+    def without_curves(self) -> dict[str, Array]:
+        """Part -> (R, R) of all but the curves' own."""
+        G, f, degc = self.reads, self.foresight, self.degc
+        found = {part: np.zeros((len(G), len(G))) for part in PARTS}
+        found["estimate"] += G @ f.estimates.noise @ G.T
+        for error, own in self.own.items():
+            budget = f.unit.budgets[error]
+            constant = own.sum(axis=1) - G @ f.estimates.constant[error]
+            found["estimate"] += budget.systematic_size**2 / 3.0 * constant @ constant.T
+            found["storage"] += budget.storage_sigma**2 * f.walked(G, error, own)
+            apart = np.abs(np.subtract.outer(f.time, f.time))
+            drift = budget.in_run_sigma**2 * np.exp(-apart / budget.in_run_time)
+            found["in_run"] += _through(own, drift)
+            s, length = budget.run_to_run_sigma(degc), budget.temperature_correlation
+            warmer = np.subtract.outer(degc, degc)
+            alike = 1.0 if length is None else np.exp(-0.5 * (warmer / length) ** 2)
+            found["run_to_run"] += _through(own, np.outer(s, s) * alike)
+        return found
+
+    def curves(self, moments: Mapping[Error, Moment]) -> Array:
+        """(R, R) of what tables miss of the curves."""
+        weights, missed = self.of_curves(), np.zeros(2 * (len(self.reads),))
+        for error, moment in moments.items():
+            at = moment.at(np.concatenate([self.foresight.estimates.degc, self.degc]))
+            missed += _through(np.swapaxes(weights[error], 1, 2), at)
+        return missed
+
+    def misread(self, moments: Mapping[Error, Moment]) -> Array:
+        """(R, R) of what thermometers do to the curves."""
+        known, found = self.foresight.estimates, np.zeros(2 * (len(self.reads),))
+        for error, moment in moments.items():
+            for one in known.slope[error]:
+                found += _through(np.swapaxes(_over(self.reads, one), 1, 2), moment.of_slopes(known.degc))
+        return found
+
+    def of_curves(self) -> dict[Error, Array]:
+        """Error -> (R, t, N + K) what its curve weighs at the records' temperatures, then in flight."""
+        curve = self.foresight.estimates.curve
+        return {
+            error: np.concatenate([-_over(self.reads, curve[error]), np.swapaxes(own, 1, 2)], axis=2)
+            for error, own in self.own.items()
+        }
 
 
 def _over(G: Array, estimates: Array) -> Array:

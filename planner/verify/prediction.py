@@ -9,14 +9,14 @@ from functools import cached_property
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.spec.model import PercentileRule
+from planner.spec.model import PercentileRule, Spec
 from planner.verify.asked import Navigation, covariances, figure, navigation, worst_start
 from planner.verify.drawn_figures import Pool, drawn_quantile, pools_of
 from planner.verify.estimate_covariance import estimates
 from planner.verify.experiment import Experiment
 from planner.verify.families import curves_in
 from planner.verify.flights import FlightModel
-from planner.verify.foreseen import Foresight
+from planner.verify.foreseen import Foresight, Seen
 from planner.verify.second_moments import Error, Moment, moments_of
 from planner.verify.starts import Starts, anywhere, at_one
 
@@ -24,13 +24,34 @@ FINE = 25  # starts among which the worst is looked for
 
 
 @dataclass(frozen=True)
+class DrawnCurves:
+    """The curves of a spec's families, drawn when they are asked for."""
+
+    spec: Spec
+    _moments: dict[str, Mapping[Error, Moment]] = field(default_factory=dict)
+    _pools: dict[str, Mapping[Error, Pool]] = field(default_factory=dict)
+
+    def moments(self, family: str) -> Mapping[Error, Moment]:
+        """Second moments of the curves of a family."""
+        if family not in self._moments:
+            self._moments[family] = moments_of(curves_in(self.spec, family))
+        return self._moments[family]
+
+    def pools(self, family: str) -> Mapping[Error, Pool]:
+        """Curves of a family to take from."""
+        if family not in self._pools:
+            self._pools[family] = pools_of(curves_in(self.spec, family))
+        return self._pools[family]
+
+
+@dataclass(frozen=True)
 class Prediction:
-    """An experiment that has a flight, foreseen."""
+    """An experiment that has a flight, foreseen. curves: of its spec"""
 
     e: Experiment
     flight: FlightModel
-    _moments: dict[str, Mapping[Error, Moment]] = field(default_factory=dict)
-    _pools: dict[str, Mapping[Error, Pool]] = field(default_factory=dict)
+    curves: DrawnCurves
+    _flights: dict[tuple[object, ...], list[Seen]] = field(default_factory=dict)
     _figures: dict[tuple[object, ...], dict[str, float]] = field(default_factory=dict)
     _drawn: dict[tuple[object, ...], float] = field(default_factory=dict)
     _worst: dict[tuple[int, str], tuple[Starts, float]] = field(default_factory=dict)
@@ -53,35 +74,30 @@ class Prediction:
         flown = self.flight.trajectory
         return np.interp(self.flight.moments, flown.time_s, flown.temperature_degc)
 
-    def moments(self, family: str) -> Mapping[Error, Moment]:
-        """Second moments of the curves of a family."""
-        if family not in self._moments:
-            self._moments[family] = moments_of(curves_in(self.e.spec, family))
-        return self._moments[family]
-
     def figures(self, index: int, starts: Starts, families: tuple[str, ...]) -> dict[str, float]:
         """Family -> the quantile or root mean square of a requirement, SI."""
         key = (index, starts.word, *starts.degc.tolist(), *families)
         if key not in self._figures:
             degc, shares = starts.grid(self.profile)
-            moments, wanted = {name: self.moments(name) for name in families}, self.asked[index]
+            moments, wanted = {name: self.curves.moments(name) for name in families}, self.asked[index]
             found = covariances(wanted, self.foresight, degc, moments)
             self._figures[key] = {name: figure(wanted, each, shares) for name, each in found.items()}
         return self._figures[key]
 
     def drawn(self, index: int, family: str, starts: Starts) -> float:
         """The figure of a requirement with curves drawn from a family, SI; a root mean square needs none."""
-        rule, moments = self.e.requirements[index].rule, self.moments(family)
+        rule = self.e.requirements[index].rule
         if not isinstance(rule, PercentileRule):
             return self.figures(index, starts, (family,))[family]
-        if family not in self._pools:
-            self._pools[family] = pools_of(curves_in(self.e.spec, family))
-        key, p = (index, starts.word, *starts.degc.tolist(), family), rule.percentile
-        if key not in self._drawn:
+        at = (index, starts.word, *starts.degc.tolist())
+        if (*at, family) not in self._drawn:
             degc, shares = starts.grid(self.profile)
-            pools, wanted = self._pools[family], self.asked[index]
-            self._drawn[key] = drawn_quantile(wanted, self.foresight, degc, shares, pools, moments, p)
-        return self._drawn[key]
+            wanted, pools, moments = self.asked[index], self.curves.pools(family), self.curves.moments(family)
+            if at not in self._flights:
+                self._flights[at] = [self.foresight.seen(wanted.asked, one) for one in degc]
+            quantile = drawn_quantile(wanted, self._flights[at], shares, pools, moments, rule.percentile)
+            self._drawn[*at, family] = quantile
+        return self._drawn[*at, family]
 
     def worst(self, index: int, family: str) -> tuple[Starts, float]:
         """The start of the range at which a requirement is worst, and its figure there."""
@@ -92,6 +108,6 @@ class Prediction:
     def _looked_for(self, index: int, family: str) -> tuple[Starts, float]:
         spec = self.e.spec
         grid = np.linspace(*spec.plan.temperatures.range, FINE)
-        wanted, moments = self.asked[index], self.moments(family)
+        wanted, moments = self.asked[index], self.curves.moments(family)
         degc, most = worst_start(wanted, self.foresight, moments, anywhere(spec), self.profile, grid)
         return at_one(spec, degc), most

@@ -31,7 +31,7 @@ from planner.verify.experiment import Experiment
 from planner.verify.findings import Findings
 from planner.verify.foreseen import PARTS, Foresight
 from planner.verify.outcome import sigmas_planned
-from planner.verify.prediction import Prediction
+from planner.verify.prediction import DrawnCurves, Prediction
 from planner.verify.recount_budget import budgets_of, calibrated_errors
 from planner.verify.references import directions
 from planner.verify.second_moments import Error
@@ -45,17 +45,19 @@ Document = Mapping[str, Any]
 Row = tuple[Error, str]
 
 
-def as_planned(e: Experiment) -> Prediction | None:
+def as_planned(e: Experiment, curves: DrawnCurves | None = None) -> Prediction | None:
     """What the plan of an experiment promises; None where nothing is flown.
 
-    With the noise that the spec gives, and none that a simulated bench would add.
+    With the noise that the spec gives, and none that a simulated bench would add. curves: of the spec, if
+    they are drawn already
     """
     if e.flight is None:
         return None
     chance = Chance(white={s: e.spec.unit.white(s) for s in SENSORS}, flown=e.chance.flown)
     off = directions(e.records, e.spec)
     known = estimators(e.records, e.unit, e.spec.effects, chance, off, tables_of(e.spec))
-    return Prediction(replace(e, chance=chance, estimators=known), e.flight)
+    planned = replace(e, chance=chance, estimators=known)
+    return Prediction(planned, e.flight, curves or DrawnCurves(e.spec))
 
 
 def check_promise(document: Document, p: Prediction | None) -> list[Findings]:
@@ -212,10 +214,10 @@ def covariance_of(p: Prediction, starts: Starts, family: str) -> tuple[list[Row]
     parts = {part: np.zeros((len(rows), len(rows))) for part in PARTS}
     degc, shares = starts.grid(p.profile)
     for one, share in zip(degc, shares.tolist(), strict=True):
-        found = begun.without_curves(asked, one[:1])
-        missed, misread = begun.curves(asked, one[:1], p.moments(family))
-        found["temperature"] += missed
-        found["estimate"] += misread
+        seen, moments = begun.seen(asked, one[:1]), p.curves.moments(family)
+        found = seen.without_curves()
+        found["temperature"] += seen.curves(moments)
+        found["estimate"] += seen.misread(moments)
         for part in PARTS:
             parts[part] += share * found[part]
     return rows, parts
@@ -262,7 +264,8 @@ def shares_of(p: Prediction, index: int, starts: Starts, family: str) -> dict[st
     degc, weights = starts.grid(p.profile)
     squares = np.zeros(len(f.errors))
     for one, weight in zip(degc, weights.tolist(), strict=True):
-        parts = [*f.without_curves(asked, one).values(), *f.curves(asked, one, p.moments(family))]
-        across = np.sum(parts, axis=0)[:-rows, -rows:].reshape(len(f.errors), rows, rows)
+        seen, moments = f.seen(asked, one), p.curves.moments(family)
+        whole = seen.rest + seen.curves(moments) + seen.misread(moments)
+        across = whole[:-rows, -rows:].reshape(len(f.errors), rows, rows)
         squares += weight * np.trace(across, axis1=1, axis2=2)
     return {str(ErrorName.of(*error)): float(x) for error, x in zip(f.errors, squares, strict=True)}
