@@ -7,8 +7,9 @@ from planner.bench_run.errors import BenchFault
 from planner.bench_run.line import Conversation, Line
 from planner.bench_run.readings import Air
 from planner.bench_run.tolerances import Tolerances
-from planner.control.dialect import ChamberDialect, filled, finite, matched
+from planner.control.dialect import ChamberDialect, filled, finite, fits
 from planner.control.dialect_files import chamber_dialect
+from planner.control.words import fixed
 from planner.nouns.bench import ChamberFacts
 from planner.units import ZERO_CELSIUS_K
 
@@ -145,8 +146,7 @@ class ChamberDriver:
 
     def _sent(self, degc: float) -> str:
         value = degc + ZERO_CELSIUS_K if self._dialect.units == "K" else degc
-        text = f"{value:.{self._dialect.decimals}f}"
-        return f"{0.0:.{self._dialect.decimals}f}" if float(text) == 0 else text
+        return fixed(value, self._dialect.decimals)
 
     def _start(self) -> None:
         for word in self._dialect.orders.start:
@@ -180,7 +180,7 @@ class ChamberDriver:
         words = self._dialect.acknowledgement
 
         def understand(text: str) -> str:
-            if words and words.refused and _has_shape(tuple(words.refused), text):
+            if words and fits(words.refused, text):
                 return "refused"
             return question.understood(text)["code"]
 
@@ -238,10 +238,3 @@ class ChamberDriver:
         rates = self._facts.heating_k_per_min, self._facts.cooling_k_per_min
         speed = rates[0] if end > start else rates[1]
         return 60 * abs(end - start) / speed if speed else 0.0
-
-
-def _has_shape(shapes: tuple[str, ...], text: str) -> bool:
-    try:
-        return matched(shapes, text) is not None
-    except ValueError:
-        return False

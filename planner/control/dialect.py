@@ -247,11 +247,9 @@ def filled(template: str, **values: object) -> str:
     return _PLACE.sub(lambda place: str(values[place[1]]), template)
 
 
-def figure(value: float, decimals: int) -> str:
-    """A number as controllers read it: no exponent, no `-0`, as few digits as hold it."""
-    text = f"{value:.{decimals}f}"
-    text = text.rstrip("0").rstrip(".") if "." in text else text
-    return "0" if text == "-0" else text
+def verb_of(message: str) -> str:
+    """What stands before the first comma or blank: `TEMP` of `TEMP,S-40.0`."""
+    return message.partition(",")[0].partition(" ")[0]
 
 
 def matched(shapes: tuple[str, ...], text: str, known: tuple[tuple[str, str], ...] = ()) -> dict[str, str]:
@@ -261,6 +259,11 @@ def matched(shapes: tuple[str, ...], text: str, known: tuple[tuple[str, str], ..
         if found:
             return {key: value.strip() for key, value in found.groupdict().items()}
     raise ValueError(f"{text!r} has not the shape of {shapes[0]!r}")
+
+
+def fits(shapes: tuple[str, ...], text: str, known: tuple[tuple[str, str], ...] = ()) -> bool:
+    """Whether a text has one of the shapes."""
+    return any(_pattern(shape, known).fullmatch(text.strip()) for shape in shapes)
 
 
 @lru_cache(maxsize=512)

@@ -45,8 +45,7 @@ def setpoint(temperature_degc: float) -> str:
 
 def sent_degc(temperature_degc: float) -> str:
     """A setpoint as the controller takes it: tenths, never `-0.0`."""
-    text = f"{temperature_degc:.1f}"
-    return "0.0" if text == "-0.0" else text
+    return fixed(temperature_degc, 1)
 
 
 def rounding_note(bench: str, temperatures_degc: Iterable[float | None]) -> str | None:
@@ -62,7 +61,12 @@ def rounding_note(bench: str, temperatures_degc: Iterable[float | None]) -> str 
     )
 
 
-def figure(value: float) -> str:
-    """A number as controllers read it: no exponent, at most six decimals, no `-0`."""
-    text = f"{value:.6f}".rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text
+def fixed(value: float, decimals: int) -> str:
+    """A number with so many decimals, never `-0.0`."""
+    return f"{value:z.{decimals}f}"
+
+
+def figure(value: float, decimals: int = 6) -> str:
+    """A number as controllers read it: no exponent, no `-0`, as few digits as hold it."""
+    text = fixed(value, decimals)
+    return text.rstrip("0").rstrip(".") if "." in text else text
