@@ -20,12 +20,10 @@ from planner.bench_run.open_bench import LONGEST_WAIT_S, OpenBench, Say
 from planner.bench_run.people import Waiting
 from planner.bench_run.record import Recording
 from planner.bench_run.safety import ATTENTION, Left
-from planner.bench_run.shifts import Hours, begins, next_attended
+from planner.bench_run.shifts import Hours, begins, next_attended, planned_week, same_place, same_repeat
 from planner.control.orders import fastest_dps
 from planner.errors import PlannerError
 from planner.nouns.plan import Step
-
-__all__ = ["ATTENTION", "Finished", "execute"]
 
 
 def execute(
@@ -122,9 +120,9 @@ class _Run:
 
     def _planned_week(self) -> Callable[[], float]:
         """The first step of the session is made at its planned moment of the week."""
-        start, steps = self._clock.now(), self._job.steps
-        planned = self._job.start_s + (steps[self._done].start_s if self._done < len(steps) else 0.0)
-        return lambda: planned + self._clock.now() - start
+        steps = self._job.steps
+        begin = steps[self._done].start_s if self._done < len(steps) else 0.0
+        return planned_week(self._clock, self._job.start_s + begin)
 
     def _wait_for_people(self, index: int) -> None:
         """Until step `index` may begin (bench_run.shifts), with a look at table and chamber every minute."""
@@ -162,7 +160,7 @@ class _Run:
         self._say(f"going on at {step.id}")
         self._at_temperature(step)
         earlier = self._job.steps[: self._done]
-        soaks = [s for s in earlier if s.action == "soak" and _same_place(s, step)]
+        soaks = [s for s in earlier if s.action == "soak" and same_place(s, step)]
         if soaks:
             self._open.hold(soaks[-1].seconds)
         if step.action != "power_on" and self._lacks_records(step):
@@ -172,7 +170,7 @@ class _Run:
 
     def _lacks_records(self, step: Step) -> bool:
         rest = self._job.steps[self._done :]
-        return any(s.action == "record" and _same_repeat(s, step) for s in rest)
+        return any(s.action == "record" and same_repeat(s, step) for s in rest)
 
     # ------------------------------------------------------------ the actions
 
@@ -296,11 +294,3 @@ class _Run:
 
 def _motions(job: Job, bench: str) -> Iterator[Mapping[str, float] | None]:
     return (step.motion for step in job.steps if step.bench == bench)
-
-
-def _same_place(one: Step, other: Step) -> bool:
-    return one.bench == other.bench and one.temperature_degc == other.temperature_degc
-
-
-def _same_repeat(one: Step, other: Step) -> bool:
-    return _same_place(one, other) and (one.test, one.repeat) == (other.test, other.repeat)
