@@ -10,6 +10,7 @@ again, would throw away records that are good.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping
 
 from planner.bench_run.equipment import Equipment, Finished, Status
@@ -20,7 +21,7 @@ from planner.bench_run.open_bench import LONGEST_WAIT_S, OpenBench, Say
 from planner.bench_run.people import Waiting
 from planner.bench_run.record import Recording
 from planner.bench_run.safety import ATTENTION, Left
-from planner.bench_run.shifts import Hours, begins, next_attended, planned_week, same_place, same_repeat
+from planner.bench_run.shifts import Hours, begins, planned_week, same_place, same_repeat
 from planner.control.orders import fastest_dps
 from planner.errors import PlannerError
 from planner.nouns.plan import Step
@@ -73,6 +74,7 @@ class _Run:
         self._bench: OpenBench | None = None
         self._done = len(journal.past.entries)
         self._hours = Hours(job, equipment.week or self._planned_week(), equipment.tolerances.overtime_s)
+        self._attended = [i for i, step in enumerate(job.steps) if step.attended]
         self._powered = False
         self._began = 0.0
         self.recording = Recording(equipment, journal, say)
@@ -268,7 +270,8 @@ class _Run:
     def _tell_status(self) -> None:
         step, steps = self._job.steps[self._done], self._job.steps
         spent = min(self._clock.now() - self._began, step.seconds)
-        attended = next_attended(steps, self._done + 1)
+        at = bisect_right(self._attended, self._done)
+        attended = steps[self._attended[at]] if at < len(self._attended) else None
         now = step.start_s + spent
         self._watch(
             Status(

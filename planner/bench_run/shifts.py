@@ -94,11 +94,6 @@ def begins(steps: Sequence[Step], index: int) -> bool:
     return steps[index].attended or steps[index].action == "power_on"
 
 
-def next_attended(steps: Sequence[Step], index: int) -> Step | None:
-    """The next step from `index` on that people are needed for."""
-    return next((step for step in steps[index:] if step.attended), None)
-
-
 def same_place(one: Step, other: Step) -> bool:
     """Whether two steps are made on one bench at one temperature."""
     return one.bench == other.bench and one.temperature_degc == other.temperature_degc
