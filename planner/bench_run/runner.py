@@ -13,11 +13,11 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping
 
-from planner.bench_run.equipment import Equipment, Finished, Status
+from planner.bench_run.equipment import Equipment, Finished, Say, Status
 from planner.bench_run.errors import BenchFault
 from planner.bench_run.job import Job
 from planner.bench_run.journal import Entry, Journal, now_text
-from planner.bench_run.open_bench import LONGEST_WAIT_S, OpenBench, Say
+from planner.bench_run.open_bench import LONGEST_WAIT_S, OpenBench
 from planner.bench_run.people import Waiting
 from planner.bench_run.record import Recording
 from planner.bench_run.safety import ATTENTION, Left

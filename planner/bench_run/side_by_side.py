@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from planner.bench_run.clock import Clock, WallClock
-from planner.bench_run.equipment import Equipment, Finished, Status
+from planner.bench_run.equipment import Equipment, Finished, Say, Status
 from planner.bench_run.errors import Interrupted
 from planner.bench_run.interrupts import Stop
 from planner.bench_run.job import Job
@@ -25,8 +25,6 @@ from planner.nouns.plan import Step
 
 LOOK_S = 5.0  # how often a bench that waits for another looks whether it may go on
 WALL_S = 0.5  # how often the main thread listens for signals
-
-Say = Callable[[str], None]
 
 
 class SharedClock:

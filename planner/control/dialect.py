@@ -15,9 +15,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from planner.control.words import fixed
 from planner.quantities import PositiveSeconds
 from planner.spec.part import SpecPart
-from planner.units import dimension_of, displayed, unit_factor
+from planner.units import ZERO_CELSIUS_K, dimension_of, displayed, unit_factor
 
 Said = tuple[str, ...]
 Words = Annotated[Said, Field(min_length=1)]
@@ -195,6 +196,18 @@ class ChamberDialect(Dialect):
         if any("{measured}" not in shape for shape in self.questions.temperature.answer):
             raise ValueError("questions.temperature.answer: every shape needs {measured}")
         return self
+
+    def sent(self, degc: float) -> str:
+        """degC → the device's number."""
+        return fixed(degc + self._zero, self.decimals)
+
+    def read(self, text: str) -> float:
+        """The device's number → degC. Raises ValueError for what is no number to go by."""
+        return finite(text) - self._zero
+
+    @property
+    def _zero(self) -> float:
+        return ZERO_CELSIUS_K if self.units == "K" else 0.0
 
     @property
     def tells_setpoint(self) -> bool:
