@@ -69,7 +69,8 @@ class UnitDate:
 @dataclass(frozen=True)
 class FleetForecast:
     """All channels and units; scores: of the rolling origins; until: last day of the horizon; today: a day,
-    too"""
+    too; units: none where no dates were asked for
+    """
 
     history: History
     channels: tuple[ChannelForecast, ...]
