@@ -109,6 +109,20 @@ def test_a_steady_drift_is_dated_where_the_line_meets_the_limit():
     assert date.terms[0][0] == "accelerometer.bias x"
 
 
+def test_a_named_method_has_the_same_bands_wherever_it_is_asked():
+    """Naive is too sure of units that drift; its bands are widened whether or not scores are shown."""
+    basis = small_basis()
+    history, _ = fleet(6, 5, drift=2.0)
+    models = {m.name: m for m in basis.models}
+    shown, plain = (
+        forecast_channels(history, models, 400.0, 0.95, "naive", "none", lambda m: None, validated=validated)
+        for validated in (True, False)
+    )
+    assert min(s.factor for s in shown[1]) > 1.1
+    for a, b in zip(shown[0], plain[0], strict=True):
+        np.testing.assert_array_equal(a.forecast.scale, b.forecast.scale)
+
+
 def test_one_point_is_forecast_by_the_storage_of_the_spec():
     basis = small_basis()
     series = Series("u", "gyro.bias", "x", "deg/s", np.zeros(1), np.zeros(1), np.full(1, np.nan))
