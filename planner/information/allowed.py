@@ -13,11 +13,10 @@ from statistics import NormalDist
 
 import numpy as np
 
-from planner.information.exact import Foreseen
+from planner.information.exact import quickly
 from planner.information.exchange import Judge, easiest
 from planner.information.in_flight import share_of
-from planner.information.kinds import Kinds
-from planner.information.model_of import Flight, asked_of, on_offer, promise_of
+from planner.information.model_of import Flight, bare_promise, on_offer
 from planner.information.parts import left_in_flight
 from planner.information.promise import Promise
 from planner.nouns.array import Array
@@ -58,14 +57,11 @@ def _most_accurate(flight: Flight) -> Sizes:
 
 def _left_alone(flight: Flight) -> Sizes:
     other = flight.under(flight.spec.model_copy(update={"effects": ()}))
-    promise = promise_of(other, Kinds((), ()), asked_of(other, exact=False))
-    return _sizes(other, promise, np.zeros((1, 0)))
+    return _sizes(other, bare_promise(other), np.zeros((1, 0)))
 
 
 def _sizes(flight: Flight, promise: Promise, counts: Array) -> Sizes:
     """By quick figures: the most records are so many that their days do not matter."""
-    stored, figures = flight.in_store(0.0), promise.figures(counts)[0]
-    each = {name: tuple(map(float, row)) for name, row in zip(promise.families, figures, strict=True)}
-    parts = left_in_flight(flight, Foreseen(each, promise, counts, lambda f: stored), 0).parts
+    parts = left_in_flight(flight, quickly(flight, promise, counts), 0).parts
     z = largest_quantile(flight.spec)
     return {str(error): z * float(np.linalg.norm([*own.values()])) for error, own in parts.items()}

@@ -170,12 +170,17 @@ def _at_any(
         vectors = basis.astype(np.float32) @ np.swapaxes(d, 1, 2)
         squares = (vectors**2).reshape(len(some), -1, a.response.shape[1], n).sum(axis=2)
         found.append(np.sqrt(squares.max(axis=1)))
-    lengths = np.concatenate(found)
+    return length_of_share(np.concatenate(found), a.share, weights)
+
+
+def length_of_share(lengths: Array, share: float, weights: Array | None) -> float:
+    """Within which a share of drawn lengths (s, n) lies; weights (s,) of temperatures, None: of the worst."""
     if weights is None:
-        return float(np.quantile(lengths, a.share, axis=1).max())
+        return float(np.quantile(lengths, share, axis=1).max())
     order = np.argsort(lengths, axis=None)
-    shares = np.repeat(weights / lengths.shape[1], lengths.shape[1])[order]
-    return float(lengths.ravel()[order][np.searchsorted(np.cumsum(shares), a.share)])
+    each = np.repeat(weights / lengths.shape[1], lengths.shape[1])[order]
+    place = int(np.searchsorted(np.cumsum(each), share))
+    return float(lengths.ravel()[order][min(place, len(order) - 1)])
 
 
 def _basis(rest: Array, parts: Sequence[CurveWeights]) -> Array:

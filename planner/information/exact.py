@@ -15,7 +15,7 @@ from planner.campaign.design import design
 from planner.campaign.model import Campaign, campaign
 from planner.campaign.power_ons import of_design
 from planner.campaign.prior import walk_mode
-from planner.information.drawn import drawn_quantile
+from planner.information.drawn import drawn_quantile, length_of_share
 from planner.information.in_flight import Asked, Days
 from planner.information.kinds import Kind, Kinds, channel_kinds
 from planner.information.model_of import Flight, asked_of, promise_of
@@ -63,6 +63,13 @@ class Foreseen:
 def foreseen(flight: Flight, steps: Sequence[Step]) -> Foreseen:
     """The promise of the campaign that these steps make of one unit."""
     return foreseen_of(flight, campaign(flight.spec, of_design(design(steps, flight.spec))))
+
+
+def quickly(flight: Flight, promise: Promise, counts: Array) -> Foreseen:
+    """The promise of counts (1, g) by the search's figures: nothing walks while the campaign lasts."""
+    stored, figures = flight.in_store(0.0), promise.figures(counts)[0]
+    each = zip(promise.families, figures, strict=True)
+    return Foreseen({name: tuple(map(float, row)) for name, row in each}, promise, counts, lambda f: stored)
 
 
 def foreseen_of(flight: Flight, made: Campaign) -> Foreseen:
@@ -115,15 +122,17 @@ def _quantiles(flight: Flight, promise: Promise, counts: Array, k: int, near: Ar
     a, found = promise.asked[k], list[float]()
     parts = promise.through_curves(counts[0], k)
     rest = replace(promise, families={"": {}}).covariance(counts, k)[0, 0]
-    every = promise.covariance(counts, k)[0]
-    for (name, moments), S, guess in zip(promise.families.items(), every, near, strict=True):
+    for (name, moments), guess in zip(promise.families.items(), near, strict=True):
 
         def pool(error: tuple[Sensor, str], family: str = name) -> Array:
             return flight.curves.pool(family, error, promise.points)
 
         mine = [p for p in parts if p.error in moments]
         drawn = drawn_quantile(a, rest, mine, moments, pool, float(guess))
-        found.append(_quantile(a, S, guess) if drawn is None else drawn)
+        if drawn is None:
+            whole = sum((p.second_moment(moments[p.error]) for p in mine), rest)
+            drawn = _quantile(a, whole, float(guess))
+        found.append(drawn)
     return found
 
 
@@ -158,9 +167,4 @@ def _drawn(a: Asked, S: Array, c: int) -> float:
     for one in root[:, :, -rank:]:
         d = (one @ rng.normal(size=(rank, DRAWS))).reshape(-1, c, DRAWS)
         longest.append(np.sqrt(np.max(np.sum(d**2, axis=1), axis=0)))
-    lengths = np.array(longest)
-    if a.weights is None:
-        return float(np.quantile(lengths, a.share, axis=1).max())
-    order = np.argsort(lengths, axis=None)
-    weight = np.repeat(a.weights / DRAWS, DRAWS)[order]
-    return float(lengths.ravel()[order][np.searchsorted(np.cumsum(weight), a.share)])
+    return length_of_share(np.array(longest), a.share, a.weights)

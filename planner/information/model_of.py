@@ -112,3 +112,8 @@ def promise_of(flight: Flight, kinds: Kinds, wanted: tuple[Asked, ...]) -> Promi
     families = flight.curves.moments(points)
     smooth = smooth_of(flight.spec, points, families)
     return Promise(kinds, wanted, flight.response.flying, points, families, smooth)
+
+
+def bare_promise(flight: Flight) -> Promise:
+    """What units promise that nobody has calibrated."""
+    return promise_of(flight, Kinds((), ()), asked_of(flight, exact=False))

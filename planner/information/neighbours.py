@@ -51,12 +51,12 @@ class Neighbours:
 
     def shaken(self, n: Array, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """(B, g) campaigns whose temperatures are all moved at once, by a step of the grid or not."""
-        found = []
+        found, together = [], [self._at(n, t) for t in self._temperatures(n)]
         for _ in range(count):
             moved = n
-            for t in self._temperatures(n):
+            for kinds in together:
                 shift = int(rng.integers(-1, 2))
-                for k in self._at(n, t) if shift else ():
+                for k in kinds if shift else ():
                     to = self._shifted(k, shift)
                     moved = moved if to is None else _onto(moved, k, to)
             found.append(moved)

@@ -71,30 +71,29 @@ class Promise:
         """Per requirement (B, families, S, I, c, c) of d; (B,) whether what flies is undetermined."""
         named = [*self.families] if families is None else families
         chosen = [i for i, name in enumerate(self.families) if name in named]
-        whole = [np.zeros((len(counts), len(chosen), *v.alone.shape[1:])) for v in self._views]
+        whole, undetermined = self._whole(counts, chosen)
+        return [self._blocks(a, whole) for a in self.asked], undetermined
+
+    def covariance(self, counts: Array, requirement: int) -> Array:
+        """(B, families, S, I c, I c) of one requirement with what goes between its instants."""
+        only = replace(self, asked=(self.asked[requirement],))
+        return only._whole(counts, range(len(self.families)))[0][0]
+
+    def _whole(self, counts: Array, families: Sequence[int]) -> tuple[list[Array], NDArray[np.bool_]]:
+        """Per view (B, families, S, ρ, ρ) of d; (B,) whether what flies is undetermined."""
+        whole = [np.zeros((len(counts), len(families), *v.alone.shape[1:])) for v in self._views]
         undetermined = np.zeros(len(counts), dtype=bool)
         common = [_Common(len(counts)) for _ in self._views]
         for group in self._groups:
             for found in told(group.alike, counts, group.curved):
                 undetermined[found.which] |= group.misses(found)
                 for v, total, of in zip(group.seen_from, whole, common, strict=True):
-                    total[found.which] += v.left(found, chosen)
-                    of.add(group, v, found)
+                    R = v.reads(found)
+                    total[found.which] += v.left(found, R, families)
+                    of.add(group.alike, found, R)
         for view, total, of in zip(self._views, whole, common, strict=True):
-            total += view.alone[chosen] + of.between()
-        return [self._blocks(a, whole) for a in self.asked], undetermined
-
-    def covariance(self, counts: Array, requirement: int) -> Array:
-        """(B, families, S, I c, I c) of one requirement with what goes between its instants."""
-        only = replace(self, asked=(self.asked[requirement],))
-        whole = [np.zeros((len(counts), len(self.families), *v.alone.shape[1:])) for v in only._views]
-        common = _Common(len(counts))
-        for group in only._groups:
-            for found in told(group.alike, counts, group.curved):
-                for v, total in zip(group.seen_from, whole, strict=True):
-                    total[found.which] += v.left(found, range(len(self.families)))
-                    common.add(group, v, found)
-        return np.asarray(whole[0] + only._views[0].alone + common.between())
+            total += view.alone[[*families]] + of.between()
+        return whole, undetermined
 
     def through_curves(self, counts: Array, requirement: int) -> list[CurveWeights]:
         """What one requirement takes from every curve, with one campaign (g,): what tables miss included."""
@@ -203,9 +202,8 @@ class _Seen:
     walks: tuple[tuple[int, int, float], ...]
     smooth: Mapping[int, tuple[Smooth, tuple[Sensor, str]]]
 
-    def left(self, found: Told, families: Sequence[int]) -> Array:
-        """(B, families, S, ρ, ρ) what the estimates leave, and what they make of the curves."""
-        R = self.reads(found)
+    def left(self, found: Told, R: Array, families: Sequence[int]) -> Array:
+        """(B, families, S, ρ, ρ) what estimates leave, and what they make of the curves; R: of `reads`."""
         flat = R.reshape(*R.shape[:2], -1, R.shape[-1])
         noise = _between((flat @ found.covariance).reshape(R.shape), R)[:, None]
         if not self.moments:
@@ -262,7 +260,7 @@ class _Seen:
         seen = -(R[..., :P].reshape(a, B, S * r, P) @ gain)
         split = seen.reshape(a, B, S, r, K)
         k, each = self.of_kind[found.kinds], []
-        for M in self.moments[i][families]:
+        for M in self.moments[i][[*families]]:
             half = 0.5 * seen @ M[k[:, :, None], k[:, None, :]]
             each.append(_between(half.reshape(split.shape), split) + self._across(split, M[k], i))
         return np.stack(each, axis=1)
@@ -291,13 +289,13 @@ class _Common:
     sums: dict[str, Array] = field(default_factory=dict)
     own: list[tuple[NDArray[np.intp], Array]] = field(default_factory=list)
 
-    def add(self, group: _Group, seen: _Seen, found: Told) -> None:
-        """A group of channels on some of the campaigns."""
-        if not any(any(c.references) for c in group.alike.channels):
+    def add(self, group: Alike, found: Told, R: Array) -> None:
+        """A group of channels on some of the campaigns; R: of `reads`."""
+        if not any(any(c.references) for c in group.channels):
             return
         P = found.places[-1].stop
-        D = (seen.reads(found)[..., :P] @ found.covariance[:, :, None, :P, P:]) / group.alike.first.sigma
-        for c, channel in zip(group.alike.channels, D, strict=True):
+        D = (R[..., :P] @ found.covariance[:, :, None, :P, P:]) / group.first.sigma
+        for c, channel in zip(group.channels, D, strict=True):
             for j, name in enumerate(c.references):
                 if name:
                     z = channel[..., j]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.errors import InfeasibleError, InputError
-from planner.information.exact import Foreseen, foreseen, laid_out
+from planner.information.exact import foreseen, laid_out, quickly
 from planner.information.exchange import Judge, easiest
 from planner.information.model_of import Flight
 from planner.information.offers import Offers
@@ -76,10 +76,7 @@ def _beyond(flight: Flight, offers: Offers, judge: Judge, n: Array, k: int) -> _
 
 def _binding(flight: Flight, judge: Judge, n: Array, k: int) -> tuple[tuple[str, float], ...]:
     """Share of every part of every error in the requirement's square, the largest first."""
-    counts, stored = n[None], flight.in_store(0.0)
-    figures = judge.promise.figures(counts)[0]
-    each = {name: tuple(map(float, row)) for name, row in zip(judge.promise.families, figures, strict=True)}
-    found = Foreseen(each, judge.promise, counts, lambda f: stored)
+    found = quickly(flight, judge.promise, n[None])
     parts, of_error = left_in_flight(flight, found, k).parts, shares(flight, found, k)
     total = sum(of_error.values()) or 1.0
     binds = []

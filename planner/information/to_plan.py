@@ -11,14 +11,14 @@ from planner.information.allowed import largest_quantile
 from planner.information.borrowed import borrowed_notes
 from planner.information.choose import Found
 from planner.information.model_of import Flight
-from planner.information.parts import left_in_flight, shares
+from planner.information.parts import Left, left_in_flight, shares
 from planner.information.prices import parts_by_share, prices_of
 from planner.information.scaled import Part
 from planner.information.worth import worth_of
 from planner.nouns.allowances import Allowance, ErrorModel, FlownCovariance, FlownTerm
 from planner.nouns.choices import Campaign, RepeatReason
 from planner.nouns.deadline import BESIDE
-from planner.nouns.plan import Achieved, GeneticPlan, Plan
+from planner.nouns.plan import Achieved, GeneticPlan, Plan, Price, Worth
 from planner.nouns.sensitivities import Constraint
 from planner.nouns.sensor import ErrorName
 from planner.plan.by_hand import fixed_repeats, is_hand_made
@@ -29,6 +29,8 @@ from planner.plan.spec_to_benches import planned_benches
 from planner.spec.model import NAVIGATION_ERRORS, Requirement, Spec
 from planner.spec.plugins import foreign_plugins
 from planner.units import unit_factor
+
+ESTIMATORS = {"lines": "tables with straight lines", "smooth": "smooth tables (posterior mean)"}
 
 
 def plan_of(
@@ -45,15 +47,13 @@ def plan_of(
     """Everything that plan.json and the report show of a campaign by information."""
     spec = flight.spec
     by_hand = is_hand_made(spec)
-
-    def late(stage: str) -> bool:
-        return not by_hand and flight.deadline.over(BESIDE, stage)
-
     chosen = Campaign(found.visits, (), found.cost, found.bound, found.proved)
     tests = planned_tests(spec, chosen, found.timeline)
-    allowed = tuple(_allowances(flight, found, models))
+    left = left_in_flight(flight, found.foreseen, 0)
+    allowed = tuple(_allowances(spec, left, models))
     power_on = round(sum(test.power_on_s for test in tests), 6)
     least = found.cost if by_hand else found.bound
+    worth, prices = _worth_and_prices(flight, found, by_hand)
     return Plan(
         version=version,
         name=spec.name,
@@ -80,16 +80,24 @@ def plan_of(
         spread_factor=found.spread_factor,
         hours_per_limit={},
         genetic=genetic,
-        worth=() if late("the worth of visits") else worth_of(found),
-        covariance=_covariance(flight, found, models),
-        prices=() if by_hand or late("prices") else prices_of(flight, found, _spreads(flight, found)),
+        worth=worth,
+        covariance=_covariance(left, models),
+        prices=prices,
         notes=(*notes, *borrowed_notes(spec, found), *worn_out(spec, power_on)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),
     )
 
 
-ESTIMATORS = {"lines": "tables with straight lines", "smooth": "smooth tables (posterior mean)"}
+def _worth_and_prices(
+    flight: Flight, found: Found, by_hand: bool
+) -> tuple[tuple[Worth, ...], tuple[Price, ...]]:
+    """As far as there is time; hands have no prices."""
+    if by_hand:
+        return worth_of(found), ()
+    late = flight.deadline.over
+    worth = () if late(BESIDE, "the worth of visits") else worth_of(found)
+    return worth, () if late(BESIDE, "prices") else prices_of(flight, found, _spreads(flight, found))
 
 
 def proved_of(found: Found, estimator: Literal["lines", "smooth"]) -> str:
@@ -136,18 +144,17 @@ def temperature_words(wanted: Requirement) -> str:
     return "{" + ", ".join(f"{t:g} degC: {share:g}" for t, share in sorted(shares_)) + "}"
 
 
-def _allowances(flight: Flight, found: Found, models: Sequence[ErrorModel]) -> Iterator[Allowance]:
-    left = left_in_flight(flight, found.foreseen, 0)
-    z = largest_quantile(flight.spec)
+def _allowances(spec: Spec, left: Left, models: Sequence[ErrorModel]) -> Iterator[Allowance]:
+    z = largest_quantile(spec)
     for model in models:
         parts = {name: z * value for name, value in left.parts[ErrorName(model.name)].items()}
         total = float(np.sqrt(sum(value**2 for value in parts.values())))
         yield Allowance(model.name, model.unit, total, **parts, calibrated=model.calibrated)
 
 
-def _covariance(flight: Flight, found: Found, models: Sequence[ErrorModel]) -> FlownCovariance:
+def _covariance(left: Left, models: Sequence[ErrorModel]) -> FlownCovariance:
     """Of all terms, beside the allowances, at the temperatures of the first requirement."""
-    left, unit_of = left_in_flight(flight, found.foreseen, 0), {m.name: m.unit for m in models}
+    unit_of = {m.name: m.unit for m in models}
     terms = tuple(FlownTerm(str(f.error), f.term, unit_of[str(f.error)]) for f in left.flying)
     scale = np.array([1.0 / unit_factor(t.unit)[0] for t in terms])
     matrix = left.covariance * np.outer(scale, scale)

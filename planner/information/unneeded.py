@@ -14,9 +14,9 @@ import numpy as np
 
 from planner.errors import PlannerError
 from planner.information.choose import Found, campaign_found
+from planner.information.drawn import length_of_share
 from planner.information.in_flight import Asked
-from planner.information.kinds import Kinds
-from planner.information.model_of import Flight, asked_of, promise_of
+from planner.information.model_of import Flight, bare_promise
 from planner.information.promise import figure_of
 from planner.information.told import alike, told
 from planner.nouns.array import Array
@@ -92,12 +92,11 @@ def _lost(found: Found, test: str) -> set[str]:
 def _left_alone(flight: Flight, spec: Spec, *, own_only: bool = False) -> Array:
     """(requirements,) the largest figures when nothing is calibrated; own_only: without any curve, SI."""
     other = flight.under(spec)
-    wanted = asked_of(other, exact=False)
-    promise = promise_of(other, Kinds((), ()), wanted)
+    promise = bare_promise(other)
     if own_only:
         promise = replace(promise, families={"": {}})
     left, _ = promise.left(np.zeros((1, 0)))
-    each = [(float(figure_of(a, S).max()), a, S[0]) for a, S in zip(wanted, left, strict=True)]
+    each = [(float(figure_of(a, S).max()), a, S[0]) for a, S in zip(promise.asked, left, strict=True)]
     return np.array([f if a.share is None else max(f, _drawn(other, a, S)) for f, a, S in each])
 
 
@@ -106,6 +105,7 @@ def _drawn(flight: Flight, a: Asked, S: Array) -> float:
 
     The largest over families and instants.
     """
+    assert a.share is not None
     J = a.response.sum(axis=3)
     size = np.array([_systematic(flight.spec, f) for f in flight.response.flying])
     rest = S - np.einsum("icf,f,idf->icd", J, size**2 / 3.0, J)
@@ -118,19 +118,8 @@ def _drawn(flight: Flight, a: Asked, S: Array) -> float:
     for family in root:
         for i in range(J.shape[0]):
             lengths = np.linalg.norm(even @ J[i].T + normal @ np.swapaxes(family[:, i], 1, 2), axis=2)
-            found = max(found, _quantile(lengths, a))
+            found = max(found, length_of_share(lengths, a.share, a.weights))
     return found
-
-
-def _quantile(lengths: Array, a: Asked) -> float:
-    """Of lengths (S, DRAWS) at temperatures of weights (S,), or of the worst of them."""
-    assert a.share is not None
-    if a.weights is None:
-        return float(np.quantile(lengths, a.share, axis=1).max())
-    order = np.argsort(lengths, axis=None)
-    weight = np.repeat(a.weights / lengths.shape[1], lengths.shape[1])[order]
-    place = int(np.searchsorted(np.cumsum(weight), a.share))
-    return float(lengths.ravel()[order][min(place, len(order) - 1)])
 
 
 def _systematic(spec: Spec, f: Flying) -> float:

@@ -11,7 +11,7 @@ from planner.nouns.array import Array
 from planner.recordings.allan import AllanResult
 from planner.recordings.look import Looked
 from planner.report.charts.theme import BLUE, GREEN, PALE, RED, new_figure
-from planner.units import from_si
+from planner.units import from_si, unit_factor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,9 +28,9 @@ def signals(power_on: Looked) -> Figure:
     gyro, acc = power_on.file.recording.has
     shown: list[tuple[str, Array]] = []
     if gyro:
-        shown.append(("gyros, deg/s", windows.mean[:, :3] / from_si_factor("deg/s")))
+        shown.append(("gyros, deg/s", windows.mean[:, :3] / unit_factor("deg/s")[0]))
     if acc:
-        shown.append(("accelerometers, g", windows.mean[:, 3:] / from_si_factor("g")))
+        shown.append(("accelerometers, g", windows.mean[:, 3:] / unit_factor("g")[0]))
     if np.isfinite(windows.temperature_degc).any():
         shown.append(("temperature, °C", windows.temperature_degc[:, None]))
     figure = new_figure(1.9 * len(shown) + 0.5)
@@ -43,11 +43,6 @@ def signals(power_on: Looked) -> Figure:
     panels[0].legend(loc="upper right", ncols=3)
     panels[-1].set_xlabel("time, s; rests are shaded")
     return figure
-
-
-def from_si_factor(unit: str) -> float:
-    """SI value of one unit."""
-    return 1.0 / from_si(1.0, unit)
 
 
 def _lines(axes: Axes, time: Array, values: Array) -> None:
@@ -72,9 +67,9 @@ def allan_chart(results: Sequence[AllanResult]) -> Figure:
     panels = figure.subplots(1, len(kinds), squeeze=False)[0]
     for axes, kind in zip(panels, kinds, strict=True):
         unit = "deg/s" if kind == "gyro" else "g"
+        scale = from_si(1.0, unit)
         for result in results:
             if result.channel.startswith(kind):
-                scale = from_si(1.0, unit)
                 colour = COLOURS["xyz".index(result.channel[-1])]
                 axes.loglog(result.tau, result.deviation * scale, color=colour, label=result.channel)
                 axes.fill_between(

@@ -171,20 +171,17 @@ def stacked_bars(
     axes.grid(axis="y", visible=False)
 
 
-def plain_numbers(axis: Axis) -> None:
+def plain_numbers(axis: Axis, said: Callable[[float], str] = digits) -> None:
     """Numbers as pages write them, instead of `6 × 10¹`."""
     from matplotlib.ticker import FuncFormatter, NullFormatter
 
-    axis.set_major_formatter(FuncFormatter(lambda value, _: digits(value)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: said(value)))
     axis.set_minor_formatter(NullFormatter())
 
 
 def plain_decades(axis: Axis) -> None:
     """Powers of ten in letters, plain numbers between a hundredth and a thousand."""
-    from matplotlib.ticker import FuncFormatter, NullFormatter
-
-    axis.set_major_formatter(FuncFormatter(lambda value, _: _decade(value)))
-    axis.set_minor_formatter(NullFormatter())
+    plain_numbers(axis, _decade)
 
 
 def _decade(value: float) -> str:
