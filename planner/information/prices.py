@@ -111,7 +111,7 @@ def _of_benches(spec: Spec, found: Found) -> Iterator[Price]:
         yield Price(words, (makespan(changed, found.visits) - now) * max(weights_of(spec)[0], 0.0))
     if spec.plan.units is not None:
         for name in dict.fromkeys(spec.tests[v.test].bench for v in found.visits):
-            with_one = makespan(spec, found.visits, count={name: 2})
+            with_one = makespan(spec, found.visits, count={name: spec.benches[name].count + 1})
             chamber = " with its chamber" if spec.benches[name].chamber is not None else ""
             yield Price(f"{name}: one more of it{chamber}", (with_one - now) * max(weights_of(spec)[0], 0.0))
 

@@ -25,7 +25,7 @@ class BenchTiming:
     """
 
     def __init__(self, spec: Spec, work: BenchWork) -> None:
-        self.work = work
+        self.work, self.count = work, spec.benches[work.bench].count
         self.hours, self._start, self._order = calendar_of(spec), start_of(spec), spec.plan.order
         self._before = _passage(self.hours, work.before)
         self._after = _passage(self.hours, work.after)

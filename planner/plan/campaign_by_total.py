@@ -79,8 +79,9 @@ def total(spec: Spec, visits: Sequence[TestVisits]) -> float:
 
 
 def least_loads(spec: Spec, bench: str) -> int:
-    """Loads that a bench has at least, if every unit is on it."""
-    return 1 if spec.plan.units is None else math.ceil(spec.plan.units / spec.benches[bench].units)
+    """Loads that a bench has at least one after another, if every unit is on it or one of its kind."""
+    b = spec.benches[bench]
+    return 1 if spec.plan.units is None else math.ceil(math.ceil(spec.plan.units / b.units) / b.count)
 
 
 def used_benches(spec: Spec) -> list[str]:

@@ -76,21 +76,26 @@ def begins(
     timings: Sequence[BenchTiming],
     sizes: Mapping[str, Sequence[int]],
     count: Mapping[str, int] = MappingProxyType({}),
-) -> dict[str, list[float]]:
-    """Bench -> when each of its loads is put on, s; count: of benches of one kind, where there are more."""
+) -> dict[str, list[tuple[float, int]]]:
+    """Bench -> when each of its loads is put on, s, and on which of its copies.
+
+    count: of benches, instead of how many the spec has
+    """
     left: list[tuple[int, float]] = []  # up to which unit, when they have left the bench before
-    found: dict[str, list[float]] = {}
+    found: dict[str, list[tuple[float, int]]] = {}
     for timing in timings:
         name, place = timing.work.bench, 0
-        free, own = [0.0] * count.get(name, 1), list[tuple[int, float]]()
+        free = [(0.0, copy) for copy in range(count.get(name, timing.count))]
+        own = list[tuple[int, float]]()
         found[name] = []
         for last in accumulate(sizes[name]):
             while place < len(left) - 1 and left[place][0] < last:
                 place += 1
-            begin = max(free[0], left[place][1] if left else 0.0)
+            since, copy = free[0]
+            begin = max(since, left[place][1] if left else 0.0)
             end = timing.end(begin)
-            free = sorted([*free[1:], end])
-            found[name].append(begin)
+            free = sorted([*free[1:], (end, copy)])
+            found[name].append((begin, copy))
             own.append((last, end))
         left = own
     return found
@@ -105,4 +110,4 @@ def total_time(
     if not timings:
         return 0.0
     last = timings[-1]
-    return last.end(begins(timings, sizes, count)[last.work.bench][-1])
+    return last.end(begins(timings, sizes, count)[last.work.bench][-1][0])

@@ -41,6 +41,8 @@ def _without(spec: Spec, campaign: Campaign) -> Iterator[tuple[str, float]]:
         yield "shared_records", makespan(*one_record_per_error(spec, campaign))
     if several and len(sizes) > 1:
         yield "parallel_benches", makespan(spec, visits, in_parallel=False)
+    if several and any(spec.benches[name].count > 1 for name in sizes):
+        yield "copies", makespan(spec, visits, count=dict.fromkeys(sizes, 1))
     if spec.plan.units is not None and any(max(own) > 1 for own in sizes.values()):
         single = {name: bench.model_copy(update={"units": 1}) for name, bench in spec.benches.items()}
         yield "capacity", makespan(spec.model_copy(update={"benches": single}), visits)

@@ -11,6 +11,7 @@ shift; the waiting is a `pause` on the bench.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
 from planner.nouns.choices import Campaign, TestVisits
@@ -29,6 +30,7 @@ from planner.plan.bench_work import (
 from planner.plan.costs import repeat_power_on
 from planner.plan.loads import begins, load_sizes, total_time
 from planner.spec.attendance import is_attended
+from planner.spec.copies import copies
 from planner.spec.model import Spec
 
 
@@ -40,10 +42,12 @@ def steps(spec: Spec, campaign: Campaign) -> tuple[Step, ...]:
     found: list[Step] = []
     for timing in timings:
         name = timing.work.bench
-        for number, (units, begin) in enumerate(zip(sizes[name], begun[name], strict=True), start=1):
+        each = copies(name, timing.count)
+        for number, (units, (begin, copy)) in enumerate(zip(sizes[name], begun[name], strict=True), start=1):
             prefix = f"b{number:02d}/" if several else ""
-            found += _on_bench(spec, timing, begin, prefix, units)
-    place = {timing.work.bench: i for i, timing in enumerate(timings)}
+            own = _on_bench(spec, timing, begin, prefix, units)
+            found += (_elsewhere(step, name, each[copy]) for step in own) if copy else own
+    place = {name: i for i, name in enumerate(spec.benches)}
     return tuple(sorted(found, key=lambda s: (s.start_s, place[s.bench]))) if several else tuple(found)
 
 
@@ -67,7 +71,7 @@ def makespan(
     """Seconds until the last load has left the last bench, without laying out the steps.
 
     in_parallel: benches work on different units; else a load waits until the one before has gone
-    count: of benches that there are of one kind, else one
+    count: of benches, instead of how many the spec has
     """
     timings = bench_timings(spec, visits)
     sizes = load_sizes(spec, timings)
@@ -116,6 +120,12 @@ def _on_bench(spec: Spec, timing: BenchTiming, ready: float, prefix: str, units:
             end = clock + action.seconds
             yield _step(action, timing.work, clock, end, prefix, units)
             clock, now = end, now if action.temperature_degc is None else action.temperature_degc
+
+
+def _elsewhere(step: Step, bench: str, copy: str) -> Step:
+    """The step on another bench of the same kind."""
+    head, _, rest = step.id.partition(f"{bench}/")
+    return replace(step, id=f"{head}{copy}/{rest}", bench=copy)
 
 
 def _blocks(spec: Spec, timing: BenchTiming, order: Sequence[int]) -> Iterator[Block]:

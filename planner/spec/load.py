@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from planner.errors import Fault, InputError
 from planner.spec.alternatives import with_alternatives
+from planner.spec.copies import with_copies
 from planner.spec.model import Spec
 from planner.spec.places import fault_at
 from planner.spec.review import Review
@@ -125,7 +126,7 @@ def _checked(document: Document, folder: FilePath) -> tuple[Spec | None, list[Fa
         return None, faults, ()
     seen = Review(draft, document, folder, frozenset(_part(path) for path in found))
     review(seen)
-    return spec, faults + seen.faults, seen.warnings
+    return with_copies(spec) if spec else None, faults + seen.faults, seen.warnings
 
 
 def _nothings(document: Document, value: Any, path: Path) -> Iterator[tuple[Path, Fault]]:

@@ -151,6 +151,7 @@ class Bench(SpecPart):
     kind: str | None = Field(None, description="kind of bench; default: the bench's own name")
     axes: Annotated[Count, Field(le=6)] = Field(1, description="how many axes turn")
     units: Count = Field(1, description="how many units fit on it at once")
+    count: Count = Field(1, description="how many there are of it; several take loads of units in turn")
     install: Seconds = Field(0.0, description="time to put the units on, e.g. 30 min")
     remove: Seconds = Field(0.0, description="time to take the units off, e.g. 10 min")
     move: Seconds = Field(0.0, description="time from one motion to the next, e.g. 10 s")

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from planner import catalog
+from planner.spec.copies import copies
 from planner.spec.model import Bench
 from planner.spec.motions import motions_of
 from planner.spec.places import did_you_mean
 from planner.spec.review import Review
 from planner.spec.yaml12 import Path
 
+MOST_COPIES = 50  # of a bench
 COARSEST = {  # accuracies beyond which it is no reference: rad, relative, K; and in words
     "level": (0.08726646259971647, "5 deg"),
     "mounting": (0.08726646259971647, "5 deg"),
@@ -21,6 +23,7 @@ def benches(sheet: Review) -> None:
     """All rules for all benches."""
     for name, bench in sheet.spec.benches.items():
         _kind(sheet, name, bench)
+        _count(sheet, name, bench)
         _chamber(sheet, name, bench)
         _accuracy(sheet, name, bench)
 
@@ -44,6 +47,17 @@ def _kind(sheet: Review, name: str, bench: Bench) -> None:
             f"counted; add 'kind:', one of {options}",
             key=True,
         )
+
+
+def _count(sheet: Review, name: str, bench: Bench) -> None:
+    path: Path = ("benches", name, "count")
+    taken = [own for own in copies(name, bench.count)[1:] if own in sheet.spec.benches]
+    for own in taken:
+        sheet.fault(path, f"names a further bench {own}, which stands in the spec by itself; rename that")
+    if bench.count > MOST_COPIES:
+        sheet.fault(path, f"must be at most {MOST_COPIES}")
+    elif bench.count > 1 and sheet.whole("plan") and sheet.spec.plan.units is None:
+        sheet.warn(path, "acts with plan.units only: one load of units is on one bench at a time", key=True)
 
 
 def _chamber(sheet: Review, name: str, bench: Bench) -> None:

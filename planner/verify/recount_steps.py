@@ -12,13 +12,21 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
+from planner.spec.copies import copies
 from planner.spec.model import Spec, Test
 from planner.spec.motions import motions_of, turned_by_hand
 from planner.verify.findings import Findings, is_same
 from planner.verify.recount_hours import earliest
-from planner.verify.recount_loads import check_sizes, loads_by_number, loads_of, used_benches
+from planner.verify.recount_loads import (
+    CLOCK,
+    check_sizes,
+    loads_by_number,
+    loads_of,
+    steps_on,
+    taken_by,
+    used_benches,
+)
 
-CLOCK = 1e-5  # s; times are rounded to the microsecond, several times over
 Document = Mapping[str, Any]
 
 
@@ -53,21 +61,25 @@ def check_steps(document: Document, spec: Spec) -> list[Findings]:
     several = max((len(own) for own in sizes.values()), default=1) > 1
     gone: list[tuple[int, float]] = []  # how many units have left the bench before, and when
     for bench in used_benches(document, spec):
-        loads = loads_by_number([s for s in steps if s["bench"] == bench])
+        loads = loads_by_number(steps_on(document, spec, bench))
         order.same(f"loads of {bench}", sorted(loads), list(range(1, len(sizes[bench]) + 1)))
         check_sizes(order, spec, bench, sizes[bench])
-        free, through, left = 0.0, 0, list[tuple[int, float]]()
+        free = dict.fromkeys(copies(bench, spec.benches[bench].count), 0.0)
+        through, left = 0, list[tuple[int, float]]()
         for number, units in enumerate(sizes[bench], start=1):
             through += units
             ready = next((when for count, when in gone if count >= through), 0.0 if not gone else gone[-1][1])
             own, prefix = loads.get(number, []), f"b{number:02d}/" if several else ""
-            free = _check_bench(order, hours, document, spec, bench, own, max(free, ready), prefix)
-            left.append((through, free))
+            on = taken_by(order, own, bench, free)
+            begin = max(min(free.values()), ready)
+            free[on] = _check_bench(order, hours, document, spec, (bench, on), own, begin, prefix)
+            left.append((through, free[on]))
             for step in own:
                 order.same(f"step {step['id']}, units", step["units"], units)
         gone = left
+    used = {on for bench in used_benches(document, spec) for on in copies(bench, spec.benches[bench].count)}
     for step in steps:
-        if step["bench"] not in used_benches(document, spec):
+        if step["bench"] not in used:
             order.fault(f"step {step['id']}", f"is on {step['bench']}, on which no test is planned")
         else:
             _check_limits(limits, step, spec)
@@ -83,15 +95,16 @@ def _check_bench(
     hours: Findings,
     document: Document,
     spec: Spec,
-    bench: str,
+    where: tuple[str, str],
     steps: Sequence[Document],
     begin: float,
     prefix: str,
 ) -> float:
-    """Compares step by step; when the load leaves the bench."""
+    """Compares step by step; when the load leaves the bench. where: the bench of the tests, the load's own"""
+    bench, on = where
     temperatures = _order_of(steps, document, spec, bench)
     _check_order(order, spec, bench, temperatures)
-    wanted = list(_expected(document, spec, bench, temperatures))
+    wanted = [replace(e, id=on + e.id[len(bench) :]) for e in _expected(document, spec, bench, temperatures)]
     clock, now, index = begin, spec.plan.temperatures.room, 0
     for i, e in enumerate(wanted):
         if index >= len(steps):

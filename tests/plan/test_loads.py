@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
 
-from planner.nouns.choices import TestVisits
+from planner.nouns.choices import Campaign, TestVisits
 from planner.plan.loads import chosen_loads, total_time
-from planner.plan.schedule_to_steps import bench_timings, makespan
+from planner.plan.schedule_to_steps import bench_timings, makespan, steps
+from planner.spec.copies import copies, with_copies
 from tests.specs import loaded, small, with_plan
 
 HOUR = 3600.0
@@ -67,3 +68,27 @@ def test_one_more_bench_of_a_kind_halves_the_bottleneck():
     now, more = makespan(spec, visits), makespan(spec, visits, count={"bench_1": 2})
     assert now == pytest.approx((1 + 10 * 6) * HOUR)
     assert more == pytest.approx((1 + 5 * 6 + 1) * HOUR)
+
+
+@pytest.mark.parametrize(("units", "count"), [(40, 2), (40, 3), (3, 2), (5, 4)])
+def test_benches_of_a_kind_take_loads_in_turn(units, count):
+    """`count` in the spec: the total of as many benches; none has two loads at once."""
+    spec, visits = shop([1.0, 6.0], [4, 4], units)
+    benches = {
+        n: b.model_copy(update={"count": count if n == "bench_1" else 1}) for n, b in spec.benches.items()
+    }
+    many = with_copies(spec.model_copy(update={"benches": benches}))
+    made = steps(many, Campaign(tuple(visits), (), 0.0, 0.0, False))
+    assert max(s.end_s for s in made) == pytest.approx(makespan(spec, visits, count={"bench_1": count}))
+    assert {s.bench for s in made} <= {"bench_0", *copies("bench_1", count)}
+    assert all(s.bench in s.id.split("/") for s in made)
+    for bench in {s.bench for s in made}:
+        own = [s for s in made if s.bench == bench]
+        assert all(a.end_s <= b.start_s + 1e-6 for a, b in pairwise(own))
+
+
+def test_an_hour_of_work_on_many_benches_is_an_hour():
+    spec, visits = shop([1.0], [1], 7)
+    one = {"bench_0": spec.benches["bench_0"].model_copy(update={"count": 7})}
+    assert makespan(spec.model_copy(update={"benches": one}), visits) == pytest.approx(HOUR)
+    assert makespan(spec, visits) == pytest.approx(7 * HOUR)

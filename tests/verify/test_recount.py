@@ -279,3 +279,14 @@ def test_a_spread_that_leaves_the_drift_between_records_out_is_found() -> None:
     assert reason["spread"] > 0.001  # g; the budget's run-to-run alone
     edited = changed(one.document, ("reasons", place, "spread"), 0.001)
     assert not recount(edited, one.loaded, one.trajectory).ok
+
+
+def test_a_load_on_a_bench_that_is_not_free_first_is_found() -> None:
+    document = copy.deepcopy(plan_of("attended").document)
+    benches = {s["id"][:3]: s["bench"] for s in document["steps"]}
+    assert benches == {"b01": "rate_table", "b02": "rate_table-2", "b03": "rate_table"}
+    for step in document["steps"]:
+        if step["id"].startswith("b02"):
+            step["bench"], step["id"] = "rate_table", step["id"].replace("rate_table-2", "rate_table")
+    faults = counted("attended", sealed_again(document)).faults
+    assert any("waits for rate_table, where another one is free" in fault.what for fault in faults)

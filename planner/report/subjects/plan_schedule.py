@@ -14,6 +14,7 @@ RULES = {
     "overlap": ("cool-down during ramp and soak", "every cool-down waited for at its temperature"),
     "order": ("order of the temperatures fitted to the shifts", "the better one of up and down"),
     "shared_records": ("one record for several errors", "the same records made for each error by itself"),
+    "copies": ("several benches of a kind", "one of each kind"),
     "parallel_benches": ("benches at work on different batches", "one batch in the laboratory at a time"),
     "capacity": ("several units on a bench", "one unit at a time on every bench"),
 }
