@@ -1,6 +1,6 @@
 """A hundred thousand damaged recordings and dwell tables: how many are read, refused, or an internal error.
 
-    python -m benchmarks.study_mutants [--count 100000] [--seed 1]
+    python -m benchmarks.study_mutants [--count 100000] [--seed 1] [--only mat dwells.csv]
 
 Prints a table by format and exits 1 when anything but a refusal in words came of one; that file is kept.
 """
@@ -25,15 +25,16 @@ def main() -> int:
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--count", type=int, default=100_000)
     arguments.add_argument("--seed", type=int, default=1)
-    given = arguments.parse_args()
     kinds = [*MAPS, "dwells.csv"]
+    arguments.add_argument("--only", nargs="+", choices=kinds, default=kinds, help="of these; shares stay")
+    given = arguments.parse_args()
     # text is where strangers' hands are: nine tenths of the damage
     share = {kind: 0.17 if kind in TEXTS else 0.03 for kind in kinds}
     broken = 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         good = good_files(folder)
-        for kind in kinds:
+        for kind in given.only:
             start, counts = time.perf_counter(), Counter[str]()
             rng = np.random.default_rng([given.seed, kinds.index(kind)])
             path = folder / f"mutant.{kind}"

@@ -43,7 +43,7 @@ def write_all_whole(files: Mapping[Path, str | bytes]) -> None:
             target = Path(os.path.realpath(path))
             made += _make_folder(target.parent)
             if target.exists() and not target.is_file() and not target.is_dir():
-                target.write_bytes(_bytes(content))
+                target.write_bytes(as_bytes(content))
             else:
                 waiting.append((_temporary(target, content), target))
         _replace_together(waiting)
@@ -183,7 +183,8 @@ def _make_folder(folder: Path) -> list[Path]:
     return new[::-1]
 
 
-def _bytes(content: str | bytes) -> bytes:
+def as_bytes(content: str | bytes) -> bytes:
+    """What stands in the file."""
     return content if isinstance(content, bytes) else content.encode()
 
 
@@ -203,7 +204,7 @@ def _temporary(path: Path, content: str | bytes) -> Path:
     handle, temporary = temporary_beside(path)
     try:
         with os.fdopen(handle, "wb") as file:
-            file.write(_bytes(content))
+            file.write(as_bytes(content))
             file.flush()
             os.fsync(file.fileno())
         temporary.chmod(0o644)  # mkstemp makes files that only their owner can read

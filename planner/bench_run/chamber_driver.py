@@ -7,10 +7,9 @@ from planner.bench_run.errors import BenchFault
 from planner.bench_run.line import Conversation, Line
 from planner.bench_run.readings import Air
 from planner.bench_run.tolerances import Tolerances
-from planner.control.dialect import ChamberDialect, filled, finite, matched
+from planner.control.dialect import ChamberDialect, filled, fits
 from planner.control.dialect_files import chamber_dialect
 from planner.nouns.bench import ChamberFacts
-from planner.units import ZERO_CELSIUS_K
 
 POLL_S = (1.0, 30.0)  # at first, and at most: a twentieth of what has been waited already
 
@@ -141,12 +140,7 @@ class ChamberDriver:
         self.talk.order(self._words(degc))
 
     def _words(self, degc: float) -> list[str]:
-        return [filled(word, value=self._sent(degc)) for word in self._dialect.orders.setpoint]
-
-    def _sent(self, degc: float) -> str:
-        value = degc + ZERO_CELSIUS_K if self._dialect.units == "K" else degc
-        text = f"{value:.{self._dialect.decimals}f}"
-        return f"{0.0:.{self._dialect.decimals}f}" if float(text) == 0 else text
+        return [filled(word, value=self._dialect.sent(degc)) for word in self._dialect.orders.setpoint]
 
     def _start(self) -> None:
         for word in self._dialect.orders.start:
@@ -166,7 +160,7 @@ class ChamberDriver:
         """The setpoint as the chamber tells it; None when it does not."""
         apart = self._dialect.questions.setpoint
         if apart is not None:
-            return self.talk.ask(apart.ask, lambda text: self._degc(apart.understood(text)["value"]))
+            return self.talk.ask(apart.ask, lambda text: self._dialect.read(apart.understood(text)["value"]))
         return self.talk.ask(self._dialect.questions.temperature.ask, self._setpoint)
 
     def _wrong_mode(self) -> str:
@@ -180,7 +174,7 @@ class ChamberDriver:
         words = self._dialect.acknowledgement
 
         def understand(text: str) -> str:
-            if words and words.refused and _has_shape(tuple(words.refused), text):
+            if words and fits(words.refused, text):
                 return "refused"
             return question.understood(text)["code"]
 
@@ -196,14 +190,11 @@ class ChamberDriver:
 
     def _measured(self, text: str) -> float:
         found = self._dialect.questions.temperature.understood(text)
-        return self._air.accepted(self._clock.now(), self._degc(found["measured"]))
+        return self._air.accepted(self._clock.now(), self._dialect.read(found["measured"]))
 
     def _setpoint(self, text: str) -> float | None:
         found = self._dialect.questions.temperature.understood(text)
-        return self._degc(found["setpoint"]) if found.get("setpoint") else None
-
-    def _degc(self, text: str) -> float:
-        return finite(text) - (ZERO_CELSIUS_K if self._dialect.units == "K" else 0.0)
+        return self._dialect.read(found["setpoint"]) if found.get("setpoint") else None
 
     def _same(self, shown: float, degc: float) -> bool:
         """Whether a setpoint is the one that was sent: to half of the digit that is sent, and shown."""
@@ -238,10 +229,3 @@ class ChamberDriver:
         rates = self._facts.heating_k_per_min, self._facts.cooling_k_per_min
         speed = rates[0] if end > start else rates[1]
         return 60 * abs(end - start) / speed if speed else 0.0
-
-
-def _has_shape(shapes: tuple[str, ...], text: str) -> bool:
-    try:
-        return matched(shapes, text) is not None
-    except ValueError:
-        return False

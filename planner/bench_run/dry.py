@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from planner.bench_run.equipment import BenchLines, Equipment
+from planner.bench_run.equipment import BenchLines, Dialects, Equipment, Say
 from planner.bench_run.job import Job
 from planner.bench_run.journal import Journal, Past
 from planner.bench_run.paper import PaperChamber, PaperClock, PaperLine, PaperTable
 from planner.bench_run.runner import execute
-from planner.control.dialect import ChamberDialect, TableDialect
 from planner.nouns.plan import Step
-
-Say = Callable[[str], None]
-Dialects = Mapping[str, tuple[TableDialect, ChamberDialect]]
 
 
 def dry_run(job: Job, past: Past, say: Say, dialects: Dialects) -> None:

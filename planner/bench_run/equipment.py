@@ -14,7 +14,9 @@ from planner.control.dialect import ChamberDialect, TableDialect
 from planner.control.dialect_files import chamber_dialect, table_dialect
 from planner.nouns.plan import Step
 
+Say = Callable[[str], None]
 Notify = Callable[[str, str], None]  # (event, words): person, attention
+Dialects = Mapping[str, tuple[TableDialect, ChamberDialect]]  # bench -> of its table, of its chamber
 
 
 @dataclass(frozen=True)

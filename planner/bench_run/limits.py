@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from planner.bench_run.job import Job
 from planner.control import limits
+from planner.control.dialect import ChamberDialect
 from planner.control.kinematics import move_s
 from planner.control.orders import AxisOrder, orders
 from planner.control.words import rounding_note
@@ -17,14 +18,17 @@ from planner.nouns.plan import ACTIONS, Step
 from planner.nouns.plan_file import MOST_FAULTS
 
 
-def check(job: Job) -> tuple[str, ...]:
-    """Notes on what is unusual. Raises InputError with every step that a bench could not do, each once."""
+def check(job: Job, chambers: Mapping[str, ChamberDialect] | None = None) -> tuple[str, ...]:
+    """Notes on what is unusual. Raises InputError with every step that a bench could not do, each once.
+
+    chambers: bench -> what its chamber speaks; left out: it takes tenths of a degree
+    """
     faults = list(dict.fromkeys(_faults(job)))
     if faults:
         more = f" (the first {MOST_FAULTS} of {len(faults)})" if len(faults) > MOST_FAULTS else ""
         listed = [Fault("plan", 0, 0, path, why, "P903") for path, why in faults[:MOST_FAULTS]]
         raise InputError(f"nothing was moved: the bench cannot do this plan{more}", listed)
-    return tuple(_notes(job))
+    return tuple(_notes(job, chambers or {}))
 
 
 def _faults(job: Job) -> Iterator[tuple[str, str]]:
@@ -68,10 +72,11 @@ def side_by_side(job: Job) -> bool:
     return False
 
 
-def _notes(job: Job) -> Iterator[str]:
+def _notes(job: Job, chambers: Mapping[str, ChamberDialect]) -> Iterator[str]:
     for name, steps in limits.by_bench(job.steps).items():
         bench = job.benches[name]
-        rounded = rounding_note(name, (step.temperature_degc for step in steps)) if bench.chamber else None
+        given = (step.temperature_degc for step in steps if bench.chamber is not None)
+        rounded = rounding_note(name, given, chambers.get(name))
         if rounded:
             yield rounded
         if not bench.driven:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import Protocol, TypeVar
 
 from planner.bench_run.errors import BenchFault, LineLost, Silent
-from planner.control.dialect import Dialect, matched
+from planner.control.dialect import Dialect, fits, verb_of
 
 TRIES = 3  # a lost reply happens; three in a row are a fault
 QUIET_S = 0.2  # after connecting anew: what comes so soon is of the time before
@@ -116,10 +116,10 @@ class Conversation:
         text, words = self._exchange(message), self._dialect.acknowledgement
         if text is None or words is None:
             return False
-        known = (("message", message), ("verb", message.partition(",")[0].partition(" ")[0]))
-        if _fits(words.refused, text, known):
+        known = (("message", message), ("verb", verb_of(message)))
+        if fits(words.refused, text, known):
             raise BenchFault(f"the {self.who} refused {message!r}: {text}")
-        if not _fits(words.accepted, text, known):
+        if not fits(words.accepted, text, known):
             self.doubt()
             return False
         return True
@@ -150,13 +150,6 @@ class Conversation:
             raise
         except OSError as error:
             raise LineLost(f"the connection to the {self.who} dropped at {message!r}: {error}") from error
-
-
-def _fits(shapes: Sequence[str], text: str, known: tuple[tuple[str, str], ...]) -> bool:
-    try:
-        return bool(shapes) and matched(tuple(shapes), text, known) is not None
-    except ValueError:
-        return False
 
 
 def _brief(text: str) -> str:

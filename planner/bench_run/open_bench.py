@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TypeVar
 
 from planner.bench_run.chamber_driver import ChamberDriver
-from planner.bench_run.equipment import Equipment
+from planner.bench_run.equipment import Equipment, Say
 from planner.bench_run.errors import BenchFault, LineLost, Silent
 from planner.bench_run.safety import Left, make_safe
 from planner.bench_run.table import TableDriver
@@ -16,7 +16,6 @@ from planner.nouns.bench import BenchFacts
 LONGEST_WAIT_S = 60.0  # how long nobody looks at table and chamber
 AGAIN_S = (1.0, 30.0)  # between two attempts to connect: at first, and at most
 Done = TypeVar("Done")
-Say = Callable[[str], None]
 
 
 class OpenBench:

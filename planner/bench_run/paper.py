@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from planner.control.dialect import ChamberDialect, Dialect, Question, TableDialect, figure, filled, matched
+from planner.control.dialect import ChamberDialect, Dialect, Question, TableDialect, filled, matched, verb_of
+from planner.control.words import figure
 
 AIR_K_PER_S = 10.0 / 60.0
 
@@ -65,8 +66,7 @@ class PaperLine:
             self._device.told(command)
         words = self._device.dialect.acknowledgement
         if words is not None:
-            verb = message.partition(",")[0].partition(" ")[0]
-            self._reply = filled(words.accepted[0], message=message, verb=verb, any="")
+            self._reply = filled(words.accepted[0], message=message, verb=verb_of(message), any="")
 
     def read(self, within_s: float) -> str:
         """The answer to the last message."""

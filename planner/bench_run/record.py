@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planner.bench_run.equipment import Equipment
+from planner.bench_run.equipment import Equipment, Say
 from planner.bench_run.errors import BenchFault
 from planner.bench_run.journal import Journal
-from planner.bench_run.open_bench import OpenBench, Say
+from planner.bench_run.open_bench import OpenBench
 from planner.errors import PlannerError
 from planner.nouns.plan import Step
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import shlex
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 from planner.bench_run.clock import Clock, SimulatorClock, WallClock
-from planner.bench_run.equipment import BenchLines, Equipment, Notify
+from planner.bench_run.equipment import BenchLines, Dialects, Equipment, Notify, Say
 from planner.bench_run.interrupts import Stop
 from planner.bench_run.job import Job
 from planner.bench_run.line import Line
@@ -19,11 +19,9 @@ from planner.bench_run.people import Asking, CommandRecorder, NoRecorder, Operat
 from planner.bench_run.shifts import local_week_s
 from planner.bench_run.tolerances import Tolerances
 from planner.bench_run.visa import VisaLine, is_simulator
-from planner.control.dialect import ChamberDialect, TableDialect
 from planner.control.dialect_files import chamber_dialect, table_dialect
 from planner.errors import InputError
 
-Say = Callable[[str], None]
 PATIENCE_S = 3600.0  # with a simulator's clock an hour passes at once, and nobody is there to say enough
 
 
@@ -50,9 +48,6 @@ class Request:
     reconnect_s: float = Tolerances.reconnect_s
     page: Path | None = None
     notify: str | None = None
-
-
-Dialects = Mapping[str, tuple[TableDialect, ChamberDialect]]
 
 
 def dialects_of(job: Job, request: Request) -> Dialects:

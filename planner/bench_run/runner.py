@@ -10,22 +10,21 @@ again, would throw away records that are good.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping
 
-from planner.bench_run.equipment import Equipment, Finished, Status
+from planner.bench_run.equipment import Equipment, Finished, Say, Status
 from planner.bench_run.errors import BenchFault
 from planner.bench_run.job import Job
 from planner.bench_run.journal import Entry, Journal, now_text
-from planner.bench_run.open_bench import LONGEST_WAIT_S, OpenBench, Say
+from planner.bench_run.open_bench import LONGEST_WAIT_S, OpenBench
 from planner.bench_run.people import Waiting
 from planner.bench_run.record import Recording
 from planner.bench_run.safety import ATTENTION, Left
-from planner.bench_run.shifts import Hours, begins, next_attended
+from planner.bench_run.shifts import Hours, begins, planned_week, same_place, same_repeat
 from planner.control.orders import fastest_dps
 from planner.errors import PlannerError
 from planner.nouns.plan import Step
-
-__all__ = ["ATTENTION", "Finished", "execute"]
 
 
 def execute(
@@ -75,6 +74,7 @@ class _Run:
         self._bench: OpenBench | None = None
         self._done = len(journal.past.entries)
         self._hours = Hours(job, equipment.week or self._planned_week(), equipment.tolerances.overtime_s)
+        self._attended = [i for i, step in enumerate(job.steps) if step.attended]
         self._powered = False
         self._began = 0.0
         self.recording = Recording(equipment, journal, say)
@@ -122,9 +122,9 @@ class _Run:
 
     def _planned_week(self) -> Callable[[], float]:
         """The first step of the session is made at its planned moment of the week."""
-        start, steps = self._clock.now(), self._job.steps
-        planned = self._job.start_s + (steps[self._done].start_s if self._done < len(steps) else 0.0)
-        return lambda: planned + self._clock.now() - start
+        steps = self._job.steps
+        begin = steps[self._done].start_s if self._done < len(steps) else 0.0
+        return planned_week(self._clock, self._job.start_s + begin)
 
     def _wait_for_people(self, index: int) -> None:
         """Until step `index` may begin (bench_run.shifts), with a look at table and chamber every minute."""
@@ -162,7 +162,7 @@ class _Run:
         self._say(f"going on at {step.id}")
         self._at_temperature(step)
         earlier = self._job.steps[: self._done]
-        soaks = [s for s in earlier if s.action == "soak" and _same_place(s, step)]
+        soaks = [s for s in earlier if s.action == "soak" and same_place(s, step)]
         if soaks:
             self._open.hold(soaks[-1].seconds)
         if step.action != "power_on" and self._lacks_records(step):
@@ -172,7 +172,7 @@ class _Run:
 
     def _lacks_records(self, step: Step) -> bool:
         rest = self._job.steps[self._done :]
-        return any(s.action == "record" and _same_repeat(s, step) for s in rest)
+        return any(s.action == "record" and same_repeat(s, step) for s in rest)
 
     # ------------------------------------------------------------ the actions
 
@@ -270,7 +270,8 @@ class _Run:
     def _tell_status(self) -> None:
         step, steps = self._job.steps[self._done], self._job.steps
         spent = min(self._clock.now() - self._began, step.seconds)
-        attended = next_attended(steps, self._done + 1)
+        at = bisect_right(self._attended, self._done)
+        attended = steps[self._attended[at]] if at < len(self._attended) else None
         now = step.start_s + spent
         self._watch(
             Status(
@@ -296,11 +297,3 @@ class _Run:
 
 def _motions(job: Job, bench: str) -> Iterator[Mapping[str, float] | None]:
     return (step.motion for step in job.steps if step.bench == bench)
-
-
-def _same_place(one: Step, other: Step) -> bool:
-    return one.bench == other.bench and one.temperature_degc == other.temperature_degc
-
-
-def _same_repeat(one: Step, other: Step) -> bool:
-    return _same_place(one, other) and (one.test, one.repeat) == (other.test, other.repeat)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from planner.bench_run.chamber_driver import ChamberDriver
 from planner.bench_run.clock import Clock
+from planner.bench_run.equipment import Say
 from planner.bench_run.errors import ClockGone
 from planner.bench_run.table import TableDriver
 from planner.errors import PlannerError
@@ -17,8 +18,6 @@ from planner.errors import PlannerError
 ATTENTION = "ATTENTION"  # begins what somebody must look at: the bench may not be safe
 AGAIN_S, REMIND_S = 5.0, 60.0  # how often it is tried again, and said again
 SEEN_S = 10.0  # beyond the time to brake: how long rest is looked for before the order is given again
-
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)

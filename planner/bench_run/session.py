@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from planner.bench_run import limits
 from planner.bench_run.dry import dry_run
-from planner.bench_run.equipment import Equipment, Finished
+from planner.bench_run.equipment import Dialects, Equipment, Finished, Say
 from planner.bench_run.errors import BenchFault, Interrupted
 from planner.bench_run.interrupts import stoppable
 from planner.bench_run.job import Job
@@ -25,14 +25,10 @@ from planner.nouns.plan import Step
 
 __all__ = ["Request", "rehearse", "run", "travel_from"]
 
-Say = Callable[[str], None]
-
 
 def rehearse(job: Job, request: Request, say: Say) -> None:
     """Check the limits and say what would be sent; nothing is opened or written."""
-    for note in limits.check(job):
-        say(f"note: {note}")
-    dialects = dialects_of(job, request)
+    dialects = _checked(job, request, say)
     past = read_past(request.journal, job.plan_sha256, _ids(job), _lanes(job))
     for part in [job.on(name) for name in job.used_benches] if limits.side_by_side(job) else [job]:
         own = set(_ids(part))
@@ -54,9 +50,7 @@ def run(
     a bench that cannot be reached; BenchFault and Interrupted later, when everything has been made safe.
     """
     say = undisturbed(say)
-    for note in limits.check(job):
-        say(f"note: {note}")
-    dialects = dialects_of(job, request)
+    dialects = _checked(job, request, say)
     found = resources_of(job, request, say, apart=limits.side_by_side(job))
     with ExitStack() as stack:
         journal = _journal(job, request)
@@ -68,6 +62,14 @@ def run(
         watching = _watching(request, line, say)
         equipment = equipment_of(request, found, dialects, stack, stop, watching.event)
         return _reported(job, equipment, journal, say, undisturbed(before), watching)
+
+
+def _checked(job: Job, request: Request, say: Say) -> Dialects:
+    """What the benches speak, when all of them can do the plan; notes are said."""
+    dialects = dialects_of(job, request)
+    for note in limits.check(job, {name: chamber for name, (_, chamber) in dialects.items()}):
+        say(f"note: {note}")
+    return dialects
 
 
 def _journal(job: Job, request: Request) -> Journal:

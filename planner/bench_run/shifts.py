@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from datetime import datetime
 
+from planner.bench_run.clock import Clock
 from planner.bench_run.job import Job
 from planner.nouns.plan import Step
 from planner.quantities import DAY_S, WEEKDAYS
@@ -79,7 +80,7 @@ def attended_spans(steps: Sequence[Step], index: int) -> tuple[Span, ...]:
     found = []
     for i in range(index, len(steps)):
         step = steps[i]
-        if step is not first and not _goes_on(first, step):
+        if step is not first and not same_repeat(first, step):
             break
         if step.attended:
             found.append((step.start_s - first.start_s, step.end_s - first.start_s))
@@ -93,16 +94,17 @@ def begins(steps: Sequence[Step], index: int) -> bool:
     return steps[index].attended or steps[index].action == "power_on"
 
 
-def next_attended(steps: Sequence[Step], index: int) -> Step | None:
-    """The next step from `index` on that people are needed for."""
-    return next((step for step in steps[index:] if step.attended), None)
+def same_place(one: Step, other: Step) -> bool:
+    """Whether two steps are made on one bench at one temperature."""
+    return one.bench == other.bench and one.temperature_degc == other.temperature_degc
 
 
-def _goes_on(first: Step, step: Step) -> bool:
-    """Whether a step belongs to the repeat that `first` is of."""
-    return (first.bench, first.test, first.temperature_degc, first.repeat) == (
-        step.bench,
-        step.test,
-        step.temperature_degc,
-        step.repeat,
-    )
+def same_repeat(one: Step, other: Step) -> bool:
+    """Whether two steps belong to one repeat of a test."""
+    return same_place(one, other) and (one.test, one.repeat) == (other.test, other.repeat)
+
+
+def planned_week(clock: Clock, moment_s: float) -> Callable[[], float]:
+    """The seconds of the week, where it is `moment_s` now and the clock counts on from there."""
+    start = clock.now()
+    return lambda: moment_s + clock.now() - start

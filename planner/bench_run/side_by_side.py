@@ -12,20 +12,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from planner.bench_run.clock import Clock, WallClock
-from planner.bench_run.equipment import Equipment, Finished, Status
+from planner.bench_run.equipment import Equipment, Finished, Say, Status
 from planner.bench_run.errors import Interrupted
 from planner.bench_run.interrupts import Stop
 from planner.bench_run.job import Job
 from planner.bench_run.journal import Journal, LaneJournal
 from planner.bench_run.people import Operator, Waiting
 from planner.bench_run.runner import execute
-from planner.bench_run.safety import Left
+from planner.bench_run.safety import ATTENTION, Left
+from planner.bench_run.shifts import planned_week
 from planner.nouns.plan import Step
 
 LOOK_S = 5.0  # how often a bench that waits for another looks whether it may go on
 WALL_S = 0.5  # how often the main thread listens for signals
-
-Say = Callable[[str], None]
 
 
 class SharedClock:
@@ -44,9 +43,10 @@ class SharedClock:
     def wait(self, seconds: float) -> None:
         """Until the time has passed."""
         if not self._stepped:
-            self.cancelled.wait(seconds / self.speed) if not self.cancelled.is_set() else self.clock.sleep(
-                seconds
-            )
+            if self.cancelled.is_set():
+                self.clock.sleep(seconds)
+            else:
+                self.cancelled.wait(seconds / self.speed)
             return
         me = threading.get_ident()
         with self._moved:
@@ -163,7 +163,7 @@ def execute_side_by_side(
 
 def _works(job: Job, equipment: Equipment, journal: Journal, shared: SharedClock) -> list[_Work]:
     """The part of each bench, with a view of its own of clock, journal, people and being stopped."""
-    done = _Done({entry.step for entry in journal.past.entries})
+    done = {entry.step for entry in journal.past.entries}
     week = equipment.week or _planned_week(job, equipment.clock, done)
     people, works = _OneAtATime(equipment.operator or Waiting(equipment.clock)), []
     for name in job.used_benches:
@@ -197,24 +197,8 @@ def gates_of(job: Job, bench: str) -> Mapping[str, frozenset[str]]:
     }
 
 
-class _Done:
-    """Steps that are in the journal."""
-
-    def __init__(self, steps: set[str]) -> None:
-        self._steps = steps
-
-    def add(self, step: str) -> None:
-        self._steps.add(step)
-
-    def has(self, steps: frozenset[str]) -> bool:
-        return steps <= self._steps
-
-    def __contains__(self, step: object) -> bool:
-        return step in self._steps
-
-
 class _Work:
-    """What one thread does."""
+    """What one thread does. done: steps of all benches that are in the journal."""
 
     def __init__(
         self,
@@ -223,7 +207,7 @@ class _Work:
         journal: LaneJournal,
         lane: Lane,
         shared: SharedClock,
-        done: _Done,
+        done: set[str],
         gates: Mapping[str, frozenset[str]],
     ) -> None:
         self._job, self._eq, self._journal, self.lane = job, equipment, journal, lane
@@ -241,11 +225,8 @@ class _Work:
             before(step)
 
         def tell(text: str) -> None:
-            say(
-                f"{self.lane.name}: {text}"
-                if not text.startswith("ATTENTION")
-                else f"{text} ({self.lane.name})"
-            )
+            name = self.lane.name
+            say(f"{text} ({name})" if text.startswith(ATTENTION) else f"{name}: {text}")
 
         try:
             self.lane.made.append(
@@ -261,9 +242,9 @@ class _Work:
 
     def _wait_for_others(self, step: Step, say: Say) -> None:
         gate = self._gates.get(step.id, frozenset())
-        if not self._done.has(gate):
+        if not gate <= self._done:
             say(f"{self.lane.name}: {step.id} waits for {', '.join(sorted(gate))}")
-        while not self._done.has(gate):
+        while not gate <= self._done:
             self._eq.clock.sleep(LOOK_S)
 
 
@@ -312,11 +293,10 @@ class _Attended:
             raise failed[0]
 
 
-def _planned_week(job: Job, clock: Clock, done: _Done) -> Callable[[], float]:
+def _planned_week(job: Job, clock: Clock, done: set[str]) -> Callable[[], float]:
     """The earliest step that is left is made at its planned moment of the week."""
     begin = min((step.start_s for step in job.steps if step.id not in done), default=0.0)
-    start = clock.now()
-    return lambda: job.start_s + begin + clock.now() - start
+    return planned_week(clock, job.start_s + begin)
 
 
 def _run_all(threads: list[threading.Thread], shared: SharedClock, stop: Stop) -> None:

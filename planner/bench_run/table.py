@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from planner.bench_run.clock import Clock
 from planner.bench_run.errors import BenchFault, LineLost
@@ -180,12 +180,8 @@ class TableDriver:
 
     def errors(self) -> list[str]:
         """What the table says is wrong, in words; reading it makes it forget."""
-        question = self._dialect.questions.errors
-        if question is None:
-            return []
-        axes = list(self._axes) if "{axis}" in question.ask else [0]
-        codes = {axis: self._ask(question, axis, "code") for axis in axes}
-        return [f"axis {axis}: {code}" if axis else code for axis, code in codes.items() if code]
+        codes = self._codes(self._dialect.questions.errors)
+        return [f"axis {axis}: {code}" if axis else code for axis, code in codes]
 
     def _learn_codes(self) -> None:
         """Whether error codes are written with a point, so that an angle can be told from them later."""
@@ -196,22 +192,27 @@ class TableDriver:
 
     def interlock(self) -> str:
         """What the interlock is, when it is not closed; empty when it is, or the table does not tell."""
-        question = self._dialect.questions.interlock
-        if question is None:
-            return ""
-        axes = list(self._axes) if "{axis}" in question.ask else [0]
-        return next((state for axis in axes if (state := self._ask(question, axis, "code"))), "")
+        return next((state for _, state in self._codes(self._dialect.questions.interlock)), "")
 
     def _check_interlock(self) -> None:
         state = self.interlock()
         if state:
             raise BenchFault(f"the interlock of the table is {state}: close it, then go on with --resume")
 
-    def _ask(self, question: Question, axis: int, place: str) -> str:
-        """What stands in a place of the answer; empty where it is one of those that mean all is well."""
+    def _codes(self, question: Question | None) -> Iterator[tuple[int, str]]:
+        """(axis, its answer) where that does not mean that all is well; axis 0: the whole table."""
+        if question is None:
+            return
+        for axis in self._axes if "{axis}" in question.ask else (0,):
+            code = self._ask(question, axis)
+            if code:
+                yield axis, code
+
+    def _ask(self, question: Question, axis: int) -> str:
+        """The code of the answer; empty where it is one of those that mean all is well."""
 
         def understand(text: str) -> str:
-            code = question.understood(text, axis or None)[place]
+            code = question.understood(text, axis or None)["code"]
             if question is self._dialect.questions.errors and "." in code and not self._pointed:
                 raise ValueError("an angle or a rate is no error code")
             return "" if question.is_good(code) else code

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planner.control.dialect import Question, TableDialect, figure, filled
+from planner.control.dialect import Question, TableDialect, filled
 from planner.control.orders import AxisOrder
+from planner.control.words import figure
 from planner.nouns.bench import BenchFacts
 
 

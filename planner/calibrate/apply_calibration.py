@@ -10,8 +10,10 @@ from typing import BinaryIO
 
 import numpy as np
 
+from planner import catalog
 from planner.calibrate.correction import corrected, needing
 from planner.dwells.dwell_files import SUFFIXES, read_dwells, write_dwells
+from planner.dwells.table_rows import rows_of
 from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.nouns.calibration import Tables
@@ -22,7 +24,7 @@ from planner.recordings.formats import reader_of
 from planner.recordings.raw_to_dwells import sampling_rate
 from planner.recordings.recording import Recording, recordings_of
 from planner.recordings.samples import READ, Account, Samples
-from planner.recordings.temperature import POSSIBLE_DEGC, rates
+from planner.recordings.temperature import POSSIBLE_DEGC, alive, rates
 from planner.recordings.windows import windows_of
 from planner.units import unit_factor
 from planner.whole_files import temporary_beside
@@ -47,7 +49,9 @@ def is_dwell_table(path: Path) -> bool:
 def correct_dwells(path: Path, out: Path, tables: Mapping[Sensor, Tables]) -> tuple[int, list[str]]:
     """Correct a dwell table's file; its rows, and notes."""
     _refuse_same(path, out)
-    table = corrected(read_dwells(path, motions=True), tables)
+    given = read_dwells(path, motions=True)
+    order = np.lexsort((given.time_on, given.run, given.unit))  # an effect may ask for the rows before a row
+    table = rows_of(corrected(rows_of(given, order), tables), np.argsort(order))
     write_dwells(table, out)
     notes = [*table.notes, *_lacking(table, tables)]
     return len(table), [*notes, *_beyond(table.temperature_degc, tables)]
@@ -90,19 +94,41 @@ def _refuse_same(path: Path, out: Path) -> None:
         raise InputError(f"{out} is the recording itself; write the corrected one elsewhere")
 
 
-Warming = tuple[Array, Array]  # times and K/s at them, one at least
+@dataclass(frozen=True)
+class _Warming:
+    """Temperature over a recording: (m,) times in s, one at least; degC and K/s at them."""
+
+    time: Array
+    temperature_degc: Array
+    rate: Array
+
+    def before(self, time: float) -> _Warming:
+        """What was before an instant."""
+        past = self.time < time
+        return _Warming(self.time[past], self.temperature_degc[past], self.rate[past])
 
 
-def _warming(recording: Recording, tables: Mapping[Sensor, Tables]) -> Warming | None:
-    """dT/dt over the recording, where an effect needs it and the temperature tells it.
+_NO_PAST = _Warming(*np.zeros((3, 0)))
+
+
+def _warming(recording: Recording, tables: Mapping[Sensor, Tables]) -> _Warming | None:
+    """The temperature over the recording, where an effect needs its rate and it is known.
 
     The file is read once more for that: the slope at an instant needs the five seconds after it too, and must
     not depend on where a block ends.
     """
     if not _asking(tables, "temperature_rate") or recording.whole.temperature is None:
         return None
-    at, rate = rates(windows_of(recording.even_samples(Account()), sampling_rate(recording)))
-    return (at, rate) if len(at) else None
+    windows = windows_of(recording.even_samples(Account()), sampling_rate(recording))
+    at, rate = rates(windows)
+    if not len(at):
+        return None
+    known = alive(windows)
+    middle = (windows.start + windows.end)[known] / 2.0
+    inside = np.clip(at, middle[0], middle[-1])  # half a window at both ends goes on with the rate there
+    return _Warming(
+        at, np.interp(inside, middle, windows.temperature_degc[known]) + rate * (at - inside), rate
+    )
 
 
 @dataclass
@@ -110,7 +136,7 @@ class _Warmth:
     """The temperature at which each sample is corrected: the last one that the sensor gave alive."""
 
     tables: Mapping[Sensor, Tables]
-    warming: Warming | None = None
+    warming: _Warming | None = None
     last: float = np.nan
     low: float = np.inf
     high: float = -np.inf
@@ -133,7 +159,15 @@ class _Warmth:
 
     def rate(self, samples: Samples) -> Array:
         """(n,) K/s; zero where the recording does not tell."""
-        return np.zeros(len(samples)) if self.warming is None else np.interp(samples.time, *self.warming)
+        if self.warming is None:
+            return np.zeros(len(samples))
+        return np.interp(samples.time, self.warming.time, self.warming.rate)
+
+    def past(self, samples: Samples) -> _Warming:
+        """What was before a block, where an effect asks for the rows before a row; else nothing."""
+        if self.warming is None or not any(_remembers(one) for one in self.tables.values()):
+            return _NO_PAST
+        return self.warming.before(float(samples.time[0]))
 
     def _middle(self) -> float:
         return float(np.median(next(iter(self.tables.values())).temperature_degc)) if self.tables else 20.0
@@ -179,7 +213,8 @@ def _corrected_block(
     samples: Samples, warmth: _Warmth, columns: ColumnMap, tables: Mapping[Sensor, Tables]
 ) -> Array:
     """(n, 8) values of COLUMNS."""
-    table = corrected(_as_dwells(samples, warmth, columns), tables)
+    rows = corrected(_as_dwells(samples, warmth, columns), tables)
+    table = rows_of(rows, np.arange(len(rows) - len(samples), len(rows)))
     nothing = np.full((len(samples), 3), np.nan)
     gyro = nothing if table.gyro is None else table.gyro / unit_factor("deg/s")[0]
     acc = nothing if table.acc is None else table.acc / unit_factor("g")[0]
@@ -188,21 +223,28 @@ def _corrected_block(
 
 
 def _as_dwells(samples: Samples, warmth: _Warmth, columns: ColumnMap) -> DwellTable:
-    """Every sample as a record of its own."""
-    n, zero = len(samples), np.zeros(len(samples))
+    """Every sample as a record of its own; before them, without readings, what an effect may remember."""
+    past = warmth.past(samples)
+    n = len(past.time) + len(samples)
+    values = np.vstack([np.zeros((len(past.time), 6)), samples.values])
     return DwellTable(
         unit=np.full(n, "1"),
         run=np.ones(n, dtype=np.int64),
         day=np.full(n, columns.day or 0.0),
-        time_on=samples.time + (columns.time_on or 0.0),
-        duration=zero,
-        temperature_degc=warmth.at(samples),
-        temperature_rate=warmth.rate(samples),
+        time_on=np.append(past.time, samples.time) + (columns.time_on or 0.0),
+        duration=np.zeros(n),
+        temperature_degc=np.append(past.temperature_degc, warmth.at(samples)),
+        temperature_rate=np.append(past.rate, warmth.rate(samples)),
         ref_rate=None,
         ref_acc=None,
-        gyro=samples.values[:, :3] if columns.gyro is not None else None,
-        acc=samples.values[:, 3:] if columns.acc is not None else None,
+        gyro=values[:, :3] if columns.gyro is not None else None,
+        acc=values[:, 3:] if columns.acc is not None else None,
     )
+
+
+def _remembers(tables: Tables) -> bool:
+    """Whether an effect of a calibration asks for the rows before a row."""
+    return any(getattr(catalog.effects()[term.effect], "history", False) for term in tables.extra)
 
 
 # ---------------------------------------------------------------- notes

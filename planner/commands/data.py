@@ -123,14 +123,13 @@ def simulate(
 
 
 def _written(table: DwellTable, truth: Truth, out: Path, as_json: bool) -> None:
-    """The table, and the truth beside it."""
-    from planner.dwells.dwell_files import write_dwells
+    """The table, and the truth beside it: both or neither."""
+    from planner.dwells.dwell_files import dwell_form, dwells_bytes
     from planner.export.truth import truth_path, truth_text
-    from planner.whole_files import write_whole
+    from planner.whole_files import write_all_whole
 
-    write_dwells(table, out)
     beside = truth_path(out)
-    write_whole(beside, truth_text(truth, out.name))
+    write_all_whole({out: dwells_bytes(table, dwell_form(out)), beside: truth_text(truth, out.name)})
     runs = len(set(table.run.tolist()))
     answer(
         {"written": [str(out), str(beside)], "rows": len(table), "runs": runs},

@@ -144,7 +144,8 @@ def accept(
 
     Example: planner accept check.csv --spec spec.yaml --plan plans/spec -o accepted
     """
-    from planner.export.fleet import accept_document, fleet_text
+    from planner.export.fleet import accept_document
+    from planner.export.json_figures import json_text
     from planner.fleet.judge import ErrorRates
     from planner.pipelines import fleet as pipeline
     from planner.report.subjects.accept import accept_report
@@ -161,7 +162,7 @@ def accept(
     document = accept_document(units, region, rates, _source(loaded), found.notes)
     files: dict[Path, str | bytes] = {}
     if out is not None:
-        files[out / "accept.json"] = fleet_text(document)
+        files[out / "accept.json"] = json_text(document)
         files[out / "report.html"] = page_of(report)
     deliver(files, found.notes, document, report, as_json)
     if any(u.verdict == "rejected" for u in units):
@@ -176,7 +177,8 @@ def _plan_check(
     out: Path | None,
     as_json: bool,
 ) -> None:
-    from planner.export.fleet import checks_document, fleet_text
+    from planner.export.fleet import checks_document
+    from planner.export.json_figures import json_text
     from planner.pipelines import fleet as pipeline
     from planner.report.subjects.check_plan import checks_report
 
@@ -186,7 +188,7 @@ def _plan_check(
     document = checks_document(found.checks, rates, _source(loaded), found.basis.notes)
     files: dict[Path, str | bytes] = {}
     if out is not None:
-        files[out / "check_plan.json"] = fleet_text(document)
+        files[out / "check_plan.json"] = json_text(document)
         files[out / "report.html"] = page_of(report)
     deliver(files, found.basis.notes, document, report, as_json)
 
@@ -236,13 +238,13 @@ def forecast(
 def _forecast_files(
     found: Forecasted, document: dict[str, Any], report: Report, folder: Path
 ) -> dict[Path, str | bytes]:
-    from planner.export.fleet import fleet_text
     from planner.export.fleet_calendar import calendar_bytes
+    from planner.export.json_figures import json_text
     from planner.report.subjects.forecast import appointments
 
     fleet, region = found.fleet, found.basis.region
     files: dict[Path, str | bytes] = {
-        folder / "forecast.json": fleet_text(document),
+        folder / "forecast.json": json_text(document),
         folder / "report.html": page_of(report),
     }
     days = appointments(fleet, region)
@@ -297,12 +299,12 @@ def recalibrate(
 def _recalibration_files(
     found: Recalibrated, document: dict[str, Any], report: Report, folder: Path
 ) -> dict[Path, str | bytes]:
-    from planner.export.fleet import fleet_text
     from planner.export.fleet_calendar import calendar_bytes
+    from planner.export.json_figures import json_text
     from planner.report.subjects.recalibration import store_appointments
 
     files: dict[Path, str | bytes] = {
-        folder / "recalibration.json": fleet_text(document),
+        folder / "recalibration.json": json_text(document),
         folder / "report.html": page_of(report),
     }
     days = store_appointments(found)

@@ -198,6 +198,7 @@ def compare(
     Example: planner compare plans/published_one_bench plans/published_optimum
     """
     from planner.export.documents import read_plan
+    from planner.export.json_figures import json_text
     from planner.report.comparison import compare as compare_plans
     from planner.report.comparison import comparison_document
     from planner.report.subjects.compare import comparison_report
@@ -208,8 +209,7 @@ def compare(
     document, report = comparison_document(found), comparison_report(found)
     files: dict[Path, str | bytes] = {}
     if out is not None:
-        text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
-        files = {out / "comparison.json": f"{text}\n", out / "report.html": page_of(report)}
+        files = {out / "comparison.json": json_text(document), out / "report.html": page_of(report)}
     deliver(files, (), document, report, as_json)
     if exit_code and found.differ:
         raise typer.Exit(1)

@@ -126,13 +126,14 @@ def _without_plan(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 def write(done: Sweep, page: str, folder: Path) -> None:
     """sweep.csv, sweep.json and the page."""
-    from planner.export.verify import sweep_csv, sweep_text
+    from planner.export.json_figures import json_text
+    from planner.export.verify import sweep_csv
     from planner.report.subjects.sweep import csv_columns, csv_rows
 
     write_all_whole(
         {
             folder / "sweep.csv": sweep_csv(csv_columns(done.document), csv_rows(done.document)),
-            folder / "sweep.json": sweep_text(done.document),
+            folder / "sweep.json": json_text(done.document),
             folder / "report.html": page,
         }
     )

@@ -15,9 +15,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from planner.control.words import fixed
 from planner.quantities import PositiveSeconds
 from planner.spec.part import SpecPart
-from planner.units import dimension_of, displayed, unit_factor
+from planner.units import ZERO_CELSIUS_K, dimension_of, displayed, unit_factor
 
 Said = tuple[str, ...]
 Words = Annotated[Said, Field(min_length=1)]
@@ -196,6 +197,18 @@ class ChamberDialect(Dialect):
             raise ValueError("questions.temperature.answer: every shape needs {measured}")
         return self
 
+    def sent(self, degc: float) -> str:
+        """degC → the device's number."""
+        return fixed(degc + self._zero, self.decimals)
+
+    def read(self, text: str) -> float:
+        """The device's number → degC. Raises ValueError for what is no number to go by."""
+        return finite(text) - self._zero
+
+    @property
+    def _zero(self) -> float:
+        return ZERO_CELSIUS_K if self.units == "K" else 0.0
+
     @property
     def tells_setpoint(self) -> bool:
         """Whether the setpoint can be read back."""
@@ -247,11 +260,9 @@ def filled(template: str, **values: object) -> str:
     return _PLACE.sub(lambda place: str(values[place[1]]), template)
 
 
-def figure(value: float, decimals: int) -> str:
-    """A number as controllers read it: no exponent, no `-0`, as few digits as hold it."""
-    text = f"{value:.{decimals}f}"
-    text = text.rstrip("0").rstrip(".") if "." in text else text
-    return "0" if text == "-0" else text
+def verb_of(message: str) -> str:
+    """What stands before the first comma or blank: `TEMP` of `TEMP,S-40.0`."""
+    return message.partition(",")[0].partition(" ")[0]
 
 
 def matched(shapes: tuple[str, ...], text: str, known: tuple[tuple[str, str], ...] = ()) -> dict[str, str]:
@@ -261,6 +272,11 @@ def matched(shapes: tuple[str, ...], text: str, known: tuple[tuple[str, str], ..
         if found:
             return {key: value.strip() for key, value in found.groupdict().items()}
     raise ValueError(f"{text!r} has not the shape of {shapes[0]!r}")
+
+
+def fits(shapes: tuple[str, ...], text: str, known: tuple[tuple[str, str], ...] = ()) -> bool:
+    """Whether a text has one of the shapes."""
+    return any(_pattern(shape, known).fullmatch(text.strip()) for shape in shapes)
 
 
 @lru_cache(maxsize=512)

@@ -7,9 +7,13 @@ hears stands in their dialects (`dialects/acutrol.yaml`, `dialects/espec_p300.ya
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from planner.control.orders import AxisOrder
 from planner.nouns.bench import BenchFacts
+
+if TYPE_CHECKING:
+    from planner.control.dialect import ChamberDialect
 
 OFF = ":Mode:Off ALL"  # servoed to zero rate; the drives stay on
 INTERLOCKS = (":Interlock:Reset ALL", ":Interlock:Close ALL")
@@ -45,24 +49,37 @@ def setpoint(temperature_degc: float) -> str:
 
 def sent_degc(temperature_degc: float) -> str:
     """A setpoint as the controller takes it: tenths, never `-0.0`."""
-    text = f"{temperature_degc:.1f}"
-    return "0.0" if text == "-0.0" else text
+    return fixed(temperature_degc, 1)
 
 
-def rounding_note(bench: str, temperatures_degc: Iterable[float | None]) -> str | None:
-    """What a person should know where a setpoint has finer digits than the controller takes."""
+def rounding_note(
+    bench: str, temperatures_degc: Iterable[float | None], dialect: ChamberDialect | None = None
+) -> str | None:
+    """What a person should know where a setpoint has finer digits than the controller takes.
+
+    dialect: what the chamber speaks; None: tenths of a degC
+    """
+    sent, read = (sent_degc, float) if dialect is None else (dialect.sent, dialect.read)
+    decimals, unit = (1, "degC") if dialect is None else (dialect.decimals, dialect.units)
     given = [t for t in dict.fromkeys(temperatures_degc) if t is not None]
-    finer = [t for t in given if abs(t - float(sent_degc(t))) > 1e-6]
+    finer = [t for t in given if abs(t - read(sent(t))) > 1e-6]
     if not finer:
         return None
-    most = max(finer, key=lambda t: abs(t - float(sent_degc(t))))
+    most = max(finer, key=lambda t: abs(t - read(sent(t))))
+    in_tenths = (decimals, unit) == (1, "degC")
+    takes = "tenths of a degree" if in_tenths else f"steps of {10.0**-decimals:g} {unit}"
     return (
-        f"{bench}: the chamber takes tenths of a degree, so {len(finer)} of the plan's temperatures are "
-        f"rounded, most {most:g} degC, sent as {sent_degc(most)}"
+        f"{bench}: the chamber takes {takes}, so {len(finer)} of the plan's temperatures are "
+        f"rounded, most {most:g} degC, sent as {sent(most)}"
     )
 
 
-def figure(value: float) -> str:
-    """A number as controllers read it: no exponent, at most six decimals, no `-0`."""
-    text = f"{value:.6f}".rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text
+def fixed(value: float, decimals: int) -> str:
+    """A number with so many decimals, never `-0.0`."""
+    return f"{value:z.{decimals}f}"
+
+
+def figure(value: float, decimals: int = 6) -> str:
+    """A number as controllers read it: no exponent, no `-0`, as few digits as hold it."""
+    text = fixed(value, decimals)
+    return text.rstrip("0").rstrip(".") if "." in text else text

@@ -205,8 +205,8 @@ def _change(fits: ChannelFits, folds: Folds, cells: NDArray[np.int64], record: f
         held_out=held_out,
         how=_how(folds, fits, held_out, int(far.sum())),
         noise_floor_within=floor_within,
-        sigma_before=_within(left["before"][rows] / sigma["before"], group[rows]),
-        sigma_after=_within(left["after"][rows] / sigma["after"], group[rows]),
+        sigma_before=_within(left["before"][rows], group[rows], sigma["before"]),
+        sigma_after=_within(left["after"][rows], group[rows], sigma["after"]),
         white=fits.after.spreads.white,
         stray=fits.after.spreads.rate,
         record=record,
@@ -267,11 +267,13 @@ def _unseen_residual(fit: WeighedFit, folds: Folds) -> tuple[Array, Array]:
     return left, within
 
 
-def _about_means(A: Array, group: NDArray[np.int64]) -> Array:
+def _about_means(A: Array, group: NDArray[np.int64], weight: Array | float = 1.0) -> Array:
     """(n, k) rows about the mean of each group: what is common to a power-on is no error within it."""
     _, number = np.unique(group, return_inverse=True)
-    means = np.array([np.bincount(number, column) for column in A.T]).T / np.bincount(number)[:, None]
-    return np.asarray(A - means[number]) if A.shape[1] else A
+    weights = np.broadcast_to(weight, len(A))
+    total = np.bincount(number, weights)
+    means = np.array([np.bincount(number, weights * column) / total for column in A.T])
+    return np.asarray(A - means.T[number]) if A.shape[1] else A
 
 
 def _whitened(fit: WeighedFit, seen: NDArray[np.bool_], by_run: bool) -> Array:
@@ -317,14 +319,16 @@ def _mean_square(residual: Array, group: NDArray[np.int64]) -> tuple[float, floa
     return tuple(float(np.sqrt(mean * np.exp(sign * half))) for sign in (0.0, -1.0, 1.0))  # type: ignore[return-value]  # of three signs, three values
 
 
-def _within(residual: Array, group: NDArray[np.int64]) -> float:
-    """Root mean square about the mean of each group; NaN when every group is one row."""
-    _, number = np.unique(group, return_inverse=True)
-    sizes = np.bincount(number)
-    freedom = len(residual) - len(sizes)
+def _within(residual: Array, group: NDArray[np.int64], sigma: Array | float = 1.0) -> float:
+    """Root mean square about the mean of each group, in units of sigma; NaN when every group is one row.
+
+    The mean is taken off first, each row with its weight 1 / sigma²: records of one power-on that last
+    unequally long have its level in common, but not in units of their own noise.
+    """
+    freedom = len(residual) - len(np.unique(group))
     if freedom < 1:
         return float("nan")
-    left = residual - (np.bincount(number, residual) / sizes)[number]
+    left = _about_means(residual[:, None], group, np.power(sigma, -2.0))[:, 0] / sigma
     return float(np.sqrt(left @ left / freedom))
 
 
@@ -334,9 +338,8 @@ def noise_floor(residual: Array, group: NDArray[np.int64], cells: NDArray[np.int
     No model of that instrument leaves less. NaN without replicates.
     """
     total = _within(residual, cells)
-    _, number = np.unique(group, return_inverse=True)
-    sizes = np.bincount(number)
-    if len(residual) <= len(sizes):
+    freedom = len(residual) - len(np.unique(group))
+    if freedom < 1:
         return total, float("nan")
-    left = residual - (np.bincount(number, residual) / sizes)[number]
-    return total, _within(left, cells) * float(np.sqrt(len(residual) / (len(residual) - len(sizes))))
+    left = _about_means(residual[:, None], group)[:, 0]
+    return total, _within(left, cells) * float(np.sqrt(len(residual) / freedom))

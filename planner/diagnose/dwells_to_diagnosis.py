@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
+from planner.diagnose.evidence_veto import verdict_of
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.evidence import evidence
 from planner.diagnose.hypotheses.generic import VARIES_WITH
@@ -26,12 +27,10 @@ from planner.nouns.diagnosis import (
     Evidence,
     FoundEffect,
     NotFound,
-    ReferenceSuspect,
     Refused,
     UnitDiagnosis,
     Unknown,
     Untestable,
-    Verdict,
 )
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS, Sensor
@@ -69,7 +68,7 @@ def diagnose(
     wrong = (*seen.suspects, *suspects(found))
     return UnitDiagnosis(
         unit=str(table.unit[0]),
-        verdict=_verdict([*effects, *wrong], unknown, not_found),
+        verdict=verdict_of((*effects, *wrong), unknown, not_found),
         effects=tuple(effects),
         unknown=tuple(unknown),
         not_found=tuple(not_found),
@@ -111,18 +110,6 @@ def _check(table: DwellTable) -> None:
             f"{table.source}: {len(table)} rows of unit {table.unit[0]} are too few for a diagnosis, "
             f"which needs {LEAST_ROWS} at least"
         )
-
-
-def _verdict(
-    effects: Sequence[FoundEffect | ReferenceSuspect],
-    unknown: Sequence[Unknown],
-    not_found: Sequence[NotFound],
-) -> Verdict:
-    if effects:
-        return "partly_explained" if unknown else "explained"
-    if unknown:
-        return "unexplained"
-    return "clean" if not_found else "untestable"
 
 
 # ---------------------------------------------------------------- what does not stand

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from planner.nouns.diagnosis import (
     FoundEffect,
+    NotFound,
+    ReferenceSuspect,
     Refused,
     ResidualChange,
     UnitDiagnosis,
@@ -36,7 +39,7 @@ def refused_by_residual(
             stands.append(e)
     if not falls:
         return found, False
-    return _with(found, tuple(stands), (*found.refused, *falls)), True
+    return _judged(found, effects=tuple(stands), refused=(*found.refused, *falls)), True
 
 
 def _rises(r: ResidualChange) -> bool:
@@ -49,20 +52,23 @@ def _told(r: ResidualChange) -> str:
     return f"{r.channel} {r.before:.3g} to {r.after:.3g} in SI"
 
 
-def _with(
-    found: UnitDiagnosis, effects: tuple[FoundEffect, ...], refused: tuple[Refused, ...]
-) -> UnitDiagnosis:
-    changed = replace(found, effects=effects, refused=refused)
-    return replace(changed, verdict=verdict_of(changed))
+def _judged(found: UnitDiagnosis, **changes: Any) -> UnitDiagnosis:
+    """The diagnosis with some of its findings changed, and the verdict that goes with them."""
+    d = replace(found, **changes)
+    return replace(d, verdict=verdict_of((*d.effects, *d.reference_suspects), d.unknown, d.not_found))
 
 
-def verdict_of(found: UnitDiagnosis) -> Verdict:
+def verdict_of(
+    explained: Sequence[FoundEffect | ReferenceSuspect],
+    unknown: Sequence[Unknown],
+    not_found: Sequence[NotFound],
+) -> Verdict:
     """The verdict in a word."""
-    if found.effects or found.reference_suspects:
-        return "partly_explained" if found.unknown else "explained"
-    if found.unknown:
+    if explained:
+        return "partly_explained" if unknown else "explained"
+    if unknown:
         return "unexplained"
-    return "clean" if found.not_found else "untestable"
+    return "clean" if not_found else "untestable"
 
 
 def held_to_the_floor(found: UnitDiagnosis, residual: Sequence[ResidualChange]) -> UnitDiagnosis:
@@ -74,10 +80,7 @@ def held_to_the_floor(found: UnitDiagnosis, residual: Sequence[ResidualChange]) 
         for r in residual
         if r.channel not in told and _more_than_noise(r)
     )
-    if not more:
-        return found
-    changed = replace(found, unknown=(*found.unknown, *more))
-    return replace(changed, verdict=verdict_of(changed))
+    return _judged(found, unknown=(*found.unknown, *more)) if more else found
 
 
 def _more_than_noise(r: ResidualChange) -> bool:

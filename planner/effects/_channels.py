@@ -62,6 +62,15 @@ class BaseEffect:
         return {p.name: p.default for p in self.parameters}
 
 
+def side_by_side(drives: Array) -> Array:
+    """(n, 3, 3k) drives (n, k) that every channel has, with k coefficients of its own, channel by channel."""
+    n, k = drives.shape
+    regressors = np.zeros((n, 3, 3 * k))
+    for channel in range(3):
+        regressors[:, channel, k * channel : k * (channel + 1)] = drives
+    return regressors
+
+
 class ChannelEffect(BaseEffect):
     """Base of effects with one coefficient a channel, y_i += k_i · drive_i; a subclass offers `drive`."""
 

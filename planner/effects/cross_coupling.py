@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import AXES, BOTH, BaseEffect, sensed
+from planner.effects._channels import AXES, BOTH, BaseEffect, sensed, side_by_side
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Sensor, Term
@@ -36,11 +36,7 @@ class CrossCoupling(BaseEffect):
     ) -> Array:
         """u_j u_k on channel i: (n, 3, 18)."""
         u = sensed(sensor, conditions)
-        products = np.stack([u[:, j] * u[:, k] for j, k in PAIRS], axis=1)
-        regressors = np.zeros((len(u), 3, 18))
-        for channel in range(3):
-            regressors[:, channel, 6 * channel : 6 * channel + 6] = products
-        return regressors
+        return side_by_side(np.stack([u[:, j] * u[:, k] for j, k in PAIRS], axis=1))
 
 
 EFFECT = CrossCoupling()

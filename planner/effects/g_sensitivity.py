@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
-from planner.effects._channels import AXES, BaseEffect
+from planner.effects._channels import AXES, BaseEffect, side_by_side
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Sensor, Term
@@ -33,11 +31,7 @@ class GSensitivity(BaseEffect):
         self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
     ) -> Array:
         """f_j on channel i: (n, 3, 9)."""
-        f = conditions.specific_force
-        regressors = np.zeros((len(f), 3, 9))
-        for channel in range(3):
-            regressors[:, channel, 3 * channel : 3 * channel + 3] = f
-        return regressors
+        return side_by_side(conditions.specific_force)
 
 
 EFFECT = GSensitivity()

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import AXES, REFERENCE_DEGC, BaseEffect
+from planner.effects._channels import AXES, REFERENCE_DEGC, BaseEffect, side_by_side
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Sensor, Term
@@ -34,11 +34,7 @@ class GSensitivityTemperature(BaseEffect):
     ) -> Array:
         """(T − 20 °C) f_j on channel i: (n, 3, 9)."""
         warmer = conditions.temperature_degc[:, np.newaxis] - REFERENCE_DEGC
-        f = conditions.specific_force * warmer
-        regressors = np.zeros((len(f), 3, 9))
-        for channel in range(3):
-            regressors[:, channel, 3 * channel : 3 * channel + 3] = f
-        return regressors
+        return side_by_side(conditions.specific_force * warmer)
 
 
 EFFECT = GSensitivityTemperature()

@@ -16,7 +16,7 @@ import numpy as np
 
 from planner import catalog
 from planner.errors import InputError
-from planner.export.json_figures import figure, shown
+from planner.export.json_figures import figure, json_text, shown
 from planner.nouns.calibration import (
     Calibration,
     Coefficient,
@@ -59,12 +59,12 @@ def _plugins(calibration: Calibration) -> dict[str, Any]:
 
 def calibration_text(calibration: Calibration) -> str:
     """calibration.json. The same calibration gives the same bytes."""
-    return _text(calibration_document(calibration))
+    return json_text(calibration_document(calibration))
 
 
 def random_text(calibration: Calibration) -> str:
     """random.json: every spread of every channel with its interval."""
-    return _text(
+    return json_text(
         {
             "planner": calibration.version,
             "unit": calibration.unit,
@@ -72,10 +72,6 @@ def random_text(calibration: Calibration) -> str:
             "random": {s.sensor: [_random(r) for r in s.random] for s in calibration.sensors},
         }
     )
-
-
-def _text(document: Mapping[str, Any]) -> str:
-    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _sensor(found: SensorCalibration) -> dict[str, Any]:

@@ -6,10 +6,9 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from planner.export.json_figures import figure, shown
 from planner.nouns.diagnosis import BudgetExceeded, ReferenceSuspect, Refused, RowLeftOut, UnitDiagnosis
-from planner.units import from_si, unit_factor
-
-_DIGITS = 9
+from planner.units import unit_factor
 
 
 def findings_document(found: UnitDiagnosis) -> dict[str, Any]:
@@ -19,7 +18,7 @@ def findings_document(found: UnitDiagnosis) -> dict[str, Any]:
         "rows_left_out": [_row(r) for r in found.rows_left_out],
         "budget_exceeded": [_budget(b) for b in found.budget_exceeded],
         "refused": [
-            {"effect": r.effect, "channels": [_channel(c) for c in r.channels], "why": r.why}
+            {"effect": r.effect, "channels": [channel(c) for c in r.channels], "why": r.why}
             for r in found.refused
         ],
     }
@@ -28,14 +27,14 @@ def findings_document(found: UnitDiagnosis) -> dict[str, Any]:
 def _suspect(s: ReferenceSuspect) -> dict[str, Any]:
     return {
         "hypothesis": s.hypothesis,
-        "value": _number(s.value),
+        "value": figure(s.value),
         "unit": s.unit,
-        "ci95": [_number(s.low), _number(s.high)],
-        "channels": [_channel(c) for c in s.channels],
-        "p_value": _number(s.p_value),
+        "ci95": [figure(s.low), figure(s.high)],
+        "channels": [channel(c) for c in s.channels],
+        "p_value": figure(s.p_value),
         "check": s.check,
-        "separated_by": _number(s.separated_by),
-        "strength_sigma": _number(s.strength),
+        "separated_by": figure(s.separated_by),
+        "strength_sigma": figure(s.strength),
         "sensor_error": s.alias or None,
         "record": s.record or None,
     }
@@ -45,8 +44,8 @@ def _row(r: RowLeftOut) -> dict[str, Any]:
     return {
         "run": r.run,
         "step": r.step or None,
-        "channel": _channel(r.channel),
-        "size_sigma": _number(r.size),
+        "channel": channel(r.channel),
+        "size_sigma": figure(r.size),
         "guess": r.guess,
         "condition": r.condition,
     }
@@ -56,24 +55,17 @@ def _budget(b: BudgetExceeded) -> dict[str, Any]:
     return {
         "error": b.error,
         "part": b.part,
-        "measured": _shown(b.measured, b.unit),
-        "ci95": [_shown(b.low, b.unit), _shown(b.high, b.unit)],
-        "budget": _shown(b.budget, b.unit),
+        "measured": shown(b.measured, b.unit),
+        "ci95": [shown(b.low, b.unit), shown(b.high, b.unit)],
+        "budget": shown(b.budget, b.unit),
         "unit": b.unit,
-        "channel": _channel(b.channel) or None,
+        "channel": channel(b.channel) or None,
     }
 
 
-def _channel(name: str) -> str:
+def channel(name: str) -> str:
+    """`accelerometer_x` as files write it: `acc_x`."""
     return name.replace("accelerometer_", "acc_")
-
-
-def _shown(si: float, unit: str) -> float | None:
-    return _number(from_si(si, unit)) if math.isfinite(si) else None
-
-
-def _number(value: float) -> float | None:
-    return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
 
 
 # ---------------------------------------------------------------- reading back
@@ -90,37 +82,40 @@ def findings_from(d: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _suspect_from(s: Mapping[str, Any]) -> ReferenceSuspect:
-    low, high = (_float(x) for x in s["ci95"])
+    low, high = (float_from(x) for x in s["ci95"])
     return ReferenceSuspect(
         s["hypothesis"],
-        _float(s["value"]),
+        float_from(s["value"]),
         low,
         high,
         s["unit"],
         tuple(s["channels"]),
-        _float(s["p_value"]),
-        _float(s["strength_sigma"], math.inf),
+        float_from(s["p_value"]),
+        float_from(s["strength_sigma"], math.inf),
         s["check"],
-        _float(s["separated_by"], math.inf),
+        float_from(s["separated_by"], math.inf),
         s.get("sensor_error") or "",
         s.get("record") or "",
     )
 
 
 def _row_from(r: Mapping[str, Any]) -> RowLeftOut:
-    size = _float(r["size_sigma"], math.inf)
+    size = float_from(r["size_sigma"], math.inf)
     return RowLeftOut(int(r["run"]), r["step"] or "", r["channel"], size, r["guess"], r.get("condition", ""))
 
 
 def _budget_from(b: Mapping[str, Any]) -> BudgetExceeded:
     factor = unit_factor(b["unit"])[0]
     measured, low, high, budget = (
-        _float(x) * factor for x in (b["measured"], b["ci95"][0], b["ci95"][1], b["budget"])
+        float_from(x) * factor for x in (b["measured"], b["ci95"][0], b["ci95"][1], b["budget"])
     )
     return BudgetExceeded(
         b["error"], b["part"], measured, low, high, budget, b["unit"], b.get("channel") or ""
     )
 
 
-def _float(value: Any, absent: float = math.nan) -> float:
+def float_from(value: Any, absent: float = math.nan) -> float:
+    """A figure; `absent` for null. Raises TypeError for a truth value, which is no number."""
+    if isinstance(value, bool):
+        raise TypeError(f"{value!r} is no number")
     return absent if value is None else float(value)

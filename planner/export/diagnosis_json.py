@@ -6,8 +6,6 @@ Display units stand beside every number; null is a figure that the data cannot g
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -15,9 +13,9 @@ from typing import Any
 
 from planner import catalog
 from planner.errors import InputError
-from planner.export.diagnosis_findings import findings_document, findings_from
+from planner.export.diagnosis_findings import channel, findings_document, findings_from, float_from
 from planner.export.documents import json_tree
-from planner.export.json_figures import figure, shown
+from planner.export.json_figures import figure, json_text, shown
 from planner.nouns.diagnosis import (
     Assumption,
     Diagnosis,
@@ -81,12 +79,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def diagnosis_text(diagnosis: Diagnosis) -> str:
     """diagnosis.json. The same data, spec and seed give the same bytes."""
-    return json.dumps(diagnosis_document(diagnosis), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def channel(name: str) -> str:
-    """`accelerometer_x` as files write it: `acc_x`."""
-    return name.replace("accelerometer_", "acc_")
+    return json_text(diagnosis_document(diagnosis))
 
 
 def _effect(e: FoundEffect) -> dict[str, Any]:
@@ -225,8 +218,8 @@ def _diagnosis(d: Mapping[str, Any]) -> Diagnosis:
                 Unknown(
                     tuple(u["channels"]),
                     u["varies_with"],
-                    _float(u["p_value"]),
-                    _float(u.get("strength_sigma")),
+                    float_from(u["p_value"]),
+                    float_from(u.get("strength_sigma")),
                 )
                 for u in d["unknown"]
             ),
@@ -262,11 +255,11 @@ def _effect_from(e: Mapping[str, Any]) -> FoundEffect:
         sensor=e["sensor"],
         channels=tuple(e["channels"]),
         terms=tuple(_term_from(t) for t in e["terms"]),
-        p_value=_float(e["p_value"]),
-        strength=_float(e["strength_sigma"]),
-        rivals=tuple(Rival(r["effect"], _float(r["separated_by"])) for r in e["rivals"]),
+        p_value=float_from(e["p_value"]),
+        strength=float_from(e["strength_sigma"]),
+        rivals=tuple(Rival(r["effect"], float_from(r["separated_by"])) for r in e["rivals"]),
         below_bench_uncertainty=bool(e["below_bench_uncertainty"]),
-        nonlinear={name: _float(v) for name, v in e["nonlinear"].items()},
+        nonlinear={name: float_from(v) for name, v in e["nonlinear"].items()},
     )
 
 
@@ -277,11 +270,11 @@ def _term_from(t: Mapping[str, Any]) -> FoundTerm:
         0.0,
         0.0,
         0.0,
-        _float(t["degrees_of_freedom"]),
+        float_from(t["degrees_of_freedom"]),
         t["unit"],
         bool(t["nonlinear"]),
     )
-    value, low, high = (_float(x) * bare.scale for x in (t["value"], *t["ci95"]))
+    value, low, high = (float_from(x) * bare.scale for x in (t["value"], *t["ci95"]))
     return replace(bare, value=value, low=low, high=high)
 
 
@@ -305,11 +298,11 @@ def _residual_from(name: str, r: Mapping[str, Any]) -> ResidualChange:
         held_out=bool(r["held_out"]),
         how=r["how"],
         noise_floor_within=_si(r["noise_floor_within_run"], unit),
-        sigma_before=_float(r["within_run_before_sigma"]),
-        sigma_after=_float(r["within_run_after_sigma"]),
+        sigma_before=float_from(r["within_run_before_sigma"]),
+        sigma_after=float_from(r["within_run_after_sigma"]),
         white=_si(r["record"]["noise"], unit),
-        stray=_float(r["record"]["share_of_input"]),
-        record=_float(r["record"]["record_s"]),
+        stray=float_from(r["record"]["share_of_input"]),
+        record=float_from(r["record"]["record_s"]),
         split=r.get("held_out_by", "runs"),
     )
 
@@ -321,7 +314,7 @@ def _navigation_from(n: Mapping[str, Any]) -> NavigationCost:
         unit,
         _si(n["before"], unit),
         _si(n["after"], unit),
-        _float(n["confidence"]),
+        float_from(n["confidence"]),
         n["how"],
         _si(n["before_as_calibrated"], unit),
         _si(n["limit"], unit),
@@ -337,8 +330,8 @@ def _measurement_from(m: Mapping[str, Any]) -> NextMeasurement:
         m["condition"]["bench"],
         m["condition"]["test"],
         condition,
-        _float(m["separation"]),
-        _float(m["time_s"]),
+        float_from(m["separation"]),
+        float_from(m["time_s"]),
     )
 
 
@@ -352,16 +345,10 @@ def _assumption_from(a: Mapping[str, Any]) -> Assumption:
         _si(a["measured"], unit),
         _si(a["ci95"][0], unit),
         _si(a["ci95"][1], unit),
-        _float(a["degrees_of_freedom"]),
+        float_from(a["degrees_of_freedom"]),
         a.get("channel") or "",
     )
 
 
 def _si(value: Any, unit: str) -> float:
-    return _float(value) * unit_factor(unit)[0]
-
-
-def _float(value: Any) -> float:
-    if isinstance(value, bool):
-        raise TypeError(f"{value!r} is no number")
-    return math.nan if value is None else float(value)
+    return float_from(value) * unit_factor(unit)[0]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -196,11 +195,6 @@ def _forecast(c: ChannelForecast, fleet: FleetForecast) -> dict[str, Any]:
             "half_width": [shown(float(v), unit) for v in half],
         },
     }
-
-
-def fleet_text(document: Mapping[str, Any]) -> str:
-    """A tree as the text of its file."""
-    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _numbers(values: Array) -> list[float | None]:

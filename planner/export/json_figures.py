@@ -1,12 +1,23 @@
-"""Figures as JSON files hold them: nine digits, in display units, null where a figure does not exist."""
+"""JSON files of ours: their text, and their figures.
+
+Figures have nine digits, in display units; null where a figure does not exist.
+"""
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Mapping
+from typing import Any
 
 from planner.units import displayed
 
 DIGITS = 9
+
+
+def json_text(document: Mapping[str, Any]) -> str:
+    """A tree as the text of its file. The same tree gives the same bytes."""
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def figure(value: float) -> float | None:

@@ -13,6 +13,7 @@ from planner.errors import InputError
 from planner.export.documents import read_sealed_plan
 from planner.protocols import Exported, ExportFormat, ExportOptions
 from planner.spec.places import did_you_mean
+from planner.whole_files import as_bytes
 
 
 def format_of(name: str, options: ExportOptions) -> tuple[ExportFormat, ExportOptions]:
@@ -68,7 +69,7 @@ def replaced(placed: Mapping[Path, str | bytes], out: Path) -> tuple[str, ...]:
 
 
 def _same(path: Path, content: str | bytes) -> bool:
-    new = content if isinstance(content, bytes) else content.encode()
+    new = as_bytes(content)
     return path.stat().st_size == len(new) and path.read_bytes() == new
 
 

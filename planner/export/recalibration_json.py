@@ -7,12 +7,11 @@ from datetime import date
 from typing import Any
 
 from planner import __version__
+from planner.export.json_figures import figure
 from planner.fleet.history import day_label
 from planner.fleet.sessions import Session
 from planner.fleet.store import Visit
 from planner.fleet.visits import PlannedVisit, ShortestVisit, StorePlan
-
-DIGITS = 9
 
 
 def recalibration_document(
@@ -36,11 +35,11 @@ def recalibration_document(
 
 def _session(s: Session, start: date | None) -> dict[str, Any]:
     return {
-        "day": _number(s.day),
+        "day": figure(s.day),
         "date": day_label(start, s.day),
         "units": list(s.units),
-        "time_s": _number(s.time_s),
-        "by_themselves_s": _number(s.alone_s),
+        "time_s": figure(s.time_s),
+        "by_themselves_s": figure(s.alone_s),
         "fits": s.fits,
     }
 
@@ -48,52 +47,48 @@ def _session(s: Session, start: date | None) -> dict[str, Any]:
 def _plan(p: StorePlan, shortest: Sequence[ShortestVisit], start: date | None) -> dict[str, Any]:
     return {
         "unit": p.unit,
-        "time_s": _number(p.time_s),
+        "time_s": figure(p.time_s),
         "whole": p.whole,
         "proved": p.proved,
         "overdue": p.overdue,
-        "kept_until_day": _number(p.kept_until),
+        "kept_until_day": figure(p.kept_until),
         "kept_until": day_label(start, p.kept_until),
         "visits": [_planned(v, start) for v in p.visits],
         "shortest": [_shortest(s, start) for s in shortest],
         "binding": [
-            {"term": name, "share_of_limit": _number(share), "renewable": can}
+            {"term": name, "share_of_limit": figure(share), "renewable": can}
             for name, share, can in p.binding
         ],
         "load": {
-            "day": [_number(d) for d in p.days],
-            "with": [_number(x) for x in p.load],
-            "without": [_number(x) for x in p.without],
+            "day": [figure(d) for d in p.days],
+            "with": [figure(x) for x in p.load],
+            "without": [figure(x) for x in p.without],
         },
     }
 
 
 def _planned(v: PlannedVisit, start: date | None) -> dict[str, Any]:
     return {
-        "day": _number(v.day),
+        "day": figure(v.day),
         "date": day_label(start, v.day),
         **_visit(v.visit),
-        "load_before": _number(v.load_before),
-        "load_after": _number(v.load_after),
+        "load_before": figure(v.load_before),
+        "load_after": figure(v.load_after),
         "renews": list(v.renewed),
     }
 
 
 def _shortest(s: ShortestVisit, start: date | None) -> dict[str, Any]:
     return {
-        "day": _number(s.day),
-        "until_day": _number(s.until),
+        "day": figure(s.day),
+        "until_day": figure(s.until),
         "until": day_label(start, s.until),
         **(_visit(s.visit) if s.visit is not None else {"time_s": None}),
-        "load_without": _number(s.load_without),
-        "load_with": _number(s.load_with),
+        "load_without": figure(s.load_without),
+        "load_with": figure(s.load_with),
         "renews": list(s.renewed),
     }
 
 
 def _visit(v: Visit) -> dict[str, Any]:
-    return {"rest_power_ons": v.rests, "turn_power_ons": v.turns, "time_s": _number(v.time_s)}
-
-
-def _number(value: float) -> float:
-    return float(f"{float(value):.{DIGITS}g}")
+    return {"rest_power_ons": v.rests, "turn_power_ons": v.turns, "time_s": figure(v.time_s)}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from planner import __version__
 from planner.errors import InputError
+from planner.export.json_figures import json_text
 from planner.recordings.allan import AllanResult
 from planner.recordings.clocks import Clock
 from planner.recordings.reduction import Reduction
@@ -21,7 +21,7 @@ _PER = {"quantisation": "*s", "white_noise": "*sqrt(s)", "bias_instability": "",
 
 def account_text(reduction: Reduction) -> str:
     """The account's file. Same reduction, same bytes."""
-    return json.dumps(reduction_document(reduction), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(reduction_document(reduction))
 
 
 def refuse_overwriting(written: Sequence[Path], read: Sequence[Path]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from planner.export.json import number
+from planner.export.json_figures import json_text
 from planner.nouns.array import Array
 from planner.spec.model import NAVIGATION_ERRORS
 from planner.units import from_si
@@ -57,7 +57,7 @@ def verify_document(v: Verification) -> dict[str, Any]:
 
 def verify_text(v: Verification) -> str:
     """verify.json."""
-    return json.dumps(verify_document(v), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(verify_document(v))
 
 
 def recount_document(recount: Recount) -> dict[str, Any]:
@@ -189,11 +189,6 @@ def _claim(c: Claim) -> Mapping[str, Any]:
         "ci95": [number(c.low), number(c.high)],
         "claimed": number(c.claimed),
     }
-
-
-def sweep_text(document: Mapping[str, Any]) -> str:
-    """sweep.json."""
-    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def sweep_csv(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:

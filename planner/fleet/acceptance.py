@@ -92,9 +92,10 @@ def accepted(
     units: dict[str, list[MeasuredResidual]] = {}
     for one in found:
         units.setdefault(one.unit, []).append(one)
-    whole = {unit: _reaches(groups, temperatures) for unit, groups in units.items()}
+    whole = {u: reaches([g.temperature_degc for g in groups], temperatures) for u, groups in units.items()}
     ordered = [(unit, one) for unit in sorted(units) for one in units[unit]]
-    reserve = _reserve(region, [one for _, one in ordered], [whole[unit] for unit, _ in ordered])
+    measured = np.array([one.measured for _, one in ordered]).reshape(len(ordered), -1)
+    reserve = reserve_after(region, measured, np.array([whole[unit] for unit, _ in ordered]))
     residual = np.array([one.residual for _, one in ordered]).reshape(len(ordered), -1)
     values = np.stack([region.value(c, residual, reserve) for c in region.constraints], axis=1)
     answers, row = [], 0
@@ -109,21 +110,18 @@ def accepted(
     return tuple(answers)
 
 
-def _reaches(groups: Sequence[MeasuredResidual], temperatures: tuple[float, float]) -> bool:
-    """Whether the check reached over the temperatures at which the unit will fly."""
-    seen = [g.temperature_degc for g in groups]
+def reaches(seen: Sequence[float], temperatures: tuple[float, float]) -> bool:
+    """Whether a check at these temperatures reached over those at which the unit will fly."""
     span = temperatures[1] - temperatures[0]
     enough = len(seen) >= FEWEST_TEMPERATURES and max(seen) - min(seen) >= REACH * span
     return enough or span <= 0
 
 
-def _reserve(region: AllowedRegion, found: Sequence[MeasuredResidual], whole: Sequence[bool]) -> Reserve:
-    """(G, t) what flights add, and what the check could not show."""
-    kept = np.ones((len(found), len(region.terms), len(PARTS)))
-    for g, (one, reached) in enumerate(zip(found, whole, strict=True)):
-        kept[g, one.measured, PARTS.index("estimate")] = 0.0
-        if reached:
-            kept[g, one.measured, PARTS.index("temperature")] = 0.0
+def reserve_after(region: AllowedRegion, measured: NDArray[np.bool_], whole: NDArray[np.bool_]) -> Reserve:
+    """(…, t) what flights add, and what a check could not show; measured: (…, t), whole: (…) flags."""
+    kept = np.ones((*measured.shape, len(PARTS)))
+    kept[..., PARTS.index("estimate")] = ~measured
+    kept[..., PARTS.index("temperature")] = ~(measured & whole[..., None])
     return reserve_of(region, kept)
 
 

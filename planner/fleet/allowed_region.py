@@ -93,6 +93,11 @@ class AllowedRegion:
     allowed: Array
     split: bool = False
 
+    @cached_property
+    def steepest(self) -> Array:
+        """(t,) no unit of a term can add a larger share of any limit than this."""
+        return np.asarray(np.max([c.steepest / c.limit for c in self.constraints], axis=0))
+
     def index(self, error: str, term: str) -> int | None:
         """Place of a term, None when the requirements do not know it."""
         for i, t in enumerate(self.terms):

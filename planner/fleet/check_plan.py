@@ -14,15 +14,16 @@ soaks, power-ons.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from itertools import combinations, pairwise
 
 import numpy as np
 
 from planner.errors import InfeasibleError, InputError
-from planner.fleet.acceptance import FEWEST_TEMPERATURES
-from planner.fleet.allowed_region import PARTS, AllowedRegion, Reserve, reserve_of
+from planner.fleet.acceptance import FEWEST_TEMPERATURES, reaches, reserve_after
+from planner.fleet.allowed_region import PARTS, AllowedRegion, Reserve
 from planner.fleet.check_residual import MeasuredResidual, columns_of, identified
 from planner.fleet.judge import ErrorRates, judged
 from planner.nouns.allowances import ErrorModel
@@ -31,7 +32,7 @@ from planner.nouns.sensor import ErrorName
 from planner.plan.bench_work import ramp_time
 from planner.plan.by_hand import even_points
 from planner.plan.confidence import spread_at
-from planner.plan.motions_to_records import repeat_records
+from planner.plan.motions_to_records import RepeatRecords, repeat_records
 from planner.protocols import SENSORS
 from planner.simulate.settings import settings_of
 from planner.solvers.sequential import boundaries, stopped
@@ -71,14 +72,6 @@ class Check:
     looks: int
 
 
-@dataclass(frozen=True)
-class _Told:
-    """What one power-on of each chosen test tells at one temperature: (t, t) information, SI⁻²."""
-
-    information: Array
-    temperature_degc: float
-
-
 def planned_checks(
     spec: Spec,
     models: Sequence[ErrorModel],
@@ -96,13 +89,12 @@ def planned_checks(
         raise InputError(f"--load must lie between 0 and 100 % of the limit, not {100 * load:g} %")
     if not 0.0 < share < 1.0:
         raise InputError(f"--decided must lie between 0 and 100 %, not {100 * share:g} %")
+    records = {name: own for name in spec.tests if (own := repeat_records(spec, name)) is not None}
+    choices = list(_choices(spec, records))
+    told = cache(partial(_told, spec, records, models, region))  # a test stands in many choices
     found = []
     for count in TEMPERATURES:
-        each = [
-            c
-            for tests in _choices(spec)
-            for c in _check(spec, models, region, tests, count, load, share, rates)
-        ]
+        each = [c for tests in choices for c in _check(spec, told, region, tests, count, load, share, rates)]
         if each:
             found.append(_with_looks(min(each, key=lambda c: (c.time_s, c.power_ons)), share, rates))
     if not found:
@@ -113,14 +105,11 @@ def planned_checks(
     return tuple(sorted(found, key=lambda c: c.time_s))
 
 
-def _choices(spec: Spec) -> Iterator[tuple[CheckTest, ...]]:
+def _choices(spec: Spec, records: Mapping[str, RepeatRecords]) -> Iterator[tuple[CheckTest, ...]]:
     """Tests alone and together, each with all its faces or every second of them."""
     known: dict[str, list[CheckTest]] = {}
-    for name, test in spec.tests.items():
-        records = repeat_records(spec, name)
-        if records is None:
-            continue
-        n = len(records.duration)
+    for name, own in records.items():
+        test, n = spec.tests[name], len(own.duration)
         move = spec.benches[test.bench].move
         whole, half = tuple(range(n)), tuple(range(0, n, 2))
         known[name] = [
@@ -143,7 +132,7 @@ def _each(options: Sequence[Sequence[CheckTest]]) -> Iterator[tuple[CheckTest, .
 
 def _check(
     spec: Spec,
-    models: Sequence[ErrorModel],
+    told: Callable[[CheckTest, float], Array],
     region: AllowedRegion,
     tests: Sequence[CheckTest],
     count: int,
@@ -153,11 +142,14 @@ def _check(
 ) -> Iterator[Check]:
     """The fewest power-ons of these tests that decide, if any do."""
     degc = even_points(*spec.plan.temperatures.range, count) if count > 1 else (spec.plan.temperatures.room,)
-    told = [_told(spec, models, region, tests, t) for t in degc]
+    whole = reaches(degc, spec.plan.temperatures.range)
+    informations = [np.sum([told(test, t) for test in tests], axis=0) for t in degc]
     each = share ** (1 / count)
 
+    @cache
     def decides(n: int) -> float:
-        return min(_accepted(region, t, n, load, rates, count) for t in told)
+        checks = [measured_by(region, one * n, t, n) for one, t in zip(informations, degc, strict=True)]
+        return min(_accepted(region, c, whole, load, rates, count) for c in checks)
 
     if decides(MOST_POWER_ONS) < each:
         return
@@ -210,38 +202,36 @@ def _time(spec: Spec, tests: Sequence[CheckTest], degc: Sequence[float], power_o
 
 def _told(
     spec: Spec,
+    records: Mapping[str, RepeatRecords],
     models: Sequence[ErrorModel],
     region: AllowedRegion,
-    tests: Sequence[CheckTest],
+    chosen: CheckTest,
     degc: float,
-) -> _Told:
-    size = len(region.terms)
+) -> Array:
+    """(t, t) what one power-on tells at one temperature, SI⁻²."""
+    size, own, faces = len(region.terms), records[chosen.test], list(chosen.faces)
     information = np.zeros((size, size))
     spread = {m.name: float(np.hypot(spread_at(m, [degc])[0], m.in_run)) for m in models}
     white = settings_of(spec).white
-    for chosen in tests:
-        records = repeat_records(spec, chosen.test)
-        assert records is not None
-        for sensor in SENSORS:
-            columns = columns_of(records.conditions, sensor, models, region)
-            for channel in range(3):
-                terms = [t for t, X in columns.items() if np.any(X[list(chosen.faces), channel])]
-                if not terms:
-                    continue
-                X = np.stack([columns[t][list(chosen.faces), channel] for t in terms], axis=1)
-                A = X.T @ (X / (white[sensor] ** 2 / records.duration[list(chosen.faces), None]))
-                D = np.diag([spread[region.terms[t].error] ** 2 for t in terms])
-                M = np.linalg.solve(np.eye(len(terms)) + A @ D, A)
-                information[np.ix_(terms, terms)] += 0.5 * (M + M.T)
-    return _Told(information, degc)
+    for sensor in SENSORS:
+        columns = columns_of(own.conditions, sensor, models, region)
+        for channel in range(3):
+            terms = [t for t, X in columns.items() if np.any(X[faces, channel])]
+            if not terms:
+                continue
+            X = np.stack([columns[t][faces, channel] for t in terms], axis=1)
+            A = X.T @ (X / (white[sensor] ** 2 / own.duration[faces, None]))
+            D = np.diag([spread[region.terms[t].error] ** 2 for t in terms])
+            M = np.linalg.solve(np.eye(len(terms)) + A @ D, A)
+            information[np.ix_(terms, terms)] += 0.5 * (M + M.T)
+    return information
 
 
 def _accepted(
-    region: AllowedRegion, told: _Told, power_ons: int, load: float, rates: ErrorRates, count: int
+    region: AllowedRegion, found: MeasuredResidual, whole: bool, load: float, rates: ErrorRates, count: int
 ) -> float:
     """Share of units of this load that one temperature of the check accepts."""
-    found = measured_by(region, told.information * power_ons, told.temperature_degc, power_ons)
-    reserve = reserve_after(region, found, whole=count >= FEWEST_TEMPERATURES)
+    reserve = reserve_after(region, found.measured, np.asarray(whole))
     true = at_load(region, found, reserve, load)
     if true is None:
         return 0.0
@@ -269,15 +259,6 @@ def measured_by(region: AllowedRegion, information: Array, degc: float, power_on
         covariance[np.ix_(kept, kept)] = np.linalg.inv(inside[np.ix_(kept, kept)])
     covariance *= np.outer(scale, scale)
     return MeasuredResidual("", degc, 0.0, np.zeros(size), covariance, measured, power_ons, power_ons)
-
-
-def reserve_after(region: AllowedRegion, found: MeasuredResidual, *, whole: bool) -> Reserve:
-    """What flights add, and what such a check does not show."""
-    kept = np.ones((len(region.terms), len(PARTS)))
-    kept[found.measured, PARTS.index("estimate")] = 0.0
-    if whole:
-        kept[found.measured, PARTS.index("temperature")] = 0.0
-    return reserve_of(region, kept)
 
 
 def at_load(region: AllowedRegion, found: MeasuredResidual, reserve: Reserve, load: float) -> Array | None:

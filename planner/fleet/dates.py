@@ -69,7 +69,8 @@ class UnitDate:
 @dataclass(frozen=True)
 class FleetForecast:
     """All channels and units; scores: of the rolling origins; until: last day of the horizon; today: a day,
-    too"""
+    too; units: none where no dates were asked for
+    """
 
     history: History
     channels: tuple[ChannelForecast, ...]
@@ -134,7 +135,7 @@ def _unit_date(
     paths = _paths([c for _, c in known], days, count, place)  # (paths, days, terms known)
     loads = np.stack([_load(region, i, paths, places, reserve) for i in range(len(region.constraints))])
     worst = loads.max(axis=0)  # (paths, days)
-    prudent = worst[_livelier([c for _, c in known], region.constraints[0].steepest[places], days, count)]
+    prudent = worst[_livelier([c for _, c in known], region.steepest[places], days, count)]
     passed = np.logical_or.accumulate(prudent > 1.0, axis=1).mean(axis=0)
     outcome, day, at = _outcome(passed, days, confidence, today)
     upper = np.quantile(prudent, confidence, axis=0)

@@ -71,14 +71,15 @@ def forecast_channels(
 ) -> tuple[tuple[ChannelForecast, ...], tuple[MethodScore, ...], Mapping[str, str]]:
     """Every series forecast to day `until` of the history's count; validated: with scores of rolling origins.
 
-    method: a name, or `auto`: the model of the whole type. Raises InputError for an unknown method.
+    method: a name, or `auto`: the model of the whole type; any other is always validated, as its intervals
+    are widened by what that shows. Raises InputError for an unknown method.
     """
     name = MODEL if method == AUTO else method
     method_named(name)
     storage = {m.name: m.storage for m in models.values()}
     past = [past_of(s, storage.get(s.error, np.nan)) for s in history.series]
     found: tuple[MethodScore, ...] = ()
-    if validated:
+    if validated or name != MODEL:
         progress("rolling origins: how every method would have done")
         found = scores(past, confidence, list(methods()) if method == AUTO else [name])
     factor = {s.kind: s.factor for s in found if s.method == name and name != MODEL}

@@ -101,7 +101,6 @@ def _taught(states: States, ahead: Array, sigma: float) -> tuple[Array, Array]:
     learned = np.einsum("Ssp,Ssq->spq", of_value / total[..., None], of_value) / len(states.level)
     open_ = states.covariance[:, 1:, 1:].mean(axis=0) + np.cov(states.beta.T, bias=True) - learned
     own = ((moved @ open_) * moved).sum(axis=2)
-    rate, size = states.jumps
     apart = np.maximum(ahead[None, :] - ahead[:, None], 0.0)
-    walk = (float(states.walk.mean()) + rate * size**2) * apart
+    walk = float(states.walk.mean()) * apart
     return moved @ states.beta.mean(axis=0), np.maximum(own, 0.0) + walk

@@ -97,10 +97,9 @@ def _cleared(series: Sequence[Series], storage: float, level: float) -> list[tup
     first = _first_look(series)
     for turn in range(ROUNDS):
         now = [past_of(s, storage) for s, _ in found] if turn else [past_of(s, storage) for s in first]
-        known = learned(fleet_of(now, unit))
-        sizes = _sizes(known)
-        stated = fleet_of(now, unit).stated
-        again = [_searched(s, unit, sizes, stated, level) for s in series]
+        fleet = fleet_of(now, unit)
+        sizes = _sizes(learned(fleet))
+        again = [_searched(s, unit, sizes, fleet.stated, level) for s in series]
         same = [[(x.kind, x.day) for x in a[1]] for a in again] == [
             [(x.kind, x.day) for x in f[1]] for f in found
         ]

@@ -222,7 +222,7 @@ class StorePlanner:
 
     def _slack(self) -> Array:
         """(t,) sizes that together make a thousandth of a limit: states that differ by less are one."""
-        slope = np.max([c.steepest / c.limit for c in self.region.constraints], axis=0)
+        slope = self.region.steepest
         return np.asarray(_ALIKE / np.maximum(slope * len(slope), 1e-300))
 
     def _uniform(self, choices: Sequence[Visit], target: int) -> list[Reached]:
@@ -251,7 +251,7 @@ class StorePlanner:
     def _choices(self, numbers: Sequence[int]) -> list[Visit]:
         """The visits of which no shorter one leaves as little, to a thousandth of the limit."""
         most = self.bench.asked.repeats
-        slope = np.max([c.steepest / c.limit for c in self.region.constraints], axis=0)
+        slope = self.region.steepest
         found: list[Visit] = []
         shares: list[Array] = []
         for visit in visits(self.bench.asked, sorted({min(n, most) for n in numbers})):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,23 +52,34 @@ class Term:
 class ChannelKinds:
     """One channel of all kinds. b terms, q shared references, g kinds.
 
-    information: (g, b + q, b + q) of one power-on; drives: (g,) whether a kind tells a scale factor
+    information: (g, b + q, b + q) of one power-on
     sigma: (q,) of the references and of walks over the campaign's days; walks: for each of these its place
     among the q, its term, and what of it is left in flight
     references: (q,) names of the references, which other channels have in common; empty: a walk of its own
-    rows: (n, b) columns without weights, starts: (g,) first row of each kind
+    rows: (n, b) columns without weights, inputs: (n,) their |u|, starts: (g,) first row of each kind
     """
 
     sensor: Sensor
     channel: int
     terms: tuple[Term, ...]
     information: Array
-    drives: NDArray[np.bool_]
     sigma: Array
     walks: tuple[tuple[int, int, float], ...]
     references: tuple[str, ...]
     rows: Array
+    inputs: Array
     starts: NDArray[np.int64]
+
+    @cached_property
+    def shows(self) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+        """(g,) which class a kind is of, and (c, c) whether class j tells a scale factor beside class i.
+
+        What is a large input is asked of the records of a campaign: 0.01 g is one where nothing larger is
+        recorded, and none beside 1 g. A class tells a scale factor if it does beside each that is recorded.
+        """
+        sizes, which = np.unique(np.maximum.reduceat(self.inputs, self.starts), return_inverse=True)
+        needed = np.minimum(EXCITED * sizes, EXCITING[self.sensor])
+        return which, sizes >= needed[:, None]
 
 
 @dataclass(frozen=True)
@@ -131,17 +143,16 @@ def channel_kinds(c: ChannelCampaign) -> ChannelKinds:
     white = c.whiten(np.column_stack([rows, c.prior.columns]))
     products = np.einsum("na,nb->nab", white, white)
     u = np.abs(sensed(model.sensor, model.conditions)[:, model.channel])
-    strong = u >= min(EXCITED * u.max(initial=0.0), EXCITING[model.sensor])
     return ChannelKinds(
         model.sensor,
         model.channel,
         tuple(_terms(c, list(columns))),
         np.asarray(np.add.reduceat(products, c.runs.starts, axis=0)),
-        np.asarray(np.logical_or.reduceat(strong, c.runs.starts)),
         c.prior.sigma,
         tuple(_walks(c, list(columns))),
         tuple(u.name if u.error is None else "" for u in c.prior.unknowns),
         rows,
+        u,
         c.runs.starts,
     )
 

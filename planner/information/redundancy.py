@@ -45,9 +45,11 @@ def _without(c: ChannelKinds, lost: list[tuple[int, int]]) -> ChannelKinds:
     ends = np.append(c.starts, len(c.rows))
     each = [c.rows[a:z] for a, z in pairwise(ends)]
     each += [np.delete(each[k], i, axis=0) for k, i in lost]
+    inputs = [c.inputs[a:z] for a, z in pairwise(ends)]
+    inputs += [np.delete(inputs[k], i) for k, i in lost]
     information = np.zeros((len(each), b + q, b + q))
     information[:, :b, :b] = [x.T @ x for x in each]
-    drives = np.append(c.drives, [c.drives[k] for k, _ in lost])
     sizes = [len(x) for x in each]
     starts = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
-    return replace(c, information=information, drives=drives, rows=np.concatenate(each), starts=starts)
+    rows, size = np.concatenate(each), np.concatenate(inputs)
+    return replace(c, information=information, rows=rows, inputs=size, starts=starts)

@@ -86,7 +86,9 @@ def alike(channels: Sequence[ChannelKinds], degc: Array) -> list[Alike]:
     groups: dict[object, list[ChannelKinds]] = {}
     for c in channels:
         terms = tuple((t.error, t.tabled, t.driven) for t in c.terms)
-        groups.setdefault((terms, c.drives.tobytes(), c.sigma.tobytes(), c.walks), []).append(c)
+        which, shows = c.shows
+        driven = shows[which[:, None], which].tobytes()
+        groups.setdefault((terms, driven, c.sigma.tobytes(), c.walks), []).append(c)
     return [Alike(tuple(g), np.stack([c.information for c in g]), degc) for g in groups.values()]
 
 
@@ -113,17 +115,26 @@ def _nodes(group: Alike, counts: Array) -> tuple[Array, Array]:
     used = counts > 0
     records = (counts * group.records) @ at
     seen = records > 0
-    driven = (used & group.first.drives).astype(float) @ at > 0
+    drives = used & _drives(group.first, used)
+    driven = drives.astype(float) @ at > 0
     driven = np.where(driven.any(axis=1, keepdims=True), driven, seen)
     nodes, own = (np.sort(np.where(mask, t, np.inf), axis=1) for mask in (seen, driven))
-    close = seen[:, :-1] & seen[:, 1:] & (np.diff(t) <= GAP_K)
+    close = np.isfinite(nodes[:, 1:]) & (nodes[:, 1:] <= nodes[:, :-1] + GAP_K)
     for b in np.flatnonzero((seen & (records < LEAST_ROWS)).any(axis=1) | close.any(axis=1)):
         fitted = temperature_nodes(np.repeat(group.degc, (counts[b] * group.records).astype(np.int64)))
         nodes[b], own[b] = np.inf, np.inf
         nodes[b, : len(fitted)] = fitted
-        fitted = nodes_with_rows(fitted, group.degc[used[b] & group.first.drives])
+        fitted = nodes_with_rows(fitted, group.degc[drives[b]])
         own[b, : len(fitted)] = fitted
     return nodes, own
+
+
+def _drives(c: ChannelKinds, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(B, g) whether a kind tells a scale factor among those that each campaign uses (B, g)."""
+    which, shows = c.shows
+    classes = np.eye(len(shows))[which]
+    hidden = (used.astype(float) @ classes > 0).astype(float) @ ~shows > 0
+    return np.asarray(~hidden[:, which])
 
 
 def _told(

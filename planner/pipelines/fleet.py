@@ -248,6 +248,20 @@ def forecast_on(
     validated: bool = True,
 ) -> FleetForecast:
     """A history against a region; validated: with rolling origins of every method."""
+    found = drifts_on(inputs, basis, options, progress, validated=validated)
+    units = unit_dates(found.channels, basis.region, found.until, found.today, options.confidence, progress)
+    return replace(found, units=units)
+
+
+def drifts_on(
+    inputs: Sequence[str],
+    basis: Basis,
+    options: ForecastOptions,
+    progress: Progress,
+    *,
+    validated: bool = True,
+) -> FleetForecast:
+    """A history's channels forecast, without the units' dates; validated: as `forecast_on`."""
     history = history_of(inputs, basis, options, progress)
     today = today_of(history, options.today)
     until = horizon(history, options.until, today)
@@ -256,10 +270,9 @@ def forecast_on(
     channels, scored, used = forecast_channels(
         history, models, until, options.confidence, options.method, correction, progress, validated=validated
     )
-    units = unit_dates(channels, basis.region, until, today, options.confidence, progress)
     notes = tuple(dict.fromkeys((*history.suspects, *basis.notes, *history.notes)))
     return FleetForecast(
-        history, channels, units, scored, used, options.confidence, until, correction, notes, today
+        history, channels, (), scored, used, options.confidence, until, correction, notes, today
     )
 
 
@@ -353,7 +366,7 @@ def _growths(
         growths = {"spec": growth_of(basis.region, basis.models, days, confidence)}
         return growths, options.start or options.today, basis.notes
     asked = replace(options, until=options.until or f"{period:g}")
-    found = forecast_on(inputs, basis, asked, progress, validated=False)
+    found = drifts_on(inputs, basis, asked, progress, validated=False)
     days = grid(found.until - found.today, found.today)
     adds = any(c.rule == "worst_case" for c in basis.region.constraints)
     once = bench.renewal(1, 1).sigma

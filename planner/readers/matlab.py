@@ -11,6 +11,7 @@ import numpy as np
 from planner.errors import InputError
 from planner.protocols import RawBlock
 from planner.readers._arrays import columns_of, wanted_blocks
+from planner.readers._matlab_elements import check_elements
 
 
 class MatlabReader:
@@ -40,9 +41,14 @@ class MatlabReader:
 
 def _columns(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat
+    from scipy.io.matlab import matfile_version
 
     try:
+        if matfile_version(path)[0] == 1:  # versions 5 to 7
+            check_elements(path)
         variables = loadmat(path, simplify_cells=True)
+    except InputError:
+        raise
     except Exception as error:  # scipy raises many kinds, down to struct.error, for a cut or foreign file
         raise InputError(f"{path} is not a whole MATLAB file: {type(error).__name__}: {error}") from error
     arrays = {name: np.asarray(a) for name, a in _flat(variables) if np.ndim(a) in (1, 2, 3)}

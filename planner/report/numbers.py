@@ -117,3 +117,12 @@ def _superscript(exponent: int) -> str:
 def counted(number: int, one: str, many: str | None = None) -> str:
     """`1 unit`, `3 units`."""
     return f"{number} {one if number == 1 else many or f'{one}s'}"
+
+
+def names_are(names: Sequence[str]) -> str:
+    """`u1 is`, `u1 and u2 are`, `u1, u2, u3 and 7 more are`."""
+    if len(names) == 1:
+        return f"{names[0]} is"
+    if len(names) > 4:
+        return f"{', '.join(names[:3])} and {len(names) - 3} more are"
+    return f"{', '.join(names[:-1])} and {names[-1]} are"

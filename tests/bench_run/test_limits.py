@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.bench_run import limits
+from planner.control.dialect_files import chamber_dialect
 from planner.control.orders import MotionError, orders
 from planner.errors import InputError
 from planner.nouns.bench import BenchFacts
@@ -74,6 +75,18 @@ def test_all_kinds_of_fault_are_told_at_once():
 
 def test_the_small_campaign_is_within_its_limits():
     assert limits.check(small_job()) == ()
+
+
+def test_digits_that_the_chamber_does_not_take_are_told_by_what_it_speaks():
+    job = changed(temperature_degc=20.25)
+    (tenths,) = limits.check(job)
+    assert "takes tenths of a degree" in tenths
+    assert "sent as 20.2" in tenths
+    assert limits.check(job, {"rate_table": chamber_dialect("scpi_chamber")}) == ()
+    kelvin = chamber_dialect("scpi_chamber").model_copy(update={"units": "K", "decimals": 0})
+    (steps,) = limits.check(job, {"rate_table": kelvin})
+    assert "takes steps of 1 K" in steps
+    assert "most 20.25 degC, sent as 293" in steps  # 293.4 K
 
 
 def test_stops_are_kept_by_going_the_same_attitude_another_way(tmp_path):

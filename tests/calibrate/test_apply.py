@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner import catalog
-from planner.calibrate.apply_calibration import COLUMNS, correct_recording
+from planner.calibrate.apply_calibration import COLUMNS, correct_dwells, correct_recording
+from planner.dwells.dwell_files import read_dwells
 from planner.nouns.calibration import ExtraTerm, Tables
 from planner.recordings.column_map import ColumnMap
 from tests.outcome import Run
@@ -108,6 +109,72 @@ def test_warm_up_counts_from_the_power_on_that_the_map_names(tmp_path):
         back(tmp_path / "out.csv")[:, 2:5], np.tile([1.0, 2.0, 3.0], (n, 1)), atol=1e-12
     )
     assert not any("time_on" in note for note in notes)
+
+
+def in_blocks(path: Path, rows: int, found, monkeypatch) -> Array:
+    """Rates in deg/s of a recording that is read and corrected so many rows at a time."""
+    monkeypatch.setattr("planner.readers.parquet.BLOCK_ROWS", rows)
+    correct_recording(path, path.with_suffix(".csv"), found, None)
+    return back(path.with_suffix(".csv"))[:, 2:5]
+
+
+def warmed(path: Path, time: Array, t: Array, added: Array) -> None:
+    """A recording of 1, 2, 3 deg/s at a temperature, with an error in deg/s added on x."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    rate = np.tile([1.0, 2.0, 3.0], (len(time), 1))
+    rate[:, 0] += added
+    values = np.column_stack([time, rate, np.zeros((len(time), 2)), np.ones(len(time)), t])
+    parquet.write_table(pa.table(dict(zip(HEADER.split(","), values.T, strict=True))), path)
+
+
+def remembering(effect: str, value: float, nonlinear: dict[str, float]) -> dict[str, Tables]:
+    extra = (ExtraTerm(effect, "x", value, nonlinear),)
+    nothing = np.zeros((3, 1))
+    return {"gyro": Tables(np.array([20.0]), nothing, nothing, np.zeros(3), np.eye(3), extra)}
+
+
+def test_a_thermal_lag_goes_on_over_the_borders_of_blocks(tmp_path, monkeypatch):
+    """T = 20 + 30 (1 − exp(−t / 200)), τ = 300: T − T_b = 90 (exp(−t / 300) − exp(−t / 200)), up to 13 K."""
+    time = np.arange(12_000) / 10.0
+    t = 20.0 + 30.0 * -np.expm1(-time / 200.0)
+    behind = 90.0 * (np.exp(-time / 300.0) - np.exp(-time / 200.0))
+    warmed(tmp_path / "a.parquet", time, t, 0.01 * behind)
+    found = remembering("thermal_lag", np.radians(0.01), {"time_constant": 300.0})
+    one = in_blocks(tmp_path / "a.parquet", 1 << 18, found, monkeypatch)
+    many = in_blocks(tmp_path / "a.parquet", 700, found, monkeypatch)
+    # of 0.13 deg/s; 1e-3 K: in the first 0.4 s the temperature before a block goes on with the slope of 10 s
+    np.testing.assert_allclose(many, one, atol=1.2e-5)
+    np.testing.assert_allclose(many, np.tile([1.0, 2.0, 3.0], (len(time), 1)), atol=1.2e-5)
+
+
+def test_a_hysteresis_goes_on_over_the_borders_of_blocks(tmp_path, monkeypatch):
+    time = np.arange(12_000) / 10.0
+    t = np.interp(time, [0.0, 300.0, 600.0], [20.0, 60.0, 40.0])  # it fell last, and stands above the room
+    falling = time > 300.0
+    warmed(tmp_path / "a.parquet", time, t, 0.02 * np.where(falling, -0.5, 0.5))
+    found = remembering("hysteresis", np.radians(0.02), {})
+    one = in_blocks(tmp_path / "a.parquet", 1 << 18, found, monkeypatch)
+    many = in_blocks(tmp_path / "a.parquet", 700, found, monkeypatch)
+    np.testing.assert_allclose(many, one, atol=1e-12)
+    sure = np.abs(time - 300.0) > 5.0  # the slope is one over 10 s
+    np.testing.assert_allclose(many[sure], np.tile([1.0, 2.0, 3.0], (int(sure.sum()), 1)), atol=1e-12)
+
+
+def test_the_order_of_a_dwell_table_does_not_matter_to_a_thermal_lag(tmp_path):
+    """Two power-ons whose records take turns in the file, as two units on one table would be written."""
+    head = "run,time_on_s,duration_s,temp_degc,gyro_x_dps,gyro_y_dps,gyro_z_dps\n"
+    lines = [f"{run},{60 * k},1,{20 + run * k},1,2,3\n" for k in range(10) for run in (1, 2)]
+    found = remembering("thermal_lag", np.radians(0.01), {"time_constant": 300.0})
+    rates = []
+    for name, rows in (("mixed", lines), ("sorted", sorted(lines, key=lambda line: line[0]))):
+        (tmp_path / f"{name}.csv").write_text(head + "".join(rows))
+        correct_dwells(tmp_path / f"{name}.csv", tmp_path / f"{name}_out.csv", found)
+        table = read_dwells(tmp_path / f"{name}_out.csv")
+        rates.append(table.gyro[np.lexsort((table.time_on, table.run))])
+        np.testing.assert_array_equal(table.run, [int(row[0]) for row in rows])
+    np.testing.assert_allclose(rates[0], rates[1], rtol=1e-12)
 
 
 def test_what_cannot_be_corrected_is_nan_and_told(tmp_path):

@@ -9,7 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.diagnose.diagnosis_to_residual import _mean_square, noise_floor, residual_changes, unit_fits
+from planner.diagnose.diagnosis_to_residual import (
+    _mean_square,
+    _within,
+    noise_floor,
+    residual_changes,
+    unit_fits,
+)
 from planner.diagnose.unseen_runs import cells_of, folds_of
 from planner.dwells.table_rows import by_run, rows_of
 from planner.nouns.diagnosis import UnitDiagnosis
@@ -64,6 +70,23 @@ def test_an_effect_that_is_not_there_buys_nothing_on_runs_not_seen(seed):
     assert np.sum(white[:, 1] ** 2) <= np.sum(white[:, 0] ** 2) * (1 + 1e-6)
     change = changes(table, found)["gyro_z"]
     assert change.sigma_after > 0.99 * change.sigma_before
+
+
+def test_the_level_of_a_power_on_is_no_noise_within_it_however_unequally_long_its_records_last():
+    rng = np.random.default_rng(9)
+    group, sigma = np.repeat(np.arange(200), 10), np.tile([1.0, 2.0], 1000)
+    noise = sigma * rng.normal(size=2000)
+    level = 100.0 * rng.normal(size=200)[group]
+    # 1 800 degrees of freedom know σ to 1.7 %
+    assert _within(noise, group, sigma) == pytest.approx(1.0, abs=0.06)
+    assert _within(noise + level, group, sigma) == pytest.approx(_within(noise, group, sigma), rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", [13, 14])
+def test_ten_times_the_spread_of_power_ons_leaves_the_same_within_them(seed):
+    quiet, loud = (changes(campaign(seed, (), SMALL, Noise(acc_run=x))) for x in (8e-4, 8e-3))
+    for channel in ("accelerometer_x", "accelerometer_y", "accelerometer_z"):
+        assert loud[channel].sigma_after == pytest.approx(quiet[channel].sigma_after, rel=0.1)
 
 
 def test_forty_sigma_outliers_in_four_of_a_thousand_rows_do_not_carry_the_figures():

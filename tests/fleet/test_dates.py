@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -107,6 +109,44 @@ def test_a_steady_drift_is_dated_where_the_line_meets_the_limit():
     step = 1.4 * (1000.0 - history.last_day) / 120  # the grid is densest at its beginning
     assert room / rate - 2 * step <= date.day <= room / rate
     assert date.terms[0][0] == "accelerometer.bias x"
+
+
+def test_a_named_method_has_the_same_bands_wherever_it_is_asked():
+    """Naive is too sure of units that drift; its bands are widened whether or not scores are shown."""
+    basis = small_basis()
+    history, _ = fleet(6, 5, drift=2.0)
+    models = {m.name: m for m in basis.models}
+    shown, plain = (
+        forecast_channels(history, models, 400.0, 0.95, "naive", "none", lambda m: None, validated=validated)
+        for validated in (True, False)
+    )
+    assert min(s.factor for s in shown[1]) > 1.1
+    for a, b in zip(shown[0], plain[0], strict=True):
+        np.testing.assert_array_equal(a.forecast.scale, b.forecast.scale)
+
+
+def test_the_order_of_the_requirements_does_not_move_a_date():
+    """The livelier half of the types is that of what the unit's limits feel, not of the first of them."""
+    basis = small_basis()
+    (c,) = basis.region.constraints
+    deaf = replace(c, vectors=0.0 * c.vectors)
+    history, _ = fleet(2, 3, 8)
+    models = {m.name: m for m in basis.models}
+    until = history.last_day + 700.0
+    channels, _, _ = forecast_channels(
+        history, models, until, 0.95, "auto", "none", lambda m: None, validated=False
+    )
+    days = [
+        [
+            u.day
+            for u in unit_dates(
+                channels, replace(basis.region, constraints=both), until, history.last_day, 0.95
+            )
+        ]
+        for both in ((c, deaf), (deaf, c), (c,))
+    ]
+    assert None not in days[0]
+    assert days[0] == days[1] == days[2]
 
 
 def test_one_point_is_forecast_by_the_storage_of_the_spec():

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import yaml
 
 from planner.campaign.design import design
 from planner.campaign.model import ChannelCampaign, campaign
 from planner.campaign.power_ons import of_design
 from planner.information.choose import laid_out
-from planner.information.kinds import ChannelKinds
+from planner.information.kinds import ChannelKinds, kinds_of
 from planner.information.model_of import Flight
+from planner.information.offers import offers_of
 from planner.information.told import Alike, Told, alike, told
 from planner.nouns.array import Array
+from planner.nouns.choices import Campaign as Choice
+from planner.plan.schedule_to_steps import steps
 from planner.solvers.least_squares import factors
 from tests import oracle
 from tests.information import cases
 from tests.information.cases import Everything
+from tests.specs import SHIPPED, loaded
 
 SEEDS = (0, 2, 4, 5, 9)  # one to three tests, in the chamber and in the room, one bench and two
 
@@ -181,3 +186,32 @@ def test_a_record_more_never_makes_the_posterior_larger(seed: int) -> None:
     for key, covariance in before.items():
         grown = np.linalg.eigvalsh(after[key] - covariance).max()
         assert grown <= 1e-9 * np.abs(covariance).max()
+
+
+@pytest.mark.parametrize(
+    ("used", "apart"), [("rates rates-slow", 8.0), ("static rates-slow", 8.0), ("static rates-slow", 1.0)]
+)
+def test_tables_are_those_of_the_campaign_itself(used: str, apart: float) -> None:
+    """Nodes of every table as the fit of the campaign places them, whatever else is on offer.
+
+    Turns of two tables hardly press on accelerometers, and unequally: the slower one shows a scale factor
+    beside six faces, the faster one only without them. Unused temperatures keep none apart.
+    """
+    tree = yaml.safe_load((SHIPPED / "small_uav.yaml").read_text())
+    tree["benches"]["slow"] = {
+        **tree["benches"]["rate_table"], "kind": "rate_table", "limits": {"rate": "300 deg/s"}
+    }  # fmt: skip
+    tree["tests"]["rates"]["bench"] = ["rate_table", "slow"]
+    spec = loaded(tree).spec
+    kinds = kinds_of(spec, [(test, (-30.0, 10.0 + i * apart, 40.0)) for i, test in enumerate(spec.tests)])
+    offers = offers_of(spec, kinds.kinds)
+    n = np.array([2.0 if k.test in used.split() else 0.0 for k in kinds.kinds])
+    runs = of_design(design(steps(spec, Choice(offers.visits(n), (), 0.0, 0.0, False)), spec))
+    made = campaign(spec, runs).channels
+    for group in alike(kinds.channels, kinds.degc):
+        (one,) = told(group, n[None], [])
+        for c in group.channels:
+            assert [None if x is None else x[0].tolist() for x in one.nodes] == [
+                None if x.nodes is None else x.nodes.tolist() for x in made[c.sensor, c.channel].model.carried
+                for _ in x.terms
+            ]  # fmt: skip

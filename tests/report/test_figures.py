@@ -15,7 +15,7 @@ from planner.report import time_spent
 from planner.report.blocks import align_points
 from planner.report.charts.gantt import column_shares, temperature_track
 from planner.report.contributions import PARTS, contributions
-from planner.report.numbers import digits, quantity, runs
+from planner.report.numbers import digits, names_are, quantity, runs
 from planner.report.readable import readable_unit
 from planner.report.region_of_two import PREFERRED, allowed_region, axes_of_region, four_quadrants
 from planner.report.subjects import plan_tables as tables
@@ -285,3 +285,9 @@ def test_decimal_points_align() -> None:
 def test_runs_of_repeats() -> None:
     assert runs(["8", "8", "8"]) == "8"
     assert runs(["8", "5", "5", "6"]) == "8, 5\u202f×2, 6"
+
+
+def test_a_few_names_are_said_and_many_are_counted() -> None:
+    names = [f"u{i}" for i in range(1, 11)]
+    assert [names_are(names[:n]) for n in (1, 2, 4)] == ["u1 is", "u1 and u2 are", "u1, u2, u3 and u4 are"]
+    assert names_are(names) == "u1, u2, u3 and 7 more are"

@@ -2,7 +2,7 @@
 
     m(T + h) = level + x(T + h)·β + w(h),    (level, β) ~ N(mean, covariance),    w a random walk, var q h
 
-x are the columns of what goes on steadily: ageing, linear in time and fading, and the season.
+x are the columns of what goes on steadily: ageing, linear in time, and the season.
 """
 
 from __future__ import annotations
@@ -28,8 +28,7 @@ def columns_at(day: Array) -> Array:
 class States:
     """S states of a channel on day `last`, SI. level: (S,); beta: (S, p); covariance: (S, 1+p, 1+p) of both
 
-    walk: (S,) variance a day; noise: (S,) variance of a measurement; jumps: rate a day and sigma of steps
-    that nobody announces
+    walk: (S,) variance a day; noise: (S,) variance of a measurement
     """
 
     last: float
@@ -38,18 +37,15 @@ class States:
     covariance: Array
     walk: Array
     noise: Array
-    jumps: tuple[float, float] = (0.0, 0.0)
 
     def or_else(self, other: States) -> States:
-        """Either of two: every second state of each."""
+        """Either of two: one half of the states of each."""
         half = len(self.level) // 2
 
         def mixed(name: str) -> Array:
             return np.concatenate([getattr(self, name)[:half], getattr(other, name)[half:]])
 
-        parts = [mixed(n) for n in ("level", "beta", "covariance", "walk", "noise")]
-        level, beta, covariance, walk, noise = parts
-        return States(self.last, level, beta, covariance, walk, noise, self.jumps)
+        return States(self.last, *map(mixed, ("level", "beta", "covariance", "walk", "noise")))
 
     def moved(self, ahead: Array) -> Array:
         """(h, 1+p) what level and β add to the value after so many days."""
@@ -57,7 +53,7 @@ class States:
         return np.concatenate([np.ones((len(ahead), 1)), x], axis=1)
 
     def moments(self, ahead: Array) -> tuple[Array, Array]:
-        """(S, h) mean and variance of the value without jumps."""
+        """(S, h) mean and variance of the value."""
         x = self.moved(ahead)
         mean = np.column_stack([self.level, self.beta]) @ x.T
         own = np.einsum("hp,spq,hq->sh", x, self.covariance, x)
@@ -71,9 +67,6 @@ class States:
         start = start + np.einsum("kpq,kq->kp", root, rng.standard_normal(start.shape))
         apart = np.diff(ahead, prepend=0.0)
         steps = np.sqrt(self.walk[which, None] * apart) * rng.standard_normal((count, len(ahead)))
-        rate, size = self.jumps
-        if rate > 0:
-            steps += size * np.sqrt(rng.poisson(rate * apart, steps.shape)) * rng.standard_normal(steps.shape)
         return np.asarray(start @ self.moved(ahead).T + np.cumsum(steps, axis=1))
 
 

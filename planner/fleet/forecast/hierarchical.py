@@ -79,9 +79,7 @@ def fleet_of(series: Sequence[Past], unit: float) -> Fleet:
         day[u, :k] = s.day
         used[u, :k] = True
         fresh[u, :k] = np.isin(s.day, s.fresh)
-        if (
-            s.doubtful and k > 1
-        ):  # one way to see it; the other is the same series with its last value believed
+        if s.doubtful and k > 1:  # the other way to see it is the same series, its last value believed
             used[u, k - 1] = fresh[u, k - 1] = False
         if stated:
             weight[u, :k] = (np.where(np.isfinite(s.sigma), s.sigma, usual) / unit) ** 2
@@ -140,9 +138,6 @@ def forecast_of(states: States, ahead: Array) -> Forecast:
     apart = mean - middle
     second = (variance + apart**2).mean(axis=0)
     fourth = (3 * variance**2 + 6 * variance * apart**2 + apart**4).mean(axis=0)
-    rate, size = states.jumps
-    second = second + rate * ahead * size**2
-    fourth = fourth + 3 * rate * ahead * size**4
     excess = np.maximum(fourth / np.maximum(second, 1e-300) ** 2 - 3.0, 6.0 / NORMAL)
     freedom = 4.0 + 6.0 / excess
     scale = np.sqrt(second * (freedom - 2) / freedom)

@@ -14,7 +14,7 @@ from planner.fleet.validation import MethodScore
 from planner.report.blocks import Block, Items, Report, Table, Text, existing, facts, section, table
 from planner.report.charts import fleet as charts
 from planner.report.charts.year import YearMark, year_picture
-from planner.report.numbers import NOTHING, counted, digits, level, percent
+from planner.report.numbers import NOTHING, counted, digits, level, names_are, percent
 from planner.report.readable import shown_in
 
 SHOWN_CHANNELS = 40  # rows on the terminal; the page has all
@@ -68,23 +68,13 @@ def headline(fleet: FleetForecast) -> str:
     urgent = fleet.by_urgency
     overdue = [u for u in urgent if u.due_now]
     if overdue:
-        return f"{_named(overdue)}: calibrate now"
+        return f"{names_are([u.unit for u in overdue])} overdue: calibrate now"
     dated = [u for u in urgent if u.outcome == "date"]
     if dated:
         return f"Calibrate {dated[0].unit} by {fleet.history.label(dated[0].day or 0.0)}"
     if all(u.outcome == "kept" for u in fleet.units):
         return f"No unit is due before {fleet.history.label(fleet.until)}"
     return "No date can be given"
-
-
-def _named(overdue: Sequence[UnitDate]) -> str:
-    """`u1 is overdue`, `u1, u2 and u3 are overdue`, `u1, u2 and 7 more are overdue`."""
-    names = [u.unit for u in overdue]
-    if len(names) == 1:
-        return f"{names[0]} is overdue"
-    if len(names) > 4:
-        return f"{', '.join(names[:3])} and {len(names) - 3} more are overdue"
-    return f"{', '.join(names[:-1])} and {names[-1]} are overdue"
 
 
 def sentence(fleet: FleetForecast) -> str:

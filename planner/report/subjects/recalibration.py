@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from datetime import timedelta
 
 from planner.fleet.appointment import Appointment
@@ -15,7 +14,17 @@ from planner.fleet.visits import ShortestVisit, StorePlan
 from planner.report.blocks import Items, Picture, Report, Table, existing, facts, section, table
 from planner.report.charts import fleet as charts
 from planner.report.charts.year import YearMark, year_picture
-from planner.report.numbers import NOTHING, counted, digits, display_unit, hours, in_unit, percent, plain
+from planner.report.numbers import (
+    NOTHING,
+    counted,
+    digits,
+    display_unit,
+    hours,
+    in_unit,
+    names_are,
+    percent,
+    plain,
+)
 from planner.report.readable import shown_in
 
 DRAWN = 8
@@ -93,7 +102,7 @@ BASIS = (
 def headline(found: Recalibrated) -> str:
     """What is overdue, visits and hours, or how far the store carries."""
     overdue = [p.unit for p in found.plans if p.overdue and p.unit != "spec"]
-    late = f"{_listed(overdue)} overdue: recalibrate now. " if overdue else ""
+    late = f"{names_are(overdue)} overdue: recalibrate now. " if overdue else ""
     lacking = [p for p in found.plans if not p.whole]
     if lacking:
         first = min(lacking, key=lambda p: p.kept_until)
@@ -106,15 +115,6 @@ def headline(found: Recalibrated) -> str:
         return "No recalibration is needed"
     days = f" on {counted(len(found.sessions), 'day')}" if found.sessions else ""
     return f"{late}{counted(visits, 'visit')}{days}, {hours(_hours(found))} h in all"
-
-
-def _listed(names: Sequence[str]) -> str:
-    """`u1 is`, `u1 and u2 are`, `u1, u2 and 7 more are`."""
-    if len(names) == 1:
-        return f"{names[0]} is"
-    if len(names) > 4:
-        return f"{', '.join(names[:3])} and {len(names) - 3} more are"
-    return f"{', '.join(names[:-1])} and {names[-1]} are"
 
 
 def _hours(found: Recalibrated) -> float:
