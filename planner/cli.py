@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from planner.commands import bench, data, effects, fleet, planning, promise, recordings, running
+from planner.commands import bench, data, effects, explaining, fleet, planning, promise, recordings, running
 from planner.commands import diagnosing as diagnosis
 from planner.errors import InfeasibleError, InputError, PlannerError
 
@@ -40,7 +40,7 @@ def root(version: Annotated[bool, typer.Option("--version", help="Print the vers
         raise typer.Exit()
 
 
-for family in (planning, bench, running, recordings, data, diagnosis, promise, fleet, effects):
+for family in (planning, bench, running, recordings, data, diagnosis, promise, fleet, effects, explaining):
     family.register(app)
 
 
@@ -114,7 +114,8 @@ def _usage_or_internal(error: Exception) -> None:
 
 def _complain(error: PlannerError) -> None:
     """Say what is wrong on stderr, and as JSON on stdout when the caller asked for that."""
-    typer.echo(f"error: {error}", err=True)
+    said = error.shown if isinstance(error, InputError) else str(error)
+    typer.echo(f"error: {said}", err=True)
     if "--json" in sys.argv:
         typer.echo(json.dumps(_error_document(error), ensure_ascii=False))
 

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from planner.codes import remedy
+
+QUOTED = 100  # characters of a line that are shown
 
 
 class PlannerError(Exception):
@@ -12,11 +16,22 @@ class PlannerError(Exception):
     exit_code = 70
 
 
+class Unfit(ValueError):
+    """A value that its field refuses, by the rule of a code."""
+
+    def __init__(self, code: str, message: str) -> None:
+        self.code = code
+        super().__init__(message)
+
+
 @dataclass(frozen=True, order=True)
 class Fault:
     """One thing wrong in one place of an input file.
 
     `line` and `column` count from 1; 0 means that the place is the whole file.
+    message: what is wrong, and behind its first semicolon what to do
+    code: of the rule that it breaks, which `planner explain` explains (`planner.codes`)
+    quote: the line of the file, where it was at hand
     """
 
     file: str
@@ -24,10 +39,45 @@ class Fault:
     column: int
     path: str
     message: str
+    code: str = ""
+    quote: str = field(default="", compare=False)
 
     def __str__(self) -> str:
         place = f"{self.file}:{self.line}:{self.column}" if self.line else self.file
-        return f"{place}  {self.path}: {self.message}" if self.path else f"{place}  {self.message}"
+        said = f"{self.path}: {self.message}" if self.path else self.message
+        return f"{place}  {said}  [{self.code}]" if self.code else f"{place}  {said}"
+
+    @property
+    def wrong(self) -> str:
+        """What is wrong, without what to do."""
+        return self.message.partition("; ")[0]
+
+    @property
+    def remedy(self) -> str:
+        """What to do: what the message says of it, else what its rule says."""
+        return self.message.partition("; ")[2] or remedy(self.code)
+
+    @property
+    def shown(self) -> str:
+        """As `str`, with the line of the file and a caret under the place where the line is known."""
+        if not self.quote.strip():
+            return str(self)
+        first = max(0, self.column - 1 - QUOTED // 2) if len(self.quote) > QUOTED else 0
+        line = self.quote[first : first + QUOTED].replace("\t", " ")
+        margin = f"{self.line:>6} | "
+        return f"{self}\n{margin}{line}\n{' ' * (len(margin) + self.column - 1 - first)}^"
+
+    def document(self) -> dict[str, str | int]:
+        """As JSON has it."""
+        return {
+            "code": self.code,
+            "file": self.file,
+            "path": self.path,
+            "line": self.line,
+            "column": self.column,
+            "message": self.wrong,
+            "remedy": self.remedy,
+        }
 
 
 class InputError(PlannerError):
@@ -39,6 +89,11 @@ class InputError(PlannerError):
         self.faults = tuple(sorted(faults))
         self.message = message
         super().__init__("\n".join([message, *map(str, self.faults)]) if faults else message)
+
+    @property
+    def shown(self) -> str:
+        """As `str`, with the lines of the file that are at fault."""
+        return "\n".join([self.message, *(fault.shown for fault in self.faults)])
 
 
 class NothingFound(InputError):

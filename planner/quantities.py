@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
+from planner.errors import Unfit
 from planner.units import Quantity, UnitError, parse, to_degc, to_si
 
 NUMBER_PATTERN = r"[+-]?([0-9]+([_ ][0-9]{3})*\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?"
@@ -25,7 +26,7 @@ def quantity(unit: str, example: str) -> Any:
         try:
             return to_si(value, unit)
         except UnitError as error:
-            raise ValueError(_with_advice(str(error), f"e.g. '{example}'")) from None
+            raise Unfit("P111", _with_advice(str(error), f"e.g. '{example}'")) from None
 
     return BeforeValidator(read)
 
@@ -50,7 +51,7 @@ def _temperature(value: object) -> float:
     try:
         return to_degc(value)
     except UnitError as error:
-        raise ValueError(str(error)) from None
+        raise Unfit("P111", str(error)) from None
 
 
 def _quantity(value: object) -> Quantity:
@@ -59,24 +60,24 @@ def _quantity(value: object) -> Quantity:
     try:
         return parse(value)
     except UnitError as error:
-        raise ValueError(_with_advice(str(error), "a number with its unit")) from None
+        raise Unfit("P111", _with_advice(str(error), "a number with its unit")) from None
 
 
 def _count(value: object) -> object:
     if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError(f"{_brief(value)} is not a whole number")
+        raise Unfit("P107", f"{_brief(value)} is not a whole number")
     return value
 
 
 def _number(value: object) -> object:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"{_brief(value)} is not a number")
+        raise Unfit("P107", f"{_brief(value)} is not a number")
     return value
 
 
 def _switch(value: object) -> object:
     if not isinstance(value, bool):
-        raise ValueError(f"{_brief(value)} is neither true nor false")
+        raise Unfit("P107", f"{_brief(value)} is neither true nor false")
     return value
 
 
@@ -87,13 +88,13 @@ def _brief(value: object) -> str:
 
 def _within_a_century(value: float) -> float:
     if value > LONGEST_S:
-        raise ValueError("is longer than a century")
+        raise Unfit("P108", "is longer than a century")
     return value
 
 
 def _proper_share(value: float) -> float:
     if not 0 < value < 1:
-        raise ValueError("must lie between 0 % and 100 %, both excluded; write e.g. '95 %'")
+        raise Unfit("P108", "must lie between 0 % and 100 %, both excluded; write e.g. '95 %'")
     return value
 
 
@@ -107,11 +108,11 @@ def _clock(value: object) -> object:
     if isinstance(value, float):
         return value
     if not isinstance(value, str) or not re.search(CLOCK_PATTERN, value) or value.endswith("\n"):
-        raise ValueError(f"{_brief(value)} is no time of day; write e.g. '08:00'")
+        raise Unfit("P114", f"{_brief(value)} is no time of day; write e.g. '08:00'")
     hours, minutes = value.split(":")
     seconds = 3600.0 * int(hours) + 60.0 * int(minutes)
     if seconds > DAY_S:
-        raise ValueError(f"{value!r} is after midnight; a day ends at '24:00'")
+        raise Unfit("P114", f"{value!r} is after midnight; a day ends at '24:00'")
     return seconds
 
 
@@ -119,7 +120,7 @@ def _moment(value: object) -> object:
     if isinstance(value, float):
         return value
     if not isinstance(value, str) or not re.search(MOMENT_PATTERN, value) or value.endswith("\n"):
-        raise ValueError(f"{_brief(value)} is no moment of a week; write e.g. 'mon 08:00'")
+        raise Unfit("P114", f"{_brief(value)} is no moment of a week; write e.g. 'mon 08:00'")
     day, clock = value.split(" ")
     return DAY_S * WEEKDAYS.index(day) + float(str(_clock(clock)))
 

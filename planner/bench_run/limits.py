@@ -26,7 +26,7 @@ def check(job: Job, chambers: Mapping[str, ChamberDialect] | None = None) -> tup
     faults = list(dict.fromkeys(_faults(job)))
     if faults:
         more = f" (the first {MOST_FAULTS} of {len(faults)})" if len(faults) > MOST_FAULTS else ""
-        listed = [Fault("plan", 0, 0, path, why) for path, why in faults[:MOST_FAULTS]]
+        listed = [Fault("plan", 0, 0, path, why, "P903") for path, why in faults[:MOST_FAULTS]]
         raise InputError(f"nothing was moved: the bench cannot do this plan{more}", listed)
     return tuple(_notes(job, chambers or {}))
 

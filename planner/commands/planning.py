@@ -55,9 +55,9 @@ def check(spec: SpecFile, as_json: AsJson = False) -> None:
 
     loaded = load_spec(spec)
     pipeline.refuse_unplannable(loaded)
+    for warning in loaded.warnings:
+        typer.echo(f"warning: {warning.shown}", err=True)
     warnings = [str(w) for w in loaded.warnings]
-    for warning in warnings:
-        typer.echo(f"warning: {warning}", err=True)
     answer({"ok": True, "faults": [], "warnings": warnings}, f"{spec}: no faults", as_json)
 
 

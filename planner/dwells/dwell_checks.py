@@ -34,7 +34,7 @@ def check_values(raw: RawDwells) -> None:
     if not faults:
         faults = [*_impossible(raw), *_padding(raw), *_order(raw)]
         faults += [] if faults else _copies(raw)
-        faults += [Fault(raw.file, 0, 0, *said) for said in mix_ups(_triads(raw))]
+        faults += [Fault(raw.file, 0, 0, *said, "P703") for said in mix_ups(_triads(raw))]
     if faults:
         kept = faults[:MOST_FAULTS]
         more = f", the first {MOST_FAULTS} of them" if len(faults) > len(kept) else ""
@@ -57,7 +57,7 @@ def _not_numbers(raw: RawDwells) -> Iterator[Fault]:
         if values is None or column.kind == "text":
             continue
         if values.dtype.kind not in "fiu":
-            yield Fault(raw.file, 0, 0, column.name, f"must hold numbers, not {values.dtype}")
+            yield Fault(raw.file, 0, 0, column.name, f"must hold numbers, not {values.dtype}", "P701")
             continue
         for row in np.flatnonzero(~np.isfinite(values))[:MOST_FAULTS]:
             said = "empty or not a number" if np.isnan(values[row]) else "infinite"

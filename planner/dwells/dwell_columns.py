@@ -101,5 +101,5 @@ class RawDwells:
     def fault(self, row: int, path: str, message: str) -> Fault:
         """A fault of one row, at its line where the file has lines."""
         if self.lines is None:
-            return Fault(self.file, 0, 0, f"row {row + 1}: {path}", message)
-        return Fault(self.file, int(self.lines[row]), 1, path, message)
+            return Fault(self.file, 0, 0, f"row {row + 1}: {path}", message, "P701")
+        return Fault(self.file, int(self.lines[row]), 1, path, message, "P701")

@@ -158,15 +158,19 @@ def _check_names(raw: RawDwells) -> None:
     for name in raw.names:
         near = difflib.get_close_matches(name, [n for n in BY_NAME if n not in raw.names], 1, 0.75)
         if name not in BY_NAME and near:
-            faults.append(Fault(raw.file, header, 1, name, f"unknown column; did you mean {near[0]}?"))
+            faults.append(
+                Fault(raw.file, header, 1, name, f"unknown column; did you mean {near[0]}?", "P702")
+            )
     for triad in TRIADS:
         missing = [c.name for c in triad.columns() if c.name not in raw.names]
         if 0 < len(missing) < len(AXES):
             said = f"missing beside its other axes; give {triad.pattern.format('{x,y,z}')} or none"
-            faults += [Fault(raw.file, header, 1, name, said) for name in missing]
+            faults += [Fault(raw.file, header, 1, name, said, "P702") for name in missing]
     if not any(c.name in raw.names for c in COLUMNS if c.field in ("gyro", "acc")):
         said = "holds neither gyro_{x,y,z}_dps nor acc_{x,y,z}_g, so it is no dwell table"
-        faults.append(Fault(raw.file, header, 1, "", f"{said}; `planner reduce` makes one from recordings"))
+        faults.append(
+            Fault(raw.file, header, 1, "", f"{said}; `planner reduce` makes one from recordings", "P702")
+        )
     if faults:
         raise InputError(f"{raw.file}: the columns are not those of a dwell table", faults)
     if not len(next(iter(raw.columns.values()))):

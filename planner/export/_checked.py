@@ -23,7 +23,9 @@ def checked_plan(document: object) -> PlanDocument:
     wrong = [*limits.faults(plan.benches, plan.steps), *_hasty(plan)]
     if wrong:
         more = f" ({len(wrong)} in all)" if len(wrong) > MOST_FAULTS else ""
-        faults = [Fault("plan.json", 0, 0, f"steps.{step.id}", why) for step, why in wrong[:MOST_FAULTS]]
+        faults = [
+            Fault("plan.json", 0, 0, f"steps.{step.id}", why, "P903") for step, why in wrong[:MOST_FAULTS]
+        ]
         raise InputError(f"the plan is more than its benches can do{more}", faults)
     return plan
 

@@ -49,7 +49,7 @@ def json_tree(file: Path, fault_said: str, required: Sequence[str], give: str) -
     except OSError as error:
         raise InputError(f"cannot read {file}: {error.strerror}") from error
     except json.JSONDecodeError as error:
-        fault = Fault(str(file), error.lineno, error.colno, "", f"not JSON: {error.msg}")
+        fault = Fault(str(file), error.lineno, error.colno, "", f"not JSON: {error.msg}", "P901")
         raise InputError(f"{file} {fault_said}", [fault]) from error
     except (UnicodeDecodeError, RecursionError, ValueError) as error:
         raise InputError(f"{file} {fault_said}: {error}") from error

@@ -49,7 +49,7 @@ class _Sheet:
 
     def fault(self, line: int, column: str, message: str) -> None:
         if len(self.faults) < _MOST_FAULTS:
-            self.faults.append(Fault(self.file, line, 1, column, message))
+            self.faults.append(Fault(self.file, line, 1, column, message, "P801"))
 
 
 def read_history(path: Path) -> History:

@@ -312,10 +312,10 @@ def _time_faults(steps: Sequence[Step]) -> Iterator[Fault]:
     for step in steps:
         if step.end_s < step.start_s:
             message = f"{step.end_s:g} s, ends before it starts at {step.start_s:g} s"
-            yield Fault("plan.json", 0, 0, f"steps.{step.id}.end_s", message)
+            yield Fault("plan.json", 0, 0, f"steps.{step.id}.end_s", message, "P902")
         if step.start_s < now - _SAME_S:
             message = f"{step.start_s:g} s, before the step that stands before it, {now:g} s"
-            yield Fault("plan.json", 0, 0, f"steps.{step.id}.start_s", message)
+            yield Fault("plan.json", 0, 0, f"steps.{step.id}.start_s", message, "P902")
         now = max(now, step.start_s)
 
 
@@ -325,7 +325,7 @@ def _fault(document: object, place: Sequence[int | str], message: str) -> Fault:
     if len(place) > 1 and place[0] == "steps" and isinstance(document, Mapping):
         step = document["steps"][place[1]]
         names[1] = str(step.get("id") or names[1]) if isinstance(step, Mapping) else names[1]
-    return Fault("plan.json", 0, 0, ".".join(names), message)
+    return Fault("plan.json", 0, 0, ".".join(names), message, "P902")
 
 
 def plan_schema() -> dict[str, Any]:

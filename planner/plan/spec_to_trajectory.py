@@ -65,9 +65,9 @@ def _faults(error: ValidationError, model: type[BaseModel]) -> Iterator[Fault]:
     for detail in error.errors(include_url=False):
         where = [str(part) for part in detail["loc"] if part not in FORMS]
         path = ".".join(["trajectory", *where])
-        message = str(detail.get("ctx", {}).get("error", detail["msg"]))
+        message, code = str(detail.get("ctx", {}).get("error", detail["msg"])), "P108"
         if detail["type"] == "extra_forbidden":
-            message = f"unknown parameter{did_you_mean(where[-1], model.model_fields)}"
+            message, code = f"unknown parameter{did_you_mean(where[-1], model.model_fields)}", "P101"
         elif detail["type"] == "missing":
-            message = "is missing"
-        yield Fault("spec", 0, 0, path, message)
+            message, code = "is missing", "P102"
+        yield Fault("spec", 0, 0, path, message, code)

@@ -198,7 +198,7 @@ def _one_by_one(data: bytes, first: int, asked: _Asked) -> _Rows:
         cells = cells_of(line, layout.delimiter)
         reason = _reason(line, cells, places, layout)
         if reason:
-            rows.bad.append(Fault(str(asked.path), number, 1, "", reason))
+            rows.bad.append(Fault(str(asked.path), number, 1, "", reason, "P721"))
             continue
         plain = [cells[i] if text else cells[i].replace(layout.decimal, ".") for i, _, text in places]
         rows.kept.append(plain)

@@ -221,7 +221,7 @@ def map_of(text: bytes, path: Path) -> ColumnMap:
     except ValidationError as error:
         faults = [fault for _, fault in faults_of(error, document, document.value, ColumnMap)]
         raise InputError(f"{Path(path).name} cannot be used", faults) from None
-    wrong = [Fault(str(path), 0, 0, *said) for said in contradictions(found)]
+    wrong = [Fault(str(path), 0, 0, *said, "P711") for said in contradictions(found)]
     if wrong:
         raise InputError(f"{Path(path).name} cannot be used", wrong)
     return found

@@ -343,6 +343,6 @@ def _refuse_mix_ups(table: DwellTable, path: Path) -> None:
         for field, values in triads.items()
         if values is not None
     }
-    faults = [Fault(str(path), 0, 0, *said) for said in mix_ups(shown)]
+    faults = [Fault(str(path), 0, 0, *said, "P703") for said in mix_ups(shown)]
     if faults:
         raise InputError(f"{path}: readings and references contradict each other", faults)

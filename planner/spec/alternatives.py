@@ -40,7 +40,7 @@ def with_alternatives(document: Document) -> tuple[Document, list[Fault]]:
         if not choices:
             continue
         wrong = _wrong(document, name, test, choices)
-        faults += [fault_at(document, ("tests", name, key), said) for key, said in wrong]
+        faults += [fault_at(document, "P423", ("tests", name, key), said) for key, said in wrong]
         for combination in [next(product(*choices.values()))] if wrong else product(*choices.values()):
             added = "".join(f"-{way[0]}" for way in combination if way[0])
             own = (name + added)[:LONGEST_NAME]

@@ -14,9 +14,10 @@ import numpy as np
 from pydantic import AfterValidator, Field, GetJsonSchemaHandler, Tag, model_validator
 from pydantic_core import CoreSchema
 
+from planner.errors import Unfit
 from planner.nouns.array import Array
 from planner.quantities import AnyQuantity, Celsius, Count, PositiveKelvin, PositiveSeconds
-from planner.spec.forms import mapping_or_text, of_forms, table_or_curves, text_table_or_parts
+from planner.spec.forms import mapping_or_text, of_forms, or_else, table_or_curves, text_table_or_parts
 from planner.spec.part import SpecPart
 from planner.units import Quantity
 
@@ -33,13 +34,19 @@ class InRun(SpecPart):
 
 
 _InRun = Annotated[
-    Annotated[AnyQuantity, Tag("text")] | Annotated[InRun, Tag("mapping")],
-    of_forms("must be a number with unit, or {value: …, correlation_time: 600 s}", mapping_or_text),
+    Annotated[AnyQuantity, or_else("{value: 1 deg/h, correlation_time: 600 s}"), Tag("text")]
+    | Annotated[InRun, Tag("mapping")],
+    of_forms(
+        "must be a number with unit such as 1 deg/h, or {value: 1 deg/h, correlation_time: 600 s}",
+        mapping_or_text,
+    ),
 ]
 Spread = Annotated[
-    Annotated[AnyQuantity, Tag("text")]
+    Annotated[AnyQuantity, or_else("a table {-55 degC: 2 mg, 20 degC: 1 mg}"), Tag("text")]
     | Annotated[dict[Celsius, AnyQuantity], Field(min_length=1), Tag("mapping")],
-    of_forms("must be a number with unit, or a table over temperature", mapping_or_text),
+    of_forms(
+        "must be a number with unit such as 1 mg, or a table {-55 degC: 2 mg, 20 degC: 1 mg}", mapping_or_text
+    ),
 ]
 
 
@@ -61,12 +68,16 @@ class RunToRun(SpecPart):
 
 
 _RunToRun = Annotated[
-    Annotated[AnyQuantity, Tag("text")]
+    Annotated[
+        AnyQuantity,
+        or_else("a table {-55 degC: 2 mg, 20 degC: 1 mg}, or {value: 1 mg, power_ons: 12}"),
+        Tag("text"),
+    ]
     | Annotated[dict[Celsius, AnyQuantity], Field(min_length=1), Tag("table")]
     | Annotated[RunToRun, Tag("parts")],
     of_forms(
-        "must be a number with unit, a table over temperature, "
-        "or {value: …, power_ons: 12, temperature_correlation: 40 K}",
+        "must be a number with unit such as 1 mg, a table {-55 degC: 2 mg, 20 degC: 1 mg}, "
+        "or {value: 1 mg, power_ons: 12, temperature_correlation: 40 K}",
         text_table_or_parts("value", "temperature_correlation", "power_ons"),
     ),
 ]
@@ -79,7 +90,7 @@ class _Measured(SpecPart):
     @classmethod
     def _no_figure(cls, written: Any) -> Any:
         if isinstance(written, dict) and "figure" in written:
-            raise ValueError("a measured curve is itself; 'figure' is for a table, leave it out")
+            raise Unfit("P321", "a measured curve is itself; 'figure' is for a table, leave it out")
         return written
 
 
@@ -104,9 +115,10 @@ class MeasuredCurve(_Measured):
 def _enough(curves: tuple[Any, ...]) -> tuple[Any, ...]:
     if len(curves) < FEWEST_UNITS:
         count = f"{len(curves)} unit{'s' if len(curves) > 1 else ''}" if curves else "no unit"
-        raise ValueError(
+        raise Unfit(
+            "P322",
             f"curves of {count} tell no mean and spread; give {FEWEST_UNITS} or more, "
-            "or one unit's curve without the brackets of a list"
+            "or one unit's curve without the brackets of a list",
         )
     return curves
 
@@ -158,7 +170,7 @@ class ResidualTable(SpecPart):
             return written
         words = {key: v for key, v in written.items() if get_close_matches(str(key), ["figure", "curve"])}
         if words.keys() == {"curve"} == written.keys():
-            raise ValueError("a family of curves needs the table that they leave: {1: …, 3: …, curve: …}")
+            raise Unfit("P323", "a family of curves needs the table that they leave: {1: …, 3: …, curve: …}")
         return {"table": {key: value for key, value in written.items() if key not in words}, **words}
 
     @classmethod

@@ -7,7 +7,7 @@ Tests name the first one. Loads of units go to whichever is free; steps say on w
 
 from __future__ import annotations
 
-from planner.spec.model import Spec
+from planner.spec.model import Bench, Spec
 
 
 def copies(name: str, count: int) -> tuple[str, ...]:
@@ -19,7 +19,7 @@ def with_copies(spec: Spec) -> Spec:
     """The spec with every bench by its own name."""
     if all(bench.count == 1 for bench in spec.benches.values()):
         return spec
-    found = {}
+    found: dict[str, Bench] = {}
     for name, bench in spec.benches.items():
         further = bench.model_copy(update={"kind": bench.kind or name, "count": 1})
         found |= {own: bench if own == name else further for own in copies(name, bench.count)}

@@ -35,5 +35,8 @@ class TemperatureShares(SpecPart):
 FlightTemperature = Annotated[
     Annotated[Literal["range", "worst", "flight"], Tag("text")]
     | Annotated[TemperatureShares, Tag("mapping")],
-    of_forms("must be range, worst, flight, or {distribution: {-20 degC: 0.2, 20 degC: 0.5, 60 degC: 0.3}}"),
+    of_forms(
+        "must be range, worst, flight, or {distribution: {-20 degC: 0.2, 20 degC: 0.5, 60 degC: 0.3}}",
+        words=("range", "worst", "flight"),
+    ),
 ]

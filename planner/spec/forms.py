@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, Discriminator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    Discriminator,
+    ValidationError,
+    WrapValidator,
+)
 
+from planner.errors import Unfit
 from planner.units import Quantity
 
 NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_-]{0,39}$"
@@ -20,14 +28,14 @@ def one_or_many(value: object) -> object:
 
 def _name(value: str) -> str:
     if not re.search(NAME_PATTERN, value) or value.endswith("\n"):
-        raise ValueError(f"{value[:50]!r} is not a name; use letters, digits, '_' and '-', at most 40")
+        raise Unfit("P112", f"{value[:50]!r} is not a name; use letters, digits, '_' and '-', at most 40")
     return value
 
 
 def first_format(value: object) -> object:
     """The spec's format; there is one so far."""
     if value is True or value != 1:
-        raise ValueError("this planner reads format 1; write 'planner: 1'")
+        raise Unfit("P113", "this planner reads format 1; write 'planner: 1'")
     return 1
 
 
@@ -80,6 +88,47 @@ def moment(value: object) -> str:
     return "word" if isinstance(value, str) and not re.search(r"\d", value) else "time"
 
 
-def of_forms(message: str, form: Any = _form) -> Discriminator:
-    """A choice by form; `message` says which forms there are."""
-    return Discriminator(form, custom_error_type="form", custom_error_message=message)
+class _Hashable(dict[str, Any]):
+    """typing asks of what an annotation holds that it has a hash."""
+
+    def __hash__(self) -> int:  # type: ignore[override]  # a dict has none, for it may change; these do not
+        return hash(tuple(self.items()))
+
+
+def of_forms(message: str, form: Any = _form, words: Sequence[str] = ()) -> Discriminator:
+    """A choice by form; `message` says which forms there are. words: the only ones that text may be."""
+
+    def known(value: object) -> str | None:
+        return None if words and isinstance(value, str) and value not in words else str(form(value))
+
+    return Discriminator(
+        known if words else form,
+        custom_error_type="form",
+        custom_error_message=message,
+        custom_error_context=_Hashable(words=" ".join(words)),
+    )
+
+
+def or_else(forms: str) -> Any:
+    """What the text of a choice by form adds to its refusals: the other forms."""
+
+    def read(value: object, text: Callable[[object], Any]) -> Any:
+        try:
+            return text(value)
+        except ValidationError as error:
+            (detail,) = error.errors(include_url=False)
+            reason = detail.get("ctx", {}).get("error")
+            raise Unfit(getattr(reason, "code", "P103"), f"{reason}, or {forms}") from None
+
+    return WrapValidator(read)
+
+
+def no_list(message: str) -> Any:
+    """A field that is one of the ways which a list would leave open; `message` says which there are."""
+
+    def read(value: object) -> object:
+        if isinstance(value, list | dict):
+            raise Unfit("P103", message)
+        return value
+
+    return BeforeValidator(read)

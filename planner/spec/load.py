@@ -96,7 +96,7 @@ def spec_bytes(path: FilePath) -> bytes:
 
 
 def _whole_file(path: FilePath, message: str) -> InputError:
-    return InputError("no spec", [Fault(str(path), 0, 0, "", message)])
+    return InputError("no spec", [Fault(str(path), 0, 0, "", message, "P001")])
 
 
 def _refuse_other_shapes(document: Document) -> None:
@@ -105,7 +105,7 @@ def _refuse_other_shapes(document: Document) -> None:
     kinds = {type(None): "is empty", list: "is a list"}
     what = kinds.get(type(document.value), "is a single value")
     message = f"the file {what}; a spec is lines of 'key: value' ('planner init' writes one to start from)"
-    raise InputError("no spec", [fault_at(document, (), message)])
+    raise InputError("no spec", [fault_at(document, "P008", (), message)])
 
 
 def _checked(document: Document, folder: FilePath) -> tuple[Spec | None, list[Fault], Sequence[Fault]]:
@@ -132,7 +132,7 @@ def _checked(document: Document, folder: FilePath) -> tuple[Spec | None, list[Fa
 def _nothings(document: Document, value: Any, path: Path) -> Iterator[tuple[Path, Fault]]:
     """A key without a value: YAML reads it as nothing, and nobody means that."""
     if value is None:
-        yield path, fault_at(document, path, "is empty; write a value, or remove the key", key=True)
+        yield path, fault_at(document, "P009", path, "is empty; write a value, or remove the key", key=True)
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, item in items:
         yield from _nothings(document, item, (*path, key))

@@ -41,6 +41,7 @@ from planner.spec.forms import (
     first_format,
     list_or_number,
     moment,
+    no_list,
     of_forms,
     one_or_many,
 )
@@ -71,7 +72,7 @@ class PercentileRule(SpecPart):
 _RuleName = Annotated[Literal["worst_case", "rss"], Tag("text")]
 RequirementRule = Annotated[
     _RuleName | Annotated[PercentileRule, Tag("mapping")],
-    of_forms("must be worst_case, rss or {percentile: 95 %}"),
+    of_forms("must be worst_case, rss or {percentile: 95 %}", words=("worst_case", "rss")),
 ]
 Moment = Annotated[
     Annotated[Literal["end", "any"], Tag("word")] | Annotated[PositiveSeconds, Tag("time")],
@@ -176,17 +177,24 @@ class Motion(SpecPart):
 
 Motions = Annotated[
     Annotated[Count, Tag("number")] | Annotated[tuple[Motion, ...], Field(min_length=1), Tag("list")],
-    of_forms("must be a number of motions or a list of them", list_or_number),
+    of_forms(
+        "must be a number of motions such as 6, or a list such as [{position_1: 0 deg}, {rate_1: 100 deg/s}]",
+        list_or_number,
+    ),
 ]
 Temperatures = Annotated[
     Annotated[Literal["room"], Tag("text")]
     | Annotated[Count, Tag("number")]
     | Annotated[tuple[Celsius, ...], Field(min_length=1), Tag("list")],
-    of_forms("must be room, a number of points, or a list such as [-40 degC, 20 degC]"),
+    of_forms(
+        "must be room, a number of points such as 5, or a list such as [-40 degC, 20 degC]", words=("room",)
+    ),
 ]
 Repeats = Annotated[
     Annotated[Count, Tag("number")] | Annotated[tuple[Count, ...], Field(min_length=1), Tag("list")],
-    of_forms("must be a number, or a list with one per temperature", list_or_number),
+    of_forms(
+        "must be a number such as 3, or a list with one per temperature such as [3, 5, 3]", list_or_number
+    ),
 ]
 
 
@@ -200,12 +208,16 @@ class Test(SpecPart):
 
     __test__ = False  # not a pytest class
 
-    bench: str = Field(description="on which of the benches")
+    bench: Annotated[
+        str, no_list("must be a bench, or two or more to choose from such as [rate_table, table_2]")
+    ] = Field(description="on which of the benches")
     calibrates: Annotated[tuple[str, ...], BeforeValidator(one_or_many)] = Field(
         (), description="errors that one record serves, e.g. [gyro.bias, accelerometer.bias]"
     )
     motions: Motions = Field(1, description="records of one repeat: how many, or each motion in words")
-    record: PositiveSeconds = Field(description="how long one record takes, e.g. 300 s")
+    record: Annotated[
+        PositiveSeconds, no_list("must be a time such as 300 s, or a shortest and a longest, [60 s, 5 min]")
+    ] = Field(description="how long one record takes, e.g. 300 s")
     gap: Seconds = Field(0.0, description="wait after every record, e.g. 15 min to cool down, power off")
     power_on: Seconds = Field(0.0, description="from power-on until the first record may start, e.g. 30 s")
     cool_down: Seconds = Field(0.0, description="power off after every repeat, beside the gap, e.g. 15 min")
@@ -275,7 +287,7 @@ class Genetic(SpecPart):
 
 ObjectiveChoice = Annotated[
     Annotated[Literal["time", "power_on"], Tag("text")] | Annotated[Objective, Tag("mapping")],
-    of_forms("must be time, power_on, or weights such as {time: 1, power_on: 2}"),
+    of_forms("must be time, power_on, or weights such as {time: 1, power_on: 2}", words=("time", "power_on")),
 ]
 
 
@@ -350,11 +362,11 @@ class Given(SpecPart):
 
 Source = Annotated[
     Annotated[Literal["simulated"], Tag("text")] | Annotated[Given, Tag("mapping")],
-    of_forms("must be simulated, or {given: {gyro.bias: 578.5 m/(deg/s), …}}"),
+    of_forms("must be simulated, or {given: {gyro.bias: 578.5 m/(deg/s), …}}", words=("simulated",)),
 ]
 Flight = Annotated[
     Annotated[str, Tag("text")] | Annotated[dict[str, Any], Tag("mapping")],
-    of_forms("must be a name, {name: …, parameters}, or {file: flight.csv}"),
+    of_forms("must be a name such as small_uav_1, {name: level, duration: 10 min}, or {file: flight.csv}"),
 ]
 
 

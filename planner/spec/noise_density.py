@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
+from planner.errors import Unfit
 from planner.quantities import NUMBER_PATTERN, schema
 from planner.units import UnitError, to_si
 
@@ -28,7 +29,7 @@ def density(unit: str, walk: str, example: str) -> Any:
         try:
             return _read(value, unit, walk, example)
         except UnitError as error:
-            raise ValueError(f"{error}; write e.g. '{example}'") from None
+            raise Unfit("P331", f"{error}; write e.g. '{example}'") from None
 
     return BeforeValidator(read)
 
@@ -36,9 +37,10 @@ def density(unit: str, walk: str, example: str) -> Any:
 def _read(value: object, unit: str, walk: str, example: str) -> float:
     found = _ROOT.fullmatch(value) if isinstance(value, str) else None
     if found is None:
-        raise ValueError(
+        raise Unfit(
+            "P331",
             f"{str(value)[:60]!r} is no noise density, which ends in /sqrt(h) or /sqrt(Hz); "
-            f"write e.g. '{example}'"
+            f"write e.g. '{example}'",
         )
     per = found[2] or found[3]
     if per in _SECONDS:

@@ -10,9 +10,10 @@ from planner.errors import Fault
 from planner.spec.yaml12 import Document, Path, Place, shown
 
 
-def fault_at(document: Document, path: Path, message: str, *, key: bool = False) -> Fault:
+def fault_at(document: Document, code: str, path: Path, message: str, *, key: bool = False) -> Fault:
     """A fault at the value of a path or at its key; for what is not there, at the nearest thing around."""
-    return Fault(document.file, *_place(document, path, key), shown(path), message)
+    line, column = _place(document, path, key)
+    return Fault(document.file, line, column, shown(path), message, code, document.line(line))
 
 
 def _place(document: Document, path: Path, key: bool) -> Place:

@@ -19,7 +19,7 @@ def plugins_load(sheet: Review) -> bool:
         wrong = catalog.wrong_with(kind, name)
         if wrong:
             sound = False
-            sheet.fault(path, wrong)
+            sheet.fault("P244", path, wrong)
     return sound
 
 

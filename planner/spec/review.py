@@ -30,15 +30,15 @@ class Review:
     faults: list[Fault] = field(default_factory=list)
     warnings: list[Fault] = field(default_factory=list)
 
-    def fault(self, path: Path, message: str, *, key: bool = False) -> None:
+    def fault(self, code: str, path: Path, message: str, *, key: bool = False) -> None:
         """Note what must be changed."""
         if self.readable(path):
-            self.faults.append(fault_at(self.document, path, message, key=key))
+            self.faults.append(fault_at(self.document, code, path, message, key=key))
 
-    def warn(self, path: Path, message: str, *, key: bool = False) -> None:
+    def warn(self, code: str, path: Path, message: str, *, key: bool = False) -> None:
         """Note what can stay but may not be meant."""
         if self.readable(path):
-            self.warnings.append(fault_at(self.document, path, message, key=key))
+            self.warnings.append(fault_at(self.document, code, path, message, key=key))
 
     def readable(self, path: Path) -> bool:
         """Whether neither the part at a path nor anything around it already has a fault."""

@@ -14,15 +14,19 @@ def initial_alignment(sheet: Review) -> None:
         return
     if not asked.model_fields_set:
         sheet.fault(
+            "P361",
             ("initial_alignment",),
             "is empty; give e.g. {roll_pitch: 0.05 deg, heading: 0.5 deg}, or remove it: it is perfect then",
             key=True,
         )
     for key in ("roll_pitch", "heading"):
         if getattr(asked, key) > COARSEST_RAD:
-            sheet.fault(("initial_alignment", key), "is more than 30 deg; nobody could navigate from there")
+            sheet.fault(
+                "P362", ("initial_alignment", key), "is more than 30 deg; nobody could navigate from there"
+            )
     if asked.self_aligned and "roll_pitch" in asked.model_fields_set:
         sheet.fault(
+            "P363",
             ("initial_alignment", "roll_pitch"),
             "self_aligned levels roll and pitch by the accelerometers, whose errors the unit's budgets give; "
             "leave roll_pitch out",

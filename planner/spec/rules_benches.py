@@ -38,10 +38,13 @@ def _kind(sheet: Review, name: str, bench: Bench) -> None:
     if kind_of(name, bench) in known:
         return
     if bench.kind is not None:
-        sheet.fault(("benches", name, "kind"), f"unknown kind of bench{did_you_mean(bench.kind, known)}")
+        sheet.fault(
+            "P401", ("benches", name, "kind"), f"unknown kind of bench{did_you_mean(bench.kind, known)}"
+        )
     else:
         options = ", ".join(known)
         sheet.warn(
+            "P402",
             ("benches", name),
             f"'{name}' is no kind of bench, so what it can observe is not checked and its motions are only "
             f"counted; add 'kind:', one of {options}",
@@ -53,11 +56,15 @@ def _count(sheet: Review, name: str, bench: Bench) -> None:
     path: Path = ("benches", name, "count")
     taken = [own for own in copies(name, bench.count)[1:] if own in sheet.spec.benches]
     for own in taken:
-        sheet.fault(path, f"names a further bench {own}, which stands in the spec by itself; rename that")
+        sheet.fault(
+            "P406", path, f"names a further bench {own}, which stands in the spec by itself; rename that"
+        )
     if bench.count > MOST_COPIES:
-        sheet.fault(path, f"must be at most {MOST_COPIES}")
+        sheet.fault("P407", path, f"must be at most {MOST_COPIES}")
     elif bench.count > 1 and sheet.whole("plan") and sheet.spec.plan.units is None:
-        sheet.warn(path, "acts with plan.units only: one load of units is on one bench at a time", key=True)
+        sheet.warn(
+            "P408", path, "acts with plan.units only: one load of units is on one bench at a time", key=True
+        )
 
 
 def _chamber(sheet: Review, name: str, bench: Bench) -> None:
@@ -66,16 +73,16 @@ def _chamber(sheet: Review, name: str, bench: Bench) -> None:
     low, high = bench.chamber.range
     if low >= high:
         path = ("benches", name, "chamber", "range")
-        sheet.fault(path, f"{low:g} degC is not below {high:g} degC; write [coldest, hottest]")
+        sheet.fault("P403", path, f"{low:g} degC is not below {high:g} degC; write [coldest, hottest]")
 
 
 def _accuracy(sheet: Review, name: str, bench: Bench) -> None:
     path: Path = ("benches", name, "accuracy")
     for key, (most, words) in COARSEST.items():
         if getattr(bench.accuracy, key) > most:
-            sheet.fault((*path, key), f"is more than {words}; such a bench is no reference")
+            sheet.fault("P404", (*path, key), f"is more than {words}; such a bench is no reference")
     if bench.accuracy.rate > 0 and sheet.whole("tests") and not _turns(sheet, name, bench):
-        sheet.warn((*path, "rate"), f"nothing on {name} turns, so its rate adds nothing", key=True)
+        sheet.warn("P405", (*path, "rate"), f"nothing on {name} turns, so its rate adds nothing", key=True)
 
 
 def _turns(sheet: Review, name: str, bench: Bench) -> bool:

@@ -18,6 +18,7 @@ def flight_temperatures(sheet: Review) -> None:
             and sheet.written(path) is not None
         ):
             sheet.warn(
+                "P231",
                 path,
                 "worst_case adds the largest errors wherever they are, so this says nothing; "
                 "write 'rule: {percentile: 95 %}' or rss, or leave temperature out",
@@ -31,13 +32,14 @@ def _shares(sheet: Review, path: Path, asked: TemperatureShares) -> None:
     where = (*path, "distribution")
     once(sheet, where)
     if not any(asked.distribution.values()):
-        sheet.fault(where, "all weights are zero, so no flight starts anywhere; give one that is not")
+        sheet.fault("P232", where, "all weights are zero, so no flight starts anywhere; give one that is not")
     if not sheet.whole("plan", "temperatures"):
         return
     low, high = sheet.spec.plan.temperatures.range
     outside = [f"{t:g}" for t in sorted(asked.distribution) if not low <= t <= high]
     if outside:
         sheet.warn(
+            "P233",
             where,
             f"{', '.join(outside)} degC: outside plan.temperatures.range, {low:g} to {high:g} degC, "
             "where the error's curve is only continued",

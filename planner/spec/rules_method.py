@@ -22,6 +22,7 @@ def method(sheet: Review) -> None:
     for path, why in idle.items():
         if sheet.written(path) is not None:
             sheet.warn(
+                "P531",
                 path,
                 f"says nothing here: method information {why}; remove it, or plan by 'method: published'",
                 key=True,
@@ -36,12 +37,14 @@ def _estimator(sheet: Review) -> None:
     if sheet.spec.planned_by == "published":
         why = "asked for" if sheet.spec.plan.method == "published" else "that of worst_case and of given ones"
         sheet.fault(
+            "P532",
             path,
             f"smooth goes with method information: the published method ({why}) reads what straight lines "
             "leave from temperature_residual; write lines, or plan by information",
         )
     elif all(budget.temperature_residual is None for _, _, _, budget in sheet.budgets()):
         sheet.warn(
+            "P533",
             path,
             "says nothing here: no error has a temperature_residual, and without one nothing says how "
             "smooth a table is; tables keep straight lines",

@@ -28,17 +28,19 @@ def plan(sheet: Review) -> None:
     genetic = sheet.spec.plan.genetic
     if genetic.best >= genetic.individuals:  # the children need a place
         message = f"selects {genetic.best} of {genetic.individuals} individuals; write fewer than there are"
-        sheet.fault(("plan", "genetic", "best"), message)
+        sheet.fault("P501", ("plan", "genetic", "best"), message)
     weights = sheet.spec.plan.minimise
     if isinstance(weights, Objective) and weights.time == weights.power_on == 0:
-        sheet.fault(("plan", "minimise"), "both weights are zero, so every plan would be best; give one")
+        sheet.fault(
+            "P502", ("plan", "minimise"), "both weights are zero, so every plan would be best; give one"
+        )
 
 
 def _range(sheet: Review) -> None:
     low, high = sheet.spec.plan.temperatures.range
     if low >= high:
         path = ("plan", "temperatures", "range")
-        sheet.fault(path, f"{low:g} degC is not below {high:g} degC; write [coldest, hottest]")
+        sheet.fault("P503", path, f"{low:g} degC is not below {high:g} degC; write [coldest, hottest]")
 
 
 def _narrow(sheet: Review) -> None:
@@ -47,7 +49,7 @@ def _narrow(sheet: Review) -> None:
         return
     said = narrow_range(sheet.spec)
     if said is not None:
-        sheet.warn(("plan", "temperatures", "range"), said, key=True)
+        sheet.warn("P504", ("plan", "temperatures", "range"), said, key=True)
 
 
 def _step(sheet: Review) -> None:
@@ -56,6 +58,7 @@ def _step(sheet: Review) -> None:
     if (high - low) / choice.step > MOST_TEMPERATURES:
         least = (high - low) / MOST_TEMPERATURES
         sheet.fault(
+            "P505",
             ("plan", "temperatures", "step"),
             f"makes {(high - low) / choice.step:.0f} steps of the range, more than {MOST_TEMPERATURES}; "
             f"write {least:.2g} K or more",
@@ -67,13 +70,14 @@ def _candidates(sheet: Review) -> None:
     path: Path = ("plan", "temperatures", "candidates")
     if len(choice.candidates) > MOST_CANDIDATES:
         sheet.fault(
+            "P506",
             path,
             f"{len(choice.candidates)} numbers to choose from, more than {MOST_CANDIDATES}; name fewer",
         )
         return
     for index, number in enumerate(choice.candidates):
         if number in choice.candidates[:index]:
-            sheet.fault((*path, index), f"{number} stands here twice; keep one")
+            sheet.fault("P507", (*path, index), f"{number} stands here twice; keep one")
     if not sheet.whole("plan", "temperatures") or sheet.spec.planned_by != "published":
         return
     calibrated = sheet.calibrated()
@@ -96,7 +100,9 @@ def _against_table(sheet: Review, path: Path, error: str, table: Mapping[int, ob
     numbers = ", ".join(str(n) for n in sorted(table))
     if not left:
         sheet.fault(
-            path, f"no candidate is in the residual table of {error} ({numbers}); add one of these numbers"
+            "P508",
+            path,
+            f"no candidate is in the residual table of {error} ({numbers}); add one of these numbers",
         )
     elif outside:
         between = any(min(table) < n < max(table) and n not in table for n in choice.candidates)
@@ -104,7 +110,9 @@ def _against_table(sheet: Review, path: Path, error: str, table: Mapping[int, ob
             "; 'interpolate: true' reads between its numbers" if between and not choice.interpolate else ""
         )
         sheet.warn(
-            path, f"{', '.join(outside)}: not in the residual table of {error}, so not considered{remedy}"
+            "P509",
+            path,
+            f"{', '.join(outside)}: not in the residual table of {error}, so not considered{remedy}",
         )
 
 
@@ -112,9 +120,12 @@ def _repeats(sheet: Review) -> None:
     repeats = sheet.spec.plan.repeats
     if repeats.least > repeats.most:
         key = "least" if sheet.written(("plan", "repeats", "least")) is not None else "most"
-        sheet.fault(("plan", "repeats", key), f"least {repeats.least} is more than most {repeats.most}")
+        sheet.fault(
+            "P511", ("plan", "repeats", key), f"least {repeats.least} is more than most {repeats.most}"
+        )
     if _student_counts(sheet) and repeats.least < 2:
         sheet.fault(
+            "P512",
             ("plan", "repeats", "least"),
             "one repeat has no spread, so Student's t has no quantile; write 2, or 'quantile: normal'",
         )
@@ -131,14 +142,17 @@ def _fixed(sheet: Review, name: str, fixed: FixedTest) -> None:
     if name not in sheet.names("tests"):
         if sheet.readable(("tests",)):
             sheet.fault(
-                path, f"there is no test '{name[:40]}'{did_you_mean(name, sheet.names('tests'))}", key=True
+                "P513",
+                path,
+                f"there is no test '{name[:40]}'{did_you_mean(name, sheet.names('tests'))}",
+                key=True,
             )
         return
     test = sheet.spec.tests.get(name)
     if test is None:
         return
     if test.repeats is not None and fixed.repeats is not None and fixed.repeats != test.repeats:
-        sheet.fault((*path, "repeats"), f"tests.{name}.repeats says {test.repeats}; keep one")
+        sheet.fault("P514", (*path, "repeats"), f"tests.{name}.repeats says {test.repeats}; keep one")
     _repeat_list(sheet, (*path, "repeats"), test, fixed)
 
 
@@ -147,14 +161,16 @@ def _repeat_list(sheet: Review, path: tuple[str, ...], test: Test, fixed: FixedT
         return
     temperatures = fixed.temperatures if fixed.temperatures is not None else test.temperatures
     if temperatures is None:
-        sheet.fault(path, "repeats for each temperature need 'temperatures' fixed as well")
+        sheet.fault("P515", path, "repeats for each temperature need 'temperatures' fixed as well")
         return
     count = (
         1 if temperatures == "room" else temperatures if isinstance(temperatures, int) else len(temperatures)
     )
     if len(fixed.repeats) != count:
         sheet.fault(
-            path, f"{len(fixed.repeats)} repeats for {count} temperatures; give one for each, or one for all"
+            "P516",
+            path,
+            f"{len(fixed.repeats)} repeats for {count} temperatures; give one for each, or one for all",
         )
 
 
@@ -174,4 +190,4 @@ def _student(sheet: Review) -> None:
                 message = (
                     "one repeat has no spread, so Student's t has no quantile; give 2, or 'quantile: normal'"
                 )
-                sheet.fault(path, message)
+                sheet.fault("P512", path, message)

@@ -52,9 +52,9 @@ def requirements(sheet: Review) -> None:
         unit = NAVIGATION_ERRORS[requirement.error]
         wrong = wrong_unit(requirement.limit, unit, examples[unit])
         if wrong:
-            sheet.fault(path, wrong)
+            sheet.fault("P201", path, wrong)
         elif requirement.limit.si <= 0:
-            sheet.fault(path, f"a limit must be greater than zero; write e.g. '{examples[unit]}'")
+            sheet.fault("P202", path, f"a limit must be greater than zero; write e.g. '{examples[unit]}'")
 
 
 def trajectory(sheet: Review) -> None:
@@ -63,7 +63,7 @@ def trajectory(sheet: Review) -> None:
     if isinstance(flight, str):
         _family(sheet, flight, ("trajectory",), {})
     elif isinstance(flight, dict) and "name" not in flight and "file" not in flight:
-        sheet.fault(("trajectory",), "needs the name of a built-in flight, or {file: flight.csv}")
+        sheet.fault("P211", ("trajectory",), "needs the name of a built-in flight, or {file: flight.csv}")
     elif isinstance(flight, dict):
         settings = {key: value for key, value in flight.items() if key not in ("name", "vertical")}
         _height_aid(sheet, flight)
@@ -76,7 +76,7 @@ def _height_aid(sheet: Review, flight: dict[str, Any]) -> None:
         return
     path = ("trajectory", "vertical")
     if sheet.spec.vertical is not None:
-        sheet.fault(path, "the spec has 'vertical' beside the trajectory; keep one", key=True)
+        sheet.fault("P212", path, "the spec has 'vertical' beside the trajectory; keep one", key=True)
     try:
         Vertical.model_validate(flight["vertical"])
     except ValidationError as error:
@@ -87,7 +87,7 @@ def _height_aid(sheet: Review, flight: dict[str, Any]) -> None:
 def _family(sheet: Review, name: object, path: Path, settings: dict[str, Any]) -> None:
     families = catalog.trajectories()
     if not isinstance(name, str) or name not in families:
-        sheet.fault(path, f"unknown trajectory{did_you_mean(name, families)}")
+        sheet.fault("P213", path, f"unknown trajectory{did_you_mean(name, families)}")
         return
     model = families[name].parameters
     try:
@@ -95,7 +95,7 @@ def _family(sheet: Review, name: object, path: Path, settings: dict[str, Any]) -
         aided = sheet.spec.vertical is not None or "vertical" in _written(sheet.spec.trajectory)
         remark = None if aided else unaided(getattr(flown, "duration", 0.0))
         if remark and not isinstance(sheet.spec.sensitivities, Given):
-            sheet.warn(("trajectory",), remark, key=True)
+            sheet.warn("P214", ("trajectory",), remark, key=True)
     except ValidationError as error:
         for where, fault in faults_of(error, sheet.document, settings, model, ("trajectory",)):
             if sheet.readable(("trajectory", *where)):
@@ -116,7 +116,7 @@ def _flight_file(sheet: Review, name: object) -> None:
     except (OSError, ValueError):  # a name that no file system takes
         found = False
     if not found:
-        sheet.fault(("trajectory", "file"), f"there is no file {name[:200]!r} beside the spec")
+        sheet.fault("P215", ("trajectory", "file"), f"there is no file {name[:200]!r} beside the spec")
 
 
 def sensitivities(sheet: Review) -> None:
@@ -129,7 +129,9 @@ def sensitivities(sheet: Review) -> None:
     for index, requirement in sheet.requirements():
         if requirement.at != "end":
             path = (*sheet.item(("requirement",), index), "at")
-            sheet.fault(path, "given sensitivities hold at the end of the flight only; leave 'at' out")
+            sheet.fault(
+                "P221", path, "given sensitivities hold at the end of the flight only; leave 'at' out"
+            )
     _missing_coefficients(sheet, source)
 
 
@@ -137,16 +139,18 @@ def _coefficient(sheet: Review, error: str, coefficient: Quantity) -> None:
     path = ("sensitivities", "given", error)
     unit = unit_of(error)
     if unit is None:
-        sheet.fault(path, f"unknown error{did_you_mean(error, all_errors())}", key=True)
+        sheet.fault("P222", path, f"unknown error{did_you_mean(error, all_errors())}", key=True)
         return
     if error not in sheet.budgeted() and sheet.readable(("unit",)):
-        sheet.warn(path, "has no budget in 'unit', so it adds nothing to the navigation error", key=True)
+        sheet.warn(
+            "P223", path, "has no budget in 'unit', so it adds nothing to the navigation error", key=True
+        )
     for _, requirement in sheet.requirements():
         goal = NAVIGATION_ERRORS[requirement.error]
         per = "%" if unit == "1" else f"({unit})" if "/" in unit else unit
         if coefficient.dimension != dimension_of(f"{goal}/{'1' if unit == '1' else per}".removesuffix("/1")):
             example = f"{coefficient.text.split()[0]} {goal}/{per}"
-            sheet.fault(path, f"{coefficient.text!r} has the wrong unit; expected e.g. '{example}'")
+            sheet.fault("P224", path, f"{coefficient.text!r} has the wrong unit; expected e.g. '{example}'")
             return
 
 
@@ -155,11 +159,13 @@ def _missing_coefficients(sheet: Review, source: Given) -> None:
     for error, places in sheet.calibrated().items():
         if error not in known and unit_of(error):
             message = f"{error} is calibrated, but has no coefficient; add it to sensitivities.given"
-            sheet.fault(places[0], message)
+            sheet.fault("P225", places[0], message)
             known.add(error)
     for sensor, effect, path, _ in sheet.budgets():
         if f"{sensor}.{effect}" not in known:
-            sheet.warn(path, "has no coefficient in sensitivities.given, so it adds nothing", key=True)
+            sheet.warn(
+                "P226", path, "has no coefficient in sensitivities.given, so it adds nothing", key=True
+            )
 
 
 def effects_declared(sheet: Review) -> None:
@@ -171,10 +177,12 @@ def effects_declared(sheet: Review) -> None:
     for index, name in enumerate(names):
         path = ("effects", index)
         if name not in known:
-            sheet.fault(path, f"unknown effect '{name[:40]}'{did_you_mean(name, known)}")
+            sheet.fault("P241", path, f"unknown effect '{name[:40]}'{did_you_mean(name, known)}")
         elif name in names[:index]:
-            sheet.fault(path, f"'{name}' is declared twice; keep one")
+            sheet.fault("P242", path, f"'{name}' is declared twice; keep one")
         elif name not in served and known[name].temperature_of not in varying and sheet.whole("unit"):
             sheet.warn(
-                path, f"no budget of 'unit' speaks of '{name}', so it adds nothing to the navigation error"
+                "P243",
+                path,
+                f"no budget of 'unit' speaks of '{name}', so it adds nothing to the navigation error",
             )

@@ -27,10 +27,14 @@ def _hours_fit(sheet: Review) -> bool:
     for index, shift in enumerate(sheet.spec.plan.shifts):
         path = sheet.item(("plan", "shifts"), index)
         if shift.opens == shift.closes:
-            sheet.fault((*path, "to"), "ends when it begins; write 'from: 00:00, to: 24:00' for all day")
+            sheet.fault(
+                "P521", (*path, "to"), "ends when it begins; write 'from: 00:00, to: 24:00' for all day"
+            )
             good = False
         if shift.start is not None and started not in (None, shift.start):
-            sheet.fault((*path, "start"), "another shift already says when the campaign starts; keep one")
+            sheet.fault(
+                "P522", (*path, "start"), "another shift already says when the campaign starts; keep one"
+            )
             good = False
         started = shift.start if started is None else started
     return good
@@ -41,7 +45,7 @@ def _installing(sheet: Review, hours: Calendar, name: str, bench: Bench) -> None
         return
     for key, seconds in (("install", bench.install), ("remove", bench.remove)):
         if seconds > hours.longest:
-            sheet.fault(("benches", name, key), _too_long(f"{key} takes", seconds, hours))
+            sheet.fault("P523", ("benches", name, key), _too_long(f"{key} takes", seconds, hours))
 
 
 def _tests(sheet: Review, hours: Calendar) -> None:
@@ -53,7 +57,7 @@ def _tests(sheet: Review, hours: Calendar) -> None:
         step = max(end - start for start, end in spans)
         if step > hours.longest:
             key = "power_on" if test.power_on == step else "bench"
-            sheet.fault(("tests", name, key), _too_long("one step of people's takes", step, hours))
+            sheet.fault("P524", ("tests", name, key), _too_long("one step of people's takes", step, hours))
             continue
         try:
             hours.passage(spans, powered_time(bench, test))
@@ -61,7 +65,7 @@ def _tests(sheet: Review, hours: Calendar) -> None:
             seconds = max(end for _, end in spans)
             what = "one repeat is one power-on that is not interrupted; people are needed over"
             path: Path = ("tests", name, "attended") if test.attended else ("tests", name)
-            sheet.fault(path, _too_long(what, seconds, hours), key=not test.attended)
+            sheet.fault("P525", path, _too_long(what, seconds, hours), key=not test.attended)
 
 
 def _too_long(what: str, seconds: float, hours: Calendar) -> str:

@@ -27,7 +27,7 @@ def tests(sheet: Review) -> None:
     for name, test in sheet.spec.tests.items():
         if test.bench not in sheet.names("benches") and sheet.readable(("benches",)):
             options = did_you_mean(test.bench, sheet.names("benches"))
-            sheet.fault(("tests", name, "bench"), f"there is no bench '{test.bench[:40]}'{options}")
+            sheet.fault("P411", ("tests", name, "bench"), f"there is no bench '{test.bench[:40]}'{options}")
         _calibrates(sheet, name, test)
         _settled(sheet, name, test)
         _temperatures(sheet, name, test)
@@ -44,7 +44,7 @@ def _calibrates(sheet: Review, name: str, test: Test) -> None:
         if error in test.calibrates[:index]:
             problem = f"{error} stands here twice; keep one"
         if problem:
-            sheet.fault(path, problem)
+            sheet.fault("P412", path, problem)
 
 
 def _not_calibrated(sheet: Review, error: str) -> str | None:
@@ -81,7 +81,7 @@ def _settled(sheet: Review, name: str, test: Test) -> None:
     if missing:
         what = " and ".join(missing)
         sheet.fault(
-            ("tests", name), f"calibrates nothing, so nothing tells its {what}; give {what}", key=True
+            "P413", ("tests", name), f"calibrates nothing, so nothing tells its {what}; give {what}", key=True
         )
 
 
@@ -90,7 +90,7 @@ def _temperatures(sheet: Review, name: str, test: Test) -> None:
     own: Path = ("tests", name, "temperatures")
     by_hand: Path = ("plan", "fixed", name, "temperatures")
     if test.temperatures is not None and fixed is not None and test.temperatures != fixed:
-        sheet.fault(by_hand, f"tests.{name}.temperatures says something else; keep one")
+        sheet.fault("P414", by_hand, f"tests.{name}.temperatures says something else; keep one")
     choices: list[tuple[Path, Any]] = [(own, test.temperatures), (by_hand, fixed)]
     given = [(path, value) for path, value in choices if value is not None]
     if not given and test.calibrates:
@@ -106,10 +106,11 @@ def check_temperatures(sheet: Review, path: Path, value: Any, name: str, bench: 
     if value == "room":
         return
     if isinstance(value, tuple) and len(set(value)) < len(value):
-        sheet.fault(path, "a temperature stands here twice; keep one")
+        sheet.fault("P415", path, "a temperature stands here twice; keep one")
     if bench.chamber is None:
         if value != (sheet.spec.plan.temperatures.room,):
             sheet.fault(
+                "P416",
                 path,
                 f"bench '{name}' has no chamber; write 'temperatures: room', or give the bench a chamber",
                 key=value is None,
@@ -126,7 +127,7 @@ def _inside(sheet: Review, path: Path, temperatures: tuple[float, ...], name: st
     for index, temperature in enumerate(temperatures):
         if not low <= temperature <= high:
             message = f"{temperature:g} degC is outside the chamber of '{name}', {low:g} .. {high:g} degC"
-            sheet.fault((*path, index), message)
+            sheet.fault("P417", (*path, index), message)
 
 
 def _range_inside(sheet: Review, name: str, chamber: Chamber) -> None:
@@ -137,7 +138,7 @@ def _range_inside(sheet: Review, name: str, chamber: Chamber) -> None:
     use = f"{coldest:g} .. {hottest:g} degC"
     message = f"{use} reaches outside the chamber of '{name}', {low:g} .. {high:g} degC"
     if not any(fault.message == message for fault in sheet.faults):
-        sheet.fault(("plan", "temperatures", "range"), message)
+        sheet.fault("P418", ("plan", "temperatures", "range"), message)
 
 
 def _observed(sheet: Review, name: str, test: Test, bench: Bench) -> None:
@@ -149,7 +150,9 @@ def _observed(sheet: Review, name: str, test: Test, bench: Bench) -> None:
         plain = error in PLAIN_NEEDS and kind.excites >= PLAIN_NEEDS[error]
         if not plain and unit_of(error) is not None and error not in kind.observes:
             path = sheet.item(("tests", name, "calibrates"), index)
-            sheet.fault(path, f"a {kind_of(test.bench, bench)} cannot observe {error}; choose another bench")
+            sheet.fault(
+                "P419", path, f"a {kind_of(test.bench, bench)} cannot observe {error}; choose another bench"
+            )
 
 
 def _motions(sheet: Review, name: str, test: Test, bench: Bench) -> None:
@@ -158,9 +161,9 @@ def _motions(sheet: Review, name: str, test: Test, bench: Bench) -> None:
     for index, motion in enumerate(test.motions):
         path = ("tests", name, "motions", index)
         if not motion.model_fields_set:
-            sheet.fault(path, "an empty motion; write e.g. {position_1: 90 deg}")
+            sheet.fault("P421", path, "an empty motion; write e.g. {position_1: 90 deg}")
         for key, problem in (*_beyond(motion, bench), *_beside(motion, kind_of(test.bench, bench))):
-            sheet.fault((*path, key), f"{problem} of bench '{test.bench}'")
+            sheet.fault("P422", (*path, key), f"{problem} of bench '{test.bench}'")
 
 
 def _beyond(motion: Motion, bench: Bench) -> Iterator[tuple[str, str]]:

@@ -15,9 +15,9 @@ def travel(sheet: Review) -> None:
         for axis, (least, most) in bench.limits.travel.items():
             path = ("benches", name, "limits", "travel", axis)
             if axis > bench.axes:
-                sheet.fault(path, f"there is no axis {axis} among the {bench.axes}", key=True)
+                sheet.fault("P431", path, f"there is no axis {axis} among the {bench.axes}", key=True)
             if least >= most:
-                sheet.fault(path, "the first stop is not below the second; write [-95 deg, 95 deg]")
+                sheet.fault("P432", path, "the first stop is not below the second; write [-95 deg, 95 deg]")
     for name, test in sheet.spec.tests.items():
         bench_of_test = sheet.bench_of(test)
         if bench_of_test is not None and bench_of_test.limits.travel:
@@ -35,12 +35,13 @@ def _motions(sheet: Review, name: str, test: Test, bench: Bench) -> None:
             said.add(problem)
             if isinstance(test.motions, int):
                 sheet.fault(
+                    "P433",
                     ("tests", name, "motions"),
                     f"the standard motions of bench '{test.bench}' do not stay between its stops: {problem}; "
                     "list motions that do",
                 )
             else:
-                sheet.fault(("tests", name, "motions", index, key.rpartition("_")[0]), problem)
+                sheet.fault("P434", ("tests", name, "motions", index, key.rpartition("_")[0]), problem)
 
 
 def _problem(key: str, value: float, stops: dict[int, tuple[float, float]]) -> str | None:

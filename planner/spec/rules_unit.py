@@ -20,13 +20,17 @@ def budgets(sheet: Review) -> None:
     """All rules for all budgets."""
     if sheet.whole("unit") and not any(True for _ in sheet.budgets()):
         sheet.fault(
-            ("unit",), "no sensor error has a budget; add e.g. 'gyro: {bias: {run_to_run: 0.002 deg/s}}'"
+            "P301",
+            ("unit",),
+            "no sensor error has a budget; add e.g. 'gyro: {bias: {run_to_run: 0.002 deg/s}}'",
         )
     for sensor, effect, path, budget in sheet.budgets():
         if not _known(sheet, sensor, effect, path):
             continue
         if not budget.model_fields_set and sheet.whole("unit", sensor, effect):
-            sheet.fault(path, "is an empty budget; give at least 'run_to_run', or remove it", key=True)
+            sheet.fault(
+                "P302", path, "is an empty budget; give at least 'run_to_run', or remove it", key=True
+            )
         unit = catalog.effects()[effect].units[sensor]
         for where, quantity, signed in _quantities(sheet, path, budget):
             _check(sheet, where, quantity, unit, signed=signed)
@@ -38,11 +42,11 @@ def _known(sheet: Review, sensor: str, effect: str, path: Path) -> bool:
     known = catalog.effects()
     if effect not in known:
         here = [name for name, one in known.items() if sensor in one.sensors]
-        sheet.fault(path, f"unknown effect '{effect[:40]}'{did_you_mean(effect, here)}", key=True)
+        sheet.fault("P303", path, f"unknown effect '{effect[:40]}'{did_you_mean(effect, here)}", key=True)
         return False
     if sensor not in known[effect].sensors:
         other = ", ".join(known[effect].sensors)
-        sheet.fault(path, f"'{effect}' does not exist on {sensor}s, only on: {other}", key=True)
+        sheet.fault("P304", path, f"'{effect}' does not exist on {sensor}s, only on: {other}", key=True)
         return False
     return True
 
@@ -92,9 +96,9 @@ def _written_keys(sheet: Review, path: Path) -> Iterator[tuple[float, Path]]:
 def _check(sheet: Review, path: Path, quantity: Quantity, unit: str, *, signed: bool) -> None:
     wrong = wrong_unit(quantity, unit)
     if wrong:
-        sheet.fault(path, wrong)
+        sheet.fault("P305", path, wrong)
     elif not signed and quantity.si < 0:
-        sheet.fault(path, f"{quantity.text!r} is negative; this size is zero or more")
+        sheet.fault("P306", path, f"{quantity.text!r} is negative; this size is zero or more")
 
 
 def _tables(sheet: Review, path: Path, budget: ErrorBudget) -> None:
@@ -116,7 +120,9 @@ def once(sheet: Review, path: Path) -> None:
     seen: set[float] = set()
     for key, entry in _written_keys(sheet, path):
         if key in seen:
-            sheet.fault(entry, "this temperature stands here twice in different words; keep one", key=True)
+            sheet.fault(
+                "P307", entry, "this temperature stands here twice in different words; keep one", key=True
+            )
         seen.add(key)
 
 
@@ -126,6 +132,7 @@ def _falls(sheet: Review, path: Path, table: Mapping[int, Quantity]) -> None:
     for fewer, more in pairwise(numbers):
         if table[more].si > table[fewer].si:
             sheet.fault(
+                "P308",
                 (*path, more),
                 f"{more} points leave {table[more].text}, more than the {table[fewer].text} of {fewer}; "
                 "a residual cannot grow with the number of points",
@@ -138,6 +145,7 @@ def _covers(sheet: Review, path: Path, measured: MeasuredCurve) -> None:
     low, high = sheet.spec.plan.temperatures.range
     if len(measured.curve) >= 2 and sum(low <= t <= high for t in measured.curve) < 2:
         sheet.fault(
+            "P309",
             path,
             f"fewer than two temperatures lie in plan.temperatures.range, {low:g} to {high:g} degC",
             key=True,
@@ -152,15 +160,19 @@ def _uses(sheet: Review, error: str, path: Path, budget: ErrorBudget) -> None:
     declared = set(sheet.spec.effects)
     if effect not in declared:
         sheet.warn(
-            path, f"'effects' does not declare {effect}: the error stays whole in the budget", key=True
+            "P311",
+            path,
+            f"'effects' does not declare {effect}: the error stays whole in the budget",
+            key=True,
         )
         return
     if error not in sheet.calibrated():
-        sheet.warn(path, "no test calibrates it: the error stays whole in the budget", key=True)
+        sheet.warn("P312", path, "no test calibrates it: the error stays whole in the budget", key=True)
         return
     if budget.temperature_residual is not None and not catalog.varies_as_declared(effect, declared):
         needed = " or ".join(catalog.temperature_effects(effect))
         sheet.warn(
+            "P313",
             (*path, "temperature_residual"),
             f"'effects' does not declare {needed}: temperature points take nothing out",
             key=True,

@@ -46,5 +46,5 @@ def needs(loaded: LoadedSpec, what: str, *keys: str) -> None:
     """Raises InputError where the spec lacks what an answer needs."""
     lacking = [key for key in keys if key in loaded.absent]
     if lacking:
-        faults = [Fault(str(loaded.path), 0, 0, key, f"is missing; {ASKED[key]}") for key in lacking]
+        faults = [Fault(str(loaded.path), 0, 0, key, f"is missing; {ASKED[key]}", "P102") for key in lacking]
         raise InputError(f"{loaded.path.name} is of the sensor alone; {what} needs more of it", faults)

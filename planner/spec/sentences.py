@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
@@ -14,16 +15,15 @@ from planner.spec.places import data_path, did_you_mean, fault_at, schemas_at
 from planner.spec.yaml12 import Document, Path
 
 _KINDS = {
-    "string_type": "must be text; if it is meant as text, put it in quotes",
-    "list_type": "must be a list, like [a, b]",
-    "tuple_type": "must be a list, like [a, b]",
-    "dict_type": "must be a mapping, lines of 'key: value'",
-    "model_type": "must be a mapping, lines of 'key: value'",
-    "model_attributes_type": "must be a mapping, lines of 'key: value'",
-    "int_type": "must be a whole number",
-    "float_type": "must be a number",
+    "list_type": "must be a list, not {given}; write [a, b]",
+    "tuple_type": "must be a list, not {given}; write [a, b]",
+    "dict_type": "must be a mapping, not {given}; write lines of 'key: value', or {{key: value}}",
+    "model_type": "must be a mapping, not {given}; write lines of 'key: value', or {{key: value}}",
+    "model_attributes_type": "must be a mapping, not {given}; write lines of 'key: value', or {{key: value}}",
+    "int_type": "must be a whole number, not {given}",
+    "float_type": "must be a number, not {given}",
     "finite_number": "must be a finite number",
-    "bool_type": "must be true or false",
+    "bool_type": "must be true or false, not {given}",
     "string_too_short": "must not be empty",
     "string_too_long": "is longer than {max_length} characters",
     "greater_than": "must be greater than {gt:g}",
@@ -33,6 +33,30 @@ _KINDS = {
     "too_short": "has {actual_length} entries; at least {min_length} must be there",
     "too_long": "has {actual_length} entries; at most {max_length} can be there",
     "frozen_instance": "cannot be changed",
+}
+_CODES = {
+    "extra_forbidden": "P101",
+    "missing": "P102",
+    "form": "P103",
+    "string_type": "P104",
+    "string_too_short": "P108",
+    "string_too_long": "P108",
+    "list_type": "P105",
+    "tuple_type": "P105",
+    "dict_type": "P106",
+    "model_type": "P106",
+    "model_attributes_type": "P106",
+    "int_type": "P107",
+    "float_type": "P107",
+    "finite_number": "P107",
+    "bool_type": "P107",
+    "greater_than": "P108",
+    "greater_than_equal": "P108",
+    "less_than": "P108",
+    "less_than_equal": "P108",
+    "too_short": "P109",
+    "too_long": "P109",
+    "literal_error": "P110",
 }
 
 
@@ -53,7 +77,8 @@ def faults_of(
             path = (*path, missing)
         kind = detail["type"]
         message = _sentence(detail, path, schema)
-        yield path, fault_at(document, (*root, *path), message, key=key or kind == "extra_forbidden")
+        place = (*root, *path)
+        yield path, fault_at(document, _code(detail), place, message, key=key or kind == "extra_forbidden")
 
 
 def _counts_good_items_only(detail: Mapping[str, Any], found: Sequence[Mapping[str, Any]]) -> bool:
@@ -75,6 +100,12 @@ def _schema(model: type[BaseModel]) -> Mapping[str, Any]:
     return model.model_json_schema()  # 10 ms for a whole spec
 
 
+def _code(detail: Mapping[str, Any]) -> str:
+    """The rule that a finding of pydantic's breaks; ours carry their own."""
+    own = getattr(detail.get("ctx", {}).get("error"), "code", None)
+    return own or _CODES.get(detail["type"], "P100")
+
+
 def _sentence(detail: Mapping[str, Any], path: Path, schema: Mapping[str, Any]) -> str:
     kind, context = detail["type"], detail.get("ctx", {})
     special: dict[str, Callable[[], str]] = {
@@ -82,12 +113,32 @@ def _sentence(detail: Mapping[str, Any], path: Path, schema: Mapping[str, Any]) 
         "extra_forbidden": lambda: f"unknown key{did_you_mean(path[-1], _keys(schema, path[:-1]))}",
         "literal_error": lambda: _literal(detail["input"], context["expected"]),
         "value_error": lambda: str(context.get("error", detail["msg"])),
+        "form": lambda: _no_form(detail["input"], context["words"].split(), detail["msg"]),
+        "string_type": lambda: _not_text(detail["input"]),
     }
     if kind in special:
         return special[kind]()
     if kind in _KINDS:
-        return _KINDS[kind].format(**context)
+        return _KINDS[kind].format(given=_given(detail["input"]), **context)
     return str(detail["msg"])
+
+
+def _given(value: object) -> str:
+    if isinstance(value, list | tuple):
+        return "a list"
+    return "a mapping" if isinstance(value, dict) else f"'{str(value)[:40]}'"
+
+
+def _no_form(value: object, words: Sequence[str], forms: str) -> str:
+    near = get_close_matches(str(value)[:60].lower(), words, n=1) if isinstance(value, str) else []
+    hint = f"did you mean '{near[0]}'? It " if near else ""
+    return f"{_given(value)} is not understood here; {hint}{forms}"
+
+
+def _not_text(value: object) -> str:
+    if isinstance(value, list | tuple | dict):
+        return f"must be text, not {_given(value)}; write one text"
+    return f"must be text; if {_given(value)} is meant as text, put it in quotes"
 
 
 def _literal(given: object, expected: str) -> str:

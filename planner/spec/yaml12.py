@@ -9,9 +9,11 @@ Source: YAML 1.2.2, chapter 10.3 (core schema).
 from __future__ import annotations
 
 import codecs
+import io
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
 
 from yaml.composer import Composer
@@ -78,6 +80,11 @@ class Document:
     value: Any
     keys: Mapping[Path, Place] = field(default_factory=dict)
     values: Mapping[Path, Place] = field(default_factory=dict)
+    text: str = ""
+
+    def line(self, number: int) -> str:
+        """A line of the file, from 1."""
+        return quoted(self.text, number)
 
 
 class _UnreadableError(Exception):
@@ -98,23 +105,24 @@ def read_yaml(data: bytes, file: str) -> Document:
     loader: _Loader | None = None
     try:
         loader = _Loader(text)
-        return _built(loader.get_single_node(), file)
+        return _built(loader.get_single_node(), file, text)
     except _UnreadableError as stop:
-        place, message = stop.place, stop.message
+        code, place, message = "P007", stop.place, stop.message
     except MarkedYAMLError as error:
         mark = _mark(error)
-        place, message = _of(mark), _advice(error)
+        code, place, message = "P003", _of(mark), _advice(error)
     except (ValueError, OverflowError, IndexError, AttributeError):
         # PyYAML lets these through for impossible escapes and endless version numbers
         mark = loader.get_mark() if loader else None
-        place, message = _of(mark), "this cannot be read as YAML"
-    raise _refusal(file, place, message)
+        code, place, message = "P003", _of(mark), "this cannot be read as YAML"
+    raise _refusal(code, file, place, message, quoted(text, place[0]))
 
 
 def decode(data: bytes, file: str) -> str:
     """Text of a UTF-8 file, or of UTF-16/32 with its byte-order mark. Raises InputError for anything else."""
     if len(data) > MAX_BYTES:
         raise _refusal(
+            "P002",
             file,
             (0, 0),
             f"the file has {len(data)} bytes; a spec has less than {MAX_BYTES}. Is it the right file?",
@@ -127,13 +135,13 @@ def decode(data: bytes, file: str) -> str:
         column = error.start - (data.rfind(b"\n", 0, error.start) + 1) + 1
         name = encoding.removesuffix("-sig").upper()
         message = f"not {name} text (byte 0x{data[error.start]:02x} here); save the file as UTF-8"
-        raise _refusal(file, (line, column), message) from None
+        raise _refusal("P002", file, (line, column), message) from None
     bad = Reader.NON_PRINTABLE.search(text)
     if bad:
         line = text.count("\n", 0, bad.start()) + 1
         column = bad.start() - text.rfind("\n", 0, bad.start())
         message = f"character U+{ord(bad[0]):04X} is not text; is this a binary file?"
-        raise _refusal(file, (line, column), message)
+        raise _refusal("P002", file, (line, column), message)
     return text
 
 
@@ -151,8 +159,13 @@ def _of(mark: Any) -> Place:
     return (mark.line + 1, mark.column + 1) if mark else (0, 0)
 
 
-def _refusal(file: str, place: Place, message: str) -> InputError:
-    return InputError("the file cannot be read", [Fault(file, *place, "", message)])
+def _refusal(code: str, file: str, place: Place, message: str, quote: str = "") -> InputError:
+    return InputError("the file cannot be read", [Fault(file, *place, "", message, code, quote)])
+
+
+def quoted(text: str, line: int) -> str:
+    """A line of a text, from 1; nothing for 0, the whole file."""
+    return next(islice(io.StringIO(text), line - 1, None), "").rstrip() if line else ""
 
 
 def _advice(error: MarkedYAMLError) -> str:
@@ -201,19 +214,20 @@ class _Loader(Reader, Scanner, Parser, Composer, BaseResolver):
         return ""
 
 
-def _built(node: Node | None, file: str) -> Document:
-    builder = _Builder(file)
+def _built(node: Node | None, file: str, text: str) -> Document:
+    builder = _Builder(file, text)
     value = None if node is None else builder.build(node, ())
     if builder.faults:
         raise InputError("the file cannot be read", builder.faults)
-    return Document(file, value, builder.keys, builder.values)
+    return Document(file, value, builder.keys, builder.values, text)
 
 
 class _Builder:
     """Plain values from nodes, and the faults on the way."""
 
-    def __init__(self, file: str) -> None:
+    def __init__(self, file: str, text: str) -> None:
         self.file = file
+        self.text = text
         self.keys: dict[Path, Place] = {}
         self.values: dict[Path, Place] = {}
         self.faults: list[Fault] = []
@@ -258,30 +272,37 @@ class _Builder:
     def key(self, node: Node, path: Path, sofar: Mapping[Any, Any]) -> Any:
         """The key, or None after its fault has been noted."""
         if not isinstance(node, ScalarNode):
-            return self.fault(node, path, "a key must be a word or a number, not a list or mapping")
+            return self.fault(node, "P005", path, "a key must be a word or a number, not a list or mapping")
         if node.value == "<<" and node.tag == "":
             return self.fault(
-                node, path, "merge keys (<<) are not YAML 1.2; write the entries out, or use an alias (*)"
+                node,
+                "P005",
+                path,
+                "merge keys (<<) are not YAML 1.2; write the entries out, or use an alias (*)",
             )
         key = self.scalar(node, path)
         if key is None or isinstance(key, bool):
-            return self.fault(node, path, f"a key must be a word or a number; write '{node.value}' in quotes")
+            return self.fault(
+                node, "P005", path, f"a key must be a word or a number; write '{node.value}' in quotes"
+            )
         if key in sofar:
             line = self.keys[(*path, key)][0]
             return self.fault(
-                node, (*path, key), f"this key stands here twice (first in line {line}); keep one"
+                node, "P004", (*path, key), f"this key stands here twice (first in line {line}); keep one"
             )
         return key
 
     def scalar(self, node: ScalarNode, path: Path) -> Any:
         if _SURROGATE.search(node.value):
-            return self.fault(node, path, "this escape is half of a character (a surrogate)")
+            return self.fault(node, "P006", path, "this escape is half of a character (a surrogate)")
         if node.tag == _TAG + "str":
             return node.value
         if len(node.value) > MAX_DIGITS and re.fullmatch(
             r"[-+]?(0x)?[0-9a-fA-F.]+([eE][-+]?[0-9]+)?", node.value
         ):
-            return self.fault(node, path, f"a number of {len(node.value)} digits; write it like 1.5e3")
+            return self.fault(
+                node, "P006", path, f"a number of {len(node.value)} digits; write it like 1.5e3"
+            )
         value = resolved(node.value)
         kind = {type(None): "null", bool: "bool", int: "int", float: "float"}.get(type(value), "str")
         self.check_tag(node, path, ("int", "float") if kind == "int" else (kind,))
@@ -291,11 +312,14 @@ class _Builder:
         if node.tag in ("", "!") or node.tag in [_TAG + kind for kind in kinds]:
             return
         tag = node.tag.replace(_TAG, "!!")[:60]
-        self.fault(node, path, f"tag {tag} is not understood here; remove it, or quote the text")
+        self.fault(node, "P006", path, f"tag {tag} is not understood here; remove it, or quote the text")
 
-    def fault(self, node: Node, path: Path, message: str) -> Any:
+    def fault(self, node: Node, code: str, path: Path, message: str) -> Any:
         """Note a fault; its value is None."""
-        self.faults.append(Fault(self.file, *_place(node), shown(path), message))
+        line, column = _place(node)
+        self.faults.append(
+            Fault(self.file, line, column, shown(path), message, code, quoted(self.text, line))
+        )
         return None
 
 

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
+from planner.errors import Unfit
 from planner.nouns.array import Array
 from planner.quantities import DAY_S, Angle, Celsius, Metres, PositiveSeconds, Seconds, quantity, schema
 from planner.units import from_si
@@ -23,7 +24,7 @@ def within(low: float, high: float, unit: str) -> AfterValidator:
     def check(value: float) -> float:
         if not low <= value <= high:
             bounds = f"{from_si(low, unit):g} and {from_si(high, unit):g} {unit}"
-            raise ValueError(f"{from_si(value, unit):g} {unit} is not between {bounds}")
+            raise Unfit("P108", f"{from_si(value, unit):g} {unit} is not between {bounds}")
         return value
 
     return AfterValidator(check)
@@ -103,9 +104,9 @@ class Flight(Environment):
         samples = self.duration * self.sampling_rate
         if samples > MOST_SAMPLES:
             most = f"{MOST_SAMPLES:,}"
-            raise ValueError(f"duration × sampling_rate is {samples:.3g} samples; the most is {most}")
+            raise Unfit("P216", f"duration × sampling_rate is {samples:.3g} samples; the most is {most}")
         if samples < 2:
-            raise ValueError("duration × sampling_rate is less than two samples")
+            raise Unfit("P216", "duration × sampling_rate is less than two samples")
         return self
 
     @property

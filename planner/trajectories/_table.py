@@ -63,10 +63,10 @@ class Table:
                 return number
         return 0
 
-    def fault(self, row: int, column: str, message: str) -> Fault:
+    def fault(self, code: str, row: int, column: str, message: str) -> Fault:
         """A fault at a row's value of a column."""
         number = 1 + self.columns.index(column) if column in self.columns else 0
-        return Fault(self.path.name, self.line(row), number, column, message)
+        return Fault(self.path.name, self.line(row), number, column, message, code)
 
 
 def read_table(path: Path) -> Table:
@@ -77,7 +77,9 @@ def read_table(path: Path) -> Table:
     values = _values(path, header_line, columns)
     table = Table(path, columns, values, header_line + 1)
     if len(values) < 2:
-        raise refusal(path, [Fault(path.name, 0, 0, "", "has one row; a trajectory needs two or more")])
+        raise refusal(
+            path, [Fault(path.name, 0, 0, "", "has one row; a trajectory needs two or more", "P601")]
+        )
     _check_last_line(table)
     return table
 
@@ -88,7 +90,7 @@ def refusal(path: Path, faults: Sequence[Fault]) -> InputError:
 
 
 def _whole(path: Path, message: str) -> InputError:
-    return refusal(path, [Fault(path.name[:80], 0, 0, "", message)])
+    return refusal(path, [Fault(path.name[:80], 0, 0, "", message, "P601")])
 
 
 def _check_bytes(path: Path) -> None:
@@ -134,21 +136,25 @@ def _named(path: Path, line: int, header: str) -> tuple[str, ...]:
     names = tuple(name.strip().strip('"') for name in header.split(","))
     expected = ",".join(COLUMNS)
     if len(names) == 1 and (";" in header or "\t" in header):
-        raise refusal(path, [Fault(path.name, line, 1, "", "columns are separated by commas")])
+        raise refusal(path, [Fault(path.name, line, 1, "", "columns are separated by commas", "P602")])
     if all(_is_number(name) for name in names):
-        raise refusal(path, [Fault(path.name, line, 1, "", f"the header is missing; expected {expected}")])
+        raise refusal(
+            path, [Fault(path.name, line, 1, "", f"the header is missing; expected {expected}", "P602")]
+        )
     faults = [
-        Fault(path.name, line, place, name, _unknown(name))
+        Fault(path.name, line, place, name, _unknown(name), "P603")
         for place, name in enumerate(names, start=1)
         if name not in COLUMNS + OPTIONAL
     ]
     faults += [
-        Fault(path.name, line, place, name, "this column stands here twice")
+        Fault(path.name, line, place, name, "this column stands here twice", "P604")
         for place, name in enumerate(names, start=1)
         if name in names[: place - 1]
     ]
     faults += [
-        Fault(path.name, line, 1, name, "this column is missing") for name in COLUMNS if name not in names
+        Fault(path.name, line, 1, name, "this column is missing", "P605")
+        for name in COLUMNS
+        if name not in names
     ]
     if faults:
         raise refusal(path, faults)
@@ -184,17 +190,19 @@ def _text_faults(path: Path, header_line: int, columns: tuple[str, ...]) -> list
         fields = text.split(",")
         if len(fields) != len(columns):
             message = f"{len(fields)} values; the header has {len(columns)} columns"
-            faults.append(Fault(path.name, number, 1, "", message))
+            faults.append(Fault(path.name, number, 1, "", message, "P606"))
         else:
             pairs = enumerate(zip(columns, fields, strict=True), start=1)
             faults += [
-                Fault(path.name, number, place, name, f"{field.strip()[:40]!r} is not a finite number")
+                Fault(
+                    path.name, number, place, name, f"{field.strip()[:40]!r} is not a finite number", "P606"
+                )
                 for place, (name, field) in pairs
                 if not _is_number(field)
             ]
         if len(faults) >= MOST_FAULTS:
             break
-    return faults or [Fault(path.name, 0, 0, "", "is not a table of numbers separated by commas")]
+    return faults or [Fault(path.name, 0, 0, "", "is not a table of numbers separated by commas", "P606")]
 
 
 def _rows(path: Path, first_line: int) -> Iterator[tuple[int, str]]:
@@ -229,7 +237,7 @@ def _check_last_line(table: Table) -> None:
             f"the last line has no line end and its last value {fields[-1]!r} does not go on like the lines "
             "before: the file looks cut off; delete that line, or end it if it is whole"
         )
-        raise refusal(table.path, [table.fault(last, table.columns[-1], message)])
+        raise refusal(table.path, [table.fault("P607", last, table.columns[-1], message)])
 
 
 def _decimals(number: str) -> int:

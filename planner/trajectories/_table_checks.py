@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from itertools import islice
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.errors import Fault
 from planner.nouns.array import Array
@@ -21,9 +22,11 @@ MOST_ACCELERATION_MPS2 = 5000.0  # 500 g: a velocity that changes faster is a sl
 WINDOW_S = 10.0
 MANY_JUMPS = 10
 
-# name: (least, most); a strapdown navigator's local frame turns over at the poles
+NEAREST_POLE_DEG = 89.0  # a strapdown navigator's local frame turns over at the poles
+
+# name: (least, most)
 POSSIBLE = {
-    "lat_deg": (-89.0, 89.0),
+    "lat_deg": (-90.0, 90.0),
     "lon_deg": (-360.0, 360.0),
     "alt_m": (-1000.0, 1_000_000.0),
     "v_north_mps": (-12_000.0, 12_000.0),
@@ -81,7 +84,7 @@ def _times(table: Table) -> Iterator[Fault]:
     for row in np.flatnonzero(step <= 0.0) + 1:
         what = "repeats" if time[row] == time[row - 1] else "is before"
         message = f"{time[row]:.10g} s {what} the time of the row before, {time[row - 1]:.10g} s"
-        yield table.fault(int(row), "time_s", message)
+        yield table.fault("P611", int(row), "time_s", message)
     if (step <= 0.0).any():
         return
     for row in np.flatnonzero(step < SHORTEST_STEP * np.median(step)) + 1:
@@ -89,14 +92,14 @@ def _times(table: Table) -> Iterator[Fault]:
             f"only {step[row - 1]:.3g} s after the row before; rows are {np.median(step):.6g} s apart: "
             "leave one of the two out"
         )
-        yield table.fault(int(row), "time_s", message)
+        yield table.fault("P611", int(row), "time_s", message)
     longest = min(LONGEST_GAP_S, LONGEST_GAP_STEPS * float(np.median(step)))
     for row in np.flatnonzero(step > longest * (1.0 + 1e-9)) + 1:
         message = (
             f"a gap of {step[row - 1]:.6g} s after {time[row - 1]:.10g} s; rows are {np.median(step):.6g} s "
             f"apart, and {longest:.6g} s is the most that can be bridged"
         )
-        yield table.fault(int(row), "time_s", message)
+        yield table.fault("P612", int(row), "time_s", message)
 
 
 def _ranges(table: Table) -> Iterator[Fault]:
@@ -105,9 +108,27 @@ def _ranges(table: Table) -> Iterator[Fault]:
             continue
         least, most = POSSIBLE[name]
         values = table.column(name)
-        for row in np.flatnonzero((values < least) | (values > most)):
-            message = f"{values[row]:.10g} is not between {least:g} and {most:g}"
-            yield table.fault(int(row), name, message)
+        for first, count in _stretches((values < least) | (values > most)):
+            message = f"{values[first]:.10g} is not between {least:g} and {most:g}{_and_more(count)}"
+            yield table.fault("P613", first, name, message)
+    latitude = np.abs(table.column("lat_deg"))
+    for first, count in _stretches((latitude > NEAREST_POLE_DEG) & (latitude <= 90.0)):
+        message = (
+            f"{table.column('lat_deg')[first]:.10g} deg{_and_more(count)}: nearer than a degree to the pole, "
+            "where north turns over and with it every velocity and heading; cut the flight before it"
+        )
+        yield table.fault("P614", first, "lat_deg", message)
+
+
+def _stretches(wrong: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """(first row, number of rows) of every stretch of rows that are wrong."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], wrong, [False]]).astype(int)))
+    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        yield first, end - first
+
+
+def _and_more(count: int) -> str:
+    return f", and so in {count - 1} more after it" if count > 1 else ""
 
 
 def _motion(table: Table) -> Iterator[Fault]:
@@ -140,7 +161,7 @@ def _jumps(table: Table, step: Array, by_position: Array, by_velocity: Array) ->
             f"the position jumps {by_position[row, axis]:+.6g} m {_AXES[axis]} in {step[row]:.6g} s; "
             f"the velocity makes it {by_velocity[row, axis]:+.6g} m"
         )
-        yield table.fault(int(row) + 1, _OF_AXIS[axis], message)
+        yield table.fault("P615", int(row) + 1, _OF_AXIS[axis], message)
 
 
 def _velocity_jumps(table: Table, step: Array) -> Iterator[Fault]:
@@ -150,7 +171,7 @@ def _velocity_jumps(table: Table, step: Array) -> Iterator[Fault]:
     for row in np.flatnonzero(too_fast.any(axis=1)):
         axis = int(np.abs(change[row]).argmax())
         message = f"the velocity jumps by {change[row, axis]:+.6g} m/s in {step[row]:.6g} s, more than 500 g"
-        yield table.fault(int(row) + 1, f"v_{_AXES[axis]}_mps", message)
+        yield table.fault("P616", int(row) + 1, f"v_{_AXES[axis]}_mps", message)
 
 
 def _attitude_jumps(table: Table) -> Iterator[Fault]:
@@ -159,7 +180,7 @@ def _attitude_jumps(table: Table) -> Iterator[Fault]:
     turn = np.degrees(2.0 * np.arccos(cosine))
     for row in np.flatnonzero(turn > MOST_TURN_DEG):
         message = f"the attitude turns by {turn[row]:.4g} deg from the row before; sample it more finely"
-        yield table.fault(int(row) + 1, "heading_deg", message)
+        yield table.fault("P617", int(row) + 1, "heading_deg", message)
 
 
 def _drifts(table: Table, by_position: Array, by_velocity: Array) -> Iterator[Fault]:
@@ -179,13 +200,15 @@ def _drifts(table: Table, by_position: Array, by_velocity: Array) -> Iterator[Fa
             f"{by_position[part, axis].sum():+.6g} m {_AXES[axis]}, but v_{_AXES[axis]}_mps makes it "
             f"{by_velocity[part, axis].sum():+.6g} m: check units and signs"
         )
-        yield table.fault(int(end[row]), _OF_AXIS[axis], message)
+        yield table.fault("P615", int(end[row]), _OF_AXIS[axis], message)
 
 
 def _radians_hint(table: Table, by_velocity: Array) -> Fault | None:
     """Angles in radians: the positions fit the velocity if they are, or the heading the course if it is."""
     if _fits_radians(table, by_velocity):
-        return table.fault(0, "lat_deg", "latitude and longitude are in radians; this file's are in degrees")
+        return table.fault(
+            "P618", 0, "lat_deg", "latitude and longitude are in radians; this file's are in degrees"
+        )
     v, heading = velocity(table), table.column("heading_deg")
     fast = np.linalg.norm(v[:, :2], axis=1) > 5.0
     if not fast.any() or np.abs(heading).max() > 2.0 * np.pi:
@@ -199,7 +222,7 @@ def _radians_hint(table: Table, by_velocity: Array) -> Fault | None:
         message = (
             "the attitude is in radians; this file's is in degrees (the course over ground fits radians)"
         )
-        return table.fault(0, "heading_deg", message)
+        return table.fault("P618", 0, "heading_deg", message)
     return None
 
 

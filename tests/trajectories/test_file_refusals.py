@@ -188,7 +188,7 @@ def test_a_row_every_three_seconds_is_too_coarse(tmp_path: Path, rows: Array) ->
 @pytest.mark.parametrize(
     ("column", "value", "says"),
     [
-        ("lat_deg", 90.5, "not between -89 and 89"),
+        ("lat_deg", 90.5, "not between -90 and 90"),
         ("lon_deg", 400.0, "not between -360 and 360"),
         ("alt_m", 2e6, "not between"),
         ("v_down_mps", 3e5, "not between"),

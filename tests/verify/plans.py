@@ -59,7 +59,7 @@ def flown(**changes: Any) -> dict[str, Any]:
 
 
 def attended() -> dict[str, Any]:
-    """The same with people who install in the working week, three loads on two tables, overlapping cool-downs."""
+    """The same with people who install in the working week, loads on two tables, overlapping cool-downs."""
     spec = flown(name="attended")
     bench = spec["benches"]["rate_table"] | {"units": 2, "count": 2, "remove": "10 min"}
     shifts = [{"days": ["mon", "tue", "wed", "thu", "fri"], "from": "08:00", "to": "17:00"}]
