@@ -6,7 +6,7 @@ ease the promise open the way to steps that save. The same arguments give the sa
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -48,11 +48,14 @@ class Judge:
     def loads(self, counts: Array, families: list[str] | None = None) -> Array:
         """(B,) loads under the families that have decided so far, or those that are named."""
         self.asked += len(counts)
-        named = families or self.families
-        asked = [i for i, name in enumerate(self.promise.families) if name in named]
-        figures = self.promise.figures(counts, named)
+        return np.asarray(self._loads(counts, families or self.families).max(axis=1))
+
+    def _loads(self, counts: Array, families: Sequence[str]) -> Array:
+        """(B, families) loads, in the promise's order of the families."""
+        asked = [i for i, name in enumerate(self.promise.families) if name in families]
+        figures = self.promise.figures(counts, families)
         limits = np.array([a.limit for a in self.promise.asked])
-        return np.asarray((figures * self.tightened[asked] / limits).max(axis=(1, 2)))
+        return np.asarray((figures * self.tightened[asked] / limits).max(axis=2))
 
     def keep(self, counts: Array) -> NDArray[np.bool_]:
         """(B,) whether campaigns keep the promise under the families that have decided so far."""
@@ -72,9 +75,11 @@ class Judge:
     def keeps(self, n: Array) -> bool:
         """Whether a campaign that keeps it so far keeps it under every family; what breaks it stays."""
         left = [f for f in self.promise.families if f not in self.families]
-        for family in left:
-            if self.loads(n[None], [family])[0] > 1.0:
-                self.families.append(family)
+        if left:
+            self.asked += 1
+            broken = self._loads(n[None], left)[0] > 1.0
+            if broken.any():
+                self.families.append(left[int(np.argmax(broken))])
                 return False
         return self.allowed(n)
 
