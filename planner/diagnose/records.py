@@ -183,12 +183,15 @@ def _inputs(table: DwellTable) -> Sequence[tuple[Array, Array]]:
 
 
 def _split_p(y: Array, u: Array, t: Array, run: NDArray[np.int64], axis: int) -> Array:
-    """(runs − 1,) log p that coefficients before and after each power-on are the same; 0 where none tells."""
+    """(runs − 1,) log p that coefficients before and after each power-on are the same; 0 where none tells.
+
+    Leans as well as the scale factor are free over temperature: what a unit does from one temperature to the
+    next, products included, is no other unit, though a campaign take its temperatures one after the other.
+    """
     from planner.diagnose.hypotheses.whitened import log_p
 
-    nodes = temperature_nodes(t)
-    own = u[:, axis]
-    X = np.column_stack([np.delete(u, axis, axis=1), hats(t, nodes, 0.0) * own[:, None], y - own])
+    weights = hats(t, temperature_nodes(t), 0.0)
+    X = np.column_stack([*(weights * u[:, [j]] for j in range(3)), y - u[:, axis]])
     means = np.array([np.bincount(run, c) for c in X.T]).T / np.bincount(run)[:, None]
     X = X - means[run]
     X = X / np.maximum(np.linalg.norm(X, axis=0), 1e-300)
