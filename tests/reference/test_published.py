@@ -47,7 +47,7 @@ def test_published_plans_are_timed_to_the_second(name, seconds):
 
 @pytest.mark.parametrize(
     ("name", "points", "repeats", "metres"),
-    [  # points and repeats of K tables 4.2 and 4.6; the metres by table 4.1 (K 4.1.2 says 7.5 m of the full one)
+    [  # points and repeats of K tables 4.2 and 4.6; metres by table 4.1 (K 4.1.2 says 7.5 of the full one)
         ("published_one_bench", (15, 15, 5, 5), (15, 15, 10, 10), 7.145),
         ("published_two_benches", (15, 15, 5, 5), (15, 15, 10, 10), 7.145),
         ("published_accelerated", (5, 5, 5, 5), (5, 2, 10, 10), 9.191),
