@@ -330,8 +330,8 @@ def _fault(document: object, place: Sequence[int | str], message: str) -> Fault:
 
 
 @cache
-def plan_schema() -> Mapping[str, Any]:
-    """The JSON Schema of plan.json; pydantic takes longer to write it than a recount to read it."""
+def plan_schema() -> dict[str, Any]:
+    """The JSON Schema of plan.json, made once: nobody changes it, and every recount reads it."""
     schema = PlanDocument.model_json_schema()
     return {"$schema": DRAFT, **schema, "title": f"planner plan, schema version {SCHEMA_VERSION}"}
 
