@@ -146,14 +146,24 @@ def sensitivity(
     at: Annotated[
         str, typer.Option(metavar="TIME", help="end, a time such as '30 s', or any: the worst moment.")
     ] = "end",
+    beside: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME|CSV", help="Another flight beside it, a built-in or a file; repeatable."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", metavar="DIR", help="Folder for curves over the flight [none written]."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Print the linear-combination coefficients: navigation error per unit of every sensor error.
 
-    Example: planner sensitivity spec.yaml --trajectory flight.csv --at '30 s' --json
+    -o: report.html draws the error over the flight, by sensor error and by axis; sensitivities.csv has it.
+
+    Example: planner sensitivity spec.yaml --beside helicopter --beside flight.csv -o sensitivities
     """
-    from planner.export.sensitivities import sensitivity_document
-    from planner.pipelines import planning as pipeline
+    from planner.export.sensitivities import over_flight_text, sensitivity_document
+    from planner.pipelines.flights import flown_errors
     from planner.plan.spec_to_sensitivity import sensitivity_rows
     from planner.report.subjects.sensitivity import sensitivity_report
     from planner.spec.load import load_spec
@@ -163,10 +173,16 @@ def sensitivity(
         time = None if at in ("end", "any") else to_si(at, "s")
     except UnitError as error:
         raise InputError(f"--at: {error}; or end, or any") from None
+    loaded = load_spec(spec)
     with progress_line() as progress:
-        found = pipeline.sensitivity(load_spec(spec), trajectory, progress, at=time)
-    rows = sensitivity_rows(found, at if time is None else time)  # type: ignore[arg-type]  # without a time, at is `end` or `any`
-    result(sensitivity_document(rows), sensitivity_report(rows), as_json)
+        flown = flown_errors(loaded, trajectory, beside or (), progress, at=time)
+    rows = sensitivity_rows(flown.found, at if time is None else time)  # type: ignore[arg-type]  # without a time, at is `end` or `any`
+    report = sensitivity_report(rows, flown, loaded.spec.name)
+    files: dict[Path, str | bytes] = {}
+    if out is not None:
+        files[out / "sensitivities.csv"] = over_flight_text(flown.found)
+        files[out / "report.html"] = page_of(report)
+    deliver(files, (), sensitivity_document(rows, flown.flights), report, as_json)
 
 
 def allow(spec: SpecFile, as_json: AsJson = False) -> None:
