@@ -3,32 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from planner.errors import InputError
 from planner.nouns.sensitivities import Sensitivities
 from planner.pipelines.planning import Progress, asked_errors, sensitivity
-from planner.plan.error_over_flight import ErrorOverFlight, error_over_flight, uncalibrated_sizes
-from planner.plan.flights_side_by_side import FlightBeside, side_by_side
+from planner.plan.error_over_flight import error_over_flight, uncalibrated_sizes
+from planner.plan.flights_side_by_side import FlownErrors, side_by_side
 from planner.plan.spec_to_errors import error_models
 from planner.plan.spec_to_sensitivity import sensitivities as sensitivities_of
 from planner.plan.spec_to_trajectory import aided, trajectory_of
 from planner.spec.load import LoadedSpec
-
-
-@dataclass(frozen=True)
-class FlownErrors:
-    """Sensitivities of the spec's flight, the errors of a unit that nobody has calibrated, other flights.
-
-    curves: of every navigation error that the spec requires, over the time up to its instant
-    flights: of several flights, the spec's first; empty without others; totals: position error of each
-    """
-
-    found: Sensitivities
-    curves: tuple[ErrorOverFlight, ...]
-    flights: tuple[FlightBeside, ...]
-    totals: dict[str, ErrorOverFlight]
 
 
 def flown_errors(

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.nouns.sensitivities import Sensitivities
+from planner.plan.error_over_flight import ErrorOverFlight
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,20 @@ class FlightBeside:
     per_unit: Mapping[str, float]
     ratio: Mapping[str, float]
     unit: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class FlownErrors:
+    """Sensitivities of the spec's flight, the errors of a unit that nobody has calibrated, other flights.
+
+    curves: of every navigation error that the spec requires, over the time up to its instant
+    flights: of several flights, the spec's first; empty without others; totals: position error of each
+    """
+
+    found: Sensitivities
+    curves: tuple[ErrorOverFlight, ...]
+    flights: tuple[FlightBeside, ...]
+    totals: dict[str, ErrorOverFlight]
 
 
 def side_by_side(flights: Mapping[str, Sensitivities]) -> tuple[FlightBeside, ...]:

@@ -15,8 +15,7 @@ from planner.report.subjects import plan_tables
 from planner.units import unit_factor
 
 if TYPE_CHECKING:
-    from planner.pipelines.flights import FlownErrors
-    from planner.plan.flights_side_by_side import FlightBeside
+    from planner.plan.flights_side_by_side import FlightBeside, FlownErrors
     from planner.plan.spec_to_sensitivity import SensitivityRow
 
 _UNCALIBRATED = (
