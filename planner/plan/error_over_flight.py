@@ -80,9 +80,9 @@ def error_over_flight(
 def axis_of(column: SensitivityColumn) -> str:
     """The axis whose reading a column's term corrupts, or `all axes`."""
     name, _, effect = column.error.partition(".")
-    sensor = next(s for s in SENSORS if s == name)
-    term = next(t for t in effects()[effect].terms(sensor) if t.name == column.axis)
-    return SHARED if term.shared else AXES[term.channels[0]]
+    terms = [t for s in SENSORS if s == name and effect in effects() for t in effects()[effect].terms(s)]
+    channels = next((t.channels for t in terms if t.name == column.axis), ())
+    return AXES[channels[0]] if len(channels) == 1 else SHARED
 
 
 def uncalibrated_sizes(models: Sequence[ErrorModel]) -> dict[str, float]:

@@ -24,8 +24,13 @@ _UNCALIBRATED = (
 )
 
 
-def sensitivity_report(rows: Sequence[SensitivityRow], flown: FlownErrors, name: str = "") -> Report:
+def sensitivity_report(
+    rows: Sequence[SensitivityRow], flown: FlownErrors | None = None, name: str = ""
+) -> Report:
     """The position error per display unit of every column; errors over the flight; flights side by side."""
+    if flown is None:
+        told = section("sensitivities", "Sensitivities", plan_tables.rows_table(rows))
+        return Report("Sensitivities", name, "", sections=existing(told))
     per_unit = charts.sensitivity_picture(
         flown.found, list(dict.fromkeys(c.error for c in flown.found.columns))
     )
