@@ -166,7 +166,7 @@ class SensitivityAnswer(Answer):
         return self.flown.found
 
     def to_dict(self) -> dict[str, Any]:
-        """`columns`, one a term: north_m, east_m, up_m, …, for one `per` of it; `flights` beside the spec's."""
+        """`columns`, one a term: north_m, …, for one `per` of it; `flights` beside the spec's."""
         from planner.export.sensitivities import sensitivity_document
 
         return sensitivity_document(self.columns, self.flown.flights)
