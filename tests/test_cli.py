@@ -6,6 +6,7 @@ process of their own, where the terminal, the environment or a broken pipe matte
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 import os
@@ -107,8 +108,11 @@ def test_check_names_every_fault_with_its_place(run: Run, tmp_path: Path) -> Non
 
 def test_check_in_json_gives_faults_by_line_and_column(run: Run, tmp_path: Path) -> None:
     found = run("check", "--json", written(tmp_path / "broken.yaml", small() | {"efects": []}))
-    assert found.code == found.json["exit_code"] == 2
-    assert {"file", "line", "column", "path", "message", "text"} <= set(found.json["faults"][0])
+    told = found.envelope
+    assert (told["command"], told["ok"], told["exit_code"], told["result"]) == ("check", False, 2, None)
+    assert found.code == 2
+    assert {"code", "path", "line", "column", "message", "remedy"} <= set(told["faults"][0])
+    assert told["faults"][0]["line"] > 0
 
 
 def test_check_warns_on_stderr_and_still_says_yes(run: Run, tmp_path: Path) -> None:
@@ -179,7 +183,9 @@ def test_what_cannot_be_met_is_exit_3_and_names_a_limit_that_can(
 def test_exit_3_in_json(run: Run, spec: Path) -> None:
     written(spec, with_limit(small(), "1 m"))
     found = run("plan", spec, "--json")
-    assert found.code == found.json["exit_code"] == 3
+    assert found.code == found.envelope["exit_code"] == 3
+    (fault,) = found.envelope["faults"]
+    assert fault["message"]
     assert found.json["nearest_limit"] > 1.0
     assert sum(part["share"] for part in found.json["binds"]) == pytest.approx(1.0)
 
@@ -313,6 +319,29 @@ def test_sensitivity_on_a_flight_that_is_not_there(run: Run, spec: Path) -> None
     found = run("sensitivity", spec, "--trajectory", "nowhere.csv")
     assert (found.code, found.out) == (2, "")
     assert "nowhere.csv" in found.err
+
+
+def test_sensitivity_writes_the_error_over_the_flight_and_other_flights(run: Run, tmp_path: Path) -> None:
+    spec = written(tmp_path / "s.yaml", flown())
+    found = run("sensitivity", spec, "--beside", "static", "-o", tmp_path / "out", "--json")
+    first, second = found.json["flights"]
+    assert first["time_s"] == second["time_s"] == 20.0
+    assert all(e["ratio"] == 1.0 for e in first["errors"] if e["ratio"] is not None)
+    rows = list(csv.DictReader((tmp_path / "out" / "sensitivities.csv").open()))
+    last = [row for row in rows if float(row["time_s"]) == 20.0]
+    for row, column in zip(last, found.json["columns"], strict=True):
+        assert (row["error"], row["axis"]) == (column["error"], column["axis"])
+        assert float(row["north_m"]) == pytest.approx(column["north_m"], rel=1e-8)
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "The error over the time of flight" in page
+    assert "by axis of the unit" in page
+
+
+def test_sensitivity_beside_a_flight_that_is_not_there(run: Run, spec: Path) -> None:
+    found = run("sensitivity", spec, "--beside", "helicoptr")
+    assert (found.code, found.out) == (2, "")
+    assert "--beside helicoptr" in found.err
+    assert "did you mean" in found.err
 
 
 def test_allow_prints_corners_and_json(run: Run, spec: Path) -> None:
