@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.calibrate.fit_options import DECLARED, FitOptions
+from planner.calibrate.fit_options import DECLARED, SINS_OUTPUTS, FitOptions
 from planner.errors import InputError
 from planner.nouns.calibration import Tables
 from planner.nouns.dwell_table import DwellTable
@@ -116,6 +116,30 @@ METHODS = {
         "K 2.2.6, 4.3.3",
         "three loads over 1.5 g at least, in several mountings, and rests, with ref_rate and ref_acc",
     ),
+    "nonlinearity_table": Method(
+        BOTH,
+        ("bias", "scale_factor", "scale_factor_asymmetry", "scale_factor_curve", "misalignment"),
+        over_inputs,
+        "K 2.2.5, table 2.4",
+        "eight rates or loads, both ways, with ref_rate and ref_acc",
+    ),
+    "load_tables": Method(
+        BOTH,
+        (
+            "bias",
+            "load_curve",
+            "scale_factor",
+            "scale_factor_nonlinearity",
+            "scale_factor_acceleration",
+            "scale_factor_acceleration_squared",
+            "misalignment",
+            "arm_length",
+            "arm_bending",
+        ),
+        loaded,
+        "K 2.2.6, eq. 21, 3.1",
+        "eight loads up to 100 g on six faces, and turns and rests near the axis, with ref_rate and ref_acc",
+    ),
     "temperature_tables": Method(
         BOTH, _TABLES, over_temperatures, "K 2.4", "two temperatures at least, with references"
     ),
@@ -150,6 +174,7 @@ METHODS = {
 }
 _NEEDS_OF_OTHERS = {
     DECLARED: "records with ref_rate and ref_acc, or rests in nine attitudes",
+    SINS_OUTPUTS: "a log of attitude and velocity: rests in six attitudes, turns about every axis",
     "free_orientations": "rests in nine attitudes, faces and edges",
     "free_orientations_symmetric": "rests in nine attitudes, faces and edges",
     "rests_and_turns": "rests in nine attitudes, and the turns by hand between them that `reduce` keeps",
@@ -161,7 +186,14 @@ def needs_of(method: str) -> str:
     return METHODS[method].needs if method in METHODS else _NEEDS_OF_OTHERS[method]
 
 
-NAMES = (DECLARED, "free_orientations", "free_orientations_symmetric", "rests_and_turns", *METHODS)
+NAMES = (
+    DECLARED,
+    "free_orientations",
+    "free_orientations_symmetric",
+    "rests_and_turns",
+    SINS_OUTPUTS,
+    *METHODS,
+)
 ROBUST = ("no", "huber", "bisquare")
 
 
