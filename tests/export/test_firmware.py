@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner import __version__
+from planner import __version__, catalog
 from planner.calibrate.correction import corrected
 from planner.export.binary_image import binary_image
 from planner.export.c_header import c_header
@@ -55,6 +55,11 @@ def tables(sensor: Sensor, seed: int, nodes: int, effects: bool = True) -> Table
             extra += [
                 ExtraTerm("g_sensitivity", axis + a, float(rng.normal() * 1e-2 * DEG / G)) for a in "xyz"
             ]
+    for name in ("temperature_rate_table", "temperature_rate_table_over_time") if effects else ():
+        extra += [
+            ExtraTerm(name, term.name, float(rng.normal() * 1e-3 * unit))
+            for term in catalog.effects()[name].terms(sensor)
+        ]
     return Tables(
         np.linspace(-60.0, 70.0, nodes) + rng.uniform(-2.0, 2.0, nodes),
         rng.normal(size=(3, nodes)) * 0.03 * unit,
@@ -161,29 +166,35 @@ SHAPES = {  # as the layout says; N nodes
     "acceleration": "33",
     "nonlinearity": "3",
     "alignment": "33",
+    "ramp_temperature": "R",
+    "ramp_rate": "Q",
+    "ramp_time": "P",
+    "ramp_bias": "PRQ3",
 }
 
 
 def read_image(data: bytes) -> dict[str, dict[str, np.ndarray]]:
     """Sensor -> array name -> values, by the layout and not by planner."""
     magic, version, count = struct.unpack_from("<4sHH", data)
-    assert (magic, version) == (b"IMUC", 1)
+    assert (magic, version) == (b"IMUC", 2)
     assert struct.unpack("<I", data[-4:])[0] == zlib.crc32(data[:-4])
     found, at = {}, 8
     for _ in range(count):
         kind, nodes, _, _ = struct.unpack_from("<HHff", data, at)
-        at += 12
+        counts = dict(zip("NRQP", (nodes, *struct.unpack_from("<HHH", data, at + 12)), strict=True))
+        at += 20
         arrays = found[("gyro", "accelerometer")[kind]] = {}
         for name, letters in SHAPES.items():
-            shape = [nodes if letter == "N" else int(letter) for letter in letters]
+            shape = [counts[letter] if letter in counts else int(letter) for letter in letters]
             arrays[name] = np.frombuffer(data, "<f4", math.prod(shape), at).reshape(shape)
             at += arrays[name].nbytes
     assert at == len(data) - 4
     return found
 
 
-def test_the_image_holds_the_arrays_of_the_header() -> None:
-    found = calibration(5)
+@pytest.mark.parametrize("effects", [True, False])
+def test_the_image_holds_the_arrays_of_the_header(effects: bool) -> None:
+    found = calibration(5, effects=effects)
     back = read_image(binary_image(found))
     for sensor in firmware_tables(found):
         for name, values in sensor.arrays().items():
