@@ -33,6 +33,7 @@ class RateTable(BaseEffect):
     units: Mapping[Sensor, str] = {"gyro": "deg/s", "accelerometer": "mg"}
     group: Group = "bias"
     variable: Condition | None = "temperature_rate"
+    nodal = True
 
     def __init__(
         self, temperatures: tuple[float, ...], rates: tuple[float, ...], times: tuple[float, ...] = ()

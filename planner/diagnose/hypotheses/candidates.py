@@ -20,6 +20,7 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.parameters import grid, ranges
 from planner.diagnose.hypotheses.references import REFERENCES, Reference
 from planner.effects._bench_frame import turning
+from planner.measurement import reached
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Effect, Sensor, Term
@@ -105,6 +106,8 @@ def effect_blocks(channels: Sequence[Channel], name: str, nonlinear: Mapping[str
     terms = effect.terms(sensor)
     full = {c.axis: columns(c, name, nonlinear) for c in channels}
     acts = {a: _acting(terms, a) & (np.sum(full[a] ** 2, axis=0) > UNSEEN) for a in full}
+    if getattr(effect, "nodal", False):
+        acts = {a: acts[a] & reached(full[a]) for a in full}
     count = sum(a.astype(int) for a in acts.values())
     if getattr(effect, "history", False) and not effect.parameters:
         apart = [b for c in channels if acts[c.axis].any() for b in _turns_apart(c, effect, full[c.axis])]

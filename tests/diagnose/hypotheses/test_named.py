@@ -25,7 +25,13 @@ from tests.diagnose.hypotheses.worlds import (
     unnamed,
 )
 
-ONE = [*ON_GYROS, ("temperature_rate", "acc_z"), ("warm_up", "acc_y")]
+ONE = [
+    *ON_GYROS,
+    ("temperature_rate", "acc_z"),
+    ("warm_up", "acc_y"),
+    ("temperature_rate_table", "gyro_y"),
+    ("temperature_rate_table", "acc_x"),
+]
 
 
 @pytest.mark.parametrize(("effect", "channel"), ONE, ids=lambda x: x)
