@@ -27,6 +27,7 @@ from planner.protocols import Effect, Sensor, Term
 from planner.temperature_table import hats, temperature_nodes
 
 LEAST_DAYS = 2.0
+LEAST_OF_A_TABLE = 6  # power-ons
 UNSEEN = 1e-12  # of a column's square that the largest entry is, below which it is rounding
 
 
@@ -93,7 +94,12 @@ def _of_reference(
 
 
 def lasts(effect: Effect, table: DwellTable) -> bool:
-    """Whether the table spans enough days for an effect of the days; within two it is the run-to-run."""
+    """Whether the table spans enough days for an effect of the days; within two it is the run-to-run.
+
+    And power-ons enough for one that is a table itself: within one of them a score of nodes follow any drift.
+    """
+    if getattr(effect, "nodal", False) and len(np.unique(table.run)) < LEAST_OF_A_TABLE:
+        return False
     return "day" not in effect.needs or float(np.ptp(table.day)) >= LEAST_DAYS
 
 
