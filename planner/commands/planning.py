@@ -157,16 +157,18 @@ def sensitivity(
     from planner.plan.spec_to_sensitivity import sensitivity_rows
     from planner.report.subjects.sensitivity import sensitivity_report
     from planner.spec.load import load_spec
+    from planner.spec.own_units import own_units
     from planner.units import UnitError, to_si
 
     try:
         time = None if at in ("end", "any") else to_si(at, "s")
     except UnitError as error:
         raise InputError(f"--at: {error}; or end, or any") from None
+    loaded = load_spec(spec)
     with progress_line() as progress:
-        found = pipeline.sensitivity(load_spec(spec), trajectory, progress, at=time)
+        found = pipeline.sensitivity(loaded, trajectory, progress, at=time)
     rows = sensitivity_rows(found, at if time is None else time)  # type: ignore[arg-type]  # without a time, at is `end` or `any`
-    result(sensitivity_document(rows), sensitivity_report(rows), as_json)
+    result(sensitivity_document(rows), sensitivity_report(rows, own_units(loaded.spec)), as_json)
 
 
 def allow(spec: SpecFile, as_json: AsJson = False) -> None:
