@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.calibrate.fit_options import DECLARED, FitOptions
+from planner.calibrate.fit_options import DECLARED, SINS_OUTPUTS, FitOptions
 from planner.errors import InputError
 from planner.nouns.calibration import Tables
 from planner.nouns.dwell_table import DwellTable
@@ -150,6 +150,7 @@ METHODS = {
 }
 _NEEDS_OF_OTHERS = {
     DECLARED: "records with ref_rate and ref_acc, or rests in nine attitudes",
+    SINS_OUTPUTS: "a log of attitude and velocity: rests in six attitudes, turns about every axis",
     "free_orientations": "rests in nine attitudes, faces and edges",
     "free_orientations_symmetric": "rests in nine attitudes, faces and edges",
     "rests_and_turns": "rests in nine attitudes, and the turns by hand between them that `reduce` keeps",
@@ -161,7 +162,14 @@ def needs_of(method: str) -> str:
     return METHODS[method].needs if method in METHODS else _NEEDS_OF_OTHERS[method]
 
 
-NAMES = (DECLARED, "free_orientations", "free_orientations_symmetric", "rests_and_turns", *METHODS)
+NAMES = (
+    DECLARED,
+    "free_orientations",
+    "free_orientations_symmetric",
+    "rests_and_turns",
+    SINS_OUTPUTS,
+    *METHODS,
+)
 ROBUST = ("no", "huber", "bisquare")
 
 

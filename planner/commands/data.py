@@ -141,7 +141,9 @@ def calibrate(
     loads, several mountings); temperature_tables, …_with_rate, …_with_rate_and_time_on (two temperatures;
     ramps; from power-on); triad_least_squares (four rests, ref_acc); cube (six faces, turns by 90 deg, no
     references); free_orientations, free_orientations_symmetric (nine rests, edges too, no references);
-    rests_and_turns (the same with turns between: gyros by the Poisson equation).
+    rests_and_turns (the same with turns between: gyros by the Poisson equation); sins_outputs (DATA is a
+    navigation log: time_s, roll_deg, pitch_deg, heading_deg, v_north_mps, v_east_mps, v_down_mps, with
+    record, table_rate_x_dps …, table_acc_x_g …, lat_deg or --latitude).
 
     With `plan: {temperature_estimator: smooth}` tables are the posterior mean of each curve, --nodes of it.
 

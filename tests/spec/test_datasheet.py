@@ -1,4 +1,4 @@
-"""A spec from a data sheet's figures: every term lands in its key, what the sheet lacks is marked as assumed."""
+"""A spec from a data sheet's figures: every term lands in its key, and what the sheet lacks is marked."""
 
 from __future__ import annotations
 
