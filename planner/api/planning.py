@@ -160,18 +160,14 @@ class SensitivityAnswer(Answer):
     """
 
     columns: tuple[SensitivityRow, ...]
-<<<<<<< HEAD
-    history: Sensitivities
-    units: Mapping[str, str] = field(default_factory=dict)
-=======
     flown: FlownErrors
     name: str = ""
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def history(self) -> Sensitivities:
         """The same over the time of flight, per SI unit."""
         return self.flown.found
->>>>>>> main
 
     def to_dict(self) -> dict[str, Any]:
         """`columns`, one a term: north_m, …, for one `per` of it; `flights` beside the spec's."""
@@ -188,20 +184,17 @@ class SensitivityAnswer(Answer):
         """The table, curves over the flight, flights side by side."""
         from planner.report.subjects.sensitivity import sensitivity_report
 
-<<<<<<< HEAD
-        return (sensitivity_report(list(self.columns), self.units),)
-=======
-        return (sensitivity_report(list(self.columns), self.flown, self.name),)
+        return (sensitivity_report(list(self.columns), self.flown, self.name, self.units),)
 
     def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
         """report.html and sensitivities.csv, the columns over the time of flight."""
         from planner.export.sensitivities import over_flight_text
+        from planner.report.readable import sensitivities_in
 
         return {
-            out / "sensitivities.csv": over_flight_text(self.history),
+            out / "sensitivities.csv": over_flight_text(sensitivities_in(self.history, self.units)),
             out / "report.html": page(self.reports[0], command),
         }
->>>>>>> main
 
 
 def sensitivity(
@@ -226,15 +219,9 @@ def sensitivity(
     seconds = None if isinstance(when, str) else when
     flight = None if trajectory is None else Path(trajectory)
     loaded = whole(spec)
-<<<<<<< HEAD
-    found = pipeline.sensitivity(loaded, flight, progress, at=seconds)
-    rows = tuple(sensitivity_rows(found, when))  # type: ignore[arg-type]  # of the words, `end` and `any` alone pass
-    return SensitivityAnswer(rows, found, own_units(loaded.spec))
-=======
     flown = flown_errors(loaded, flight, [str(b) for b in beside], progress, at=seconds)
     rows = tuple(sensitivity_rows(flown.found, when))  # type: ignore[arg-type]  # of the words, `end` and `any` alone pass
-    return SensitivityAnswer(rows, flown, loaded.spec.name)
->>>>>>> main
+    return SensitivityAnswer(rows, flown, loaded.spec.name, own_units(loaded.spec))
 
 
 def _moment(at: str | float) -> str | float:

@@ -74,7 +74,7 @@ def test_an_empty_plan_is_no_error() -> None:
 
 def test_sensitivities_are_listed_per_display_unit() -> None:
     out = io.StringIO()
-    show(sensitivity_report(sensitivity_rows(sample.sensitivities()), {}), Console(file=out, width=30))
+    show(sensitivity_report(sensitivity_rows(sample.sensitivities())), Console(file=out, width=30))
     row = next(line for line in out.getvalue().splitlines() if line.startswith("gyro.bias "))
     # 300 m per deg/s along (0.9, 0.1, 0.42)
     assert row.split() == ["gyro.bias", "x", "deg/s", "270", "30", "126", "299.5"]

@@ -6,16 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from planner.nouns.allowances import AllowedErrors
-<<<<<<< HEAD
-from planner.report.blocks import Report, Text, existing, section
-from planner.report.numbers import percent
-=======
 from planner.report.blocks import Cell, Report, Section, Table, Text, existing, section, table
 from planner.report.charts import flight_time
 from planner.report.charts import plan as charts
 from planner.report.numbers import NOTHING, digits, display_unit, percent
-from planner.report.readable import allowed_in
->>>>>>> main
+from planner.report.readable import sensitivities_in
 from planner.report.subjects import plan_tables
 from planner.units import unit_factor
 
@@ -28,25 +23,27 @@ _UNCALIBRATED = (
     "the worst sign (worst case). By axis: gyro and accelerometer of an axis together."
 )
 
-<<<<<<< HEAD
-def sensitivity_report(rows: Sequence[SensitivityRow], units: Mapping[str, str]) -> Report:
-    """The position error per unit of every column. units: error -> the spec's own unit of it."""
-    table = section("sensitivities", "Sensitivities", plan_tables.rows_table(rows, units))
-    return Report("Sensitivities", "", "", sections=existing(table))
-=======
 
 def sensitivity_report(
-    rows: Sequence[SensitivityRow], flown: FlownErrors | None = None, name: str = ""
+    rows: Sequence[SensitivityRow],
+    flown: FlownErrors | None = None,
+    name: str = "",
+    units: Mapping[str, str] | None = None,
 ) -> Report:
-    """The position error per display unit of every column; errors over the flight; flights side by side."""
+    """The position error per unit of every column; errors over the flight; flights side by side.
+
+    units: error -> the spec's own unit of it
+    """
+    told = plan_tables.rows_table(rows, units or {})
     if flown is None:
-        told = section("sensitivities", "Sensitivities", plan_tables.rows_table(rows))
-        return Report("Sensitivities", name, "", sections=existing(told))
-    per_unit = charts.sensitivity_picture(
-        flown.found, list(dict.fromkeys(c.error for c in flown.found.columns))
-    )
-    columns = section("sensitivities", "Sensitivities", per_unit, plan_tables.rows_table(rows))
-    return Report("Sensitivities", name, "", sections=existing(columns, _over_flight(flown), _beside(flown)))
+        return Report(
+            "Sensitivities", name, "", sections=existing(section("sensitivities", "Sensitivities", told))
+        )
+    found = sensitivities_in(flown.found, units or {})
+    per_unit = charts.sensitivity_picture(found, list(dict.fromkeys(c.error for c in found.columns)))
+    columns = section("sensitivities", "Sensitivities", per_unit, told)
+    beside = _beside(flown, units or {})
+    return Report("Sensitivities", name, "", sections=existing(columns, _over_flight(flown), beside))
 
 
 def _over_flight(flown: FlownErrors) -> Section | None:
@@ -57,15 +54,15 @@ def _over_flight(flown: FlownErrors) -> Section | None:
     return section("over-flight", "The error over the time of flight", *pictures, only="page")
 
 
-def _beside(flown: FlownErrors) -> Section | None:
+def _beside(flown: FlownErrors, units: Mapping[str, str]) -> Section | None:
     """What every error costs on several flights, as K table 3.1 has it."""
     picture = flight_time.flights_picture(
         flown.totals, "Position error of the unit as nobody has calibrated it, worst case, on each flight."
     )
-    return section("flights", "Several flights", picture, flights_table(flown.flights))
+    return section("flights", "Several flights", picture, flights_table(flown.flights, units))
 
 
-def flights_table(flights: Sequence[FlightBeside]) -> Table | None:
+def flights_table(flights: Sequence[FlightBeside], units: Mapping[str, str]) -> Table | None:
     """Position error per display unit of each error, all axes together; its ratio to the first flight's."""
     if not flights:
         return None
@@ -74,7 +71,7 @@ def flights_table(flights: Sequence[FlightBeside]) -> Table | None:
         columns += [f"{f.name}, m"] if i == 0 else [f"{f.name}, m", "ratio"]
     rows: list[list[Cell]] = []
     for error, unit in flights[0].unit.items():
-        shown = display_unit(unit)
+        shown = display_unit(units.get(error, unit))
         row: list[Cell] = [error, shown]
         for i, f in enumerate(flights):
             row.append(digits(f.per_unit[error] * unit_factor(shown)[0]))
@@ -83,7 +80,6 @@ def flights_table(flights: Sequence[FlightBeside]) -> Table | None:
         rows.append(row)
     when = f"after {flights[0].time_s:g} s of flight"
     return table(f"Position error {when}, lengths of all axes added", " | ".join(columns), rows)
->>>>>>> main
 
 
 def allowed_report(allowed: AllowedErrors) -> Report:
