@@ -18,7 +18,7 @@ PUBLISHED_S = {
 # The model again, written independently of the package: K table 3.1 (x 0.25), table 4.1, table 2.10.
 POINTS = (3, 5, 7, 10, 12, 15, 20)
 METRES = np.array([578.5, 311.25, 3.4, 100.15])  # per deg/s, g, %, %
-FIXED = np.array([0.004, 0.0025, 0.006, 0.006])
+FIXED = np.array([0.004, 0.0035, 0.006, 0.006])
 SPREAD = np.array([0.002, 0.001, 0.002, 0.002])
 RESIDUAL = {
     3: (0.0085, 0.0061, 0.015, 0.011),
@@ -43,6 +43,20 @@ def test_published_plans_are_timed_to_the_second(name, seconds):
     assert plan.time_s == seconds
     assert sum(step.end_s - step.start_s for step in plan.steps) == pytest.approx(seconds, abs=1e-6)
     assert all(requirement.met for requirement in plan.requirements)
+
+
+@pytest.mark.parametrize(
+    ("name", "points", "repeats", "metres"),
+    [  # points and repeats of K tables 4.2 and 4.6; metres by table 4.1 (K 4.1.2 says 7.5 of the full one)
+        ("published_one_bench", (15, 15, 5, 5), (15, 15, 10, 10), 7.145),
+        ("published_two_benches", (15, 15, 5, 5), (15, 15, 10, 10), 7.145),
+        ("published_accelerated", (5, 5, 5, 5), (5, 2, 10, 10), 9.191),
+    ],
+)
+def test_published_plans_leave_the_metres_of_table_4_1(name, points, repeats, metres):
+    own = metres_of(points, np.array(repeats), 0.95)
+    assert own == pytest.approx(metres, abs=5e-4)
+    assert planned(shipped(name)).plan.requirements[0].achieved == pytest.approx(own, rel=1e-9)
 
 
 def soaks(points: tuple[int, ...]) -> int:
@@ -96,19 +110,25 @@ def test_the_optimum_of_the_published_model_is_the_optimum(limit, confidence):
 
 def recount(plan, confidence: float) -> tuple[float, float]:
     """Seconds and metres of a plan by the published formulas alone."""
-    t = NormalDist().inv_cdf((1 + confidence) / 2)
     order = ("gyro_drift", "accelerometer_drift", "gyro_scale_factor", "accelerometer_scale_factor")
     tests = {test.test: test for test in plan.tests}
     points = tuple(len(tests[name].temperatures_degc) for name in order)
     repeats = np.array([tests[name].repeats[0] for name in order])
     seconds = ALWAYS_S + 1800 * soaks(points) + REPEAT_S * points @ repeats
+    return float(seconds), metres_of(points, repeats, confidence)
+
+
+def metres_of(points: tuple[int, ...], repeats: np.ndarray, confidence: float) -> float:
+    """Metres by K table 3.1 of the parts in tables 4.1 and 2.10 with d = t s/sqrt(n) (K eq. 27)."""
+    t = NormalDist().inv_cdf((1 + confidence) / 2)
     residual = [RESIDUAL[n][j] for j, n in enumerate(points)]
-    metres = METRES @ (FIXED + residual + t * SPREAD / np.sqrt(repeats))
-    return float(seconds), float(metres)
+    return float(METRES @ (FIXED + residual + t * SPREAD / np.sqrt(repeats)))
 
 
 def test_the_published_optimum_takes_fifteen_hours():
-    assert planned(with_plan(shipped("published_optimum"), genetic={"generations": 1})).plan.time_s == 53_760
+    plan = planned(with_plan(shipped("published_optimum"), genetic={"generations": 1})).plan
+    assert plan.time_s == 53_760
+    assert plan.requirements[0].achieved == pytest.approx(9.970, abs=5e-4)
 
 
 @pytest.mark.parametrize(("limit", "seed"), [("10 m", 1), ("7 m", 2)])
