@@ -51,6 +51,13 @@ Prior = Annotated[
     Path | None,
     typer.Option(metavar="CALIBRATION", help="Old calibration.json that these few records renew."),
 ]
+Turn = Annotated[
+    float | None,
+    typer.Option(
+        metavar="DEG",
+        help="By which a cube was turned, e.g. 1440 for four turns [the multiple of 90 it reads].",
+    ),
+]
 Robust = Annotated[str, typer.Option(metavar="no|huber|bisquare", help="Resist outliers.")]
 Nodes = Annotated[
     int | None,
@@ -149,6 +156,7 @@ def calibrate(
     robust: Robust = "no",
     latitude: LatitudeIfKnown = None,
     nodes: Nodes = None,
+    turn: Turn = None,
     as_json: AsJson = False,
 ) -> None:
     """Fit the declared error model: coefficients with uncertainties, before and after, files for firmware.
@@ -157,8 +165,9 @@ def calibrate(
     down); scale_factor_rotations (turns both ways); nonlinearity (three rates or loads); centrifuge (three
     loads, several mountings); temperature_tables, …_with_rate, …_with_rate_and_time_on (two temperatures;
     ramps; from power-on); triad_least_squares (four rests, ref_acc); cube (six faces, turns by 90 deg, no
-    references); free_orientations, free_orientations_symmetric (nine rests, edges too, no references);
-    rests_and_turns (the same with turns between: gyros by the Poisson equation).
+    references), cube_accelerometers, cube_gyros; free_orientations, free_orientations_symmetric, ellipsoid
+    (nine rests, edges too, no references); rests_and_turns (the same with turns between: gyros by the Poisson
+    equation). By their sources' words: A is triad_least_squares, B2 … B6 the tasks of B (B1 is `reduce`).
 
     With `plan: {temperature_estimator: smooth}` tables are the posterior mean of each curve, --nodes of it.
 
@@ -170,7 +179,7 @@ def calibrate(
     from planner.spec.sensor_alone import load_sensor_spec
 
     old = None if prior is None else read_tables(prior)
-    options = fit_options(method, robust, latitude, old, nodes)
+    options = fit_options(method, robust, latitude, old, nodes, turn)
     with progress_line() as say:
         found = data_pipeline.calibrate(data, load_sensor_spec(spec), options, say)
     _delivered(found, out or Path("calibrations") / data.stem, as_json)

@@ -182,8 +182,9 @@ def _live(job: Job, line: Connection, path: Path) -> None:
     try:
         ends: list[Left] = []
         said: list[str] = []
-        world = _Far(line, "world")
-        is_done = session(job, world, _Far(line, "book"), path, ends, said, float("inf"))  # type: ignore[arg-type]
+        world: Any = _Far(line, "world")
+        book: Any = _Far(line, "book")
+        is_done = session(job, world, book, path, ends, said, float("inf"))
         line.send(("ended", is_done, ends[-1], tuple(said), ()))
         code = 0
     finally:
