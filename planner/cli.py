@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Iterator
@@ -103,10 +102,13 @@ def _usage_or_internal(error: Exception) -> None:
     show = getattr(error, "show", None)
     if callable(show):
         show()
+        _as_json(getattr(error, "format_message", lambda: str(error))(), 2)
         sys.exit(2)
     if type(error).__name__ == "Abort":
         sys.exit(4)
-    typer.echo(f"internal error: {type(error).__name__}: {error}; set PLANNER_DEBUG=1 for details", err=True)
+    said = f"{type(error).__name__}: {error}"
+    typer.echo(f"internal error: {said}; set PLANNER_DEBUG=1 for details", err=True)
+    _as_json(said, 70)
     if os.environ.get("PLANNER_DEBUG"):
         raise error
     sys.exit(70)
@@ -116,15 +118,26 @@ def _complain(error: PlannerError) -> None:
     """Say what is wrong on stderr, and as JSON on stdout when the caller asked for that."""
     said = error.shown if isinstance(error, InputError) else str(error)
     typer.echo(f"error: {said}", err=True)
-    if "--json" in sys.argv:
-        typer.echo(json.dumps(_error_document(error), ensure_ascii=False))
+    faults = [fault.document() for fault in error.faults] if isinstance(error, InputError) else []
+    _as_json(str(error), error.exit_code, faults, _of_infeasible(error))
 
 
-def _error_document(error: PlannerError) -> dict[str, Any]:
-    document: dict[str, Any] = {"error": str(error), "exit_code": error.exit_code}
-    if isinstance(error, InputError):
-        document["faults"] = [vars(fault) | {"text": str(fault)} for fault in error.faults]
-    if isinstance(error, InfeasibleError):
-        document["binds"] = [{"part": part, "share": share} for part, share in error.binds]
-        document["nearest_limit"] = error.nearest_limit
-    return document
+def _as_json(message: str, exit_code: int, faults: list[Any] | None = None, result: Any = None) -> None:
+    """The envelope of an error; one that is of no place in a file stands as a fault without a place."""
+    if "--json" not in sys.argv:
+        return
+    from planner.commands.output import json_line
+
+    wrong, _, remedy = message.partition("; ")
+    alone = {"code": "", "path": "", "line": 0, "column": 0, "message": wrong, "remedy": remedy}
+    typer.echo(json_line(result, exit_code, faults or [alone]))
+
+
+def _of_infeasible(error: PlannerError) -> dict[str, Any] | None:
+    """What binds, and the nearest limit that can be met, of a requirement that cannot."""
+    if not isinstance(error, InfeasibleError):
+        return None
+    return {
+        "binds": [{"part": part, "share": share} for part, share in error.binds],
+        "nearest_limit": error.nearest_limit,
+    }

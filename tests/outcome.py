@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+ENVELOPE = {"command", "version", "ok", "exit_code", "faults", "result"}
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -18,6 +20,11 @@ class Outcome:
 
     @property
     def json(self) -> Any:
+        """The result of `--json`; what stands on stdout as it is where that is JSON in any case."""
+        return self.envelope["result"] if set(self.envelope) == ENVELOPE else self.envelope
+
+    @property
+    def envelope(self) -> Any:
         """stdout as JSON; NaN and Infinity are not JSON."""
         return json.loads(self.out, parse_constant=pytest.fail)
 

@@ -107,8 +107,11 @@ def test_check_names_every_fault_with_its_place(run: Run, tmp_path: Path) -> Non
 
 def test_check_in_json_gives_faults_by_line_and_column(run: Run, tmp_path: Path) -> None:
     found = run("check", "--json", written(tmp_path / "broken.yaml", small() | {"efects": []}))
-    assert found.code == found.json["exit_code"] == 2
-    assert {"file", "line", "column", "path", "message", "text"} <= set(found.json["faults"][0])
+    told = found.envelope
+    assert (told["command"], told["ok"], told["exit_code"], told["result"]) == ("check", False, 2, None)
+    assert found.code == 2
+    assert {"code", "path", "line", "column", "message", "remedy"} <= set(told["faults"][0])
+    assert told["faults"][0]["line"] > 0
 
 
 def test_check_warns_on_stderr_and_still_says_yes(run: Run, tmp_path: Path) -> None:
@@ -179,7 +182,9 @@ def test_what_cannot_be_met_is_exit_3_and_names_a_limit_that_can(
 def test_exit_3_in_json(run: Run, spec: Path) -> None:
     written(spec, with_limit(small(), "1 m"))
     found = run("plan", spec, "--json")
-    assert found.code == found.json["exit_code"] == 3
+    assert found.code == found.envelope["exit_code"] == 3
+    (fault,) = found.envelope["faults"]
+    assert fault["message"]
     assert found.json["nearest_limit"] > 1.0
     assert sum(part["share"] for part in found.json["binds"]) == pytest.approx(1.0)
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson, PlanFile
-from planner.commands.output import answer, listed, notes
+from planner.commands.output import answer, notes, say
 from planner.errors import InputError
 
 Faults = Annotated[
@@ -51,18 +51,14 @@ def export(
 
     Example: planner export plans/small_uav --format acutrol --dialect host -o bench/
     """
-    from planner.export.outputs import exported_file, places, replaced
-    from planner.protocols import ExportOptions
-    from planner.whole_files import write_all_whole
+    from planner.api import bench
+    from planner.export.outputs import replaced
 
-    made = exported_file(plan, form, ExportOptions(dialect, start, timezone))
+    made = bench.export(plan, form, dialect=dialect, start=start, timezone=timezone)
     target = out or (plan if plan.is_dir() else plan.parent) / f"export_{form}"
-    placed = places(made.files, target)
-    remarks = (*made.notes, *replaced(placed, target))
-    write_all_whole(placed)
-    notes(remarks)
-    written = [str(path) for path in placed]
-    answer({"format": form, "written": written, "notes": list(remarks)}, listed(written), as_json)
+    placed = made.placed(target)
+    notes(replaced(placed, target))
+    say(made, as_json, target, extra={"written": [str(path) for path in placed]})
 
 
 def bench_simulator(

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from planner.commands.options import AsJson, DataTable, Seed, SpecFile, SpecOption
-from planner.commands.output import answer, deliver, notes, of_units, progress_line
-
-if TYPE_CHECKING:
-    from planner.nouns.calibration import Calibration
-    from planner.nouns.dwell_table import DwellTable
-    from planner.simulate.campaign import Truth
+from planner.commands.output import progress_line, say
 
 Hidden = Annotated[
     list[str] | None,
@@ -114,35 +108,24 @@ def simulate(
 
     Example: planner simulate spec.yaml --plan plans/spec --hidden g_sensitivity=0.01deg/s/g -o data.csv
     """
-    from planner.export.documents import read_plan
-    from planner.pipelines import data as data_pipeline
-    from planner.simulate.settings import pairs, settings_from, settings_of
-    from planner.spec.load import load_spec
+    from planner.api import data
+    from planner.export.truth import truth_path
+    from planner.pipelines.data import simulation_settings
+    from planner.simulate.settings import pairs
 
     shown = {"case": case, "signs": signs, "temperature_error": f"{temperature_error} K", "spikes": spikes}
     chosen = {key: value for key, value in shown.items() if value != _DEFAULTS[key]}
-    written = {} if settings is None else data_pipeline.simulation_settings(settings)
-    loaded = load_spec(spec)
-    drawn = settings_from({**written, **chosen, **pairs(assign or [])}, settings_of(loaded.spec))
-    document = None if plan is None else read_plan(plan)
-    table, truth = data_pipeline.simulate(loaded, document, hidden or (), seed, drawn, latitude, curves)
-    _written(table, truth, out, as_json)
-
-
-def _written(table: DwellTable, truth: Truth, out: Path, as_json: bool) -> None:
-    """The table, and the truth beside it: both or neither."""
-    from planner.dwells.dwell_files import dwell_form, dwells_bytes
-    from planner.export.truth import truth_path, truth_text
-    from planner.whole_files import write_all_whole
-
-    beside = truth_path(out)
-    write_all_whole({out: dwells_bytes(table, dwell_form(out)), beside: truth_text(truth, out.name)})
-    runs = len(set(table.run.tolist()))
-    answer(
-        {"written": [str(out), str(beside)], "rows": len(table), "runs": runs},
-        f"wrote {out}, {len(table)} records of {runs} power-ons, and {beside}",
-        as_json,
+    written = {} if settings is None else simulation_settings(settings)
+    found = data.simulate(
+        spec,
+        plan=plan,
+        hidden=hidden or (),
+        seed=seed,
+        settings={**written, **chosen, **pairs(assign or [])},
+        curves=curves,
+        latitude_deg=latitude,
     )
+    say(found, as_json, out, extra={"written": [str(out), str(truth_path(out))]})
 
 
 def calibrate(
@@ -173,37 +156,21 @@ def calibrate(
 
     Example: planner calibrate data.csv --spec spec.yaml -o calibrations/data
     """
-    from planner.calibrate.methods import fit_options
-    from planner.export.calibration import read_tables
-    from planner.pipelines import data as data_pipeline
-    from planner.spec.sensor_alone import load_sensor_spec
+    from planner.api import data as api
 
-    old = None if prior is None else read_tables(prior)
-    options = fit_options(method, robust, latitude, old, nodes, turn)
-    with progress_line() as say:
-        found = data_pipeline.calibrate(data, load_sensor_spec(spec), options, say)
-    _delivered(found, out or Path("calibrations") / data.stem, as_json)
-
-
-def _delivered(found: Sequence[Calibration], folder: Path, as_json: bool) -> None:
-    """Files, notes and the result of every unit's calibration."""
-    from planner.export.calibration import calibration_document
-    from planner.export.calibration_files import calibration_files, unit_folders
-    from planner.export.firmware import left_out_notes
-    from planner.report.charts.calibration import before_after_svg
-    from planner.report.subjects.calibration import calibration_report
-
-    files = calibration_files(found, folder)
-    for calibration, place in zip(found, unit_folders(folder, [c.unit for c in found]), strict=True):
-        if calibration.sensors:
-            files[place / "before_after.svg"] = before_after_svg(calibration)
-    deliver(
-        files,
-        [note for c in found for note in (*c.notes, *left_out_notes(c))],
-        of_units([calibration_document(calibration) for calibration in found]),
-        [calibration_report(calibration) for calibration in found],
-        as_json,
-    )
+    with progress_line() as progress:
+        found = api.calibrate(
+            data,
+            spec,
+            method=method,
+            prior=prior,
+            robust=robust,
+            latitude_deg=latitude,
+            nodes=nodes,
+            turn_deg=turn,
+            progress=progress,
+        )
+    say(found, as_json, out or Path("calibrations") / data.stem)
 
 
 def apply(
@@ -222,8 +189,6 @@ def apply(
 
     Example: planner apply calibrations/data recording.csv -o corrected.csv
     """
-    from planner.pipelines import data as data_pipeline
+    from planner.api import data
 
-    rows, remarks = data_pipeline.apply(calibration, raw, out, columns)
-    notes(remarks)
-    answer({"written": str(out), "rows": rows, "notes": remarks}, f"wrote {out}, {rows} rows", as_json)
+    say(data.apply(calibration, raw, out, columns=columns), as_json)

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from planner.commands.options import AsJson, DataTable, Seed, SpecFile, SpecOption
-from planner.commands.output import deliver, notes, of_units, page_of, progress_line, result
+from planner.commands.output import progress_line, say
 from planner.errors import InputError
-
-if TYPE_CHECKING:
-    from planner.pipelines.diagnosing import Diagnosed, Replanned
-    from planner.report.blocks import Report
 
 
 def register(app: typer.Typer) -> None:
@@ -43,41 +38,13 @@ def diagnose(
 
     Example: planner diagnose data.csv --spec spec.yaml -o diagnoses/data
     """
-    from planner.export.diagnosis_json import diagnosis_document
-    from planner.export.documents import read_plan
-    from planner.pipelines import diagnosing as pipeline
-    from planner.report.subjects.diagnosis import diagnosis_report
-    from planner.spec.sensor_alone import load_sensor_spec
+    from planner.api import diagnosing
 
-    loaded = load_sensor_spec(spec)
     with progress_line() as progress:
-        found = pipeline.diagnose(data, loaded, seed, progress, None if plan is None else read_plan(plan))
+        found = diagnosing.diagnose(data, spec, plan=plan, seed=seed, progress=progress)
         progress("drawing the report")
-        reports = [diagnosis_report(each.diagnosis, each.table) for each in found]
-        files = _files(found, reports, out or Path("diagnoses") / data.stem)
-    diagnoses = [each.diagnosis for each in found]
-    deliver(
-        files,
-        [note for each in diagnoses for note in (*each.notes, *each.found.notes)],
-        of_units([diagnosis_document(each) for each in diagnoses]),
-        reports,
-        as_json,
-    )
-
-
-def _files(found: Sequence[Diagnosed], reports: Sequence[Report], folder: Path) -> dict[Path, str | bytes]:
-    """diagnosis.json and report.html; several units have a folder each, of their name."""
-    from planner.export.calibration_files import unit_folders
-    from planner.export.diagnosis_json import diagnosis_text
-
-    files: dict[Path, str | bytes] = {}
-    places = unit_folders(folder, [each.diagnosis.found.unit for each in found])
-    for each, report, place in zip(found, reports, places, strict=True):
-        if place / "diagnosis.json" in files:
-            raise InputError(f"two units would both write {place}; give them names that differ in letters")
-        files[place / "diagnosis.json"] = diagnosis_text(each.diagnosis)
-        files[place / "report.html"] = page_of(report)
-    return files
+        found.reports  # noqa: B018 - drawn here, while the line says so
+    say(found, as_json, out or Path("diagnoses") / data.stem)
 
 
 def update(
@@ -96,25 +63,16 @@ def update(
 
     Example: planner update spec.yaml --diagnosis diagnoses/data/diagnosis.json -o spec2.yaml
     """
-    from planner.export.diagnosis_json import read_diagnosis
-    from planner.pipelines import diagnosing as pipeline
-    from planner.report.subjects.update import update_document, update_report
-    from planner.spec.load import load_spec
-    from planner.whole_files import write_whole
+    from planner.api import diagnosing
 
     if out.resolve() == spec.resolve():
         raise InputError(f"{out} is the old spec, which the diagnosis is of; give the new one another name")
-    found = read_diagnosis(diagnosis)
-    made, loaded = pipeline.update(spec, found, out)
-    write_whole(out, made.text)
-    notes([*made.notes, *map(str, loaded.warnings)])
-    plans: Replanned | None = None
-    if plan:
-        with progress_line() as progress:
-            plans = pipeline.replanned(load_spec(spec), loaded, progress)
-    result(
-        {"written": str(out), **update_document(made, plans, found)},
-        update_report(made, plans, found),
+    with progress_line() as progress:
+        made = diagnosing.update(spec, diagnosis, out=out, plan=plan, progress=progress)
+    say(
+        made,
         as_json,
-        f"wrote {out}; next: planner plan {out}",
+        out,
+        written=f"wrote {out}; next: planner plan {out}",
+        extra={"written": str(out)},
     )

@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from planner.commands.options import AsJson, SpecFile, SpecOption
-from planner.commands.output import deliver, page_of, progress_line
-
-if TYPE_CHECKING:
-    from planner.fleet.basis import Recalibrated
-    from planner.fleet.judge import ErrorRates
-    from planner.pipelines.fleet import Forecasted
-    from planner.report.blocks import Report
-    from planner.spec.load import LoadedSpec
+from planner.commands.output import progress_line, say
 
 PlanOption = Annotated[
     Path | None,
@@ -144,53 +137,31 @@ def accept(
 
     Example: planner accept check.csv --spec spec.yaml --plan plans/spec -o accepted
     """
-    from planner.export.fleet import accept_document
-    from planner.export.json_figures import json_text
-    from planner.fleet.judge import ErrorRates
-    from planner.pipelines import fleet as pipeline
-    from planner.report.subjects.accept import accept_report
+    from planner.api import fleet
 
-    rates = ErrorRates(good_rejected / 100, bad_accepted / 100)
-    loaded, planned = _read(spec, plan)
-    if plan_check or not data:
-        _plan_check(loaded, planned, (load / 100, decided / 100), rates, out, as_json)
-        return
-    with progress_line() as say:
-        found = pipeline.accept(data, loaded, planned, rates, say, as_residual=as_residual, looks=looks)
-    units, region = found.units, found.basis.region
-    report = accept_report(units, region, rates, loaded.spec.name, found.notes)
-    document = accept_document(units, region, rates, _source(loaded), found.notes)
-    files: dict[Path, str | bytes] = {}
-    if out is not None:
-        files[out / "accept.json"] = json_text(document)
-        files[out / "report.html"] = page_of(report)
-    deliver(files, found.notes, document, report, as_json)
-    if any(u.verdict == "rejected" for u in units):
-        raise typer.Exit(1)
-
-
-def _plan_check(
-    loaded: LoadedSpec,
-    planned: dict[str, Any] | None,
-    asked: tuple[float, float],
-    rates: ErrorRates,
-    out: Path | None,
-    as_json: bool,
-) -> None:
-    from planner.export.fleet import checks_document
-    from planner.export.json_figures import json_text
-    from planner.pipelines import fleet as pipeline
-    from planner.report.subjects.check_plan import checks_report
-
-    with progress_line() as say:
-        found = pipeline.plan_check(loaded, planned, *asked, rates, say)
-    report = checks_report(found.checks, rates, loaded.spec.name, found.basis.notes)
-    document = checks_document(found.checks, rates, _source(loaded), found.basis.notes)
-    files: dict[Path, str | bytes] = {}
-    if out is not None:
-        files[out / "check_plan.json"] = json_text(document)
-        files[out / "report.html"] = page_of(report)
-    deliver(files, found.basis.notes, document, report, as_json)
+    with progress_line() as progress:
+        if plan_check or not data:
+            checks = fleet.plan_check(
+                spec,
+                plan=plan,
+                load=load / 100,
+                decided=decided / 100,
+                good_rejected=good_rejected / 100,
+                bad_accepted=bad_accepted / 100,
+                progress=progress,
+            )
+        else:
+            found = fleet.accept(
+                *data,
+                spec=spec,
+                plan=plan,
+                good_rejected=good_rejected / 100,
+                bad_accepted=bad_accepted / 100,
+                as_residual=as_residual,
+                looks=looks,
+                progress=progress,
+            )
+    say(checks if plan_check or not data else found, as_json, out)
 
 
 def forecast(
@@ -217,40 +188,24 @@ def forecast(
 
     Example: planner forecast history.csv --spec spec.yaml --until 365 -o forecasts/fleet
     """
-    from planner.export.fleet import forecast_document
-    from planner.pipelines import fleet as pipeline
-    from planner.report.subjects.forecast import forecast_report
+    from planner.api import fleet
 
-    options = pipeline.options_of(until, method, confidence, corrected_by, today, start)
-    loaded, planned = _read(spec, plan)
-    with progress_line() as say:
-        found = pipeline.forecast(history, loaded, planned, options, say)
-        fleet, region = found.fleet, found.basis.region
-        document = forecast_document(fleet, region, _source(loaded))
-        report = forecast_report(fleet, region, loaded.spec.name)
-        files: dict[Path, str | bytes] = {}
-        if out is not None:
-            say("drawing the report")
-            files = _forecast_files(found, document, report, out)
-    deliver(files, fleet.notes, document, report, as_json)
-
-
-def _forecast_files(
-    found: Forecasted, document: dict[str, Any], report: Report, folder: Path
-) -> dict[Path, str | bytes]:
-    from planner.export.fleet_calendar import calendar_bytes
-    from planner.export.json_figures import json_text
-    from planner.report.subjects.forecast import appointments
-
-    fleet, region = found.fleet, found.basis.region
-    files: dict[Path, str | bytes] = {
-        folder / "forecast.json": json_text(document),
-        folder / "report.html": page_of(report),
-    }
-    days = appointments(fleet, region)
-    if days:
-        files[folder / "calibrations.ics"] = calendar_bytes(f"{report.title}: calibrations", days)
-    return files
+    with progress_line() as progress:
+        found = fleet.forecast(
+            *history,
+            spec=spec,
+            plan=plan,
+            until=until,
+            method=method,
+            confidence=confidence / 100,
+            corrected_by=corrected_by,
+            start=start,
+            today=today,
+            progress=progress,
+        )
+        progress("drawing the report")
+        found.reports  # noqa: B018 - drawn here, while the line says so
+    say(found, as_json, out)
 
 
 def recalibrate(
@@ -275,52 +230,19 @@ def recalibrate(
 
     Example: planner recalibrate requirements_specs/recalibration.yaml --start 2026-12-01 -o store
     """
-    from planner.export.recalibration_json import recalibration_document
-    from planner.pipelines import fleet as pipeline
-    from planner.report.subjects.recalibration import recalibration_report, why_not
+    from planner.api import fleet
 
-    options = pipeline.options_of(until, method, confidence, corrected_by, today, start)
-    loaded, planned = _read(spec, plan)
-    inputs = [*(history or ()), *(calibration or ())]
-    with progress_line() as say:
-        found = pipeline.recalibrate(loaded, planned, inputs, options, say)
-    document = recalibration_document(
-        found.plans, found.shortest, found.start, _source(loaded), found.notes, found.sessions
-    )
-    report = recalibration_report(found, loaded.spec.name)
-    files = {} if out is None else _recalibration_files(found, document, report, out)
-    deliver(files, found.notes, document, report, as_json)
-    lacking = why_not(found)
-    if lacking:
-        typer.echo(f"error: {lacking}", err=True)
-        raise typer.Exit(3)
-
-
-def _recalibration_files(
-    found: Recalibrated, document: dict[str, Any], report: Report, folder: Path
-) -> dict[Path, str | bytes]:
-    from planner.export.fleet_calendar import calendar_bytes
-    from planner.export.json_figures import json_text
-    from planner.report.subjects.recalibration import store_appointments
-
-    files: dict[Path, str | bytes] = {
-        folder / "recalibration.json": json_text(document),
-        folder / "report.html": page_of(report),
-    }
-    days = store_appointments(found)
-    if days:
-        files[folder / "recalibrations.ics"] = calendar_bytes(f"{report.title}: recalibrations", days)
-    return files
-
-
-def _read(spec: Path, plan: Path | None) -> tuple[LoadedSpec, dict[str, Any] | None]:
-    """The spec, and the plan if one is given."""
-    from planner.export.documents import read_plan
-    from planner.spec.load import load_spec
-
-    return load_spec(spec), None if plan is None else read_plan(plan)
-
-
-def _source(loaded: LoadedSpec) -> dict[str, str]:
-    """Which spec a document is of."""
-    return {"name": loaded.spec.name, "sha256": loaded.sha256}
+    with progress_line() as progress:
+        found = fleet.recalibrate(
+            spec,
+            history=[*(history or ()), *(calibration or ())],
+            plan=plan,
+            until=until,
+            method=method,
+            confidence=confidence / 100,
+            corrected_by=corrected_by,
+            start=start,
+            today=today,
+            progress=progress,
+        )
+    say(found, as_json, out)

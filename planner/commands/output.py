@@ -8,63 +8,93 @@ import shlex
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import click
 import typer
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from planner.api.answer import Answer
     from planner.report.blocks import Report
 
 SHOWN_PATHS = 10
 _VALUES_WITHOUT_EFFECT = ("-o", "--out", "--workers", "--cluster")
 
 
-def answer(document: Mapping[str, Any], text: str, as_json: bool) -> None:
-    """Print the result: the document as JSON, or the text."""
-    typer.echo(json.dumps(document, ensure_ascii=False, allow_nan=False) if as_json else text)
+def answer(document: Mapping[str, Any], text: str, as_json: bool, exit_code: int = 0) -> None:
+    """Print the result: the document in the envelope of all JSON, or the text."""
+    typer.echo(json_line(document, exit_code) if as_json else text)
 
 
-def result(
-    document: Mapping[str, Any], report: Report | Sequence[Report], as_json: bool, written: str = ""
-) -> None:
-    """Print the result: the document as JSON, or the report, then what was written."""
-    if as_json:
-        answer(document, "", as_json)
-        return
-    from planner.report.blocks import Report
-    from planner.report.console import show
+def json_line(result: Any, exit_code: int = 0, faults: Sequence[Mapping[str, Any]] = ()) -> str:
+    """What every command says with --json, whatever its exit code: one shape, one line."""
+    from planner import __version__
 
-    for each in [report] if isinstance(report, Report) else report:
-        show(each, console())
-    if written:
-        typer.echo(f"\n{written}")
+    document = {
+        "command": command_name(),
+        "version": __version__,
+        "ok": exit_code == 0,
+        "exit_code": exit_code,
+        "faults": list(faults),
+        "result": result,
+    }
+    return json.dumps(document, ensure_ascii=False, allow_nan=False)
 
 
-def deliver(
-    files: Mapping[Path, str | bytes],
-    remarks: Iterable[str],
-    document: Mapping[str, Any],
-    report: Report | Sequence[Report],
+def command_name() -> str:
+    """The command that runs, `plan`; nothing where the command line names none."""
+    context = click.get_current_context(silent=True)
+    if context is not None and context.parent is not None:
+        return str(context.info_name)
+    return next((word for word in sys.argv[1:] if not word.startswith("-")), "")
+
+
+def say(
+    found: Answer,
     as_json: bool,
+    out: Path | None = None,
+    *,
     written: str | None = None,
+    extra: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write the files; then notes, the result and a line for each file, or what `written` says of them."""
+    """Write an answer's files, say its notes, print it, and end with its exit code.
+
+    out: where the files go, None for nowhere; written: what is said of them, otherwise a line for each;
+    extra: what the document says beside the answer, as where its files are.
+    """
     from planner.whole_files import write_all_whole
 
+    files = {} if out is None else found.placed(out, invocation())
     write_all_whole(files)
-    notes(remarks)
-    result(document, report, as_json, listed(files) if written is None else written)
+    notes(found.notes)
+    if as_json:
+        typer.echo(json_line({**(extra or {}), **found.to_dict()}, found.exit_code))
+    else:
+        _print(found.reports, listed(files) if written is None else written)
+    if found.remark:
+        typer.echo(found.remark, err=True)
+    if found.exit_code:
+        raise typer.Exit(found.exit_code)
 
 
-def page_of(report: Report) -> str:
-    """The report as a page that names the command which made it."""
-    from planner.report.page import html
+def result(document: Mapping[str, Any], report: Report, as_json: bool) -> None:
+    """Print the result: the document as JSON, or the report."""
+    if as_json:
+        typer.echo(json_line(document))
+    else:
+        _print([report], "")
 
-    return html(replace(report, command=invocation()))
+
+def _print(reports: Sequence[Report], written: str) -> None:
+    from planner.report.console import show
+
+    for report in reports:
+        show(report, console())
+    if written:
+        typer.echo(f"\n{written}")
 
 
 def invocation() -> str:
@@ -91,11 +121,6 @@ def notes(lines: Iterable[str]) -> None:
     """Say on stderr what the reader of a result should know."""
     for line in lines:
         typer.echo(f"note: {line}", err=True)
-
-
-def of_units(documents: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
-    """The document of one unit as it is; those of several under `units`."""
-    return documents[0] if len(documents) == 1 else {"units": list(documents)}
 
 
 def listed(paths: Iterable[Path | str]) -> str:

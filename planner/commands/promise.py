@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from planner.commands.options import AsJson, PlanFile, Seed, SpecFile
-from planner.commands.output import deliver, notes, page_of, progress_line, result
+from planner.commands.output import progress_line, say
 from planner.errors import InputError
-
-if TYPE_CHECKING:  # what computes is imported by the command that needs it
-    from planner.verify.verification import Verification
 
 Flights = Annotated[
     int, typer.Option(min=0, max=10_000_000, help="Campaigns with flights; 0: count again only.")
@@ -113,46 +110,24 @@ def verify(
 
     Example: planner verify requirements_specs/small_uav.yaml plans/small_uav --flights 10000 --workers 2
     """
-    from planner.export.documents import read_plan
-    from planner.pipelines import promise as pipeline
-    from planner.spec.load import load_spec
+    from planner.api import promise
 
-    options = pipeline.checked(
-        pipeline.FlightOptions(flights, seed, temperature, curves, spreads, workers, cluster, through_files)
-    )
-    loaded, document = load_spec(spec), read_plan(plan)
-    old = None if made_for is None else load_spec(made_for)
     with progress_line() as progress:
-        found = pipeline.verify(loaded, document, options, progress, old)
-    _said(found, out, as_json)
-    raise typer.Exit(_exit_code(found.verdict, found.stopped))
-
-
-def _said(found: Verification, out: Path | None, as_json: bool) -> None:
-    """The answer on stdout, and in `out` as files."""
-    from planner.export.verify import verify_document, verify_text
-    from planner.report.subjects.verify import verify_report
-
-    report = verify_report(found)
-    files: dict[Path, str | bytes] = {}
-    if out is not None:
-        files = {out / "verify.json": verify_text(found), out / "report.html": page_of(report)}
-    deliver(
-        files,
-        found.notes,
-        verify_document(found),
-        report,
-        as_json,
-        "" if out is None else f"wrote {out / 'verify.json'}, report.html",
-    )
-    if found.stopped:
-        typer.echo(f"stopped after {found.flights} of {found.wanted} flights", err=True)
-
-
-def _exit_code(verdict: str, stopped: bool) -> int:
-    if verdict == "broken":
-        return 1
-    return 4 if stopped or verdict == "undecided" else 0
+        found = promise.verify(
+            spec,
+            plan,
+            flights=flights,
+            seed=seed,
+            temperature=temperature,
+            curves=curves,
+            spreads=spreads,
+            workers=workers,
+            cluster=cluster,
+            through_files=through_files,
+            made_for=made_for,
+            progress=progress,
+        )
+    say(found, as_json, out, written="" if out is None else f"wrote {out / 'verify.json'}, report.html")
 
 
 def sweep(
@@ -172,24 +147,17 @@ def sweep(
 
     Example: planner sweep spec.yaml --vary requirement.0.limit=5..50m --vary plan.confidence=90,95,99%
     """
-    from planner.commands import sweeping
-    from planner.report.subjects.sweep import sweep_report
+    from planner.api import sweeping
 
     folder = out or Path("sweeps") / spec.stem
     with progress_line() as progress:
-        done = sweeping.run(spec, vary, points, folder, workers, cluster, progress)
-    report = sweep_report(done.document)
-    sweeping.write(done, page_of(report), folder)
-    notes(done.notes)
-    result(
-        done.document,
-        report,
-        as_json,
-        f"wrote {folder / 'sweep.csv'}, sweep.json, report.html",
-    )
-    if done.stopped:
-        typer.echo(
-            f"stopped after {len(done.rows)} of {done.wanted} points; the same command goes on", err=True
+        done = sweeping.sweep(
+            spec,
+            *vary,
+            folder=folder,
+            points=points,
+            workers=workers,
+            cluster=cluster,
+            progress=progress,
         )
-    if done.stopped or done.unanswered:
-        raise typer.Exit(4)
+    say(done, as_json, folder, written=f"wrote {folder / 'sweep.csv'}, sweep.json, report.html")

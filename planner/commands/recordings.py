@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson
-from planner.commands.output import answer, deliver, page_of, progress_line
+from planner.commands.output import answer, progress_line, say
 from planner.errors import InputError
 
 Columns = Annotated[
@@ -86,18 +86,13 @@ def look(
 
     Example: planner look recording.csv
     """
-    from planner.export.look import look_document
-    from planner.recordings.look import look as look_at
-    from planner.report.subjects.look import look_report
+    from planner.api import data
 
-    with progress_line() as say:
-        seen = look_at(recording, columns, say)
-        say("drawing the page")
-        report = look_report(seen)
-        page = page_of(report)
-    folder = out or Path("looks") / recording[0].stem
-    files: dict[Path, str | bytes] = {folder / "report.html": page, folder / "map.yaml": seen.map_text}
-    deliver(files, (), look_document(seen), report, as_json)
+    with progress_line() as progress:
+        seen = data.look(*recording, columns=columns, progress=progress)
+        progress("drawing the page")
+        seen.reports  # noqa: B018 - drawn here, while the line says so
+    say(seen, as_json, out or Path("looks") / recording[0].stem)
 
 
 def _explain_map(as_json: bool) -> None:
@@ -130,19 +125,9 @@ def _guess_map(raw: list[Path], out: Path | None, as_json: bool) -> None:
 def _reduce(
     raw: list[Path], out: Path, columns: Path | None, plan: Path | None, latitude: float | None, as_json: bool
 ) -> None:
-    from planner.dwells.dwell_files import dwell_form, dwells_bytes
-    from planner.export.reduction import account_text, reduction_document, refuse_overwriting
-    from planner.pipelines import recordings as recordings_pipeline
-    from planner.report.subjects.reduction import reduction_report
+    from planner.api import data
 
-    form, beside = dwell_form(out), out.with_name(out.stem + ".account.json")
-    refuse_overwriting((out, beside), (*raw, *(path for path in (columns, plan) if path is not None)))
-    with progress_line() as say:
-        found = recordings_pipeline.reduce(raw, columns, plan, latitude, say)
-    deliver(
-        {out: dwells_bytes(found.whole, form), beside: account_text(found)},
-        found.table.notes,
-        {"written": [str(out), str(beside)], **reduction_document(found)},
-        reduction_report(found),
-        as_json,
-    )
+    _, beside = data.account_place(out, (*raw, *(path for path in (columns, plan) if path is not None)))
+    with progress_line() as progress:
+        found = data.reduce(*raw, columns=columns, plan=plan, latitude_deg=latitude, progress=progress)
+    say(found, as_json, out, extra={"written": [str(out), str(beside)]})

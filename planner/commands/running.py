@@ -238,6 +238,7 @@ def bench_check(
     lines = [f"{'ok  ' if one.ok else 'FAIL'} {one.device:8} {one.what:24} {one.seen}" for one in tried]
     lines += [f"lacks {text}" for text in lacks]
     ok = all(one.ok for one in tried)
-    answer({"ok": ok, "tried": [vars(one) for one in tried], "lacks": lacks}, "\n".join(lines), as_json)
+    tree = {"ok": ok, "tried": [vars(one) for one in tried], "lacks": lacks}
+    answer(tree, "\n".join(lines), as_json, 0 if ok else 1)
     if not ok:
         raise typer.Exit(1)

@@ -340,7 +340,7 @@ def _fault(document: object, place: Sequence[int | str], message: str) -> Fault:
 def plan_schema() -> dict[str, Any]:
     """The JSON Schema of plan.json."""
     schema = PlanDocument.model_json_schema()
-    return {"$schema": DRAFT, "title": f"planner plan, schema version {SCHEMA_VERSION}", **schema}
+    return {"$schema": DRAFT, **schema, "title": f"planner plan, schema version {SCHEMA_VERSION}"}
 
 
 def plan_schema_text() -> str:

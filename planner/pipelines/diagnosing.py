@@ -154,12 +154,9 @@ class Replanned:
     why: tuple[str, ...]
 
 
-def update(spec: Path, diagnosis: Diagnosis, target: Path) -> tuple[SpecUpdate, LoadedSpec]:
-    """Spec's file and a diagnosis of it → the text of the new spec, checked as `planner check` would."""
-    from planner.spec.load import load_spec
-
-    loaded = load_spec(spec)
-    made = updated_spec(spec.read_bytes().decode("utf-8-sig"), loaded, diagnosis)
+def update(loaded: LoadedSpec, diagnosis: Diagnosis, target: Path) -> tuple[SpecUpdate, LoadedSpec]:
+    """Spec and a diagnosis of it → the text of the new spec, checked as `planner check` would."""
+    made = updated_spec(loaded.text, loaded, diagnosis)
     return made, spec_from_bytes(made.text.encode(), target)
 
 

@@ -13,7 +13,7 @@ from planner import __version__
 from planner.errors import InfeasibleError, InputError, StoppedEarly
 from planner.nouns.plan import Plan
 from planner.pipelines.planning import exact_plan
-from planner.spec.load import load_spec, spec_from_bytes
+from planner.spec.load import LoadedSpec, spec_from_bytes
 from planner.spec.yaml12 import read_yaml
 from planner.units import from_si
 from planner.verify.vary import Grid, GridPoint, Variation, grid, variation
@@ -30,16 +30,15 @@ class SweepTask:
     path: Path
 
 
-def points_of(spec: Path, vary: Sequence[str], points: int) -> Grid:
-    """The grid over a spec's file.
+def points_of(loaded: LoadedSpec, vary: Sequence[str], points: int) -> Grid:
+    """The grid over a spec.
 
-    Raises InputError for a spec or a variation that is wrong, and for a value that no point can have.
+    Raises InputError for a variation that is wrong, and for a value that no point can have.
     """
-    load_spec(spec)  # every fault of the spec itself, with its place in the file
-    tree = dict(read_yaml(spec.read_bytes(), str(spec)).value)
+    tree = dict(read_yaml(loaded.data, str(loaded.path)).value)
     variations = [variation(text, points) for text in vary]
-    found = grid(tree, variations, f"{__version__}\n{_flights(tree, variations, spec.parent)}")
-    _refuse_impossible_values(found, spec)
+    found = grid(tree, variations, f"{__version__}\n{_flights(tree, variations, loaded.folder)}")
+    _refuse_impossible_values(found, loaded.path)
     return found
 
 

@@ -116,8 +116,26 @@ def compare(plans: Sequence[PlanDocument]) -> Comparison:
 
 
 def comparison_document(comparison: Comparison) -> dict[str, Any]:
-    """The comparison as plain data; times in microseconds, whole numbers, so that sums stay exact."""
-    return {"differ": comparison.differ, **asdict(comparison)}
+    """The comparison as plain data; times in seconds, to the microsecond that they are counted in."""
+    return {"differ": comparison.differ, **_in_seconds(asdict(comparison))}
+
+
+def _in_seconds(value: Any) -> Any:
+    """`…_us` as `…_s`, in all that lies within."""
+    if isinstance(value, dict):
+        return {
+            f"{key.removesuffix('_us')}_s" if key.endswith("_us") else key: _seconds(one)
+            if key.endswith("_us")
+            else _in_seconds(one)
+            for key, one in value.items()
+        }
+    return [_in_seconds(one) for one in value] if isinstance(value, (tuple, list)) else value
+
+
+def _seconds(microseconds: int | tuple[int, ...]) -> float | list[float]:
+    if isinstance(microseconds, int):
+        return microseconds / MICROSECONDS
+    return [one / MICROSECONDS for one in microseconds]
 
 
 def _names(plans: Sequence[PlanFacts]) -> tuple[str, ...]:

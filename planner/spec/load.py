@@ -28,6 +28,7 @@ class LoadedSpec:
 
     sha256: of the file's bytes; path: the file as the user named it; folder: what `{file: …}` is relative to
     absent: keys that a spec of the sensor alone does not have; what stands in their place says nothing
+    data: the file's bytes, which reports quote and `update` edits
     """
 
     spec: Spec
@@ -35,11 +36,17 @@ class LoadedSpec:
     path: FilePath
     warnings: tuple[Fault, ...]
     absent: tuple[str, ...] = ()
+    data: bytes = b""
 
     @property
     def folder(self) -> FilePath:
         """Where the files lie that the spec names."""
         return self.path.parent
+
+    @property
+    def text(self) -> str:
+        """The file's text."""
+        return self.data.decode("utf-8-sig")
 
 
 def load_spec(path: FilePath) -> LoadedSpec:
@@ -61,7 +68,7 @@ def spec_from_bytes(data: bytes, path: FilePath) -> LoadedSpec:
     if spec is None or faults:
         count = f"{len(faults)} faults" if len(faults) > 1 else "1 fault"
         raise InputError(f"{path.name} cannot be used: {count}", faults)
-    return LoadedSpec(spec, hashlib.sha256(data).hexdigest(), path, tuple(sorted(warnings)))
+    return LoadedSpec(spec, hashlib.sha256(data).hexdigest(), path, tuple(sorted(warnings)), data=data)
 
 
 def read_document(data: bytes, path: FilePath) -> Document:
@@ -78,7 +85,7 @@ def checked_parts(data: bytes, path: FilePath, parts: Sequence[str], original: b
     if spec is None or mine:
         found = mine or faults
         raise InputError(f"{path.name} cannot be used: {len(found)} fault{'s' * (len(found) > 1)}", found)
-    return LoadedSpec(spec, hashlib.sha256(original).hexdigest(), path, ())
+    return LoadedSpec(spec, hashlib.sha256(original).hexdigest(), path, (), data=original)
 
 
 def spec_bytes(path: FilePath) -> bytes:

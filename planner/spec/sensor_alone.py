@@ -32,7 +32,11 @@ def load_sensor_spec(path: Path) -> LoadedSpec:
 
     Raises InputError with every fault of the parts that are there.
     """
-    data = spec_bytes(path)
+    return sensor_spec_from_bytes(spec_bytes(path), path)
+
+
+def sensor_spec_from_bytes(data: bytes, path: Path) -> LoadedSpec:
+    """As `load_sensor_spec`, for bytes at hand."""
     document = read_document(data, path)
     absent = tuple(key for key in FILLING if key not in document.value)
     if not set(absent) & set(ASKED):

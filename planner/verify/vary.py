@@ -124,7 +124,7 @@ class Grid(Sequence[GridPoint]):
         changed = copy.deepcopy(dict(self.tree))
         for key, value in values.items():
             _put(changed, key.split("."), value, key)
-        return GridPoint(values, _text(changed), self.digest_at(number))
+        return GridPoint(values, yaml_text(changed), self.digest_at(number))
 
     def values_at(self, number: int) -> dict[str, Any]:
         """Key -> value of a point. Raises IndexError behind the last."""
@@ -150,7 +150,7 @@ class Grid(Sequence[GridPoint]):
 
     @cached_property
     def _base(self) -> str:
-        return hashlib.sha256(f"{self.salt}\n{_text(self.tree)}".encode()).hexdigest()
+        return hashlib.sha256(f"{self.salt}\n{yaml_text(self.tree)}".encode()).hexdigest()
 
 
 def grid(tree: Mapping[str, Any], variations: Sequence[Variation], salt: str) -> Grid:
@@ -179,7 +179,8 @@ _Dumper.add_representer(
 )
 
 
-def _text(tree: Mapping[str, Any]) -> str:
+def yaml_text(tree: Mapping[str, Any]) -> str:
+    """A spec's tree as YAML that reads back the same."""
     return yaml.dump(dict(tree), Dumper=_Dumper, sort_keys=False, allow_unicode=True)
 
 

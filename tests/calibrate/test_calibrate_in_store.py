@@ -104,7 +104,7 @@ def test_the_command_takes_a_prior(tmp_path: Path) -> None:
     def run(*more: str) -> dict:
         found = CliRunner().invoke(app, ["calibrate", str(data), "--spec", spec, "--json", *more])
         assert found.exit_code == 0, found.output
-        return json.loads(found.stdout)
+        return json.loads(found.stdout)["result"]
 
     run("-o", str(tmp_path / "one"))
     for name in ("calibration.json", "random.json", "calibration.h", "calibration.bin", "before_after.svg"):

@@ -72,7 +72,7 @@ def test_every_format_is_a_plug_in_that_keeps_the_protocol():
 def test_the_command_writes_into_a_folder_a_file_or_beside_the_plan(plan, tmp_path, form):
     answer = CliRunner().invoke(cli.app, ["export", str(plan), "--format", form, "--json"])
     assert answer.exit_code == 0, answer.output
-    beside = json.loads(answer.stdout)["written"]
+    beside = json.loads(answer.stdout)["result"]["written"]
     assert {Path(path).parent for path in beside} == {plan.parent / f"export_{form}"}
     answer = CliRunner().invoke(
         cli.app, ["export", str(plan), "--format", form, "-o", str(tmp_path / "a" / "b")]

@@ -166,6 +166,6 @@ def test_a_diagnosis_says_what_it_could_not_look_for(offers: Offer, run: Run) ->
     assert run("simulate", spec, "-o", "data.csv").code == 0
     done = run("diagnose", "data.csv", "--spec", spec, "-o", "found", "--json")
     assert done.code == 0, done.err
-    (note,) = [note for note in json.loads(done.out)["notes"] if "not looked for" in note]
+    (note,) = [note for note in done.json["notes"] if "not looked for" in note]
     assert "effect 'raises' of dist-raises 2.0" in note
     assert "no licence" in note

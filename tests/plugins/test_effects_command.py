@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from planner import catalog
@@ -13,7 +12,7 @@ from tests.plugins.installing import Installed, found_in, offer
 
 def test_ours_and_the_packages_are_listed(installed_example: Installed, run: Run) -> None:
     done = run("effects", "--json")
-    document = json.loads(done.out)
+    document = done.json
     found = {e["name"]: e for e in document["effects"]}
     assert set(found) == set(catalog.effects())
     assert document["unloadable"] == []
@@ -34,7 +33,7 @@ def test_ours_and_the_packages_are_listed(installed_example: Installed, run: Run
 
 def test_parameters_stand_in_their_units(installed_example: Installed, run: Run) -> None:
     for name, effect in catalog.effects().items():
-        shown = {p["name"]: p for p in json.loads(run("effects", name, "--json").out)["parameters"]}
+        shown = {p["name"]: p for p in run("effects", name, "--json").json["parameters"]}
         for p in effect.parameters:
             text = f"{shown[p.name]['default']} {p.unit}"
             read = to_degc(text) if p.unit == "degC" else to_si(text, p.unit)
@@ -55,7 +54,7 @@ def test_what_does_not_load_is_a_note(run: Run, tmp_path: Path) -> None:
         done = run("effects")
         assert done.code == 0
         assert "effect 'broken' of broken-dist 3.1" in done.err
-        (one,) = json.loads(run("effects", "--json").out)["unloadable"]
+        (one,) = run("effects", "--json").json["unloadable"]
         assert (one["name"], one["distribution"], one["version"]) == ("broken", "broken-dist", "3.1")
         assert run("effects", "broken").code == 2
 

@@ -276,7 +276,7 @@ def test_every_other_bad_input_ends_with_code_2_and_a_sentence(tmp_path, run: Ru
         assert outcome.code == 2, (arguments, outcome.err)
         assert re.search(said, outcome.err), (arguments, outcome.err)
         assert "Traceback" not in outcome.err
-        assert outcome.json["exit_code"] == 2
+        assert outcome.envelope["exit_code"] == 2
         assert not (tmp_path / "data.csv").exists()
 
 

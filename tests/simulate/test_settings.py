@@ -166,7 +166,7 @@ def test_the_command_takes_settings_from_a_file_and_from_the_line(tmp_path: Path
     def run(*more: str) -> dict:
         found = CliRunner().invoke(app, ["simulate", spec, "-o", str(tmp_path / "d.csv"), "--json", *more])
         assert found.exit_code == 0, found.output
-        return json.loads(found.stdout)
+        return json.loads(found.stdout)["result"]
 
     said = run("--settings", str(tmp_path / "s.yaml"), "--set", "temperature_jitter=0 K")
     assert said["written"] == [str(tmp_path / "d.csv"), str(tmp_path / "truth.json")]

@@ -165,7 +165,7 @@ def test_verify_says_the_answer_and_writes_it(files, tmp_path):
     out = tmp_path / "out"
     result = run("verify", spec, plan, "--flights", 100, "--through-files", 0, "-o", out, "--json")
     assert result.exit_code == 0, result.output
-    document = json.loads(result.stdout)
+    document = json.loads(result.stdout)["result"]
     assert document["verdict"] == "kept"
     assert document["recount"]["ok"]
     assert document == json.loads((out / "verify.json").read_text())
@@ -177,7 +177,7 @@ def test_verify_says_the_answer_and_writes_it(files, tmp_path):
 def test_some_units_go_through_files_unless_told_not_to(files):
     spec, plan = files
     many, none = (
-        json.loads(run("verify", spec, plan, "--flights", 10, "--json", *more).stdout)
+        json.loads(run("verify", spec, plan, "--flights", 10, "--json", *more).stdout)["result"]
         for more in ((), ("--through-files", 0))
     )
     assert many["through_files"]["ok"]

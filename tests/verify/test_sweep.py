@@ -12,7 +12,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import planner.commands.sweeping as sweeping
+import planner.api.sweeping as sweeping
 import planner.verify.workers as workers
 from planner.errors import InputError, StoppedEarly
 from planner.pipelines.planning import plan as plan_fully
@@ -149,7 +149,7 @@ def test_a_grid_that_never_ends_is_refused():
 
 def test_every_point_is_what_plan_says_of_it(spec, tmp_path):
     """The sweep leaves the genetic algorithm out; the exact campaign is the same."""
-    points = points_of(spec, ["requirement.0.limit=9,12m"], 3)
+    points = points_of(load_spec(spec), ["requirement.0.limit=9,12m"], 3)
     for number, found in sweep(spec, points, range(len(points)), 1, None):
         file = tmp_path / "one.yaml"
         file.write_text(points[number].text)
@@ -183,7 +183,11 @@ def test_a_looser_limit_never_takes_longer_and_more_confidence_never_less(run, s
     assert all(low["time_s"] <= high["time_s"] for low, high in pairs)
     with (out / "sweep.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [float(r["hours"]) for r in rows] == pytest.approx([p["time_s"] / 3600 for p in points], abs=1e-6)
+    assert [float(r["time_s"]) for r in rows] == [p["time_s"] for p in points]
+    asked = {f"{r['requirement.0.limit']} {r['requirement.0.limit unit']}" for r in rows}
+    assert asked == {p["values"]["requirement.0.limit"] for p in points}
+    assert {r["achieved_0_unit"] for r in rows} == {"m"}
+    assert all(float(r["achieved_0"]) <= float(r["limit_0"]) for r in rows)
     assert "svg" in (out / "report.html").read_text()
 
 
@@ -261,7 +265,7 @@ def test_a_stopped_sweep_goes_on_where_it_was(run, spec, tmp_path, monkeypatch):
 
 
 def test_a_killed_worker_is_replaced_and_nothing_is_planned_twice(spec, monkeypatch):
-    asked, points = [], points_of(spec, ["requirement.0.limit=9..12m"], 4)
+    asked, points = [], points_of(load_spec(spec), ["requirement.0.limit=9..12m"], 4)
 
     def dies_after_two(count, function, task, chunks):
         asked.append([number for number, _ in chunks])
@@ -282,7 +286,7 @@ def test_workers_that_die_again_and_again_end_the_sweep(spec, monkeypatch):
 
     monkeypatch.setattr(workers, "_pool", dies)
     with pytest.raises(StoppedEarly, match="fewer --workers; the same command goes on"):
-        list(sweep(spec, points_of(spec, ["plan.seed=1,2"], 2), [0, 1], 2, None))
+        list(sweep(spec, points_of(load_spec(spec), ["plan.seed=1,2"], 2), [0, 1], 2, None))
 
 
 def test_a_point_without_an_answer_in_time_is_told_and_tried_again(run, spec, monkeypatch):
@@ -332,7 +336,7 @@ def test_another_flight_under_the_same_name_is_another_sweep(tmp_path):
     digests = set()
     for content in ("time_s\n1\n", "time_s\n2\n"):
         (tmp_path / "flight.csv").write_text(content)
-        digests.add(points_of(file, ["requirement.0.limit=9m"], 1)[0].digest)
+        digests.add(points_of(load_spec(file), ["requirement.0.limit=9m"], 1)[0].digest)
     assert len(digests) == 2
 
 
@@ -361,7 +365,7 @@ def test_a_wrong_spec_is_refused_with_its_place(run, tmp_path):
 
 
 def test_kept_points_are_of_their_own_spec(spec, tmp_path):
-    (point,) = points_of(spec, ["requirement.0.limit=9m"], 1)
+    (point,) = points_of(load_spec(spec), ["requirement.0.limit=9m"], 1)
     file = sweeping._file(tmp_path, point.digest)
     file.parent.mkdir()
     file.write_text(json.dumps({"digest": "another"}))

@@ -19,37 +19,56 @@ _NUMBER = re.compile(r"\s*([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)")
 WIDE = 8.0
 
 
+_QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s+(\S.*)")
+
+
 def csv_columns(sweep: Document) -> list[str]:
-    """Keys, then what each plan says."""
+    """Keys, then what each plan says; a unit stands in a column of its own, times are in seconds."""
     return [
-        *sweep["keys"],
+        *(name for key in sweep["keys"] for name in (key, f"{key} unit")[: 1 + _has_unit(sweep, key)]),
         "status",
-        "hours",
-        "bound_hours",
-        "power_on_hours",
-        *_achieved_names(sweep),
+        "time_s",
+        "bound_s",
+        "power_on_s",
+        *(f"{what}_{i}{tail}" for i in range(_asked(sweep)) for what, tail in _OF_REQUIREMENT),
         "why",
     ]
 
 
-def _achieved_names(sweep: Document) -> list[str]:
-    planned = next((p for p in sweep["points"] if p["status"] == "planned"), None)
-    if planned is None:
-        return []
-    return [f"achieved_{i}_{r['unit'].replace('/', '_per_')}" for i, r in enumerate(planned["requirements"])]
+_OF_REQUIREMENT = (("limit", ""), ("achieved", ""), ("achieved", "_unit"))
+
+
+def _has_unit(sweep: Document, key: str) -> bool:
+    """Whether every value of a key is a number with a unit."""
+    values = [str(p["values"][key]) for p in sweep["points"]]
+    return bool(values) and all(_QUANTITY.fullmatch(value) for value in values)
+
+
+def _asked(sweep: Document) -> int:
+    """How many requirements the plans have."""
+    return max((len(p["requirements"]) for p in sweep["points"] if p["status"] == "planned"), default=0)
 
 
 def csv_rows(sweep: Document) -> list[list[Any]]:
     """One row a point; figures of a point without a plan are empty."""
-    count = len(_achieved_names(sweep))
+    with_unit = {key for key in sweep["keys"] if _has_unit(sweep, key)}
+    count = _asked(sweep)
     rows = []
     for p in sweep["points"]:
         known = p["status"] == "planned"
-        figures = [round(p[k] / 3600, 6) if known else None for k in ("time_s", "bound_s", "power_on_s")]
-        reached = [r["achieved"] for r in p["requirements"]] if known else [None] * count
+        values = [part for k in sweep["keys"] for part in _parts(p["values"][k], k in with_unit)]
+        figures = [p[k] if known else None for k in ("time_s", "bound_s", "power_on_s")]
+        asked = p["requirements"] if known else []
+        reached = [r[k] for r in asked for k in ("limit", "achieved", "unit")]
         why = "" if known else str(p.get("why", "")).replace("\n", " ")
-        rows.append([*(p["values"][k] for k in sweep["keys"]), p["status"], *figures, *reached, why])
+        rows.append([*values, p["status"], *figures, *(reached or [None] * 3 * count), why])
     return rows
+
+
+def _parts(value: Any, with_unit: bool) -> list[Any]:
+    """`11 m` as the number and its unit; the digits as they were written."""
+    found = _QUANTITY.fullmatch(str(value)) if with_unit else None
+    return [value] if found is None else [found[1], found[2]]
 
 
 def sweep_table(sweep: Document) -> Table:

@@ -1,0 +1,406 @@
+"""From a spec to a plan: check, plan, sensitivity, allow, compare, why, afford."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from planner.api.answer import Answer, Row, page, plan_tree, silent
+from planner.api.given import SpecLike, whole
+from planner.errors import InputError
+
+if TYPE_CHECKING:
+    from planner.errors import Fault
+    from planner.information.afford import Affordable
+    from planner.nouns.allowances import AllowedErrors
+    from planner.nouns.plan import Achieved, Plan, PlannedTest, Step
+    from planner.nouns.plan_file import PlanWhy
+    from planner.nouns.sensitivities import Sensitivities
+    from planner.pipelines.planning import Planned
+    from planner.plan.spec_to_sensitivity import SensitivityRow
+    from planner.report.blocks import Report
+    from planner.report.comparison import Comparison
+    from planner.spec.load import LoadedSpec
+
+Progress = Callable[[str], None]
+
+
+def check(spec: SpecLike) -> tuple[Fault, ...]:
+    """What is odd about a spec that can be planned: its warnings.
+
+    Raises InputError with every fault, and for an error that no campaign of the tests observes.
+    """
+    from planner.pipelines import planning as pipeline
+
+    loaded = whole(spec)
+    pipeline.refuse_unplannable(loaded)
+    return loaded.warnings
+
+
+# ---------------------------------------------------------------- plan
+
+
+@dataclass(frozen=True)
+class PlanAnswer(Answer):
+    """A plan. record: all of it, SI; times in seconds from the start. Rows: its steps."""
+
+    made: Planned
+    spec: LoadedSpec
+
+    @property
+    def record(self) -> Plan:
+        """The plan as a record, SI."""
+        return self.made.plan
+
+    @property
+    def time_s(self) -> float:
+        """How long the campaign takes."""
+        return self.record.time_s
+
+    @property
+    def bound_s(self) -> float:
+        """What no campaign can be shorter than; of which ones says `record.proved_of`."""
+        return self.record.bound_s
+
+    @property
+    def requirements(self) -> tuple[Achieved, ...]:
+        """What is asked and what is promised, SI."""
+        return self.record.requirements
+
+    @property
+    def tests(self) -> tuple[PlannedTest, ...]:
+        """Temperatures and repeats of every test."""
+        return self.record.tests
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """What is done, in the order of time."""
+        return self.record.steps
+
+    def to_dict(self) -> dict[str, Any]:
+        """plan.json."""
+        from planner.export.json import plan_document
+
+        return plan_document(self.record)
+
+    def rows(self) -> Sequence[Row]:
+        """One row a step."""
+        return list(self.to_dict()["steps"])
+
+    @cached_property
+    def reports(self) -> tuple[Report, ...]:
+        """report.html."""
+        from planner.report.subjects.plan import plan_report
+
+        navigation = self.made.navigation
+        return (
+            plan_report(
+                self.record,
+                allowed=self.made.allowed,
+                sensitivities=navigation.sensitivities,
+                constraints=navigation.constraints,
+                spec_text=self.spec.text,
+                trajectory_name=navigation.trajectory,
+                service_life_s=self.spec.spec.unit.service_life,
+            ),
+        )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The plan's notes."""
+        return self.record.notes
+
+    @property
+    def exit_code(self) -> int:
+        """4 when plan.time_limit was over before the proof was complete."""
+        return 0 if self.record.complete else 4
+
+    @property
+    def remark(self) -> str:
+        """What stopped it."""
+        said = "stopped at plan.time_limit before the proof was complete: see bound_s and gap"
+        return "" if self.record.complete else said
+
+    def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
+        """plan.json, steps.csv, report.html in the folder `out`."""
+        from planner.export.formats.csv import steps_text
+        from planner.export.json import plan_text
+
+        return {
+            out / "plan.json": plan_text(self.record),
+            out / "steps.csv": steps_text(self.record),
+            out / "report.html": page(self.reports[0], command),
+        }
+
+
+def plan(spec: SpecLike, *, progress: Progress = silent) -> PlanAnswer:
+    """The shortest campaign found that keeps the spec's promise, with its bound and its reasons.
+
+    Raises InputError for a spec that cannot be planned, InfeasibleError when no campaign meets the
+    requirement (with `binds` and `nearest_limit`), StoppedEarly when plan.time_limit left no answer.
+    """
+    from planner.pipelines import planning as pipeline
+
+    loaded = whole(spec)
+    return PlanAnswer(pipeline.plan(loaded, progress), loaded)
+
+
+# ---------------------------------------------------------------- sensitivity, allow
+
+
+@dataclass(frozen=True)
+class SensitivityAnswer(Answer):
+    """Signed navigation errors per unit of every sensor error. Rows: one a term."""
+
+    columns: tuple[SensitivityRow, ...]
+    history: Sensitivities
+
+    def to_dict(self) -> dict[str, Any]:
+        """`columns`, one a term: north_m, east_m, up_m, …, for one `per` of it."""
+        from planner.export.sensitivities import sensitivity_document
+
+        return sensitivity_document(self.columns)
+
+    def rows(self) -> Sequence[Row]:
+        """One row a term."""
+        return list(self.to_dict()["columns"])
+
+    @cached_property
+    def reports(self) -> tuple[Report, ...]:
+        """The table."""
+        from planner.report.subjects.sensitivity import sensitivity_report
+
+        return (sensitivity_report(list(self.columns)),)
+
+
+def sensitivity(
+    spec: SpecLike,
+    *,
+    trajectory: str | Path | None = None,
+    at: str | float = "end",
+    progress: Progress = silent,
+) -> SensitivityAnswer:
+    """Navigation error per unit of every sensor error: the coefficients of the linear combination (K 2.2).
+
+    trajectory: a CSV flight instead of the spec's; at: `end`, `any` (the worst moment of each column), a
+    time such as `30 s`, or seconds. Raises InputError for a time outside the flight, or none at all.
+    """
+    from planner.pipelines import planning as pipeline
+    from planner.plan.spec_to_sensitivity import sensitivity_rows
+
+    when = _moment(at)
+    seconds = None if isinstance(when, str) else when
+    flight = None if trajectory is None else Path(trajectory)
+    found = pipeline.sensitivity(whole(spec), flight, progress, at=seconds)
+    return SensitivityAnswer(tuple(sensitivity_rows(found, when)), found)  # type: ignore[arg-type]  # of the words, `end` and `any` alone pass
+
+
+def _moment(at: str | float) -> str | float:
+    from planner.units import UnitError, to_si
+
+    if not isinstance(at, str) or at in ("end", "any"):
+        return at
+    try:
+        return to_si(at, "s")
+    except UnitError as error:
+        raise InputError(f"--at: {error}; or end, or any") from None
+
+
+@dataclass(frozen=True)
+class AllowAnswer(Answer):
+    """The region of allowed sensor errors. Rows: the Pareto set, one point a row."""
+
+    record: AllowedErrors
+
+    def to_dict(self) -> dict[str, Any]:
+        """Bounds, corners and the Pareto set, in the display units of `units`."""
+        from planner.export.allowances import allowed_document
+
+        return allowed_document(self.record)
+
+    def rows(self) -> Sequence[Row]:
+        """One row a point of the Pareto set."""
+        return list(self.to_dict()["front"])
+
+    @cached_property
+    def reports(self) -> tuple[Report, ...]:
+        """Corners, genetic beside exact."""
+        from planner.report.subjects.sensitivity import allowed_report
+
+        return (allowed_report(self.record),)
+
+
+def allow(spec: SpecLike, *, progress: Progress = silent) -> AllowAnswer:
+    """The allowed sensor errors: Pareto set of the genetic algorithm, its corners, the exact optimum.
+
+    Raises InputError for a spec that cannot be planned, InfeasibleError when no errors are allowed.
+    """
+    from planner.pipelines import planning as pipeline
+
+    return AllowAnswer(pipeline.allow(whole(spec), progress)[1])
+
+
+# ---------------------------------------------------------------- compare, why, afford
+
+
+@dataclass(frozen=True)
+class CompareAnswer(Answer):
+    """Plans side by side. Rows: seconds by bench, test and action, one column a plan.
+
+    strict: whether a difference is a no
+    """
+
+    record: Comparison
+    strict: bool = False
+
+    @property
+    def differ(self) -> bool:
+        """Whether the plans differ at all."""
+        return self.record.differ
+
+    def to_dict(self) -> dict[str, Any]:
+        """comparison.json."""
+        from planner.report.comparison import comparison_document
+
+        return comparison_document(self.record)
+
+    def rows(self) -> Sequence[Row]:
+        """Seconds under every heading."""
+        found, names = self.to_dict(), self.record.plans
+        return [
+            {"by": by, "name": one["name"], **dict(zip(names, one["time_s"], strict=True))}
+            for by in ("benches", "tests", "actions")
+            for one in found[by]
+        ]
+
+    @cached_property
+    def reports(self) -> tuple[Report, ...]:
+        """What differs and why."""
+        from planner.report.subjects.compare import comparison_report
+
+        return (comparison_report(self.record),)
+
+    @property
+    def exit_code(self) -> int:
+        """1 when the plans differ, if that was asked."""
+        return 1 if self.strict and self.differ else 0
+
+    def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
+        """comparison.json, report.html in the folder `out`."""
+        from planner.export.json_figures import json_text
+
+        return {
+            out / "comparison.json": json_text(self.to_dict()),
+            out / "report.html": page(self.reports[0], command),
+        }
+
+
+def compare(*plans: str | Path | Mapping[str, Any] | Answer, strict: bool = False) -> CompareAnswer:
+    """What differs between two plans or more, and why, in seconds.
+
+    strict: a difference makes the exit code 1. Raises InputError for fewer than two, and for what is no plan.
+    """
+    from planner.report.comparison import compare as compare_plans
+
+    if len(plans) < 2:
+        raise InputError("compare needs two plans or more")
+    return CompareAnswer(compare_plans([plan_tree(one) for one in plans]), strict)
+
+
+@dataclass(frozen=True)
+class WhyAnswer(Answer):
+    """Why a plan is as it is. Rows: what every visit buys."""
+
+    record: PlanWhy
+
+    def to_dict(self) -> dict[str, Any]:
+        """The part of plan.json that says why."""
+        return self.record.model_dump(mode="json")
+
+    def rows(self) -> Sequence[Row]:
+        """One row a visit: seconds, and every requirement's figure without it."""
+        return list(self.to_dict()["worth"])
+
+    @cached_property
+    def reports(self) -> tuple[Report, ...]:
+        """What binds, what visits buy, what changes are worth."""
+        from planner.report.subjects.why import why_report
+
+        return (why_report(self.record),)
+
+
+def why(plan: str | Path | Mapping[str, Any] | Answer) -> WhyAnswer:
+    """What binds in a plan, what every visit buys, what changes are worth.
+
+    Raises InputError for a plan by the published method, which prices no record.
+    """
+    from planner.nouns.plan_file import PlanWhy, plan_part
+
+    called = str(plan) if isinstance(plan, (str, Path)) else "the plan"
+    found = plan_part(plan_tree(plan), PlanWhy, called)
+    if not found.worth:
+        raise InputError(
+            f"{called} is planned by the published method, which prices no record; "
+            "plan with requirements of probability and plan.method: information"
+        )
+    return WhyAnswer(found)
+
+
+@dataclass(frozen=True)
+class AffordAnswer(Answer):
+    """What so many seconds of a campaign can keep. Rows: the least limits."""
+
+    record: Affordable
+    spec: LoadedSpec
+    seconds: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Least limits, tests, and the grade of sensor that the limits need."""
+        from planner.report.subjects.afford import afford_document
+
+        return afford_document(self.record, self.spec.spec)
+
+    def rows(self) -> Sequence[Row]:
+        """One row a requirement."""
+        return list(self.to_dict()["requirements"])
+
+    @cached_property
+    def reports(self) -> tuple[Report, ...]:
+        """The same in words."""
+        from planner.report.subjects.afford import afford_report
+
+        return (afford_report(self.record, self.spec.spec, self.seconds / 3600),)
+
+
+def afford(spec: SpecLike, *, hours: float, progress: Progress = silent) -> AffordAnswer:
+    """The least limits that so many hours can keep, and the grade of sensor that the limits need.
+
+    Raises InputError for a spec that is not planned by information.
+    """
+    from planner.pipelines import planning as pipeline
+
+    loaded = whole(spec)
+    return AffordAnswer(pipeline.afford(loaded, 3600.0 * hours, progress), loaded, 3600.0 * hours)
+
+
+def report(answer: Answer, *, command: str = "") -> str:
+    """An answer as one HTML page that opens offline; command: the line that its footer shows.
+
+    Raises InputError for the answer of several units, which have a page each: see `answer.reports`.
+    """
+    if len(answer.reports) != 1:
+        raise InputError(f"{len(answer.reports)} units have a page each; take one of answer.reports")
+    return page(answer.reports[0], command)
+
+
+def schema(of: str = "spec") -> dict[str, Any]:
+    """JSON Schema (draft 2020-12) of a file: spec, plan, diagnosis, calibration, verify, column-map, ….
+
+    Raises InputError for a file that has none.
+    """
+    from planner.export.schemas import schema_of
+
+    return schema_of(of)
