@@ -10,7 +10,7 @@ import numpy as np
 from planner import __version__
 from planner.calibrate.correction import true_input
 from planner.calibrate.curve_contradiction import contradictions
-from planner.calibrate.fit_options import DECLARED, FitOptions
+from planner.calibrate.fit_options import DECLARED, SINS_OUTPUTS, FitOptions
 from planner.calibrate.fit_to_calibration import sensor_calibration
 from planner.calibrate.held_out import residual_of
 from planner.calibrate.in_store import EFFECTS as RENEWED
@@ -74,7 +74,7 @@ def _calibrate_unit(
     elif options.method == "rests_and_turns":
         sensors, notes = by_rests_and_turns(table), []
         notes += told_by_turns(sensors[0])
-    elif options.method == DECLARED:
+    elif options.method in (DECLARED, SINS_OUTPUTS):
         sensors, notes = _by_declared_effects(table, curves, options)
     elif options.method in METHODS:
         sensors, notes = _by_method(table, curves, options, METHODS[options.method])

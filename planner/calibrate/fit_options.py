@@ -10,6 +10,7 @@ from planner.nouns.calibration import Tables
 from planner.protocols import Sensor
 
 DECLARED = "declared_effects"
+SINS_OUTPUTS = "sins_outputs"  # the same effects, readings out of a navigation log
 
 
 @dataclass(frozen=True)

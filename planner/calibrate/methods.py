@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.calibrate.fit_options import DECLARED, FitOptions
+from planner.calibrate.fit_options import DECLARED, SINS_OUTPUTS, FitOptions
 from planner.errors import InputError
 from planner.nouns.calibration import Tables
 from planner.nouns.dwell_table import DwellTable
@@ -171,6 +171,7 @@ BY_SOURCE = {
 }
 _NEEDS_OF_OTHERS = {
     DECLARED: "records with ref_rate and ref_acc, or rests in nine attitudes",
+    SINS_OUTPUTS: "a log of attitude and velocity: rests in six attitudes, turns about every axis",
     "free_orientations": "rests in nine attitudes, faces and edges",
     "free_orientations_symmetric": "rests in nine attitudes, faces and edges",
     "ellipsoid": "rests in nine attitudes, faces and edges",
@@ -189,6 +190,7 @@ NAMES = (
     "free_orientations_symmetric",
     "ellipsoid",
     "rests_and_turns",
+    SINS_OUTPUTS,
     *METHODS,
 )
 ROBUST = ("no", "huber", "bisquare")

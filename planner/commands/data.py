@@ -150,7 +150,9 @@ def calibrate(
     ramps; from power-on); triad_least_squares (four rests, ref_acc); cube (six faces, turns by 90 deg, no
     references), cube_accelerometers, cube_gyros; free_orientations, free_orientations_symmetric, ellipsoid
     (nine rests, edges too, no references); rests_and_turns (the same with turns between: gyros by the Poisson
-    equation). By their sources' words: A is triad_least_squares, B2 … B6 the tasks of B (B1 is `reduce`).
+    equation); sins_outputs (DATA is a navigation log: time_s, roll_deg, pitch_deg, heading_deg, v_north_mps,
+    v_east_mps, v_down_mps, with record, table_rate_x_dps …, table_acc_x_g …, lat_deg or --latitude). By their
+    sources' words: A is triad_least_squares, B2 … B6 the tasks of B (B1 is `reduce`).
 
     With `plan: {temperature_estimator: smooth}` tables are the posterior mean of each curve, --nodes of it.
 

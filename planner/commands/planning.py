@@ -95,17 +95,29 @@ def sensitivity(
     at: Annotated[
         str, typer.Option(metavar="TIME", help="end, a time such as '30 s', or any: the worst moment.")
     ] = "end",
+    beside: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME|CSV", help="Another flight beside it, a built-in or a file; repeatable."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", metavar="DIR", help="Folder for curves over the flight [none written]."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Print the linear-combination coefficients: navigation error per unit of every sensor error.
 
-    Example: planner sensitivity spec.yaml --trajectory flight.csv --at '30 s' --json
+    -o: report.html draws the error over the flight, by sensor error and by axis; sensitivities.csv has it.
+
+    Example: planner sensitivity spec.yaml --beside helicopter --beside flight.csv -o sensitivities
     """
     from planner.api import planning
 
     with progress_line() as progress:
-        found = planning.sensitivity(spec, trajectory=trajectory, at=at, progress=progress)
-    say(found, as_json)
+        found = planning.sensitivity(
+            spec, trajectory=trajectory, at=at, beside=beside or (), progress=progress
+        )
+    say(found, as_json, out)
 
 
 def allow(spec: SpecFile, as_json: AsJson = False) -> None:
