@@ -117,6 +117,30 @@ METHODS = {
         "K 2.2.6, 4.3.3",
         "three loads over 1.5 g at least, in several mountings, and rests, with ref_rate and ref_acc",
     ),
+    "nonlinearity_table": Method(
+        BOTH,
+        ("bias", "scale_factor", "scale_factor_asymmetry", "scale_factor_curve", "misalignment"),
+        over_inputs,
+        "K 2.2.5, table 2.4",
+        "eight rates or loads, both ways, with ref_rate and ref_acc",
+    ),
+    "load_tables": Method(
+        BOTH,
+        (
+            "bias",
+            "load_curve",
+            "scale_factor",
+            "scale_factor_nonlinearity",
+            "scale_factor_acceleration",
+            "scale_factor_acceleration_squared",
+            "misalignment",
+            "arm_length",
+            "arm_bending",
+        ),
+        loaded,
+        "K 2.2.6, eq. 21, 3.1",
+        "eight loads up to 100 g on six faces, and turns and rests near the axis, with ref_rate and ref_acc",
+    ),
     "temperature_tables": Method(
         BOTH, _TABLES, over_temperatures, "K 2.4", "two temperatures at least, with references"
     ),

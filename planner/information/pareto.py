@@ -48,7 +48,8 @@ def pareto_set(
     from deap import tools
 
     rng = np.random.default_rng(seed)
-    people = _judged(offers, judge, [_individual(offers, rng) for _ in range(INDIVIDUALS)])
+    powered = np.array([repeat_power_on(offers.spec, offers.spec.tests[k.test]) for k in offers.kinds])
+    people = _judged(offers, judge, [_individual(offers, rng) for _ in range(INDIVIDUALS)], powered)
     people = tools.selNSGA2(people, INDIVIDUALS)
     best: list[float] = []
     mean: list[float] = []
@@ -57,7 +58,7 @@ def pareto_set(
         if late():
             break
         children = [_child(offers, people, rng) for _ in range(INDIVIDUALS)]
-        people = tools.selNSGA2([*people, *_judged(offers, judge, children)], INDIVIDUALS)
+        people = tools.selNSGA2([*people, *_judged(offers, judge, children, powered)], INDIVIDUALS)
         kept += people
         keeping = [p.point.cost for p in people if p.point.load <= 1.0]
         best.append(min([*keeping, *best[-1:]], default=float("nan")))
@@ -189,9 +190,9 @@ class _Individual:
     fitness: _Fitness
 
 
-def _judged(offers: Offers, judge: Judge, every: Sequence[Array]) -> list[_Individual]:
+def _judged(offers: Offers, judge: Judge, every: Sequence[Array], powered: Array) -> list[_Individual]:
+    """powered: (g,) s of power that one repeat of each kind takes."""
     counts = np.array(every)
-    powered = np.array([repeat_power_on(offers.spec, offers.spec.tests[k.test]) for k in offers.kinds])
     loads = np.minimum(judge.loads(counts), USELESS)
     each = zip(counts, offers.cost(counts).tolist(), loads.tolist(), (counts @ powered).tolist(), strict=True)
     points = [Point(n, cost, load, power) for n, cost, load, power in each]

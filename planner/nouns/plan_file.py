@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -337,8 +338,9 @@ def _fault(document: object, place: Sequence[int | str], message: str) -> Fault:
     return Fault("plan.json", 0, 0, ".".join(names), message, "P902")
 
 
+@cache
 def plan_schema() -> dict[str, Any]:
-    """The JSON Schema of plan.json."""
+    """The JSON Schema of plan.json, made once: nobody changes it, and every recount reads it."""
     schema = PlanDocument.model_json_schema()
     return {"$schema": DRAFT, **schema, "title": f"planner plan, schema version {SCHEMA_VERSION}"}
 

@@ -370,6 +370,9 @@ def _settings(spec: Spec, late: Callable[[], bool] = never) -> GeneticSettings:
         crossover=genetic.crossover,
         mutation=genetic.mutation,
         generations=genetic.generations,
+        bits=genetic.bits,
+        patience=genetic.patience,
+        tolerance=genetic.tolerance,
         late=late,
     )
 
