@@ -24,7 +24,7 @@ from planner.report.charts import flight_time, gantt
 from planner.report.charts import plan as charts
 from planner.report.contributions import binding_constraint, contributions, is_sum
 from planner.report.numbers import days, digits, hours, percent, quantity, when
-from planner.report.readable import allowed_in, plan_in, sensitivities_in, units_of
+from planner.report.readable import sensitivities_in, units_of
 from planner.report.region_of_two import AllowedRegion, allowed_region, axes_of_region
 from planner.report.subjects import plan_basis, plan_promise, plan_tables
 from planner.report.subjects.plan_schedule import schedule
@@ -50,10 +50,7 @@ def plan_report(
 
     spec_text: shown as it is; service_life_s: compared with the power-on hours
     """
-    units = units_of(plan)
-    plan = plan_in(plan, units)
-    allowed = allowed_in(allowed, units) if allowed else None
-    sensitivities = sensitivities_in(sensitivities, units) if sensitivities else None
+    sensitivities = sensitivities_in(sensitivities, units_of(plan)) if sensitivities else None
     long = f" ({days(plan.time_s)})" if days(plan.time_s) else ""
     whole = (
         _promised(plan, constraints, service_life_s)
