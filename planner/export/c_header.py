@@ -2,10 +2,9 @@
 
 The arrays are those of `firmware`; the functions are the measurement equation solved for the input:
 
-    b = bias(T) + drift dT/dt + warm_up exp(−t/τ) + acceleration · f + ramp(T, dT/dt, t)
-    v = (y − b)/slope,   u = M⁻¹ v
+    b = bias(T) + drift dT/dt + warm_up exp(−t/τ) + acceleration · f,   v = (y − b)/slope,   u = M⁻¹ v
 
-`ramp` stands there when the calibration has a table over the rate of temperature.
+Tables over load and input (`firmware_curves`) add to b and to the slope where the calibration has them.
 """
 
 from __future__ import annotations
@@ -28,10 +27,6 @@ _SHAPES = {
     "acceleration": "[3][3]",
     "nonlinearity": "[3]",
     "alignment": "[3][3]",
-    "ramp_temperature": "[{R}]",
-    "ramp_rate": "[{Q}]",
-    "ramp_time": "[{P}]",
-    "ramp_bias": "[{P}][{R}][{Q}][3]",
 }
 _MEANING = {
     "temperature": "nodes, degC",
@@ -44,38 +39,7 @@ _MEANING = {
     "acceleration": "{unit} per g of body axes x y z",
     "nonlinearity": "cubic part of the slope at full scale",
     "alignment": "inverse of the misalignment matrix",
-    "ramp_temperature": "nodes of the table over the rate of temperature, degC",
-    "ramp_rate": "its rates, K/min; beyond them it goes on",
-    "ramp_time": "its times since power-on, s",
-    "ramp_bias": "{unit} on top of the bias at a steady temperature",
 }
-_PLACE = """
-static inline float planner_place(const float *node, int nodes, float x, int goes_on, int *k)
-{
-    *k = 0;
-    if (nodes < 2) return 0.0f;
-    if (!goes_on && x < node[0]) x = node[0];
-    if (!goes_on && x > node[nodes - 1]) x = node[nodes - 1];
-    while (*k < nodes - 2 && x >= node[*k + 1]) ++*k;
-    return (x - node[*k]) / (node[*k + 1] - node[*k]);
-}
-"""
-_RAMP = """
-static inline float planner_{s}_ramp(int axis, float temperature_degc, float rate_degc_min, float time_on_s)
-{{
-    int a, b, c, corner;
-    float sum = 0.0f;
-    const float t = planner_place(planner_{s}_ramp_time, {P}, time_on_s, 0, &a);
-    const float d = planner_place(planner_{s}_ramp_temperature, {R}, temperature_degc, 0, &b);
-    const float r = planner_place(planner_{s}_ramp_rate, {Q}, rate_degc_min, 1, &c);
-    for (corner = 0; corner < 8; ++corner) {{
-        const int i = corner & 1, j = (corner >> 1) & 1, k = corner >> 2;
-        const float share = (i ? t : 1.0f - t) * (j ? d : 1.0f - d) * (k ? r : 1.0f - r);
-        if (share != 0.0f) sum += share * planner_{s}_ramp_bias[a + i][b + j][c + k][axis];
-    }}
-    return sum;
-}}
-"""
 _FUNCTION = """
 static inline void planner_correct_{s}(const float raw[3], float temperature_degc,
                                        float temperature_rate_degc_min, float time_on_s,
@@ -96,7 +60,7 @@ static inline void planner_correct_{s}(const float raw[3], float temperature_deg
         bias += planner_{s}_drift[i] * temperature_rate_degc_min;
         bias += planner_{s}_warm_up[i] * expf(-time_on_s / planner_{s}_time_constant[i]);
         for (j = 0; j < 3; ++j) bias += planner_{s}_acceleration[i][j] * acceleration_g[j];
-{ramp}        y = raw[i] - bias;
+{bias}        y = raw[i] - bias;
         {{
             const float (*table)[3] = y < 0.0f ? planner_{s}_minus : planner_{s}_plus;
             slope = table[k][i] + share * (table[n][i] - table[k][i]);
@@ -104,18 +68,13 @@ static inline void planner_correct_{s}(const float raw[3], float temperature_deg
         v[i] = y / slope;
         for (j = 0; j < 4; ++j) {{
             cubic = planner_{s}_nonlinearity[i] * (v[i] / {full}) * (v[i] / {full});
-            v[i] = y / (slope + cubic);
+{slope}            v[i] = y / (slope + cubic);
         }}
     }}
     for (i = 0; i < 3; ++i)
         corrected[i] = planner_{s}_alignment[i][0] * v[0] + planner_{s}_alignment[i][1] * v[1]
                      + planner_{s}_alignment[i][2] * v[2];
 }}
-"""
-
-
-_RAMP_CALL = """\
-        bias += planner_{s}_ramp(i, temperature_degc, temperature_rate_degc_min, time_on_s);
 """
 
 
@@ -130,18 +89,18 @@ def c_header(calibration: Calibration) -> str:
         "#include <math.h>",
     ]
     every = firmware_tables(calibration)
-    parts += [_PLACE] if any(tables.ramp is not None for tables in every) else []
+    parts += dict.fromkeys(curve.look_up for tables in every for curve in tables.curves)
     for tables in every:
         parts += _arrays(tables)
         suffix = _SUFFIX[tables.sensor]
-        parts += [] if tables.ramp is None else [_RAMP.format(s=suffix, **_ramp_nodes(tables))]
         parts.append(
             _FUNCTION.format(
                 s=suffix,
                 S=suffix.upper(),
                 reach=_literal(tables.reach),
                 full=_literal(tables.full_scale),
-                ramp="" if tables.ramp is None else _RAMP_CALL.format(s=suffix),
+                bias="".join(curve.bias.format(s=suffix) for curve in tables.curves),
+                slope="".join(curve.slope.format(s=suffix) for curve in tables.curves),
             )
         )
     return "\n".join([*parts, "#endif", ""])
@@ -155,16 +114,15 @@ def _arrays(tables: FirmwareTables) -> list[str]:
         lines += ["/* Not in these arrays, so not corrected here:", *(f"   {one}" for one in tables.left_out)]
         lines += ["   over the table's temperatures, 2 h of power-on, a year, 500 deg/s, 50 g. */"]
     for name, values in tables.arrays().items():
-        shape = _SHAPES[name].format(N=nodes, **_ramp_nodes(tables))
+        shape = _SHAPES[name].format(N=nodes)
         lines.append(f"/* {_MEANING[name].format(unit=unit)} */")
         lines.append(f"static const float planner_{suffix}_{name}{shape} = {_initialiser(values)};")
+    for curve in tables.curves:
+        for name, values in curve.arrays.items():
+            shape = "".join(f"[{n}]" for n in values.shape)
+            lines.append(f"/* {curve.meaning[name].format(unit=unit)} */")
+            lines.append(f"static const float planner_{suffix}_{name}{shape} = {_initialiser(values)};")
     return lines
-
-
-def _ramp_nodes(tables: FirmwareTables) -> dict[str, int]:
-    """How many nodes the table over the rate of temperature has: R temperatures, Q rates, P times."""
-    ramp = tables.ramp
-    return {} if ramp is None else {"R": len(ramp.temperature), "Q": len(ramp.rate), "P": len(ramp.time)}
 
 
 def _initialiser(values: Float32) -> str:

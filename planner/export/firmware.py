@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.effects import sensed
 from planner.effects._dependence import IN_USE_DEGC, random_conditions
-from planner.effects._rate_table import RateTable
 from planner.effects.scale_factor_nonlinearity import REFERENCE_INPUT
+from planner.export.firmware_curves import FirmwareCurve, firmware_curves
 from planner.nouns.array import Array
 from planner.nouns.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
 from planner.nouns.conditions import Conditions
@@ -20,8 +20,7 @@ from planner.units import STANDARD_GRAVITY_MPS2, from_si, unit_factor
 
 Float32 = NDArray[np.float32]
 AXES = ("x", "y", "z")
-# what the layout has arrays and equations for, beside tables over the rate of temperature; whatever else a
-# calibration holds is left out, and said
+# what the layout has arrays and equations for; whatever else a calibration holds is left out, and said
 HELD = {"temperature_rate", "warm_up", "g_sensitivity", "scale_factor_nonlinearity"}
 ROWS = 2000
 LOAD_MPS2 = 50.0 * STANDARD_GRAVITY_MPS2
@@ -45,20 +44,6 @@ class LeftOut:
 
 
 @dataclass(frozen=True)
-class RampArrays:
-    """Bias over temperature, its rate and time since power-on, linear along each; R, Q and P nodes.
-
-    temperature: (R,) degC; rate: (Q,) K/min, beyond which the end segments go on; time: (P,) s
-    bias: (P, R, Q, 3) on top of the bias at a steady temperature
-    """
-
-    temperature: Float32
-    rate: Float32
-    time: Float32
-    bias: Float32
-
-
-@dataclass(frozen=True)
 class FirmwareTables:
     """One sensor's arrays. N nodes; output unit is deg/s or g.
 
@@ -66,7 +51,7 @@ class FirmwareTables:
     drift: (3,) per K/min of temperature rate; warm_up: (3,) at power-on; time_constant: (3,) s
     acceleration: (3, 3) bias per g of body axes (zero for accelerometers)
     nonlinearity: (3,) cubic, at the input `full_scale`; alignment: (3, 3) inverse of the misalignment matrix
-    left_out: what these arrays have no place for; ramp: the tables over the rate of temperature, if any
+    left_out: what these arrays have no place for; curves: tables over load, input and rate, if any
     """
 
     sensor: str
@@ -83,7 +68,7 @@ class FirmwareTables:
     nonlinearity: Float32
     alignment: Float32
     left_out: tuple[LeftOut, ...]
-    ramp: RampArrays | None = None
+    curves: tuple[FirmwareCurve, ...] = ()
 
     def arrays(self) -> dict[str, Float32]:
         """The arrays by name, in the order of the binary image."""
@@ -99,8 +84,7 @@ class FirmwareTables:
             "nonlinearity",
             "alignment",
         )
-        ramp = {} if self.ramp is None else {f"ramp_{name}": a for name, a in vars(self.ramp).items()}
-        return {name: getattr(self, name) for name in names} | ramp
+        return {name: getattr(self, name) for name in names}
 
 
 def firmware_tables(calibration: Calibration) -> tuple[FirmwareTables, ...]:
@@ -128,38 +112,7 @@ def _of_sensor(found: SensorCalibration) -> FirmwareTables:
         nonlinearity=sorted_out.channels("scale_factor_nonlinearity").astype(np.float32),
         alignment=np.linalg.inv(t.misalignment).astype(np.float32),
         left_out=_left_out(found),
-        ramp=_ramp(found),
-    )
-
-
-def _ramp(found: SensorCalibration) -> RampArrays | None:
-    """All tables over the rate of temperature as one, on the nodes of all: on them each is exact."""
-    known = catalog.effects()
-    mine = [e for e in found.tables.extra if isinstance(known[e.effect], RateTable)]
-    if not mine:
-        return None
-    grids = [table for e in mine if isinstance(table := known[e.effect], RateTable)]
-    degc, rate, time = (
-        np.unique(np.concatenate([nodes(g) for g in grids]))
-        for nodes in (
-            lambda g: g.temperatures,
-            lambda g: (*g.rates, 0.0),
-            lambda g: g.times or (0.0,),
-        )
-    )
-    t, T, r = (x.ravel() for x in np.meshgrid(time, degc, rate, indexing="ij"))
-    at_rest = np.zeros((len(t), 3))
-    conditions = Conditions(at_rest, at_rest, T, r / 60.0, t, np.zeros(len(t)))
-    bias = np.zeros((len(t), 3))
-    for effect in dict.fromkeys(e.effect for e in mine):
-        value = {e.term: e.value for e in mine if e.effect == effect}
-        regressors = known[effect].regressors(found.sensor, conditions)
-        bias += regressors @ np.array([value.get(k.name, 0.0) for k in known[effect].terms(found.sensor)])
-    return RampArrays(
-        degc.astype(np.float32),
-        rate.astype(np.float32),
-        time.astype(np.float32),
-        _shown(bias, OUTPUT_UNIT[found.sensor]).reshape(len(time), len(degc), len(rate), 3),
+        curves=firmware_curves(found.sensor, t.extra, unit),
     )
 
 
@@ -202,12 +155,9 @@ class _Extras:
 
 
 def _left_out(found: SensorCalibration) -> tuple[LeftOut, ...]:
-    known = catalog.effects()
-    names = sorted(
-        name
-        for name in {e.effect for e in found.tables.extra} - HELD
-        if not isinstance(known[name], RateTable)
-    )
+    curves = firmware_curves(found.sensor, found.tables.extra, OUTPUT_UNIT[found.sensor])
+    held = HELD.union(*(curve.effects for curve in curves))
+    names = sorted({e.effect for e in found.tables.extra} - held)
     return tuple(_size(found, name) for name in names)
 
 
