@@ -32,6 +32,8 @@ CURVES = (
     "drift_curve",
     "drift_curve_temperature",
     "settling",
+    "temperature_rate_table",
+    "temperature_rate_table_over_time",
 )
 MAIN = """
 #include <stdio.h>
@@ -72,6 +74,7 @@ def tables(sensor: Sensor, seed: int, nodes: int, effects: bool = True) -> Table
             size = 1e-3 * unit if name in ("drift_curve", "settling") else size
             size = 1e-5 * unit if name == "drift_curve_temperature" else size
             size = 1e-7 / G**2 if name == "scale_factor_acceleration_squared" else size
+            size = 1e-3 * unit if name.startswith("temperature_rate_table") else size
             extra += [ExtraTerm(name, t.name, float(rng.normal() * size)) for t in effect.terms(sensor)]
     return Tables(
         np.linspace(-60.0, 70.0, nodes) + rng.uniform(-2.0, 2.0, nodes),

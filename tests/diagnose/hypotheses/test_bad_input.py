@@ -14,7 +14,7 @@ import pytest
 from planner.dwells.dwell_files import read_dwells, write_dwells
 from planner.nouns.dwell_table import DwellTable
 from tests.calibrate.world import Hidden, Layout, campaign
-from tests.diagnose.hypotheses.worlds import SPEC, whole
+from tests.diagnose.hypotheses.worlds import RATE_TABLES, SPEC, whole
 from tests.outcome import Run
 
 SMALL = Layout(
@@ -108,9 +108,9 @@ def test_what_cannot_be_is_refused_with_its_place(fault: str, spoilt, run: Run, 
 
 DRIFT_TABLES = ("drift_curve", "drift_curve_temperature")
 LOST = {
-    "time_on_s": {"warm_up", "drift", "thermal_lag", "settling", *DRIFT_TABLES},
+    "time_on_s": {"warm_up", "drift", "thermal_lag", "settling", RATE_TABLES[1], *DRIFT_TABLES},
     "day": {"ageing", "bias_step"},
-    "temp_rate_degc_min": {"temperature_rate", "thermal_lag", "hysteresis"},
+    "temp_rate_degc_min": {"temperature_rate", "thermal_lag", "hysteresis", *RATE_TABLES},
     # the others of temperature are declared
     "temp_degc": {
         "misalignment_temperature",
@@ -118,6 +118,7 @@ LOST = {
         "drift_curve_temperature",
         "thermal_lag",
         "hysteresis",
+        *RATE_TABLES,
     },
 }
 
