@@ -21,6 +21,7 @@ from planner.commands import (
     promise,
     recordings,
     running,
+    starting,
 )
 from planner.commands import diagnosing as diagnosis
 from planner.errors import InfeasibleError, InputError, PlannerError
@@ -50,7 +51,8 @@ def root(version: Annotated[bool, typer.Option("--version", help="Print the vers
         raise typer.Exit()
 
 
-for family in (
+FAMILIES = (
+    starting,
     planning,
     bench,
     running,
@@ -62,7 +64,8 @@ for family in (
     effects,
     explaining,
     docs,
-):
+)
+for family in FAMILIES:
     family.register(app)
 
 

@@ -6,6 +6,7 @@ process of their own, where the terminal, the environment or a broken pipe matte
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 import os
@@ -318,6 +319,29 @@ def test_sensitivity_on_a_flight_that_is_not_there(run: Run, spec: Path) -> None
     found = run("sensitivity", spec, "--trajectory", "nowhere.csv")
     assert (found.code, found.out) == (2, "")
     assert "nowhere.csv" in found.err
+
+
+def test_sensitivity_writes_the_error_over_the_flight_and_other_flights(run: Run, tmp_path: Path) -> None:
+    spec = written(tmp_path / "s.yaml", flown())
+    found = run("sensitivity", spec, "--beside", "static", "-o", tmp_path / "out", "--json")
+    first, second = found.json["flights"]
+    assert first["time_s"] == second["time_s"] == 20.0
+    assert all(e["ratio"] == 1.0 for e in first["errors"] if e["ratio"] is not None)
+    rows = list(csv.DictReader((tmp_path / "out" / "sensitivities.csv").open()))
+    last = [row for row in rows if float(row["time_s"]) == 20.0]
+    for row, column in zip(last, found.json["columns"], strict=True):
+        assert (row["error"], row["axis"]) == (column["error"], column["axis"])
+        assert float(row["north_m"]) == pytest.approx(column["north_m"], rel=1e-8)
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "The error over the time of flight" in page
+    assert "by axis of the unit" in page
+
+
+def test_sensitivity_beside_a_flight_that_is_not_there(run: Run, spec: Path) -> None:
+    found = run("sensitivity", spec, "--beside", "helicoptr")
+    assert (found.code, found.out) == (2, "")
+    assert "--beside helicoptr" in found.err
+    assert "did you mean" in found.err
 
 
 def test_allow_prints_corners_and_json(run: Run, spec: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from planner.nouns.plan_file import PlanWhy
     from planner.nouns.sensitivities import Sensitivities
     from planner.pipelines.planning import Planned
+    from planner.plan.flights_side_by_side import FlownErrors
     from planner.plan.spec_to_sensitivity import SensitivityRow
     from planner.report.blocks import Report
     from planner.report.comparison import Comparison
@@ -153,16 +154,26 @@ def plan(spec: SpecLike, *, progress: Progress = silent) -> PlanAnswer:
 
 @dataclass(frozen=True)
 class SensitivityAnswer(Answer):
-    """Signed navigation errors per unit of every sensor error. Rows: one a term."""
+    """Signed navigation errors per unit of every sensor error. Rows: one a term.
+
+    units: error -> the unit in which the spec speaks of it, and the report shows it
+    """
 
     columns: tuple[SensitivityRow, ...]
-    history: Sensitivities
+    flown: FlownErrors
+    name: str = ""
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def history(self) -> Sensitivities:
+        """The same over the time of flight, per SI unit."""
+        return self.flown.found
 
     def to_dict(self) -> dict[str, Any]:
-        """`columns`, one a term: north_m, east_m, up_m, …, for one `per` of it."""
+        """`columns`, one a term: north_m, …, for one `per` of it; `flights` beside the spec's."""
         from planner.export.sensitivities import sensitivity_document
 
-        return sensitivity_document(self.columns)
+        return sensitivity_document(self.columns, self.flown.flights)
 
     def rows(self) -> Sequence[Row]:
         """One row a term."""
@@ -170,10 +181,20 @@ class SensitivityAnswer(Answer):
 
     @cached_property
     def reports(self) -> tuple[Report, ...]:
-        """The table."""
+        """The table, curves over the flight, flights side by side."""
         from planner.report.subjects.sensitivity import sensitivity_report
 
-        return (sensitivity_report(list(self.columns)),)
+        return (sensitivity_report(list(self.columns), self.flown, self.name, self.units),)
+
+    def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
+        """report.html and sensitivities.csv, the columns over the time of flight."""
+        from planner.export.sensitivities import over_flight_text
+        from planner.report.readable import sensitivities_in
+
+        return {
+            out / "sensitivities.csv": over_flight_text(sensitivities_in(self.history, self.units)),
+            out / "report.html": page(self.reports[0], command),
+        }
 
 
 def sensitivity(
@@ -181,21 +202,26 @@ def sensitivity(
     *,
     trajectory: str | Path | None = None,
     at: str | float = "end",
+    beside: Sequence[str | Path] = (),
     progress: Progress = silent,
 ) -> SensitivityAnswer:
-    """Navigation error per unit of every sensor error: the coefficients of the linear combination (K 2.2).
+    """Navigation error per unit of every sensor error: the coefficients of the linear combination (K 3.3).
 
     trajectory: a CSV flight instead of the spec's; at: `end`, `any` (the worst moment of each column), a
-    time such as `30 s`, or seconds. Raises InputError for a time outside the flight, or none at all.
+    time such as `30 s`, or seconds; beside: other flights, built-in ones by name or CSV files.
+    Raises InputError for a time outside the flight, or none at all, and for a flight that is not there.
     """
-    from planner.pipelines import planning as pipeline
+    from planner.pipelines.flights import flown_errors
     from planner.plan.spec_to_sensitivity import sensitivity_rows
+    from planner.spec.own_units import own_units
 
     when = _moment(at)
     seconds = None if isinstance(when, str) else when
     flight = None if trajectory is None else Path(trajectory)
-    found = pipeline.sensitivity(whole(spec), flight, progress, at=seconds)
-    return SensitivityAnswer(tuple(sensitivity_rows(found, when)), found)  # type: ignore[arg-type]  # of the words, `end` and `any` alone pass
+    loaded = whole(spec)
+    flown = flown_errors(loaded, flight, [str(b) for b in beside], progress, at=seconds)
+    rows = tuple(sensitivity_rows(flown.found, when))  # type: ignore[arg-type]  # of the words, `end` and `any` alone pass
+    return SensitivityAnswer(rows, flown, loaded.spec.name, own_units(loaded.spec))
 
 
 def _moment(at: str | float) -> str | float:

@@ -10,31 +10,12 @@ import typer
 
 from planner.commands.options import AsJson, SpecFile
 from planner.commands.output import answer, progress_line, say
-from planner.errors import InputError
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
-    for command in (init, check, schema, plan, sensitivity, allow, compare, why, afford):
+    for command in (check, schema, plan, sensitivity, allow, compare, why, afford):
         app.command()(command)
-
-
-def init(
-    file: Annotated[Path | None, typer.Argument(metavar="[FILE]", help="Where to write it.")] = None,
-    as_json: AsJson = False,
-) -> None:
-    """Write a commented starter spec that plans as it stands.
-
-    Example: planner init spec.yaml
-    """
-    from planner.spec.starter import starter_text
-    from planner.whole_files import write_whole
-
-    target = file or Path("spec.yaml")
-    if target.exists():
-        raise InputError(f"{target} exists already; give another name")
-    write_whole(target, starter_text())
-    answer({"written": str(target)}, f"wrote {target}; next: planner plan {target}", as_json)
 
 
 def check(spec: SpecFile, as_json: AsJson = False) -> None:
@@ -95,17 +76,29 @@ def sensitivity(
     at: Annotated[
         str, typer.Option(metavar="TIME", help="end, a time such as '30 s', or any: the worst moment.")
     ] = "end",
+    beside: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME|CSV", help="Another flight beside it, a built-in or a file; repeatable."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", metavar="DIR", help="Folder for curves over the flight [none written]."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Print the linear-combination coefficients: navigation error per unit of every sensor error.
 
-    Example: planner sensitivity spec.yaml --trajectory flight.csv --at '30 s' --json
+    -o: report.html draws the error over the flight, by sensor error and by axis; sensitivities.csv has it.
+
+    Example: planner sensitivity spec.yaml --beside helicopter --beside flight.csv -o sensitivities
     """
     from planner.api import planning
 
     with progress_line() as progress:
-        found = planning.sensitivity(spec, trajectory=trajectory, at=at, progress=progress)
-    say(found, as_json)
+        found = planning.sensitivity(
+            spec, trajectory=trajectory, at=at, beside=beside or (), progress=progress
+        )
+    say(found, as_json, out)
 
 
 def allow(spec: SpecFile, as_json: AsJson = False) -> None:

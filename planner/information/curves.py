@@ -24,6 +24,8 @@ from planner.spec.model import Spec
 
 CURVES = 2000  # drawn of every family: a second moment is then known to 2 % in sigma, a part of the whole
 
+KEPT = 4  # sets of temperatures at which curves are kept: of what is on offer, and of the campaign in hand
+
 
 @dataclass(frozen=True)
 class Curves:
@@ -67,7 +69,7 @@ class Curves:
         if key not in self.drawn:
             self.drawn[key] = _Drawn(centred(family.shape.draws(CURVES, rng)))
         known = self.drawn[key]
-        return np.asarray(along(degc, family.grid, known.curves) * known.scales(family)[:, None])
+        return np.asarray(known.at(degc, family.grid) * known.scales(family)[:, None])
 
 
 @dataclass
@@ -76,6 +78,16 @@ class _Drawn:
 
     curves: Array
     left: dict[int, Array] = field(default_factory=dict)
+    seen: dict[bytes, Array] = field(default_factory=dict)
+
+    def at(self, degc: Array, grid: Array) -> Array:
+        """(CURVES, N) at temperatures (N,); errors whose curves have one shape ask for the same."""
+        key = degc.tobytes() + grid[[0, -1]].tobytes()
+        if key not in self.seen:
+            if len(self.seen) >= KEPT:
+                self.seen.clear()
+            self.seen[key] = along(degc, grid, self.curves)
+        return self.seen[key]
 
     def scales(self, family: TableCurves) -> Array:
         """(CURVES,) with which each meets the family's table at one N and exceeds it at none."""

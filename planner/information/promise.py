@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from planner.information.drawn import CurveWeights
 from planner.information.in_flight import Asked
 from planner.information.kinds import Kinds
+from planner.information.remembered import Remembered
 from planner.information.smooth import Moments, Smooth
 from planner.information.told import Alike, Told, alike, told
 from planner.nouns.array import Array
@@ -42,6 +43,7 @@ class Promise:
     points: Array
     families: Mapping[str, Moments]
     smooth: Smooth | None = None
+    remembered: Remembered = field(default_factory=Remembered, init=False, repr=False, compare=False)
 
     def figures(self, counts: Array, families: Sequence[str] | None = None) -> Array:
         """(B, families, requirements) quantile or rms in SI, infinite where a coefficient is undetermined."""
@@ -71,7 +73,10 @@ class Promise:
         """Per requirement (B, families, S, I, c, c) of d; (B,) whether what flies is undetermined."""
         named = [*self.families] if families is None else families
         chosen = [i for i, name in enumerate(self.families) if name in named]
-        whole, undetermined = self._whole(counts, chosen)
+        return self.remembered.left(counts, chosen, self._left)
+
+    def _left(self, counts: Array, families: Sequence[int]) -> tuple[list[Array], NDArray[np.bool_]]:
+        whole, undetermined = self._whole(counts, families)
         return [self._blocks(a, whole) for a in self.asked], undetermined
 
     def covariance(self, counts: Array, requirement: int) -> Array:

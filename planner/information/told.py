@@ -102,7 +102,9 @@ def told(group: Alike, counts: Array, curved: Sequence[int]) -> Iterator[Told]:
     for size in np.unique(sizes):
         which = np.flatnonzero(sizes == size)
         N, D = divmod(int(size), 1000)
-        yield _told(group, which, order[which], n[which], nodes[which, :N], driven[which, :D], curved)
+        every, own = nodes[which, :N], driven[which, :D]
+        own = every if np.array_equal(own, every) else own  # then everything about them is made once
+        yield _told(group, which, order[which], n[which], every, own, curved)
 
 
 def _nodes(group: Alike, counts: Array) -> tuple[Array, Array]:
@@ -149,7 +151,8 @@ def _told(
     c, (B, K) = group.first, n.shape
     b, q = len(c.terms), len(c.sigma)
     t = group.degc[kinds]
-    hats = {False: hats_of(t, nodes), True: hats_of(t, driven)}
+    every = hats_of(t, nodes)
+    hats = {False: every, True: every if driven is nodes else hats_of(t, driven)}
     sizes = [hats[x.driven].shape[2] if x.tabled else 1 for x in c.terms]
     ends = np.cumsum([0, *sizes])
     places = tuple(slice(int(a), int(z)) for a, z in pairwise(ends))

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from planner.calibrate.dwells_to_fit import calibrate as calibrate_table
-from planner.calibrate.fit_options import FitOptions
+from planner.calibrate.fit_options import SINS_OUTPUTS, FitOptions
 from planner.calibrate.lines_in_flight import lines_in_flight
 from planner.calibrate.nothing_found import refuse_nothing
 from planner.campaign.design import design
@@ -76,10 +76,8 @@ def calibrate(
 
     Raises NothingFound when the data determine nothing of it.
     """
-    from planner.dwells.dwell_files import read_dwells
-
     progress(f"reading {data}")
-    table = read_dwells(data, motions=True)
+    table = _records_of(data, options)
     found = calibrate_table(table, loaded.spec, options, spec_sha256=loaded.sha256, progress=progress)
     refuse_nothing(found, options.method, str(data))
     if not any(sensor.smooth for one in found for sensor in one.sensors):
@@ -87,6 +85,19 @@ def calibrate(
     progress("what lines between the nodes cost in flight")
     flight = trajectory_of(loaded.spec.trajectory, loaded.folder)
     return tuple(_with_cost(one, loaded.spec, flight) for one in found)
+
+
+def _records_of(data: Path, options: FitOptions) -> DwellTable:
+    """A dwell table, or for the method `sins_outputs` what a navigation log says of the sensors."""
+    from planner.dwells.dwell_files import read_dwells
+
+    if options.method != SINS_OUTPUTS:
+        return read_dwells(data, motions=True)
+    from planner.calibrate.sins_outputs import dwells_of
+    from planner.dwells.navigation_log_files import read_navigation_log
+    from planner.recordings.formats import reader_of
+
+    return dwells_of(read_navigation_log(data, reader_of(data), options.latitude))
 
 
 def _with_cost(found: Calibration, spec: Spec, flight: Trajectory) -> Calibration:

@@ -199,7 +199,7 @@ def informed(
     if beside:
         progress("genetic campaign beside it")
         late = deadline.stops(GENETIC, "the genetic campaign")
-        genetic = genetic_beside(found.offers, found.judge, found.cost, spec.plan.seed, late)
+        genetic = genetic_beside(flight, found, spec.plan.seed, late)
     if beside and not is_hand_made(spec):
         remarks = [*unneeded(flight, found)]
     made = information_plan(
@@ -293,10 +293,10 @@ def sensitivity(
     progress("propagating the sensor errors")
     instants = [*_instants(loaded.spec), *([] if at is None else [at])]
     inside = [t for t in instants if trajectory.time_s[0] <= t <= trajectory.time_s[-1]]
-    return sensitivities_of(trajectory, _asked_errors(loaded.spec), instants=inside)
+    return sensitivities_of(trajectory, asked_errors(loaded.spec), instants=inside)
 
 
-def _asked_errors(spec: Spec) -> list[str]:
+def asked_errors(spec: Spec) -> list[str]:
     """Bias and scale factor of both sensors always, then whatever else the spec speaks of."""
     basic = [f"{s}.{e}" for e in ("bias", "scale_factor") for s in ("gyro", "accelerometer")]
     return list(dict.fromkeys([*basic, *(model.name for model in error_models(spec))]))
@@ -370,6 +370,9 @@ def _settings(spec: Spec, late: Callable[[], bool] = never) -> GeneticSettings:
         crossover=genetic.crossover,
         mutation=genetic.mutation,
         generations=genetic.generations,
+        bits=genetic.bits,
+        patience=genetic.patience,
+        tolerance=genetic.tolerance,
         late=late,
     )
 

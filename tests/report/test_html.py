@@ -70,7 +70,7 @@ def test_is_well_formed_with_unique_anchors(full: str) -> None:
     assert len(ids) == len(set(ids))
     links = {e.get("href", "").removeprefix("#") for e in parsed(full).iter(f"{XHTML}a")}
     assert links <= set(ids)
-    assert len(links) == 11
+    assert len(links) == 12
 
 
 def test_internal_references_of_figures_resolve(full: str) -> None:
@@ -95,7 +95,7 @@ def test_same_plan_gives_the_same_bytes(full: str) -> None:
 
 def test_figures_are_named_for_those_who_cannot_see_them(full: str) -> None:
     figures = list(parsed(full).iter("{http://www.w3.org/2000/svg}svg"))
-    assert len(figures) == 7
+    assert len(figures) == 8
     for figure in figures:
         title = figure.find("{http://www.w3.org/2000/svg}title")
         assert title is not None

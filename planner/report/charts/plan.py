@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner.nouns.allowances import AllowedErrors, GeneticHistory
 from planner.nouns.array import Array
@@ -17,6 +16,7 @@ from planner.nouns.plan import Plan, TradeOffPoint
 from planner.nouns.sensitivities import Sensitivities
 from planner.report.blocks import Picture
 from planner.report.charts import theme
+from planner.report.charts.flight_time import thinned
 from planner.report.contributions import PART_NAMES, PARTS, Contribution, is_sum
 from planner.report.numbers import digits, display_unit, hours, in_unit, quantity, when
 from planner.report.region_of_two import AllowedRegion, four_quadrants
@@ -332,7 +332,7 @@ def _growth(axes: Axes, sensitivities: Sensitivities, error: str) -> None:
     unit = sensitivities.columns[which[0]].unit
     per_unit = unit_factor(display_unit(unit))[0]
     time = sensitivities.time_s
-    keep = _thinned(len(time))
+    keep = thinned(len(time))
     for k, i in enumerate(which):
         length = np.linalg.norm(sensitivities.position[:, :, i], axis=1) * per_unit
         visible = np.where(length > 0, length, np.nan)
@@ -360,8 +360,3 @@ def _readable_decades(axes: Axes) -> None:
     axes.yaxis.set_major_locator(LogLocator(numticks=7))
     theme.plain_decades(axes.yaxis)
     axes.yaxis.set_minor_locator(NullLocator())
-
-
-def _thinned(count: int) -> NDArray[np.int64]:
-    """Indices of at most 300 instants, the last one among them: as many as the figure has points across."""
-    return np.unique(np.linspace(0, count - 1, min(count, 300)).astype(int))

@@ -29,7 +29,7 @@ WRITTEN = (  # in the order in which they are read; a new page is named here
 )
 EXPLAINED = (
     "Explanation",
-    ("explanation/model", "explanation/promise", "explanation/comparison", "explanation/limits"),
+    ("explanation/model", "explanation/promise", "explanation/comparison", "explanation/limits", "sources"),
 )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from planner.nouns.allowances import AllowedErrors
 from planner.nouns.plan import Achieved, Plan
 from planner.nouns.sensitivities import Constraint, Sensitivities
+from planner.plan.error_over_flight import error_over_flight, planned_sizes
 from planner.report.blocks import (
     Fact,
     Folded,
@@ -19,11 +20,11 @@ from planner.report.blocks import (
     facts,
     section,
 )
-from planner.report.charts import gantt
+from planner.report.charts import flight_time, gantt
 from planner.report.charts import plan as charts
-from planner.report.contributions import binding_constraint, contributions
+from planner.report.contributions import binding_constraint, contributions, is_sum
 from planner.report.numbers import days, digits, hours, percent, quantity, when
-from planner.report.readable import allowed_in, plan_in, sensitivities_in, units_of
+from planner.report.readable import sensitivities_in, units_of
 from planner.report.region_of_two import AllowedRegion, allowed_region, axes_of_region
 from planner.report.subjects import plan_basis, plan_promise, plan_tables
 from planner.report.subjects.plan_schedule import schedule
@@ -49,10 +50,7 @@ def plan_report(
 
     spec_text: shown as it is; service_life_s: compared with the power-on hours
     """
-    units = units_of(plan)
-    plan = plan_in(plan, units)
-    allowed = allowed_in(allowed, units) if allowed else None
-    sensitivities = sensitivities_in(sensitivities, units) if sensitivities else None
+    sensitivities = sensitivities_in(sensitivities, units_of(plan)) if sensitivities else None
     long = f" ({days(plan.time_s)})" if days(plan.time_s) else ""
     whole = (
         _promised(plan, constraints, service_life_s)
@@ -73,6 +71,7 @@ def plan_report(
         sections=existing(
             *whole,
             convergence(plan, allowed),
+            over_flight(plan, sensitivities, constraints),
             sensitivity(plan, sensitivities),
             basis(plan, allowed, sensitivities, trajectory_name),
             section("spec", "The spec", folded),
@@ -275,6 +274,41 @@ def sensitivity(plan: Plan, sensitivities: Sensitivities | None) -> Section | No
         picture = charts.sensitivity_picture(sensitivities, shown)
     told = plan_tables.sensitivity_table(plan, sensitivities)
     return section("sensitivities", "Sensitivities", picture, told, only="page")
+
+
+_SUMS = (
+    "Up to the instant of the requirement, errors as the plan leaves them, with the worst sign. By axis: "
+    "gyro and accelerometer of an axis together."
+)
+_SQUARES = (
+    "Up to the instant of the requirement. Each error's part of the promise there, grown as its sensitivity "
+    "grows; parts add in squares. By axis: gyro and accelerometer of an axis together."
+)
+
+
+def over_flight(
+    plan: Plan, sensitivities: Sensitivities | None, constraints: Sequence[Constraint]
+) -> Section | None:
+    """What every sensor error, and every axis, adds to each requirement over the time of flight."""
+    if sensitivities is None:
+        return None
+    pictures = []
+    for i, achieved in enumerate(plan.requirements):
+        binding = binding_constraint(plan, i, constraints)
+        if binding is None:
+            continue
+        curves = error_over_flight(
+            sensitivities,
+            planned_sizes(achieved, binding),
+            achieved.error,
+            adds=is_sum(achieved),
+            until=binding.time_s,
+        )
+        caption = _SUMS if is_sum(achieved) else _SQUARES
+        pictures.append(
+            flight_time.over_flight_picture(curves, f"over-flight-{i}", caption, limit=achieved.limit)
+        )
+    return section("over-flight", "The error over the time of flight", *pictures, only="page")
 
 
 def basis(

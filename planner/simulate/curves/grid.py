@@ -5,6 +5,7 @@ Curves are rows, (…, G); a shape is drawn as (count, POINTS).
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -31,15 +32,23 @@ def places() -> Array:
 
 def even_table(curve: Array, points: int) -> Array:
     """(…, G) what a table of `points` even nodes gives; one point gives the middle value."""
-    nodes = np.linspace(0.0, 1.0, points) if points > 1 else np.array([0.5])
-    x = np.linspace(0.0, 1.0, np.shape(curve)[-1])
-    hats = np.array([np.interp(x, nodes, one) for one in np.eye(points)])
+    nodes, x, hats = _straight_lines(points, np.shape(curve)[-1])
     return np.asarray(along(nodes, x, curve) @ hats)
+
+
+@cache
+def _straight_lines(points: int, over: int) -> tuple[Array, Array, Array]:
+    """(N,) even nodes, (G,) places, (N, G) hats."""
+    nodes = np.linspace(0.0, 1.0, points) if points > 1 else np.array([0.5])
+    x = np.linspace(0.0, 1.0, over)
+    return nodes, x, np.array([np.interp(x, nodes, one) for one in np.eye(points)])
 
 
 def largest_left(curves: Array, points: int) -> Array:
     """(…) the largest residual of `even_table`."""
-    return np.asarray(np.abs(curves - even_table(curves, points)).max(axis=-1))
+    left = even_table(curves, points)
+    np.subtract(curves, left, out=left)
+    return np.asarray(np.maximum(left.max(axis=-1), -left.min(axis=-1)))
 
 
 def centred(curves: Array) -> Array:
