@@ -109,9 +109,8 @@ def kind(node: Schema) -> str:
     if node.get("type") == "array":
         return f"list of {kind(node.get('items', {}))}"
     if node.get("type") == "object":
-        inside = node.get("additionalProperties") or next(
-            iter(node.get("patternProperties", {}).values()), {}
-        )
+        by_pattern: Schema = next(iter(node.get("patternProperties", {}).values()), {})
+        inside = node.get("additionalProperties") or by_pattern
         return f"name: {kind(inside)}" if isinstance(inside, Mapping) and inside else "mapping"
     words = {
         "string": "text or quantity",
