@@ -11,7 +11,7 @@ from planner.commands.options import AsJson
 from planner.commands.output import answer, console
 
 if TYPE_CHECKING:
-    from planner.report.documentation.pages import Command
+    from planner.api.documentation.pages import Command
 
 
 def register(app: typer.Typer) -> None:
@@ -36,8 +36,8 @@ def docs(
 
     Example: planner docs tutorial
     """
-    from planner.report.documentation.pages import page_named, pages
-    from planner.report.documentation.site import site
+    from planner.api.documentation.pages import page_named, pages
+    from planner.api.documentation.site import site
     from planner.whole_files import write_all_whole
 
     found = pages(commands_of(context.find_root().command))
@@ -72,7 +72,7 @@ def _place() -> Path:
 
 def commands_of(program: Any) -> list[Command]:
     """What the command line offers, as its help has it. program: typer's, whose classes are private."""
-    from planner.report.documentation.pages import Command
+    from planner.api.documentation.pages import Command
 
     return [
         Command(

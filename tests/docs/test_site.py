@@ -9,12 +9,12 @@ import pytest
 import typer
 
 import planner
+from planner.api.documentation.pages import Page, page_named, pages
+from planner.api.documentation.site import dead_links, html_of, site
 from planner.cli import app
 from planner.codes import rules
 from planner.commands.docs import commands_of
 from planner.export.schemas import FILES, schemas
-from planner.report.documentation.pages import Page, page_named, pages
-from planner.report.documentation.site import dead_links, html_of, site
 from tests.outcome import Run
 from tests.specs import ROOT
 

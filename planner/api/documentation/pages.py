@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 
+from planner.api.documentation import reference
 from planner.errors import InputError
-from planner.report.documentation import reference
 from planner.spec.places import did_you_mean
 
 WRITTEN = (  # in the order in which they are read; a new page is named here

@@ -8,7 +8,7 @@ from itertools import groupby
 from pathlib import PurePosixPath
 
 from planner import __version__
-from planner.report.documentation.pages import Page
+from planner.api.documentation.pages import Page
 
 
 def site(pages: Sequence[Page]) -> dict[str, str]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from planner.report.documentation.pages import Command
+    from planner.api.documentation.pages import Command
 
 Schema = Mapping[str, Any]
 _FEW = 8  # names that a table cell lists
