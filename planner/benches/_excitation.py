@@ -74,7 +74,9 @@ def _column(effect: Effect, sensor: Sensor, conditions: Conditions) -> Array:
 
 
 # degC and K/s; at no even distances, so that no curve over temperature is zero at all of them
-_WARMTH = ((20.0, 0.0), (-60.0, 0.0), (-37.0, 0.0), (-11.0, -0.02), (41.0, 0.0), (60.0, 0.03), (83.0, 0.01))
+_STEADY = ((20.0, 0.0), (-60.0, 0.0), (-37.0, 0.0), (-11.0, -0.02), (41.0, 0.0), (60.0, 0.03), (83.0, 0.01))
+_RAMPS = tuple((t, rate) for t in (-58.0, -17.0, 3.0, 22.0, 44.0, 61.0) for rate in (0.02, -0.02))
+_WARMTH = (*_STEADY, *_RAMPS)
 _EVERYTHING = frozenset({"rate", "gravity", "acceleration", "temperature"})
 
 

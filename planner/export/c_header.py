@@ -12,7 +12,6 @@ from __future__ import annotations
 import numpy as np
 
 from planner.export.firmware import FirmwareTables, Float32, firmware_tables
-from planner.export.firmware_curves import LOOK_UP
 from planner.nouns.calibration import Calibration
 
 _SUFFIX = {"gyro": "gyro", "accelerometer": "acc"}
@@ -90,7 +89,7 @@ def c_header(calibration: Calibration) -> str:
         "#include <math.h>",
     ]
     every = firmware_tables(calibration)
-    parts += [LOOK_UP] if any(tables.curves for tables in every) else []
+    parts += dict.fromkeys(curve.look_up for tables in every for curve in tables.curves)
     for tables in every:
         parts += _arrays(tables)
         suffix = _SUFFIX[tables.sensor]

@@ -51,7 +51,7 @@ class FirmwareTables:
     drift: (3,) per K/min of temperature rate; warm_up: (3,) at power-on; time_constant: (3,) s
     acceleration: (3, 3) bias per g of body axes (zero for accelerometers)
     nonlinearity: (3,) cubic, at the input `full_scale`; alignment: (3, 3) inverse of the misalignment matrix
-    left_out: what these arrays have no place for; curves: tables over load and input, if any
+    left_out: what these arrays have no place for; curves: tables over load, input and rate, if any
     """
 
     sensor: str

@@ -28,6 +28,8 @@ CURVES = (
     "scale_factor_curve",
     "scale_factor_acceleration",
     "scale_factor_acceleration_squared",
+    "temperature_rate_table",
+    "temperature_rate_table_over_time",
 )
 MAIN = """
 #include <stdio.h>
@@ -66,6 +68,7 @@ def tables(sensor: Sensor, seed: int, nodes: int, effects: bool = True) -> Table
         if sensor in effect.sensors:
             size = {"load_curve": 1e-2 * DEG, "scale_factor_acceleration": 1e-5 / G}.get(name, 1e-4)
             size = 1e-7 / G**2 if name == "scale_factor_acceleration_squared" else size
+            size = 1e-3 * unit if name.startswith("temperature_rate_table") else size
             extra += [ExtraTerm(name, t.name, float(rng.normal() * size)) for t in effect.terms(sensor)]
     return Tables(
         np.linspace(-60.0, 70.0, nodes) + rng.uniform(-2.0, 2.0, nodes),
