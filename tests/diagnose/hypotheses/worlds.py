@@ -31,6 +31,7 @@ ON_GYROS = (
     ("bias_step", "gyro_z"),
     ("misalignment_temperature", "gyro_x"),
 )
+ON_ACCELEROMETERS = (("temperature_rate", "acc_z"), ("warm_up", "acc_y"))
 DECLARED = ("bias", "bias_temperature", "scale_factor", "scale_factor_temperature", "misalignment")
 SPEC = b"""
 planner: 1
