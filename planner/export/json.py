@@ -9,7 +9,7 @@ from typing import Any
 
 from planner.export.header import sealed
 from planner.nouns.allowances import Allowance, FlownCovariance
-from planner.nouns.choices import RepeatReason
+from planner.nouns.choices import RepeatReason, TestVisits
 from planner.nouns.plan import (
     Achieved,
     GeneticPlan,
@@ -98,8 +98,11 @@ def document_text(document: Mapping[str, Any]) -> str:
 
 
 def step_document(step: Step) -> dict[str, Any]:
-    """One step with every key of the interfaces."""
-    return dict(_plain(vars(step)))
+    """One step with every key of the interfaces; the chamber's rate where it moves at one."""
+    found = dict(_plain(vars(step)))
+    if found["temperature_rate_degc_min"] is None:
+        del found["temperature_rate_degc_min"]
+    return found
 
 
 def _plain(value: Any) -> Any:
@@ -232,6 +235,14 @@ def _of_front(key: str, value: float, plan: Plan) -> float:
     return from_si(value, next(a.unit for a in plan.allowances if a.error == key))
 
 
+def _visit(v: TestVisits) -> Mapping[str, Any]:
+    return {
+        "test": v.test,
+        "temperatures_degc": [number(t) for t in v.temperatures_degc],
+        "repeats": list(v.repeats),
+    }
+
+
 def _genetic(genetic: GeneticPlan, plan: Plan) -> Mapping[str, Any]:
     return {
         "time_s": number(genetic.time_s),
@@ -240,4 +251,5 @@ def _genetic(genetic: GeneticPlan, plan: Plan) -> Mapping[str, Any]:
         "evaluations": genetic.history.evaluations,
         "stopped": genetic.history.stopped,
         "front": [{k: number(_of_front(k, v, plan)) for k, v in point.items()} for point in genetic.front],
+        "campaigns": [[_visit(v) for v in campaign] for campaign in genetic.campaigns],
     }

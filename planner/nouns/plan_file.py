@@ -129,8 +129,16 @@ class Reason(Part):
     bound_by: Literal["accuracy", "least", "shared", "fixed", "promise"]
 
 
+class VisitFigures(Part):
+    """At which temperatures a test is made, and how often at each."""
+
+    test: str
+    temperatures_degc: list[Number]
+    repeats: list[Count]
+
+
 class GeneticFigures(Part):
-    """The genetic algorithm's campaign beside the exact one."""
+    """The genetic algorithm's campaign beside the exact one; campaigns: of the front's points, in order."""
 
     time_s: Time
     gap: Number
@@ -138,6 +146,7 @@ class GeneticFigures(Part):
     evaluations: Annotated[int, Field(ge=0)]
     stopped: str
     front: list[dict[str, Number]]
+    campaigns: list[list[VisitFigures]] = []
 
 
 class WorthFigures(Part):

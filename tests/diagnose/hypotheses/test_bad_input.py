@@ -14,7 +14,7 @@ import pytest
 from planner.dwells.dwell_files import read_dwells, write_dwells
 from planner.nouns.dwell_table import DwellTable
 from tests.calibrate.world import Hidden, Layout, campaign
-from tests.diagnose.hypotheses.worlds import SPEC, whole
+from tests.diagnose.hypotheses.worlds import RATE_TABLES, SPEC, whole
 from tests.outcome import Run
 
 SMALL = Layout(
@@ -107,11 +107,17 @@ def test_what_cannot_be_is_refused_with_its_place(fault: str, spoilt, run: Run, 
 # ---------------------------------------------------------------- judged, and said what is lost
 
 LOST = {
-    "time_on_s": {"warm_up", "drift", "thermal_lag"},
+    "time_on_s": {"warm_up", "drift", "thermal_lag", RATE_TABLES[1]},
     "day": {"ageing", "bias_step"},
-    "temp_rate_degc_min": {"temperature_rate", "thermal_lag", "hysteresis"},
+    "temp_rate_degc_min": {"temperature_rate", "thermal_lag", "hysteresis", *RATE_TABLES},
     # the others of temperature are declared
-    "temp_degc": {"misalignment_temperature", "g_sensitivity_temperature", "thermal_lag", "hysteresis"},
+    "temp_degc": {
+        "misalignment_temperature",
+        "g_sensitivity_temperature",
+        "thermal_lag",
+        "hysteresis",
+        *RATE_TABLES,
+    },
 }
 
 

@@ -31,7 +31,7 @@ ON_GYROS = (
     ("bias_step", "gyro_z"),
     ("misalignment_temperature", "gyro_x"),
 )
-ON_ACCELEROMETERS = (("temperature_rate", "acc_z"), ("warm_up", "acc_y"))
+RATE_TABLES = ("temperature_rate_table", "temperature_rate_table_over_time")
 DECLARED = ("bias", "bias_temperature", "scale_factor", "scale_factor_temperature", "misalignment")
 SPEC = b"""
 planner: 1
