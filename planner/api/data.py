@@ -302,19 +302,21 @@ def calibrate(
     robust: str = "no",
     latitude_deg: float | None = None,
     nodes: int | None = None,
+    turn_deg: float | None = None,
     progress: Progress = silent,
 ) -> CalibrateAnswer:
     """Dwell table → coefficients of the declared error model with honest intervals, for every unit in it.
 
     method: see `planner calibrate --help`; prior: an old calibration.json that these records renew; robust:
-    `no`, `huber` or `bisquare`; nodes: of smooth tables. Raises NothingFound when the data determine nothing.
+    `no`, `huber` or `bisquare`; nodes: of smooth tables; turn_deg: by which a cube was turned.
+    Raises NothingFound when the data determine nothing.
     """
     from planner.calibrate.methods import fit_options
     from planner.export.calibration import read_tables
     from planner.pipelines import data as pipeline
 
     old = None if prior is None else read_tables(Path(prior))
-    options = fit_options(method, robust, latitude_deg, old, nodes)
+    options = fit_options(method, robust, latitude_deg, old, nodes, turn_deg)
     return CalibrateAnswer(pipeline.calibrate(Path(data), read(spec), options, progress))
 
 

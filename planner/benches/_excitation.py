@@ -82,7 +82,7 @@ _EVERYTHING = frozenset({"rate", "gravity", "acceleration", "temperature"})
 def _reachable(excites: frozenset[str]) -> Conditions:
     """Everything the bench can do, one row a condition: faces × loads × turns × temperatures × times."""
     turns = (-500.0, 0.0, 100.0, 500.0) if "rate" in excites else (0.0,)
-    loads = (0.0, 10.0, 50.0) if "acceleration" in excites else (0.0,)
+    loads = (0.0, 10.0, 50.0, 100.0) if "acceleration" in excites else (0.0,)
     warmth = _WARMTH if "temperature" in excites else _WARMTH[:1]
     ages = ((10.0, 0.0), (700.0, 3.0), (3000.0, 30.0))  # every bench can wait, and be come back to
     faces = range(6) if "gravity" in excites else range(1)

@@ -15,7 +15,7 @@ from planner.calibrate.fit_to_calibration import sensor_calibration
 from planner.calibrate.held_out import residual_of
 from planner.calibrate.in_store import EFFECTS as RENEWED
 from planner.calibrate.in_store import by_the_old, renewed
-from planner.calibrate.methods import METHODS, Method, resting
+from planner.calibrate.methods import CUBES, METHODS, Method, resting
 from planner.calibrate.rest_methods import accelerometers_by_free_orientations, cube_references, modulus_check
 from planner.calibrate.rests_and_turns import by_rests_and_turns
 from planner.calibrate.smooth_tables import smooth_tables
@@ -65,7 +65,7 @@ def _calibrate_unit(
     table: DwellTable, curves: Curves, options: FitOptions, sha256: str, progress: Progress
 ) -> Calibration:
     progress(f"fitting the sensors of {table.unit[0]}")
-    if options.method == "cube":
+    if options.method in CUBES:
         table = whole_turns(table)
     elif options.method != "rests_and_turns":
         table = without_motions(table)
@@ -78,6 +78,9 @@ def _calibrate_unit(
         sensors, notes = _by_declared_effects(table, curves, options)
     elif options.method in METHODS:
         sensors, notes = _by_method(table, curves, options, METHODS[options.method])
+    elif options.method == "ellipsoid":
+        sensors, notes = [accelerometers_by_free_orientations(table, by="ellipsoid")], []
+        notes.append("the ellipsoid calibrates the accelerometers alone")
     else:
         form = "symmetric" if options.method.endswith("symmetric") else "triangular"
         sensors, notes = [accelerometers_by_free_orientations(table, form)], []  # type: ignore[arg-type]  # one of the two words that it takes
@@ -123,7 +126,7 @@ def _renewed(
     notes: list[str] = []
     table = by_the_old(table, prior)
     if table.ref_acc is None and table.acc is not None:
-        table, notes = cube_references(table)
+        table, notes = cube_references(table, options.turn)
     table, assumed = referenced(table, options.latitude)
     found, missing = _fitted(table, SENSORS, curves, RENEWED, options)
     return [renewed(change, prior[change.sensor]) for change in found], [*notes, *assumed, *missing]
@@ -133,8 +136,8 @@ def _by_method(
     table: DwellTable, curves: Curves, options: FitOptions, method: Method
 ) -> tuple[list[SensorCalibration], list[str]]:
     notes: list[str] = []
-    if options.method == "cube":
-        table, notes = cube_references(table)
+    if options.method in CUBES:
+        table, notes = cube_references(table, options.turn)
     table, assumed = referenced(table, options.latitude)
     keep = method.rows(table)
     if not keep.any():
@@ -142,7 +145,7 @@ def _by_method(
             f"--method {options.method} ({method.source}) needs {method.needs}; the table has none"
         )
     table = rows_of(table, keep)
-    if options.method == "cube":
+    if options.method in CUBES:
         found, missing = _cube(table, curves, method, options)
     else:
         found, missing = _fitted(table, method.sensors, curves, method.effects, options)
@@ -156,7 +159,9 @@ def _cube(
     table: DwellTable, curves: Curves, method: Method, options: FitOptions
 ) -> tuple[list[SensorCalibration], list[str]]:
     """Gyros from rests and turns; accelerometers from rests alone (B): a turn adds its centripetal part."""
-    gyros, one = _fitted(table, ("gyro",), curves, method.effects, options)
+    gyros, one = _fitted(table, [s for s in method.sensors if s == "gyro"], curves, method.effects, options)
+    if "accelerometer" not in method.sensors:
+        return gyros, one
     still = rows_of(table, resting(table))
     if len(still) == 0:
         raise InputError("--method cube: no row is a rest on a face, which the accelerometers are made from")

@@ -19,6 +19,7 @@ class FitOptions:
 
     robust: weights that resist outliers; latitude: of the bench, rad
     prior: an old calibration that the data renew; nodes: of smooth tables, None: every 5 K, 33 at most
+    turn: rad, by which a cube was turned, None: by the multiple of 90 deg that is nearest to the reading
     """
 
     method: str = DECLARED
@@ -26,3 +27,4 @@ class FitOptions:
     latitude: float | None = None
     prior: Mapping[Sensor, Tables] | None = None
     nodes: int | None = None
+    turn: float | None = None

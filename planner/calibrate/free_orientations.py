@@ -77,6 +77,20 @@ def free_orientations(a: Array, g: float = STANDARD_GRAVITY_MPS2, form: Form = "
     return _square_axes(a, g, E) if _knows_less_than_the_mounting(fit) else fit
 
 
+def ellipsoid(a: Array, g: float = STANDARD_GRAVITY_MPS2, form: Form = "triangular") -> FreeFit:
+    """The ellipsoid through mean readings a (n, 3) at rest, m/s²: linear least squares (B 3.4, task 5).
+
+    On it aᵀM̃a + 2m̃ᵀa − 1 is (|f| − g) times the same number at every rest, so that to first order in the
+    noise its covariance is that of `free_orientations`.
+    Raises ValueError where the rests make no ellipsoid.
+    """
+    p = _start(a, g, form)
+    if not p.any():
+        raise ValueError("the rests make no ellipsoid: nine attitudes are needed, faces and edges")
+    residual, J = _linearised(a, g, p, shapes(form))
+    return _fit(p, shapes(form), residual, factors(J, _RANK))
+
+
 def _knows_less_than_the_mounting(fit: FreeFit) -> bool:
     """Faces alone, each a little tilted, make nine numbers of noise: misalignment is surer unmeasured."""
     sigma = np.sqrt(np.maximum(np.diag(fit.covariance)[3:6], 0.0))

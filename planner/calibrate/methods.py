@@ -76,6 +76,7 @@ def over_temperatures(table: DwellTable) -> NDArray[np.bool_]:
 
 
 BOTH: tuple[Sensor, ...] = ("gyro", "accelerometer")
+_CUBE = ("bias", "scale_factor", "misalignment")
 _TABLES = ("bias", "bias_temperature", "scale_factor", "scale_factor_temperature", "misalignment")
 METHODS = {
     "six_position_gyro": Method(
@@ -116,6 +117,30 @@ METHODS = {
         "K 2.2.6, 4.3.3",
         "three loads over 1.5 g at least, in several mountings, and rests, with ref_rate and ref_acc",
     ),
+    "nonlinearity_table": Method(
+        BOTH,
+        ("bias", "scale_factor", "scale_factor_asymmetry", "scale_factor_curve", "misalignment"),
+        over_inputs,
+        "K 2.2.5, table 2.4",
+        "eight rates or loads, both ways, with ref_rate and ref_acc",
+    ),
+    "load_tables": Method(
+        BOTH,
+        (
+            "bias",
+            "load_curve",
+            "scale_factor",
+            "scale_factor_nonlinearity",
+            "scale_factor_acceleration",
+            "scale_factor_acceleration_squared",
+            "misalignment",
+            "arm_length",
+            "arm_bending",
+        ),
+        loaded,
+        "K 2.2.6, eq. 21, 3.1",
+        "eight loads up to 100 g on six faces, and turns and rests near the axis, with ref_rate and ref_acc",
+    ),
     "temperature_tables": Method(
         BOTH, _TABLES, over_temperatures, "K 2.4", "two temperatures at least, with references"
     ),
@@ -142,17 +167,38 @@ METHODS = {
     ),
     "cube": Method(
         BOTH,
-        ("bias", "scale_factor", "misalignment"),
+        _CUBE,
         turning,
         "B, way 1",
         "rests on six faces and turns by multiples of 90 deg; no references",
     ),
+    "cube_accelerometers": Method(
+        ("accelerometer",), _CUBE, turning, "B, task 2", "rests on six faces; no references"
+    ),
+    "cube_gyros": Method(
+        ("gyro",),
+        _CUBE,
+        turning,
+        "B, task 3",
+        "rests on faces and turns by multiples of 90 deg; no references",
+    ),
+}
+CUBES = ("cube", "cube_accelerometers", "cube_gyros")
+# the sources' own words for their methods; B 7, to check a calibration, is the residual on what was left out
+BY_SOURCE = {
+    "A": "triad_least_squares",
+    "B2": "cube_accelerometers",
+    "B3": "cube_gyros",
+    "B4": "free_orientations",
+    "B5": "ellipsoid",
+    "B6": "rests_and_turns",
 }
 _NEEDS_OF_OTHERS = {
     DECLARED: "records with ref_rate and ref_acc, or rests in nine attitudes",
     SINS_OUTPUTS: "a log of attitude and velocity: rests in six attitudes, turns about every axis",
     "free_orientations": "rests in nine attitudes, faces and edges",
     "free_orientations_symmetric": "rests in nine attitudes, faces and edges",
+    "ellipsoid": "rests in nine attitudes, faces and edges",
     "rests_and_turns": "rests in nine attitudes, and the turns by hand between them that `reduce` keeps",
 }
 
@@ -166,6 +212,7 @@ NAMES = (
     DECLARED,
     "free_orientations",
     "free_orientations_symmetric",
+    "ellipsoid",
     "rests_and_turns",
     SINS_OUTPUTS,
     *METHODS,
@@ -179,8 +226,15 @@ def fit_options(
     latitude_deg: float | None,
     prior: Mapping[Sensor, Tables] | None = None,
     nodes: int | None = None,
+    turn_deg: float | None = None,
 ) -> FitOptions:
-    """Options from words. Raises InputError for one that we do not know."""
+    """Options from words; a method also by its source's, `A` or `B2` … `B6`.
+
+    Raises InputError for a word that we do not know.
+    """
+    method = BY_SOURCE.get(method, method)
+    if method == "B1":
+        raise InputError("--method: B1 finds the rests of a recording: `planner reduce RAW -o DATA`")
     if method not in NAMES:
         close = difflib.get_close_matches(method, NAMES, 1)
         hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(NAMES)}"
@@ -190,4 +244,9 @@ def fit_options(
     latitude = None if latitude_deg is None else float(np.radians(latitude_deg))
     if prior is not None and method not in (DECLARED, "cube"):
         raise InputError(f"--prior recalibrates by the general estimator or the cube, not by {method}")
-    return FitOptions(method, robust, latitude, prior, nodes)  # type: ignore[arg-type]  # both words were checked above
+    if turn_deg is not None and (turn_deg <= 0 or turn_deg % 90.0):
+        raise InputError(
+            f"--turn must be a multiple of 90 deg, such as 1440 for four turns, not {turn_deg:g}"
+        )
+    turn = None if turn_deg is None else float(np.radians(turn_deg))
+    return FitOptions(method, robust, latitude, prior, nodes, turn)  # type: ignore[arg-type]  # both words were checked above

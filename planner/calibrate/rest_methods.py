@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.calibrate.free_orientations import Form, FreeFit, free_orientations
-from planner.dwells.table_rows import rows_of
+from planner.calibrate.free_orientations import Form, FreeFit, ellipsoid, free_orientations
+from planner.dwells.table_rows import level, rows_of
 from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.nouns.calibration import Coefficient, Residual, SensorCalibration, Status, Tables
@@ -17,15 +18,22 @@ from planner.nouns.dwell_table import DwellTable
 from planner.nouns.sensor import ErrorName
 from planner.units import STANDARD_GRAVITY_MPS2
 
+_FREE: Literal["free_orientations"] = "free_orientations"
+_FITS: Mapping[str, Callable[..., FreeFit]] = {_FREE: free_orientations, "ellipsoid": ellipsoid}
 _LOWER = (("yx", 1, 0), ("zx", 2, 0), ("zy", 2, 1))
 FOLDS = 5
 FACE = 0.85  # share of g along one axis that makes a rest a face of the cube
 QUARTER = np.pi / 2.0
+_SCALE = 0.2  # of scale factor, before calibration
 _OFF = 0.35  # rad by which a turn may miss a multiple of 90 deg before scale factors of 20 % could confuse it
 
 
-def accelerometers_by_free_orientations(table: DwellTable, form: Form = "triangular") -> SensorCalibration:
+def accelerometers_by_free_orientations(
+    table: DwellTable, form: Form = "triangular", *, by: Literal["free_orientations", "ellipsoid"] = _FREE
+) -> SensorCalibration:
     """The accelerometers of a table of rests, from |f| = g alone.
+
+    by: least squares of |f| − g, or of the ellipsoid's equation
 
     Raises InputError for fewer than two rests, and when the readings are no acceleration near 1 g.
     """
@@ -37,14 +45,14 @@ def accelerometers_by_free_orientations(table: DwellTable, form: Form = "triangu
         read = np.median(size) / STANDARD_GRAVITY_MPS2
         raise InputError(f"the accelerometers read {read:.3g} g at rest: wrong unit, or no rests")
     try:
-        fit = free_orientations(a, form=form)
+        fit = _FITS[by](a, form=form)
     except ValueError as error:
-        raise InputError(f"free orientations: {error}") from error
+        raise InputError(f"{by.replace('_', ' ')}: {error}") from error
     coefficients = tuple(_coefficients(fit))
     M = fit.K / np.diag(fit.K)[:, None]
     return SensorCalibration(
         sensor="accelerometer",
-        method="free_orientations",
+        method=by,
         coefficients=coefficients,
         covariance={"all": np.nan_to_num(fit.covariance)},
         condition={"all": fit.condition},
@@ -55,7 +63,7 @@ def accelerometers_by_free_orientations(table: DwellTable, form: Form = "triangu
             np.zeros(3),
             M,
         ),
-        residuals=(_modulus(a, fit, form),),
+        residuals=(_modulus(a, fit, form, by),),
         random=(),
         notes=tuple(_notes(fit, form, coefficients)),
     )
@@ -79,7 +87,7 @@ def _notes(fit: FreeFit, form: Form, coefficients: Sequence[Coefficient]) -> Ite
         yield "accelerometer: as many unknowns as rests, so no interval: measure more orientations"
 
 
-def _modulus(a: Array, fit: FreeFit, form: Form) -> Residual:
+def _modulus(a: Array, fit: FreeFit, form: Form, by: str) -> Residual:
     """RMS of |f| − g before and after, the latter on rests that were left out of the fit."""
     before = np.linalg.norm(a, axis=1) - STANDARD_GRAVITY_MPS2
     own = _rms(fit.residual)
@@ -90,7 +98,7 @@ def _modulus(a: Array, fit: FreeFit, form: Form) -> Residual:
     left = np.zeros(len(a))
     for k in range(FOLDS):
         out = np.arange(len(a)) % FOLDS == k
-        other = free_orientations(a[~out], form=form)
+        other = _FITS[by](a[~out], form=form)
         f = (a[out] - other.b) @ np.linalg.inv(other.K).T
         left[out] = np.linalg.norm(f, axis=1) - STANDARD_GRAVITY_MPS2
     how = f"|f| − g on rests left out, {FOLDS} folds"
@@ -131,11 +139,12 @@ def _coefficients(fit: FreeFit) -> list[Coefficient]:
 # ---------------------------------------------------------------- cube
 
 
-def cube_references(table: DwellTable) -> tuple[DwellTable, list[str]]:
+def cube_references(table: DwellTable, turn: float | None = None) -> tuple[DwellTable, list[str]]:
     """The table with the references that a cube on a flat plate gives; other rows are left out.
 
-    A rest on a face: f = ± g along the axis that reads most. A turn: the nearest multiple of 90 deg about
-    the axis that turned, over the record's duration. Raises InputError when no row is either.
+    A rest on a face: f = ± g along the axis that reads most. A turn: by `turn` (rad) where the reading is
+    within a fifth of it, else by the nearest multiple of 90 deg, about the axis that turned, over the
+    record's duration. Raises InputError when no row is either.
     """
     if table.acc is None:
         raise InputError("the cube needs acc columns")
@@ -145,7 +154,7 @@ def cube_references(table: DwellTable) -> tuple[DwellTable, list[str]]:
     force = np.zeros_like(unit)
     force[rows, axis] = np.sign(unit[rows, axis]) * STANDARD_GRAVITY_MPS2
     on_face = np.abs(unit[rows, axis]) > FACE
-    rate, turned, odd = _turns(table)
+    rate, turned, odd = _turns(table, turn)
     keep = (on_face & ~turned & ~odd) | turned
     if not keep.any():
         raise InputError("no row is a rest on a face of the cube, or a turn by a multiple of 90 deg")
@@ -158,19 +167,23 @@ def cube_references(table: DwellTable) -> tuple[DwellTable, list[str]]:
     return rows_of(replace(table, ref_acc=force, ref_rate=rate), keep), notes
 
 
-def _turns(table: DwellTable) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
+def _turns(table: DwellTable, turn: float | None) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
     """Reference rate (n, 3), which rows turned by a known angle (n,), and which by one that is not known."""
     rate = np.zeros((len(table), 3))
     if table.gyro is None:
         nothing = np.zeros(len(table), dtype=bool)
         return rate, nothing, nothing
-    angle = table.gyro * table.duration[:, None]
+    rate_read = table.gyro - level(table.gyro)  # a zero of 1 deg/s would turn by 16 deg in a slow turn
+    angle = rate_read * table.duration[:, None]
     axis = np.argmax(np.abs(angle), axis=1)
     rows = np.arange(len(table))
     most = angle[rows, axis]
-    moved = (np.abs(most) > QUARTER / 2.0) & (np.abs(table.gyro[rows, axis]) > np.radians(2.0))
+    moved = (np.abs(most) > QUARTER / 2.0) & (np.abs(rate_read[rows, axis]) > np.radians(2.0))
     known = np.round(most / QUARTER) * QUARTER
     sure = moved & (np.abs(most - known) < _OFF) & (known != 0)
+    if turn is not None:
+        said = np.abs(np.abs(most) - turn) < _SCALE * turn
+        known, sure = np.where(said, np.sign(most) * turn, known), sure | (moved & said)
     rate[rows[sure], axis[sure]] = known[sure] / table.duration[sure]
     return rate, sure, moved & ~sure
 

@@ -8,14 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.calibrate.correction import true_input
-from planner.calibrate.poisson_gyro import PoissonFit, Turn, poisson_gyro
+from planner.calibrate.poisson_gyro import PoissonFit, Turn, carried, poisson_gyro
 from planner.calibrate.rest_methods import accelerometers_by_free_orientations
-from planner.dwells.table_rows import MOTION, by_run, rows_of
+from planner.dwells.table_rows import MOTION, by_run, level, rows_of
 from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.nouns.calibration import Coefficient, Residual, SensorCalibration, Status, Tables
 from planner.nouns.dwell_table import DwellTable
 
+FOLDS = 5
+LEAST_TURNS = 10  # four fifths of them have 16 equations for the nine numbers
 TURNING = np.radians(3.0)  # rad/s; biases of MEMS gyros lie below
 _NAMES = [
     ("scale_factor", f"{a}{a}") if a == b else ("misalignment", f"{a}{b}") for a in "xyz" for b in "xyz"
@@ -51,18 +53,12 @@ def _moves(table: DwellTable) -> NDArray[np.bool_]:
     """(n,) rows that turn: those that the table calls motions, else those whose gyros read a rate."""
     if table.kind is not None:
         return np.asarray(table.kind == MOTION)
-    return np.asarray(np.linalg.norm(table_gyro(table) - _level(table), axis=1) > TURNING)
+    return np.asarray(np.linalg.norm(table_gyro(table) - level(table_gyro(table)), axis=1) > TURNING)
 
 
 def table_gyro(table: DwellTable) -> Array:
     """(n, 3) gyro readings of a table that has them."""
     return np.zeros((len(table), 3)) if table.gyro is None else table.gyro
-
-
-def _level(table: DwellTable) -> Array:
-    """(3,) reading of the slowest quarter: the bias, roughly."""
-    size = np.linalg.norm(table_gyro(table), axis=1)
-    return np.asarray(np.median(table_gyro(table)[size <= np.percentile(size, 25)], axis=0))
 
 
 def _turns(table: DwellTable, starts: NDArray[np.int64], moves: NDArray[np.bool_], f: Array) -> list[Turn]:
@@ -103,22 +99,46 @@ def _gyros(
             np.zeros(3),
             fit.K / np.diag(fit.K)[:, None],
         ),
-        residuals=tuple(
-            Residual(
-                x, _rms(rest[:, i]), s, s, False, len(rest), 1, "rests that were fitted; turns: see the note"
-            )
-            for i, x in enumerate("xyz")
-            for s in [_rms(rest[:, i] - bias[i])]
+        residuals=(
+            *(
+                Residual(x, _rms(rest[:, i]), s, s, False, len(rest), 1, "rests that were fitted")
+                for i, x in enumerate("xyz")
+                for s in [_rms(rest[:, i] - bias[i])]
+            ),
+            _turned(turns, fit),
         ),
         random=(),
         notes=tuple(notes),
     )
 
 
+def _turned(turns: list[Turn], fit: PoissonFit) -> Residual:
+    """RMS over the turns of the angle by which gravity is missed, for the turn's time, rad/s.
+
+    After: by gyros that were calibrated from other turns, where there are enough of them (B, task 7).
+    """
+    before, own = _missed_rate(turns, np.eye(3)), _missed_rate(turns, fit.K)
+    n = len(turns)
+    if n < LEAST_TURNS or fit.undetermined.any():
+        how = "gravity missed after the turns that were fitted, for their time"
+        return Residual("turns", _rms(before), _rms(own), _rms(own), False, n, n, how)
+    left = np.zeros(n)
+    for k in range(FOLDS):
+        others = poisson_gyro([turn for i, turn in enumerate(turns) if i % FOLDS != k])
+        left[k::FOLDS] = _missed_rate(turns[k::FOLDS], others.K)
+    how = f"gravity missed after turns left out, for their time, {FOLDS} folds"
+    return Residual("turns", _rms(before), _rms(left), _rms(own), True, n, n, how)
+
+
+def _missed_rate(turns: list[Turn], K: Array) -> Array:
+    """(n,) angle of gravity as gyros with ω_m − b = K ω carry it to what it is, over the turn's time."""
+    S = np.asarray(np.linalg.inv(K), dtype=float)
+    off = [carried(t, S) - t.after / np.linalg.norm(t.after) for t in turns]
+    return np.asarray(np.linalg.norm(off, axis=1) / [t.spacing.sum() for t in turns])
+
+
 def poisson_residual_before(turns: list[Turn]) -> float:
     """RMS angle (rad) by which uncalibrated gyros miss gravity after the turns."""
-    from planner.calibrate.poisson_gyro import carried
-
     missed = [carried(t, np.eye(3)) - t.after / np.linalg.norm(t.after) for t in turns]
     return float(np.sqrt(np.mean(np.sum(np.square(missed), axis=1))))
 

@@ -45,6 +45,13 @@ Prior = Annotated[
     Path | None,
     typer.Option(metavar="CALIBRATION", help="Old calibration.json that these few records renew."),
 ]
+Turn = Annotated[
+    float | None,
+    typer.Option(
+        metavar="DEG",
+        help="By which a cube was turned, e.g. 1440 for four turns [the multiple of 90 it reads].",
+    ),
+]
 Robust = Annotated[str, typer.Option(metavar="no|huber|bisquare", help="Resist outliers.")]
 Nodes = Annotated[
     int | None,
@@ -132,6 +139,7 @@ def calibrate(
     robust: Robust = "no",
     latitude: LatitudeIfKnown = None,
     nodes: Nodes = None,
+    turn: Turn = None,
     as_json: AsJson = False,
 ) -> None:
     """Fit the declared error model: coefficients with uncertainties, before and after, files for firmware.
@@ -140,10 +148,11 @@ def calibrate(
     down); scale_factor_rotations (turns both ways); nonlinearity (three rates or loads); centrifuge (three
     loads, several mountings); temperature_tables, …_with_rate, …_with_rate_and_time_on (two temperatures;
     ramps; from power-on); triad_least_squares (four rests, ref_acc); cube (six faces, turns by 90 deg, no
-    references); free_orientations, free_orientations_symmetric (nine rests, edges too, no references);
-    rests_and_turns (the same with turns between: gyros by the Poisson equation); sins_outputs (DATA is a
-    navigation log: time_s, roll_deg, pitch_deg, heading_deg, v_north_mps, v_east_mps, v_down_mps, with
-    record, table_rate_x_dps …, table_acc_x_g …, lat_deg or --latitude).
+    references), cube_accelerometers, cube_gyros; free_orientations, free_orientations_symmetric, ellipsoid
+    (nine rests, edges too, no references); rests_and_turns (the same with turns between: gyros by the Poisson
+    equation); sins_outputs (DATA is a navigation log: time_s, roll_deg, pitch_deg, heading_deg, v_north_mps,
+    v_east_mps, v_down_mps, with record, table_rate_x_dps …, table_acc_x_g …, lat_deg or --latitude). By their
+    sources' words: A is triad_least_squares, B2 … B6 the tasks of B (B1 is `reduce`).
 
     With `plan: {temperature_estimator: smooth}` tables are the posterior mean of each curve, --nodes of it.
 
@@ -160,6 +169,7 @@ def calibrate(
             robust=robust,
             latitude_deg=latitude,
             nodes=nodes,
+            turn_deg=turn,
             progress=progress,
         )
     say(found, as_json, out or Path("calibrations") / data.stem)

@@ -183,12 +183,25 @@ def _inputs(table: DwellTable) -> Sequence[tuple[Array, Array]]:
 
 
 def _split_p(y: Array, u: Array, t: Array, run: NDArray[np.int64], axis: int) -> Array:
-    """(runs − 1,) log p that coefficients before and after each power-on are the same; 0 where none tells."""
+    """(runs − 1,) log p that coefficients before and after each power-on are the same; 0 where none tells.
+
+    Once with leans that stay and once with leans that are free over temperature, the larger of both: what a
+    unit does from one temperature to the next, products included, is no other unit, though a campaign take
+    its temperatures one after the other; and many columns follow the bends of a curve better in two halves.
+    """
+    own, weights = u[:, [axis]], hats(t, temperature_nodes(t), 0.0)
+    across = np.delete(u, axis, axis=1)
+    target = y[:, None] - own
+    stays = np.column_stack([across, weights * own, target])
+    free = np.column_stack([*(weights * v[:, None] for v in across.T), weights * own, target])
+    return np.maximum(_split_of(stays, run), _split_of(free, run))
+
+
+def _split_of(X: Array, run: NDArray[np.int64]) -> Array:
+    """The same for columns X (n, k + 1), the last of which is what the others are to explain."""
     from planner.diagnose.hypotheses.whitened import log_p
 
-    nodes = temperature_nodes(t)
-    own = u[:, axis]
-    X = np.column_stack([np.delete(u, axis, axis=1), hats(t, nodes, 0.0) * own[:, None], y - own])
+    n = len(X)
     means = np.array([np.bincount(run, c) for c in X.T]).T / np.bincount(run)[:, None]
     X = X - means[run]
     X = X / np.maximum(np.linalg.norm(X, axis=0), 1e-300)
@@ -199,9 +212,9 @@ def _split_p(y: Array, u: Array, t: Array, run: NDArray[np.int64], axis: int) ->
     whole, rank = _rest(total[None])
     first, last = _rest(before), _rest(total - before)
     split, freer = first[0] + last[0], first[1] + last[1] - rank[0]
-    freedom = np.maximum(len(y) - runs - rank[0] - freer, 5.0)
+    freedom = np.maximum(n - runs - rank[0] - freer, 5.0)
     counts = np.cumsum(np.bincount(run))[:-1]
-    sides = np.minimum(counts, len(y) - counts) >= LEAST_SIDE * len(y)
+    sides = np.minimum(counts, n - counts) >= LEAST_SIDE * n
     told = sides & (freer > 0) & (whole[0] > LEAST_RATIO * split)
     found = np.zeros(runs - 1)
     for k in np.flatnonzero(told).tolist():

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
 
 ONE_AXIS = 0.97  # share of all turning that lies about one axis: 14 deg apart at most
@@ -47,6 +48,12 @@ def without_motions(table: DwellTable) -> DwellTable:
     return rows_of(table, table.kind != MOTION)
 
 
+def level(gyro: Array) -> Array:
+    """(3,) what gyros (n, 3) read in the slowest quarter of the rows: their zero, roughly."""
+    size = np.linalg.norm(gyro, axis=1)
+    return np.asarray(np.median(gyro[size <= np.percentile(size, 25)], axis=0))
+
+
 def whole_turns(table: DwellTable) -> DwellTable:
     """The pieces of each hand turn as one row: mean rate over the whole of it, gyro · duration = ∫ω dt.
 
@@ -55,6 +62,7 @@ def whole_turns(table: DwellTable) -> DwellTable:
     if table.kind is None or table.gyro is None or not (table.kind == MOTION).any():
         return without_motions(table)
     keep = np.asarray(table.kind != MOTION)
+    zero = level(table.gyro[keep] if keep.any() else table.gyro)
     gyro, duration = table.gyro.copy(), table.duration.copy()
     ordered = np.lexsort((table.time_on, table.run, table.unit))
     moves, run, unit = ~keep[ordered], table.run[ordered], table.unit[ordered]
@@ -65,12 +73,12 @@ def whole_turns(table: DwellTable) -> DwellTable:
     for rows in np.split(ordered, edges):
         if keep[rows[0]]:
             continue
-        angle = table.gyro[rows] * table.duration[rows][:, None]
+        angle = (table.gyro[rows] - zero) * table.duration[rows][:, None]
         whole, path = angle.sum(axis=0), float(np.linalg.norm(angle, axis=1).sum())
         first = rows[0]
         if np.abs(whole).max() > ONE_AXIS * path:
             keep[first], duration[first] = True, table.duration[rows].sum()
-            gyro[first] = whole / duration[first]
+            gyro[first] = whole / duration[first] + zero
     return rows_of(replace(table, gyro=gyro, duration=duration), keep)
 
 

@@ -3,6 +3,8 @@
 The arrays are those of `firmware`; the functions are the measurement equation solved for the input:
 
     b = bias(T) + drift dT/dt + warm_up exp(−t/τ) + acceleration · f,   v = (y − b)/slope,   u = M⁻¹ v
+
+Tables over load and input (`firmware_curves`) add to b and to the slope where the calibration has them.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.export.firmware import FirmwareTables, Float32, firmware_tables
+from planner.export.firmware_curves import LOOK_UP
 from planner.nouns.calibration import Calibration
 
 _SUFFIX = {"gyro": "gyro", "accelerometer": "acc"}
@@ -58,7 +61,7 @@ static inline void planner_correct_{s}(const float raw[3], float temperature_deg
         bias += planner_{s}_drift[i] * temperature_rate_degc_min;
         bias += planner_{s}_warm_up[i] * expf(-time_on_s / planner_{s}_time_constant[i]);
         for (j = 0; j < 3; ++j) bias += planner_{s}_acceleration[i][j] * acceleration_g[j];
-        y = raw[i] - bias;
+{bias}        y = raw[i] - bias;
         {{
             const float (*table)[3] = y < 0.0f ? planner_{s}_minus : planner_{s}_plus;
             slope = table[k][i] + share * (table[n][i] - table[k][i]);
@@ -66,7 +69,7 @@ static inline void planner_correct_{s}(const float raw[3], float temperature_deg
         v[i] = y / slope;
         for (j = 0; j < 4; ++j) {{
             cubic = planner_{s}_nonlinearity[i] * (v[i] / {full}) * (v[i] / {full});
-            v[i] = y / (slope + cubic);
+{slope}            v[i] = y / (slope + cubic);
         }}
     }}
     for (i = 0; i < 3; ++i)
@@ -86,12 +89,19 @@ def c_header(calibration: Calibration) -> str:
         "#define PLANNER_CALIBRATION_H",
         "#include <math.h>",
     ]
-    for tables in firmware_tables(calibration):
+    every = firmware_tables(calibration)
+    parts += [LOOK_UP] if any(tables.curves for tables in every) else []
+    for tables in every:
         parts += _arrays(tables)
         suffix = _SUFFIX[tables.sensor]
         parts.append(
             _FUNCTION.format(
-                s=suffix, S=suffix.upper(), reach=_literal(tables.reach), full=_literal(tables.full_scale)
+                s=suffix,
+                S=suffix.upper(),
+                reach=_literal(tables.reach),
+                full=_literal(tables.full_scale),
+                bias="".join(curve.bias.format(s=suffix) for curve in tables.curves),
+                slope="".join(curve.slope.format(s=suffix) for curve in tables.curves),
             )
         )
     return "\n".join([*parts, "#endif", ""])
@@ -108,6 +118,11 @@ def _arrays(tables: FirmwareTables) -> list[str]:
         shape = _SHAPES[name].format(N=nodes)
         lines.append(f"/* {_MEANING[name].format(unit=unit)} */")
         lines.append(f"static const float planner_{suffix}_{name}{shape} = {_initialiser(values)};")
+    for curve in tables.curves:
+        for name, values in curve.arrays.items():
+            shape = "".join(f"[{n}]" for n in values.shape)
+            lines.append(f"/* {curve.meaning[name].format(unit=unit)} */")
+            lines.append(f"static const float planner_{suffix}_{name}{shape} = {_initialiser(values)};")
     return lines
 
 

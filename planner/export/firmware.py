@@ -12,6 +12,7 @@ from planner import catalog
 from planner.effects import sensed
 from planner.effects._dependence import IN_USE_DEGC, random_conditions
 from planner.effects.scale_factor_nonlinearity import REFERENCE_INPUT
+from planner.export.firmware_curves import FirmwareCurve, firmware_curves
 from planner.nouns.array import Array
 from planner.nouns.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
 from planner.nouns.conditions import Conditions
@@ -50,7 +51,7 @@ class FirmwareTables:
     drift: (3,) per K/min of temperature rate; warm_up: (3,) at power-on; time_constant: (3,) s
     acceleration: (3, 3) bias per g of body axes (zero for accelerometers)
     nonlinearity: (3,) cubic, at the input `full_scale`; alignment: (3, 3) inverse of the misalignment matrix
-    left_out: what these arrays have no place for
+    left_out: what these arrays have no place for; curves: tables over load and input, if any
     """
 
     sensor: str
@@ -67,6 +68,7 @@ class FirmwareTables:
     nonlinearity: Float32
     alignment: Float32
     left_out: tuple[LeftOut, ...]
+    curves: tuple[FirmwareCurve, ...] = ()
 
     def arrays(self) -> dict[str, Float32]:
         """The arrays by name, in the order of the binary image."""
@@ -110,6 +112,7 @@ def _of_sensor(found: SensorCalibration) -> FirmwareTables:
         nonlinearity=sorted_out.channels("scale_factor_nonlinearity").astype(np.float32),
         alignment=np.linalg.inv(t.misalignment).astype(np.float32),
         left_out=_left_out(found),
+        curves=firmware_curves(found.sensor, t.extra, unit),
     )
 
 
@@ -152,7 +155,9 @@ class _Extras:
 
 
 def _left_out(found: SensorCalibration) -> tuple[LeftOut, ...]:
-    names = sorted({e.effect for e in found.tables.extra} - HELD)
+    curves = firmware_curves(found.sensor, found.tables.extra, OUTPUT_UNIT[found.sensor])
+    held = HELD.union(*(curve.effects for curve in curves))
+    names = sorted({e.effect for e in found.tables.extra} - held)
     return tuple(_size(found, name) for name in names)
 
 

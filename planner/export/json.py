@@ -9,7 +9,7 @@ from typing import Any
 
 from planner.export.header import sealed
 from planner.nouns.allowances import Allowance, FlownCovariance
-from planner.nouns.choices import RepeatReason
+from planner.nouns.choices import RepeatReason, TestVisits
 from planner.nouns.plan import (
     Achieved,
     GeneticPlan,
@@ -232,6 +232,14 @@ def _of_front(key: str, value: float, plan: Plan) -> float:
     return from_si(value, next(a.unit for a in plan.allowances if a.error == key))
 
 
+def _visit(v: TestVisits) -> Mapping[str, Any]:
+    return {
+        "test": v.test,
+        "temperatures_degc": [number(t) for t in v.temperatures_degc],
+        "repeats": list(v.repeats),
+    }
+
+
 def _genetic(genetic: GeneticPlan, plan: Plan) -> Mapping[str, Any]:
     return {
         "time_s": number(genetic.time_s),
@@ -240,4 +248,5 @@ def _genetic(genetic: GeneticPlan, plan: Plan) -> Mapping[str, Any]:
         "evaluations": genetic.history.evaluations,
         "stopped": genetic.history.stopped,
         "front": [{k: number(_of_front(k, v, plan)) for k, v in point.items()} for point in genetic.front],
+        "campaigns": [[_visit(v) for v in campaign] for campaign in genetic.campaigns],
     }

@@ -13,8 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.information.choose import KEPT, Found
+from planner.information.exact import foreseen, laid_out
 from planner.information.exchange import Judge, even
+from planner.information.model_of import Flight
 from planner.information.offers import Offer, Offers
+from planner.information.spreads import spread_factor
 from planner.nouns.allowances import GeneticHistory
 from planner.nouns.array import Array
 from planner.nouns.deadline import never
@@ -23,7 +27,8 @@ from planner.plan.costs import repeat_power_on
 
 INDIVIDUALS, GENERATIONS = 40, 24
 USELESS = 4.0  # loads from which on an individual counts as breaking the promise alike
-SHOWN = 40
+SHOWN = 10  # each is foreseen exactly, which takes as long as for the plan itself
+TRIED = 6
 
 
 @dataclass(frozen=True)
@@ -75,30 +80,84 @@ def undominated(points: Sequence[Point]) -> list[Point]:
 
 
 def genetic_beside(
-    offers: Offers, judge: Judge, plan_cost: float, seed: int, late: Callable[[], bool] = never
+    flight: Flight, found: Found, seed: int, late: Callable[[], bool] = never
 ) -> GeneticPlan | None:
-    """The genetic campaign beside the plan with its gap; None where it found none that keeps the promise."""
+    """The genetic campaign beside the plan with its gap; None where it found none that keeps the promise.
+
+    The search goes by quick figures; what is shown, and that a campaign keeps the promise, by exact ones.
+    """
     if late():
         return None
-    points, history = pareto_set(offers, judge, seed, late)
-    keeping = [p for p in points if p.load <= 1.0 and judge.keeps(p.counts)]
+    points, history = pareto_set(found.offers, found.judge, seed, late)
+    shown = _exactly(flight, found, points, late)
+    keeping = [p.cost for p in shown if p.keeps]
     if not keeping:
         return None
-    best = min(p.cost for p in keeping)
-    gap = max(0.0, best - plan_cost) / plan_cost if plan_cost else 0.0
-    return GeneticPlan(round(best, 6), gap, history, tuple(_shown(judge, points)))
+    best = min(keeping)
+    gap = max(0.0, best - found.cost) / found.cost if found.cost else 0.0
+    front = _undominated(shown)
+    return GeneticPlan(
+        round(best, 6),
+        gap,
+        history,
+        tuple(_figures(p) for p in front),
+        tuple(found.offers.visits(p.point.counts) for p in front),
+    )
 
 
-def _shown(judge: Judge, points: Sequence[Point]) -> list[dict[str, float]]:
-    """Hours, power-on hours and the figure of every requirement (SI), of at most SHOWN points."""
-    chosen = [
-        points[i] for i in np.unique(np.linspace(0, len(points) - 1, min(SHOWN, len(points))).astype(int))
-    ]
-    figures = judge.figures(np.array([p.counts for p in chosen]))
-    return [
-        {"time_s": p.cost, "power_on_s": p.power_on_s, **{str(k): float(x) for k, x in enumerate(row)}}
-        for p, row in zip(chosen, figures, strict=True)
-    ]
+@dataclass(frozen=True)
+class _Exact:
+    """A point by its exact figures (requirements,), SI; keeps: whether with them every limit is kept."""
+
+    point: Point
+    figures: Array
+    keeps: bool
+
+    @property
+    def cost(self) -> float:
+        return self.point.cost
+
+
+def _exactly(flight: Flight, found: Found, points: Sequence[Point], late: Callable[[], bool]) -> list[_Exact]:
+    """At most SHOWN of the points, from the shortest on; and of those that keep the promise, the shortest.
+
+    As many of these are tried as it takes until one keeps it exactly, within TRIED.
+    """
+    places = np.unique(np.linspace(0, len(points) - 1, min(SHOWN, len(points))).astype(int))
+    known: dict[int, _Exact] = {}
+    keeping = [i for i, p in enumerate(points) if p.load <= 1.0 and found.judge.keeps(p.counts)]
+    for i in keeping[:TRIED]:
+        known[i] = _exact(flight, found, points[i])
+        if known[i].keeps or late():
+            break
+    for i in places.tolist():
+        if late():
+            break
+        if i not in known:
+            known[i] = _exact(flight, found, points[i])
+    return [known[i] for i in sorted(known)]
+
+
+def _exact(flight: Flight, found: Found, point: Point) -> _Exact:
+    visits = found.offers.visits(point.counts)
+    figures = np.array(foreseen(flight, laid_out(flight, visits)).largest)
+    limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
+    within = np.all(figures * spread_factor(flight, visits) <= limits * KEPT)
+    return _Exact(point, figures, bool(within) and found.judge.allowed(point.counts))
+
+
+def _undominated(shown: Sequence[_Exact]) -> list[_Exact]:
+    """Those than which none is better in cost, power-on and every figure together."""
+    of = np.array([[p.cost, p.point.power_on_s, *p.figures] for p in shown])
+    better = (of[:, None] <= of[None, :]).all(axis=2) & (of[:, None] < of[None, :]).any(axis=2)
+    kept = ~better.any(axis=0) & np.isfinite(of).all(axis=1)
+    return [shown[i] for i in np.flatnonzero(kept).tolist()]
+
+
+def _figures(p: _Exact) -> dict[str, float]:
+    """Hours, power-on hours and the figure of every requirement (SI)."""
+    figures = {str(k): float(x) for k, x in enumerate(p.figures)}
+    return {"time_s": p.cost, "power_on_s": p.point.power_on_s, **figures}
 
 
 # ---------------------------------------------------------------- individuals

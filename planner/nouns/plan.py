@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from planner.nouns.allowances import Allowance, FlownCovariance, GeneticHistory
-from planner.nouns.choices import RepeatReason
+from planner.nouns.choices import RepeatReason, TestVisits
 from planner.origin import Origin
 
 Action = Literal[
@@ -129,12 +129,17 @@ class Achieved:
 
 @dataclass(frozen=True)
 class GeneticPlan:
-    """The genetic algorithm's campaign beside the exact one."""
+    """The genetic algorithm's campaign beside the exact one.
+
+    front: allowances in SI, or by information the figure of each requirement by its index, with `time_s` and
+    `power_on_s`; campaigns: by information, what each point is made of
+    """
 
     time_s: float
     gap: float
     history: GeneticHistory
-    front: tuple[Mapping[str, float], ...]  # allowances in SI with key `time_s` among them
+    front: tuple[Mapping[str, float], ...]
+    campaigns: tuple[tuple[TestVisits, ...], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -128,8 +129,16 @@ class Reason(Part):
     bound_by: Literal["accuracy", "least", "shared", "fixed", "promise"]
 
 
+class VisitFigures(Part):
+    """At which temperatures a test is made, and how often at each."""
+
+    test: str
+    temperatures_degc: list[Number]
+    repeats: list[Count]
+
+
 class GeneticFigures(Part):
-    """The genetic algorithm's campaign beside the exact one."""
+    """The genetic algorithm's campaign beside the exact one; campaigns: of the front's points, in order."""
 
     time_s: Time
     gap: Number
@@ -137,6 +146,7 @@ class GeneticFigures(Part):
     evaluations: Annotated[int, Field(ge=0)]
     stopped: str
     front: list[dict[str, Number]]
+    campaigns: list[list[VisitFigures]] = []
 
 
 class WorthFigures(Part):
@@ -328,8 +338,9 @@ def _fault(document: object, place: Sequence[int | str], message: str) -> Fault:
     return Fault("plan.json", 0, 0, ".".join(names), message, "P902")
 
 
+@cache
 def plan_schema() -> dict[str, Any]:
-    """The JSON Schema of plan.json."""
+    """The JSON Schema of plan.json, made once: nobody changes it, and every recount reads it."""
     schema = PlanDocument.model_json_schema()
     return {"$schema": DRAFT, **schema, "title": f"planner plan, schema version {SCHEMA_VERSION}"}
 

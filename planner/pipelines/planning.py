@@ -199,7 +199,7 @@ def informed(
     if beside:
         progress("genetic campaign beside it")
         late = deadline.stops(GENETIC, "the genetic campaign")
-        genetic = genetic_beside(found.offers, found.judge, found.cost, spec.plan.seed, late)
+        genetic = genetic_beside(flight, found, spec.plan.seed, late)
     if beside and not is_hand_made(spec):
         remarks = [*unneeded(flight, found)]
     made = information_plan(
@@ -370,6 +370,9 @@ def _settings(spec: Spec, late: Callable[[], bool] = never) -> GeneticSettings:
         crossover=genetic.crossover,
         mutation=genetic.mutation,
         generations=genetic.generations,
+        bits=genetic.bits,
+        patience=genetic.patience,
+        tolerance=genetic.tolerance,
         late=late,
     )
 

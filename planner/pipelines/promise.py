@@ -24,6 +24,7 @@ from planner.verify.monte_carlo import MonteCarlo, fly, fly_types
 from planner.verify.outcome import RequirementOutcome, claims_of, outcomes
 from planner.verify.prediction import DrawnCurves, Prediction
 from planner.verify.recount import Recount, is_by_information, recount
+from planner.verify.recount_front import check_campaigns
 from planner.verify.recount_promise import as_planned, check_promise
 from planner.verify.rounds import BINDING, CURVES, OWN, TEMPERATURES, Round, Worst, rounds
 from planner.verify.spreads import SPREADS, Typed, Types, TypeTally, judged, types_of
@@ -102,6 +103,8 @@ def verify(
     if is_by_information(document) and made_for is None:
         progress("counting again what is promised")
         counted = counted.and_also(check_promise(document, as_planned(e, curves)))
+        progress("counting the genetic campaigns again")
+        counted = counted.and_also([check_campaigns(document, e, curves)])
     if options.flights == 0:
         return _answer(loaded, document, options, counted)
     flown = _flown(e, document, options, curves, progress)

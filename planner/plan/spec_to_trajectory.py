@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -48,10 +49,21 @@ def trajectory_of(choice: str | Mapping[str, Any], folder: Path) -> Trajectory:
 
 
 def _built(family: Any, parameters: Any, folder: Path) -> Trajectory:
-    if "file" in type(parameters).model_fields:
-        parameters = parameters.model_copy(update={"file": str(folder / parameters.file)})
+    if "file" in type(parameters).model_fields:  # what stands in a file may change
+        return _flown(family, parameters.model_copy(update={"file": str(folder / parameters.file)}))
+    try:
+        return _flown_once(family, parameters)
+    except TypeError:  # a foreign family's parameters may not be hashable
+        return _flown(family, parameters)
+
+
+def _flown(family: Any, parameters: Any) -> Trajectory:
     trajectory: Trajectory = family.build(parameters)
     return trajectory
+
+
+# a command flies one trajectory, or compares two, and asks for it in several stages; a long one takes 0.5 GB
+_flown_once = lru_cache(maxsize=2)(_flown)
 
 
 def _parameters(model: type[BaseModel], name: str, settings: Mapping[str, Any]) -> BaseModel:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -197,7 +198,7 @@ class Covariance:
             return float(z @ self.solve(z[:, None])[:, 0])
         return float(np.sum(self.effects.diagonals[k] * (1.0 / self.diagonal - self._taken)))
 
-    @property
+    @cached_property
     def _taken(self) -> Array:
         """(n,) diagonal of U S Uᵀ."""
         return np.asarray(np.einsum("nb,nbc,nc->n", self.U, self.effects.spread(self.S), self.U))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,24 +53,37 @@ def _state(y: Array, X: Array, effects: RandomEffects, theta: Array) -> _State:
     return _State(v, B, C, Py, -0.5 * float(log))
 
 
-def _derivatives(y: Array, s: _State) -> tuple[Array, Array]:
-    """Score (K,) and expected information (K, K)."""
-    e = s.v.effects
-    images = [e.times(k, s.B) for k in range(e.count)]
-    CA = [s.C @ (s.B.T @ image) for image in images]
-    weighted = [image @ s.C for image in images]
-    solved = [s.v.solve(image) for image in images]
-    Py = s.Py[:, None]
-    quadratic = np.array([float(s.Py @ e.times(k, Py)[:, 0]) for k in range(e.count)])
-    trace = np.array([s.v.trace(k) - np.trace(CA[k]) for k in range(e.count)])
-    information = s.v.double_traces()
+def _derivatives(s: _State) -> tuple[Array, Array]:
+    """Score (K,) and expected information (K, K).
+
+    With C = L Lᵀ and B̃ = B L, P = V⁻¹ − B̃B̃ᵀ: every trace is a sum of products of V_k B̃, V⁻¹V_k B̃, B̃ᵀV_k B̃.
+    """
+    e, v = s.v.effects, s.v
+    root = s.B @ _root(s.C)
+    images = [e.times(k, root) for k in range(e.count)]
+    solved = [v.solve(image) for image in images]
+    inner = [root.T @ image for image in images]
+    quadratic = np.array([float(s.Py @ e.times(k, s.Py[:, None])[:, 0]) for k in range(e.count)])
+    trace = np.array([v.trace(k) - np.trace(inner[k]) for k in range(e.count)])
+    information = v.double_traces()
     for k in range(e.count):
-        for m in range(e.count):
-            information[k, m] += np.sum(CA[k] * CA[m].T) - 2.0 * np.sum(weighted[k] * solved[m])
+        for m in range(k, e.count):
+            within = np.vdot(inner[k], inner[m]) - 2.0 * np.vdot(images[k], solved[m])
+            information[k, m] += within
+            information[m, k] = information[k, m]
     return 0.5 * (quadratic - trace), 0.5 * information
 
 
-def _average_information(y: Array, s: _State) -> tuple[Array, Array]:
+def _root(C: Array) -> Array:
+    """L (r, r) with L Lᵀ = C; of its positive part where rounding leaves it no longer positive definite."""
+    try:
+        return np.asarray(np.linalg.cholesky(C))
+    except np.linalg.LinAlgError:
+        value, vector = np.linalg.eigh((C + C.T) / 2.0)
+        return np.asarray(vector * np.sqrt(np.maximum(value, 0.0)))
+
+
+def _average_information(s: _State) -> tuple[Array, Array]:
     """Score (K,) and average information (K, K), ½ yᵀPV_kPV_lPy (Gilmour, Thompson, Cullis 1995).
 
     As good a curvature for the search as the expected one, for K products of matrices in place of K².
@@ -78,8 +92,10 @@ def _average_information(y: Array, s: _State) -> tuple[Array, Array]:
     pulled = np.column_stack([e.times(k, s.Py[:, None]) for k in range(e.count)])
     projected = s.v.solve(pulled)
     projected = projected - s.B @ (s.C @ (s.B.T @ pulled))
-    BC = s.B @ s.C
-    trace = np.array([s.v.trace(k) - np.sum(BC * e.times(k, s.B)) for k in range(e.count)])
+    root = s.B @ _root(s.C)
+    leverage, a = np.sum(root**2, axis=1), len(e.diagonals)
+    taken = [*(e.diagonals @ leverage), *(np.vdot(root, e.times(k, root)) for k in range(a, e.count))]
+    trace = np.array([s.v.trace(k) - taken[k] for k in range(e.count)])
     return 0.5 * (s.Py @ pulled - trace), 0.5 * (pulled.T @ projected)
 
 
@@ -105,6 +121,16 @@ class Sample:
     X: Array
     effects: RandomEffects
 
+    @cached_property
+    def basis(self) -> Array:
+        """(n, r) orthonormal columns that span those of X; made once for all θ that are asked."""
+        return factors(self.X).basis
+
+    @cached_property
+    def left(self) -> Array:
+        """(n,) y without what X explains of it by plain least squares."""
+        return np.asarray(self.y - self.basis @ (self.basis.T @ self.y))
+
 
 def reml(
     y: Array, X: Array, effects: RandomEffects, start: Array | None = None, settled: float = _CONVERGED
@@ -127,19 +153,14 @@ def reml_together(
     The likelihoods are multiplied. Raises ValueError as `reml`.
     """
     count = samples[0].effects.count
-    bases = [factors(s.X).basis for s in samples]
-    y = [s.y - basis @ (basis.T @ s.y) for s, basis in zip(samples, bases, strict=True)]
-    freedom = sum(len(basis) - basis.shape[1] for basis in bases)
-    if any(len(basis) - basis.shape[1] < 1 for basis in bases):
+    freedom = [len(s.y) - s.basis.shape[1] for s in samples]
+    if min(freedom) < 1:
         raise ValueError("as many coefficients as rows: nothing is left to estimate the noise from")
-    total = sum(float(part @ part) for part in y) / freedom
+    total = sum(float(s.left @ s.left) for s in samples) / sum(freedom)
     if total <= 0.0:
         return Variances(np.zeros(count), np.zeros((count, count)), np.zeros(count, bool), 0.0, True)
     size = np.mean([s.effects.mean_sizes() for s in samples], axis=0)
-    parts = [
-        Sample(part / np.sqrt(total), basis, s.effects.scaled(1.0 / size))
-        for s, part, basis in zip(samples, y, bases, strict=True)
-    ]
+    parts = [Sample(s.left / np.sqrt(total), s.basis, s.effects.scaled(1.0 / size)) for s in samples]
     free = samples[0].effects.free
     theta = np.full(count, 1.0 / count) if start is None else start * size / total
     theta = np.maximum(theta, 1e-3 * (np.arange(count) == 0))
@@ -151,21 +172,19 @@ def reml_together(
 
 def restricted_loglik(sample: Sample, theta: Array) -> float:
     """−½ (log|V| + log|QᵀV⁻¹Q| + yᵀPy) at θ, Q an orthonormal basis of X: differences over θ count."""
-    basis = factors(sample.X).basis
-    return _state(sample.y - basis @ (basis.T @ sample.y), basis, sample.effects, theta).loglik
+    return _state(sample.left, sample.basis, sample.effects, theta).loglik
 
 
-def reml_information(X: Array, effects: RandomEffects, theta: Array) -> Array:
-    """(K, K) expected information on all variances at θ, those at zero too; X (n, p) fixed effects.
+def reml_information(sample: Sample, theta: Array) -> Array:
+    """(K, K) expected information on all variances at θ, those at zero too.
 
     Its inverse is how well the data could tell θ, whatever they told (Variances.error leaves out zeros).
     """
-    basis = factors(X).basis
-    size = effects.mean_sizes()
-    scaled = effects.scaled(1.0 / size)
+    size = sample.effects.mean_sizes()
+    scaled = sample.effects.scaled(1.0 / size)
     total = max(float(np.sum(theta * size)), 1e-300)
-    state = _state(np.zeros(len(basis)), basis, scaled, theta * size / total)
-    _, information = _derivatives(np.zeros(len(basis)), state)
+    state = _state(np.zeros(len(sample.y)), sample.basis, scaled, theta * size / total)
+    _, information = _derivatives(state)
     return np.asarray(information * np.outer(size, size) / total**2)
 
 
@@ -175,7 +194,7 @@ def _scored(
     """θ (K,) from a start, its covariance, what is free, likelihood, converged; sought: (K,) not known."""
     states, done, expected = _states(samples, theta), False, False
     for _ in range(_MOST_STEPS):
-        score, information = _slope(samples, states, expected)
+        score, information = _slope(states, expected)
         step = _step(theta, score, information, sought)
         new, better = _improved(samples, theta, step, _total(states))
         settled = better is None or _total(better) - _total(states) < least
@@ -187,7 +206,7 @@ def _scored(
         expected = settled  # the average information may be blind to a component; the expected one is not
     theta = np.where((theta > _LEAST_SHARE) | ~sought, theta, 0.0)
     free = (theta > 0) & sought
-    _, information = _slope(samples, states, True)
+    _, information = _slope(states, True)
     error = np.zeros((len(theta), len(theta)))
     error[np.ix_(free, free)] = np.linalg.pinv(information[np.ix_(free, free)])
     return theta, error, free, _total(states), done
@@ -224,12 +243,9 @@ def _total(states: Sequence[_State]) -> float:
     return sum(s.loglik for s in states)
 
 
-def _slope(samples: Sequence[Sample], states: Sequence[_State], expected: bool) -> tuple[Array, Array]:
+def _slope(states: Sequence[_State], expected: bool) -> tuple[Array, Array]:
     """Score (K,) and information (K, K) of all samples together."""
-    parts = [
-        _derivatives(sample.y, state) if expected else _average_information(sample.y, state)
-        for sample, state in zip(samples, states, strict=True)
-    ]
+    parts = [_derivatives(s) if expected else _average_information(s) for s in states]
     return np.sum([p[0] for p in parts], axis=0), np.sum([p[1] for p in parts], axis=0)
 
 

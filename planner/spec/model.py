@@ -283,6 +283,13 @@ class Genetic(SpecPart):
     crossover: Annotated[Number, Field(ge=0, le=1)] = Field(0.5, description="probability of crossover")
     mutation: Annotated[Number, Field(ge=0, le=1)] = Field(0.01, description="probability of mutation")
     generations: Annotated[Count, Field(le=100_000)] = Field(500, description="at most so many generations")
+    bits: Annotated[Count, Field(le=52)] = Field(
+        16, description="of a gene, one gene an error; K has 32 in a chromosome, 8 for each of four errors"
+    )
+    patience: Count = Field(50, description="generations without gain after which it has converged")
+    tolerance: Annotated[Number, Field(ge=0, lt=1)] = Field(
+        1e-4, description="gain that counts as none, a share of the best value"
+    )
 
 
 ObjectiveChoice = Annotated[

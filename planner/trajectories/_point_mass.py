@@ -8,6 +8,7 @@ velocity and attitude; the ideal readings are derived from these with true gravi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -50,9 +51,14 @@ def follow(command: Command, start: PathState, roll: Array, time_s: Array) -> Mo
     from scipy.integrate import solve_ivp
 
     initial = [start.speed, start.climb_angle, start.course, start.altitude]
+
+    def rates(time_s: float, y: Array) -> tuple[float, float, float, float]:
+        state = PathState(*y.tolist())
+        return _rates(command(time_s, state), state)
+
     # 0.1 s: no manoeuvre is short enough to be stepped over; tolerance: kinks below 1e-6 m/s² between knots
     solution = solve_ivp(
-        lambda t, y: _rates(command(t, PathState(*y)), PathState(*y)),
+        rates,
         (0.0, float(time_s[-1])),
         initial,
         method="DOP853",
@@ -71,11 +77,11 @@ def follow(command: Command, start: PathState, roll: Array, time_s: Array) -> Mo
 
 def drag(area: float, state: PathState) -> float:
     """Specific drag k ρ/ρ₀ V² in m/s²; `area` is k = ρ₀ c_d A / (2 m) in 1/m."""
-    return area * float(np.exp(-state.altitude / SCALE_HEIGHT_M)) * state.speed**2
+    return area * math.exp(-state.altitude / SCALE_HEIGHT_M) * state.speed**2
 
 
 def _rates(forces: Forces, state: PathState) -> tuple[float, float, float, float]:
-    sin, cos = np.sin(state.climb_angle), np.cos(state.climb_angle)
+    sin, cos = math.sin(state.climb_angle), math.cos(state.climb_angle)
     weight = forces.free * STANDARD_GRAVITY_MPS2
     speed_rate = forces.forward - weight * sin
     if state.speed < _AT_REST_MPS:

@@ -16,7 +16,10 @@ def knots(duration: float) -> Array:
 
 def step(time_s: Array | float, begin: float, end: float) -> Array:
     """Zero before `begin`, one after `end`, between them x⁴ (35 − 84 x + 70 x² − 20 x³)."""
-    x = np.clip((np.asarray(time_s) - begin) / (end - begin), 0.0, 1.0)
+    if isinstance(time_s, float):  # an integrator asks for one instant after another
+        x: Array | float = min(max((float(time_s) - begin) / (end - begin), 0.0), 1.0)
+    else:
+        x = np.clip((np.asarray(time_s) - begin) / (end - begin), 0.0, 1.0)
     return np.asarray(x**4 * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x))))
 
 

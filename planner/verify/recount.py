@@ -28,7 +28,7 @@ from planner.verify.recount_search import check_front, check_keys, check_prices
 from planner.verify.recount_steps import check_steps
 
 NOT_RECOUNTED = (
-    "genetic: a search's history; of its front, the order, and by half-widths whether it is on the limits",
+    "genetic: a search's history; that no other campaigns are better than those of its front",
     "hours_per_limit (but for keys and signs), savings, trade_off, prices, worth: other plans, to be planned "
     "again",
     "bound_s: that no plan is shorter is proved by the search, not by counting",
@@ -268,7 +268,8 @@ def _check_names(document: Document, spec: Spec) -> Findings:
     return found
 
 
-def _weights(spec: Spec) -> tuple[float, float]:
+def weights_of(spec: Spec) -> tuple[float, float]:
+    """What a second of the campaign and one of power-on weigh."""
     minimise = spec.plan.minimise
     if isinstance(minimise, Objective):
         return minimise.time, minimise.power_on
@@ -278,7 +279,7 @@ def _weights(spec: Spec) -> tuple[float, float]:
 def _minimised(spec: Spec) -> str:
     if made_by_hand(spec):
         return "nothing: the plan is made by hand"
-    time, power = _weights(spec)
+    time, power = weights_of(spec)
     if power == 0:
         return "campaign time"
     if time <= 1e-6 * power:
@@ -332,7 +333,7 @@ def _most_loads(document: Document, spec: Spec) -> int:
 def _check_bound(document: Document, spec: Spec) -> Findings:
     """value and gap follow from time, power-on and bound; nothing beats the proved bound."""
     found = Findings("bound", "bound, value and gap belong together; no plan is shorter than the bound")
-    time, power = _weights(spec)
+    time, power = weights_of(spec)
     value, bound = document["objective"].get("value_s"), document["objective"].get("bound_s")
     if not isinstance(value, NUMBER) or not isinstance(bound, NUMBER):
         found.fault("objective", "has no value and bound")
@@ -369,7 +370,7 @@ def _check_genetic(document: Document, spec: Spec) -> Findings:
     genetic = document.get("genetic")
     if genetic is None:
         return found
-    _, power = _weights(spec)
+    _, power = weights_of(spec)
     if power == 0 and _most_loads(document, spec) == 1 and not spec.plan.shifts and document["proved"]:
         found.at_most("genetic, time_s", document["time_s"], genetic["time_s"], 1e-8)
         found.same("genetic, gap", genetic["gap"], genetic["time_s"] / document["time_s"] - 1.0, 1e-6)

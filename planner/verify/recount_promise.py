@@ -96,7 +96,7 @@ def _check_families(document: Document, p: Prediction) -> Findings:
         return found
     for i, (wanted, r) in enumerate(zip(spec.requirement, document["requirements"], strict=False)):
         factor = unit_factor(NAVIGATION_ERRORS[wanted.error])[0]
-        for family, figure in _figures(p, i, names).items():
+        for family, figure in figures_of(p, i, names).items():
             where = f"families, {family}, requirement {i}"
             within = max(SAME * figure, NOTHING * wanted.limit.si) / factor
             stated = said[family].get(str(i))
@@ -111,7 +111,7 @@ def _check_families(document: Document, p: Prediction) -> Findings:
     return found
 
 
-def _figures(p: Prediction, index: int, names: tuple[str, ...]) -> dict[str, float]:
+def figures_of(p: Prediction, index: int, names: tuple[str, ...]) -> dict[str, float]:
     """Family -> figure of a requirement at its own temperatures, SI."""
     starts = starts_of(p.e.requirements[index], p.e.spec)
     return {family: p.drawn(index, family, starts or p.worst(index, family)[0]) for family in names}

@@ -104,7 +104,7 @@ def _check_bench(
     bench, on = where
     temperatures = _order_of(steps, document, spec, bench)
     _check_order(order, spec, bench, temperatures)
-    wanted = [replace(e, id=on + e.id[len(bench) :]) for e in _expected(document, spec, bench, temperatures)]
+    wanted = [replace(e, id=on + e.id[len(bench) :]) for e in expected(document, spec, bench, temperatures)]
     clock, now, index = begin, spec.plan.temperatures.room, 0
     for i, e in enumerate(wanted):
         if index >= len(steps):
@@ -148,7 +148,7 @@ def _order_of(steps: Sequence[Document], document: Document, spec: Spec, bench: 
     """The chamber's temperatures in the order in which the plan goes there."""
     if spec.benches[bench].chamber is None:
         return []
-    planned = {float(t) for name, ts, _ in _chamber_tests(document, spec, bench) for t in ts}
+    planned = set(chamber_temperatures(document, spec, bench))
     found = []
     for step in steps:
         t = step["temperature_degc"]
@@ -175,7 +175,7 @@ def _check_order(order: Findings, spec: Spec, bench: str, found: Sequence[float]
 # ---------------------------------------------------------------- what the spec asks for
 
 
-def _expected(document: Document, spec: Spec, name: str, temperatures: Sequence[float]) -> Iterator[Expected]:
+def expected(document: Document, spec: Spec, name: str, temperatures: Sequence[float]) -> Iterator[Expected]:
     """The actions of one batch on one bench, without waiting."""
     bench, room = spec.benches[name], spec.plan.temperatures.room
     people = bench.attended is not False
@@ -219,6 +219,11 @@ def in_room(spec: Spec, name: str) -> bool:
     said = fixed.temperatures if fixed is not None and fixed.temperatures is not None else None
     said = spec.tests[name].temperatures if said is None else said
     return said == "room" or (said is None and spec.benches[spec.tests[name].bench].chamber is None)
+
+
+def chamber_temperatures(document: Document, spec: Spec, bench: str) -> list[float]:
+    """Temperatures of the tests that are made in a bench's chamber, the coldest first."""
+    return sorted({t for _, ts, _ in _chamber_tests(document, spec, bench) for t in ts})
 
 
 def _chamber_tests(document: Document, spec: Spec, bench: str) -> list[tuple[str, list[float], list[int]]]:

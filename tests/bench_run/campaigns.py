@@ -127,28 +127,34 @@ def campaign(job: Job, folder: Path, seed: int, faults: list[Fault] | None = Non
         sessions += 1
         ends: list[Left] = []
         said: list[str] = []
-        done = _session(job, world, book, path, ends, said, stop_at)
+        done = session(job, world, book, path, ends, said, stop_at)
         attentions += not ends[-1].safe
-        wrong += _truth(world, ends[-1], said)
+        wrong += truth(world, ends[-1], said)
         stop_at = math.inf
         if done:
             break
-        world.disk_full = False
-        world.time.sleep(1800.0)  # somebody comes and mends what has to be mended
-        world.faults = [f for f in world.faults if f.begin > world.time.now()]
+        mended(world)
     else:
         wrong.append("it never came to an end")
     return Outcome(
         sessions,
-        sum(book.void.values()) + _voids(path),
+        sum(book.void.values()) + voids(path),
         attentions,
-        (*wrong, *book.wrong, *_counted(job, book, path)),
+        (*wrong, *book.wrong, *counted(job, book, path)),
     )
 
 
-def _session(
+def mended(world: World) -> None:
+    """Half an hour later somebody has mended what has to be mended."""
+    world.disk_full = False
+    world.time.sleep(1800.0)
+    world.faults = [f for f in world.faults if f.begin > world.time.now()]
+
+
+def session(
     job: Job, world: World, book: Notebook, path: Path, ends: list[Left], said: list[str], stop_at: float
 ) -> bool:
+    """One run from where the journal stands; whether it came to the campaign's end."""
     lines = BenchLines(world.table_wire, world.chamber_wire)
     equipment = Equipment(dict.fromkeys(job.used_benches, lines), world.time, recorder=book, patience_s=900.0)
     for wire in (world.table_wire, world.chamber_wire):
@@ -175,7 +181,7 @@ def _session(
     return True
 
 
-def _truth(world: World, left: Left, said: list[str]) -> list[str]:
+def truth(world: World, left: Left, said: list[str]) -> list[str]:
     """Whether what was said of the end is true."""
     found = []
     rates = {axis: axle.at(world.time.now())[1] for axis, axle in world.table.axles.items()}
@@ -189,11 +195,11 @@ def _truth(world: World, left: Left, said: list[str]) -> list[str]:
     return found
 
 
-def _voids(path: Path) -> int:
+def voids(path: Path) -> int:
     return sum('"void"' in line for line in path.read_text().splitlines())
 
 
-def _counted(job: Job, book: Notebook, path: Path) -> list[str]:
+def counted(job: Job, book: Notebook, path: Path) -> list[str]:
     """Every step once in the journal, in order; every record complete once more than it was void."""
     lines = [json.loads(line) for line in path.read_text().splitlines()]
     made = [line["step"] for line in lines if "step" in line]

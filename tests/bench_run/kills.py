@@ -1,88 +1,218 @@
-"""kill -9 at random moments of a campaign, again and again, and what must hold at the end."""
+"""kill -9 anywhere in campaigns on a bench that lives on, and what must hold in each.
+
+The bench (`other_bench`, with or without faults) is in this process and the runner in another one, which asks
+it over a pipe. When the runner dies the table turns on, the chamber goes on, the unit stays powered, as in a
+laboratory; what it had sent before still arrives. Then `--resume` has to find out.
+"""
 
 from __future__ import annotations
 
-import json
 import os
 import random
 import signal
 import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any
 
 from planner.bench_run.job import Job
-from planner.bench_run.runner import execute
-from planner.nouns.plan import Step
-from tests.bench_run.rig import Rig, opened_journal, small_job
+from planner.bench_run.safety import Left
+from tests.bench_run.campaigns import (
+    MOST_SESSIONS,
+    Notebook,
+    counted,
+    drawn,
+    mended,
+    session,
+    truth,
+    voids,
+)
+from tests.bench_run.other_bench import World
+from tests.bench_run.rig import small_job
+
+MESSAGES = 14_000  # of a calm campaign of the small job, so that kills fall anywhere in it
+AIMED = 0.25  # of the kills: at the end of a record, before the journal tells of it
+LATER_S = 3e-4  # up to which a kill comes after an answer: while the runner writes its journal, or asks on
 
 
-class FileRecorder:
-    """Raw data: one line in a file for every record that was stopped as complete."""
+@dataclass
+class Tally:
+    """Over all campaigns: kills, records that were made again, ends with ATTENTION, what did not hold."""
 
-    def __init__(self, path: Path) -> None:
-        self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-        self._number = 0
-
-    def power(self, on: bool, step: Step, number: int) -> None:
-        self._number = number if on else 0
-
-    def start(self, step: Step, number: int) -> None:
-        assert number == self._number, "a record without power"
-
-    def stop(self, step: Step, complete: bool) -> None:
-        os.write(self._file, f"{step.id} {self._number}\n".encode())
-
-    def lost(self, step: Step, number: int) -> None:
-        os.write(self._file, f"void {step.id} {number}\n".encode())
+    kills: int = 0
+    campaigns: int = 0
+    void: int = 0
+    attention: int = 0
+    wrong: tuple[str, ...] = ()
 
 
-def one_life(job: Job, folder: Path, longest_s: float, rng: random.Random) -> bool:
-    """A process that runs the campaign on and is killed at a random moment; whether it finished before."""
+def campaigns_with_kills(folder: Path, kills: int, seed: int) -> Tally:
+    """Campaigns, each with some kills and every other one with faults, until so many runners have died."""
+    tally = Tally()
+    while tally.kills < kills:
+        here = folder / f"campaign{tally.campaigns}"
+        here.mkdir()
+        rng = random.Random(seed * 1_000_003 + tally.campaigns)
+        killed_campaign(small_job(), here, rng, tally, most=min(rng.randint(1, 5), kills - tally.kills))
+        tally.campaigns += 1
+    return tally
+
+
+def killed_campaign(job: Job, folder: Path, rng: random.Random, tally: Tally, most: int) -> None:
+    """One campaign to its end, with at most so many kills on the way."""
+    faults = drawn(rng, job.steps[-1].end_s) if rng.random() < 0.5 else []
+    world = World(rng.randrange(2**32), faults, terminal_server=rng.random() < 0.2)
+    book, path, wrong = Notebook(world, job), folder / "run.jsonl", list[str]()
+    for _ in range(MOST_SESSIONS):
+        life = one_life(job, world, book, path, rng, _moment(job, rng) if most else None)
+        most, tally.kills = most - life.is_killed, tally.kills + life.is_killed
+        if life.is_killed:
+            world.time.sleep(rng.choice([1.0, 60.0, 7200.0]))  # until somebody sees it
+            world.disk_full = False
+            continue
+        wrong += life.wrong
+        tally.attention += life.left is not None and not life.left.safe
+        if life.left is not None:
+            wrong += truth(world, life.left, life.said)
+        if life.is_done:
+            break
+        mended(world)
+    else:
+        wrong.append("it never came to an end")
+    tally.void += sum(book.void.values()) + voids(path)
+    wrong += [*book.wrong, *counted(job, book, path)]
+    tally.wrong += tuple(f"campaign {tally.campaigns}: {what}" for what in wrong)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """When a runner is killed: at a message by its number, or at the end of a record by its number."""
+
+    number: int
+    of_records: bool = False
+
+
+def _moment(job: Job, rng: random.Random) -> Moment:
+    if rng.random() < AIMED:
+        return Moment(rng.randint(1, sum(step.action == "record" for step in job.steps) // 3), True)
+    return Moment(rng.randint(1, MESSAGES // rng.randint(1, 4)))
+
+
+@dataclass
+class Life:
+    """How a runner ended: killed, or with how it left the bench and what it said of it."""
+
+    is_killed: bool = False
+    is_done: bool = False
+    left: Left | None = None
+    said: tuple[str, ...] = ()
+    wrong: tuple[str, ...] = ()
+
+
+def one_life(
+    job: Job, world: World, book: Notebook, path: Path, rng: random.Random, kill: Moment | None
+) -> Life:
+    """A runner in a process of its own, killed at a moment if it lives so long."""
+    for wire in (world.table_wire, world.chamber_wire):
+        wire.up, wire.waiting, wire.away_until = True, [], -1.0
+    here, there = Pipe()
     child = os.fork()
     if child == 0:
-        code = 1
-        try:
-            rig, journal = Rig(), opened_journal(job, folder / "run.jsonl", resume=True)
-            slow = rng.random() * 2e-3  # so that kills fall at other places of the steps too
-            equipment = rig.equipment(job, recorder=FileRecorder(folder / "raw.txt"))
-            execute(job, equipment, journal, before=lambda step: time.sleep(slow))
-            code = 0
-        finally:
-            os._exit(code)
-    time.sleep(rng.random() * longest_s)
-    os.kill(child, signal.SIGKILL)
+        here.close()
+        _live(job, there, path)
+    there.close()
+    life = Life(wrong=("the runner failed instead of being killed",))
+    heard = 0
+    of = ("book", "stop") if kill is not None and kill.of_records else ()
+    while (asked := _received(here)) is not None:
+        if asked[0] == "ended":
+            life = Life(False, *asked[1:])
+            continue
+        heard += asked[: len(of)] == of
+        is_now = kill is not None and heard == kill.number and asked[: len(of)] == of
+        order = rng.choice(["before", "between", "after"]) if is_now else ""
+        if order == "before":
+            os.kill(child, signal.SIGKILL)
+        answer = _answer({"book": book, "world": world}, *asked)
+        if order == "between":
+            os.kill(child, signal.SIGKILL)
+        _sent(here, answer)
+        if order == "after":
+            time.sleep(rng.random() * LATER_S)
+            os.kill(child, signal.SIGKILL)
     _, status = os.waitpid(child, 0)
-    if os.WIFEXITED(status):
-        assert os.WEXITSTATUS(status) == 0, "the runner failed instead of being killed"
-        return True
-    return False
+    return Life(is_killed=True) if os.WIFSIGNALED(status) and not life.is_done else life
 
 
-def campaign_with_kills(folder: Path, kills: int, seed: int, longest_s: float = 0.15) -> int:
-    """Kill runners until `kills` have died, over as many campaigns as that takes; finish and check each.
-
-    longest_s: of a life; long enough that it makes some steps before it dies
-    """
-    rng, job, dead, campaigns = random.Random(seed), small_job(), 0, 0
-    while dead < kills:
-        here = folder / f"campaign{campaigns}"
-        here.mkdir()
-        while dead < kills and not one_life(job, here, longest_s, rng):
-            dead += 1
-        while not one_life(job, here, 60.0 * longest_s + 5.0, rng):
-            dead += 1
-        check(job, here)
-        campaigns += 1
-    return campaigns
+def _received(line: Connection) -> Any:
+    try:
+        return line.recv()
+    except (EOFError, ConnectionResetError):
+        return None
 
 
-def check(job: Job, folder: Path) -> None:
-    """No torn line, no step twice, none lost; every record's raw data are there, from a powered unit."""
-    text = (folder / "run.jsonl").read_text()
-    lines = [json.loads(line) for line in text.splitlines()]
-    assert text.endswith("\n")
-    assert [line["step"] for line in lines if "step" in line] == [step.id for step in job.steps]
-    raw = set((folder / "raw.txt").read_text().splitlines())
-    records = {step.id for step in job.steps if step.action == "record"}
-    made = [f"{line['step']} {line['power_on']}" for line in lines if line.get("step") in records]
-    assert len(made) == len(records)
-    assert set(made) <= raw
+def _sent(line: Connection, answer: object) -> None:
+    with suppress(BrokenPipeError, ConnectionResetError):  # dead: what it left in the pipe is still heard
+        line.send(answer)
+
+
+def _answer(known: dict[str, Any], of: str, attribute: str, *arguments: Any) -> tuple[str, Any]:
+    """What a method, or a value, of book or world says; what it raises is an answer too."""
+    thing: Any = known
+    first, *rest = of.split(".")
+    thing = known[first]
+    for name in rest:
+        thing = getattr(thing, name)
+    try:
+        found = getattr(thing, attribute)
+        return "said", found(*arguments) if callable(found) else found
+    except OSError as error:
+        return "raised", error
+
+
+# ---------------------------------------------------------------- in the runner's process
+
+
+def _live(job: Job, line: Connection, path: Path) -> None:
+    code = 1
+    try:
+        ends: list[Left] = []
+        said: list[str] = []
+        world: Any = _Far(line, "world")
+        book: Any = _Far(line, "book")
+        is_done = session(job, world, book, path, ends, said, float("inf"))
+        line.send(("ended", is_done, ends[-1], tuple(said), ()))
+        code = 0
+    finally:
+        os._exit(code)
+
+
+class _Far:
+    """Something in the other process; its methods are called there, its parts are far too."""
+
+    speed = 1.0
+    _PARTS = ("table_wire", "chamber_wire", "time")
+
+    def __init__(self, line: Connection, name: str) -> None:
+        self._line, self._name = line, name
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self._PARTS:
+            return _Far(self._line, f"{self._name}.{name}")
+        if name == "disk_full":
+            return self._ask(name)
+        return self._method(name)
+
+    def _method(self, name: str) -> Callable[..., Any]:
+        return lambda *arguments, **named: self._ask(name, *arguments, *named.values())
+
+    def _ask(self, name: str, *arguments: Any) -> Any:
+        self._line.send((self._name, name, *arguments))
+        kind, what = self._line.recv()
+        if kind == "raised":
+            raise what
+        return what

@@ -236,6 +236,8 @@ def test_an_unknown_method_is_refused_with_the_nearest() -> None:
         fit_options("centrifuges", "no", None)
     with pytest.raises(InputError, match="--robust"):
         fit_options("cube", "maybe", None)
+    with pytest.raises(InputError, match="multiple of 90 deg"):
+        fit_options("cube", "no", None, turn_deg=100.0)
     assert all(method.needs for method in METHODS.values())
 
 

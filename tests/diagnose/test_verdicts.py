@@ -15,6 +15,7 @@ from planner.diagnose.hypotheses.outliers import outliers
 from planner.diagnose.records import screened
 from planner.export.diagnosis_findings import findings_document, findings_from
 from planner.nouns.diagnosis import FoundEffect, FoundTerm, UnitDiagnosis
+from planner.nouns.dwell_table import DwellTable
 from planner.spec.load import load_spec
 from planner.spec.model import Spec
 from tests.diagnose.labs.shapes import Hidden
@@ -73,6 +74,34 @@ def test_labels_and_units_of_a_clean_campaign_are_not_doubted(seed: int) -> None
     seen = screened(table)
     assert seen.kept.all()
     assert not seen.suspects
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_unit_measured_cold_first_and_then_hot_is_one_unit(seed: int) -> None:
+    """Leans that follow temperature, and their products with the scale factor, temperature by temperature."""
+    rng = np.random.default_rng(seed)
+    degc = np.repeat(np.repeat([-60.0, -20.0, 20.0, 55.0], 6), 12)
+    run, n = np.repeat(np.arange(24), 12), 24 * 12
+    rate = np.radians(np.tile([-400.0, -200.0, -50.0, 50.0, 200.0, 400.0], n // 6))
+    w = rate[:, None] * np.eye(3)[np.repeat(np.arange(n // 6) % 3, 6)]
+    lean = rng.uniform(-5e-3, 5e-3, (3, 3)) * (1.0 - np.eye(3))
+    warm = (degc - 20.0) / 60.0
+    scale = rng.uniform(-4e-3, 4e-3, 3) * (1.0 + warm[:, None] + 0.5 * warm[:, None] ** 2)
+    y = (1.0 + scale) * (w + w @ lean.T + (warm[:, None] * w) @ (lean.T / 3.0))
+    table = DwellTable(
+        unit=np.full(n, "A"),
+        run=run,
+        day=np.zeros(n),
+        time_on=np.tile(np.arange(12) * 60.0 + 30.0, 24),
+        duration=np.full(n, 30.0),
+        temperature_degc=degc + rng.normal(0.0, 0.1, n),
+        temperature_rate=np.zeros(n),
+        ref_rate=w,
+        ref_acc=None,
+        gyro=y + rng.normal(0.0, 1e-5, (n, 3)),
+        acc=None,
+    )
+    assert not screened(table).suspects
 
 
 # ---------------------------------------------------------------- evidence
@@ -141,6 +170,16 @@ def test_what_a_condition_has_in_common_is_no_accident() -> None:
     r[last] += 30.0
     far = outliers(_Rest(r), np.empty((600, 0)), np.arange(0, 600, 6), np.ones(600), cells)  # type: ignore[arg-type]  # a stand-in of what is asked
     assert not far.rows[last].any()
+
+
+def test_the_only_rows_in_an_attitude_are_not_judged_by_the_others() -> None:
+    """Two rows of one power-on that alone tell a column: the others cannot say what they should read."""
+    rng = np.random.default_rng(4)
+    r, alone = rng.normal(size=600), np.zeros((600, 1))
+    alone[[100, 101], 0] = 1.0
+    r[[100, 101]] += 300.0
+    far = outliers(_Rest(r), alone, np.arange(0, 600, 6), np.ones(600))  # type: ignore[arg-type]  # a stand-in of what is asked
+    assert not far.rows.any()
 
 
 def test_findings_survive_the_file() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -204,3 +205,61 @@ def test_an_angle_over_temperature_is_the_angle_times_the_distance_from_room_tem
     c = one(rate=(1.0, 2.0, 3.0), temperature=-40.0)
     warm = effects()["misalignment_temperature"].regressors("gyro", c)
     np.testing.assert_allclose(warm, -60.0 * effects()["misalignment"].regressors("gyro", c))
+
+
+# ---------------------------------------------------------------- tables by their segments
+
+
+@settings(max_examples=30)
+@given(seed=seeds)
+def test_a_load_curve_is_a_linear_interpolation_through_its_nodes_on_either_side(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    nodes = np.array([0.0, 5.0, 10.0, 25.0, 50.0, 100.0])
+    value = np.concatenate([np.zeros((3, 3, 2, 1)), rng.normal(size=(3, 3, 2, 5))], axis=3)
+    load = rng.uniform(-130.0, 130.0, (20, 3)) * rng.choice([1.0, 0.1, 0.01], (20, 1))
+    c = replace(random_conditions(rng, 20), specific_force=load * G)
+    expected = sum(
+        np.stack(
+            [
+                np.where(load[:, j] > 0, *(np.interp(abs(load[:, j]), nodes, value[i, j, s]) for s in (0, 1)))
+                for i in range(3)
+            ],
+            axis=1,
+        )
+        for j in range(3)
+    )
+    rises = np.diff(value, axis=3).ravel()
+    np.testing.assert_allclose(effects()["load_curve"].regressors("gyro", c) @ rises, expected, atol=1e-12)
+
+
+@settings(max_examples=30)
+@given(seed=seeds)
+def test_a_scale_factor_curve_is_a_linear_interpolation_and_zero_at_the_end_of_the_range(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rates = np.array([10.0, 25.0, 50.0, 100.0, 200.0, 300.0, 400.0, 500.0])
+    kappa = np.concatenate([rng.normal(size=(3, 2, 7)), np.zeros((3, 2, 1))], axis=2)
+    u = rng.uniform(-600.0, 600.0, (20, 3)) * rng.choice([1.0, 0.1, 0.01], (20, 1))
+    c = replace(random_conditions(rng, 20), rate=u * DPS)
+    expected = np.stack(
+        [
+            np.where(u[:, i] > 0, *(np.interp(abs(u[:, i]), rates, kappa[i, s]) for s in (0, 1))) * u[:, i]
+            for i in range(3)
+        ],
+        axis=1,
+    )
+    falls = -np.diff(kappa, axis=2).ravel()
+    added = effects()["scale_factor_curve"].regressors("gyro", c) @ falls / DPS
+    np.testing.assert_allclose(added, expected, atol=1e-9)
+
+
+def test_a_longer_arm_adds_its_share_of_the_load_and_nothing_of_gravity() -> None:
+    loaded = one(rate=(0.0, 0.0, 30.0), force=(-490.0, 0.0, 9.8))
+    added = effects()["arm_length"].regressors("accelerometer", loaded)[0, :, 0]
+    np.testing.assert_allclose(added, [-490.0, 0.0, 0.0])
+    assert not effects()["arm_length"].regressors("accelerometer", one(force=(0.0, 9.8, 0.0))).any()
+
+
+def test_k_s_square_over_acceleration_is_0_4_percent_at_100_g() -> None:
+    loaded = one(rate=(0, 1000 * DPS, 0), force=(60 * G, 0, 80 * G))  # K figure 2.6
+    added_dps = added("scale_factor_acceleration_squared", "gyro", "4e-7 1/g**2", "y", loaded)
+    assert added_dps == EXACT([0.0, 4.0, 0.0])

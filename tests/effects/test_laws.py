@@ -28,6 +28,7 @@ DRIVEN_BY = {
     "g_squared_sensitivity": "g*g",
     "scale_factor_temperature": "K",
     "scale_factor_acceleration": "g",
+    "scale_factor_acceleration_squared": "g*g",
     "misalignment": "/rad",
     "misalignment_temperature": "K/rad",
     "arm_bending": "g/rad",
@@ -45,7 +46,7 @@ POWERS = {
     ("vibration_rectification", "accelerometer"),
 }
 HISTORY = {"thermal_lag", "hysteresis"}  # what came before a row is part of its conditions
-SHARED = {"earth_rate", "arm_bending", "lever_arm"}  # one Earth, one arm, one place: all channels feel it
+SHARED = {"earth_rate", "arm_bending", "arm_length", "lever_arm"}  # one Earth, one arm: all channels feel it
 
 
 def test_the_effects_of_this_release_are_all_there() -> None:
@@ -76,8 +77,8 @@ def test_offers_itself_as_the_protocol_says(effect: Effect, sensor: Sensor) -> N
     assert isinstance(effect, Effect)
     assert set(effect.units) == set(effect.sensors)
     names = [term.name for term in effect.terms(sensor)]
-    assert len(set(names)) == len(names) >= 2
-    assert effect.name in SHARED or all(set(name) <= set(AXES) for name in names)
+    assert len(set(names)) == len(names) >= 1
+    assert effect.name in SHARED or all(set(name.split()[0]) <= set(AXES) for name in names)
 
 
 @every_effect
@@ -103,7 +104,7 @@ def test_regressors_are_finite_with_one_column_a_term(effect: Effect, sensor: Se
 
 @every_effect
 def test_a_term_acts_on_the_channel_that_its_name_begins_with(effect: Effect, sensor: Sensor) -> None:
-    random = random_conditions(np.random.default_rng(1), 20)
+    random = random_conditions(np.random.default_rng(1), 2000)
     level = one(force=(9.8, 0.0, 0.0))  # the only condition in which north is known
     regressors = np.concatenate([effect.regressors(sensor, c) for c in (random, level)])
     for column, term in enumerate(effect.terms(sensor)):

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner import __version__
+from planner import __version__, catalog
 from planner.calibrate.correction import corrected
 from planner.export.binary_image import binary_image
 from planner.export.c_header import c_header
@@ -23,6 +23,12 @@ from planner.protocols import Sensor
 from planner.units import STANDARD_GRAVITY_MPS2 as G
 
 DEG = np.pi / 180.0
+CURVES = (
+    "load_curve",
+    "scale_factor_curve",
+    "scale_factor_acceleration",
+    "scale_factor_acceleration_squared",
+)
 MAIN = """
 #include <stdio.h>
 #include "calibration.h"
@@ -55,6 +61,12 @@ def tables(sensor: Sensor, seed: int, nodes: int, effects: bool = True) -> Table
             extra += [
                 ExtraTerm("g_sensitivity", axis + a, float(rng.normal() * 1e-2 * DEG / G)) for a in "xyz"
             ]
+    for name in CURVES if effects else ():
+        effect = catalog.effects()[name]
+        if sensor in effect.sensors:
+            size = {"load_curve": 1e-2 * DEG, "scale_factor_acceleration": 1e-5 / G}.get(name, 1e-4)
+            size = 1e-7 / G**2 if name == "scale_factor_acceleration_squared" else size
+            extra += [ExtraTerm(name, t.name, float(rng.normal() * size)) for t in effect.terms(sensor)]
     return Tables(
         np.linspace(-60.0, 70.0, nodes) + rng.uniform(-2.0, 2.0, nodes),
         rng.normal(size=(3, nodes)) * 0.03 * unit,
@@ -87,7 +99,7 @@ def readings(seed: int, n: int = 400) -> DwellTable:
         ref_rate=None,
         ref_acc=None,
         gyro=rng.uniform(-500.0, 500.0, (n, 3)) * DEG * rng.choice([1.0, 1e-3], (n, 1)),
-        acc=rng.uniform(-20.0, 20.0, (n, 3)) * G * rng.choice([1.0, 0.05], (n, 1)),
+        acc=rng.uniform(-110.0, 110.0, (n, 3)) * G * rng.choice([1.0, 0.2, 0.01], (n, 1)),
     )
 
 
@@ -128,8 +140,11 @@ def test_compiled_arrays_correct_as_python_does(seed: int, nodes: int, effects: 
     found, table = calibration(seed, nodes, effects), readings(seed)
     here = corrected(table, {s.sensor: s.tables for s in found.sensors})
     there = through_c(c_header(found), table, tmp_path)
-    # a float keeps 24 bits of the reading; a few roundings of 500 deg/s and 20 g: 6e-8 times eight
-    for ours, theirs, largest in ((here.gyro / DEG, there[:, :3], 500.0), (here.acc / G, there[:, 3:], 20.0)):
+    # a float keeps 24 bits of the reading; a few roundings of 500 deg/s and 110 g: 6e-8 times eight
+    for ours, theirs, largest in (
+        (here.gyro / DEG, there[:, :3], 500.0),
+        (here.acc / G, there[:, 3:], 110.0),
+    ):
         np.testing.assert_allclose(theirs, ours, rtol=0, atol=8 * 6e-8 * largest)
 
 
@@ -167,7 +182,8 @@ SHAPES = {  # as the layout says; N nodes
 def read_image(data: bytes) -> dict[str, dict[str, np.ndarray]]:
     """Sensor -> array name -> values, by the layout and not by planner."""
     magic, version, count = struct.unpack_from("<4sHH", data)
-    assert (magic, version) == (b"IMUC", 1)
+    assert magic == b"IMUC"
+    assert version in (1, 2)
     assert struct.unpack("<I", data[-4:])[0] == zlib.crc32(data[:-4])
     found, at = {}, 8
     for _ in range(count):
@@ -178,16 +194,26 @@ def read_image(data: bytes) -> dict[str, dict[str, np.ndarray]]:
             shape = [nodes if letter == "N" else int(letter) for letter in letters]
             arrays[name] = np.frombuffer(data, "<f4", math.prod(shape), at).reshape(shape)
             at += arrays[name].nbytes
+        curves, at = struct.unpack_from("<H", data, at)[0] if version == 2 else 0, at + 2 * (version == 2)
+        for _ in range(curves):
+            number, floats = struct.unpack_from("<HH", data, at)
+            arrays[f"curve {number}"] = np.frombuffer(data, "<f4", floats, at + 4)
+            at += 4 + 4 * floats
     assert at == len(data) - 4
     return found
 
 
-def test_the_image_holds_the_arrays_of_the_header() -> None:
-    found = calibration(5)
+@pytest.mark.parametrize("effects", [True, False])
+def test_the_image_holds_the_arrays_of_the_header(effects: bool) -> None:
+    found = calibration(5, effects=effects)
     back = read_image(binary_image(found))
+    assert binary_image(found)[4] == (2 if effects else 1)  # without new tables the old image, byte by byte
     for sensor in firmware_tables(found):
         for name, values in sensor.arrays().items():
             assert back[sensor.sensor][name].tobytes() == values.astype("<f4").tobytes()
+        for curve in sensor.curves:
+            floats = np.concatenate([values.ravel() for values in curve.arrays.values()])
+            assert back[sensor.sensor][f"curve {curve.number}"].tobytes() == floats.astype("<f4").tobytes()
 
 
 def test_what_the_arrays_cannot_hold_is_said() -> None:

@@ -12,6 +12,7 @@ from planner.fleet.forecast import local_trend
 from planner.fleet.forecast._method import Forecast, Past
 from planner.fleet.validation import method_named, methods, scores
 from tests.fleet.fleets import drifting
+from tests.fleet.published_weeks import drifts, figures
 
 WEEK = 7.0
 AHEAD = np.array([7.0, 28.0, 91.0])
@@ -233,9 +234,26 @@ def test_the_library_methods_forecast_a_plain_drift(name):
 
 def test_too_few_points_are_said_not_forecast():
     short = pasts(np.zeros((1, 2)), 2)
-    for name, least in (("local_trend", 3), ("neural", 28), ("gaussian_process", 6), ("structural", 6)):
+    for name, least in (("local_trend", 3), ("neural", 21), ("gaussian_process", 6), ("structural", 6)):
         (said,) = method_named(name).forecast(short, [AHEAD])
         assert said == f"{name} needs {least} points, there are 2"
+
+
+def test_the_network_learns_from_the_published_twenty_one_weeks():
+    """K 3.5: weeks 1-14 in, 15-21 taught, forecast to week 28 and, fed with its own output, to 35."""
+    values = drifts(np.random.default_rng(1))
+    first, second, inside = figures("neural", values)
+    assert first < 0.75 * figures("naive", values)[0]
+    assert second > first  # as in K table 3.3: 0.0023, then 0.0117 deg/s
+    assert inside >= 0.85  # 84 weeks of twelve gyros, of 95 %
+
+
+def test_one_history_of_twenty_one_weeks_is_as_wide_as_a_walk():
+    values = np.cumsum(np.random.default_rng(5).normal(size=(1, 21)), axis=1)
+    (f,) = method_named("neural").forecast(pasts(values, 21), [WEEK * np.arange(1, 8)])
+    assert isinstance(f, Forecast)
+    step = np.sqrt(np.mean(np.diff(values) ** 2))
+    np.testing.assert_allclose(f.scale, step * np.sqrt(np.arange(1, 8)), rtol=1e-9)
 
 
 def test_the_network_refuses_gaps_of_several_weeks():

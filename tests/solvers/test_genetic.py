@@ -7,13 +7,9 @@ import pytest
 
 from planner.solvers.genetic import (
     GeneticSettings,
-    cross_two_points,
     decode,
-    flip_bits,
     minimise,
-    select_best,
 )
-from tests.work import calls
 
 QUICK = GeneticSettings(generations=80)
 
@@ -125,88 +121,23 @@ def test_gray_code_reaches_every_value_once_and_neighbours_differ_in_one_bit():
     assert all(int(a ^ b).bit_count() == 1 for a, b in pairwise(in_order))
 
 
-@pytest.mark.parametrize("bits", [1, 16, 52])
-def test_decoded_genes_meet_their_bounds_exactly(bits):
-    lower, upper = np.array([0.1, -0.3]), np.array([0.7, 1e-9])
-    every = np.random.default_rng(8).integers(0, 1 << bits, (5000, 2))
-    genes = decode(every, lower, upper, bits)
-    assert ((genes >= lower) & (genes <= upper)).all()
-    last = 1 << (bits - 1)  # the Gray code of 2^bits − 1
-    np.testing.assert_array_equal(decode(np.array([[0, last]]), lower, upper, bits), [[0.1, 1e-9]])
+@pytest.mark.parametrize("bits", [8, 16, 32])
+def test_the_bits_of_a_gene_are_the_users(bits):
+    """K's 32 bits: eight in each of four genes, or all of them in each; the answer lies on that grid."""
+    centre, lower, upper = np.array([0.3, 1.7, 2.2, 0.9]), np.zeros(4), np.full(4, 3.0)
+    found = minimise(bowl(centre), lower, upper, GeneticSettings(bits=bits), np.random.default_rng(3))
+    number = found.best / 3.0 * (2**bits - 1)
+    np.testing.assert_allclose(number, np.round(number), atol=1e-4)
+    assert np.abs(found.best - centre).max() <= 0.03
 
 
-def bits_of(chromosomes: np.ndarray, bits: int) -> np.ndarray:
-    return ((chromosomes[:, :, None] >> np.arange(bits)) & 1).reshape(len(chromosomes), -1)
+def test_every_published_parameter_is_a_key_of_the_spec():
+    from planner.pipelines.planning import _settings
+    from tests.specs import loaded, small, with_plan
 
-
-def test_crossover_swaps_one_run_of_bits_between_partners():
-    rng, bits = np.random.default_rng(9), 8
-    parents = rng.integers(0, 1 << bits, (400, 3))
-    before = bits_of(parents, bits)
-    after = bits_of(cross_two_points(parents, bits, 1.0, rng), bits)
-    np.testing.assert_array_equal(before[0::2] + before[1::2], after[0::2] + after[1::2])
-    for old, other, new in zip(before[0::2], before[1::2], after[0::2], strict=True):
-        foreign = np.flatnonzero(new != old)
-        if len(foreign):  # everything between the first and the last foreign bit is the partner's
-            run = slice(foreign[0], foreign[-1] + 1)
-            np.testing.assert_array_equal(new[run], other[run])
-
-
-def test_crossover_happens_as_often_as_asked():
-    rng, pairs = np.random.default_rng(10), 20_000
-    opposite = np.tile(np.array([[0], [(1 << 30) - 1]]), (pairs, 1))
-    crossed = cross_two_points(opposite, 30, 0.5, rng)
-    share = (crossed[0::2, 0] != opposite[0::2, 0]).mean()
-    # equal points (1 in 31) swap nothing; five sigma of the binomial count
-    assert abs(share - 0.5 * 30 / 31) < 5 * np.sqrt(0.25 / pairs)
-    np.testing.assert_array_equal(cross_two_points(opposite, 30, 0.0, rng), opposite)
-
-
-def test_each_bit_flips_as_often_as_asked():
-    rng, bits = np.random.default_rng(11), 16
-    flips = bits_of(flip_bits(np.zeros((40_000, 3), dtype=np.int64), bits, 0.01, rng), bits)
-    # five sigma for each of 48 bit positions: one false alarm in 40 000
-    assert (np.abs(flips.mean(axis=0) - 0.01) < 5 * np.sqrt(0.01 * 0.99 / 40_000)).all()
-    per_individual = flips.sum(axis=1)  # independent bits: binomial, so variance n p (1 − p)
-    assert per_individual.var() == pytest.approx(48 * 0.01 * 0.99, rel=0.05)
-
-
-def test_selection_takes_the_smallest_in_order_and_of_equals_the_earlier():
-    assert select_best(np.array([3.0, 1.0, np.inf, 1.0, 0.5]), 3).tolist() == [4, 1, 3]
-
-
-def test_the_work_of_a_generation_does_not_grow_with_its_individuals():
-    """One evaluation of all, no loop over any; the time of a generation is in benchmarks/bench_start.py."""
-    weight = np.random.default_rng(12).random(12)
-
-    def work(individuals: int) -> int:
-        settings = GeneticSettings(individuals=individuals, generations=30, patience=30)
-        rng = np.random.default_rng(1)
-        return calls(
-            lambda: minimise(lambda g: np.abs(g @ weight - 1), np.zeros(12), np.ones(12), settings, rng)
-        )
-
-    work(64)  # imports are no work of a generation
-    assert work(1024) <= 1.1 * work(64)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [{"best": 1}, {"best": 256}, {"bits": 0}, {"bits": 53}, {"generations": 0}, {"patience": 0}],
-)
-def test_settings_that_cannot_work_are_refused(wrong):
-    with pytest.raises(ValueError, match=next(iter(wrong))):
-        GeneticSettings(**wrong)
-
-
-@pytest.mark.parametrize(
-    ("lower", "upper"), [([0.0], [1.0, 2.0]), ([1.0], [0.0]), ([0.0], [np.inf]), ([np.nan], [1.0]), ([], [])]
-)
-def test_bounds_that_are_none_are_refused(lower, upper):
-    with pytest.raises(ValueError, match="bounds"):
-        minimise(bowl(np.zeros(1)), np.array(lower), np.array(upper), QUICK, np.random.default_rng(0))
-
-
-def test_an_evaluation_of_the_wrong_shape_is_refused():
-    with pytest.raises(ValueError, match="shape"):
-        minimise(lambda genes: genes, np.zeros(2), np.ones(2), QUICK, np.random.default_rng(0))
+    genetic = {
+        "individuals": 64, "best": 8, "crossover": 0.6, "mutation": 0.02, "generations": 9, "bits": 8,
+        "patience": 5, "tolerance": 1e-3,
+    }  # fmt: skip
+    found = _settings(loaded(with_plan(small(), genetic=genetic)).spec)
+    assert {key: getattr(found, key) for key in genetic} == genetic

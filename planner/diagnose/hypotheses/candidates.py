@@ -67,9 +67,15 @@ def library_blocks(
     found: list[Block] = []
     for name, effect in catalog.effects().items():
         if name not in declared and sensor in effect.sensors and lasts(effect, table):
-            for nonlinear in grid(ranges(effect, table)):
+            for nonlinear in grid(ranges(effect, table)) if is_shown(effect, mine) else ():
                 found += effect_blocks(mine, name, nonlinear)
     return found
+
+
+def is_shown(effect: Effect, channels: Sequence[Channel]) -> bool:
+    """Whether the records reach where an effect is more than a simpler one, as a table than a line."""
+    shows = getattr(effect, "shows", None)
+    return shows is None or any(shows(c.sensor, c.model.conditions) for c in channels)
 
 
 def reference_blocks(channels: Sequence[Channel], table: DwellTable, sensor: Sensor) -> list[Block]:

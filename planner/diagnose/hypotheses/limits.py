@@ -8,7 +8,7 @@ import numpy as np
 
 from planner import catalog
 from planner.campaign.channel_model import EXCITING
-from planner.diagnose.hypotheses.candidates import LEAST_DAYS, lasts
+from planner.diagnose.hypotheses.candidates import LEAST_DAYS, is_shown, lasts
 from planner.diagnose.hypotheses.estimates import estimates
 from planner.diagnose.hypotheses.noise import LEAST_RUNS
 from planner.diagnose.hypotheses.pool import Pool, given
@@ -46,7 +46,7 @@ def limits(
         if most > 0.0 and np.isfinite(most):
             not_found.append(NotFound(name, s.sensor, most, effect.units[s.sensor]))
         else:
-            untestable.append(Untestable(name, s.sensor, why or _why(effect, data)))
+            untestable.append(Untestable(name, s.sensor, why or _why(effect, data, s)))
     return not_found, untestable
 
 
@@ -116,8 +116,10 @@ def _missing(effect: Effect, data: Prepared) -> str:
     return ""
 
 
-def _why(effect: Effect, data: Prepared) -> str:
+def _why(effect: Effect, data: Prepared, s: SensorFound) -> str:
     """What the records do not vary of all that the effect needs."""
+    if not is_shown(effect, s.channels):
+        return "inputs in too few of its segments: nothing tells it from a straight line or a cubic"
     for condition, (said, most) in FLAT.items():
         if condition in effect.needs and np.ptp(getattr(data.table, condition)) <= most:
             return said

@@ -25,7 +25,7 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
-from planner.solvers.reml import Sample, Variances, reml, reml_information, reml_together, restricted_loglik
+from planner.solvers.reml import Sample, Variances, reml_information, reml_together, restricted_loglik
 
 LEAST_RUNS = 20
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
@@ -153,14 +153,14 @@ def _own(j: _Judged) -> Variances:
     theta, error = np.zeros(j.effects.count), None
     theta[0] = max(float(np.var(j.sample.y)), 1e-30)
     try:
-        found = reml(j.sample.y, j.sample.X, j.sample.effects, settled=SETTLED)
+        found = reml_together([j.sample], settled=SETTLED)
         if found.theta[: len(j.effects.diagonals)].any():
             theta, error = found.theta, found.error if found.free.all() else None
     except ValueError:
         pass
     if error is None or np.any(theta < j.least):
         theta = np.maximum(theta, j.least)
-        error = _inverse(reml_information(j.sample.X, j.sample.effects, theta))
+        error = _inverse(reml_information(j.sample, theta))
     return Variances(theta, error, theta > 0, restricted_loglik(j.sample, theta), True)
 
 
@@ -226,7 +226,7 @@ def _of_the_triad(
 ) -> list[Variances]:
     """Each channel's share of a common estimate, known as well as all channels tell it where it was poor."""
     thetas = [np.maximum(theta * s, j.least) for j, s in zip(judged, sizes, strict=True)]
-    own = [reml_information(j.sample.X, j.sample.effects, t) for j, t in zip(judged, thetas, strict=True)]
+    own = [reml_information(j.sample, t) for j, t in zip(judged, thetas, strict=True)]
     common = _inverse(np.sum([i * np.outer(s, s) for i, s in zip(own, sizes, strict=True)], axis=0))
     out = []
     for t, s, information in zip(thetas, sizes, own, strict=True):

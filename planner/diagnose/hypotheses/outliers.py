@@ -30,6 +30,7 @@ NORMAL_MIDDLE = 0.99446  # sigma, within which that share of a normal law lies
 ALIKE = 0.5  # share of a condition's rows, in two power-ons or more, from which they are no accidents
 LEAST_ROWS = 20
 ROUNDS = 4
+OUTSIDE = 1e-3  # share of a row's columns that the rows seen may not determine, beyond which it is not judged
 
 
 @dataclass(frozen=True)
@@ -106,12 +107,22 @@ def _structure(
 
 
 def _left(columns: Array, r: Array, seen: NDArray[np.bool_]) -> tuple[Array, float]:
-    """(n,) what least squares over the rows seen leaves, at its full size, and the degrees of freedom."""
+    """(n,) what least squares over the rows seen leaves, at its full size, and the degrees of freedom.
+
+    A row that the fit has not seen is off by the fit's own error as well, √(1 + h) of the noise; nothing is
+    left of one of which the others do not tell what it should be, as of the only one in an attitude.
+    """
     found = factors(columns[seen], 1e-7)
     coefficients = found.to_coefficients @ (found.basis.T @ r[seen])
     share = np.einsum("nk,nk->n", found.basis, found.basis)
     left = r - columns @ coefficients
     left[seen] /= np.sqrt(1.0 - np.minimum(share, 0.97))
+    if not seen.all():
+        others = columns[~seen]
+        left[~seen] /= np.sqrt(1.0 + np.sum((others @ found.to_coefficients) ** 2, axis=1))
+        scaled = others / found.scale
+        outside = np.linalg.norm(scaled @ found.null_space, axis=1)
+        left[~seen] *= outside <= OUTSIDE * np.linalg.norm(scaled, axis=1)
     return left, float(seen.sum() - share.sum())
 
 

@@ -2,8 +2,10 @@
 
 All windows of 14 + 7 weeks of all series of a kind teach one network (scikit-learn's MLPRegressor, logistic
 units, L-BFGS). Every window is taken relative to its last value, in units of the steps of its kind; further
-than 7 weeks the network is fed with its own output. Its intervals are those of its errors on the windows of
-the last quarter of each history, which a second network, taught without them, had not seen.
+than 7 weeks the network is fed with its own output, K's second forecast. Its intervals are those of its
+errors on windows that it had not seen: with 28 weeks or more of the last quarter of each history, which a
+second network was taught without; with fewer, K's own 21 among them, of the histories left out of up to five
+networks. One of 21 to 27 weeks leaves nothing unseen: its intervals are those of a walk by its steps.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from planner.nouns.array import Array
 WEEKS_IN, WEEKS_OUT, HIDDEN = 14, 7, (14, 14)
 _LONGEST_GAP_DAYS = 15.0  # a missed week is read between its neighbours, two are not
 _MOST_WINDOWS = 4000
+_MOST_FOLDS = 5
 _SEED = 7
 
 
@@ -38,7 +41,7 @@ class Neural:
     """Krylov's network."""
 
     name = "neural"
-    least = WEEKS_IN + 2 * WEEKS_OUT
+    least = WEEKS_IN + WEEKS_OUT
     slow = True
 
     def forecast(self, series: Sequence[Past], ahead: Sequence[Array]) -> list[Forecast | str]:
@@ -74,14 +77,40 @@ def _windows(values: Array, size: float) -> tuple[Array, Array]:
 
 def _teach(weekly: Sequence[Array]) -> _Taught:
     size = float(np.sqrt(np.mean(np.concatenate([np.diff(w) for w in weekly]) ** 2))) or 1.0
+    long = [w for w in weekly if len(w) >= WEEKS_IN + 2 * WEEKS_OUT]
+    if long:
+        wrong, count = _unseen_weeks(long, size), len(long)
+    elif len(weekly) > 1:
+        wrong, count = _unseen_series(weekly, size), len(weekly)
+    else:
+        wrong, count = np.sqrt(np.arange(1.0, WEEKS_OUT + 1.0))[None], 1
+    error = np.maximum.accumulate(np.sqrt(np.mean(wrong**2, axis=0)))
+    # windows of one series overlap: as many independent errors as there are series, at least three
+    return _Taught(_network([_windows(w, size) for w in weekly]), size, error, max(3.0, float(count)))
+
+
+def _unseen_weeks(weekly: Sequence[Array], size: float) -> Array:
+    """(w, 7) errors on the windows of the last quarter of each history, of a network taught without them."""
     cuts = [len(w) - max(WEEKS_OUT, len(w) // 4) for w in weekly]
     early = [_windows(w[:c], size) for w, c in zip(weekly, cuts, strict=True)]
     late = [_windows(w[c - WEEKS_IN :], size) for w, c in zip(weekly, cuts, strict=True)]
-    blind = _network(early)
-    wrong = np.concatenate([y - blind.predict(x).reshape(y.shape) for x, y in late])
-    error = np.maximum.accumulate(np.sqrt(np.mean(wrong**2, axis=0)))
-    # windows of one series overlap: as many independent errors as there are series, at least three
-    return _Taught(_network([_windows(w, size) for w in weekly]), size, error, max(3.0, float(len(late))))
+    return _errors(_network(early), late)
+
+
+def _unseen_series(weekly: Sequence[Array], size: float) -> Array:
+    """(w, 7) errors on all windows of each history, of networks taught by the others."""
+    every = [_windows(w, size) for w in weekly]
+    folds = min(_MOST_FOLDS, len(every))
+    return np.concatenate(
+        [
+            _errors(_network([w for i, w in enumerate(every) if i % folds != k]), every[k::folds])
+            for k in range(folds)
+        ]
+    )
+
+
+def _errors(network: Any, windows: Sequence[tuple[Array, Array]]) -> Array:
+    return np.concatenate([y - network.predict(x).reshape(y.shape) for x, y in windows])
 
 
 def _network(windows: Sequence[tuple[Array, Array]]) -> Any:
