@@ -10,7 +10,19 @@ from typing import Annotated, Any
 
 import typer
 
-from planner.commands import bench, data, effects, explaining, fleet, planning, promise, recordings, running
+from planner.commands import (
+    bench,
+    data,
+    docs,
+    effects,
+    explaining,
+    fleet,
+    planning,
+    promise,
+    recordings,
+    running,
+    starting,
+)
 from planner.commands import diagnosing as diagnosis
 from planner.errors import InfeasibleError, InputError, PlannerError
 
@@ -39,7 +51,21 @@ def root(version: Annotated[bool, typer.Option("--version", help="Print the vers
         raise typer.Exit()
 
 
-for family in (planning, bench, running, recordings, data, diagnosis, promise, fleet, effects, explaining):
+FAMILIES = (
+    starting,
+    planning,
+    bench,
+    running,
+    recordings,
+    data,
+    diagnosis,
+    promise,
+    fleet,
+    effects,
+    explaining,
+    docs,
+)
+for family in FAMILIES:
     family.register(app)
 
 

@@ -97,6 +97,11 @@ class Quantity:
     dimension: str
     text: str
 
+    @property
+    def unit(self) -> str:
+        """The unit as it was written, blanks made single: `deg/h`; empty for a bare number."""
+        return " ".join(_split(self.text)[1].split())
+
 
 @lru_cache(maxsize=1)
 def _registry() -> Any:

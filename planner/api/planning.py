@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -154,11 +154,15 @@ def plan(spec: SpecLike, *, progress: Progress = silent) -> PlanAnswer:
 
 @dataclass(frozen=True)
 class SensitivityAnswer(Answer):
-    """Signed navigation errors per unit of every sensor error. Rows: one a term."""
+    """Signed navigation errors per unit of every sensor error. Rows: one a term.
+
+    units: error -> the unit in which the spec speaks of it, and the report shows it
+    """
 
     columns: tuple[SensitivityRow, ...]
     flown: FlownErrors
     name: str = ""
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def history(self) -> Sensitivities:
@@ -180,14 +184,15 @@ class SensitivityAnswer(Answer):
         """The table, curves over the flight, flights side by side."""
         from planner.report.subjects.sensitivity import sensitivity_report
 
-        return (sensitivity_report(list(self.columns), self.flown, self.name),)
+        return (sensitivity_report(list(self.columns), self.flown, self.name, self.units),)
 
     def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
         """report.html and sensitivities.csv, the columns over the time of flight."""
         from planner.export.sensitivities import over_flight_text
+        from planner.report.readable import sensitivities_in
 
         return {
-            out / "sensitivities.csv": over_flight_text(self.history),
+            out / "sensitivities.csv": over_flight_text(sensitivities_in(self.history, self.units)),
             out / "report.html": page(self.reports[0], command),
         }
 
@@ -208,6 +213,7 @@ def sensitivity(
     """
     from planner.pipelines.flights import flown_errors
     from planner.plan.spec_to_sensitivity import sensitivity_rows
+    from planner.spec.own_units import own_units
 
     when = _moment(at)
     seconds = None if isinstance(when, str) else when
@@ -215,7 +221,7 @@ def sensitivity(
     loaded = whole(spec)
     flown = flown_errors(loaded, flight, [str(b) for b in beside], progress, at=seconds)
     rows = tuple(sensitivity_rows(flown.found, when))  # type: ignore[arg-type]  # of the words, `end` and `any` alone pass
-    return SensitivityAnswer(rows, flown, loaded.spec.name)
+    return SensitivityAnswer(rows, flown, loaded.spec.name, own_units(loaded.spec))
 
 
 def _moment(at: str | float) -> str | float:

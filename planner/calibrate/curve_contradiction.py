@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from planner import catalog
 from planner.calibrate.curve_nodes import CurveNodes, Size, contrasts, curve_nodes, size_of
 from planner.campaign.estimate import Estimate
 from planner.information.curves import Curves
@@ -26,6 +25,7 @@ from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.solvers.kriging import NUGGET
 from planner.spec.curve_names import families_of
+from planner.spec.own_units import own_unit
 from planner.units import displayed
 
 DRAWS = 10_000
@@ -120,7 +120,8 @@ def contradictions(fits: Sequence[Estimate], curves: Curves) -> list[str]:
         if prior is not None and np.any(prior):
             names = families_of(curves.spec)
             pools: dict[str, Array] = {name: curves.pool(name, error, points) for name in names}
-            found += _said(nodes_at(mine, points, prior), pools, LEVEL / (2 * len(errors)))
+            unit = own_unit(curves.spec, *error)
+            found += _said(nodes_at(mine, points, prior), pools, LEVEL / (2 * len(errors)), unit)
     return found
 
 
@@ -142,14 +143,14 @@ def p_values(nodes: Nodes, pools: Mapping[str, Array]) -> tuple[float, float]:
     return max(sizes), max(shapes)
 
 
-def _said(nodes: Nodes, pools: Mapping[str, Array], level: float) -> Iterator[str]:
+def _said(nodes: Nodes, pools: Mapping[str, Array], level: float, unit: str) -> Iterator[str]:
     """What is too large or too small, unless it is so for one node's sake alone."""
     size, shape = p_values(nodes, pools)
     families = f"the famil{'ies' if len(pools) > 1 else 'y'} {', '.join(pools)}"
     one_node = shape < level and (size >= level or p_values(nodes.without_the_farthest(), pools)[0] >= level)
     if one_node:
         c, k, sigmas, missed = nodes.farthest()
-        name, unit = ".".join(c.error), catalog.effects()[c.error[1]].units[c.error[0]]
+        name = ".".join(c.error)
         yield (
             f"the curve of {name} {AXES[c.channel]} over temperature contradicts {families}: its node at "
             f"{c.degc[k]:.0f} degC lies {displayed(missed, unit):.2g} {unit} from what the others say, "

@@ -24,6 +24,7 @@ from planner.nouns.calibration import (
 )
 from planner.protocols import Sensor
 from planner.spec.model import Spec
+from planner.spec.own_units import own_unit
 from planner.temperature_table import REACH_K, hats
 
 CONFIDENCE = 0.95
@@ -50,7 +51,7 @@ def sensor_calibration(
         condition={AXES[fit.model.channel]: fit.fit.factors.condition for fit in fits},
         tables=tables_of(fits, smooth),
         residuals=tuple(residuals),
-        random=tuple(r for fit in fits for r in random_of(fit)),
+        random=tuple(r for fit in fits for r in random_of(fit, spec)),
         notes=(*notes, *_not_determined(sensor, coefficients), *_remedies(sensor, fits), *remarks),
         smooth=tuple(smooth),
     )
@@ -81,7 +82,7 @@ def coefficients_of(fit: Estimate, spec: Spec) -> list[Coefficient]:
                 channel=AXES[fit.model.channel],
                 term=column.parameter or column.term,
                 temperature_degc=None if np.isnan(column.node_degc) else column.node_degc,
-                unit=p.unit if p is not None else catalog.effects()[column.effect].units[fit.model.sensor],
+                unit=p.unit if p is not None else own_unit(spec, fit.model.sensor, column.effect),
                 value=value,
                 standard_error=error,
                 freedom=float(fit.fit.freedom[i]),
@@ -217,7 +218,7 @@ def _parameters(fit: Estimate) -> dict[str, dict[str, float]]:
 # ---------------------------------------------------------------- random characteristics
 
 
-def random_of(fit: Estimate) -> list[RandomCharacteristic]:
+def random_of(fit: Estimate, spec: Spec) -> list[RandomCharacteristic]:
     """The spreads of one channel, from the variances with χ² intervals."""
     found = []
     variances = fit.variances
@@ -229,19 +230,19 @@ def random_of(fit: Estimate) -> list[RandomCharacteristic]:
         if component.kind == "white":
             kinds.append(("white_density", duration))
         for kind, factor in kinds:
-            found.append(_characteristic(fit, component, kind, theta * factor, freedom))
+            found.append(_characteristic(fit, spec, component, kind, theta * factor, freedom))
     return found
 
 
 def _characteristic(
-    fit: Estimate, component: Component, kind: str, variance: float, freedom: float
+    fit: Estimate, spec: Spec, component: Component, kind: str, variance: float, freedom: float
 ) -> RandomCharacteristic:
     from scipy.stats import chi2
 
     low, high = float("nan"), float("nan")
     if freedom >= 1.0:  # below, the data say next to nothing of this spread
         low, high = (float(np.sqrt(variance * freedom / chi2.ppf(q, freedom))) for q in (0.975, 0.025))
-    unit = catalog.effects()[component.error.effect].units[fit.model.sensor]
+    unit = own_unit(spec, fit.model.sensor, component.error.effect)
     return RandomCharacteristic(
         kind={"constant": "in_run"}.get(kind, kind),
         error=component.error,

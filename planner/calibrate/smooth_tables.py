@@ -13,7 +13,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from planner import catalog
 from planner.calibrate.curve_nodes import CurveNodes, curve_nodes, size_of
 from planner.campaign.estimate import Estimate
 from planner.information.curves import Curves
@@ -22,6 +21,7 @@ from planner.nouns.array import Array
 from planner.nouns.calibration import SmoothTable
 from planner.solvers.kriging import kriging_weights
 from planner.spec.model import Spec
+from planner.spec.own_units import own_unit
 
 EVERY_K = 5.0
 MOST_NODES = 33
@@ -41,7 +41,7 @@ def smooth_tables(
         points = np.unique(np.concatenate([fine, *(c.degc for c in mine)]))
         prior = curves.prior(error, points)
         if prior is not None and np.any(prior):
-            found += _of_error(mine, points, prior, grid, fine)
+            found += _of_error(mine, points, prior, grid, fine, own_unit(curves.spec, *error))
     return tuple(found)
 
 
@@ -54,7 +54,7 @@ def export_nodes(spec: Spec, tables: Sequence[CurveNodes], count: int | None) ->
 
 
 def _of_error(
-    channels: Sequence[CurveNodes], points: Array, prior: Array, grid: Array, fine: Array
+    channels: Sequence[CurveNodes], points: Array, prior: Array, grid: Array, fine: Array, unit: str
 ) -> list[SmoothTable]:
     places = [np.searchsorted(points, c.degc) for c in channels]
     moments = [prior[np.ix_(own, own)] for own in places]
@@ -70,7 +70,7 @@ def _of_error(
                 error=".".join(c.error),
                 channel=AXES[c.channel],
                 term=c.term,
-                unit=catalog.effects()[c.error[1]].units[c.error[0]],
+                unit=unit,
                 temperature_degc=grid,
                 value=value[at],
                 standard_error=sigma[at],

@@ -10,31 +10,12 @@ import typer
 
 from planner.commands.options import AsJson, SpecFile
 from planner.commands.output import answer, progress_line, say
-from planner.errors import InputError
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
-    for command in (init, check, schema, plan, sensitivity, allow, compare, why, afford):
+    for command in (check, schema, plan, sensitivity, allow, compare, why, afford):
         app.command()(command)
-
-
-def init(
-    file: Annotated[Path | None, typer.Argument(metavar="[FILE]", help="Where to write it.")] = None,
-    as_json: AsJson = False,
-) -> None:
-    """Write a commented starter spec that plans as it stands.
-
-    Example: planner init spec.yaml
-    """
-    from planner.spec.starter import starter_text
-    from planner.whole_files import write_whole
-
-    target = file or Path("spec.yaml")
-    if target.exists():
-        raise InputError(f"{target} exists already; give another name")
-    write_whole(target, starter_text())
-    answer({"written": str(target)}, f"wrote {target}; next: planner plan {target}", as_json)
 
 
 def check(spec: SpecFile, as_json: AsJson = False) -> None:

@@ -168,9 +168,10 @@ def _check_names(raw: RawDwells) -> None:
             faults += [Fault(raw.file, header, 1, name, said, "P702") for name in missing]
     if not any(c.name in raw.names for c in COLUMNS if c.field in ("gyro", "acc")):
         said = "holds neither gyro_{x,y,z}_dps nor acc_{x,y,z}_g, so it is no dwell table"
-        faults.append(
-            Fault(raw.file, header, 1, "", f"{said}; `planner reduce` makes one from recordings", "P702")
-        )
+        what = "`planner reduce` makes one from recordings"
+        if "roll_deg" in raw.names:
+            what = "a log of attitude and velocity goes with `--method sins_outputs`"
+        faults.append(Fault(raw.file, header, 1, "", f"{said}; {what}", "P702"))
     if faults:
         raise InputError(f"{raw.file}: the columns are not those of a dwell table", faults)
     if not len(next(iter(raw.columns.values()))):

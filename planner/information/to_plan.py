@@ -22,7 +22,13 @@ from planner.nouns.plan import Achieved, GeneticPlan, Plan, Price, Worth
 from planner.nouns.sensitivities import Constraint
 from planner.nouns.sensor import ErrorName
 from planner.plan.by_hand import fixed_repeats, is_hand_made
-from planner.plan.campaign_to_plan import objective_words, rule_name, sensitivity_figures, worn_out
+from planner.plan.campaign_to_plan import (
+    idle_benches,
+    objective_words,
+    rule_name,
+    sensitivity_figures,
+    worn_out,
+)
 from planner.plan.confidence import half_widths, quantile, spread_at
 from planner.plan.schedule_to_steps import planned_tests
 from planner.plan.spec_to_benches import planned_benches
@@ -83,7 +89,12 @@ def plan_of(
         worth=worth,
         covariance=_covariance(left, models),
         prices=prices,
-        notes=(*notes, *borrowed_notes(spec, found), *worn_out(spec, power_on)),
+        notes=(
+            *notes,
+            *borrowed_notes(spec, found),
+            *worn_out(spec, power_on),
+            *idle_benches(spec, found.timeline),
+        ),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),
     )

@@ -223,6 +223,8 @@ def history_of(inputs: Sequence[str], basis: Basis, options: ForecastOptions, pr
     progress("reading the history")
     raw = gathered_history(inputs, basis.models, basis.region, options.start, read_dwells)
     check_days(raw, options.today)
+    own = {m.name: m.unit for m in basis.models}
+    raw = replace(raw, series=tuple(replace(s, display=own.get(s.error, s.display)) for s in raw.series))
     storage = {m.name: m.storage for m in basis.models}
     return without_shocks(without_suspects(ordered(raw), storage), storage, progress)
 

@@ -66,7 +66,7 @@ def plan_of(
         complete=chosen.proved,
         hours_per_limit={} if timed_only else _hours_per_limit(task, chosen, allowed, constraints),
         genetic=genetic,
-        notes=(*notes, *_remarks(task, chosen, power_on)),
+        notes=(*notes, *_remarks(task, chosen, power_on), *idle_benches(spec, timeline)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),
     )
@@ -111,6 +111,15 @@ def worn_out(spec: Spec, power_on: float) -> Iterator[str]:
             f"unit.service_life: the unit would be powered for {power_on / 3600:.2f} h, longer than the "
             f"{life / 3600:.4g} h that its sensors live; minimise power_on, or loosen the limit"
         )
+
+
+def idle_benches(spec: Spec, timeline: Sequence[Step]) -> Iterator[str]:
+    """A remark on each bench that the plan does not use; further ones of a kind only share its loads."""
+    used = {step.bench for step in timeline}
+    for name in spec.benches:
+        first, _, number = name.rpartition("-")
+        if name not in used and not (number.isdigit() and first in spec.benches):
+            yield f"benches.{name}: idle: this plan makes no test on it"
 
 
 def requirement_limit_of(constraints: Sequence[Constraint], index: int) -> list[Constraint]:

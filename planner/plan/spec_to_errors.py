@@ -9,6 +9,7 @@ from planner.plan.records_to_spread import with_spreads
 from planner.protocols import SENSORS, Sensor
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Spec
+from planner.spec.own_units import own_unit
 
 
 def error_models(spec: Spec) -> tuple[ErrorModel, ...]:
@@ -32,7 +33,7 @@ def _error_model(spec: Spec, sensor: Sensor, effect: str, budget: ErrorBudget) -
     declared = effect in spec.effects
     return ErrorModel(
         name=name,
-        unit=catalog.effects()[effect].units[sensor],
+        unit=own_unit(spec, sensor, effect),
         systematic=budget.systematic_size,
         run_to_run=_run_to_run(budget),
         in_run=budget.in_run_sigma,

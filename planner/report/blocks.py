@@ -73,7 +73,10 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure with its caption; name: of its ids on the page; alt: what it shows, for who cannot see it."""
+    """A figure with its caption; name: of its ids on the page; alt: what it shows, for who cannot see it.
+
+    folded: the line behind which it opens on demand; empty: it is open
+    """
 
     kind: ClassVar[str] = "picture"
     only: ClassVar[Where] = "page"
@@ -81,6 +84,7 @@ class Picture:
     alt: str
     caption: str
     draw: Callable[[], Figure]
+    folded: str = ""
 
     @property
     def svg(self) -> str:

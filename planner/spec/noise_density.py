@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import BeforeValidator, Field
 
@@ -22,16 +22,22 @@ _SECONDS = {"s": 1.0, "h": 3600.0, "hr": 3600.0}
 PATTERN = rf"^\s*{NUMBER_PATTERN}\s*.+/\s*(sqrt\s*\(|√).*$"
 
 
-def density(unit: str, walk: str, example: str) -> Any:
-    """Annotation of a float field: `unit` per root hertz, or its integral `walk` per root hour or second."""
+def gyro_density(value: object) -> float:
+    """rad/s/√Hz of a gyro's noise. Raises Unfit for what is none."""
+    return _fitting(value, "deg/s", "deg", "0.1 deg/sqrt(h)")
 
-    def read(value: object) -> float:
-        try:
-            return _read(value, unit, walk, example)
-        except UnitError as error:
-            raise Unfit("P331", f"{error}; write e.g. '{example}'") from None
 
-    return BeforeValidator(read)
+def accelerometer_density(value: object) -> float:
+    """m/s²/√Hz of an accelerometer's noise. Raises Unfit for what is none."""
+    return _fitting(value, "g", "m/s", "0.05 m/s/sqrt(h)")
+
+
+def _fitting(value: object, unit: str, walk: str, example: str) -> float:
+    """`unit` per root hertz, or its integral `walk` per root hour or second."""
+    try:
+        return _read(value, unit, walk, example)
+    except UnitError as error:
+        raise Unfit("P331", f"{error}; write e.g. '{example}'") from None
 
 
 def _read(value: object, unit: str, walk: str, example: str) -> float:
@@ -50,13 +56,13 @@ def _read(value: object, unit: str, walk: str, example: str) -> float:
 
 GyroNoise = Annotated[
     float,
-    density("deg/s", "deg", "0.1 deg/sqrt(h)"),
+    BeforeValidator(gyro_density),
     Field(ge=0),
     schema("0.1 deg/sqrt(h)", PATTERN),
 ]
 AccelerometerNoise = Annotated[
     float,
-    density("g", "m/s", "0.05 m/s/sqrt(h)"),
+    BeforeValidator(accelerometer_density),
     Field(ge=0),
     schema("0.05 m/s/sqrt(h)", PATTERN),
 ]

@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from planner import catalog
+from planner.errors import InputError
 from planner.protocols import SENSORS
 from planner.spec.height_aid import unaided
 from planner.spec.model import NAVIGATION_ERRORS, Given
@@ -117,6 +118,26 @@ def _flight_file(sheet: Review, name: object) -> None:
         found = False
     if not found:
         sheet.fault("P215", ("trajectory", "file"), f"there is no file {name[:200]!r} beside the spec")
+        return
+    from planner.trajectories.file import flight_table  # reads the file; other specs need none of it
+
+    try:
+        table = flight_table(sheet.folder / name)
+    except InputError as refusal:
+        sheet.faults += refusal.faults
+        return
+    for remark in table.remarks:
+        sheet.warn("P217", ("trajectory", "file"), remark)
+    time = table.column("time_s")
+    _within(sheet, float(time[-1] - time[0]))
+
+
+def _within(sheet: Review, duration: float) -> None:
+    """Requirements hold at moments of the flight."""
+    for index, requirement in sheet.requirements():
+        if not isinstance(requirement.at, str) and requirement.at > duration:
+            path = (*sheet.item(("requirement",), index), "at")
+            sheet.fault("P218", path, f"{requirement.at:g} s is after the end of the flight, {duration:g} s")
 
 
 def sensitivities(sheet: Review) -> None:

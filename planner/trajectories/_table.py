@@ -31,6 +31,7 @@ COLUMNS = (
     "pitch_deg",
     "heading_deg",
 )
+VELOCITY, ATTITUDE = COLUMNS[4:7], COLUMNS[7:]  # all three may be left out
 OPTIONAL = ("temp_degc",)
 MOST_ROWS = 2_000_000  # 1.8 GB at work; five and a half hours at 100 Hz
 MOST_FAULTS = 20  # beyond that they repeat each other
@@ -45,12 +46,15 @@ class Table:
     """A trajectory file as read: `values` (m, columns) in the file's units, and where its rows stand.
 
     first_line: line of the first row; blank lines may follow, so `line` looks a row up in the file
+    derived: of the columns those that the file left out, and in words how they were derived
     """
 
     path: Path
     columns: tuple[str, ...]
     values: Array
     first_line: int
+    derived: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     def column(self, name: str) -> Array:
         """(m,) values of one column."""
@@ -65,7 +69,8 @@ class Table:
 
     def fault(self, code: str, row: int, column: str, message: str) -> Fault:
         """A fault at a row's value of a column."""
-        number = 1 + self.columns.index(column) if column in self.columns else 0
+        written = column in self.columns and column not in self.derived
+        number = 1 + self.columns.index(column) if written else 0
         return Fault(self.path.name, self.line(row), number, column, message, code)
 
 
@@ -151,14 +156,21 @@ def _named(path: Path, line: int, header: str) -> tuple[str, ...]:
         for place, name in enumerate(names, start=1)
         if name in names[: place - 1]
     ]
-    faults += [
-        Fault(path.name, line, 1, name, "this column is missing", "P605")
-        for name in COLUMNS
-        if name not in names
-    ]
+    faults += [Fault(path.name, line, 1, name, why, "P605") for name, why in _missing(names)]
     if faults:
         raise refusal(path, faults)
     return names
+
+
+def _missing(names: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """(column, what is wrong) of those that must be there: positions, and of a triple all or none."""
+    for group in (COLUMNS[:4], VELOCITY, ATTITUDE):
+        there = [name for name in group if name in names]
+        for name in group:
+            if name in there or (not there and group in (VELOCITY, ATTITUDE)):
+                continue
+            beside = f" beside {there[0]}; give all three, or none of them: then they are derived"
+            yield name, f"this column is missing{beside if group in (VELOCITY, ATTITUDE) else ''}"
 
 
 def _unknown(name: str) -> str:

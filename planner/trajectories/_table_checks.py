@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -41,12 +42,30 @@ _AXES = ("north", "east", "down")
 _OF_AXIS = ("lat_deg", "lon_deg", "alt_m")
 
 
-def check_table(table: Table) -> None:
-    """Raises InputError with every fault of the kind that is found first: times, ranges, then the motion."""
-    for check in (_times, _ranges, _motion):
+def check_rows(table: Table) -> None:
+    """Raises InputError with every fault of the kind that is found first: times, then ranges."""
+    _refuse(table, _times, _ranges)
+
+
+def check_motion(table: Table) -> None:
+    """Raises InputError where positions, velocities and attitudes of a whole table are of no one flight."""
+    _refuse(table, _motion)
+
+
+def _refuse(table: Table, *checks: Callable[[Table], Iterator[Fault]]) -> None:
+    for check in checks:
         faults = list(islice(check(table), MOST_FAULTS))
         if faults:
-            raise refusal(table.path, faults)
+            raise refusal(table.path, [_of_derived(table, fault) for fault in faults])
+
+
+def _of_derived(table: Table, fault: Fault) -> Fault:
+    """A fault of the motion where a part of it was derived: the file is wrong in what it lacks alone."""
+    if not table.derived or fault.code not in ("P615", "P616", "P617"):
+        return fault
+    lacking = "velocity" if fault.code != "P617" or "velocity" in table.remarks[0] else "attitude"
+    what = fault.message.partition("; ")[0]
+    return replace(fault, message=f"{what}; the {lacking} was derived and does not suit: add its columns")
 
 
 def moved(table: Table) -> Array:

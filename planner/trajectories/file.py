@@ -3,28 +3,29 @@
 The velocity's spline is what moves the vehicle: a spline of rounded positions would put the rounding, twice
 differentiated, into the accelerometers. What the integrated velocity slowly leaves over against the file's
 positions is fitted by a smooth curve and added, so that the flight stays on the file. The attitude is a
-spline through the file's quaternions.
+spline through the file's quaternions. What a file leaves out is derived (`_derived`).
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from planner.nouns.array import Array
 from planner.nouns.trajectory import Trajectory
+from planner.trajectories._derived import completed
 from planner.trajectories._motion import Curve, Motion, Position, fly, motion_through
 from planner.trajectories._parameters import Environment
+from planner.trajectories._smooth import smooth
 from planner.trajectories._table import Table, read_table
-from planner.trajectories._table_checks import check_table, moved, quaternion, velocity
+from planner.trajectories._table_checks import check_motion, check_rows, moved, quaternion, velocity
 
 RATE_HZ = 100.0  # of the internal grid, whatever the file's rate
 MOST_INTERVALS = 1_000_000  # 2.8 h at 100 Hz; longer flights get a coarser grid
 MOST_PANELS = 20
-ROWS_AT_ONCE = 50_000
 CORRECTION_KNOTS_S = 10.0  # and at least ten rows: 1 cm of rounding must not become an acceleration
 
 
@@ -42,10 +43,22 @@ class File:
 
     def build(self, parameters: FileParameters) -> Trajectory:
         """The flight in the file. Raises InputError with the line of everything that is wrong."""
-        path = Path(parameters.file)
-        table = read_table(path)
-        check_table(table)
-        return _trajectory(table, parameters)
+        return _trajectory(flight_table(Path(parameters.file)), parameters)
+
+
+def flight_table(path: Path) -> Table:
+    """The file's rows, with what was left out derived. Raises InputError with the line of what is wrong."""
+    state = path.stat() if path.is_file() else None
+    return _table(path, state and (state.st_mtime_ns, state.st_size))
+
+
+@lru_cache(maxsize=2)  # a spec is checked before its flight is flown: the file is read once
+def _table(path: Path, _state: tuple[int, int] | None) -> Table:
+    table = read_table(path)
+    check_rows(table)
+    table = completed(table)
+    check_motion(table)
+    return table
 
 
 def _trajectory(table: Table, parameters: FileParameters) -> Trajectory:
@@ -73,7 +86,8 @@ def _motion(table: Table, time: Array) -> Motion:
     motion = motion_through(time, velocity(table), quaternion(table))
     if len(time) < 20:  # too few rows to tell drift from rounding
         return motion
-    off = _smooth(time, _left_over(motion, time, moved(table)))
+    spacing = max(CORRECTION_KNOTS_S, 10.0 * float(np.median(np.diff(time))))
+    off = smooth(time, _left_over(motion, time, moved(table)), spacing)
     return replace(
         motion,
         velocity=_sum(motion.velocity, off.derivative(1)),
@@ -86,29 +100,6 @@ def _left_over(motion: Motion, time: Array, by_position: Array) -> Array:
     v, a, h = motion.velocity(time), motion.acceleration(time), np.diff(time)[:, np.newaxis]
     by_velocity = 0.5 * h * (v[1:] + v[:-1]) - h**2 / 12.0 * (a[1:] - a[:-1])  # exact for a cubic
     return np.concatenate([np.zeros((1, 3)), np.cumsum(by_position - by_velocity, axis=0)])
-
-
-def _smooth(time: Array, values: Array) -> Any:
-    """The quintic spline, (m,) -> (m, 3), that is nearest to values (m, 3) in the sense of least squares.
-
-    By normal equations, in pieces: they are banded; scipy's own way takes ten seconds and twice the memory
-    for two hours at 100 Hz.
-    """
-    from scipy.interpolate import BSpline
-    from scipy.sparse import csc_array
-    from scipy.sparse.linalg import spsolve
-
-    spacing = max(CORRECTION_KNOTS_S, 10.0 * float(np.median(np.diff(time))))
-    inner = np.linspace(0.0, time[-1], max(1, int(time[-1] / spacing)) + 1)
-    knots = np.concatenate([np.zeros(5), inner, np.full(5, time[-1])])
-    size = len(knots) - 6
-    normal, right = csc_array((size, size)), np.zeros((size, 3))
-    for first in range(0, len(time), ROWS_AT_ONCE):
-        part = slice(first, first + ROWS_AT_ONCE)
-        basis = BSpline.design_matrix(time[part], knots, 5)
-        normal = normal + basis.T @ basis
-        right += basis.T @ values[part]
-    return BSpline(knots, spsolve(csc_array(normal), right), 5)
 
 
 def _sum(one: Curve, other: Curve) -> Curve:

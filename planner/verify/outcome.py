@@ -8,10 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from planner import catalog
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.spec.model import NAVIGATION_ERRORS, PercentileRule, Requirement, Spec
+from planner.spec.own_units import own_unit
 from planner.units import to_si, unit_factor
 from planner.verify.beside import HEIGHT, noise_name
 from planner.verify.experiment import Experiment
@@ -248,10 +248,10 @@ def _parts(e: Experiment, tally: Tally, document: Mapping[str, Any], index: int)
     ]
     for i, name in enumerate(names_of(e)):
         claimed = document["allowances"].get(name)
-        unit = catalog.effects()[name.effect].units[name.sensor]
+        unit = own_unit(e.spec, name.sensor, name.effect)
         for p, part in enumerate(PARTS):
             said = 0.0 if claimed is None else float(claimed["parts"][part])
-            planned = said * unit_factor(unit)[0] / sigmas
+            planned = said * unit_factor(unit if claimed is None else claimed["unit"])[0] / sigmas
             share = float(adds[i, p] ** 2) / whole
             numbers = (float(adds[i, p]), share, float(sizes[i, p]), float(tally.largest[i, p]), planned)
             found.append(Part(name, part, unit, *numbers))

@@ -20,7 +20,7 @@ from planner.spec.load import LoadedSpec
 from planner.spec.model import Objective, Spec
 from planner.units import from_si
 from planner.verify.findings import Check, Fault, Findings
-from planner.verify.recount_budget import budgets_of, check_budget, made_by_hand, unit_of
+from planner.verify.recount_budget import budgets_of, check_budget, check_unit_said, made_by_hand
 from planner.verify.recount_hours import start_of, windows_of
 from planner.verify.recount_loads import loads_of
 from planner.verify.recount_navigation import check_navigation
@@ -258,12 +258,13 @@ def _check_names(document: Document, spec: Spec) -> Findings:
             found.fault(f"tests, {t['test']}", f"is not made on {t['bench']}")
         elif len(t["repeats"]) != len(t["temperatures_degc"]):
             found.fault(f"tests, {t['test']}", "must have one number of repeats for each temperature")
-    units = {name: unit_of(name) for name in budgets_of(spec)}
-    found.same("allowances", sorted(document["allowances"]), sorted(units))
+    errors = budgets_of(spec)
+    found.same("allowances", sorted(document["allowances"]), sorted(errors))
     for name, a in document["allowances"].items():
-        found.same(f"allowances, {name}, unit", a.get("unit"), units.get(name))
+        if name in errors:
+            check_unit_said(found, f"allowances, {name}, unit", a.get("unit"), name)
     for i, r in enumerate(document["reasons"]):
-        if r["test"] not in spec.tests or r["error"] not in units:
+        if r["test"] not in spec.tests or r["error"] not in errors:
             found.fault(f"reasons {i}", f"the spec has no {r['test']} or no {r['error']}")
     return found
 

@@ -19,7 +19,7 @@ from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS
 from planner.spec.budget import ErrorBudget, MeasuredCurve
 from planner.spec.model import PercentileRule, Spec
-from planner.units import unit_factor
+from planner.units import UnitError, dimension_of, unit_factor
 from planner.verify.findings import Findings
 from planner.verify.recount_spread import spreads_of_records
 from planner.verify.recount_steps import in_room
@@ -145,7 +145,8 @@ def _check_reasons(
         if n < 1:  # no mean, so no half-width: √0 would be divided by
             found.fault(where, f"test {r['test']} is made {n} times there")
             continue
-        width = _check_reason(found, where, r, n, spec, added.get((r["error"], r["test"]), 0.0))
+        unit = unit_said(document, r["error"])
+        width = _check_reason(found, where, r, n, spec, added.get((r["error"], r["test"]), 0.0), unit)
         test, points, widest = reached.get(r["error"], (r["test"], [], 0.0))
         found.same(f"{where}, test", r["test"], test)
         reached[r["error"]] = (test, [*points, float(r["temperature_degc"])], max(widest, width))
@@ -154,7 +155,8 @@ def _check_reasons(
             found.fault("reasons", f"{name} is calibrated, but no repeats are given for it")
     for i, r in enumerate(document["reasons"]):
         within = added.get((r["error"], r["test"]), 0.0)
-        _check_needed(found, f"reasons {i}, {r['error']}", r, reached, spec, within)
+        unit = unit_said(document, r["error"])
+        _check_needed(found, f"reasons {i}, {r['error']}", r, reached, spec, within, unit)
     return reached
 
 
@@ -172,7 +174,8 @@ def _check_beside(found: Findings, document: Document, spec: Spec) -> None:
         if n < 1 or r["error"] not in budgets_of(spec):
             found.fault(where, f"no such error is measured there by test {r['test']}")
             continue
-        _check_reason(found, where, r, n, spec, added.get((r["error"], r["test"]), 0.0))
+        unit = unit_said(document, r["error"])
+        _check_reason(found, where, r, n, spec, added.get((r["error"], r["test"]), 0.0), unit)
         found.same(f"{where}, needed_half_width", r["needed_half_width"], r["half_width"], 1e-8)
         wanted = "promise" if _fixed(spec, r["test"])[1] is None else "fixed"
         found.same(f"{where}, bound_by", r["bound_by"], wanted)
@@ -192,7 +195,7 @@ def _added(found: Findings, document: Document, spec: Spec) -> dict[tuple[str, s
     for error, own in added_together(document, spec, alone, made_by_hand(spec)).items():
         rows = [(i, r) for i, r in enumerate(document["reasons"]) if r["error"] == error]
         for i, r in rows[:1]:
-            factor = unit_factor(unit_of(error))[0]
+            factor = unit_factor(unit_said(document, error))[0]
             run = _spread(budgets_of(spec)[error], float(r["temperature_degc"]), 0.0)
             where = f"reasons {i}, {error}, spread of all tests together"
             found.same(where, r["spread"], math.hypot(run, own) / factor, SAME)
@@ -201,9 +204,10 @@ def _added(found: Findings, document: Document, spec: Spec) -> dict[tuple[str, s
     return added
 
 
-def _check_reason(found: Findings, where: str, r: Document, n: int, spec: Spec, added: float) -> float:
+def _check_reason(
+    found: Findings, where: str, r: Document, n: int, spec: Spec, added: float, unit: str
+) -> float:
     budget = budgets_of(spec)[r["error"]]
-    unit = unit_of(r["error"])
     factor = unit_factor(unit)[0]
     spread = _spread(budget, float(r["temperature_degc"]), added)
     q = quantile(spec.plan.confidence, spec.plan.quantile, n)
@@ -230,13 +234,14 @@ def _check_needed(
     reached: Mapping[str, tuple[str, list[float], float]],
     spec: Spec,
     added: float,
+    unit: str,
 ) -> None:
     """What is needed is reached, is the half-width of a whole number of repeats, and says what binds."""
     if r["error"] not in reached:
         return
     found.at_most(f"{where}, half_width", r["half_width"], r["needed_half_width"], 1e-8 * r["half_width"])
     _, fixed = _fixed(spec, r["test"])
-    budget, factor = budgets_of(spec)[r["error"]], unit_factor(unit_of(r["error"]))[0]
+    budget, factor = budgets_of(spec)[r["error"]], unit_factor(unit)[0]
     needed = r["needed_half_width"] * factor
     least = spec.plan.repeats.least
     kind, confidence = spec.plan.quantile, spec.plan.confidence
@@ -286,10 +291,21 @@ def budgets_of(spec: Spec) -> dict[str, ErrorBudget]:
     }
 
 
-def unit_of(error: str) -> str:
-    """Display unit of an error's coefficients."""
+def unit_said(document: Document, error: str) -> str:
+    """The unit in which the plan gives the figures of an error."""
+    return str(document["allowances"][error]["unit"])
+
+
+def check_unit_said(found: Findings, where: str, unit: object, error: str) -> None:
+    """It may be any unit of the error's dimension: figures are read by it, and held to the spec's in SI."""
     sensor, effect = ErrorName(error).parts
-    return str(catalog.effects()[effect].units[sensor])
+    try:
+        right = dimension_of(str(unit)) == dimension_of(catalog.effects()[effect].units[sensor])
+    except UnitError:
+        right = False
+    found.figures += 1
+    if not right:
+        found.fault(where, f"{unit!r} is no unit of {error}")
 
 
 def calibrated_errors(spec: Spec) -> list[str]:
@@ -315,8 +331,7 @@ def _check_allowances(
     for name, a in document["allowances"].items():
         if name not in budgets:
             continue
-        where, unit = f"allowances, {name}", unit_of(name)
-        found.same(f"{where}, unit", a["unit"], unit)
+        where, unit = f"allowances, {name}", unit_said(document, name)
         found.same(f"{where}, calibrated", a["calibrated"], name in calibrated)
         wanted = _parts(spec, name, budgets[name], reached.get(name) if name in calibrated else None)
         factor = unit_factor(unit)[0]

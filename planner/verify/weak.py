@@ -9,6 +9,7 @@ import numpy as np
 from planner import catalog
 from planner.nouns.sensor import ErrorName
 from planner.spec.budget import ErrorBudget
+from planner.spec.own_units import own_unit
 from planner.units import from_si
 from planner.verify.calibrations import Estimator
 from planner.verify.declared import sensed
@@ -42,12 +43,13 @@ def _of(e: Experiment, estimator: Estimator) -> list[Weak]:
     for i, column in enumerate(model.columns):
         whole = e.unit.budgets.get((sensor, column.effect), ErrorBudget()).whole_variation
         known, error = catalog.effects()[column.effect], ErrorName.of(sensor, column.effect)
-        shown = _shown(float(estimator.error[i]), known.units[sensor])
+        unit = own_unit(e.spec, sensor, column.effect)
+        shown = _shown(float(estimator.error[i]), unit)
         why = None
         if estimator.undetermined[i]:
             why = "no record of the plan tells it from the others"
         elif whole > 0 and estimator.error[i] > whole:
-            why = f"known to ±{shown} only, uncalibrated it is up to {_shown(whole, known.units[sensor])}"
+            why = f"known to ±{shown} only, uncalibrated it is up to {_shown(whole, unit)}"
         elif whole == 0 and known.group == "scale_factor" and error_share(e, estimator, i) > NOTICEABLE:
             why = f"known to ±{shown} only, and the spec has no budget for it"
         if why is not None:

@@ -180,6 +180,13 @@ def test_the_command_calibrates_from_a_log(run: Run, tmp_path: Path):
     assert (tmp_path / "out" / "calibration.json").is_file()
 
 
+def test_without_the_method_a_log_says_which_one_it_needs(run: Run, tmp_path: Path):
+    log, spec = sins.files(tmp_path)
+    found = run("calibrate", log, "--spec", spec)
+    assert found.code == 2
+    assert "--method sins_outputs" in found.err
+
+
 REFUSED = {
     "a column is missing": (
         lambda s: s.replace("heading_deg", "yaw", 1),

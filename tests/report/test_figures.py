@@ -16,11 +16,9 @@ from planner.report.blocks import align_points
 from planner.report.charts.gantt import column_shares, temperature_track
 from planner.report.contributions import PARTS, contributions
 from planner.report.numbers import digits, names_are, quantity, runs
-from planner.report.readable import readable_unit
 from planner.report.region_of_two import PREFERRED, allowed_region, axes_of_region, four_quadrants
 from planner.report.subjects import plan_tables as tables
 from planner.solvers.linear_combination import combined
-from planner.units import unit_factor
 from tests.report import sample
 
 # ---------------------------------------------------------------- region
@@ -253,28 +251,6 @@ def test_digits_of_known_values(value: float, text: str) -> None:
 def test_ratios_are_shown_in_per_cent() -> None:
     assert quantity(2e-5, "1") == "0.002\u202f%"
     assert quantity(math.radians(0.03), "deg/s") == "0.03\u202fdeg/s"
-
-
-@pytest.mark.parametrize(
-    ("unit", "size", "readable"),
-    [
-        ("deg/s", math.radians(0.0035), "deg/s"),
-        ("deg/s", math.radians(0.19 / 3600), "deg/h"),
-        ("deg/s/g", math.radians(0.0001) / 9.80665, "deg/h/g"),
-        ("g", 0.0043 * 9.80665, "g"),
-        ("g", 0.00015 * 9.80665, "mg"),
-        ("g", 2e-7 * 9.80665, "ug"),
-        ("1", 1.2e-4, "%"),
-        ("1", 5e-6, "ppm"),
-        ("1/g", 9e-6 / 9.80665, "ppm/g"),
-        ("1/K", 0.0, "%/K"),
-        ("m/s", 1e-9, "m/s"),
-    ],
-)
-def test_units_become_finer_for_small_errors(unit: str, size: float, readable: str) -> None:
-    found = readable_unit(unit, size)
-    assert found == readable
-    assert unit_factor(found)[1] == unit_factor(unit)[1]
 
 
 def test_decimal_points_align() -> None:

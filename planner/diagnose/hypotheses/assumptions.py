@@ -17,6 +17,7 @@ from planner.nouns.diagnosis import Assumption, BudgetExceeded
 from planner.solvers.least_squares import least_squares
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Spec
+from planner.spec.own_units import budget_unit
 
 PARTS = (
     ("run_to_run_bias", "bias", "run_to_run"),
@@ -76,7 +77,7 @@ def _spread(
     return Assumption(
         error=f"{s.sensor}.{error}",
         part=part,
-        unit=_unit(s, error),
+        unit=_unit(s, error, budget),
         assumed=_assumed(budget, part),
         measured=measured,
         low=low,
@@ -112,13 +113,13 @@ def _between_records(s: SensorFound, w: Whitened, budget: ErrorBudget, data: Pre
     measured = float(np.sqrt(max(total - white, 0.0)))
     low, high = (float(np.sqrt(x)) for x in ends)
     assumed = _assumed(budget, "run_to_run")
-    unit, name = _unit(s, "bias"), w.channel.name
+    unit, name = _unit(s, "bias", budget), w.channel.name
     return [Assumption(f"{s.sensor}.bias", "run_to_run", unit, assumed, measured, low, high, freedom, name)]
 
 
-def _unit(s: SensorFound, error: str) -> str:
-    """Display unit of an error; a bare number is read as a share."""
-    unit = catalog.effects()[error].units[s.sensor]
+def _unit(s: SensorFound, error: str, budget: ErrorBudget) -> str:
+    """The unit of an error's budget; a bare number is read as a share."""
+    unit = budget_unit(budget, catalog.effects()[error].units[s.sensor])
     return "%" if unit == "1" else unit
 
 
@@ -143,7 +144,7 @@ def _residuals(s: SensorFound, budgets: Mapping[str, ErrorBudget]) -> Iterator[A
 
     budget = budgets.get("bias")
     residual = None if budget is None else budget.residual_table
-    if residual is None:
+    if budget is None or residual is None:
         return
     nodes = s.channels[0].model.nodes_of("bias")
     if nodes is None or len(nodes) < 5:
@@ -160,7 +161,7 @@ def _residuals(s: SensorFound, budgets: Mapping[str, ErrorBudget]) -> Iterator[A
     yield Assumption(
         f"{s.sensor}.bias",
         f"temperature_residual at {len(kept)} points",
-        _unit(s, "bias"),
+        _unit(s, "bias", budget),
         assumed,
         float(np.sqrt(square)),
         low,

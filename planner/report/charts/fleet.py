@@ -16,7 +16,6 @@ from planner.nouns.array import Array
 from planner.report.blocks import Picture
 from planner.report.charts import theme
 from planner.report.numbers import display_unit
-from planner.report.readable import readable_unit
 from planner.units import unit_factor
 
 if TYPE_CHECKING:
@@ -127,7 +126,7 @@ def _drift(channels: Sequence[ChannelForecast], fleet: FleetForecast) -> Figure:
 
 def _channel(axes: Axes, c: ChannelForecast, fleet: FleetForecast) -> None:
     s, start = c.series, fleet.history.start
-    shown = display_unit(readable_unit(s.display, float(np.abs(s.value).max())))
+    shown = display_unit(s.display)
     scale = unit_factor(shown)[0]
     days = _when(s.day, start)
     if np.isfinite(s.sigma).all():

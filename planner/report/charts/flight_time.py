@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _MOST_CURVES = 7  # of sensor errors; a figure with more is a thicket
 _STYLES = ("-", "--", ":", "-.")
+_COLOURS = tuple(c for c in theme.SERIES if c != theme.RED)  # which is the limit's
 
 
 def over_flight_picture(
@@ -62,7 +63,7 @@ def _draw(found: ErrorOverFlight, errors: Sequence[str], limit: float | None) ->
             )
         axes.set_title(title)
         axes.set_xlabel("time of flight, s")
-        axes.legend(loc="upper left")
+        axes.legend(loc="best")  # a limit far above the curves crosses the upper left corner
     panels[0].set_ylabel(f"{found.error.replace('_', ' ')} error, {found.unit}")
     return figure
 
@@ -71,8 +72,8 @@ def _curves(axes: Axes, found: ErrorOverFlight, curves: Mapping[str, Array]) -> 
     keep = thinned(len(found.time_s))
     for k, (name, values) in enumerate(curves.items()):
         shown = from_si(1.0, found.unit) * values[keep]
-        style = _STYLES[k // len(theme.SERIES) % len(_STYLES)]
-        axes.plot(found.time_s[keep], shown, style, color=theme.SERIES[k % 8], linewidth=1.4, label=name)
+        style, colour = _STYLES[k // len(_COLOURS) % len(_STYLES)], _COLOURS[k % len(_COLOURS)]
+        axes.plot(found.time_s[keep], shown, style, color=colour, linewidth=1.4, label=name)
     total = from_si(1.0, found.unit) * found.total[keep]
     axes.plot(found.time_s[keep], total, color=theme.INK, linewidth=1.8, label="all")
 

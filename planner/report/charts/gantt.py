@@ -14,6 +14,7 @@ import numpy as np
 
 from planner.nouns.array import Array
 from planner.nouns.plan import Plan, Step
+from planner.quantities import DAY_S, WEEKDAYS
 from planner.report.blocks import Picture
 from planner.report.charts import theme
 from planner.report.time_spent import action_of, action_order
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLUMNS = 900
+MOST_DAYS = 16  # midnights that are named
+WEEK_S = 7 * DAY_S
 Place = Literal["outside upper left", "outside lower left"]
 _LETTERS = 115  # across the figure, in a legend
 _HEIGHT = 0.38  # of a lane; a bench has two: what is done, and for which test
@@ -40,6 +43,8 @@ def campaign_picture(plan: Plan) -> Picture:
         f"{len(plan.steps)} steps. Upper lane of a bench: what is done; lower lane: for which test. "
         f"Steps shorter than {plan.time_s / COLUMNS / 60:.1f} min share the height by their time."
     )
+    if plan.start is not None:
+        caption += " Grey: people are there."
     return Picture("campaign", alt, caption, lambda: _draw(plan, benches, tests))
 
 
@@ -68,6 +73,9 @@ def temperature_track(steps: Sequence[Step]) -> Array:
     points: list[tuple[float, float]] = []
     for step in steps:
         if step.temperature_degc is None:
+            continue
+        if step.swept_degc is not None:
+            points += zip((step.start_s, step.end_s), step.swept_degc, strict=True)
             continue
         before = points[-1][1] if points else None
         if before is None or step.action != "ramp":
@@ -113,8 +121,29 @@ def _draw(plan: Plan, benches: Sequence[str], tests: Sequence[str]) -> Figure:
         _temperatures(axes[1], warm)
     axes[-1].set_xlabel("time from the start, h")
     axes[-1].set_xlim(0.0, max(plan.time_s, 1.0) / 3600.0)
+    if plan.start is not None:
+        _days(list(axes), plan)
     _legend(figure, plan, tests)
     return figure
+
+
+def _days(every: Sequence[Axes], plan: Plan) -> None:
+    """Midnights and weekdays on the axis of time, and the hours of people behind the lanes."""
+    day, _, clock = str(plan.start).partition(" ")
+    hour, minute = clock.split(":")
+    begun = WEEKDAYS.index(day) * DAY_S + 3600.0 * int(hour) + 60.0 * int(minute)
+    midnights = np.arange(np.ceil(begun / DAY_S), (begun + plan.time_s) / DAY_S + 1e-9)
+    midnights = midnights[:: max(1, -(-len(midnights) // MOST_DAYS))]
+    if len(midnights):
+        labels = [WEEKDAYS[int(m) % 7] for m in midnights]
+        every[-1].set_xticks((midnights * DAY_S - begun) / 3600.0, labels)
+        every[-1].set_xlabel(f"midnight before each day; the campaign begins {plan.start}")
+    for week in range(int((begun + plan.time_s) // WEEK_S) + 1):
+        for opens, closes in plan.shifts:
+            span = ((x + week * WEEK_S - begun) / 3600.0 for x in (opens, closes))
+            low, high = (float(np.clip(x, 0.0, plan.time_s / 3600.0)) for x in span)
+            if high > low:
+                every[0].axvspan(low, high, color=theme.GRID, alpha=0.5, linewidth=0, zorder=0)
 
 
 def _lanes(axes: Axes, plan: Plan, benches: Sequence[str], tests: Sequence[str]) -> None:

@@ -115,7 +115,7 @@ def channels_table(units: Sequence[UnitAcceptance]) -> Table | None:
 
 def _channel_row(u: UnitAcceptance, c: ChannelAcceptance) -> tuple[str, ...]:
     values = (c.residual, c.uncertainty, c.planned, c.room)
-    *cells, unit = shown_in(c.unit, max(abs(c.residual), c.planned, c.uncertainty), values)
+    *cells, unit = shown_in(c.unit, values)
     cells = ["∞" if x == math.inf else cell for x, cell in zip(values, cells, strict=True)]
     share = f"{100 * c.share:.1f}"
     if c.place == "not measured":

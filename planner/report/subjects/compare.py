@@ -6,10 +6,9 @@ from collections.abc import Iterator, Sequence
 
 from planner.report.blocks import Items, Report, Table, Text, existing, section
 from planner.report.comparison import Comparison, Difference
-from planner.report.numbers import NOTHING, digits, hours, percent, plain, when
+from planner.report.numbers import NOTHING, digits, display_unit, hours, in_unit, percent, plain, when
 from planner.report.plan_facts import MICROSECONDS
-from planner.report.readable import readable_unit
-from planner.units import from_si, unit_factor
+from planner.units import unit_factor
 
 _CENTIHOUR = 36 * MICROSECONDS  # hours are printed with two decimals
 
@@ -74,9 +73,8 @@ def _allowed_rows(c: Comparison) -> list[tuple[str, ...]]:
     rows = []
     for a in c.allowances:
         sizes = [None if value is None else value * unit_factor(a.unit)[0] for value in a.allowed]
-        unit = readable_unit(a.unit, max(size for size in sizes if size is not None))
-        cells = (NOTHING if size is None else plain(digits(from_si(size, unit))) for size in sizes)
-        rows.append((f"{a.error}, {unit}", *cells))
+        cells = (NOTHING if size is None else plain(digits(in_unit(size, a.unit))) for size in sizes)
+        rows.append((f"{a.error}, {display_unit(a.unit)}", *cells))
     return rows
 
 

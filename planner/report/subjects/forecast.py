@@ -151,7 +151,7 @@ def _score_row(s: MethodScore, fleet: FleetForecast) -> tuple[str, ...]:
         "recommended" if s.recommended else "" if beaten else "not better than naive",
         "used" if used else "",
     ]
-    rms, unit = shown_in(display, s.naive_rmse, (s.rmse,))
+    rms, unit = shown_in(display, (s.rmse,))
     return (
         s.kind,
         s.method,
@@ -184,7 +184,7 @@ def _channel_row(c: ChannelForecast, fleet: FleetForecast) -> tuple[str, ...]:
         return (*head, *([NOTHING] * 5), c.why)
     half = float(c.forecast.half_width(fleet.confidence)[-1])
     values = (float(s.value[-1]), 7 * c.rate, 7 * c.rate_half, float(c.forecast.mean[-1]), half)
-    return (*head, *shown_in(s.display, max(abs(float(s.value[-1])), half), values))
+    return (*head, *shown_in(s.display, values))
 
 
 def basis(fleet: FleetForecast) -> tuple[str, ...]:

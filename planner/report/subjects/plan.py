@@ -20,13 +20,14 @@ from planner.report.blocks import (
     facts,
     section,
 )
-from planner.report.charts import flight_time, gantt
+from planner.report.charts import flight_time
 from planner.report.charts import plan as charts
 from planner.report.contributions import binding_constraint, contributions, is_sum
 from planner.report.numbers import days, digits, hours, percent, quantity, when
-from planner.report.readable import allowed_in, plan_in, sensitivities_in, units_of
+from planner.report.readable import sensitivities_in, units_of
 from planner.report.region_of_two import AllowedRegion, allowed_region, axes_of_region
 from planner.report.subjects import plan_basis, plan_promise, plan_tables
+from planner.report.subjects.plan_loads import loads
 from planner.report.subjects.plan_schedule import schedule
 
 _FLOWN = {
@@ -50,10 +51,7 @@ def plan_report(
 
     spec_text: shown as it is; service_life_s: compared with the power-on hours
     """
-    units = units_of(plan)
-    plan = plan_in(plan, units)
-    allowed = allowed_in(allowed, units) if allowed else None
-    sensitivities = sensitivities_in(sensitivities, units) if sensitivities else None
+    sensitivities = sensitivities_in(sensitivities, units_of(plan)) if sensitivities else None
     long = f" ({days(plan.time_s)})" if days(plan.time_s) else ""
     whole = (
         _promised(plan, constraints, service_life_s)
@@ -89,6 +87,8 @@ def _promised(
     return (
         plan_promise.campaign(plan),
         plan_promise.binding(plan, constraints),
+        loads(plan),
+        section("proof", "What is proved", *map(Text, plan_basis.proved_among(plan))),
         budget(plan, constraints, plan_promise.BUDGET),
         plan_promise.worth(plan),
         hours_spent(plan, service_life_s),
@@ -104,13 +104,13 @@ def _published(
     allowed: AllowedErrors | None,
     service_life_s: float | None,
 ) -> tuple[Section | None, ...]:
-    """A plan by half-widths and sums: the budget first."""
+    """A plan by half-widths and sums: the campaign, then what the limits are used for."""
     return (
+        plan_promise.campaign(plan),
+        loads(plan),
         budget(plan, constraints, BUDGET),
-        section("campaign", "The campaign", gantt.campaign_picture(plan) if plan.steps else None),
         hours_spent(plan, service_life_s),
         schedule(plan),
-        section("tests", "Tests", plan_tables.tests_table(plan)),
         repeats(plan),
         region(plan, constraints),
         pareto(plan, allowed),
@@ -129,8 +129,11 @@ def verdict(achieved: Achieved, why: tuple[str, ...]) -> Verdict:
     sign = "≤" if achieved.met else ">"
     reached, limit = (quantity(value, achieved.unit) for value in (achieved.achieved, achieved.limit))
     at = f", {_FLOWN[achieved.temperature]}" if achieved.temperature in _FLOWN else ""
+    room = achieved.limit - achieved.achieved
+    margin = f"{quantity(abs(room), achieved.unit, 3)}, {percent(abs(room) / achieved.limit)}"
     return Verdict(
         f"{achieved.error}: {reached} {sign} {limit}",
+        f"{'margin' if room >= 0 else 'over by'} {margin}; "
         f"{when(achieved.at)}, {achieved.rule.replace('_', ' ')}{at}",
         achieved.achieved,
         achieved.limit,

@@ -50,17 +50,21 @@ def proof(plan: Plan) -> tuple[str, ...]:
 
 
 def _proved_of(plan: Plan) -> tuple[str, ...]:
-    """How much shorter another campaign could be, and of which campaigns that is said."""
+    """How much shorter another campaign could be."""
     if is_hand_made(plan):
         return ("Made by hand: nothing was left to choose, its promise is foreseen.",)
-    of = f"Among {plan.proved_of}."
     if plan.proved and plan.gap <= _ROUNDING:
-        return (f"Proved the shortest (minimised: {plan.objective.replace('_', ' ')}).", of)
+        return (f"Proved the shortest (minimised: {plan.objective.replace('_', ' ')}).",)
     found = (
         f"The shortest found. Not proved: another could be shorter by up to {percent(plan.gap, 2)}, none "
         f"takes less than {hours(plan.bound_s)} h (minimised: {plan.objective.replace('_', ' ')})."
     )
-    return (found, of)
+    return (found,)
+
+
+def proved_among(plan: Plan) -> tuple[str, ...]:
+    """Of which campaigns that is said."""
+    return () if is_hand_made(plan) or not plan.proved_of else (f"Among {plan.proved_of}.",)
 
 
 def _proof(plan: Plan) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from planner.plan.spec_to_sensitivity import SensitivityRow
 
 _FEW = 5  # columns of numbers that fit beside two of names
+_BARE = re.compile(r"/\(([^/()]+)\)")  # `m/(g)` reads better as `m/g`
 _VECTOR = "error | axis | per | north, m | east, m | up, m | length, m"
 
 
@@ -88,7 +90,7 @@ def sensitivity_table(plan: Plan, sensitivities: Sensitivities | None) -> Table 
     if not plan.sensitivities:
         return None
     rows = tuple(
-        (f.error, _axis(f.axis), digits(f.value), f.unit.replace("/(g)", "/g"))
+        (f.error, _axis(f.axis), digits(f.value), _BARE.sub(r"/\1", f.unit))
         if "(" in f.unit
         else (f.error, _axis(f.axis), digits(f.value / 100), f"{f.unit}/%")  # a ratio: per cent reads better
         for f in plan.sensitivities
@@ -114,14 +116,15 @@ def columns_table(sensitivities: Sensitivities) -> Table | None:
     return table(f"Position error after {sensitivities.time_s[-1]:g} s of flight", _VECTOR, rows)
 
 
-def rows_table(rows: Sequence[SensitivityRow]) -> Table | None:
-    """The same from rows that carry their unit: every column, per its display unit (a ratio: per cent)."""
+def rows_table(rows: Sequence[SensitivityRow], units: Mapping[str, str]) -> Table | None:
+    """The same from rows that carry their unit: each per the error's unit in `units`, else its own."""
     cells = []
     for r in rows:
-        scale = 0.01 if r.per == "1" else 1.0
+        unit = display_unit(units.get(r.error, r.per))
+        scale = unit_factor(unit)[0] / unit_factor(r.per)[0]
         vector = [scale * x for x in (r.north_m, r.east_m, r.up_m)]
         numbers = (digits(x) for x in (*vector, math.hypot(*vector)))
-        cells.append((r.error, r.axis, display_unit(r.per), *numbers))
+        cells.append((r.error, r.axis, unit, *numbers))
     times = {r.time_s for r in rows}
     when = f"at {digits(times.pop())} s" if len(times) == 1 else "each column at its worst moment"
     return table(f"Position error {when}", _VECTOR, cells)

@@ -262,7 +262,7 @@ def renewal_table(found: Recalibrated) -> Table | None:
     for t, term in enumerate(found.basis.region.terms):
         values = [v if v < 1e3 else float("nan") for v in map(float, (one[t], left[t], grown[t]))]
         said = "renewed" if found.renewable[t] else "stays as it is"
-        row = (*shown_in(term.unit, float(grown[t]), values), said)
+        row = (*shown_in(term.unit, values), said)
         if rows and rows[-1][0].split(" ")[0] == term.error and rows[-1][1:] == row:
             rows[-1] = (f"{rows[-1][0]} {term.term}", *row)
         else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from planner.nouns.allowances import AllowedErrors
@@ -10,7 +10,7 @@ from planner.report.blocks import Cell, Report, Section, Table, Text, existing, 
 from planner.report.charts import flight_time
 from planner.report.charts import plan as charts
 from planner.report.numbers import NOTHING, digits, display_unit, percent
-from planner.report.readable import allowed_in
+from planner.report.readable import sensitivities_in
 from planner.report.subjects import plan_tables
 from planner.units import unit_factor
 
@@ -25,17 +25,25 @@ _UNCALIBRATED = (
 
 
 def sensitivity_report(
-    rows: Sequence[SensitivityRow], flown: FlownErrors | None = None, name: str = ""
+    rows: Sequence[SensitivityRow],
+    flown: FlownErrors | None = None,
+    name: str = "",
+    units: Mapping[str, str] | None = None,
 ) -> Report:
-    """The position error per display unit of every column; errors over the flight; flights side by side."""
+    """The position error per unit of every column; errors over the flight; flights side by side.
+
+    units: error -> the spec's own unit of it
+    """
+    told = plan_tables.rows_table(rows, units or {})
     if flown is None:
-        told = section("sensitivities", "Sensitivities", plan_tables.rows_table(rows))
-        return Report("Sensitivities", name, "", sections=existing(told))
-    per_unit = charts.sensitivity_picture(
-        flown.found, list(dict.fromkeys(c.error for c in flown.found.columns))
-    )
-    columns = section("sensitivities", "Sensitivities", per_unit, plan_tables.rows_table(rows))
-    return Report("Sensitivities", name, "", sections=existing(columns, _over_flight(flown), _beside(flown)))
+        return Report(
+            "Sensitivities", name, "", sections=existing(section("sensitivities", "Sensitivities", told))
+        )
+    found = sensitivities_in(flown.found, units or {})
+    per_unit = charts.sensitivity_picture(found, list(dict.fromkeys(c.error for c in found.columns)))
+    columns = section("sensitivities", "Sensitivities", per_unit, told)
+    beside = _beside(flown, units or {})
+    return Report("Sensitivities", name, "", sections=existing(columns, _over_flight(flown), beside))
 
 
 def _over_flight(flown: FlownErrors) -> Section | None:
@@ -46,15 +54,15 @@ def _over_flight(flown: FlownErrors) -> Section | None:
     return section("over-flight", "The error over the time of flight", *pictures, only="page")
 
 
-def _beside(flown: FlownErrors) -> Section | None:
+def _beside(flown: FlownErrors, units: Mapping[str, str]) -> Section | None:
     """What every error costs on several flights, as K table 3.1 has it."""
     picture = flight_time.flights_picture(
         flown.totals, "Position error of the unit as nobody has calibrated it, worst case, on each flight."
     )
-    return section("flights", "Several flights", picture, flights_table(flown.flights))
+    return section("flights", "Several flights", picture, flights_table(flown.flights, units))
 
 
-def flights_table(flights: Sequence[FlightBeside]) -> Table | None:
+def flights_table(flights: Sequence[FlightBeside], units: Mapping[str, str]) -> Table | None:
     """Position error per display unit of each error, all axes together; its ratio to the first flight's."""
     if not flights:
         return None
@@ -63,7 +71,7 @@ def flights_table(flights: Sequence[FlightBeside]) -> Table | None:
         columns += [f"{f.name}, m"] if i == 0 else [f"{f.name}, m", "ratio"]
     rows: list[list[Cell]] = []
     for error, unit in flights[0].unit.items():
-        shown = display_unit(unit)
+        shown = display_unit(units.get(error, unit))
         row: list[Cell] = [error, shown]
         for i, f in enumerate(flights):
             row.append(digits(f.per_unit[error] * unit_factor(shown)[0]))
@@ -77,7 +85,6 @@ def flights_table(flights: Sequence[FlightBeside]) -> Table | None:
 def allowed_report(allowed: AllowedErrors) -> Report:
     """The corners of the allowed errors, genetic beside exact, and what the bench's best would use."""
     history = allowed.history
-    allowed = allowed_in(allowed, {})
     tightness = [
         Text(f"requirement {i + 1}: the smallest errors that the bench can reach use {percent(share)}")
         for i, share in allowed.tightness.items()

@@ -1,0 +1,35 @@
+"""The page of sources names every table of K, and nothing that is not there."""
+
+import re
+from pathlib import Path
+
+from planner.cli import app
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "planner" / "docs" / "sources.md").read_text(encoding="utf-8")
+TABLES = [(1, 10), (2, 19), (3, 3), (4, 9)]  # chapter -> its last table
+
+
+def named() -> set[tuple[int, int]]:
+    """Chapter and number of tables behind `table` or `tables`, ranges spelled out."""
+    found = set()
+    for text in re.findall(r"[Tt]ables? ((?:\d\.\d+[-, and]*)+)", PAGE):
+        for first, last in re.findall(r"(\d\.\d+)(?:-(\d\.\d+))?", text):
+            chapter, start = map(int, first.split("."))
+            end = int(last.split(".")[1]) if last else start
+            found |= {(chapter, k) for k in range(start, end + 1)}
+    return found
+
+
+def test_every_table_of_the_thesis_is_accounted_for():
+    assert {(c, k) for c, last in TABLES for k in range(1, last + 1)} <= named()
+
+
+def test_what_the_page_points_at_is_there():
+    paths = set(re.findall(r"(?:tests|benchmarks|requirements_specs)/[\w/]+\.(?:py|yaml)", PAGE))
+    assert len(paths) > 20
+    assert [p for p in paths if not (ROOT / p).is_file()] == []
+    commands = set(re.findall(r"`planner (\w+)", PAGE))
+    assert commands <= {c.callback.__name__ for c in app.registered_commands if c.callback}
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert "planner/docs/sources.md" in readme
