@@ -23,10 +23,10 @@ from planner.spec.model import Bench, Spec, Test
 from planner.spec.motions import motions_of
 from planner.spec.ramp import lead_of, rates_of
 
-LATER_DAYS = 30.0
+LATER_DAYS = 30.0  # a month: what ages or steps between power-ons has moved by then
 WATCH_S = (15.0, 60.0, 150.0, 300.0, 600.0, 1200.0, 2400.0, 3600.0)  # ends of the records of a long watch
-RECORD_S = 60.0
-RAMP_RECORDS = 3
+RECORD_S = 60.0  # of a rest where the spec has no test to be like
+RAMP_RECORDS = 3  # tell the slope of a ramp from a curve
 _STANDARD: Mapping[str, tuple[str, int]] = {  # what it is called -> what it would calibrate, records
     "rests": ("accelerometer.bias", 6),
     "turns": ("gyro.scale_factor", 30),

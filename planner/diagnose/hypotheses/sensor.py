@@ -36,9 +36,9 @@ from planner.measurement import sensed
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 
-FLIPS = 999
+FLIPS = 999  # the least p by rank is then 1e-3, half of ALPHA
 STRONG = 60.0  # sigma; products are about 1 % of an effect
-AGAIN = 2
+AGAIN = 2  # searches more: with what was found strong, and with what was strong beside that
 DRIVEN = 0.5  # of what tells an effect that multiplies an input, that records with such an input must tell
 MOST_SHARE = 0.4  # columns a row when the noise is judged
 FINE_ONES = ("time_on", "day")  # come coarse first, then fine
