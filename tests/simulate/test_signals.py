@@ -23,6 +23,7 @@ from planner.readers.packets import READER
 from planner.recordings.coloured_noise import noise_of_samples
 from planner.simulate.motions import exposed, records_of
 from planner.simulate.processes import coloured
+from planner.units import unit_factor
 from tests.outcome import Run
 from tests.readers.streams import checksum
 from tests.specs import loaded
@@ -154,9 +155,11 @@ def test_simulate_reduce_calibrate_apply_close(recorded: Path, reduced: Path, tm
         for c in sensor["coefficients"]:
             if c["status"] == "determined":
                 low, high = c["ci95"]
-                true = truth[c["error"], c["term"]]["value"]
+                t = truth[c["error"], c["term"]]
+                true = t["value"] * unit_factor(t["unit"])[0] / unit_factor(c["unit"])[0]
                 # the interval doubled, and three sigma of what two power-ons differ from the unit by
-                within = (high - low) + 3.0 * RUN_TO_RUN.get(c["error"], 0.0) / np.sqrt(2.0)
+                of_runs = RUN_TO_RUN.get(c["error"], 0.0) * unit_factor(t["unit"])[0]
+                within = (high - low) + 3.0 * of_runs / np.sqrt(2.0) / unit_factor(c["unit"])[0]
                 assert abs(c["value"] - true) < within, (c["error"], c["term"])
                 compared += 1
     assert compared >= 24
