@@ -164,9 +164,7 @@ def _curve(name: object) -> Any:
     """The measured curve that a name describes, None where it describes none."""
     if not (isinstance(name, str) and name.startswith("curve_")):
         return None
-    from planner.effects._measured_curve import curve_of
-
-    return curve_of(name)
+    return importlib.import_module("planner.effects._measured_curve").curve_of(name)
 
 
 def unloadable(*kinds: Kind) -> list[Unloadable]:
