@@ -30,4 +30,5 @@ from planner.errors import InputError as InputError
 from planner.errors import PlannerError as PlannerError
 from planner.errors import StoppedEarly as StoppedEarly
 
+__all__: list[str]
 __version__: str

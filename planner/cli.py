@@ -13,6 +13,7 @@ import typer
 from planner.commands import (
     bench,
     data,
+    docs,
     effects,
     explaining,
     fleet,
@@ -62,6 +63,7 @@ FAMILIES = (
     fleet,
     effects,
     explaining,
+    docs,
 )
 for family in FAMILIES:
     family.register(app)

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
@@ -25,6 +26,7 @@ AXES = ("x", "y", "z")
 INPUT: Mapping[Sensor, str] = {"gyro": "rate", "accelerometer": "specific_force"}
 _ROUNDS = 30  # of the inverse; a misalignment of 0.01 and a κ of 0.01 win two digits a round
 _SETTLED = 1e-15
+REACHED = 0.1  # weight of a node in some record, below which the records do not tell what it has
 _STEP = 1e-4  # of a parameter's logarithm, or of its range, for its derivative
 
 
@@ -256,6 +258,15 @@ def _split(model: ChannelModel, theta: Array, biases: int, misalignments: int) -
     return theta[:biases], theta[biases : biases + scales], theta[biases + scales : model.linear]
 
 
+def reached(weights: Array) -> NDArray[np.bool_]:
+    """(k,) nodes, of weights (n, k), that some record comes near.
+
+    A soaked chamber moves by a hundredth of a kelvin a minute: divided by that, the noise of a record would
+    stand at the node of 2 K/min.
+    """
+    return np.asarray(np.abs(weights).max(axis=0, initial=0.0) >= REACHED)
+
+
 def _group(
     model: ChannelModel,
     group: Group,
@@ -267,6 +278,8 @@ def _group(
     for c in model.of(group):
         full = c.effect.regressors(model.sensor, conditions, parameters.get(c.effect.name))
         columns = full[:, model.channel, list(c.terms)]
+        if getattr(c.effect, "nodal", False):
+            columns = columns * reached(columns)
         if c.nodes is not None:
             hats = fitting_hats(conditions.temperature_degc, c.nodes, REACH_K)
             columns = (columns[:, :, None] * hats[:, None, :]).reshape(len(columns), -1)

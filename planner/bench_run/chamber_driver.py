@@ -55,6 +55,23 @@ class ChamberDriver:
         self._settle(temperature_degc)
         self._target, self._good_s = temperature_degc, self._clock.now()
 
+    def sweep_to(self, temperature_degc: float) -> None:
+        """Order a setpoint on the way of a ramp, and do not wait for the air."""
+        self._target = None
+        self._set(temperature_degc)
+
+    def swept(self, temperature_degc: float) -> None:
+        """Raises BenchFault when the air is not near where a ramp should have brought it."""
+        now = self.temperature_degc()
+        if abs(now - temperature_degc) > self._within.drift_k:  # a single reading is a doubt
+            self._air.forget()
+            self.talk.doubt()
+            now = self.temperature_degc()
+        if abs(now - temperature_degc) > self._within.drift_k:
+            raise BenchFault(
+                f"the chamber does not follow its ramp: it reads {now:g} degC, not {temperature_degc:g} degC"
+            )
+
     def temperature_degc(self) -> float:
         """The air, as the chamber reads it. Raises BenchFault for what it cannot be."""
         self.last_degc = self.talk.ask(self._dialect.questions.temperature.ask, self._measured)

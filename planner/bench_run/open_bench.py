@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TypeVar
 
 from planner.bench_run.chamber_driver import ChamberDriver
@@ -14,6 +16,7 @@ from planner.errors import PlannerError
 from planner.nouns.bench import BenchFacts
 
 LONGEST_WAIT_S = 60.0  # how long nobody looks at table and chamber
+STAIR_K = 0.2  # between two setpoints of a ramp: two of the tenths that many a chamber takes
 AGAIN_S = (1.0, 30.0)  # between two attempts to connect: at first, and at most
 Done = TypeVar("Done")
 
@@ -99,6 +102,30 @@ class OpenBench:
             self._clock.sleep(min(left, LONGEST_WAIT_S))
             if left > LONGEST_WAIT_S:
                 self.look(turning=left > 2 * LONGEST_WAIT_S)
+
+    def sweep(
+        self, swept_degc: tuple[float, float], seconds: float, given_up: Callable[[], bool] = lambda: False
+    ) -> None:
+        """The chamber evenly from one temperature to another, by a stair of setpoints, with looks as `hold`.
+
+        Raises BenchFault when the air does not follow.
+        """
+        if self.chamber is None:
+            self.hold(seconds, given_up)
+            return
+        chamber, (begin, end), start = self.chamber, swept_degc, self._clock.now()
+        stairs = max(1, math.ceil(abs(end - begin) / STAIR_K - 1e-9))
+        looked = start
+        for k in range(stairs):
+            if given_up():
+                return
+            self.steady(partial(chamber.sweep_to, begin + (end - begin) * (k + 0.5) / stairs))
+            until = start + seconds * (k + 1) / stairs
+            if self._clock.now() - looked > LONGEST_WAIT_S and until < start + seconds:
+                self.look(turning=seconds > 2 * LONGEST_WAIT_S)
+                looked = self._clock.now()
+            self.hold(until - self._clock.now(), given_up)
+        self.steady(partial(chamber.swept, end))
 
     def is_sure(self) -> bool:
         """Whether no reply has come that nobody asked for."""

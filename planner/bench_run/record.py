@@ -8,7 +8,7 @@ known to be void, and is not made again without a word.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from planner.bench_run.equipment import Equipment, Say
 from planner.bench_run.errors import BenchFault
@@ -28,12 +28,15 @@ class Recording:
         self._began = 0.0
         self.voided = 0
 
-    def make(self, step: Step, bench: OpenBench) -> float:
+    def make(self, step: Step, bench: OpenBench, lead: Callable[[], None] = lambda: None) -> float:
         """Make a record until it is good; when that one began.
 
+        lead: brings a chamber that moves during the record to where it begins, once more
         Raises BenchFault when one after the other is void.
         """
-        for _ in range(self._within.voids):
+        for attempt in range(self._within.voids):
+            if attempt:
+                lead()
             why = self._made(step, bench)
             if not why:
                 return self._began
@@ -80,11 +83,15 @@ class Recording:
 
     def _made(self, step: Step, bench: OpenBench) -> str:
         """Why the record is void; empty when it is good."""
-        bench.at_temperature(step.temperature_degc)
-        bench.move(step.motion)
+        if step.swept_degc is None:
+            bench.at_temperature(step.temperature_degc)
+            bench.move(step.motion)
         self._begin(step)
         doubts = bench.doubts
-        bench.hold(step.seconds, given_up=lambda: bench.doubts != doubts)
+        if step.swept_degc is None:
+            bench.hold(step.seconds, given_up=lambda: bench.doubts != doubts)
+        else:
+            bench.sweep(step.swept_degc, step.seconds, given_up=lambda: bench.doubts != doubts)
         bench.look()
         bench.is_sure()
         self._clock.sleep(0.0)  # a simulator tells its time when it is asked to move it

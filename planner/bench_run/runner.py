@@ -157,18 +157,21 @@ class _Run:
 
     def _catch_up(self, step: Step) -> None:
         """After a stop: setpoint and soak, then power when the repeat still lacks records."""
-        if step.action in ("install", "ramp", "soak", "remove"):
+        if step.action in ("install", "ramp", "soak", "remove") and step.swept_degc is None:
             return  # they bring the temperature themselves
         self._say(f"going on at {step.id}")
         self._at_temperature(step)
         earlier = self._job.steps[: self._done]
-        soaks = [s for s in earlier if s.action == "soak" and same_place(s, step)]
+        soaks = [
+            s for s in earlier if s.action == "soak" and (same_place(s, step) or s.id == f"{step.visit}/soak")
+        ]
         if soaks:
             self._open.hold(soaks[-1].seconds)
         if step.action != "power_on" and self._lacks_records(step):
             powered = next(s for s in reversed(earlier) if s.action == "power_on")
             self._switch(False, step)
             self._power_on(powered)
+        self._lead_again()
 
     def _lacks_records(self, step: Step) -> bool:
         rest = self._job.steps[self._done :]
@@ -184,7 +187,10 @@ class _Run:
     _remove = _install
 
     def _ramp(self, step: Step) -> None:
-        self._at_temperature(step)
+        if step.swept_degc is None:
+            self._at_temperature(step)
+        else:
+            self._open.sweep(step.swept_degc, step.seconds)
 
     def _soak(self, step: Step) -> None:
         self._at_temperature(step)
@@ -205,7 +211,20 @@ class _Run:
         self._open.move(step.motion, step.seconds)
 
     def _record(self, step: Step) -> None:
-        self._began = self.recording.make(step, self._open)
+        self._began = self.recording.make(step, self._open, self._lead_again)
+
+    def _lead_again(self) -> None:
+        """After a void record on a ramp, or a stop in the midst of one: from where its ramp begins."""
+        step = self._job.steps[self._done]
+        if step.swept_degc is None:
+            return
+        record = step.id.removesuffix("/lead").removesuffix("/tail")
+        way = [s for s in self._job.steps[: self._done] if s.id in (record, f"{record}/lead")]
+        sweeps = [(s.swept_degc, s.seconds) for s in (*way, step) if s.swept_degc is not None]
+        self._open.at_temperature(sweeps[0][0][0])
+        self._open.move(next(s.motion for s in self._job.steps if s.id == record))
+        for degc, seconds in sweeps[:-1]:
+            self._open.sweep(degc, seconds)
 
     def _power_off(self, step: Step) -> None:
         self._open.rest()

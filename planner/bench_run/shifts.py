@@ -101,7 +101,9 @@ def same_place(one: Step, other: Step) -> bool:
 
 def same_repeat(one: Step, other: Step) -> bool:
     """Whether two steps belong to one repeat of a test."""
-    return same_place(one, other) and (one.test, one.repeat) == (other.test, other.repeat)
+    if one.test is None or other.test is None:
+        return same_place(one, other) and (one.test, one.repeat) == (other.test, other.repeat)
+    return (one.visit, one.test, one.repeat) == (other.visit, other.test, other.repeat)
 
 
 def planned_week(clock: Clock, moment_s: float) -> Callable[[], float]:

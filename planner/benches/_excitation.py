@@ -74,7 +74,9 @@ def _column(effect: Effect, sensor: Sensor, conditions: Conditions) -> Array:
 
 
 # degC and K/s; at no even distances, so that no curve over temperature is zero at all of them
-_WARMTH = ((20.0, 0.0), (-60.0, 0.0), (-37.0, 0.0), (-11.0, -0.02), (41.0, 0.0), (60.0, 0.03), (83.0, 0.01))
+_STEADY = ((20.0, 0.0), (-60.0, 0.0), (-37.0, 0.0), (-11.0, -0.02), (41.0, 0.0), (60.0, 0.03), (83.0, 0.01))
+_RAMPS = tuple((t, rate) for t in (-58.0, -17.0, 3.0, 22.0, 44.0, 61.0) for rate in (0.02, -0.02))
+_WARMTH = (*_STEADY, *_RAMPS)
 _EVERYTHING = frozenset({"rate", "gravity", "acceleration", "temperature"})
 
 
@@ -84,7 +86,12 @@ def _reachable(excites: frozenset[str]) -> Conditions:
     turns = (-500.0, 0.0, 100.0, 500.0) if "rate" in excites else (0.0,)
     loads = (0.0, 10.0, 50.0, 100.0) if "acceleration" in excites else (0.0,)
     warmth = _WARMTH if "temperature" in excites else _WARMTH[:1]
-    ages = ((10.0, 0.0), (700.0, 3.0), (3000.0, 30.0))  # every bench can wait, and be come back to
+    ages = (
+        (2.0, 0.0),
+        (10.0, 0.0),
+        (700.0, 3.0),
+        (3000.0, 30.0),
+    )  # every bench can wait
     faces = range(6) if "gravity" in excites else range(1)
     table = np.array(
         [

@@ -158,6 +158,30 @@ METHODS = {
         "K 2.4",
         "the same, with records from power-on until the unit is warm",
     ),
+    "bias_and_warm_up": Method(
+        BOTH, ("bias", "warm_up"), resting, "K 2.1", "rests from power-on until the unit is warm"
+    ),
+    "drift_table": Method(
+        BOTH,
+        ("bias", "drift_curve"),
+        resting,
+        "K 2.1, tables 2.13, 2.18",
+        "rests from the first seconds after power-on, up to an hour",
+    ),
+    "temperature_and_rate_tables": Method(
+        BOTH,
+        (*_TABLES, "temperature_rate_table"),
+        over_temperatures,
+        "K 2.4.2, 2.11",
+        "the same, with records while the chamber heats and cools at every temperature",
+    ),
+    "temperature_and_rate_tables_over_time_on": Method(
+        BOTH,
+        (*_TABLES, "temperature_rate_table_over_time"),
+        over_temperatures,
+        "K 2.4.2",
+        "the same, soon after power-on and half an hour later",
+    ),
     "triad_least_squares": Method(
         ("accelerometer",),
         ("bias", "scale_factor", "misalignment"),

@@ -67,7 +67,7 @@ def design(steps: Sequence[Step], spec: Spec, latitude: float = DEFAULT_LATITUDE
             rate=np.array([e.rate for e in seen]),
             specific_force=np.array([e.specific_force for e in seen]),
             temperature_degc=np.array([_temperature(s, spec) for s in made]),
-            temperature_rate=np.zeros(len(made)),
+            temperature_rate=np.array([(s.temperature_rate_degc_min or 0.0) / 60.0 for s in made]),
             time_on=middle - np.array([r.power_on_s for r in records]),
             day=middle / DAY_S,
         ),

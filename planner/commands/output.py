@@ -11,7 +11,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
 import typer
 
 if TYPE_CHECKING:
@@ -46,9 +45,6 @@ def json_line(result: Any, exit_code: int = 0, faults: Sequence[Mapping[str, Any
 
 def command_name() -> str:
     """The command that runs, `plan`; nothing where the command line names none."""
-    context = click.get_current_context(silent=True)
-    if context is not None and context.parent is not None:
-        return str(context.info_name)
     return next((word for word in sys.argv[1:] if not word.startswith("-")), "")
 
 

@@ -51,6 +51,7 @@ class BaseEffect:
     history = (
         False  # whether a row's regressors depend on the rows before it, which stand in the order of time
     )
+    nodal = False  # whether its coefficients are the values at nodes, its regressors the weights of these
     largest: Mapping[Sensor, float] | None = None
     title: str
     equation: str

@@ -33,6 +33,7 @@ class HandTask:
     end_s: float
     units: int
     temperature_degc: float | None
+    visit: str
     test: str | None
     repeat: int | None
 
@@ -57,7 +58,7 @@ def _time(task: HandTask) -> tuple[float, float, str]:
 
 
 def _visit(task: HandTask) -> tuple[object, ...]:
-    return (task.id,) if task.test is None else (task.test, task.temperature_degc, task.repeat)
+    return (task.id,) if task.test is None else (task.test, task.visit, task.repeat)
 
 
 def _together(tasks: Sequence[HandTask]) -> HandTask:
@@ -123,6 +124,7 @@ def _task(step: Step, what: str, detail: str) -> HandTask:
         end_s=step.end_s,
         units=step.units,
         temperature_degc=step.temperature_degc,
+        visit=step.visit,
         test=step.test,
         repeat=step.repeat,
     )

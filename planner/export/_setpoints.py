@@ -1,10 +1,14 @@
-"""The temperatures that a plan asks of a chamber: what the chamber's script and the table's people share."""
+"""The temperatures that a plan asks of a chamber: what the chamber's script and the table's people share.
+
+A test that records on a ramp has a stair of setpoints, which the chamber's air smooths.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +17,7 @@ from planner.export.header import header
 from planner.nouns.bench import BenchFacts
 from planner.nouns.plan import Step
 
+STAIR_K = 0.2  # of a ramp, which setpoints follow: two of the tenths that a controller takes
 SETPOINT_COLUMNS = ("start_s", "end_s", "setpoint_degc", "soaked_s", "step")
 HEADER_COLUMNS = ("plan_sha256", "spec_sha256", "schema_version")
 
@@ -33,17 +38,29 @@ def setpoints(bench: BenchFacts, steps: Sequence[Step]) -> list[Setpoint]:
     found: list[Setpoint] = []
     now, since, soaked, name = bench.room_degc, steps[0].start_s, steps[0].start_s, steps[0].id
     for step in steps:
-        wanted = now if step.temperature_degc is None else step.temperature_degc
-        if wanted != now:
-            found.append(Setpoint(now, since, soaked, step.start_s, name))
-            now, since, soaked, name = wanted, step.start_s, step.start_s, step.id
-        if step.action in ("ramp", "soak"):
+        for wanted, start in _wanted(step):
+            if wanted is not None and wanted != now:
+                found.append(Setpoint(now, since, soaked, start, name))
+                now, since, soaked, name = wanted, start, start, step.id
+        if step.action in ("ramp", "soak") and step.swept_degc is None:
             soaked = step.end_s
     found.append(Setpoint(now, since, soaked, steps[-1].end_s, name))
     if now != bench.room_degc:
         end = steps[-1].end_s
         found.append(Setpoint(bench.room_degc, end, end, end, "end"))
     return found
+
+
+def _wanted(step: Step) -> Iterator[tuple[float | None, float]]:
+    """(degC, from when on) of a step: one, or the stairs of a chamber that moves evenly meanwhile."""
+    if step.swept_degc is None:
+        yield step.temperature_degc, step.start_s
+        return
+    begin, end = step.swept_degc
+    count = max(1, math.ceil(abs(end - begin) / STAIR_K - 1e-9))
+    for k in range(count):
+        degc = begin + (end - begin) * (k + 0.5) / count
+        yield round(degc, 6), round(step.start_s + step.seconds * k / count, 6)
 
 
 def setpoint_text(document: Mapping[str, Any], bench: BenchFacts, steps: Sequence[Step]) -> str:

@@ -1,4 +1,4 @@
-"""Tables over load and input in firmware: arrays of their values at the nodes, and the C that looks them up.
+"""Tables over load, input and rate of temperature in firmware: values at the nodes, and C that looks them up.
 
 A calibration without them has none of this, and its header and image stay as they were.
 """
@@ -12,10 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
+from planner.effects._rate_table import RateTable
+from planner.effects.drift_curve import TIMES_S
 from planner.effects.load_curve import LOADS_G
 from planner.effects.scale_factor_curve import INPUTS
 from planner.nouns.array import Array
 from planner.nouns.calibration import ExtraTerm
+from planner.nouns.conditions import Conditions
 from planner.protocols import Sensor
 from planner.units import unit_factor
 
@@ -30,6 +33,34 @@ static inline float planner_curve(const float *node, const float *value, int nod
     return value[k] + (value[k + 1] - value[k]) * (x - node[k]) / (node[k + 1] - node[k]);
 }
 """
+GRID = """
+static inline float planner_place(const float *node, int nodes, float x, int goes_on, int *k)
+{
+    *k = 0;
+    if (nodes < 2) return 0.0f;
+    if (!goes_on && x < node[0]) x = node[0];
+    if (!goes_on && x > node[nodes - 1]) x = node[nodes - 1];
+    while (*k < nodes - 2 && x >= node[*k + 1]) ++*k;
+    return (x - node[*k]) / (node[*k + 1] - node[*k]);
+}
+
+static inline float planner_grid(const float *time, int times, const float *degc, int degcs,
+                                 const float *rate, int rates, const float *value,
+                                 float time_on_s, float temperature_degc, float rate_degc_min, int axis)
+{
+    int a, b, c, corner;
+    float sum = 0.0f;
+    const float t = planner_place(time, times, time_on_s, 0, &a);
+    const float d = planner_place(degc, degcs, temperature_degc, 0, &b);
+    const float r = planner_place(rate, rates, rate_degc_min, 1, &c);
+    for (corner = 0; corner < 8; ++corner) {
+        const int i = corner & 1, j = (corner >> 1) & 1, k = corner >> 2;
+        const float share = (i ? t : 1.0f - t) * (j ? d : 1.0f - d) * (k ? r : 1.0f - r);
+        if (share != 0.0f) sum += share * value[(((a + i) * degcs + b + j) * rates + c + k) * 3 + axis];
+    }
+    return sum;
+}
+"""
 
 
 @dataclass(frozen=True)
@@ -37,7 +68,7 @@ class FirmwareCurve:
     """One table. number: of its kind in the binary image; arrays: name -> values; meaning: in words
 
     bias: C that adds to `bias` of axis i; slope: C that adds to `cubic`, the bend of the slope of axis i at
-        the input v[i]; {s} stands for the sensor
+        the input v[i]; {s} stands for the sensor; look_up: the C function that both call
     """
 
     number: int
@@ -46,6 +77,7 @@ class FirmwareCurve:
     meaning: Mapping[str, str]
     bias: str = ""
     slope: str = ""
+    look_up: str = LOOK_UP
 
 
 def firmware_curves(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> tuple[FirmwareCurve, ...]:
@@ -56,8 +88,13 @@ def firmware_curves(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> tu
         "scale_factor_curve": _scale,
         "scale_factor_acceleration": _acceleration,
         "scale_factor_acceleration_squared": _acceleration,
+        "drift_curve": _drift,
+        "drift_curve_temperature": _drift,
+        "settling": _settling,
     }
     makers = dict.fromkeys(make for effect, make in made.items() if effect in there)
+    if any(isinstance(catalog.effects()[effect], RateTable) for effect in there):
+        makers[_rate] = None
     return tuple(make(sensor, terms, unit) for make in makers)
 
 
@@ -68,7 +105,9 @@ def _values(effect: str, sensor: Sensor, terms: Sequence[ExtraTerm]) -> Array:
 
 
 def _load(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCurve:
-    rises = _values("load_curve", sensor, terms).reshape(3, 3, 2, -1) / unit_factor(unit)[0]
+    found = _values("load_curve", sensor, terms).reshape(3, 3, -1) / unit_factor(unit)[0]
+    line = np.stack([found[:, :, :1], -found[:, :, :1]], axis=2)
+    rises = np.concatenate([line, found[:, :, 1:].reshape(3, 3, 2, -1)], axis=3)
     curve = np.concatenate([np.zeros((3, 3, 2, 1)), np.cumsum(rises, axis=3)], axis=3)
     n = len(LOADS_G)
     return FirmwareCurve(
@@ -131,4 +170,89 @@ def _acceleration(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> Firm
                                  + load * planner_{{s}}_scale_acceleration[i][1]);
             }}}}
 """,
+    )
+
+
+def _drift(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCurve:
+    """Drift over time since power-on, and its change per kelvin from 20 degC."""
+    names = ("drift_curve", "drift_curve_temperature")
+    n = len(TIMES_S)
+    found = []
+    for name in names:
+        rises = _values(name, sensor, terms).reshape(3, n - 1) / unit_factor(unit)[0]
+        found.append(np.concatenate([np.zeros((3, 1)), np.cumsum(rises, axis=1)], axis=1))
+    return FirmwareCurve(
+        5,
+        names,
+        {
+            "time_node": np.array(TIMES_S, dtype=np.float32),
+            "time_curve": found[0].astype(np.float32),
+            "time_curve_per_k": found[1].astype(np.float32),
+        },
+        {
+            "time_node": "s since power-on",
+            "time_curve": "{unit} of drift at these times, at 20 degC",
+            "time_curve_per_k": "its change per kelvin",
+        },
+        bias=f"""\
+        bias += planner_curve(planner_{{s}}_time_node, planner_{{s}}_time_curve[i], {n}, time_on_s)
+              + (temperature_degc - 20.0f) * planner_curve(planner_{{s}}_time_node,
+                                                          planner_{{s}}_time_curve_per_k[i], {n}, time_on_s);
+""",
+    )
+
+
+def _settling(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCurve:
+    default = catalog.effects()["settling"].nonlinear
+    found = np.array([[0.0, default["time_constant"]]] * 3)
+    for e in terms:
+        if e.effect == "settling":
+            shape = {**default, **e.nonlinear}
+            found["xyz".index(e.term)] = e.value / unit_factor(unit)[0], shape["time_constant"]
+    return FirmwareCurve(
+        6,
+        ("settling",),
+        {"settling": found.astype(np.float32)},
+        {"settling": "{unit} from the initial bias to the settled one, and its time constant in s"},
+        bias="""\
+        bias -= planner_{s}_settling[i][0] * expm1f(-time_on_s / planner_{s}_settling[i][1]);
+""",
+    )
+
+
+def _rate(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCurve:
+    """All tables over temperature and its rate as one, on the nodes of all: on these each is exact."""
+    known = catalog.effects()
+    tables = {e.effect: t for e in terms if isinstance(t := known[e.effect], RateTable)}
+    degc = np.unique([x for t in tables.values() for x in t.temperatures])
+    rate = np.unique([x for t in tables.values() for x in (*t.rates, 0.0)])
+    time = np.unique([x for t in tables.values() for x in t.times or (0.0,)])
+    on, T, r = (x.ravel() for x in np.meshgrid(time, degc, rate, indexing="ij"))
+    at_rest = np.zeros((len(on), 3))
+    nodes = Conditions(at_rest, at_rest, T, r / 60.0, on, np.zeros(len(on)))
+    bias = sum(t.regressors(sensor, nodes) @ _values(name, sensor, terms) for name, t in tables.items())
+    shape = (len(time), len(degc), len(rate))
+    named = {"time": time, "temperature": degc, "rate": rate, "bias": bias / unit_factor(unit)[0]}
+    arrays = {f"ramp_{name}": np.asarray(x, dtype=np.float32) for name, x in named.items()}
+    return FirmwareCurve(
+        4,
+        tuple(tables),
+        {
+            "ramp_shape": np.array(shape, dtype=np.float32),
+            **arrays,
+            "ramp_bias": arrays["ramp_bias"].reshape(*shape, 3),
+        },
+        {
+            "ramp_shape": "how many times, temperatures and rates the table over the rate of temperature has",
+            "ramp_time": "times since power-on, s",
+            "ramp_temperature": "temperatures, degC",
+            "ramp_rate": "rates, K/min; beyond them it goes on",
+            "ramp_bias": "{unit} on top of the bias at a steady temperature",
+        },
+        bias=f"""\
+        bias += planner_grid(planner_{{s}}_ramp_time, {shape[0]}, planner_{{s}}_ramp_temperature, {shape[1]},
+                             planner_{{s}}_ramp_rate, {shape[2]}, &planner_{{s}}_ramp_bias[0][0][0][0],
+                             time_on_s, temperature_degc, temperature_rate_degc_min, i);
+""",
+        look_up=GRID,
     )

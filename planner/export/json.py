@@ -98,8 +98,11 @@ def document_text(document: Mapping[str, Any]) -> str:
 
 
 def step_document(step: Step) -> dict[str, Any]:
-    """One step with every key of the interfaces."""
-    return dict(_plain(vars(step)))
+    """One step with every key of the interfaces; the chamber's rate where it moves at one."""
+    found = dict(_plain(vars(step)))
+    if found["temperature_rate_degc_min"] is None:
+        del found["temperature_rate_degc_min"]
+    return found
 
 
 def _plain(value: Any) -> Any:

@@ -31,7 +31,9 @@ _BATCH = re.compile(r"b(\d+)/")
 class Step:
     """One action on one bench, with people if attended. Times in s from the start; motion in deg, deg/s.
 
-    attended: None where an older plan does not say
+    temperature_degc: of a ramp that at its end, of a record that in its middle
+    attended: None where an older plan does not say; temperature_rate_degc_min: of a chamber that moves
+        evenly meanwhile, None where it stands, or goes as fast as it can
     """
 
     id: str
@@ -45,11 +47,26 @@ class Step:
     motion: Mapping[str, float] | None = None
     units: int = 1
     attended: bool | None = False
+    temperature_rate_degc_min: float | None = None
 
     @property
     def seconds(self) -> float:
         """How long it lasts."""
         return self.end_s - self.start_s
+
+    @property
+    def swept_degc(self) -> tuple[float, float] | None:
+        """Where a chamber that moves evenly is when the step begins, and when it ends; None: it stands."""
+        if self.temperature_rate_degc_min is None or self.temperature_degc is None:
+            return None
+        way = self.temperature_rate_degc_min * self.seconds / 60.0
+        begin = self.temperature_degc - (way / 2.0 if self.action == "record" else way)
+        return begin, begin + way
+
+    @property
+    def visit(self) -> str:
+        """The bench and temperature of a test's step, as its id begins: `rate_table/-30`; else the id."""
+        return self.id if self.test is None else self.id.partition(f"/{self.test}/")[0]
 
     @property
     def batch(self) -> int | None:

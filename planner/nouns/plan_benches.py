@@ -100,6 +100,8 @@ class StepRow(BenchPart):
     """One action on one bench; times in seconds from the start of the campaign.
 
     attended: whether a person must be there; null: an older plan does not say
+    temperature_rate_degc_min: how fast the chamber moves meanwhile, where a test records on a ramp;
+        temperature_degc is then that of a record's middle, of a ramp's end
     """
 
     id: str = Field(min_length=1)
@@ -113,6 +115,7 @@ class StepRow(BenchPart):
     motion: Motion | None
     units: Count
     attended: bool | None = None
+    temperature_rate_degc_min: Number | None = None
 
 
 if TYPE_CHECKING:

@@ -17,6 +17,9 @@ from planner.solvers.calendar import Calendar, Passage, Span, constant
 from planner.spec.attendance import attended_spans, install_attended, off_time, people_at, powered_time
 from planner.spec.model import Chamber, Spec, Test
 from planner.spec.motions import motions_of
+from planner.spec.ramp import half_way, rates_of
+
+MINUTE_S = 60.0
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,7 @@ class Action:
     repeat: int | None = None
     motion: Mapping[str, float] | None = None
     attended: bool = False
+    temperature_rate_degc_min: float | None = None
 
 
 @dataclass(frozen=True)
@@ -103,8 +107,12 @@ def _handling(spec: Spec, name: str, action: str, seconds: float) -> Iterator[Bl
 
 
 def _stop(spec: Spec, t: float, visits: Sequence[TestVisits]) -> Stop:
-    """With overlap the test that cools down longest comes last; else the order is that of the spec."""
+    """With overlap the test that cools down longest comes last; else the order is that of the spec.
+
+    Tests on a ramp come behind the soaked ones, which find the temperature as it was soaked.
+    """
     tests = [(v.test, v.repeats[v.temperatures_degc.index(t)]) for v in visits if t in v.temperatures_degc]
+    tests.sort(key=lambda item: spec.tests[item[0]].ramp is not None)
     overlapped = [overlapped_time(spec, test) for test, _ in tests]
     if max(overlapped) > 0:
         tests.sort(key=lambda item: overlapped_time(spec, item[0]))
@@ -168,7 +176,9 @@ def stop_passage(spec: Spec, hours: Calendar, stop: Stop) -> Passage:
         test = spec.tests[name]
         bench = spec.benches[test.bench]
         powered = hours.passage(attended_spans(test.bench, bench, test), powered_time(bench, test))
-        total = total.then(powered.then(constant(off_time(test), hours.period)).times(repeats))
+        there, back = (constant(s, hours.period) for s in ways_aside(spec, test))
+        off = constant(off_time(test), hours.period)
+        total = total.then(there.then(powered).then(off).then(back).times(repeats))
     return total.earlier(stop.overlapped_s)
 
 
@@ -181,16 +191,24 @@ def _shortened(block: Block, seconds: float) -> Block:
 
 
 def test_blocks(spec: Spec, name: str, t: float, repeats: int, place: str) -> Iterator[Block]:
-    """Two blocks a repeat: powered, and switched off."""
+    """Two blocks a repeat: powered, and switched off; on a ramp between the chamber's ways aside and back."""
     test = spec.tests[name]
+    there, back = ways_aside(spec, test)
+    start = t - half_way(test)
     motions = motions_of(test.bench, spec.benches[test.bench], test)
     for r in range(1, repeats + 1):
         run = f"{test.bench}/{place}/{name}/r{r:02d}"
         blank = Action(run, "", 0.0, name, t, r)
+        if there:
+            aside = replace(blank, id=f"{run}/aside", action="ramp", seconds=there, temperature_degc=start)
+            yield Block((aside,))
         yield Block(tuple(_powered(spec, test, motions, blank)))
         if off_time(test):
             cool_down = f"{run}/m{len(motions)}/cool_down"
-            yield Block((replace(blank, id=cool_down, action="cool_down", seconds=off_time(test)),))
+            rest = replace(blank, id=cool_down, action="cool_down", seconds=off_time(test))
+            yield Block((replace(rest, temperature_degc=start),))
+        if back:
+            yield Block((replace(blank, id=f"{run}/back", action="ramp", seconds=back),))
 
 
 def _powered(
@@ -198,15 +216,45 @@ def _powered(
 ) -> Iterator[Action]:
     run, bench = blank.id, spec.benches[test.bench]
     switching, moving = people_at(test.bench, bench, test, motions)
-    yield replace(blank, id=f"{run}/power_on", action="power_on", seconds=test.power_on, attended=switching)
-    for m, (motion, people) in enumerate(zip(motions, moving, strict=True), start=1):
+    middle = blank.temperature_degc or 0.0
+    rates = list(rates_of(test, len(motions)))
+    held = replace(blank, temperature_degc=middle - half_way(test))  # between its ramps the chamber stands
+    yield replace(held, id=f"{run}/power_on", action="power_on", seconds=test.power_on, attended=switching)
+    for m, (motion, people, rate) in enumerate(zip(motions, moving, rates, strict=True), start=1):
         if motion is not None or bench.move:
-            move = replace(blank, id=f"{run}/m{m}/move", action="move", seconds=bench.move, motion=motion)
+            move = replace(held, id=f"{run}/m{m}/move", action="move", seconds=bench.move, motion=motion)
             yield replace(move, attended=people)
-        yield replace(blank, id=f"{run}/m{m}", action="record", seconds=test.record, motion=motion)
+        record = replace(blank, id=f"{run}/m{m}", action="record", seconds=test.record, motion=motion)
+        around = list(_ramps(test, record, rate))
+        yield from around
+        held = replace(held, temperature_degc=around[-1].temperature_degc)
         if m < len(motions) and test.gap:
-            yield replace(blank, id=f"{run}/m{m}/pause", action="pause", seconds=test.gap)
-    yield replace(blank, id=f"{run}/power_off", action="power_off")
+            yield replace(held, id=f"{run}/m{m}/pause", action="pause", seconds=test.gap)
+    yield replace(held, id=f"{run}/power_off", action="power_off")
+
+
+def _ramps(test: Test, record: Action, rate: float) -> Iterator[Action]:
+    """A record with the ramp that leads to it, and the one after it; alone in a soaked chamber.
+
+    The temperature of a record is that of its middle; of a ramp that of its end.
+    """
+    if test.ramp is None:
+        yield record
+        return
+    middle, half = record.temperature_degc or 0.0, rate * test.record / 2.0
+    moving = replace(record, action="ramp", temperature_rate_degc_min=rate * MINUTE_S)
+    lead = replace(moving, seconds=test.ramp.lead, motion=None)
+    if test.ramp.lead:
+        yield replace(lead, id=f"{record.id}/lead", temperature_degc=middle - half)
+    yield replace(record, temperature_rate_degc_min=rate * MINUTE_S)
+    end = middle + half + rate * test.ramp.lead
+    yield replace(lead, id=f"{record.id}/tail", temperature_degc=end)  # of no time where there is no lead
+
+
+def ways_aside(spec: Spec, test: Test) -> tuple[float, float]:
+    """Seconds of the chamber's way from a test's temperature to where its ramps begin, and of that back."""
+    chamber, h = spec.benches[test.bench].chamber, half_way(test)
+    return (0.0, 0.0) if chamber is None else (ramp_time(chamber, h, 0.0), ramp_time(chamber, 0.0, h))
 
 
 def ramp_time(chamber: Chamber, start: float, end: float) -> float:

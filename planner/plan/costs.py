@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
-from planner.plan.bench_work import last_cool_down, overlapped_time
+from planner.plan.bench_work import last_cool_down, overlapped_time, ways_aside
 from planner.plan.by_hand import in_room
+from planner.spec.attendance import powered_time, record_time
 from planner.spec.model import Objective, Spec, Test
 
 
@@ -50,14 +51,18 @@ def weights_of(spec: Spec) -> tuple[float, float]:
 
 
 def repeat_time(spec: Spec, test: Test) -> float:
-    """Seconds of one repeat: power-on, a move, a record and a gap for every motion, and the cool-down."""
-    move = spec.benches[test.bench].move
-    return test.power_on + test.motion_count * (move + test.record + test.gap) + test.cool_down
+    """Seconds of one repeat: power-on, a move, a record and a gap for every motion, and the cool-down.
+
+    On a ramp also the chamber's way to where its ramps begin, and back.
+    """
+    bench = spec.benches[test.bench]
+    powered = test.power_on + test.motion_count * record_time(bench, test)
+    return powered + test.cool_down + sum(ways_aside(spec, test))
 
 
 def repeat_power_on(spec: Spec, test: Test) -> float:
     """Powered seconds of one repeat: the unit is switched off for the last gap and the cool-down."""
-    return repeat_time(spec, test) - test.gap - test.cool_down
+    return powered_time(spec.benches[test.bench], test)
 
 
 def resources_of(spec: Spec, temperatures: Iterable[float]) -> tuple[Resource, ...]:

@@ -12,6 +12,7 @@ from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.spec.model import Spec, Test
 from planner.spec.motions import motions_of
+from planner.spec.ramp import lead_of, rates_of
 
 ANY_DEGC = 20.0  # of a repeat; effects of temperature are not told apart within one
 
@@ -41,7 +42,7 @@ def repeat_records(spec: Spec, name: str) -> RepeatRecords | None:
         rate=np.array([e.rate for e in seen]),
         specific_force=np.array([e.specific_force for e in seen]),
         temperature_degc=np.full(m, ANY_DEGC),
-        temperature_rate=np.zeros(m),
+        temperature_rate=np.array(list(rates_of(test, m))),
         time_on=_middles(test, bench.move, m),
         day=np.zeros(m),
     )
@@ -50,5 +51,6 @@ def repeat_records(spec: Spec, name: str) -> RepeatRecords | None:
 
 def _middles(test: Test, move: float, count: int) -> Array:
     """(m,) seconds since power-on at the middle of every record: each has a move before it, a gap after."""
-    step = move + test.record + test.gap
-    return np.asarray(test.power_on + move + test.record / 2.0 + step * np.arange(count))
+    lead = lead_of(test)
+    step = move + test.record + 2.0 * lead + test.gap
+    return np.asarray(test.power_on + move + lead + test.record / 2.0 + step * np.arange(count))

@@ -161,4 +161,5 @@ def _step(a: Action, work: BenchWork, start: float, end: float, prefix: str, uni
         motion=a.motion,
         units=units,
         attended=a.attended,
+        temperature_rate_degc_min=a.temperature_rate_degc_min,
     )

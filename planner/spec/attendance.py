@@ -9,6 +9,7 @@ from planner.quantities import DAY_S, WEEKDAYS
 from planner.solvers.calendar import Calendar, Span, calendar
 from planner.spec.model import Bench, Shift, Spec, Test
 from planner.spec.motions import AxisMotion, may_be_turned_by_hand, motions_of, turned_by_hand
+from planner.spec.ramp import lead_of
 
 WEEK_S = 7 * DAY_S
 
@@ -76,7 +77,7 @@ def attended_spans(name: str, bench: Bench, test: Test) -> tuple[Span, ...]:
     switching, moving = people_at(name, bench, test, motions_of(name, bench, test))
     spans = [(0.0, test.power_on)] if switching else []
     if moves(name, bench, test):
-        each = bench.move + test.record + test.gap
+        each = record_time(bench, test)
         begins = [test.power_on + m * each for m, people in enumerate(moving) if people]
         spans += [(begin, begin + bench.move) for begin in begins]
     return tuple(spans)
@@ -84,7 +85,12 @@ def attended_spans(name: str, bench: Bench, test: Test) -> tuple[Span, ...]:
 
 def powered_time(bench: Bench, test: Test) -> float:
     """Seconds of one repeat from power-on to power-off: all but the last gap and the cool-down."""
-    return test.power_on + test.motion_count * (bench.move + test.record + test.gap) - test.gap
+    return test.power_on + test.motion_count * record_time(bench, test) - test.gap
+
+
+def record_time(bench: Bench, test: Test) -> float:
+    """Seconds from one record to the next: the move, the record with what it has of a ramp, and the gap."""
+    return bench.move + test.record + 2.0 * lead_of(test) + test.gap
 
 
 def off_time(test: Test) -> float:

@@ -47,6 +47,7 @@ from planner.spec.forms import (
 )
 from planner.spec.noise_density import AccelerometerNoise, GyroNoise
 from planner.spec.part import SpecPart
+from planner.spec.ramp import WAYS, Ramp
 from planner.spec.recalibration import Recalibration
 from planner.spec.references import BenchAccuracy, InitialAlignment, Vertical
 
@@ -198,6 +199,12 @@ Repeats = Annotated[
 ]
 
 
+TestTemperature = Annotated[
+    Annotated[Literal["soak"], Tag("text")] | Annotated[Ramp, Tag("mapping")],
+    of_forms("must be soak, or {ramp: 1 K/min}", words=("soak",)),
+]
+
+
 class Test(SpecPart):
     """A test: which errors its records calibrate, and what one repeat costs.
 
@@ -224,6 +231,11 @@ class Test(SpecPart):
     temperatures: Temperatures | None = Field(
         None, description="room, how many, or which; left out: the planner chooses"
     )
+    temperature: TestTemperature = Field(
+        "soak",
+        description="soak: records at a steady temperature; {ramp: 1 K/min}: while the chamber moves through "
+        "it, each motion once up and once down",
+    )
     repeats: Count | None = Field(None, description="repeats per temperature; left out: the planner chooses")
     attended: Switch | None = Field(
         None,
@@ -232,8 +244,18 @@ class Test(SpecPart):
 
     @property
     def motion_count(self) -> int:
-        """How many records one repeat makes."""
+        """How many records one repeat makes: of every motion one, on a ramp one up and one down."""
+        return self.different_motions * (1 if self.ramp is None else len(WAYS))
+
+    @property
+    def different_motions(self) -> int:
+        """How many motions the spec gives it."""
         return self.motions if isinstance(self.motions, int) else len(self.motions)
+
+    @property
+    def ramp(self) -> Ramp | None:
+        """How the chamber moves during its records; None: it is soaked."""
+        return self.temperature if isinstance(self.temperature, Ramp) else None
 
 
 class TemperatureChoice(SpecPart):

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from planner import catalog
 from planner.protocols import BenchKind
 from planner.spec.model import Bench, Motion, Test
+from planner.spec.ramp import WAYS
 from planner.units import from_si
 
 AxisMotion = Mapping[str, float]
@@ -16,7 +17,15 @@ WITHOUT_DRIVE = "levelled_plate"  # the unit is put on its faces by hand
 
 
 def motions_of(name: str, bench: Bench, test: Test) -> Sequence[AxisMotion | None]:
-    """One entry a record: axis -> deg, deg/s or g; None where a bench of no known kind only counts them."""
+    """One entry a record: axis -> deg, deg/s or g; None where a bench of no known kind only counts them.
+
+    On a ramp every motion stands twice: for its record on the way up, and on the way down.
+    """
+    once = _once(name, bench, test)
+    return once if test.ramp is None else [motion for motion in once for _ in WAYS]
+
+
+def _once(name: str, bench: Bench, test: Test) -> Sequence[AxisMotion | None]:
     if not isinstance(test.motions, int):
         return [_by_axis(motion) for motion in test.motions]
     kind = catalog.benches().get(bench.kind or name)
@@ -44,7 +53,7 @@ def turned_by_hand(name: str, bench: Bench, motions: Sequence[AxisMotion | None]
 def _standard(kind: BenchKind, bench: Bench, test: Test) -> Sequence[AxisMotion]:
     limits = bench.limits
     return kind.motions(
-        test.motion_count,
+        test.different_motions,
         bench.axes,
         calibrates=test.calibrates,
         rate_limit_dps=math.inf if limits.rate is None else from_si(limits.rate, "deg/s"),

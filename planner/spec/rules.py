@@ -9,6 +9,7 @@ from planner.spec.rules_benches import benches
 from planner.spec.rules_flight_temperature import flight_temperatures
 from planner.spec.rules_method import method
 from planner.spec.rules_plan import plan
+from planner.spec.rules_ramps import ramps
 from planner.spec.rules_recalibration import recalibration
 from planner.spec.rules_requirement import effects_declared, requirements, sensitivities, trajectory
 from planner.spec.rules_schedule import schedule
@@ -33,6 +34,7 @@ def review(sheet: Review) -> None:
         budgets,
         benches,
         tests,
+        ramps,
         travel,
         plan,
         method,

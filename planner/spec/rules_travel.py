@@ -41,7 +41,8 @@ def _motions(sheet: Review, name: str, test: Test, bench: Bench) -> None:
                     "list motions that do",
                 )
             else:
-                sheet.fault("P434", ("tests", name, "motions", index, key.rpartition("_")[0]), problem)
+                place = index * test.different_motions // test.motion_count
+                sheet.fault("P434", ("tests", name, "motions", place, key.rpartition("_")[0]), problem)
 
 
 def _problem(key: str, value: float, stops: dict[int, tuple[float, float]]) -> str | None:

@@ -27,6 +27,7 @@ INPUT: dict[Sensor, Literal["rate", "specific_force"]] = {
 }
 GROUPS: tuple[Group, ...] = ("bias", "scale_factor", "misalignment")
 EXCITED = 0.05  # share of the largest input that shows what is proportional to it, or:
+NEAR = 0.1  # weight of a node, of an effect that is a table, in the record that comes nearest to it
 EXCITING: dict[Sensor, float] = {"gyro": 0.09, "accelerometer": 4.9}  # rad/s, m/s²
 
 
@@ -65,7 +66,10 @@ class Declared:
         """(n, c, p) output of some columns on the channels, SI per SI unit."""
         parts = [np.empty((len(conditions.day), len(self.channels), 0))]
         for effect, index in dict.fromkeys((c.effect, c.index) for c in columns):
-            own = catalog.effects()[effect].regressors(self.sensor, conditions)[:, self.channels, index]
+            known = catalog.effects()[effect]
+            own = known.regressors(self.sensor, conditions)[:, self.channels, index]
+            if getattr(known, "nodal", False) and np.abs(own).max(initial=0.0) < NEAR:
+                own = np.zeros_like(own)  # no record tells it: a soaked chamber's creeping is none
             nodes = np.array([c.node_degc for c in columns if (c.effect, c.index) == (effect, index)])
             if np.isnan(nodes).any():
                 parts.append(own[:, :, None])

@@ -81,7 +81,7 @@ def records_of(document: Mapping[str, Any], spec: Spec) -> Records:
             rate=rate,
             specific_force=force,
             temperature_degc=np.array([room if x is None else float(x) for x in t]),
-            temperature_rate=np.zeros(len(rows)),
+            temperature_rate=np.array([_rate(row.step) for row in rows]),
             time_on=middle - np.array([row.on_s for row in rows]),
             day=middle / DAY_S,
         ),
@@ -93,6 +93,11 @@ def records_of(document: Mapping[str, Any], spec: Spec) -> Records:
         motions,
         max(float(row.step["end_s"]) for row in rows) / DAY_S,
     )
+
+
+def _rate(step: Mapping[str, Any]) -> float:
+    """K/s of the chamber during a record."""
+    return float(step.get("temperature_rate_degc_min") or 0.0) / 60.0
 
 
 def referred(motions: Sequence[Motion]) -> tuple[Array, Array]:

@@ -43,6 +43,7 @@ class Expected:
     motion: Mapping[str, float] | None = None
     attended: bool = False
     block: int = 0
+    rate: float | None = None  # K/min of a chamber that moves evenly
 
 
 def check_steps(document: Document, spec: Spec) -> list[Findings]:
@@ -137,6 +138,7 @@ def _check_step(order: Findings, step: Document, e: Expected, prefix: str, clock
         ("motion", e.motion),
     ):
         order.same(f"{where}, {key}", step[key], value)
+    order.same(f"{where}, temperature_rate_degc_min", step.get("temperature_rate_degc_min"), e.rate)
     if abs(step["start_s"] - clock) > CLOCK:
         order.fault(where, f"starts at {step['start_s']:.9g} s, the step before it ends at {clock:.9g} s")
     length = step["end_s"] - step["start_s"]
@@ -152,7 +154,8 @@ def _order_of(steps: Sequence[Document], document: Document, spec: Spec, bench: 
     found = []
     for step in steps:
         t = step["temperature_degc"]
-        named = step["action"] in ("ramp", "soak") or step["test"] is not None
+        own = step["test"] is not None  # its ramps lead aside, to what may be another's temperature
+        named = step["action"] == "record" if own else step["action"] in ("ramp", "soak")
         room = str(step["id"]).split("/")[-2:-1] == ["room"] or "/room/" in str(step["id"])
         if named and not room and t is not None and float(t) in planned and float(t) not in found:
             found.append(float(t))
@@ -241,6 +244,8 @@ def _at_temperature(
 ) -> Iterator[Expected]:
     """The tests of one temperature; where the last cool-down may overlap, the longest one comes last."""
     mine = [(name, repeats[ts.index(t)]) for name, ts, repeats in tests if t in ts]
+    soaked = [pair for pair in mine if spec.tests[pair[0]].temperature == "soak"]
+    mine = [*soaked, *(pair for pair in mine if pair not in soaked)]
     spared = [_overlap(spec, name) for name, _ in mine]
     if max(spared, default=0.0) > 0:
         mine = [pair for _, pair in sorted(zip(spared, mine, strict=True), key=lambda item: item[0])]
@@ -287,14 +292,29 @@ def _repeats(spec: Spec, name: str, t: float, repeats: int, place: str, block: i
         by_hand: tuple[bool, ...] = turned_by_hand(test.bench, bench, motions)
     else:
         by_hand = (test.attended,) * len(motions)
+    start = t - _aside(test)
     for r in range(1, repeats + 1):
         run = f"{test.bench}/{place}/{name}/r{r:02d}"
+        if bench.chamber and bench.chamber.cooling and start != t:
+            block += 1
+            way = (t - start) / bench.chamber.cooling
+            yield Expected(f"{run}/aside", "ramp", way, start, name, r, block=block)
         block += 1
         yield from _powered(test, run, t, r, motions, by_hand, bench.move, block)
         off = test.gap + test.cool_down
         if off:
             block += 1
-            yield Expected(f"{run}/m{len(motions)}/cool_down", "cool_down", off, t, name, r, block=block)
+            yield Expected(f"{run}/m{len(motions)}/cool_down", "cool_down", off, start, name, r, block=block)
+        if bench.chamber and bench.chamber.heating and start != t:
+            block += 1
+            yield Expected(
+                f"{run}/back", "ramp", (t - start) / bench.chamber.heating, t, name, r, block=block
+            )
+
+
+def _aside(test: Test) -> float:
+    """Kelvins from a test's temperature to where its ramps turn: half a record and the lead, at its rate."""
+    return 0.0 if test.ramp is None else (test.record / 2.0 + test.ramp.lead) * test.ramp.ramp
 
 
 def _powered(
@@ -309,14 +329,25 @@ def _powered(
 ) -> Iterator[Expected]:
     name = run.split("/")[-2]
     people = bool(test.attended)
-    yield Expected(f"{run}/power_on", "power_on", test.power_on, t, name, r, None, people, block)
+    now, aside = t - _aside(test), _aside(test)
+    yield Expected(f"{run}/power_on", "power_on", test.power_on, now, name, r, None, people, block)
     for m, motion in enumerate(motions, start=1):
         if motion is not None or move:
-            yield Expected(f"{run}/m{m}/move", "move", move, t, name, r, motion, by_hand[m - 1], block)
-        yield Expected(f"{run}/m{m}", "record", test.record, t, name, r, motion, False, block)
+            yield Expected(f"{run}/m{m}/move", "move", move, now, name, r, motion, by_hand[m - 1], block)
+        if test.ramp is None:
+            yield Expected(f"{run}/m{m}", "record", test.record, t, name, r, motion, False, block)
+        else:
+            up = 1.0 if m % 2 else -1.0
+            rate, lead, now = up * 60.0 * test.ramp.ramp, test.ramp.lead, t + up * aside
+            met = t - up * test.ramp.ramp * test.record / 2.0
+            on = (name, r, None, False, block, rate)
+            if lead:
+                yield Expected(f"{run}/m{m}/lead", "ramp", lead, met, *on)
+            yield Expected(f"{run}/m{m}", "record", test.record, t, name, r, motion, False, block, rate)
+            yield Expected(f"{run}/m{m}/tail", "ramp", lead, now, *on)
         if m < len(motions) and test.gap:
-            yield Expected(f"{run}/m{m}/pause", "pause", test.gap, t, name, r, None, False, block)
-    yield Expected(f"{run}/power_off", "power_off", 0.0, t, name, r, None, False, block)
+            yield Expected(f"{run}/m{m}/pause", "pause", test.gap, now, name, r, None, False, block)
+    yield Expected(f"{run}/power_off", "power_off", 0.0, now, name, r, None, False, block)
 
 
 # ---------------------------------------------------------------- people
@@ -362,7 +393,11 @@ def _check_limits(limits: Findings, step: Document, spec: Spec) -> None:
             low, high = bench.limits.travel[int(rest[0])]
             limits.at_most(f"{where}, {axis}", math.radians(value), high)
             limits.at_most(f"{where}, {axis}", -math.radians(value), -low)
-    t = step["temperature_degc"]
+    t, rate = step["temperature_degc"], step.get("temperature_rate_degc_min")
+    if rate is not None and bench.chamber is not None:
+        fastest = bench.chamber.heating if rate > 0 else bench.chamber.cooling
+        if fastest is not None:
+            limits.at_most(f"{where}, temperature_rate_degc_min", abs(rate) / 60.0, fastest)
     if t is not None and bench.chamber is not None and t != spec.plan.temperatures.room:
         low, high = bench.chamber.range
         limits.at_most(f"{where}, temperature_degc", t, high)

@@ -91,10 +91,12 @@ def _one_repeat(spec: Spec) -> Iterator[Mapping[str, Any]]:
         step = {"bench": test.bench, "test": name, "temperature_degc": (low + high) / 2.0, "motion": None}
         yield {**step, "id": f"{name}/on", "action": "power_on", "start_s": clock, "end_s": clock}
         clock += test.power_on
+        speed, lead = (0.0, 0.0) if test.ramp is None else (test.ramp.ramp * 60.0, test.ramp.lead)
         for k, motion in enumerate(motions):
-            begin = clock + bench.move
+            begin = clock + bench.move + lead
             clock = begin + test.record
             named = {"id": f"{name}/m{k + 1}", "action": "record", "start_s": begin, "end_s": clock}
-            yield {**step, **named, "motion": motion}
-            clock += test.gap
+            moving = {"temperature_rate_degc_min": -speed if k % 2 else speed}
+            yield {**step, **named, **moving, "motion": motion}
+            clock += lead + test.gap
         yield {**step, "id": f"{name}/off", "action": "power_off", "start_s": clock, "end_s": clock}

@@ -20,10 +20,11 @@ from tests.specs import SHIPPED, small
 STUB = Path(planner.__file__).with_suffix(".pyi")
 COMMANDS = {c.callback.__name__: c.callback for c in app.registered_commands if c.callback}
 # what people do with files and devices, and `effects`, whose name is that of the effects themselves
-OF_THE_COMMAND_LINE = {"init", "run", "bench_simulator", "bench_check", "effects", "explain"}
+OF_THE_COMMAND_LINE = {"init", "docs", "run", "bench_simulator", "bench_check", "effects", "explain"}
 OF_THE_OUTPUT = {"as_json", "out", "guess", "map_help", "plan_check"}
 OTHER_NAMES = {
     "latitude": "latitude_deg",
+    "turn": "turn_deg",
     "assign": "settings",
     "case": "settings",
     "signs": "settings",

@@ -202,6 +202,17 @@ def _bent(b: Bench, u: Array, channel: int) -> Array:
     return out
 
 
+K_NODES = np.array([-60.0, -20.0, 0.0, 20.0, 40.0, 60.0])
+K_FALLING = np.array([3.0, 2.0, -1.0, 1.0, -2.0, -3.0])  # 0.001 deg/s on top of the steady bias, K table 2.11
+K_RISING = np.array([-4.0, -1.0, -2.0, 0.0, 1.0, 2.0])
+
+
+def _k_table(b: Bench) -> Array:
+    """K's table 2.11 over temperature and its rate, 0.001 deg/s per unit of size."""
+    sides = [np.interp(b.temperature, K_NODES, side) for side in (K_FALLING, K_RISING)]
+    return np.asarray(np.where(b.ramp < 0.0, *sides) * np.abs(b.ramp) / 2.0)
+
+
 # name -> addition to the channel's reading per unit of size; u: (n, 3) what the sensor senses
 SHAPES: dict[str, Shape] = {
     "g_sensitivity": lambda b, h, c, u: b.force @ np.array(h.direction),  # deg/s per g
@@ -210,6 +221,7 @@ SHAPES: dict[str, Shape] = {
     "scale_factor_asymmetry": lambda b, h, c, u: 0.005 * np.abs(u[:, c]),  # % between + and -
     "scale_factor_acceleration": lambda b, h, c, u: 0.01 * u[:, c] * np.linalg.norm(b.force, axis=1) / 50.0,
     "temperature_rate": lambda b, h, c, u: b.ramp,
+    "temperature_rate_table": lambda b, h, c, u: _k_table(b),
     "warm_up": lambda b, h, c, u: np.exp(-b.time_on / h.tau_s),
     "ageing": lambda b, h, c, u: b.day,
     "bias_step": lambda b, h, c, u: (b.day >= h.step_day).astype(float),

@@ -20,12 +20,14 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.parameters import grid, ranges
 from planner.diagnose.hypotheses.references import REFERENCES, Reference
 from planner.effects._bench_frame import turning
+from planner.measurement import reached
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Effect, Sensor, Term
 from planner.temperature_table import hats, temperature_nodes
 
 LEAST_DAYS = 2.0
+LEAST_OF_A_TABLE = 6  # power-ons
 UNSEEN = 1e-12  # of a column's square that the largest entry is, below which it is rounding
 
 
@@ -98,7 +100,12 @@ def _of_reference(
 
 
 def lasts(effect: Effect, table: DwellTable) -> bool:
-    """Whether the table spans enough days for an effect of the days; within two it is the run-to-run."""
+    """Whether the table spans enough days for an effect of the days; within two it is the run-to-run.
+
+    And power-ons enough for one that is a table itself: within one of them a score of nodes follow any drift.
+    """
+    if getattr(effect, "nodal", False) and len(np.unique(table.run)) < LEAST_OF_A_TABLE:
+        return False
     return "day" not in effect.needs or float(np.ptp(table.day)) >= LEAST_DAYS
 
 
@@ -111,6 +118,8 @@ def effect_blocks(channels: Sequence[Channel], name: str, nonlinear: Mapping[str
     terms = effect.terms(sensor)
     full = {c.axis: columns(c, name, nonlinear) for c in channels}
     acts = {a: _acting(terms, a) & (np.sum(full[a] ** 2, axis=0) > UNSEEN) for a in full}
+    if getattr(effect, "nodal", False):
+        acts = {a: acts[a] & reached(full[a]) for a in full}
     count = sum(a.astype(int) for a in acts.values())
     if getattr(effect, "history", False) and not effect.parameters:
         apart = [b for c in channels if acts[c.axis].any() for b in _turns_apart(c, effect, full[c.axis])]

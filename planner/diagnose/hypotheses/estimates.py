@@ -55,9 +55,9 @@ def estimates(pool: Pool, believed: Sequence[int]) -> list[Estimate]:
         for term in pool.blocks[b].terms or [""] * len(pool.places[b]):
             column = k[i]
             if term:
-                freedom, s2 = _freedom(pool, b, k, inverse[:, i])
-                wide = float(student.ppf((1.0 + CONFIDENCE) / 2.0, freedom))
                 ok = seen[i] > 1.0 - DETERMINED and pool.size[column] > 0
+                freedom, s2 = _freedom(pool, b, k, inverse[:, i]) if ok else (1.0, 1.0)
+                wide = float(student.ppf((1.0 + CONFIDENCE) / 2.0, freedom))
                 size = pool.size[column] if ok else 1.0
                 half = wide * np.sqrt(max(inverse[i, i], 0.0) * s2) / size if ok else np.inf
                 found.append(Estimate(b, term, float(gamma[i] / size) if ok else 0.0, float(half), freedom))

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner import catalog
 from planner.campaign.channel_model import EXCITING
-from planner.diagnose.hypotheses.candidates import LEAST_DAYS, is_shown, lasts
+from planner.diagnose.hypotheses.candidates import LEAST_DAYS, LEAST_OF_A_TABLE, is_shown, lasts
 from planner.diagnose.hypotheses.estimates import estimates
 from planner.diagnose.hypotheses.noise import LEAST_RUNS
 from planner.diagnose.hypotheses.pool import Pool, given
@@ -109,6 +109,8 @@ def _missing(effect: Effect, data: Prepared) -> str:
     absent = [c.name for c in SINGLES if c.field in effect.needs and c.name in data.full.absent]
     if absent:
         return f"the table has no column {', '.join(absent)}"
+    if getattr(effect, "nodal", False) and not lasts(effect, data.table):
+        return f"{len(data.starts)} power-ons are fewer than the {LEAST_OF_A_TABLE} that tell it from a drift"
     if not lasts(effect, data.table):
         return f"the records span {np.ptp(data.table.day):.2g} days; {LEAST_DAYS:g} tell it from run-to-run"
     if "day" in effect.needs and len(data.starts) < LEAST_RUNS:
@@ -119,7 +121,7 @@ def _missing(effect: Effect, data: Prepared) -> str:
 def _why(effect: Effect, data: Prepared, s: SensorFound) -> str:
     """What the records do not vary of all that the effect needs."""
     if not is_shown(effect, s.channels):
-        return "inputs in too few of its segments: nothing tells it from a straight line or a cubic"
+        return "nothing in these records tells it from a simpler effect"
     for condition, (said, most) in FLAT.items():
         if condition in effect.needs and np.ptp(getattr(data.table, condition)) <= most:
             return said

@@ -14,6 +14,7 @@ from planner.nouns.plan import Plan
 from planner.nouns.plan_file import typed_plan
 from planner.protocols import Exported, ExportOptions
 
+RATE = "temperature_rate_degc_min"  # of a chamber that moves during the step, else empty
 COLUMNS = (
     "id",
     "bench",
@@ -26,6 +27,7 @@ COLUMNS = (
     "motion",
     "units",
     "attended",
+    RATE,
 )
 # In columns, not in `#` lines: every reader of CSV then takes the file as it is.
 HEADER_COLUMNS = ("plan_sha256", "spec_sha256", "schema_version")
@@ -50,7 +52,7 @@ def _text(document: Mapping[str, Any]) -> str:
     for row in document["steps"]:
         motion = "" if row["motion"] is None else json.dumps(row["motion"])
         attended = "true" if row.get("attended") else "false"
-        cells = row | {"motion": motion, "attended": attended}
+        cells = {RATE: None} | row | {"motion": motion, "attended": attended}
         writer.writerow([*(cells[name] for name in COLUMNS), *plan])
     return out.getvalue()
 

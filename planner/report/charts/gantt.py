@@ -74,6 +74,9 @@ def temperature_track(steps: Sequence[Step]) -> Array:
     for step in steps:
         if step.temperature_degc is None:
             continue
+        if step.swept_degc is not None:
+            points += zip((step.start_s, step.end_s), step.swept_degc, strict=True)
+            continue
         before = points[-1][1] if points else None
         if before is None or step.action != "ramp":
             points.append((step.start_s, step.temperature_degc))

@@ -327,12 +327,19 @@ def _draw_sensitivities(sensitivities: Sensitivities, errors: Sequence[str]) -> 
     return figure
 
 
+SHORT = 6  # letters of a term's name; a table's are longer, and scores: the largest are named
+
+
 def _growth(axes: Axes, sensitivities: Sensitivities, error: str) -> None:
     which = [i for i, c in enumerate(sensitivities.columns) if c.error == error]
     unit = sensitivities.columns[which[0]].unit
     per_unit = unit_factor(display_unit(unit))[0]
     time = sensitivities.time_s
     keep = thinned(len(time))
+    ends = [float(np.linalg.norm(sensitivities.position[-1, :, i])) for i in which]
+    largest = [which[k] for k in np.argsort(ends)[:-5:-1]]
+    long = any(len(sensitivities.columns[i].axis) > SHORT for i in which)
+    named = largest if long else which
     for k, i in enumerate(which):
         length = np.linalg.norm(sensitivities.position[:, :, i], axis=1) * per_unit
         visible = np.where(length > 0, length, np.nan)
@@ -341,14 +348,14 @@ def _growth(axes: Axes, sensitivities: Sensitivities, error: str) -> None:
             if len(which) > 8
             else ("-", "--", ":")[k % 3]
         )
-        label = sensitivities.columns[i].axis
+        label = sensitivities.columns[i].axis if i in named else None
         axes.plot(time[keep], visible[keep], style, color=theme.SERIES[k % 8], linewidth=1.4, label=label)
     axes.set_yscale("log")
     _readable_decades(axes)
     axes.set_title(error)
     axes.set_ylabel(f"m per {display_unit(unit)}")
     frame = {"frameon": True, "facecolor": theme.SURFACE, "edgecolor": "none", "framealpha": 0.75}
-    axes.legend(loc="lower right", ncols=3 if len(which) < 9 else 5, **frame)
+    axes.legend(loc="lower right", ncols=1 if long else 3 if len(which) < 9 else 5, **frame)
 
 
 def _readable_decades(axes: Axes) -> None:

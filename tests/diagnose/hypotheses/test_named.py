@@ -25,7 +25,13 @@ from tests.diagnose.hypotheses.worlds import (
     unnamed,
 )
 
-ONE = [*ON_GYROS, ("temperature_rate", "acc_z"), ("warm_up", "acc_y")]
+ONE = [
+    *ON_GYROS,
+    ("temperature_rate", "acc_z"),
+    ("warm_up", "acc_y"),
+    ("temperature_rate_table", "gyro_y"),
+    ("temperature_rate_table", "acc_x"),
+]
 
 
 @pytest.mark.parametrize(("effect", "channel"), ONE, ids=lambda x: x)
@@ -70,11 +76,18 @@ def test_one_repeat_is_enough_to_claim_nothing() -> None:
         assert named(s.found) | unnamed(s.found) == set()
 
 
-@pytest.mark.parametrize("variable", ["day", "temperature_rate", "rate"])
+@pytest.mark.parametrize("variable", ["day", "rate"])
 def test_what_no_effect_explains_is_unknown_and_its_variable_is_named(variable: str) -> None:
     s = searched(61, [Hidden(f"unknown_{variable}", "gyro_y")], strength=22.0)
     assert on_channel(unnamed(s.found), "y") == {variable}
     assert on_channel(named(s.found), "y") == set()
+
+
+def test_what_goes_with_the_size_of_the_rate_of_temperature_is_a_table() -> None:
+    """|dT/dt| has no sign, which one coefficient cannot have: both sides of the table are alike."""
+    s = searched(61, [Hidden("unknown_temperature_rate", "gyro_y")], strength=22.0)
+    assert on_channel(named(s.found), "y") == {"temperature_rate_table"}
+    assert on_channel(unnamed(s.found), "y") == set()
 
 
 def on_channel(found: set[tuple[str, str]], axis: str) -> set[str]:

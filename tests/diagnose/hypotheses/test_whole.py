@@ -10,8 +10,9 @@ import pytest
 from planner.dwells.table_rows import rows_of
 from planner.errors import InputError
 from tests.calibrate.world import Hidden, Layout, Noise, campaign
-from tests.diagnose.hypotheses.worlds import spec, whole
+from tests.diagnose.hypotheses.worlds import RATE_TABLES, spec, whole
 
+DRIFT_TABLES = ("drift_curve", "drift_curve_temperature")
 SMALL = Layout(later=(30.0,), rate_repeats=2, centrifuge=False)
 NOT_GONE = ("clean", "untestable")
 
@@ -69,9 +70,9 @@ def test_limits_of_what_was_not_found_are_below_what_would_have_been(found) -> N
 @pytest.mark.parametrize(
     ("column", "effects"),
     [
-        ("time_on_s", {"warm_up", "drift", "thermal_lag"}),
+        ("time_on_s", {"warm_up", "drift", "thermal_lag", "settling", RATE_TABLES[1], *DRIFT_TABLES}),
         ("day", {"ageing", "bias_step"}),
-        ("temp_rate_degc_min", {"temperature_rate", "thermal_lag", "hysteresis"}),
+        ("temp_rate_degc_min", {"temperature_rate", "thermal_lag", "hysteresis", *RATE_TABLES}),
     ],
 )
 def test_effects_whose_column_is_missing_are_untestable(column: str, effects: set[str], warm) -> None:

@@ -31,6 +31,7 @@ ON_GYROS = (
     ("bias_step", "gyro_z"),
     ("misalignment_temperature", "gyro_x"),
 )
+RATE_TABLES = ("temperature_rate_table", "temperature_rate_table_over_time")
 DECLARED = ("bias", "bias_temperature", "scale_factor", "scale_factor_temperature", "misalignment")
 SPEC = b"""
 planner: 1

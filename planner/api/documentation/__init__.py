@@ -1,0 +1,1 @@
+"""The documentation: pages written by hand, pages made from the program itself, and the site of both."""
