@@ -65,6 +65,6 @@ def sources() -> str:
     """Hash of planner's sources and of the shipped specs with their flights."""
     digest = hashlib.sha256()
     ours = [p for p in (ROOT / "planner").rglob("*") if p.is_file() and p.suffix != ".pyc"]
-    for path in sorted([*ours, *SHIPPED.iterdir()]):
+    for path in sorted([*ours, *(p for p in SHIPPED.rglob("*") if p.is_file())]):
         digest.update(f"{path.relative_to(ROOT)}\0".encode() + path.read_bytes())
     return digest.hexdigest()[:32]

@@ -86,7 +86,12 @@ def _reachable(excites: frozenset[str]) -> Conditions:
     turns = (-500.0, 0.0, 100.0, 500.0) if "rate" in excites else (0.0,)
     loads = (0.0, 10.0, 50.0, 100.0) if "acceleration" in excites else (0.0,)
     warmth = _WARMTH if "temperature" in excites else _WARMTH[:1]
-    ages = ((10.0, 0.0), (700.0, 3.0), (3000.0, 30.0))  # every bench can wait, and be come back to
+    ages = (
+        (2.0, 0.0),
+        (10.0, 0.0),
+        (700.0, 3.0),
+        (3000.0, 30.0),
+    )  # every bench can wait
     faces = range(6) if "gravity" in excites else range(1)
     table = np.array(
         [

@@ -16,7 +16,8 @@ from planner.dwells.dwell_files import SUFFIXES, read_dwells, write_dwells
 from planner.dwells.table_rows import rows_of
 from planner.errors import InputError
 from planner.nouns.array import Array
-from planner.nouns.calibration import Tables
+from planner.nouns.calibration import NORMAL_DEGC, Tables
+from planner.nouns.conditions import POSSIBLE_DEGC
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Condition, Sensor
 from planner.recordings.column_map import ColumnMap
@@ -24,9 +25,9 @@ from planner.recordings.formats import reader_of
 from planner.recordings.raw_to_dwells import sampling_rate
 from planner.recordings.recording import Recording, recordings_of
 from planner.recordings.samples import READ, Account, Samples
-from planner.recordings.temperature import POSSIBLE_DEGC, alive, rates
+from planner.recordings.temperature import alive, rates
 from planner.recordings.windows import windows_of
-from planner.units import unit_factor
+from planner.units import from_si, unit_factor
 from planner.whole_files import temporary_beside
 
 COLUMNS = (
@@ -143,13 +144,13 @@ class _Warmth:
     held: int = field(default=0)
 
     def at(self, samples: Samples) -> Array:
-        """(n,) degC; before the first known one that one, without any the middle of the first table."""
+        """(n,) degC; before the first known one that one, without any that of normal conditions."""
         value = samples.temperature_degc
         with np.errstate(invalid="ignore"):
             known = (value >= POSSIBLE_DEGC[0]) & (value <= POSSIBLE_DEGC[1])
         self.held += int((~known).sum())
         if not known.any():
-            return np.full(len(value), self.last if np.isfinite(self.last) else self._middle())
+            return np.full(len(value), self.last if np.isfinite(self.last) else self._fallback())
         first = float(value[known][0]) if not np.isfinite(self.last) else self.last
         place = np.maximum.accumulate(np.where(known, np.arange(len(value)), -1))
         found = np.where(place >= 0, value[place], first)
@@ -169,13 +170,27 @@ class _Warmth:
             return _NO_PAST
         return self.warming.before(float(samples.time[0]))
 
-    def _middle(self) -> float:
-        return float(np.median(next(iter(self.tables.values())).temperature_degc)) if self.tables else 20.0
+    def _fallback(self) -> float:
+        return next(iter(self.tables.values())).fallback_degc if self.tables else NORMAL_DEGC
+
+    def _cost(self) -> str:
+        """What a correction without a temperature leaves of the biases at most, in words."""
+        units = {"gyro": "deg/s", "accelerometer": "g"}
+        return " and ".join(
+            f"{from_si(t.without_temperature, units[s]):.2g} {units[s]} of the {s}s"
+            for s, t in self.tables.items()
+        )
 
     def notes(self, recording: Recording) -> Iterator[str]:
         """Where the temperature was not measured."""
+        without = (
+            f"corrected as at {self._fallback():.1f} degC, which leaves up to {self._cost()} "
+            "over the table's temperatures"
+        )
         if recording.whole.temperature is None:
-            yield f"the recording has no temperature: corrected as at {self._middle():.1f} degC"
+            yield f"the recording has no temperature: {without}"
+        elif self.held and self.low > self.high:
+            yield f"the temperature sensor is dead in all samples: {without}"
         elif self.held:
             yield f"the temperature sensor is dead in {self.held} samples: corrected at its last reading"
         names = _asking(self.tables, "temperature_rate")

@@ -158,6 +158,16 @@ METHODS = {
         "K 2.4",
         "the same, with records from power-on until the unit is warm",
     ),
+    "bias_and_warm_up": Method(
+        BOTH, ("bias", "warm_up"), resting, "K 2.1", "rests from power-on until the unit is warm"
+    ),
+    "drift_table": Method(
+        BOTH,
+        ("bias", "drift_curve"),
+        resting,
+        "K 2.1, tables 2.13, 2.18",
+        "rests from the first seconds after power-on, up to an hour",
+    ),
     "temperature_and_rate_tables": Method(
         BOTH,
         (*_TABLES, "temperature_rate_table"),

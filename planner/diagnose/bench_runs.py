@@ -17,14 +17,16 @@ from planner.campaign.design import DEFAULT_LATITUDE
 from planner.campaign.exposure import exposure
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
-from planner.plan.bench_work import ramp_time
+from planner.plan.bench_work import ramp_time, ways_aside
+from planner.spec.attendance import record_time
 from planner.spec.model import Bench, Spec, Test
 from planner.spec.motions import motions_of
+from planner.spec.ramp import lead_of, rates_of
 
-LATER_DAYS = 30.0
+LATER_DAYS = 30.0  # a month: what ages or steps between power-ons has moved by then
 WATCH_S = (15.0, 60.0, 150.0, 300.0, 600.0, 1200.0, 2400.0, 3600.0)  # ends of the records of a long watch
-RECORD_S = 60.0
-RAMP_RECORDS = 3
+RECORD_S = 60.0  # of a rest where the spec has no test to be like
+RAMP_RECORDS = 3  # tell the slope of a ramp from a curve
 _STANDARD: Mapping[str, tuple[str, int]] = {  # what it is called -> what it would calibrate, records
     "rests": ("accelerometer.bias", 6),
     "turns": ("gyro.scale_factor", 30),
@@ -149,8 +151,8 @@ def _run(
 ) -> BenchRun:
     b = spec.benches[bench]
     m = len(motions)
-    step = b.move + like.record + like.gap
-    middle = like.power_on + b.move + like.record / 2.0 + step * np.arange(m)
+    step = record_time(b, like)
+    middle = like.power_on + b.move + lead_of(like) + like.record / 2.0 + step * np.arange(m)
     seen = [
         exposure(motion, like.record, DEFAULT_LATITUDE, arm=b.arm, mount=_mount(k, m, b))
         for k, motion in enumerate(motions)
@@ -159,11 +161,11 @@ def _run(
         rate=np.array([e.rate for e in seen]),
         specific_force=np.array([e.specific_force for e in seen]),
         temperature_degc=np.full(m, at),
-        temperature_rate=np.zeros(m),
+        temperature_rate=np.array(list(rates_of(like, m))),
         time_on=np.asarray(middle, dtype=np.float64),
         day=np.full(m, day),
     )
-    repeat = like.power_on + m * step + like.cool_down
+    repeat = like.power_on + m * step + like.cool_down + sum(ways_aside(spec, like))
     return BenchRun(
         bench, what, test, tuple(motions), conditions, np.full(m, like.record), repeat, _once(spec, bench, at)
     )

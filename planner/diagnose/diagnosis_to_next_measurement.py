@@ -29,7 +29,7 @@ from planner.solvers.random_effects import RandomEffects, covariance
 from planner.spec.model import Spec
 
 ENOUGH = 6.0  # sigma that the new run shall bring by itself: a rival is then refused for good
-REPEATS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
+REPEATS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)  # tried in turn: after two, never more than half again
 LEAST_GAIN = 0.1  # sigma; a run that adds less separates nothing
 _FAINT = 1e-6  # of a column's length: a prior that no data notice
 _SHAPES = 16  # points of a rival's parameters: it may take the one that mimics best

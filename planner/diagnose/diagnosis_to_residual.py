@@ -27,7 +27,7 @@ from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import RandomEffects, covariance
 from planner.spec.model import Spec
 
-CONFIDENCE = 0.95
+CONFIDENCE = 0.95  # of the intervals, as calibrate gives them
 UNITS = {"gyro": "deg/s", "accelerometer": "g"}
 MOST_ROWS = 40_000  # six channels with their designs then take 200 MB
 _MUCH_LESS = 6.0  # times the variance: a held-out branch of three takes about half of the information away

@@ -29,7 +29,7 @@ from planner.spec.model import Given, Spec
 from planner.units import Quantity, from_si
 
 _WHITE = {"gyro": 2e-5, "accelerometer": 1e-3}  # rad/s, m/s²: a record's noise when the diagnosis has none
-_RECORD_S = 60.0
+_RECORD_S = 60.0  # the record that _WHITE is of
 
 
 @dataclass(frozen=True)

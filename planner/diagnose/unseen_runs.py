@@ -13,9 +13,9 @@ from planner.nouns.diagnosis import Split
 from planner.temperature_table import temperature_nodes
 from planner.units import STANDARD_GRAVITY_MPS2
 
-FOLDS = 5
+FOLDS = 5  # as in hypotheses.verdicts
 LEAST_RUNS = 4  # with a repeat: fewer cannot be left out and still be predicted
-BLOCKS = 20
+BLOCKS = 20  # of time, four a fold: each fold is spread over the whole record
 TURN_K = 8.0  # kelvins that a temperature must come back before a branch ends
 
 

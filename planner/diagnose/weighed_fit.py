@@ -19,7 +19,7 @@ from planner.nouns.array import Array
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance
 
-_STEPS = 6
+_STEPS = 6  # the products are 1e-3 of the linear part, so three arrive
 _SETTLED = 1e-3  # sigma of all rows together
 
 Shapes = Mapping[str, Mapping[str, float]]

@@ -1,6 +1,9 @@
 """Gyro bias over acceleration as a table, K 2.2.6, eq. 21: piecewise linear over 0 … 100 g, + and − apart.
 
-    y_i += Σ_j Σ_± Σ_k c_ij±k share_k(±f_j),   segments between 0, 5, 10, 25, 50 and 100 g
+    y_i += Σ_j (c_ij0 clip(f_j / 5 g, ±1) + Σ_± Σ_k c_ij±k share_k(±f_j))
+
+Segments lie between 5, 10, 25, 50 and 100 g; below 5 g it is one line through zero for both directions, so
+that six faces at 1 g tell a slope and not six offsets.
 
 K measures ω_far − ω_centre at one rate near to and far from the axis of a centrifuge, six faces, 10 repeats:
 .08-.12 deg/s before, .011-.017 deg/s after (table 2.5). Straight lines (`g_sensitivity`) follow no profile
@@ -35,26 +38,23 @@ class LoadCurve(BaseEffect):
     needs = frozenset[Condition](("specific_force",))
     variable: Condition | None = "specific_force"
     title = "bias over load, as a table"
-    equation = "y_i += Σ_j Σ_± Σ_k c_ij±k share_k(±f_j), segments between 0, 5, 10, 25, 50, 100 g"
+    equation = "y_i += Σ_j (c_ij0 clip(f_j / 5 g, ±1) + Σ_± Σ_k c_ij±k share_k(±f_j)), to 10, 25, 50, 100 g"
     source = "K 2.2.6, eq. 21, table 2.5"
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
-        """`xx +5 g`, `xx +10 g`, … `zz -100 g`: channel, axis and direction of the load, segment's end."""
-        return tuple(
-            Term(f"{channel}{axis} {sign * load:+g} g")
-            for channel in AXES
-            for axis in AXES
-            for sign in SIGNS
-            for load in LOADS_G[1:]
-        )
+        """`xx 5 g`, `xx +10 g`, … `zz -100 g`: channel, axis and direction of the load, segment's end."""
+        ends = [f"{LOADS_G[1]:g} g", *(f"{sign * load:+g} g" for sign in SIGNS for load in LOADS_G[2:])]
+        return tuple(Term(f"{channel}{axis} {end}") for channel in AXES for axis in AXES for end in ends)
 
     def regressors(
         self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
     ) -> Array:
-        """share_k(±f_j) on channel i: (n, 3, 90)."""
+        """clip(f_j / 5 g, ±1) and share_k(±f_j) on channel i: (n, 3, 81)."""
         loads = conditions.specific_force / STANDARD_GRAVITY_MPS2
-        both = np.stack([sign * loads for sign in SIGNS], axis=2)  # (n, 3, 2)
-        return side_by_side(shares(both, LOADS_G).reshape(len(loads), 6 * (len(LOADS_G) - 1)))
+        line = np.clip(loads / LOADS_G[1], -1.0, 1.0)[..., np.newaxis]  # (n, 3, 1)
+        drives = [line, *(shares(sign * loads, LOADS_G[1:]) for sign in SIGNS)]
+        every = np.concatenate(drives, axis=2)
+        return side_by_side(every.reshape(len(loads), every.shape[1] * every.shape[2]))
 
     def shows(self, sensor: Sensor, conditions: Conditions) -> bool:
         """Whether the records tell a table from simpler curves: loads in several of its segments."""

@@ -6,9 +6,10 @@ then for every sensor
   uint16 kind (0 gyro, 1 accelerometer), uint16 number of nodes N, float32 reach K, float32 full scale,
   temperature[N], bias[N][3], plus[N][3], minus[N][3], drift[3], warm_up[3], time_constant[3],
   acceleration[3][3], nonlinearity[3], alignment[3][3]          (float32; meaning as in the C header)
-and, if the version is 2, tables over load, input and rate:
+and, if the version is 2, tables over load, input, rate and time:
   uint16 number of them; for each uint16 kind (1 load, 2 input, 3 scale factor over load, 4 temperature and
-  its rate), uint16 number of its floats, and these: the C header's arrays of that kind, one after another
+  its rate, 5 drift, 6 settling), uint16 number of its floats, and these: the C header's arrays of that kind,
+  one after another
 last 4 bytes uint32  CRC-32 (IEEE 802.3, as zlib) of everything before
 """
 

@@ -4,6 +4,7 @@ The arrays are those of `firmware`; the functions are the measurement equation s
 
     b = bias(T) + drift dT/dt + warm_up exp(−t/τ) + acceleration · f,   v = (y − b)/slope,   u = M⁻¹ v
 
+A temperature that none can be, NaN too, is a dead sensor: then the tables are those at `fallback` (K 4.3.2).
 Tables over load and input (`firmware_curves`) add to b and to the slope where the calibration has them.
 """
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from planner.export.firmware import FirmwareTables, Float32, firmware_tables
 from planner.nouns.calibration import Calibration
+from planner.nouns.conditions import POSSIBLE_DEGC
 
 _SUFFIX = {"gyro": "gyro", "accelerometer": "acc"}
 _UNIT = {"gyro": "deg/s", "accelerometer": "g"}
@@ -49,6 +51,7 @@ static inline void planner_correct_{s}(const float raw[3], float temperature_deg
     const int last = PLANNER_{S}_NODES - 1;
     float t = temperature_degc, share = 0.0f, v[3];
     int k = 0, i, j;
+    if (!(t >= {coldest} && t <= {hottest})) t = temperature_degc = {fallback};
     if (t < node[0] - {reach}) t = node[0] - {reach};
     if (t > node[last] + {reach}) t = node[last] + {reach};
     while (k < last - 1 && t >= node[k + 1]) ++k;
@@ -99,6 +102,9 @@ def c_header(calibration: Calibration) -> str:
                 S=suffix.upper(),
                 reach=_literal(tables.reach),
                 full=_literal(tables.full_scale),
+                coldest=_literal(np.float32(POSSIBLE_DEGC[0])),
+                hottest=_literal(np.float32(POSSIBLE_DEGC[1])),
+                fallback=_literal(tables.fallback),
                 bias="".join(curve.bias.format(s=suffix) for curve in tables.curves),
                 slope="".join(curve.slope.format(s=suffix) for curve in tables.curves),
             )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,7 @@ class FirmwareTables:
     acceleration: (3, 3) bias per g of body axes (zero for accelerometers)
     nonlinearity: (3,) cubic, at the input `full_scale`; alignment: (3, 3) inverse of the misalignment matrix
     left_out: what these arrays have no place for; curves: tables over load, input and rate, if any
+    fallback: degC of the tables that correct while the temperature sensor is dead
     """
 
     sensor: str
@@ -69,6 +70,7 @@ class FirmwareTables:
     alignment: Float32
     left_out: tuple[LeftOut, ...]
     curves: tuple[FirmwareCurve, ...] = ()
+    fallback: np.float32 = field(default_factory=lambda: np.float32(20.0))
 
     def arrays(self) -> dict[str, Float32]:
         """The arrays by name, in the order of the binary image."""
@@ -113,6 +115,7 @@ def _of_sensor(found: SensorCalibration) -> FirmwareTables:
         alignment=np.linalg.inv(t.misalignment).astype(np.float32),
         left_out=_left_out(found),
         curves=firmware_curves(found.sensor, t.extra, unit),
+        fallback=np.float32(t.fallback_degc),
     )
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from planner import catalog
 from planner.effects._rate_table import RateTable
+from planner.effects.drift_curve import TIMES_S
 from planner.effects.load_curve import LOADS_G
 from planner.effects.scale_factor_curve import INPUTS
 from planner.nouns.array import Array
@@ -87,6 +88,9 @@ def firmware_curves(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> tu
         "scale_factor_curve": _scale,
         "scale_factor_acceleration": _acceleration,
         "scale_factor_acceleration_squared": _acceleration,
+        "drift_curve": _drift,
+        "drift_curve_temperature": _drift,
+        "settling": _settling,
     }
     makers = dict.fromkeys(make for effect, make in made.items() if effect in there)
     if any(isinstance(catalog.effects()[effect], RateTable) for effect in there):
@@ -101,7 +105,9 @@ def _values(effect: str, sensor: Sensor, terms: Sequence[ExtraTerm]) -> Array:
 
 
 def _load(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCurve:
-    rises = _values("load_curve", sensor, terms).reshape(3, 3, 2, -1) / unit_factor(unit)[0]
+    found = _values("load_curve", sensor, terms).reshape(3, 3, -1) / unit_factor(unit)[0]
+    line = np.stack([found[:, :, :1], -found[:, :, :1]], axis=2)
+    rises = np.concatenate([line, found[:, :, 1:].reshape(3, 3, 2, -1)], axis=3)
     curve = np.concatenate([np.zeros((3, 3, 2, 1)), np.cumsum(rises, axis=3)], axis=3)
     n = len(LOADS_G)
     return FirmwareCurve(
@@ -163,6 +169,53 @@ def _acceleration(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> Firm
                 cubic += load * (planner_{{s}}_scale_acceleration[i][0]
                                  + load * planner_{{s}}_scale_acceleration[i][1]);
             }}}}
+""",
+    )
+
+
+def _drift(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCurve:
+    """Drift over time since power-on, and its change per kelvin from 20 degC."""
+    names = ("drift_curve", "drift_curve_temperature")
+    n = len(TIMES_S)
+    found = []
+    for name in names:
+        rises = _values(name, sensor, terms).reshape(3, n - 1) / unit_factor(unit)[0]
+        found.append(np.concatenate([np.zeros((3, 1)), np.cumsum(rises, axis=1)], axis=1))
+    return FirmwareCurve(
+        5,
+        names,
+        {
+            "time_node": np.array(TIMES_S, dtype=np.float32),
+            "time_curve": found[0].astype(np.float32),
+            "time_curve_per_k": found[1].astype(np.float32),
+        },
+        {
+            "time_node": "s since power-on",
+            "time_curve": "{unit} of drift at these times, at 20 degC",
+            "time_curve_per_k": "its change per kelvin",
+        },
+        bias=f"""\
+        bias += planner_curve(planner_{{s}}_time_node, planner_{{s}}_time_curve[i], {n}, time_on_s)
+              + (temperature_degc - 20.0f) * planner_curve(planner_{{s}}_time_node,
+                                                          planner_{{s}}_time_curve_per_k[i], {n}, time_on_s);
+""",
+    )
+
+
+def _settling(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCurve:
+    default = catalog.effects()["settling"].nonlinear
+    found = np.array([[0.0, default["time_constant"]]] * 3)
+    for e in terms:
+        if e.effect == "settling":
+            shape = {**default, **e.nonlinear}
+            found["xyz".index(e.term)] = e.value / unit_factor(unit)[0], shape["time_constant"]
+    return FirmwareCurve(
+        6,
+        ("settling",),
+        {"settling": found.astype(np.float32)},
+        {"settling": "{unit} from the initial bias to the settled one, and its time constant in s"},
+        bias="""\
+        bias -= planner_{s}_settling[i][0] * expm1f(-time_on_s / planner_{s}_settling[i][1]);
 """,
     )
 

@@ -50,7 +50,7 @@ def pareto_set(
     rng = np.random.default_rng(seed)
     powered = np.array([repeat_power_on(offers.spec, offers.spec.tests[k.test]) for k in offers.kinds])
     people = _judged(offers, judge, [_individual(offers, rng) for _ in range(INDIVIDUALS)], powered)
-    people = tools.selNSGA2(people, INDIVIDUALS)
+    people = tools.selNSGA2(people, INDIVIDUALS, nd="log")
     best: list[float] = []
     mean: list[float] = []
     kept = list(people)
@@ -58,7 +58,7 @@ def pareto_set(
         if late():
             break
         children = [_child(offers, people, rng) for _ in range(INDIVIDUALS)]
-        people = tools.selNSGA2([*people, *_judged(offers, judge, children, powered)], INDIVIDUALS)
+        people = tools.selNSGA2([*people, *_judged(offers, judge, children, powered)], INDIVIDUALS, nd="log")
         kept += people
         keeping = [p.point.cost for p in people if p.point.load <= 1.0]
         best.append(min([*keeping, *best[-1:]], default=float("nan")))

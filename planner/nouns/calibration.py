@@ -10,8 +10,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from planner.nouns.array import Array
 
+NORMAL_DEGC = 20.0
 Status = Literal["determined", "weak", "undetermined"]
 
 
@@ -101,6 +104,18 @@ class Tables:
     misalignment: Array
     extra: tuple[ExtraTerm, ...] = ()
     reach: float = 5.0
+
+    @property
+    def fallback_degc(self) -> float:
+        """Where the tables are taken while no temperature is measured: normal conditions (K 4.3.2)."""
+        return float(np.clip(NORMAL_DEGC, self.temperature_degc[0], self.temperature_degc[-1]))
+
+    @property
+    def without_temperature(self) -> float:
+        """SI: by how much the bias at some node differs from that at the fallback, at most."""
+        nodes = self.temperature_degc
+        here = np.array([np.interp(self.fallback_degc, nodes, b) for b in self.bias])
+        return float(np.abs(self.bias - here[:, None]).max())
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from planner.nouns.array import Array
 
+POSSIBLE_DEGC = (-120.0, 150.0)  # a temperature sensor that reads anything else is dead
+
 
 @dataclass(frozen=True)
 class Conditions:

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
+from planner.nouns.conditions import POSSIBLE_DEGC
 from planner.recordings.windows import Windows
 
-POSSIBLE_DEGC = (-120.0, 150.0)
 SHORTEST_S = 10.0  # K 2.4: the rate is known over windows of at least 10 s
 JUMP_K = 5.0  # between windows of 50 ms; a chamber does 0.1 K/s
 FROZEN_S = 1.0

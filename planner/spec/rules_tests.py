@@ -11,6 +11,7 @@ from planner.spec.places import did_you_mean
 from planner.spec.review import Review
 from planner.spec.rules_benches import kind_of
 from planner.spec.rules_requirement import all_errors, unit_of
+from planner.spec.slow_rates import slow_rates
 from planner.spec.yaml12 import Path
 
 # What shows the four plain errors; for the others `observes` works it out from their regressors, in 70 ms.
@@ -35,6 +36,14 @@ def tests(sheet: Review) -> None:
         if bench is not None:
             _observed(sheet, name, test, bench)
             _motions(sheet, name, test, bench)
+    _slow(sheet)
+
+
+def _slow(sheet: Review) -> None:
+    """Rates so low that the bias drowns the scale factor there."""
+    if all(sheet.whole(part) for part in ("tests", "benches", "unit")):
+        for name, said in slow_rates(sheet.spec):
+            sheet.warn("P426", ("tests", name, "motions"), said, key=True)
 
 
 def _calibrates(sheet: Review, name: str, test: Test) -> None:

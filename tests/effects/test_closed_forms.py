@@ -216,6 +216,7 @@ def test_a_load_curve_is_a_linear_interpolation_through_its_nodes_on_either_side
     rng = np.random.default_rng(seed)
     nodes = np.array([0.0, 5.0, 10.0, 25.0, 50.0, 100.0])
     value = np.concatenate([np.zeros((3, 3, 2, 1)), rng.normal(size=(3, 3, 2, 5))], axis=3)
+    value[:, :, 1, 1] = -value[:, :, 0, 1]  # one line through zero below 5 g
     load = rng.uniform(-130.0, 130.0, (20, 3)) * rng.choice([1.0, 0.1, 0.01], (20, 1))
     c = replace(random_conditions(rng, 20), specific_force=load * G)
     expected = sum(
@@ -228,7 +229,8 @@ def test_a_load_curve_is_a_linear_interpolation_through_its_nodes_on_either_side
         )
         for j in range(3)
     )
-    rises = np.diff(value, axis=3).ravel()
+    rises = np.diff(value, axis=3)
+    rises = np.concatenate([rises[:, :, 0, :1], rises[..., 1:].reshape(3, 3, 8)], axis=2).ravel()
     np.testing.assert_allclose(effects()["load_curve"].regressors("gyro", c) @ rises, expected, atol=1e-12)
 
 
@@ -263,3 +265,24 @@ def test_k_s_square_over_acceleration_is_0_4_percent_at_100_g() -> None:
     loaded = one(rate=(0, 1000 * DPS, 0), force=(60 * G, 0, 80 * G))  # K figure 2.6
     added_dps = added("scale_factor_acceleration_squared", "gyro", "4e-7 1/g**2", "y", loaded)
     assert added_dps == EXACT([0.0, 4.0, 0.0])
+
+
+@settings(max_examples=20)
+@given(seed=seeds)
+def test_the_drift_is_a_linear_interpolation_over_time_from_zero_at_power_on(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    times = np.array([0.0, 10.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 2400.0, 3600.0])
+    drift = np.concatenate([np.zeros((3, 1)), rng.normal(size=(3, 9))], axis=1)
+    c = random_conditions(rng, 20)
+    expected = np.stack([np.interp(c.time_on, times, d) for d in drift], axis=1)
+    rises = np.diff(drift, axis=1).ravel()
+    np.testing.assert_allclose(effects()["drift_curve"].regressors("gyro", c) @ rises, expected, atol=1e-12)
+    warm = effects()["drift_curve_temperature"].regressors("gyro", c) @ rises
+    np.testing.assert_allclose(warm, (c.temperature_degc[:, None] - 20.0) * expected, atol=1e-10)
+
+
+def test_initial_bias_and_settled_bias_are_two_errors() -> None:
+    """K table 2.1: the first two seconds, and forty seconds after them less the first."""
+    first, later = (added("settling", "gyro", "0.02 deg/s", "x", one(time_on=t))[0] for t in (0.0, 42.0))
+    assert first == 0.0
+    assert later == pytest.approx(0.02, rel=1e-3)

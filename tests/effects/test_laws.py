@@ -35,6 +35,7 @@ DRIVEN_BY = {
     "lever_arm": "/s/s",
     "vibration_rectification": "g*g",
     "drift": "s",
+    "drift_curve_temperature": "K",
     "thermal_lag": "K",
     "g_product_sensitivity": "g*g",
     "g_sensitivity_temperature": "g*K",

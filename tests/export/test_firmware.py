@@ -7,6 +7,7 @@ import shutil
 import struct
 import subprocess
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,9 @@ CURVES = (
     "scale_factor_curve",
     "scale_factor_acceleration",
     "scale_factor_acceleration_squared",
+    "drift_curve",
+    "drift_curve_temperature",
+    "settling",
     "temperature_rate_table",
     "temperature_rate_table_over_time",
 )
@@ -67,6 +71,8 @@ def tables(sensor: Sensor, seed: int, nodes: int, effects: bool = True) -> Table
         effect = catalog.effects()[name]
         if sensor in effect.sensors:
             size = {"load_curve": 1e-2 * DEG, "scale_factor_acceleration": 1e-5 / G}.get(name, 1e-4)
+            size = 1e-3 * unit if name in ("drift_curve", "settling") else size
+            size = 1e-5 * unit if name == "drift_curve_temperature" else size
             size = 1e-7 / G**2 if name == "scale_factor_acceleration_squared" else size
             size = 1e-3 * unit if name.startswith("temperature_rate_table") else size
             extra += [ExtraTerm(name, t.name, float(rng.normal() * size)) for t in effect.terms(sensor)]
@@ -229,3 +235,14 @@ def test_what_the_arrays_cannot_hold_is_said() -> None:
     assert "ageing, up to 1.8 deg/s" in c_header(found)
     (note,) = left_out_notes(found)
     assert "ageing, up to 1.8 deg/s" in note
+
+
+@pytest.mark.parametrize("dead", [np.nan, -273.0, 1e6])
+def test_a_dead_temperature_sensor_is_normal_conditions(dead: float, tmp_path: Path) -> None:
+    """K 4.3.2: coefficients that need no temperature; here those of the tables at 20 degC."""
+    found, table = calibration(6, effects=False), readings(6, n=20)
+    there = through_c(c_header(found), replace(table, temperature_degc=np.full(20, dead)), tmp_path)
+    here = corrected(
+        replace(table, temperature_degc=np.full(20, 20.0)), {s.sensor: s.tables for s in found.sensors}
+    )
+    np.testing.assert_allclose(there[:, :3], here.gyro / DEG, rtol=0, atol=8 * 6e-8 * 500.0)

@@ -15,11 +15,13 @@ from planner.bench_run.errors import BenchFault
 from planner.bench_run.job import job_from
 from planner.bench_run.simulator.chamber import Chamber
 from planner.catalog import exports
+from planner.diagnose.bench_runs import run_of_test
 from planner.dwells.dwell_files import read_dwells
 from planner.errors import InputError
 from planner.export.documents import read_sealed_plan
 from planner.export.formats.csv import document_steps_text
 from planner.export.json import document_text
+from planner.plan.costs import repeat_time
 from planner.protocols import ExportOptions
 from planner.verify.recount import recount
 from planner.verify.recount_steps import check_steps
@@ -125,6 +127,16 @@ def test_soaked_tests_come_before_ramps_and_the_times_add_up() -> None:
     aside = HALF_K / 2.0 * 60 + HALF_K / 4.0 * 60  # cooling 2, heating 4 K/min
     assert ramps["time_s"] == pytest.approx(2 * 2 * (each + aside))
     assert ramps["power_on_s"] == pytest.approx(2 * 2 * (each - 240 - 20))
+
+
+def test_the_diagnosis_knows_what_a_test_on_a_ramp_tells() -> None:
+    spec_of = made().loaded.spec
+    run, records = run_of_test(spec_of, "ramps"), moving(document())[:4]
+    assert run.repeat_s == pytest.approx(repeat_time(spec_of, spec_of.tests["ramps"]))
+    rates = [r["temperature_rate_degc_min"] for r in records]
+    np.testing.assert_allclose(run.conditions.temperature_rate * 60.0, rates)
+    apart = np.diff([r["start_s"] for r in records])
+    np.testing.assert_allclose(np.diff(run.conditions.time_on), apart)
 
 
 def test_the_recount_agrees_and_finds_what_is_changed() -> None:

@@ -20,7 +20,7 @@ from planner.diagnose.hypotheses.pool import Pool, extended, given, mean_square,
 from planner.nouns.array import Array
 from planner.protocols import Parameter
 
-CONFIDENCE = 0.95
+CONFIDENCE = 0.95  # of the intervals, as calibrate gives them
 DETERMINED = 1e-6  # of a coefficient's column that may lie in what the data do not see
 NEAR = 10.0  # criterion units (odds of exp(5)) by which a rival may be worse and still be one
 STEP = 1e-3  # of a parameter as a fit carries it, or of its range, for its derivative

@@ -23,7 +23,7 @@ from planner.diagnose.hypotheses.references import hypothesis
 ALPHA = 0.002  # false claims per sensor, of three channels
 ALPHA_UNKNOWN = 0.0005  # for what has no name: wide blocks, to which noise of another colour looks like much
 FEW = 60.0  # degrees of freedom, below which tails are longer than F's: ALPHA_FEW for those
-ALPHA_FEW = 0.001
+ALPHA_FEW = 0.001  # half of ALPHA: what the longer tails take
 SINGLE = 1e-3  # p of one test at which an effect may stand for a generic alternative that is significant
 TIE = 0.1  # of the criterion, that is no difference
 GROUPS = ("bias", "scale_factor", "misalignment")  # the simplest first

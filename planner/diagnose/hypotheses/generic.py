@@ -18,13 +18,13 @@ from planner.protocols import Condition
 from planner.temperature_table import hats, temperature_nodes
 from planner.units import STANDARD_GRAVITY_MPS2
 
-MOST_LEVELS = 12
+MOST_LEVELS = 12  # of one variable; more nodes would follow single records
 MOST_RATES = 24  # a table and a centrifuge together have some twenty rates
 COARSE, FINE = 9, 25
 A_NODE = 5  # observations: rows for what varies within a power-on, power-ons for what varies between them
-_REST_RATE = np.radians(1.0)  # the Earth turns 240 times slower, tables do not turn slower than this
+REST_RATE = float(np.radians(1.0))  # the Earth turns 240 times slower, tables do not turn slower than this
 _LOADED = 1.5 * STANDARD_GRAVITY_MPS2  # below that a load is not told from gravity
-_ONE_G = (0.9 * STANDARD_GRAVITY_MPS2, 1.1 * STANDARD_GRAVITY_MPS2)
+_ONE_G = (0.9 * STANDARD_GRAVITY_MPS2, 1.1 * STANDARD_GRAVITY_MPS2)  # gravity alone, biases beside
 
 
 @dataclass(frozen=True)
@@ -107,9 +107,9 @@ def _rate(c: Channel, table: DwellTable) -> list[Array]:
     if c.sensor != "gyro":
         return []
     rate = c.model.conditions.rate
-    others = np.concatenate([_hats(rate[:, j], _REST_RATE, 7) for j in range(3) if j != c.axis], axis=1)
-    own = _hats(c.u, _REST_RATE, MOST_RATES)
-    return [own, _hats(np.linalg.norm(rate, axis=1), _REST_RATE, MOST_RATES), others]
+    others = np.concatenate([_hats(rate[:, j], REST_RATE, 7) for j in range(3) if j != c.axis], axis=1)
+    own = _hats(c.u, REST_RATE, MOST_RATES)
+    return [own, _hats(np.linalg.norm(rate, axis=1), REST_RATE, MOST_RATES), others]
 
 
 def _orientation(c: Channel, table: DwellTable) -> list[Array]:

@@ -27,7 +27,7 @@ from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
 from planner.solvers.reml import Sample, Variances, reml_information, reml_together, restricted_loglik
 
-LEAST_RUNS = 20
+LEAST_RUNS = 20  # power-ons, from which their spread is a variance: 19 degrees tell it to 16 %
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
 SETTLED = 1e-3  # of the log-likelihood: a decision needs no variance to less than 5 % of its error

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from planner import catalog
 from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.generic import REST_RATE
 from planner.effects._bench_frame import load, turning, upwards
 from planner.measurement import evaluate, sensed
 from planner.nouns.array import Array
@@ -26,9 +27,8 @@ from planner.nouns.sensor import Sensor
 from planner.protocols import Condition, Effect, Group, Parameter
 from planner.units import STANDARD_GRAVITY_MPS2
 
-LEAST_RATE = float(np.radians(1.0))  # the Earth turns 240 times slower, tables do not turn slower than this
-MOST_THRESHOLDS = 8
-LAGS_S = (60.0, 150.0, 300.0, 600.0)
+MOST_THRESHOLDS = 8  # between the rates that were set; neighbours explain nearly the same
+LAGS_S = (60.0, 150.0, 300.0, 600.0)  # a minute to ten, each about twice the one before
 HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate, below which a reference names no north
 UNLOADED = 0.2  # of g, by which the force may differ from it at rest
 
@@ -119,7 +119,7 @@ def _local_gravity(c: Channel, table: DwellTable, place: float) -> Array:
 def _table_rate(c: Channel, table: DwellTable, place: float) -> Array:
     conditions = c.model.conditions
     size = np.linalg.norm(conditions.rate, axis=1)
-    fast = (size > max(place, LEAST_RATE)) & ~loaded(conditions)
+    fast = (size > max(place, REST_RATE)) & ~loaded(conditions)
     return _felt(c, [conditions.rate * fast[:, None]])
 
 
@@ -129,7 +129,7 @@ def thresholds(table: DwellTable) -> Sequence[float]:
         return ()
     conditions = table.conditions()
     size = np.linalg.norm(conditions.rate[~loaded(conditions)], axis=1)
-    levels = np.unique(np.round(size[size > LEAST_RATE], 3))
+    levels = np.unique(np.round(size[size > REST_RATE], 3))
     apart = levels[np.append(True, np.diff(levels) > 0.05 * levels[1:])] if len(levels) else levels
     between = (apart[1:] + apart[:-1]) / 2.0
     kept = np.unique(np.linspace(0, len(between) - 1, min(len(between), MOST_THRESHOLDS)).round().astype(int))

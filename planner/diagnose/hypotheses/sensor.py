@@ -36,9 +36,9 @@ from planner.measurement import sensed
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 
-FLIPS = 999
+FLIPS = 999  # the least p by rank is then 1e-3, half of ALPHA
 STRONG = 60.0  # sigma; products are about 1 % of an effect
-AGAIN = 2
+AGAIN = 2  # searches more: with what was found strong, and with what was strong beside that
 DRIVEN = 0.5  # of what tells an effect that multiplies an input, that records with such an input must tell
 MOST_SHARE = 0.4  # columns a row when the noise is judged
 FINE_ONES = ("time_on", "day")  # come coarse first, then fine
@@ -126,6 +126,56 @@ def _searched(
     impossible: tuple[str, ...],
     seed: int,
 ) -> SensorFound:
+    b = begin(data, sensor, declared, strong, impossible)
+    signs = np.random.default_rng([seed, 17]).choice([-1.0, 1.0], size=(FLIPS, len(b.cuts)))
+    shown = {name: ranges(e, data.table) for name, e in catalog.effects().items() if e.parameters}
+
+    def refine(p: Pool, believed: Sequence[int], i: int) -> tuple[Pool, int]:
+        return refined(p, believed, i, b.channels, b.cuts, shown[p.blocks[i].name])
+
+    faint = hardly_driven(b.pool, range(b.library))
+    named = [i for i in range(b.library) if i not in faint]
+    unnamed = range(b.library, len(b.pool.blocks))
+    flips = Flips(signs, len(data.starts) < LEAST_RUNS)
+    found = search(b.pool, Question(tuple(named), tuple(unnamed), flips, refine))
+    _unname_the_undetermined(found, b.channels, b.cuts, shown)
+    return SensorFound(
+        sensor,
+        b.channels,
+        found,
+        b.far,
+        b.cuts,
+        shown,
+        sizes=b.sizes,
+        refused=_refused(found, data.starts),
+        faint=tuple(dict.fromkeys(b.pool.blocks[i].name for i in faint)),
+        runs=data.table.run[data.starts],
+    )
+
+
+@dataclass(frozen=True)
+class Begun:
+    """What a search begins with. library: how many of the pool's blocks, the first ones, have a name.
+
+    channels, far, sizes, cuts: as in SensorFound
+    """
+
+    channels: tuple[Channel, ...]
+    library: int
+    pool: Pool
+    cuts: NDArray[np.int64]
+    far: dict[int, NDArray[np.bool_]]
+    sizes: dict[int, Array]
+
+
+def begin(
+    data: Prepared,
+    sensor: Sensor,
+    declared: tuple[str, ...],
+    strong: tuple[str, ...] = (),
+    impossible: tuple[str, ...] = (),
+) -> Begun:
+    """The declared fit taken off every channel, its noise judged, all candidates whitened by it."""
     table = data.table
     readings = table.gyro if sensor == "gyro" else table.acc
     assert readings is not None  # the caller asks for sensors that are there
@@ -136,51 +186,31 @@ def _searched(
     library = library_blocks(mine, table, (*declared, *impossible), sensor)
     library += reference_blocks(mine, table, sensor)
     blocks = [*library, *generic_blocks(mine, table, sensor)]
-    nothing = np.empty((len(table), 0))
-    triad, far, sizes = [], {}, {}
-    cells = cells_of(conditions)
-    for c in mine:
-        candidates = np.column_stack(
-            [nothing, *_of_the_full_model(blocks, c.axis, len(c.r), len(data.starts))]
-        )
-        coarse = np.column_stack([nothing, *_coarse(blocks, c.axis)])
-        off = far_rows(c, coarse, data.starts, table.duration, cells)
-        far[c.axis], sizes[c.axis] = off.rows, off.size
-        weights = np.where(off.rows, FAR_WEIGHT, 1.0)
-        triad.append(Readings(c, data.starts, table.duration, candidates, weights))
+    triad, far, sizes = _readings(data, mine, blocks)
     state = {
         r.channel.axis: whitened(r.channel, noise, r.candidates)
         for r, noise in zip(triad, triad_noise(triad), strict=True)
     }
     cuts = segments(state, data.starts)
-    pool = pool_of(state, blocks, cuts)
-    signs = np.random.default_rng([seed, 17]).choice([-1.0, 1.0], size=(FLIPS, len(cuts)))
-    shown = {name: ranges(e, table) for name, e in catalog.effects().items() if e.parameters}
+    return Begun(mine, len(library), pool_of(state, blocks, cuts), cuts, far, sizes)
 
-    def refine(p: Pool, believed: Sequence[int], b: int) -> tuple[Pool, int]:
-        return refined(p, believed, b, mine, cuts, shown[p.blocks[b].name])
 
-    faint = hardly_driven(pool, range(len(library)))
-    named = [b for b in range(len(library)) if b not in faint]
-    unnamed = range(len(library), len(blocks))
-    flips = Flips(signs, len(data.starts) < LEAST_RUNS)
-    question = Question(tuple(named), tuple(unnamed), flips, refine)
-    found = search(pool, question)
-    _unname_the_undetermined(found, mine, cuts, shown)
-    refused = _refused(found, data.starts)
-    weak = tuple(dict.fromkeys(blocks[b].name for b in faint))
-    return SensorFound(
-        sensor,
-        mine,
-        found,
-        far,
-        cuts,
-        shown,
-        sizes=sizes,
-        refused=refused,
-        faint=weak,
-        runs=table.run[data.starts],
-    )
+def _readings(
+    data: Prepared, channels: Sequence[Channel], blocks: Sequence[Block]
+) -> tuple[list[Readings], dict[int, NDArray[np.bool_]], dict[int, Array]]:
+    """What the noise is judged from; axis -> (n,) rows that were left out, and (n,) sigma."""
+    nothing = np.empty((len(data.table), 0))
+    cells = cells_of(data.table.conditions())
+    triad, far, sizes = [], {}, {}
+    for c in channels:
+        full = _of_the_full_model(blocks, c.axis, len(c.r), len(data.starts))
+        coarse = np.column_stack([nothing, *_coarse(blocks, c.axis)])
+        off = far_rows(c, coarse, data.starts, data.table.duration, cells)
+        far[c.axis], sizes[c.axis] = off.rows, off.size
+        weights = np.where(off.rows, FAR_WEIGHT, 1.0)
+        candidates = np.column_stack([nothing, *full])
+        triad.append(Readings(c, data.starts, data.table.duration, candidates, weights))
+    return triad, far, sizes
 
 
 def _refused(found: Found, starts: NDArray[np.int64]) -> tuple[Veto, ...]:

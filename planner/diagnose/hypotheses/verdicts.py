@@ -18,7 +18,7 @@ from planner.diagnose.hypotheses.pool import RANK, Pool
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.nouns.array import Array
 
-FOLDS = 5
+FOLDS = 5  # the usual number: Hastie, Tibshirani, Friedman, Elements of Statistical Learning, 7.10
 LEAST_RUNS = 3  # power-ons, below which none can be left out
 TAIL = 1e-3  # of a block's square that power-ons may have and still count as telling nothing of it
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -51,14 +51,24 @@ class Campaign:
 
 def hidden_campaign(effect: str, seed: int) -> Campaign:
     """A campaign that hides the effect on a gyro, at a strength between STRENGTHS."""
+    return hidden_together([effect], seed)[0]
+
+
+def hidden_together(effects: Sequence[str], seed: int) -> list[Campaign]:
+    """One campaign that hides each of up to three effects on a gyro of its own; what is found of each."""
     rng = np.random.default_rng([seed, 99])
-    channel = f"gyro_{AXES[seed % 3]}"
-    hidden = Hidden(effect, channel, tau_s=float(rng.uniform(200.0, 900.0)), step_day=20.0)
-    strength = float(rng.uniform(*STRENGTHS))
-    hidden = sized(hidden, strength, seed, LAYOUT)
-    found = whole(replace(campaign(seed, [hidden], LAYOUT), acc=None))
-    mine = [e for e in found.effects if e.effect == effect and channel in e.channels]
-    return Campaign(EFFECTS[effect](hidden), strength, mine[0] if len(mine) == 1 else None)
+    hidden, strengths = [], []
+    for k, effect in enumerate(effects):
+        tau_s, strength = float(rng.uniform(200.0, 900.0)), float(rng.uniform(*STRENGTHS))
+        one = Hidden(effect, f"gyro_{AXES[(seed + k) % 3]}", tau_s=tau_s, step_day=20.0)
+        hidden.append(sized(one, strength, seed, LAYOUT))
+        strengths.append(strength)
+    found = whole(replace(campaign(seed, hidden, LAYOUT), acc=None))
+    out = []
+    for h, strength in zip(hidden, strengths, strict=True):
+        mine = [e for e in found.effects if e.effect == h.effect and h.channel in e.channels]
+        out.append(Campaign(EFFECTS[h.effect](h), strength, mine[0] if len(mine) == 1 else None))
+    return out
 
 
 def _inside(found: FoundEffect, truth: dict[str, float]) -> dict[str, bool]:

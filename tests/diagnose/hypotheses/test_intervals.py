@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.diagnose.hypotheses.coverage import Campaign, hidden_campaign
+from tests.diagnose.hypotheses.coverage import Campaign, hidden_together
 
 SEEDS = (0, 1, 2)
 
@@ -15,7 +15,8 @@ SEEDS = (0, 1, 2)
 @pytest.fixture(scope="module")
 def campaigns() -> dict[str, list[Campaign]]:
     names = ("g_sensitivity", "temperature_rate", "warm_up")
-    return {name: [hidden_campaign(name, seed) for seed in SEEDS] for name in names}
+    found = [hidden_together(names, seed) for seed in SEEDS]
+    return {name: [each[k] for each in found] for k, name in enumerate(names)}
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say(campaigns: dict[str, list[Campaign]]) -> None:

@@ -46,10 +46,15 @@ def assert_same(effect: FoundEffect, by_calibrate: Mapping[Key, Coefficient]) ->
 
 
 CASES = [
-    (5, [Hidden("warm_up", "gyro_x", tau_s=500.0)]),
+    (
+        5,
+        [
+            Hidden("warm_up", "gyro_x", tau_s=500.0),
+            Hidden("g_sensitivity", "gyro_y"),
+            Hidden("scale_factor_nonlinearity", "gyro_z"),
+        ],
+    ),
     (6, [Hidden("temperature_rate", "gyro_z"), Hidden("warm_up", "acc_y", tau_s=500.0)]),
-    (7, [Hidden("g_sensitivity", "gyro_y")]),
-    (9, [Hidden("scale_factor_nonlinearity", "gyro_z")]),
     (12, [Hidden("misalignment_temperature", "gyro_x"), Hidden("ageing", "gyro_y")]),
 ]
 
@@ -59,6 +64,8 @@ def diagnosed(case: int) -> tuple[DwellTable, UnitDiagnosis]:
     """The campaign of a case and its diagnosis, two seconds each."""
     seed, hidden = CASES[case]
     table = campaign(seed, [sized(h, 25.0, seed, LAYOUT) for h in hidden], LAYOUT)
+    if not any(h.channel.startswith("acc") for h in hidden):
+        table = replace(table, acc=None)
     return table, whole(table)
 
 
@@ -72,7 +79,7 @@ def test_sizes_and_intervals_are_those_of_calibrate(case: int) -> None:
 
 
 def test_a_coefficient_that_channels_share_is_calibrates_joint_one() -> None:
-    table = campaign(10, [Hidden("earth_rate", "gyro_x", 1.0)], LAYOUT)
+    table = replace(campaign(10, [Hidden("earth_rate", "gyro_x", 1.0)], LAYOUT), acc=None)
     found = whole(table)
     (effect,) = found.effects
     assert [t.name for t in effect.terms][:2] == ["up", "north"]

@@ -12,6 +12,7 @@ from planner.errors import InputError
 from tests.calibrate.world import Hidden, Layout, Noise, campaign
 from tests.diagnose.hypotheses.worlds import RATE_TABLES, spec, whole
 
+DRIFT_TABLES = ("drift_curve", "drift_curve_temperature")
 SMALL = Layout(later=(30.0,), rate_repeats=2, centrifuge=False)
 NOT_GONE = ("clean", "untestable")
 
@@ -69,7 +70,7 @@ def test_limits_of_what_was_not_found_are_below_what_would_have_been(found) -> N
 @pytest.mark.parametrize(
     ("column", "effects"),
     [
-        ("time_on_s", {"warm_up", "drift", "thermal_lag", RATE_TABLES[1]}),
+        ("time_on_s", {"warm_up", "drift", "thermal_lag", "settling", RATE_TABLES[1], *DRIFT_TABLES}),
         ("day", {"ageing", "bias_step"}),
         ("temp_rate_degc_min", {"temperature_rate", "thermal_lag", "hysteresis", *RATE_TABLES}),
     ],
@@ -89,7 +90,7 @@ def test_an_effect_that_the_spec_declares_is_no_candidate(warm) -> None:
     from planner.diagnose.dwells_to_diagnosis import diagnose
 
     declared = spec().model_copy(update={"effects": [*spec().effects, "warm_up"]})
-    found = diagnose(warm, declared)
+    found = diagnose(replace(warm, acc=None), declared)
     assert found.verdict == "clean"
     assert "warm_up" not in {n.effect for n in found.not_found}
 
