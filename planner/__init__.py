@@ -24,7 +24,7 @@ _VERBS = {  # verb -> the module that has it
         ("check", "plan", "sensitivity", "allow", "compare", "why", "afford", "report", "schema"),
         "api.planning",
     ),
-    **dict.fromkeys(("simulate", "reduce", "look", "calibrate", "apply"), "api.data"),
+    **dict.fromkeys(("simulate", "simulate_signals", "reduce", "look", "calibrate", "apply"), "api.data"),
     **dict.fromkeys(("diagnose", "update"), "api.diagnosing"),
     "verify": "api.promise",
     "sweep": "api.sweeping",

@@ -6,6 +6,7 @@ from planner.api.data import calibrate as calibrate
 from planner.api.data import look as look
 from planner.api.data import reduce as reduce
 from planner.api.data import simulate as simulate
+from planner.api.data import simulate_signals as simulate_signals
 from planner.api.diagnosing import diagnose as diagnose
 from planner.api.diagnosing import update as update
 from planner.api.fleet import accept as accept

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from planner.nouns.calibration import Calibration
     from planner.nouns.dwell_table import DwellTable
+    from planner.pipelines.signals import Written
     from planner.recordings.look import Look
     from planner.recordings.reduction import Reduction
     from planner.report.blocks import Report
@@ -111,6 +112,63 @@ def simulate(
     drawn = settings_from(dict(settings or {}), settings_of(loaded.spec))
     tree = None if plan is None else plan_tree(plan)
     return SimulateAnswer(*pipeline.simulate(loaded, tree, hidden, seed, drawn, latitude_deg, curves))
+
+
+@dataclass(frozen=True)
+class SignalsAnswer(Answer):
+    """Recordings from power-on, in files. Rows: the coefficients of the unit that made them."""
+
+    written: Written
+
+    def to_dict(self) -> dict[str, Any]:
+        """Where they are, and how long."""
+        w = self.written
+        return {"written": [str(path) for path in w.files], "runs": w.runs, "samples": w.samples}
+
+    def rows(self) -> Sequence[Row]:
+        """The truth."""
+        terms = self.written.truth.terms
+        return [{"error": t.error, "term": t.term, "value_si": t.value, "hidden": t.hidden} for t in terms]
+
+    @cached_property
+    def reports(self) -> tuple[Report, ...]:
+        """One line."""
+        from planner.report.blocks import Report
+
+        w = self.written
+        return (Report("Simulated signals", "", f"{w.samples} samples of {w.runs} power-ons"),)
+
+
+def simulate_signals(
+    spec: SpecLike,
+    out: str | Path,
+    *,
+    form: str = "parquet",
+    rate_hz: float = 1000.0,
+    flight: bool = False,
+    plan: PlanLike | None = None,
+    hidden: Sequence[str] = (),
+    seed: int = 1,
+    settings: Mapping[str, object] | None = None,
+    curves: str = "measured",
+    latitude_deg: float = 45.0,
+    progress: Progress = silent,
+) -> SignalsAnswer:
+    """What the unit says from power-on, sample by sample, of a plan's campaign or the spec's flight (K 3.2).
+
+    form: `parquet`, or `packets` of 34 bytes with a map each; settings: as of `simulate`, and coloured_gyro,
+    coloured_accelerometer, coloured_time, spikes_of_samples, bursts_per_hour, thermometer_dies.
+    Raises InputError for a form, a rate, an effect or a setting that there is not.
+    """
+    from planner.export.signals import form_named
+    from planner.pipelines.signals import simulate_signals as flow
+
+    tree = None if plan is None else plan_tree(plan)
+    found = flow(
+        whole(spec), tree, Path(out), form_named(form), hidden, seed, dict(settings or {}),
+        rate=rate_hz, flight=flight, latitude_deg=latitude_deg, curves=curves, progress=progress,
+    )  # fmt: skip
+    return SignalsAnswer(found)
 
 
 # ---------------------------------------------------------------- recordings
@@ -303,12 +361,14 @@ def calibrate(
     latitude_deg: float | None = None,
     nodes: int | None = None,
     turn_deg: float | None = None,
+    noise: str | Path | None = None,
     progress: Progress = silent,
 ) -> CalibrateAnswer:
     """Dwell table → coefficients of the declared error model with honest intervals, for every unit in it.
 
     method: see `planner calibrate --help`; prior: an old calibration.json that these records renew; robust:
-    `no`, `huber` or `bisquare`; nodes: of smooth tables; turn_deg: by which a cube was turned.
+    `no`, `huber` or `bisquare`; nodes: of smooth tables; turn_deg: by which a cube was turned;
+    noise: account of a reduction, whose white and coloured noise goes into random.json.
     Raises NothingFound when the data determine nothing.
     """
     from planner.calibrate.methods import fit_options
@@ -317,7 +377,8 @@ def calibrate(
 
     old = None if prior is None else read_tables(Path(prior))
     options = fit_options(method, robust, latitude_deg, old, nodes, turn_deg)
-    return CalibrateAnswer(pipeline.calibrate(Path(data), read(spec), options, progress))
+    account = None if noise is None else Path(noise)
+    return CalibrateAnswer(pipeline.calibrate(Path(data), read(spec), options, progress, account))
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ def exposure(
     asked = motion or {}
     earth = EARTH_RATE_RADPS * np.array([np.cos(latitude), 0.0, np.sin(latitude)])
     up, faster = UP, 1.0
-    turned = _mounted(mount)
+    turned = mounted(mount)
     if references is not None:
         level, faster = rotation(np.append(references.level, 0.0)), 1.0 + references.rate
         up, earth, turned = level @ up, level @ earth, rotation(references.mounting) @ turned
@@ -138,7 +138,12 @@ def _mean_about(axis: Array, start: float, sweep: float, r: Array) -> Array:
     return np.asarray(along + (middle - along) * np.sinc(sweep / (2.0 * np.pi)))
 
 
-def _mounted(mount: int) -> Array:
+def in_body(r: Array, p1: Array, p2: Array) -> Array:
+    """(n, 3) R_z(−p1) R_y(−p2) r of a bench vector r (3,) at angles (n,) of both axes."""
+    return _about(UP, -p1[:, None], _about(AXIS_2, -p2[:, None], r))
+
+
+def mounted(mount: int) -> Array:
     """The rotation that puts body axis `mount` where z is: a cyclic change of axes."""
     return np.roll(np.eye(3), (mount + 1) % 3, axis=0)
 

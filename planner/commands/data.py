@@ -75,6 +75,18 @@ LatitudeIfKnown = Annotated[
 ]
 
 
+SignalForm = Annotated[
+    str | None,
+    typer.Option("--signals", metavar="FORM", help="Samples instead of records: parquet, or packets."),
+]
+SignalRate = Annotated[float, typer.Option("--rate", metavar="HZ", help="Of the samples.")]
+OfFlight = Annotated[bool, typer.Option("--flight", help="Samples of the spec's flight, not of the bench.")]
+NoiseAccount = Annotated[
+    Path | None,
+    typer.Option(metavar="ACCOUNT", help="DATA.account.json of `reduce`: its noise goes into random.json."),
+]
+
+
 _DEFAULTS = {"case": "random", "signs": "random", "temperature_error": "0.0 K", "spikes": 0.0}
 
 
@@ -100,11 +112,17 @@ def simulate(
     assign: Assigned = None,
     curves: Curves = "measured",
     latitude: Latitude = 45.0,
+    signals: SignalForm = None,
+    rate: SignalRate = 1000.0,
+    flight: OfFlight = False,
     as_json: AsJson = False,
 ) -> None:
     """Simulate the bench campaign of a plan, with any undeclared effects; truth beside the data.
 
     --hidden takes EFFECT=VALUE and the effect's parameters: "warm_up=0.01 deg/s,time_constant=600 s".
+    --signals parquet|packets writes what the unit says sample by sample, a file a power-on, into the folder
+    DATA; --set then also takes coloured_gyro, coloured_accelerometer, coloured_time, spikes_of_samples
+    (share), bursts_per_hour, thermometer_dies (s since power-on). `planner reduce` reads it.
 
     Example: planner simulate spec.yaml --plan plans/spec --hidden g_sensitivity=0.01deg/s/g -o data.csv
     """
@@ -116,12 +134,31 @@ def simulate(
     shown = {"case": case, "signs": signs, "temperature_error": f"{temperature_error} K", "spikes": spikes}
     chosen = {key: value for key, value in shown.items() if value != _DEFAULTS[key]}
     written = {} if settings is None else simulation_settings(settings)
+    chosen = {**written, **chosen, **pairs(assign or [])}
+    if signals is not None:
+        with progress_line() as progress:
+            recorded = data.simulate_signals(
+                spec,
+                out,
+                form=signals,
+                rate_hz=rate,
+                flight=flight,
+                plan=plan,
+                hidden=hidden or (),
+                seed=seed,
+                settings=chosen,
+                curves=curves,
+                latitude_deg=latitude,
+                progress=progress,
+            )
+        say(recorded, as_json)
+        return
     found = data.simulate(
         spec,
         plan=plan,
         hidden=hidden or (),
         seed=seed,
-        settings={**written, **chosen, **pairs(assign or [])},
+        settings=chosen,
         curves=curves,
         latitude_deg=latitude,
     )
@@ -140,6 +177,7 @@ def calibrate(
     latitude: LatitudeIfKnown = None,
     nodes: Nodes = None,
     turn: Turn = None,
+    noise: NoiseAccount = None,
     as_json: AsJson = False,
 ) -> None:
     """Fit the declared error model: coefficients with uncertainties, before and after, files for firmware.
@@ -170,6 +208,7 @@ def calibrate(
             latitude_deg=latitude,
             nodes=nodes,
             turn_deg=turn,
+            noise=noise,
             progress=progress,
         )
     say(found, as_json, out or Path("calibrations") / data.stem)

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from planner import __version__
 from planner.errors import InputError
 from planner.export.json_figures import json_text
+from planner.nouns.calibration import RandomCharacteristic
+from planner.nouns.sensor import ErrorName
 from planner.recordings.allan import AllanResult
 from planner.recordings.clocks import Clock
+from planner.recordings.coloured_noise import NoiseOfSamples
 from planner.recordings.reduction import Reduction
-from planner.units import from_si
+from planner.units import from_si, unit_factor
 
 _UNITS = {"gyro": "deg/s", "acc": "g"}
 # IEEE Std 952, annex C: by its slope each term has the channel's unit times a power of the second
@@ -74,8 +78,40 @@ def reduction_document(reduction: Reduction) -> dict[str, Any]:
         "record_is_lower_bound": reduction.record_is_bound,
         "spec_snippet": reduction.snippet,
         "allan": [_allan(one) for one in reduction.allan],
+        "noise": [_noise(one) for one in reduction.noise],
         "notes": list(reduction.table.notes),
     }
+
+
+def noise_of_account(path: Path) -> list[RandomCharacteristic]:
+    """White and coloured noise of the samples that a reduction's account tells, for random.json.
+
+    Raises InputError for a file that is none.
+    """
+    try:
+        told = json.loads(path.read_bytes())["noise"]
+        return [one for channel in told for one in _characteristics(channel)]
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from error
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise InputError(f"{path} is no account of a reduction with noise in it: {error!r}") from error
+
+
+def _characteristics(told: Mapping[str, Any]) -> Iterator[RandomCharacteristic]:
+    part, _, axis = told["channel"].partition("_")
+    error = ErrorName("accelerometer.bias" if part == "acc" else "gyro.bias")
+    factor = unit_factor(told["unit"])[0]
+    density = f"{told['unit']} s^(1/2)"
+    for kind, key, unit, scale in (
+        ("white_density_of_samples", "white_density", density, factor),
+        ("coloured", "coloured", told["unit"], factor),
+        ("coloured_correlation_time", "correlation_time_s", "s", 1.0),
+    ):
+        if told[key] is not None:
+            value, (low, high) = told[key]["value"], told[key]["ci95"]
+            yield RandomCharacteristic(
+                kind, error, axis, unit, value * scale, low * scale, high * scale, float("nan"), True
+            )
 
 
 def _clock(clock: Clock | None) -> dict[str, Any]:
@@ -84,6 +120,26 @@ def _clock(clock: Clock | None) -> dict[str, Any]:
         return {}
     return {
         "jitter": {"usual_step_s": clock.usual, "deviation_s": clock.deviation, "taken_over_s": clock.step}
+    }
+
+
+def _noise(one: NoiseOfSamples) -> dict[str, Any]:
+    """White density in unit·√s, sigma of the coloured part in the unit, its correlation time in s."""
+    unit = _UNITS[one.channel.partition("_")[0]]
+
+    def shown(ends: tuple[float, float, float] | None) -> dict[str, Any] | None:
+        if ends is None:
+            return None
+        value, low, high = (from_si(x, unit) for x in ends)
+        return {"value": value, "ci95": [low, high]}
+
+    time = None if one.time is None else {"value": one.time[0], "ci95": list(one.time[1:])}
+    return {
+        "channel": one.channel,
+        "unit": unit,
+        "white_density": shown(one.white),
+        "coloured": shown(one.sigma),
+        "correlation_time_s": time,
     }
 
 

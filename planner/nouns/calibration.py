@@ -47,7 +47,8 @@ class RandomCharacteristic:
     """One spread of one channel, SI, with its 95 % interval (NaN where it is not determined).
 
     kind: `white` (one record), `white_density` (per root hertz), `rate_noise` (per unit of input),
-        `run_to_run`, `in_run`, `storage`; error: what it spreads, e.g. `gyro.bias`
+        `run_to_run`, `in_run`, `storage`; of the samples of a recording `white_density_of_samples`,
+        `coloured` and `coloured_correlation_time`; error: what it spreads, e.g. `gyro.bias`
     """
 
     kind: str

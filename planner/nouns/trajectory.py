@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from planner.nouns.array import Array
 
@@ -34,3 +36,15 @@ class Trajectory:
     time_on: Array
     day: float = 0.0
     height_aid_m: float | None = None
+
+    def until(self, seconds: float) -> Trajectory:
+        """Up to the first instant at or after `seconds` from the start; the whole where it is shorter."""
+        ahead = self.time_s - self.time_s[0] >= seconds * (1.0 - 1e-12)
+        n = max(int(np.argmax(ahead)), 2) if ahead.any() else len(self.time_s) - 1
+        points = ("time_s", "latitude", "longitude", "altitude", "velocity", "attitude", "temperature_degc")
+        return replace(
+            self,
+            **{name: getattr(self, name)[: n + 1] for name in (*points, "time_on")},
+            angle_increment=self.angle_increment[:n],
+            velocity_increment=self.velocity_increment[:n],
+        )

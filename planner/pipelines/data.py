@@ -14,7 +14,8 @@ from planner.calibrate.lines_in_flight import lines_in_flight
 from planner.calibrate.nothing_found import refuse_nothing
 from planner.campaign.design import design
 from planner.errors import InputError
-from planner.nouns.calibration import Calibration
+from planner.export.reduction import noise_of_account
+from planner.nouns.calibration import Calibration, RandomCharacteristic
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.plan_file import steps_of
 from planner.nouns.trajectory import Trajectory
@@ -70,16 +71,19 @@ def simulation_settings(path: Path) -> dict[str, object]:
 
 
 def calibrate(
-    data: Path, loaded: LoadedSpec, options: FitOptions, progress: Progress
+    data: Path, loaded: LoadedSpec, options: FitOptions, progress: Progress, noise: Path | None = None
 ) -> tuple[Calibration, ...]:
     """Dwell table's file and spec → the calibration of every unit in it.
 
+    noise: account of a reduction, whose noise of samples goes to the random characteristics.
     Raises NothingFound when the data determine nothing of it.
     """
     progress(f"reading {data}")
     table = _records_of(data, options)
     found = calibrate_table(table, loaded.spec, options, spec_sha256=loaded.sha256, progress=progress)
     refuse_nothing(found, options.method, str(data))
+    if noise is not None:
+        found = tuple(_with_noise(one, noise_of_account(noise)) for one in found)
     if not any(sensor.smooth for one in found for sensor in one.sensors):
         return found
     progress("what lines between the nodes cost in flight")
@@ -98,6 +102,15 @@ def _records_of(data: Path, options: FitOptions) -> DwellTable:
     from planner.recordings.formats import reader_of
 
     return dwells_of(read_navigation_log(data, reader_of(data), options.latitude))
+
+
+def _with_noise(found: Calibration, noise: Sequence[RandomCharacteristic]) -> Calibration:
+    """The sensors with what their samples say of white and coloured noise."""
+    sensors = (
+        replace(s, random=(*s.random, *(r for r in noise if r.error.partition(".")[0] == s.sensor)))
+        for s in found.sensors
+    )
+    return replace(found, sensors=tuple(sensors))
 
 
 def _with_cost(found: Calibration, spec: Spec, flight: Trajectory) -> Calibration:

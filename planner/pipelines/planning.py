@@ -77,11 +77,6 @@ class Planned:
     allowed: AllowedErrors | None
 
 
-def refuse_unplannable(loaded: LoadedSpec) -> None:
-    """What `plan` refuses before it plans: InputError for an error that no campaign of the tests observes."""
-    refuse_what_no_campaign_observes(loaded.spec)
-
-
 def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
     """Spec → errors, sensitivities on its trajectory (unless they are given), constraints."""
     spec = loaded.spec

@@ -21,8 +21,17 @@ FORMS = ("constant", "ramp")  # pydantic's names for the two ways to write a tem
 
 
 def flight_path(spec: Spec, folder: Path) -> Trajectory:
-    """The flight of a spec, with what holds its height. Raises InputError as `trajectory_of` does."""
-    return aided(trajectory_of(spec.trajectory, folder), spec)
+    """The flight of a spec as far as its requirements look, with what holds its height.
+
+    Raises InputError as `trajectory_of` does, and for a requirement after the end of the flight.
+    """
+    whole = aided(trajectory_of(spec.trajectory, folder), spec)
+    looks = [float("inf") if isinstance(r.at, str) else r.at for r in spec.requirement]
+    long = float(whole.time_s[-1] - whole.time_s[0])
+    late = [t for t in looks if long < t < float("inf")]
+    if late:
+        raise InputError(f"requirement at {late[0]:g} s: the flight ends at {long:g} s")
+    return whole.until(max(looks)) if max(looks) < long else whole
 
 
 def aided(trajectory: Trajectory, spec: Spec) -> Trajectory:

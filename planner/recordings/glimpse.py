@@ -17,6 +17,7 @@ from planner.readers._arrays import RUN
 from planner.recordings.formats import reader_of
 
 MOST_ROWS = 1 << 18
+_LARGEST = 1e100  # of a number at which somebody only looks: a broken one is none whose square overflows
 MOST_COLUMNS = 128
 _BRACKETED = re.compile(r"^(.*?)[\s_]*[\[({]\s*([^\])}]*?)\s*[\])}]\s*$")
 _ENDINGS = {
@@ -74,6 +75,7 @@ def glimpse(path: Path) -> Glimpse:
         numbers = _of_one_length(reader, path, names)
     if not numbers:
         raise InputError(f"{path} has no column of numbers")
+    numbers = {n: np.clip(v, -_LARGEST, _LARGEST) for n, v in numbers.items()}
     rows = len(next(iter(numbers.values())))
     return Glimpse(path, reader.name, names, units, numbers, texts, skipped, rows < MOST_ROWS)
 

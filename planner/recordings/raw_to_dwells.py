@@ -84,6 +84,7 @@ def reduce_recordings(
         rates_hz={file.name: file.rate for file in files},
         clocks={file.name: clock for file in files if (clock := _clock(file)) is not None},
         motions=table_of(motions, settings) if motions else None,
+        noise=noise.samples,
     )
 
 

@@ -9,6 +9,7 @@ from planner.dwells.table_rows import together
 from planner.nouns.dwell_table import DwellTable
 from planner.recordings.allan import AllanResult
 from planner.recordings.clocks import Clock
+from planner.recordings.coloured_noise import NoiseOfSamples
 from planner.recordings.recording import Recording
 from planner.recordings.rests import Segment
 from planner.recordings.samples import Account
@@ -68,6 +69,7 @@ class Reduction:
     record_is_bound: the recording is too short to show the minimum, so longer may be better
     snippet: the line of a spec's test that says so, such as `record: 120 s`
     clocks: file -> its clock, where it jitters
+    noise: white and coloured, of the samples of the longest rest
     motions: hand turns between rests, in pieces of a few degrees: what the gyros turned in each
     """
 
@@ -82,6 +84,7 @@ class Reduction:
     rates_hz: Mapping[str, float]
     clocks: Mapping[str, Clock] = field(default_factory=dict)
     motions: DwellTable | None = None
+    noise: tuple[NoiseOfSamples, ...] = ()
 
     @property
     def whole(self) -> DwellTable:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.recordings.allan import LEAST_SAMPLES, AllanResult, allan
+from planner.recordings.coloured_noise import NoiseOfSamples, noise_of_samples
 from planner.recordings.reduction import ScannedFile
 from planner.recordings.rests import Segment, used_channels
 from planner.recordings.samples import CHANNELS, Samples
@@ -24,7 +25,7 @@ MOST_KELVIN = 2.0
 
 @dataclass(frozen=True)
 class RestNoise:
-    """Allan deviations of the longest rest, a phrase on where it is, and what it recommends.
+    """Allan deviations of the longest rest, a phrase on where it is, what it recommends; noise of samples.
 
     record: s, the best averaging time of one dwell; None when nothing rests for 30 s, or when the temperature
         moves during the rest, so that its drift and not the noise would set the time
@@ -35,6 +36,7 @@ class RestNoise:
     place: str
     record: float | None
     is_bound: bool
+    samples: tuple[NoiseOfSamples, ...] = ()
 
 
 def noise_of(files: Sequence[ScannedFile]) -> RestNoise:
@@ -48,6 +50,8 @@ def noise_of(files: Sequence[ScannedFile]) -> RestNoise:
         return RestNoise((), "", None, False)
     living = np.flatnonzero(used_channels(file.windows) & (np.ptp(values, axis=0) > 0))
     results = tuple(allan(values[:, i], rate, CHANNELS[i]) for i in living)
+    fitted = (noise_of_samples(values[:, i], rate, CHANNELS[i]) for i in living)
+    coloured = tuple(one for one in fitted if one is not None)
     record, bound = recommended(results)
     span, kelvin = (
         file.windows.end[segment.last - 1] - file.windows.start[segment.first],
@@ -55,9 +59,9 @@ def noise_of(files: Sequence[ScannedFile]) -> RestNoise:
     )
     place = f"{span:.0f} s of {file.unit} run {file.run}"
     if kelvin <= MOST_KELVIN:
-        return RestNoise(results, place, record, bound)
+        return RestNoise(results, place, record, bound, coloured)
     place += f", over which the temperature moves by {kelvin:.3g} K; so they recommend no record"
-    return RestNoise(results, place, None, False)
+    return RestNoise(results, place, None, False, coloured)
 
 
 def _longest(files: Sequence[ScannedFile]) -> tuple[ScannedFile, Segment] | None:

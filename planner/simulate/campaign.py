@@ -30,7 +30,7 @@ from planner.simulate.curves.measured import OneUnit
 from planner.simulate.families import curve_families
 from planner.simulate.hidden import HiddenEffect, coefficients
 from planner.simulate.processes import gauss_markov, generator, power_on_draws, walk
-from planner.simulate.references import drawn_references
+from planner.simulate.references import TrueReferences, drawn_references
 from planner.simulate.temperature_curves import CurveFamily
 from planner.spec.budget import ErrorBudget
 from planner.spec.curve_names import FamilyName
@@ -140,9 +140,7 @@ def simulate(
 ) -> tuple[DwellTable, Truth]:
     """One unit drawn from its budgets and measured by the design. Same arguments, same bytes."""
     settings = settings or Settings()
-    shown = _strayed(design.conditions, settings, seed)
-    references = drawn_references(design, unit.accuracies if settings.references else {}, seed)
-    conditions = references.true_conditions(design, shown)
+    shown, conditions, references = shown_and_true(design, unit, seed, settings)
     readings: dict[Sensor, Array] = {}
     terms: list[TrueTerm] = []
     for sensor in SENSORS:
@@ -171,6 +169,15 @@ def simulate(
     return table, Truth(seed, tuple(terms), references.by_name)
 
 
+def shown_and_true(
+    design: Design, unit: Unit, seed: int, settings: Settings
+) -> tuple[Conditions, Conditions, TrueReferences]:
+    """What the bench shows in every record, what the unit is truly exposed to, and why they differ."""
+    shown = _strayed(design.conditions, settings, seed)
+    references = drawn_references(design, unit.accuracies if settings.references else {}, seed)
+    return shown, references.true_conditions(design, shown), references
+
+
 def _strayed(nominal: Conditions, settings: Settings, seed: int) -> Conditions:
     """The chamber strays around the soaked temperature, and drifts a little during a record."""
     rng, n = generator(seed, "chamber"), len(nominal.day)
@@ -196,42 +203,58 @@ def _measured(
     seed: int,
 ) -> tuple[Array, list[TrueTerm]]:
     """(n, 3) readings, and the coefficients that made them."""
-    sized = [
-        _Sized(sensor, e, b, unit.families.get((s, e))) for (s, e), b in unit.budgets.items() if s == sensor
-    ]
-    drawn: list[_Drawn] = [
-        _Drawn(catalog.effects()[s.effect], *_coefficients(s, design, conditions, settings, seed))
-        for s in sized
-    ]
-    for i, extra in enumerate(h for h in hidden if sensor in h.sensors):
-        values = coefficients(extra, sensor, generator(seed, "hidden", sensor, extra.text, str(i)))
-        effect = catalog.effects()[extra.effect]
-        terms = [
-            TrueTerm(
-                f"{sensor}.{effect.name}",
-                t.name,
-                float(v),
-                effect.units[sensor],
-                hidden=True,
-                nonlinear={**effect.nonlinear, **extra.nonlinear},
-            )
-            for t, v in zip(effect.terms(sensor), values, strict=True)
-        ]
-        every = np.broadcast_to(values, (len(design), len(values)))
-        drawn.append(_Drawn(effect, every, terms, extra.nonlinear))
+    drawn = drawn_coefficients(sensor, design, conditions, unit, settings, seed)
+    for d in hidden_coefficients(sensor, hidden, seed):
+        drawn.append(replace(d, values=np.broadcast_to(d.values, (len(design), len(d.values)))))
     runs = replace(of_design(design), conditions=conditions)
-    y = runs.response(sensor, [Acting(d.effect, d.values, d.nonlinear) for d in drawn])
+    y = runs.response(sensor, [Acting(d.effect, d.values, d.parameters) for d in drawn])
     return _noisy(y, sensor, design, settings, seed), [t for d in drawn for t in d.terms]
 
 
 @dataclass(frozen=True)
-class _Drawn:
-    """One effect of the unit: coefficients (n, n_terms) in every record, the truth, nonlinear parameters."""
+class Drawn:
+    """One effect of the unit: coefficients (n, n_terms) in every record, or (n_terms,); the truth of them.
+
+    parameters: nonlinear ones; budget: None of a hidden effect
+    """
 
     effect: Effect
     values: Array
     terms: list[TrueTerm]
-    nonlinear: Mapping[str, float] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    budget: ErrorBudget | None = None
+
+
+def drawn_coefficients(
+    sensor: Sensor, design: Design, conditions: Conditions, unit: Unit, settings: Settings, seed: int
+) -> list[Drawn]:
+    """Every budgeted error of a sensor under true conditions of the records."""
+    return [
+        Drawn(
+            catalog.effects()[e],
+            *_coefficients(_Sized(s, e, b, unit.families.get((s, e))), design, conditions, settings, seed),
+            budget=b,
+        )
+        for (s, e), b in unit.budgets.items()
+        if s == sensor
+    ]
+
+
+def hidden_coefficients(sensor: Sensor, hidden: Sequence[HiddenEffect], seed: int) -> list[Drawn]:
+    """Every undeclared error of a sensor, the same in all records."""
+    found = []
+    for i, extra in enumerate(h for h in hidden if sensor in h.sensors):
+        values = coefficients(extra, sensor, generator(seed, "hidden", sensor, extra.text, str(i)))
+        effect = catalog.effects()[extra.effect]
+        parameters = {**effect.nonlinear, **extra.nonlinear}
+        terms = [
+            TrueTerm(
+                f"{sensor}.{effect.name}", t.name, float(v), effect.units[sensor], True, nonlinear=parameters
+            )
+            for t, v in zip(effect.terms(sensor), values, strict=True)
+        ]
+        found.append(Drawn(effect, np.asarray(values), terms, extra.nonlinear))
+    return found
 
 
 def _noisy(y: Array, sensor: Sensor, design: Design, settings: Settings, seed: int) -> Array:

@@ -57,6 +57,16 @@ def gauss_markov(design: Design, time: float, rng: np.random.Generator) -> Array
     return out
 
 
+def coloured(count: int, step: float, time: float, rng: np.random.Generator) -> Array:
+    """(n,) first-order Gauss-Markov of unit variance, steps and time in s: a = e^(−step/time)."""
+    from scipy.signal import lfilter
+
+    keep = float(np.exp(-step / time))
+    noise = np.sqrt(1.0 - keep**2) * rng.normal(size=count)
+    noise[:1] /= np.sqrt(1.0 - keep**2)
+    return np.asarray(lfilter([1.0], [1.0, -keep], noise))
+
+
 def walk(day: Array, rng: np.random.Generator) -> Array:
     """(n,) random walk over the days from zero at day 0, unit variance after STORAGE_DAYS."""
     moments, index = np.unique(day, return_inverse=True)

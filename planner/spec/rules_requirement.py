@@ -97,6 +97,8 @@ def _family(sheet: Review, name: object, path: Path, settings: dict[str, Any]) -
         remark = None if aided else unaided(getattr(flown, "duration", 0.0))
         if remark and not isinstance(sheet.spec.sensitivities, Given):
             sheet.warn("P214", ("trajectory",), remark, key=True)
+        if not isinstance(sheet.spec.sensitivities, Given):
+            _within(sheet, getattr(flown, "duration", float("inf")))
     except ValidationError as error:
         for where, fault in faults_of(error, sheet.document, settings, model, ("trajectory",)):
             if sheet.readable(("trajectory", *where)):

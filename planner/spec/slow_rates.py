@@ -37,7 +37,8 @@ def repeats_for(spread: float, half_width: float = ENOUGH) -> int:
 
 def slow_rates(spec: Spec) -> Iterator[tuple[str, str]]:
     """Test and a sentence, for every test whose slowest rate is below what tells a scale factor."""
-    asked = {name: _rates(spec, name) for name, test in spec.tests.items() if _tells_scale(test)}
+    told = {name: test for name, test in spec.tests.items() if _tells_scale(test)}
+    asked = {name: _rates(spec, name) for name, test in told.items() if test.bench in spec.benches}
     fastest = max((rate for rates in asked.values() for rate in rates), default=0.0)
     for name, rates in asked.items():
         slow = [rate for rate in rates if rate < REACH * fastest]

@@ -48,8 +48,11 @@ class File:
 
 def flight_table(path: Path) -> Table:
     """The file's rows, with what was left out derived. Raises InputError with the line of what is wrong."""
-    state = path.stat() if path.is_file() else None
-    return _table(path, state and (state.st_mtime_ns, state.st_size))
+    try:
+        state = path.stat()
+    except (OSError, ValueError):  # also a name that no file system takes; reading it says so
+        return _table.__wrapped__(path, None)
+    return _table(path, (state.st_mtime_ns, state.st_size))
 
 
 @lru_cache(maxsize=2)  # a spec is checked before its flight is flown: the file is read once

@@ -5,10 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from planner.errors import InputError
-from planner.plan.spec_to_trajectory import trajectory_of
+from planner.nouns.trajectory import Trajectory
+from planner.plan.spec_to_sensitivity import sensitivities
+from planner.plan.spec_to_trajectory import flight_path, trajectory_of
+from tests.specs import loaded, small
 from tests.trajectories.flights import flight, table, write
 
 
@@ -64,3 +68,25 @@ def test_what_cannot_be_flown_is_refused(choice: Any, says: str, tmp_path: Path)
 def test_all_wrong_parameters_are_said_at_once(tmp_path: Path) -> None:
     said = refusal({"name": "turn", "bank": "85 deg", "speed": "1 m/s", "wind": "3 m/s"}, tmp_path)
     assert all(f"trajectory.{key}: " in said for key in ("bank", "speed", "wind"))
+
+
+def test_a_flight_ends_where_the_requirements_stop_looking() -> None:
+    """What a requirement at 20 s needs is the same on the whole flight; one at the end needs all of it."""
+    base = small(trajectory={"name": "turn", "duration": "60 s"}, sensitivities="simulated")
+
+    def flown(*moments: str) -> Trajectory:
+        wanted = [{"error": "position", "limit": "99 km", "rule": "rss", "at": at} for at in moments]
+        return flight_path(loaded(base | {"requirement": wanted}).spec, Path())
+
+    whole, short = flown("20 s", "end"), flown("20 s", "5 s")
+    assert whole.time_s[-1] == 60.0
+    assert short.time_s[-1] == pytest.approx(20.0)
+    assert len(short.angle_increment) == len(short.time_s) - 1 == len(short.attitude) - 1
+    errors = ["gyro.bias", "accelerometer.bias"]
+    at_20 = sensitivities(whole, errors, instants=[20.0])
+    there = int(np.argmin(abs(at_20.time_s - 20.0)))
+    found, wanted = sensitivities(short, errors).position[-1], at_20.position[there]
+    # the steps in which the error equations are integrated follow the length of the flight
+    np.testing.assert_allclose(found, wanted, rtol=2e-6, atol=2e-6 * np.abs(wanted).max())
+    with pytest.raises(InputError, match="after the end of the flight, 60 s"):
+        flown("90 s")

@@ -44,6 +44,16 @@ def test_damage_is_read_or_refused(tmp_path: Path, good: dict[str, bytes], kind:
     assert "refused" in outcomes
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("broken", ["1e200", "1e308", "inf", "-1e999"])
+def test_a_guess_is_not_upset_by_a_number_beyond_all_numbers(tmp_path: Path, broken: str) -> None:
+    rows = [f"{k / 100},0.1,0.2,0.3,0,0,9.8" for k in range(200)]
+    rows[7] = f"0.07,{broken},0.2,0.3,0,0,{broken}"
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([",".join(NAMES), *rows, ""]))
+    assert guess(path) == "read"
+
+
 @pytest.mark.parametrize("kind", ["csv", "tsv", "txt", "log"])
 def test_a_guess_of_damage_is_a_map_or_refused(tmp_path: Path, good: dict[str, bytes], kind: str) -> None:
     path = tmp_path / f"a.{kind}"

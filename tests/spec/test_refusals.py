@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from planner.export.flight import flight_template
 from tests.spec.example import EXAMPLE, changed, faults, loaded, place
 
 CURVE = "{curve: {-60 degC: 5 mg, 20 degC: 0 mg, 60 degC: -3 mg}}"
@@ -399,7 +400,7 @@ def test_names_that_no_trajectory_has(name: str) -> None:
 
 
 def test_a_flight_file_lies_beside_the_spec(tmp_path: Path) -> None:
-    (tmp_path / "flight.csv").write_text("time_s\n", encoding="utf-8")
+    (tmp_path / "flight.csv").write_text(flight_template(), encoding="utf-8")
     assert loaded(changed(("small_uav_1", "{file: flight.csv}")), tmp_path / "campaign.yaml")
 
 

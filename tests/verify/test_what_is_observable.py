@@ -11,9 +11,11 @@ from planner.errors import InputError
 from planner.export.json import plan_text
 from planner.nouns.choices import TestVisits
 from planner.pipelines import planning
-from planner.pipelines.planning import exact_plan, refuse_unplannable
+from planner.pipelines.planning import exact_plan
+from planner.plan.observable_campaign import refuse_what_no_campaign_observes
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.plan.visits_to_observability import asked_errors, unobservable_in
+from planner.spec.load import LoadedSpec
 from planner.verify.experiment import experiment
 from planner.verify.weak import weak_coefficients
 from tests.specs import loaded
@@ -68,12 +70,16 @@ CASES: dict[str, tuple[dict[str, Any], Named]] = {
 }
 
 
+def _checked(found: LoadedSpec) -> None:
+    refuse_what_no_campaign_observes(found.spec)
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_they_name_the_same(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     tree, wanted = CASES[case]
     found = loaded(tree)
     said = []
-    for ask in (refuse_unplannable, exact_plan):
+    for ask in (_checked, exact_plan):
         try:
             ask(found)
         except InputError as error:

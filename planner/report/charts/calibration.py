@@ -47,7 +47,7 @@ def _bars(axes: Axes, residuals: Sequence[Residual], unit: str) -> None:
                 (3, 0),
                 textcoords="offset points",
                 va="center",
-                fontsize=8,
+                fontsize=8.5,
             )
     axes.set_yticks(range(len(residuals)), [r.channel for r in residuals])
     axes.invert_yaxis()

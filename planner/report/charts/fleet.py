@@ -89,7 +89,7 @@ def _region(units: Sequence[UnitAcceptance], adds: bool) -> Figure:
             axes.plot(*shares.T, marker, color=colour, markersize=5, label=verdict, alpha=0.8)
         named = verdict != "accepted" and len(own) <= NAMED  # the accepted ones lie on each other
         for u, at in zip(own if named else (), shares, strict=False):
-            axes.annotate(u.unit, at, (4, 3), textcoords="offset points", fontsize=8.0)
+            axes.annotate(u.unit, at, (4, 3), textcoords="offset points", fontsize=8.5)
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("gyros, % of the limit")

@@ -65,7 +65,7 @@ def _year(days: dict[date, tuple[int, int]], today: date) -> Figure:
         if row >= rows:
             continue
         axes.plot(day_.day, row, "s", color=theme.RED if overdue else theme.BLUE, markersize=12)
-        axes.text(day_.day, row, str(units), color="white", fontsize=8, ha="center", va="center")
+        axes.text(day_.day, row, str(units), color="white", fontsize=8.5, ha="center", va="center")
     row = (today.year - first.year) * 12 + today.month - first.month
     axes.plot(today.day, row, "s", markerfacecolor="none", markeredgecolor=theme.INK, markersize=14)
     axes.set_yticks(range(rows), [f"{_MONTHS[m]} {y}" for y, m in months])

@@ -1,0 +1,95 @@
+"""The flow of simulated signals: spec, and a plan or its flight → recordings from power-on in a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from planner.campaign.design import design
+from planner.errors import InputError
+from planner.export.signals import Form, signal_files
+from planner.export.truth import truth_text
+from planner.nouns.plan_file import steps_of
+from planner.plan.default_campaign import default_campaign
+from planner.plan.schedule_to_steps import steps as steps_of_campaign
+from planner.plan.spec_to_trajectory import trajectory_of
+from planner.simulate.campaign import Truth, prepared
+from planner.simulate.families import family_named
+from planner.simulate.hidden import hidden_effect
+from planner.simulate.settings import settings_from, settings_of
+from planner.simulate.signals import Signals, campaign_signals, disturbed_by, flight_signals, recorded
+from planner.spec.load import LoadedSpec
+from planner.units import UnitError
+from planner.whole_files import write_whole
+
+Progress = Callable[[str], None]
+RATES_HZ = (10.0, 10_000.0)
+
+
+@dataclass(frozen=True)
+class Written:
+    """What was written: files, power-ons, samples, and the unit as it was drawn."""
+
+    files: tuple[Path, ...]
+    runs: int
+    samples: int
+    truth: Truth
+
+
+def simulate_signals(
+    loaded: LoadedSpec,
+    plan: Mapping[str, object] | None,
+    out: Path,
+    form: Form,
+    hidden: Sequence[str],
+    seed: int,
+    written: Mapping[str, object],
+    *,
+    rate: float = 1000.0,
+    flight: bool = False,
+    latitude_deg: float = 45.0,
+    curves: str = "measured",
+    progress: Progress = lambda message: None,
+) -> Written:
+    """One recording a power-on of the campaign, or one of the flight, and truth.json, in the folder `out`.
+
+    Raises InputError for a setting, an effect or a rate that cannot be.
+    """
+    if not RATES_HZ[0] <= rate <= RATES_HZ[1]:
+        raise InputError(f"--rate must lie between {RATES_HZ[0]:g} and {RATES_HZ[1]:g} Hz, not {rate:g}")
+    try:
+        disturbed, rest = disturbed_by(written)
+    except (UnitError, ValueError) as error:
+        raise InputError(f"simulation setting: {error}") from error
+    spec = loaded.spec
+    steps = steps_of_campaign(spec, default_campaign(spec)) if plan is None else steps_of(plan)
+    unit, truth = recorded(
+        design(steps, spec, float(np.radians(latitude_deg))),
+        prepared(spec, family_named(curves)),
+        seed,
+        settings_from(rest, settings_of(spec)),
+        disturbed,
+        [hidden_effect(text) for text in hidden],
+        rate,
+    )
+
+    def every() -> Iterator[Signals]:
+        if flight:
+            yield flight_signals(unit, trajectory_of(spec.trajectory, loaded.folder))
+        else:
+            yield from campaign_signals(unit)
+
+    files, runs, samples = list[Path](), 0, 0
+    for signals in every():
+        progress(f"recording power-on {signals.run}")
+        for name, content in signal_files(signals, form, rate).items():
+            if out / name not in files:
+                files.append(out / name)
+                write_whole(out / name, content)
+        runs, samples = runs + 1, samples + len(signals.time)
+    files.append(out / "truth.json")
+    write_whole(files[-1], truth_text(truth, out.name))
+    return Written(tuple(files), runs, samples, truth)
