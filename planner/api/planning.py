@@ -125,7 +125,7 @@ class PlanAnswer(Answer):
     def remark(self) -> str:
         """What stopped it, or which limits it misses."""
         if not self.record.complete:
-            return "stopped before the search was complete: see bound_s and gap, and what was cut short"
+            return "stopped before the proof was complete: see bound_s and gap, and what was cut short"
         missed = [one.error for one in self.requirements if not one.met]
         return f"the plan misses its requirement: {', '.join(missed)}" if missed else ""
 
