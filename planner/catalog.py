@@ -77,6 +77,7 @@ class Unloadable:
 class Plugins(Mapping[str, T], Generic[T]):
     """The plug-ins of one kind by name, in the order of the names; each is imported when it is asked for.
 
+    Effects that a name describes (planner.effects._measured_curve) can be asked for and are in no list.
     Names, `in` and `len` import nothing. `items` and `values` import all and pass over those that do not
     load: `unloadable` tells which. Asking for one of those raises InputError.
     """
@@ -87,6 +88,8 @@ class Plugins(Mapping[str, T], Generic[T]):
     def __getitem__(self, name: str) -> T:
         if name not in self:
             raise KeyError(name)
+        if name not in origins(self._kind):
+            return _curve(name)  # type: ignore[no-any-return]  # an effect, as only that kind has curves
         found, reason = _loaded(self._kind, name)
         if reason:
             raise InputError(str(Unloadable(origins(self._kind)[name], reason)))
@@ -99,7 +102,7 @@ class Plugins(Mapping[str, T], Generic[T]):
         return len(origins(self._kind))
 
     def __contains__(self, name: object) -> bool:
-        return name in origins(self._kind)
+        return name in origins(self._kind) or (self._kind == "effects" and _curve(name) is not None)
 
     def items(self) -> ItemsView[str, T]:
         """Name and plug-in of all that load."""
@@ -155,6 +158,13 @@ def varies_as_declared(effect: str, declared: Collection[str]) -> bool:
     if any(known[name].temperature_of == effect for name in declared if name in known):
         return True
     return not temperature_effects(effect)
+
+
+def _curve(name: object) -> Any:
+    """The measured curve that a name describes, None where it describes none."""
+    if not (isinstance(name, str) and name.startswith("curve_")):
+        return None
+    return importlib.import_module("planner.effects._measured_curve").curve_of(name)
 
 
 def unloadable(*kinds: Kind) -> list[Unloadable]:

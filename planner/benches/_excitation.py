@@ -84,20 +84,19 @@ _EVERYTHING = frozenset({"rate", "gravity", "acceleration", "temperature"})
 def _reachable(excites: frozenset[str]) -> Conditions:
     """Everything the bench can do, one row a condition: faces × loads × turns × temperatures × times."""
     turns = (-500.0, 0.0, 100.0, 500.0) if "rate" in excites else (0.0,)
+    every = (*(-r for r in RATES_DPS), *RATES_DPS) if "rate" in excites else ()
     loads = (0.0, 10.0, 50.0, 100.0) if "acceleration" in excites else (0.0,)
     warmth = _WARMTH if "temperature" in excites else _WARMTH[:1]
-    ages = (
-        (2.0, 0.0),
-        (10.0, 0.0),
-        (700.0, 3.0),
-        (3000.0, 30.0),
-    )  # every bench can wait
+    ages = ((2.0, 0.0), (10.0, 0.0), (700.0, 3.0), (3000.0, 30.0))  # every bench can wait
+    between = ((60.0, 1.0), (150.0, 7.0), (400.0, 15.0))  # the nodes of a measured curve lie no further apart
     faces = range(6) if "gravity" in excites else range(1)
+    states = [
+        *product(faces, turns, loads, warmth, ages),
+        *product(faces, every, loads, warmth[:1], ages),
+        *product(faces, turns, loads, warmth[:1], between),
+    ]
     table = np.array(
-        [
-            (*_turn(face, turn), *_load(face, load), *warm, *age)
-            for face, turn, load, warm, age in product(faces, turns, loads, warmth, ages)
-        ]
+        [(*_turn(face, turn), *_load(face, load), *warm, *age) for face, turn, load, warm, age in states]
     )
     return Conditions(table[:, :3], table[:, 3:6], table[:, 6], table[:, 7], table[:, 8], table[:, 9])
 

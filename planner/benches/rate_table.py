@@ -53,7 +53,9 @@ def _needs_turns(error: str) -> bool:
     """Whether the error enters by the rate: the table cannot show it at rest."""
     sensor, _, name = error.partition(".")
     effect = effects().get(name)
-    return sensor == "gyro" and effect is not None and effect.group != "bias"
+    if sensor != "gyro" or effect is None:
+        return False
+    return effect.group != "bias" or ("rate" in effect.needs and not effect.bench_only)
 
 
 def _rests(axes: int) -> list[Motion]:

@@ -106,17 +106,18 @@ def repeat_spread(spec: Spec, run: BenchRun, target: Target, noise: RecordNoise)
     for axis in target.axes:
         acts = [i for i, term in enumerate(terms) if axis in term.channels]
         if acts:
-            worst = max(worst, _spread(spec, run, target.sensor, axis, full[:, axis, acts], noise))
+            worst = max(worst, _spread(spec, run, target, axis, full[:, axis, acts], noise))
     return worst
 
 
-def _spread(spec: Spec, run: BenchRun, sensor: Sensor, axis: int, G: Array, noise: RecordNoise) -> float:
-    known = catalog.effects()
+def _spread(spec: Spec, run: BenchRun, target: Target, axis: int, G: Array, noise: RecordNoise) -> float:
+    known, sensor = catalog.effects(), target.sensor
     declared = tuple(e for e in spec.effects if known[e].temperature_of is None)  # one power-on, one point
     model = channel_model(sensor, axis, run.conditions, declared)
     theta = model.start()
     J = linear_jacobian(model, theta, evaluate(model, theta))
-    spreads = [_known(spec, sensor, c.effect) for c in model.columns() if not c.parameter]
+    curve = target.effect not in catalog.origins("effects")
+    spreads = [_known(spec, sensor, c.effect, curve) for c in model.columns() if not c.parameter]
     u = sensed(sensor, run.conditions)[:, axis]
     sigma = np.sqrt(noise.white**2 * noise.duration / run.duration + (noise.rate * u) ** 2)
     prior = np.diag(1.0 / np.array([*spreads, *[UNKNOWN] * G.shape[1]]))
@@ -127,11 +128,17 @@ def _spread(spec: Spec, run: BenchRun, sensor: Sensor, axis: int, G: Array, nois
     return float(np.sqrt(variance[-G.shape[1] :].max()))
 
 
-def _known(spec: Spec, sensor: Sensor, effect: str) -> float:
-    """To what a declared coefficient is known from other tests, SI."""
-    if not catalog.effects()[effect].needs:
-        return UNKNOWN  # a constant is this power-on's own
+def _known(spec: Spec, sensor: Sensor, effect: str, curve: bool) -> float:
+    """To what a declared coefficient is known from other tests, SI.
+
+    curve: a measured curve is zero where a test may have no record, as turns have none at rest: what is
+        common to all its records is told by what other tests say of the bias, to a power-on's own draw
+    """
     budget = getattr(spec.unit, sensor).get(effect)
+    if not catalog.effects()[effect].needs:
+        told = curve and any(f"{sensor}.{effect}" in t.calibrates for t in spec.tests.values())
+        drawn = np.hypot(budget.run_to_run_largest, budget.in_run_sigma) if told and budget else 0.0
+        return float(drawn) or UNKNOWN  # otherwise a constant is this power-on's own
     if budget is None:
         return KNOWN_RATIO
     return float(max(budget.run_to_run_largest, budget.in_run_sigma, budget.storage_sigma, 1e-9))

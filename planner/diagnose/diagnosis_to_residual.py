@@ -109,7 +109,7 @@ def _sensor_fits(
 
 def _found_on(found: UnitDiagnosis, sensor: Sensor, axis: int) -> tuple[FoundEffect, ...]:
     return tuple(
-        e for e in found.effects if e.sensor == sensor and any(c[-1] == AXES[axis] for c in e.channels)
+        e for e in found.fitted if e.sensor == sensor and any(c[-1] == AXES[axis] for c in e.channels)
     )
 
 
@@ -186,7 +186,8 @@ def _change(fits: ChannelFits, folds: Folds, cells: NDArray[np.int64], record: f
         unsure = {key: np.zeros(len(far)) for key in left}
     group = folds.group
     before, after = (_mean_square(left[key][rows], group[rows]) for key in ("before", "after"))
-    sigma = {key: np.sqrt(fits.after.v.diagonal[rows] + unsure[key][rows]) for key in unsure}
+    expected = fits.after.v.diagonal + _drawn_within(fits.after, group)
+    sigma = {key: np.sqrt((expected + unsure[key])[rows]) for key in unsure}
     floor, floor_within = noise_floor(fits.after.residual[rows], group[rows], cells[rows])
     return ResidualChange(
         channel=fits.channel,
@@ -265,6 +266,13 @@ def _unseen_residual(fit: WeighedFit, folds: Folds) -> tuple[Array, Array]:
         within[out] = np.sum(_about_means(predicted, folds.group[out]) ** 2, axis=1)
         left[out] = np.where(inside, fit.residual[out] - fit.J[out] @ step, np.nan)
     return left, within
+
+
+def _drawn_within(fit: WeighedFit, group: NDArray[np.int64]) -> Array:
+    """(n,) variance about the mean of a power-on of what it draws and its input drives, as a scale factor."""
+    slopes = fit.v.effects.slopes
+    theta = fit.v.theta[len(fit.v.effects.diagonals) :]
+    return np.asarray(_about_means(slopes.T, group) ** 2 @ theta) if len(slopes) else np.zeros(len(group))
 
 
 def _about_means(A: Array, group: NDArray[np.int64], weight: Array | float = 1.0) -> Array:

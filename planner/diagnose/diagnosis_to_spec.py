@@ -52,7 +52,9 @@ def updated_spec(text: str, loaded: LoadedSpec, diagnosis: Diagnosis) -> SpecUpd
     edits, changes, notes = SpecText(text), [], []
     spec = loaded.spec
     harm = [c for c in diagnosis.navigation if not c.helps]
+    curves = [] if harm else _curves(spec, diagnosis)
     fresh = [] if harm else [e for e in _merged(diagnosis.found.effects) if e.effect not in spec.effects]
+    fresh += curves
     names = list(dict.fromkeys(e.effect for e in fresh))
     if names:
         edits.append(("effects",), names)
@@ -64,7 +66,8 @@ def updated_spec(text: str, loaded: LoadedSpec, diagnosis: Diagnosis) -> SpecUpd
     wrong = _contradicted(diagnosis.found.assumptions)
     for assumption in wrong:
         changes += _corrected(edits, spec, assumption)
-    changes += widened(edits, spec, diagnosis, {(a.error, a.part) for a in wrong})
+    done = {(a.error, a.part) for a in wrong}
+    changes += widened(edits, spec, diagnosis, done, {c for e in curves for c in e.channels})
     if harm:
         notes.append(_no_help(harm[0]))
     if not changes:
@@ -76,7 +79,7 @@ def updated_spec(text: str, loaded: LoadedSpec, diagnosis: Diagnosis) -> SpecUpd
             f"the diagnosis ({diagnosis.found.verdict}) found nothing that the spec lacks{why}: "
             "nothing to update"
         )
-    notes += _unnamed(diagnosis)
+    notes += _unnamed(diagnosis, curves)
     edits.head([*_digest(loaded, diagnosis), *(f"  {change}" for change in changes)])
     new = edits.edited()
     return SpecUpdate(new, tuple(changes), tuple(notes), _diff(text, new, loaded.path.name))
@@ -107,10 +110,23 @@ def _digest(loaded: LoadedSpec, diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _unnamed(diagnosis: Diagnosis) -> list[str]:
+def _curves(spec: Spec, diagnosis: Diagnosis) -> list[FoundEffect]:
+    """Measured curves that the spec lacks and that one of its tests, or a new one, can calibrate."""
+    if isinstance(spec.sensitivities, Given):
+        return []
+    found = [u.curve for u in diagnosis.found.unknown if u.curve is not None]
+    return [c for c in found if c.effect not in spec.effects and _test(spec, c, _size(c)[0], diagnosis)]
+
+
+def _unnamed(diagnosis: Diagnosis, curves: Sequence[FoundEffect]) -> list[str]:
+    declared = {e.effect for e in curves}
     return [
-        f"{', '.join(u.channels)}: something that varies with {u.varies_with} is still unnamed; what is left "
-        "of it is in the budget, and no coefficient"
+        f"{', '.join(u.channels)}: something that varies with {u.varies_with} is still unnamed; "
+        + (
+            f"its measured curve is declared, {u.curve.effect}"
+            if u.curve is not None and u.curve.effect in declared
+            else "what is left of it is in the budget, and no coefficient"
+        )
         for u in diagnosis.found.unknown
     ]
 
@@ -269,7 +285,8 @@ def _calibrated(edits: SpecText, spec: Spec, error: str, test: CalibratingTest) 
         else:
             edits.enter(("tests", run.test), "calibrates", f"[{error}]")
         return f"tests.{run.test}: calibrates {error}"
-    name = f"show_{ErrorName(error).effect}"
+    name = f"show_{ErrorName(error).effect.partition('_over_')[0]}"  # a curve's nodes are no part of it
+    name += "" if name not in spec.tests else f"_{len(spec.tests) + 1}"
     others = [t for t in spec.tests.values() if t.bench == run.bench]
     parts = {
         "bench": run.bench,

@@ -10,8 +10,11 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.diagnose.evidence_veto import verdict_of
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
+from planner.diagnose.hypotheses.curves import with_curve
 from planner.diagnose.hypotheses.evidence import evidence
 from planner.diagnose.hypotheses.generic import VARIES_WITH
+from planner.diagnose.hypotheses.lagging_thermometer import NAME as LAGS
+from planner.diagnose.hypotheses.lagging_thermometer import ahead, lag_of, with_lag
 from planner.diagnose.hypotheses.limits import limits
 from planner.diagnose.hypotheses.noise import LEAST_RUNS
 from planner.diagnose.hypotheses.prepared import Prepared, prepared
@@ -54,18 +57,21 @@ def diagnose(
     table = rows_of(table, seen.kept)
     _check(table)
     data = prepared(table)
-    found = []
-    for sensor in SENSORS:
-        if sensor in data.sensors:
-            progress(f"{table.unit[0]}: searching the {sensor}s")
-            found.append(diagnose_sensor(data, sensor, tuple(spec.effects), seed))
+    found = _searched(data, spec, seed, progress)
+    lag = lag_of(found, data, tuple(spec.effects))
+    late = [] if lag is None else [with_lag(s, lag) for s in suspects(found) if s.hypothesis == LAGS]
+    if lag is not None:
+        data = prepared(ahead(table, lag.value))
+        found = _searched(data, spec, seed, progress)
     progress(f"{table.unit[0]}: fitting what was found with what is declared")
     effects, said = found_effects(found, data, table, spec)
     effects, spans, rest = told_from_zero(effects)
-    unknown = [*(u for s in found for u in _unknown(s)), *rest]
+    names = list(dict.fromkeys(e.effect for e in effects))
+    unnamed = [with_curve(u, s, data, table, spec, names) for s in found for u in _unknown(s)]
+    unknown = [*unnamed, *rest]
     not_found, untestable = _limits(found, data, spec)
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
-    wrong = (*seen.suspects, *suspects(found))
+    wrong = (*seen.suspects, *late, *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)))
     return UnitDiagnosis(
         unit=str(table.unit[0]),
         verdict=verdict_of((*effects, *wrong), unknown, not_found),
@@ -88,6 +94,16 @@ def diagnose(
         refused=(*(r for s in found for r in _refused(s)), *spans),
         kept=None if seen.kept.all() else seen.kept,
     )
+
+
+def _searched(data: Prepared, spec: Spec, seed: int, progress: Callable[[str], None]) -> list[SensorFound]:
+    """Every sensor that can be judged, searched."""
+    found = []
+    for sensor in SENSORS:
+        if sensor in data.sensors:
+            progress(f"{data.table.unit[0]}: searching the {sensor}s")
+            found.append(diagnose_sensor(data, sensor, tuple(spec.effects), seed))
+    return found
 
 
 def _over(e: Evidence, kept: NDArray[np.bool_]) -> Evidence:

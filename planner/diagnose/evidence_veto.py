@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from planner import catalog
 from planner.nouns.diagnosis import (
     FoundEffect,
     NotFound,
@@ -75,6 +76,8 @@ def held_to_the_floor(found: UnitDiagnosis, residual: Sequence[ResidualChange]) 
     """An unknown on each channel whose residual on unseen power-ons is more than noise."""
     told = {c for u in found.unknown for c in u.channels}
     told |= {c for s in found.reference_suspects for c in s.channels}
+    known = catalog.effects()  # the bench's geometry is known only so well: its misfit is no other finding
+    told |= {c for e in found.effects if known[e.effect].bench_only for c in e.channels}
     more = tuple(
         Unknown((r.channel,), "unexplained", 0.001, r.sigma_after)
         for r in residual

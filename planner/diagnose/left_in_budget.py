@@ -15,19 +15,26 @@ from planner.units import from_si
 LEAST = 1e-3  # of the budget, below which widening it changes no plan
 
 
-def widened(edits: SpecText, spec: Spec, diagnosis: Diagnosis, done: Set[tuple[str, str]]) -> list[str]:
+def widened(
+    edits: SpecText,
+    spec: Spec,
+    diagnosis: Diagnosis,
+    done: Set[tuple[str, str]],
+    curved: Set[str] = frozenset(),
+) -> list[str]:
     """Widen the in-run budget of every sensor on which something without a name is left.
 
-    done: (error, part) that are replaced already, by what the data say
+    done: (error, part) that are replaced already, by what the data say; curved: channels of which a measured
+        curve is declared
     """
     changes = []
-    channels = {c.replace("acc_", "accelerometer_") for u in diagnosis.found.unknown for c in u.channels}
+    every = {c for u in diagnosis.found.unknown for c in u.channels}
+    channels = {_long(c) for c in every - curved}
+    fitted = {c for u in diagnosis.found.unknown if u.curve is not None for c in u.channels}
     for sensor in sorted({c.rsplit("_", 1)[0] for c in channels}):
-        left = max(
-            (_left(r) for r in diagnosis.residual if r.channel.replace("acc_", "accelerometer_") in channels
-             and r.channel.replace("acc_", "accelerometer_").startswith(sensor)),
-            default=0.0,
-        )  # fmt: skip
+        mine = {c for c in channels if c.startswith(sensor)}
+        here = [r for r in diagnosis.residual if _long(r.channel) in mine]
+        left = max((_left(r, fitted) for r in here), default=0.0)
         budget: ErrorBudget | None = getattr(spec.unit, sensor).get("bias")
         if budget is None or left <= 0.0 or (f"{sensor}.bias", "in_run") in done:
             continue
@@ -39,10 +46,19 @@ def widened(edits: SpecText, spec: Spec, diagnosis: Diagnosis, done: Set[tuple[s
     return changes
 
 
-def _left(r: ResidualChange) -> float:
-    """What the residual of unseen rows has beyond the spread of replicates, SI."""
+def _long(channel: str) -> str:
+    """`accelerometer_x`, also where a file says `acc_x`."""
+    return channel.replace("acc_", "accelerometer_")
+
+
+def _left(r: ResidualChange, fitted: Set[str]) -> float:
+    """What the residual of unseen rows has beyond the spread of replicates, SI.
+
+    fitted: channels whose residual after is that with a curve, which is not declared here
+    """
     floor = r.noise_floor if math.isfinite(r.noise_floor) else 0.0
-    return math.sqrt(max(r.after**2 - floor**2, 0.0)) if math.isfinite(r.after) else 0.0
+    left = r.before if r.channel in fitted else r.after
+    return math.sqrt(max(left**2 - floor**2, 0.0)) if math.isfinite(left) else 0.0
 
 
 def _enter(edits: SpecText, sensor: str, budget: ErrorBudget, after: float, before: float, unit: str) -> str:

@@ -52,7 +52,7 @@ def calibration_document(calibration: Calibration) -> dict[str, Any]:
 def _plugins(calibration: Calibration) -> dict[str, Any]:
     """The effects of other packages that correcting needs, and where they come from; no key without any."""
     names = sorted({e.effect for s in calibration.sensors for e in s.tables.extra})
-    origins = [catalog.origins("effects")[name] for name in names]
+    origins = [o for name in names if (o := catalog.origins("effects").get(name)) is not None]
     found = [origin.document() for origin in origins if origin.foreign]
     return {"plugins": found} if found else {}
 

@@ -54,6 +54,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
                 "varies_with": u.varies_with,
                 "p_value": figure(u.p_value),
                 "strength_sigma": figure(u.strength),
+                "curve": None if u.curve is None else _effect(u.curve),
             }
             for u in found.unknown
         ],
@@ -220,6 +221,7 @@ def _diagnosis(d: Mapping[str, Any]) -> Diagnosis:
                     u["varies_with"],
                     float_from(u["p_value"]),
                     float_from(u.get("strength_sigma")),
+                    _effect_from(u["curve"]) if u.get("curve") else None,
                 )
                 for u in d["unknown"]
             ),

@@ -76,12 +76,16 @@ class FoundEffect:
 
 @dataclass(frozen=True)
 class Unknown:
-    """Something is missing that no effect of the library explains. varies_with: `temperature`, `time_on` …"""
+    """Something is missing that no effect of the library explains. varies_with: `temperature`, `time_on` …
+
+    curve: what was measured of it over that variable, an effect without a name of its own; None without one
+    """
 
     channels: tuple[str, ...]
     varies_with: str
     p_value: float
     strength: float
+    curve: FoundEffect | None = None
 
 
 @dataclass(frozen=True)
@@ -304,6 +308,11 @@ class UnitDiagnosis:
     budget_exceeded: tuple[BudgetExceeded, ...] = ()
     refused: tuple[Refused, ...] = ()
     kept: NDArray[np.bool_] | None = None
+
+    @property
+    def fitted(self) -> tuple[FoundEffect, ...]:
+        """What is fitted beside the declared model: effects that have a name, and curves that have none."""
+        return (*self.effects, *(u.curve for u in self.unknown if u.curve is not None))
 
 
 @dataclass(frozen=True)

@@ -126,7 +126,7 @@ def _confirmed(
 def _navigation(
     found: UnitDiagnosis, fits: UnitFits, loaded: LoadedSpec
 ) -> tuple[tuple[NavigationCost, ...], list[str]]:
-    if not found.effects or loaded.absent:
+    if not found.fitted or loaded.absent:
         return (), []
     try:
         trajectory = flight_path(loaded.spec, loaded.folder)
@@ -134,7 +134,7 @@ def _navigation(
         if not isinstance(loaded.spec.sensitivities, Given):
             raise
         return (), [f"no navigation error: the spec gives published coefficients and no flight ({error})"]
-    return navigation_costs(found.effects, fits, loaded.spec, trajectory), []
+    return navigation_costs(found.fitted, fits, loaded.spec, trajectory), []
 
 
 def _sha256(path: Path) -> str:

@@ -20,11 +20,18 @@ def error_models(spec: Spec) -> tuple[ErrorModel, ...]:
     """
     found = [
         _error_model(spec, sensor, effect, getattr(spec.unit, sensor)[effect])
-        for effect in catalog.effects()
+        for effect in _budgeted(spec)
         for sensor in SENSORS
         if effect in getattr(spec.unit, sensor)
     ]
     return with_campaign_spreads(spec, with_spreads(spec, found))
+
+
+def _budgeted(spec: Spec) -> list[str]:
+    """Effects with a budget on some sensor in the order of the catalogue, then measured curves, by name."""
+    named = {effect for sensor in SENSORS for effect in getattr(spec.unit, sensor)}
+    listed = [e for e in catalog.effects() if e in named]
+    return [*listed, *sorted(named.difference(listed))]
 
 
 def _error_model(spec: Spec, sensor: Sensor, effect: str, budget: ErrorBudget) -> ErrorModel:

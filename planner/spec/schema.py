@@ -10,6 +10,7 @@ from planner.spec.forms import NAME_PATTERN
 from planner.spec.model import Spec
 from planner.spec.rules_requirement import all_errors
 
+CURVE_PATTERN = "curve_(gyro|acc)_[xyz]_over_[a-z_]+(_at_[m0-9p_]+)?"  # planner.effects._measured_curve
 Schema = dict[str, Any]
 
 # pydantic writes the limits of a field that reads text first in its own words
@@ -80,11 +81,11 @@ def _name_keys(schema: Schema) -> None:
 def _name_effects(schema: Schema) -> None:
     known = catalog.effects()
     effects = _property(schema, "Spec", "effects")
-    effects["items"] = {"enum": list(known)}
+    effects["items"] = _or_curve(list(known))
     effects["uniqueItems"] = True
     for sensor in SENSORS:
         here = [name for name, effect in known.items() if sensor in effect.sensors]
-        _property(schema, "Unit", sensor)["propertyNames"] = {"enum": here}
+        _property(schema, "Unit", sensor)["propertyNames"] = _or_curve(here)
 
 
 def _name_errors(schema: Schema) -> None:
@@ -101,7 +102,13 @@ def _name_errors(schema: Schema) -> None:
         one.clear()
         choice = {"type": "array", "items": single, "minItems": ways, "description": "a choice"}
         one.update(said | {"anyOf": [single, choice]})
+    names = _or_curve(all_errors(), "(gyro|accelerometer)\\.")
     calibrates["oneOf"] = [names, {"type": "array", "items": names, "uniqueItems": True}]
+
+
+def _or_curve(names: list[str], before: str = "") -> Schema:
+    """Names that are in the catalogue, or that describe a measured curve."""
+    return {"anyOf": [{"enum": names}, {"pattern": f"^{before}{CURVE_PATTERN}$"}]}
 
 
 def _name_plugins(schema: Schema) -> None:

@@ -71,10 +71,10 @@ def _last_word(
     estimated: dict[int, ChannelEstimates] = {}
     notes: list[str] = []
     for mine in together:
-        why = _cannot(s, data, mine)
+        why = cannot_fit(s, data, mine)
         try:
             if mine and not why:
-                rows = _rows(s, data, table, mine)
+                rows = rows_to_fit(s, data, table, mine)
                 found = declared_and_found(rows, spec, s.sensor, names, mine)
                 estimated |= {axis: found[axis] for axis in mine}
         except InputError as error:
@@ -86,7 +86,7 @@ def _last_word(
     return _LastWord(estimated, [*said, *notes])
 
 
-def _cannot(s: SensorFound, data: Prepared, axes: Sequence[int]) -> str:
+def cannot_fit(s: SensorFound, data: Prepared, axes: Sequence[int]) -> str:
     """Why the calibration's fit would not answer for what was found on these channels; "" when it does."""
     known = catalog.effects()
     mine = [s.found.pool.blocks[b] for b in s.found.on(set(axes))]
@@ -105,7 +105,7 @@ def _cannot(s: SensorFound, data: Prepared, axes: Sequence[int]) -> str:
     return ""
 
 
-def _rows(s: SensorFound, data: Prepared, table: DwellTable, axes: Sequence[int]) -> DwellTable:
+def rows_to_fit(s: SensorFound, data: Prepared, table: DwellTable, axes: Sequence[int]) -> DwellTable:
     """The rows as they came, each once, with a calibration's references, without those that are far off."""
     own_reference = s.sensor == "gyro" and table.ref_acc is None and table.acc is not None
     full = with_references(table) if own_reference else data.full

@@ -159,6 +159,7 @@ def _found(diagnosis: Diagnosis, table: DwellTable) -> Iterator[Block | None]:
         mine = [u for u in found.unknown if u.varies_with == variable]
         what = words.varies_with(variable)
         yield Text(f"Unnamed: something varies with {what} that no effect explains: {words.unnamed(mine)}.")
+        yield words.curve_table([u.curve for u in mine if u.curve is not None])
         channels = [c for u in mine for c in u.channels]
         yield charts.unnamed_picture(variable, channels, found.evidence, table)
     doubtful = [words.plain_name(e.effect) for e in found.effects if e.below_bench_uncertainty]
@@ -181,9 +182,9 @@ def _change(diagnosis: Diagnosis) -> Iterator[Block | None]:
     yield charts.change_picture(diagnosis)
     yield words.residual_table(diagnosis)
     how = words.how_held_out(diagnosis)
-    unnamed = sorted({words.short(c) for u in diagnosis.found.unknown for c in u.channels})
+    unnamed = sorted({words.short(c) for u in diagnosis.found.unknown if not u.curve for c in u.channels})
     if unnamed:
-        said = f"What has no name is in no model: on {words.joined(unnamed)} it is left after as before."
+        said = f"What has no curve is in no model: on {words.joined(unnamed)} it is left after as before."
         how = (*how, said)
     yield Items(how, only="page") if how else None
 

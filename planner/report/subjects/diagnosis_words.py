@@ -164,6 +164,16 @@ def found_table(found: Sequence[FoundEffect]) -> Table | None:
     )
 
 
+def curve_table(curves: Sequence[FoundEffect]) -> Table | None:
+    """What was measured of something without a name, node by node, beside zero where it was left out."""
+    return table(
+        "Measured over it, with what is declared; `planner update` declares it under its name",
+        "curve | channel | term | value | 95 % interval | unit | p | strength, σ",
+        (row for curve in curves for row in _found_rows(curve)),
+        wide=("p", "strength, σ"),
+    )
+
+
 def _found_rows(effect: FoundEffect) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for i, t in enumerate(effect.terms):
