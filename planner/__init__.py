@@ -28,6 +28,7 @@ _VERBS = {  # verb -> the module that has it
     **dict.fromkeys(("diagnose", "update"), "api.diagnosing"),
     "verify": "api.promise",
     "sweep": "api.sweeping",
+    "reproduce": "api.reproducing",
     **dict.fromkeys(("accept", "plan_check", "forecast", "recalibrate"), "api.fleet"),
     "export": "api.bench",
     **dict.fromkeys(("PlannerError", "InputError", "InfeasibleError", "StoppedEarly"), "errors"),

@@ -23,6 +23,7 @@ from planner.api.planning import schema as schema
 from planner.api.planning import sensitivity as sensitivity
 from planner.api.planning import why as why
 from planner.api.promise import verify as verify
+from planner.api.reproducing import reproduce as reproduce
 from planner.api.spec import Spec as Spec
 from planner.api.spec import load as load
 from planner.api.sweeping import sweep as sweep

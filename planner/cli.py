@@ -20,6 +20,7 @@ from planner.commands import (
     planning,
     promise,
     recordings,
+    reproducing,
     running,
     starting,
 )
@@ -39,11 +40,28 @@ INTERRUPTED = 130  # what typer returns for Ctrl-C
 
 
 @app.callback(invoke_without_command=True)
-def root(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
+def root(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Results and errors alone.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", help="Every stage on stderr, with its time.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
+    show_completion: Annotated[
+        str | None, typer.Option(metavar="SHELL", help="Print completion for bash, zsh or fish.")
+    ] = None,
+) -> None:
     """Plan calibration campaigns of inertial units.
+
+    --quiet, --verbose and --force may also stand behind a command.
 
     Example: planner init spec.yaml && planner plan spec.yaml
     """
+    del quiet, verbose, force  # who says something asks for them: planner.commands.output.asked
+    if show_completion is not None:
+        from planner.commands.completion import completion
+
+        typer.echo(completion(context.command, show_completion))
+        raise typer.Exit()
     if version:
         from planner import __version__
 
@@ -64,6 +82,7 @@ FAMILIES = (
     effects,
     explaining,
     docs,
+    reproducing,
 )
 for family in FAMILIES:
     family.register(app)
@@ -115,7 +134,13 @@ def _deaf_ears() -> Iterator[None]:
 
 
 def _spelt_out(arguments: list[str]) -> list[str]:
-    """`accept --plan` without a plan asks for the plan of a check."""
+    """`accept --plan` without a plan asks for the plan of a check; options of the program stand first."""
+    program = [word for word in arguments if word in ("--quiet", "--verbose", "--force")]
+    arguments = [word for word in arguments if word not in program]
+    return [*program, *_with_plan_check(arguments)]
+
+
+def _with_plan_check(arguments: list[str]) -> list[str]:
     if arguments[:1] != ["accept"]:
         return arguments
     after = [*arguments[1:], "-"]

@@ -203,7 +203,7 @@ def test_a_hand_made_plan_is_timed_even_if_it_does_not_suffice(run: Run, spec: P
     fixed = {name: {"temperatures": 1, "repeats": 2} for name in small()["tests"]}
     written(spec, with_plan(small(), fixed=fixed))
     found = run("plan", spec)
-    assert found.code == 0
+    assert found.code == 1
     assert "NOT met" in found.out
     assert "Hand-made" in found.out
 

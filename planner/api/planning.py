@@ -116,14 +116,18 @@ class PlanAnswer(Answer):
 
     @property
     def exit_code(self) -> int:
-        """4 when plan.time_limit was over before the proof was complete."""
-        return 0 if self.record.complete else 4
+        """4 when it was stopped before the search was complete; 1 when a plan made by hand misses a limit."""
+        if not self.record.complete:
+            return 4
+        return 0 if all(one.met for one in self.requirements) else 1
 
     @property
     def remark(self) -> str:
-        """What stopped it."""
-        said = "stopped at plan.time_limit before the proof was complete: see bound_s and gap"
-        return "" if self.record.complete else said
+        """What stopped it, or which limits it misses."""
+        if not self.record.complete:
+            return "stopped before the proof was complete: see bound_s and gap, and what was cut short"
+        missed = [one.error for one in self.requirements if not one.met]
+        return f"the plan misses its requirement: {', '.join(missed)}" if missed else ""
 
     def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
         """plan.json, steps.csv, report.html in the folder `out`."""
@@ -137,16 +141,20 @@ class PlanAnswer(Answer):
         }
 
 
-def plan(spec: SpecLike, *, progress: Progress = silent) -> PlanAnswer:
+def plan(
+    spec: SpecLike, *, progress: Progress = silent, stop: Callable[[], bool] | None = None
+) -> PlanAnswer:
     """The shortest campaign found that keeps the spec's promise, with its bound and its reasons.
 
+    stop: asked again and again; once it says yes, the best so far is the answer, with `exit_code` 4.
     Raises InputError for a spec that cannot be planned, InfeasibleError when no campaign meets the
     requirement (with `binds` and `nearest_limit`), StoppedEarly when plan.time_limit left no answer.
     """
+    from planner.nouns.deadline import never
     from planner.pipelines import planning as pipeline
 
     loaded = whole(spec)
-    return PlanAnswer(pipeline.plan(loaded, progress), loaded)
+    return PlanAnswer(pipeline.plan(loaded, progress, stop or never), loaded)
 
 
 # ---------------------------------------------------------------- sensitivity, allow

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson, PlanFile
-from planner.commands.output import answer, notes, say
+from planner.commands.output import STANDARD, answer, asked, notes, say, say_text
 from planner.errors import InputError
 
 Faults = Annotated[
@@ -43,7 +43,9 @@ def export(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--out", metavar="FILE_OR_DIR", help="Where to [a folder beside the plan]."),
+        typer.Option(
+            "-o", "--out", metavar="FILE_OR_DIR", help="Where to [a folder beside the plan]; -: stdout."
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -56,8 +58,13 @@ def export(
 
     made = bench.export(plan, form, dialect=dialect, start=start, timezone=timezone)
     target = out or (plan if plan.is_dir() else plan.parent) / f"export_{form}"
+    if str(target) == STANDARD:
+        if len(made.record.files) > 1:
+            raise InputError(f"{form} is {len(made.record.files)} files; give a folder with -o")
+        say_text(next(iter(made.record.files.values())), made)
     placed = made.placed(target)
-    notes(replaced(placed, target))
+    if not asked("--force"):
+        notes(replaced(placed, target))
     say(made, as_json, target, extra={"written": [str(path) for path in placed]})
 
 

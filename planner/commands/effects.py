@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson
-from planner.commands.output import answer, notes, result
+from planner.commands.output import answer, notes, refuse_existing, result
 from planner.errors import InputError
 
 
@@ -62,8 +62,7 @@ def _skeleton(template: str, name: str | None, out: Path | None, as_json: bool) 
     if out is None:
         answer({"effect": template, "text": text}, text.rstrip("\n"), as_json)
         return
-    if out.exists():
-        raise InputError(f"{out} exists already; give another name")
+    refuse_existing(out)
     write_whole(out, text)
     answer(
         {"effect": template, "written": str(out)},

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shlex
+import signal
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
+
+from planner.errors import InputError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,6 +25,9 @@ if TYPE_CHECKING:
     from planner.report.blocks import Report
 
 SHOWN_PATHS = 10
+STANDARD = "-"  # instead of a file: standard input or output
+_COUNTED = re.compile(r"(\d+) of (\d+)")
+_SAYING_ONLY = ("--json", "--quiet", "--verbose", "--force")
 _VALUES_WITHOUT_EFFECT = ("-o", "--out", "--workers", "--cluster")
 
 
@@ -103,7 +111,7 @@ def invocation() -> str:
                 next(words, None)
         elif word.startswith("--") and is_set:
             kept.append(f"{option}={_by_name(value)}")
-        elif word != "--json" and not word.startswith("-o"):
+        elif word not in _SAYING_ONLY and not word.startswith("-o"):
             kept.append(_by_name(word))
     return shlex.join(kept)
 
@@ -113,10 +121,50 @@ def _by_name(word: str) -> str:
     return Path(word).name if os.path.exists(word.partition("@")[0]) else word
 
 
+def asked(option: str) -> bool:
+    """Whether an option of the whole program was given: --quiet, --verbose, --force."""
+    return option in sys.argv[1:]
+
+
+def refuse_existing(path: Path) -> None:
+    """Raises InputError for a file that is there already, unless --force says that it may go."""
+    if path.exists() and not asked("--force"):
+        raise InputError(f"{path} exists already; give another name, or --force to replace it")
+
+
 def notes(lines: Iterable[str]) -> None:
-    """Say on stderr what the reader of a result should know."""
-    for line in lines:
+    """Say on stderr what the reader of a result should know; nothing with --quiet."""
+    for line in lines if not asked("--quiet") else ():
         typer.echo(f"note: {line}", err=True)
+
+
+def say_text(text: str | bytes, found: Answer) -> NoReturn:
+    """One file of an answer on standard output instead of in a folder, and nothing else there."""
+    notes(found.notes)
+    sys.stdout.write(text.decode() if isinstance(text, bytes) else text)
+    sys.stdout.flush()
+    raise typer.Exit(found.exit_code)
+
+
+@contextmanager
+def until_ctrl_c() -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C was pressed: once asks for the best so far, twice ends at once."""
+    pressed: list[int] = []
+
+    def stop(number: int, frame: object) -> None:
+        pressed.append(number)
+        signal.signal(signal.SIGINT, before)
+        typer.echo("stopping with the best so far; Ctrl-C again ends at once", err=True)
+
+    try:
+        before = signal.signal(signal.SIGINT, stop)
+    except ValueError:  # not the main thread: whoever runs us listens
+        yield lambda: False
+        return
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def listed(paths: Iterable[Path | str]) -> str:
@@ -135,11 +183,27 @@ def console() -> Console:
 
 @contextmanager
 def progress_line() -> Iterator[Any]:
-    """A line that says what is being done, on stderr, only on a terminal."""
-    if sys.stderr is None or not sys.stderr.isatty() or "NO_COLOR" in os.environ:
+    """A line that says what is being done, for how long and for how much longer, on stderr.
+
+    On a terminal only; with --verbose a line each anywhere, with --quiet nowhere.
+    """
+    began = time.monotonic()
+    if asked("--verbose") and sys.stderr is not None:
+        yield lambda message: typer.echo(timed(message, time.monotonic() - began), err=True)
+        return
+    silent = asked("--quiet") or "NO_COLOR" in os.environ
+    if silent or sys.stderr is None or not sys.stderr.isatty():
         yield lambda message: None
         return
     from rich.console import Console
 
     with Console(stderr=True).status("starting") as status:
-        yield lambda message: status.update(message)
+        yield lambda message: status.update(timed(message, time.monotonic() - began))
+
+
+def timed(message: str, seconds: float) -> str:
+    """A message with the time so far; where it counts (`3 of 10`), with the time that is left."""
+    found = _COUNTED.search(message)
+    done, wanted = (int(found[1]), int(found[2])) if found else (0, 0)
+    left = f", about {seconds * (wanted - done) / done:.0f} s left" if 0 < done <= wanted else ""
+    return f"{message} ({seconds:.0f} s{left})"

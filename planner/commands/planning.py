@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson, SpecFile
-from planner.commands.output import answer, progress_line, say
+from planner.commands.output import STANDARD, answer, progress_line, say, say_text, until_ctrl_c
 
 
 def register(app: typer.Typer) -> None:
@@ -50,7 +50,8 @@ def schema(
 def plan(
     spec: SpecFile,
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder [plans/<spec name>/].")
+        Path | None,
+        typer.Option("-o", "--out", metavar="DIR", help="Folder [plans/<spec name>/]; -: stdout."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -60,9 +61,11 @@ def plan(
     """
     from planner.api import planning
 
-    folder = out or Path("plans") / (spec.stem if str(spec) != "-" else "stdin")
-    with progress_line() as progress:
-        made = planning.plan(spec, progress=progress)
+    folder = out or Path("plans") / (spec.stem if str(spec) != STANDARD else "stdin")
+    with progress_line() as progress, until_ctrl_c() as stop:
+        made = planning.plan(spec, progress=progress, stop=stop)
+        if str(folder) == STANDARD:
+            say_text(made.placed(Path())[Path("plan.json")], made)
         progress("drawing the report")
         made.reports[0]
     say(made, as_json, folder, written=f"wrote {folder / 'plan.json'}, steps.csv, report.html")

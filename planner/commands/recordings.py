@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson
-from planner.commands.output import answer, progress_line, say
+from planner.commands.output import answer, progress_line, refuse_existing, say
 from planner.errors import InputError
 
 Columns = Annotated[
@@ -107,8 +107,8 @@ def _guess_map(raw: list[Path], out: Path | None, as_json: bool) -> None:
     from planner.recordings.guess_map import guessed_map
     from planner.whole_files import write_whole
 
-    if out is not None and out.exists():
-        raise InputError(f"{out} exists already; give another name")
+    if out is not None:
+        refuse_existing(out)
     with progress_line() as say:
         say(f"looking at {raw[0]}")
         text = guessed_map(raw)

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson
-from planner.commands.output import answer
+from planner.commands.output import STANDARD, answer, refuse_existing
 from planner.errors import InputError
 
 
@@ -22,7 +22,7 @@ def register(app: typer.Typer) -> None:
 
 def init(
     context: typer.Context,
-    file: Annotated[Path | None, typer.Argument(metavar="[FILE]", help="Where to write it.")] = None,
+    file: Annotated[Path | None, typer.Argument(metavar="[FILE]", help="Where to; -: stdout.")] = None,
     flight: Annotated[
         Path | None,
         typer.Option(metavar="CSV", help="Write a flight with every column explained, to put yours in."),
@@ -58,8 +58,10 @@ def init(
     if flight is not None:
         texts[flight] = _flight
     for target in texts:
-        if target.exists():
-            raise InputError(f"{target} exists already; give another name")
+        refuse_existing(target)
+    if file is not None and str(file) == STANDARD:
+        typer.echo(texts[file](), nl=False)
+        return
     from planner.whole_files import write_all_whole
 
     write_all_whole({target: text() for target, text in texts.items()})

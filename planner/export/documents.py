@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -45,7 +46,7 @@ def json_tree(file: Path, fault_said: str, required: Sequence[str], give: str) -
     Raises InputError for a file that cannot be read, is not JSON, or lacks a required key.
     """
     try:
-        document = json.loads(file.read_bytes())
+        document = json.loads(sys.stdin.buffer.read() if str(file) == "-" else file.read_bytes())
     except OSError as error:
         raise InputError(f"cannot read {file}: {error.strerror}") from error
     except json.JSONDecodeError as error:

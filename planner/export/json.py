@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import platform
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any
 
 from planner.export.header import sealed
@@ -24,6 +26,7 @@ from planner.units import from_si, unit_factor
 
 # Twelve digits tell every figure apart and hide the rounding of unit conversions (0.002 stays 0.002).
 DIGITS = 12
+DECIDING = ("numpy", "scipy", "cvxpy", "highspy", "clarabel", "deap")
 SHORT = 8  # of a covariance
 
 
@@ -64,9 +67,24 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
         "savings": [_plain(vars(s)) for s in plan.savings],
         "trade_off": [_plain(vars(p)) for p in plan.trade_off],
         "notes": list(plan.notes),
+        "packages": dict(deciding_packages()),
         **({"plugins": [used.document() for used in plan.plugins]} if plan.plugins else {}),
         "steps": [step_document(step) for step in plan.steps],
     }
+
+
+@cache
+def deciding_packages() -> Mapping[str, str]:
+    """Package -> version here, of Python and of what decides figures; the same spec may differ by them."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    found = {"python": platform.python_version()}
+    for name in DECIDING:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:  # highspy comes with cvxpy, in some versions
+            continue
+    return found
 
 
 def _outcome(plan: Plan) -> Mapping[str, Any]:

@@ -13,15 +13,19 @@ SEARCH, BOUND, GENETIC, BESIDE = 0.45, 0.65, 0.75, 0.9
 
 @dataclass(frozen=True)
 class Deadline:
-    """seconds: from the beginning of the plan; cut: the stages that were cut short, in words."""
+    """seconds: from the beginning of the plan; cut: the stages that were cut short, in words.
+
+    stop: whether somebody wants the best so far now
+    """
 
     seconds: float = math.inf
     began: float = field(default_factory=monotonic)
     cut: list[str] = field(default_factory=list)
+    stop: Callable[[], bool] = lambda: False
 
     def at(self, share: float) -> float:
         """The moment (of the monotonic clock) at which so much of the time is over."""
-        return self.began + share * self.seconds
+        return -math.inf if self.stop() else self.began + share * self.seconds
 
     def over(self, share: float, stage: str) -> bool:
         """Whether a stage must stop; then it is noted as cut short."""
@@ -42,7 +46,7 @@ class Deadline:
     @property
     def left(self) -> float:
         """Seconds that are left, never less than a tenth."""
-        return max(self.began + self.seconds - monotonic(), 0.1)
+        return 0.1 if self.stop() else max(self.began + self.seconds - monotonic(), 0.1)
 
 
 def never() -> bool:

@@ -282,6 +282,7 @@ class PlanDocument(ComparedPlan, PlanOnBenches, PlanWhy):
     savings: list[SavingFigures] = []
     trade_off: list[TradeOffFigures] = []
     plugins: list[PluginFigures] = []
+    packages: dict[str, str] = {}
     notes: list[str]
 
 

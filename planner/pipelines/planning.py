@@ -99,9 +99,12 @@ def allow(loaded: LoadedSpec, progress: Progress) -> tuple[Navigation, AllowedEr
     return navigation, _allowed(loaded.spec, task, navigation, progress)
 
 
-def plan(loaded: LoadedSpec, progress: Progress) -> Planned:
-    """Spec → the shortest campaign that suffices, with its proof and its reasons."""
-    deadline = Deadline(loaded.spec.plan.time_limit)
+def plan(loaded: LoadedSpec, progress: Progress, stop: Callable[[], bool] = never) -> Planned:
+    """Spec → the shortest campaign that suffices, with its proof and its reasons.
+
+    stop: asked again and again; once it says yes, the best so far is the answer
+    """
+    deadline = Deadline(loaded.spec.plan.time_limit, stop=stop)
     navigation = navigate(loaded, progress)
     with causes_said(loaded.spec, navigation.unaided):
         if by_information(loaded.spec):

@@ -35,6 +35,7 @@ def cut_short(made: Plan, deadline: Deadline) -> Plan:
     """The plan with what its time limit cut short, if it did; the search itself makes it incomplete."""
     if not deadline.cut:
         return made
-    said = f"plan.time_limit: {deadline.seconds:g} s were over; cut short: {', '.join(deadline.cut)}"
+    why = "stopped" if deadline.stop() else f"plan.time_limit: {deadline.seconds:g} s were over"
+    said = f"{why}; cut short: {', '.join(deadline.cut)}"
     complete = made.complete and "the search" not in deadline.cut
     return replace(made, notes=(*made.notes, said), complete=complete)

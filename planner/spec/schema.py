@@ -108,7 +108,7 @@ def _name_errors(schema: Schema) -> None:
 
 def _or_curve(names: list[str], before: str = "") -> Schema:
     """Names that are in the catalogue, or that describe a measured curve."""
-    return {"anyOf": [{"enum": names}, {"pattern": f"^{before}{CURVE_PATTERN}$"}]}
+    return {"anyOf": [{"enum": names}, {"type": "string", "pattern": f"^{before}{CURVE_PATTERN}$"}]}
 
 
 def _name_plugins(schema: Schema) -> None:

@@ -6,15 +6,20 @@ in the middle costs the time of its chunks and nothing else: they are worked aga
 
 from __future__ import annotations
 
+import os
 import pickle
+import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from planner.errors import InputError, StoppedEarly
 
 LIVES = 5  # so often may workers die
+WATCHED_S = 0.5  # between looks at the parent
 
 Chunked = Callable[[Any, int, int], Any]
 """A function of what all chunks share, a chunk's number and its size -> the chunk's outcome."""
@@ -38,12 +43,30 @@ def here(function: Chunked, shared: Any, chunks: Sequence[tuple[int, int]]) -> I
 
 @dataclass(frozen=True)
 class _Numbered:
-    """The function's outcome with the chunk's number, which tells what is left when a worker has died."""
+    """The function's outcome with the chunk's number, which tells what is left when a worker has died.
+
+    parent: the process that asked; when it is gone, the worker ends
+    """
 
     function: Chunked
+    parent: int
 
     def __call__(self, shared: Any, number: int, size: int) -> tuple[int, Any]:
+        _end_with(self.parent)
         return number, self.function(shared, number, size)
+
+
+@cache
+def _end_with(parent: int) -> None:
+    """End this process when its parent is gone: a killed `sweep` left workers that planned for minutes."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(WATCHED_S)
+        os._exit(1)
+
+    if os.getppid() == parent:  # joblib may also run a chunk in the process that asked
+        threading.Thread(target=watch, daemon=True).start()
 
 
 def locally(workers: int, function: Chunked, shared: Any, chunks: Sequence[tuple[int, int]]) -> Iterator[Any]:
@@ -54,7 +77,9 @@ def locally(workers: int, function: Chunked, shared: Any, chunks: Sequence[tuple
     left = dict(chunks)
     for _ in range(LIVES):
         try:
-            for number, outcome in _pool(workers, _Numbered(function), shared, list(left.items())):
+            for number, outcome in _pool(
+                workers, _Numbered(function, os.getpid()), shared, list(left.items())
+            ):
                 del left[number]
                 yield outcome
             return

@@ -1,0 +1,136 @@
+"""What all commands share: standard input and output, --force, --quiet, --verbose, Ctrl-C, completion."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import yaml
+
+import planner
+from planner.commands.output import timed, until_ctrl_c
+from planner.verify.workers import locally
+from tests.outcome import Run
+from tests.specs import ROOT, small
+
+
+@pytest.fixture
+def spec(tmp_path: Path) -> Path:
+    path = tmp_path / "spec.yaml"
+    path.write_text(yaml.safe_dump(small(), sort_keys=False))
+    return path
+
+
+def test_a_spec_comes_from_standard_input_and_a_plan_goes_to_standard_output(run: Run, spec, monkeypatch):
+    class Given:
+        buffer = io.BytesIO(spec.read_bytes())
+
+    monkeypatch.setattr(sys, "stdin", Given)
+    found = run("plan", "-", "-o", "-")
+    assert found.code == 0
+    assert json.loads(found.out)["spec"]["name"] == "small"
+    Given.buffer = io.BytesIO(found.out.encode())
+    listed = run("export", "-", "--format", "csv", "-o", "-")
+    assert listed.code == 0
+    assert "start_s" in listed.out
+    assert run("init", "-").out.startswith("# A spec")
+    assert [path.name for path in spec.parent.iterdir()] == ["spec.yaml"]
+
+
+def test_what_is_there_is_replaced_by_force_only(run: Run, spec: Path) -> None:
+    refused = run("init", spec)
+    assert (refused.code, "--force" in refused.err) == (2, True)
+    assert run("init", spec, "--force").code == 0
+    assert spec.read_text().startswith("# A spec")
+
+
+def test_quiet_says_the_result_alone_and_verbose_every_stage(run: Run, spec: Path) -> None:
+    assert run("plan", spec, "--quiet").err == ""
+    told = run("plan", spec, "--verbose").err
+    assert "choosing temperatures and repeats (0 s)" in told
+    assert timed("3 of 10 points", 6.0) == "3 of 10 points (6 s, about 14 s left)"
+    assert timed("0 of 10 points", 6.0) == "0 of 10 points (6 s)"
+
+
+def test_a_plan_by_hand_that_misses_its_limit_is_a_no(run: Run, spec: Path) -> None:
+    tree = small()
+    few = {"temperatures": 1, "repeats": 2}
+    tree["plan"] = {**tree["plan"], "fixed": dict.fromkeys(tree["tests"], few)}
+    spec.write_text(yaml.safe_dump(tree, sort_keys=False))
+    found = run("plan", spec)
+    assert found.code == 1, found.err
+    assert "misses its requirement: position" in found.err
+
+
+def test_a_plan_that_is_stopped_keeps_the_best_so_far(spec: Path) -> None:
+    made = planner.plan(spec, stop=lambda: True)
+    assert any("stopped; cut short" in note for note in made.notes)
+    assert all(one.met for one in made.requirements)
+
+
+def test_ctrl_c_asks_for_the_best_so_far_and_twice_ends() -> None:
+    with until_ctrl_c() as stop:
+        assert not stop()
+        os.kill(os.getpid(), signal.SIGINT)
+        assert stop()
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_names_every_command_and_its_options(run: Run, shell: str) -> None:
+    told = run("--show-completion", shell).out
+    assert "verify" in told
+    assert "through-files" in told
+    assert run("--show-completion", "tcsh").code == 2
+
+
+def test_bash_completes() -> None:
+    asked = (
+        'eval "$(python -m planner --show-completion bash)"; COMP_WORDS=(planner plan --o); COMP_CWORD=2; '
+        '_planner; echo "${COMPREPLY[@]}"'
+    ).replace("python", sys.executable)
+    told = subprocess.run(["bash", "-c", asked], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert told.stdout.strip() == "--out"
+
+
+def slow(folder: str, number: int, size: int) -> int:
+    Path(folder, f"{os.getpid()}.pid").touch()
+    time.sleep(60)
+    return number
+
+
+def test_a_killed_run_leaves_no_worker_behind(tmp_path: Path) -> None:
+    work = f"list(locally(2, slow, {str(tmp_path)!r}, [(0, 1), (1, 1)]))"
+    code = f"from tests.test_options import slow, locally; {work}"
+    here = {**os.environ, "PYTHONPATH": str(ROOT)}
+    parent = subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, env=here)
+    workers = waited(lambda: [int(p.stem) for p in tmp_path.glob("*.pid")], lambda found: len(found) == 2)
+    os.kill(parent.pid, signal.SIGKILL)
+    parent.wait()
+    assert waited(lambda: [pid for pid in workers if alive(pid)], lambda left: not left) == []
+
+
+def waited(look, enough, seconds: float = 60.0):
+    end = time.monotonic() + seconds
+    while not enough(found := look()) and time.monotonic() < end:
+        time.sleep(0.1)
+    return found
+
+
+def alive(pid: int) -> bool:
+    """Running; one that has ended and was not collected does not count."""
+    try:
+        return "Z" not in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+
+
+assert locally  # for the process of the test above
