@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -130,7 +131,10 @@ def test_it_knows_todays_plug_ins_and_every_key_of_the_model() -> None:
     schema = json_schema()
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert set(schema["properties"]) == set(Spec.model_fields)
-    assert schema["properties"]["effects"]["items"]["enum"] == list(catalog.effects())
+    listed, described = schema["properties"]["effects"]["items"]["anyOf"]
+    assert listed["enum"] == list(catalog.effects())
+    assert re.search(described["pattern"], "curve_gyro_y_over_time_on_at_0_600_3600")
+    assert not re.search(described["pattern"], "scale_factr")
     assert schema["$defs"]["Bench"]["properties"]["kind"]["enum"] == list(catalog.benches())
 
 
