@@ -23,8 +23,8 @@ from planner.spec.curve_names import families_of
 from planner.spec.model import Spec
 
 CURVES = 2000  # drawn of every family: a second moment is then known to 2 % in sigma, a part of the whole
-
 KEPT = 4  # sets of temperatures at which curves are kept: of what is on offer, and of the campaign in hand
+MOST_POINTS = 400  # temperatures at which second moments are kept
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,25 @@ class Curves:
 
     spec: Spec
     drawn: dict[Hashable, _Drawn] = field(default_factory=dict)
+    known: _Known = field(default_factory=lambda: _Known(), repr=False, compare=False)
 
     def moments(self, degc: Array) -> dict[str, Moments]:
-        """family -> (sensor, effect) -> (N, N) second moment at temperatures (N,), SI²."""
+        """family -> (sensor, effect) -> (N, N) second moment at temperatures (N,) ascending, SI².
+
+        One campaign after the other is asked for at much the same temperatures: these are found once.
+        """
+        known = self.known
+        if not np.isin(degc, known.degc).all():
+            every = np.union1d(known.degc, degc)
+            known.degc = every if len(every) <= MOST_POINTS else degc
+            known.moments = {
+                name: {error: self._moment(family, known.degc) for error, family in each.items()}
+                for name, each in self._families.items()
+            }
+        place = np.ix_(*[np.searchsorted(known.degc, degc)] * 2)
         return {
-            name: {error: self._moment(family, degc) for error, family in each.items()}
-            for name, each in self._families.items()
+            name: {error: moment[place] for error, moment in each.items()}
+            for name, each in known.moments.items()
         }
 
     def prior(self, error: tuple[Sensor, str], degc: Array) -> Array | None:
@@ -70,6 +83,14 @@ class Curves:
             self.drawn[key] = _Drawn(centred(family.shape.draws(CURVES, rng)))
         known = self.drawn[key]
         return np.asarray(known.at(degc, family.grid) * known.scales(family)[:, None])
+
+
+@dataclass
+class _Known:
+    """Second moments of every family and error at temperatures (N,), ascending."""
+
+    degc: Array = field(default_factory=lambda: np.empty(0))
+    moments: dict[str, Moments] = field(default_factory=dict)
 
 
 @dataclass

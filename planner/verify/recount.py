@@ -33,6 +33,7 @@ NOT_RECOUNTED = (
     "again",
     "bound_s: that no plan is shorter is proved by the search, not by counting",
     "notes, proved_of: words",
+    "packages: versions where it was planned; planner reproduce compares them with those here",
 )
 Document = Mapping[str, Any]
 

@@ -24,6 +24,7 @@ from tests.verify.plans import SPECS, plan_of, sealed_again
 
 UNCOUNTED = {  # what a search found on the way, and words (planner.verify.recount.NOT_RECOUNTED)
     ("planner",),
+    ("packages",),
     ("notes",),
     ("savings",),
     ("trade_off",),
