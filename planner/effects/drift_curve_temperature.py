@@ -29,6 +29,7 @@ class DriftCurveTemperature(BaseEffect):
     title = "drift after power-on over temperature, as a table"
     equation = "y_i += (T − 20 °C) Σ_k c_ik share_k(t)"
     source = "K 2.1, figure 4.7"
+    over_time = True  # many values over the time on: what one power-on does is no table
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """`x 10 s`, `x 30 s`, … `z 3600 s`: channel and the segment's end."""

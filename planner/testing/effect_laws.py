@@ -21,7 +21,7 @@ from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Effect, Group, Parameter, Sensor
 from planner.units import UnitError, unit_factor
 
-ROWS = 400
+ROWS = 1000  # some of them in the narrowest segment of any table: 25 deg/s of 10 rad/s
 DRAWS = 6  # values of the parameters beside their defaults and the ends of their ranges
 SAME = 1e-12  # of the largest regressor: other sums of the same terms differ by rounding alone
 STEP = 1e-4  # of a parameter's range as it is carried, for a derivative

@@ -164,7 +164,7 @@ def test_a_picture_is_drawn_by_the_page_alone() -> None:
     report = Report("k", "t", "a", sections=(Section("s", "s", (Picture("p", "alt", "caption", draw),)),))
     assert "caption" not in printed(report)
     assert tree(report)["sections"][0]["blocks"] == [
-        {"kind": "picture", "name": "p", "alt": "alt", "caption": "caption"}
+        {"kind": "picture", "name": "p", "alt": "alt", "caption": "caption", "folded": ""}
     ]
     assert not drawn
     assert '<title id="p-title">alt</title>' in html(report)

@@ -334,8 +334,9 @@ def test_another_flight_under_the_same_name_is_another_sweep(tmp_path):
     file = tmp_path / "spec.yaml"
     file.write_text(yaml.safe_dump(small(trajectory={"file": "flight.csv"}), sort_keys=False))
     digests = set()
-    for content in ("time_s\n1\n", "time_s\n2\n"):
-        (tmp_path / "flight.csv").write_text(content)
+    for north in (0.0, 1e-5):  # deg further in the end
+        rows = [f"{t},{45 + north * t / 40},{30 + 1e-4 * t},100" for t in range(0, 41)]
+        (tmp_path / "flight.csv").write_text("\n".join(["time_s,lat_deg,lon_deg,alt_m", *rows]))
         digests.add(points_of(load_spec(file), ["requirement.0.limit=9m"], 1)[0].digest)
     assert len(digests) == 2
 

@@ -104,9 +104,14 @@ def lasts(effect: Effect, table: DwellTable) -> bool:
 
     And power-ons enough for one that is a table itself: within one of them a score of nodes follow any drift.
     """
-    if getattr(effect, "nodal", False) and len(np.unique(table.run)) < LEAST_OF_A_TABLE:
+    if follows_any_drift(effect) and len(np.unique(table.run)) < LEAST_OF_A_TABLE:
         return False
     return "day" not in effect.needs or float(np.ptp(table.day)) >= LEAST_DAYS
+
+
+def follows_any_drift(effect: Effect) -> bool:
+    """Whether it is a table of many values over what changes within a power-on: only several tell it."""
+    return bool(getattr(effect, "nodal", False) or getattr(effect, "over_time", False))
 
 
 def effect_blocks(channels: Sequence[Channel], name: str, nonlinear: Mapping[str, float]) -> list[Block]:

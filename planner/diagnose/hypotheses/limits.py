@@ -8,7 +8,13 @@ import numpy as np
 
 from planner import catalog
 from planner.campaign.channel_model import EXCITING
-from planner.diagnose.hypotheses.candidates import LEAST_DAYS, LEAST_OF_A_TABLE, is_shown, lasts
+from planner.diagnose.hypotheses.candidates import (
+    LEAST_DAYS,
+    LEAST_OF_A_TABLE,
+    follows_any_drift,
+    is_shown,
+    lasts,
+)
 from planner.diagnose.hypotheses.estimates import estimates
 from planner.diagnose.hypotheses.noise import LEAST_RUNS
 from planner.diagnose.hypotheses.pool import Pool, given
@@ -109,7 +115,7 @@ def _missing(effect: Effect, data: Prepared) -> str:
     absent = [c.name for c in SINGLES if c.field in effect.needs and c.name in data.full.absent]
     if absent:
         return f"the table has no column {', '.join(absent)}"
-    if getattr(effect, "nodal", False) and not lasts(effect, data.table):
+    if follows_any_drift(effect) and not lasts(effect, data.table):
         return f"{len(data.starts)} power-ons are fewer than the {LEAST_OF_A_TABLE} that tell it from a drift"
     if not lasts(effect, data.table):
         return f"the records span {np.ptp(data.table.day):.2g} days; {LEAST_DAYS:g} tell it from run-to-run"

@@ -29,7 +29,6 @@ from planner.diagnose.hypotheses.pool import Flips, Pool, pool_of
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.references import hypothesis
 from planner.diagnose.hypotheses.search import search
-from planner.diagnose.hypotheses.unequal_noise import weights_over_temperature
 from planner.diagnose.hypotheses.verdicts import Veto, vetoed
 from planner.diagnose.hypotheses.whitened import Whitened, whitened
 from planner.diagnose.unseen_runs import cells_of
@@ -188,7 +187,7 @@ def begin(
     library += reference_blocks(mine, table, sensor)
     blocks = [*library, *generic_blocks(mine, table, sensor)]
     triad, far, sizes = _readings(data, mine, blocks)
-    state = _equally_noisy(triad, far, table.temperature_degc)
+    state = _whitened(triad)
     cuts = segments(state, data.starts)
     return Begun(mine, len(library), pool_of(state, blocks, cuts), cuts, far, sizes)
 
@@ -214,20 +213,6 @@ def _readings(
 def _whitened(triad: Sequence[Readings]) -> dict[int, Whitened]:
     noises = triad_noise(triad)
     return {r.channel.axis: whitened(r.channel, n, r.candidates) for r, n in zip(triad, noises, strict=True)}
-
-
-def _equally_noisy(
-    triad: Sequence[Readings], far: Mapping[int, NDArray[np.bool_]], temperature_degc: Array
-) -> dict[int, Whitened]:
-    """Every channel whitened; again with rows weighed where the noise is not the same at all temperatures."""
-    state = _whitened(triad)
-    weighed = []
-    for r in triad:
-        axis = r.channel.axis
-        more = weights_over_temperature(state[axis], temperature_degc, r.starts, ~far[axis])
-        weighed.append(r if more is None else replace(r, weights=r.weights * more))
-    same = all(new is old for new, old in zip(weighed, triad, strict=True))
-    return state if same else _whitened(weighed)
 
 
 def _refused(found: Found, starts: NDArray[np.int64]) -> tuple[Veto, ...]:
