@@ -127,6 +127,14 @@ def page(report: Report, command: str = "") -> str:
     return html(replace(report, command=command))
 
 
+def document_and_page(answer: Answer, out: Path, name: str, command: str) -> dict[Path, str | bytes]:
+    """The tree of an answer as the JSON file `name`, its only report as report.html, in the folder `out`."""
+    from planner.export.json_figures import json_text
+
+    (report,) = answer.reports
+    return {out / name: json_text(answer.to_dict()), out / "report.html": page(report, command)}
+
+
 def plan_tree(plan: str | Path | Mapping[str, Any] | Answer | Plan) -> dict[str, Any]:
     """The tree of a plan: of plan.json or its folder, of a plan made just now, or a tree itself.
 

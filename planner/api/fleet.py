@@ -8,10 +8,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.api.answer import Answer, Row, page, plan_tree, silent
+from planner.api.answer import Answer, Row, document_and_page, plan_tree, silent
 from planner.api.given import SpecLike, whole
 
 if TYPE_CHECKING:
+    from planner.fleet.appointment import Appointment
     from planner.fleet.basis import Recalibrated
     from planner.fleet.judge import ErrorRates
     from planner.pipelines.fleet import Accepted, Forecasted, PlannedChecks
@@ -29,6 +30,13 @@ def _tree(plan: PlanLike | None) -> dict[str, Any] | None:
 def _source(loaded: LoadedSpec) -> dict[str, str]:
     """Which spec a document is of."""
     return {"name": loaded.spec.name, "sha256": loaded.sha256}
+
+
+def _calendar(out: Path, title: str, what: str, days: Sequence[Appointment]) -> dict[Path, str | bytes]:
+    """A calendar of what is to be done on days, in the folder `out`; none where there are none."""
+    from planner.export.fleet_calendar import calendar_bytes
+
+    return {out / f"{what}.ics": calendar_bytes(f"{title}: {what}", days)} if days else {}
 
 
 # ---------------------------------------------------------------- accept
@@ -78,12 +86,7 @@ class AcceptAnswer(Answer):
 
     def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
         """accept.json and report.html in the folder `out`."""
-        from planner.export.json_figures import json_text
-
-        return {
-            out / "accept.json": json_text(self.to_dict()),
-            out / "report.html": page(self.reports[0], command),
-        }
+        return document_and_page(self, out, "accept.json", command)
 
 
 def accept(
@@ -145,12 +148,7 @@ class PlanCheckAnswer(Answer):
 
     def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
         """check_plan.json and report.html in the folder `out`."""
-        from planner.export.json_figures import json_text
-
-        return {
-            out / "check_plan.json": json_text(self.to_dict()),
-            out / "report.html": page(self.reports[0], command),
-        }
+        return document_and_page(self, out, "check_plan.json", command)
 
 
 def plan_check(
@@ -210,20 +208,11 @@ class ForecastAnswer(Answer):
 
     def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
         """forecast.json, report.html and, where there are dates, calibrations.ics in the folder `out`."""
-        from planner.export.fleet_calendar import calendar_bytes
-        from planner.export.json_figures import json_text
         from planner.report.subjects.forecast import appointments
 
-        (report,) = self.reports
         days = appointments(self.record.fleet, self.record.basis.region)
-        calendar: dict[Path, str | bytes] = {}
-        if days:
-            calendar = {out / "calibrations.ics": calendar_bytes(f"{report.title}: calibrations", days)}
-        return {
-            out / "forecast.json": json_text(self.to_dict()),
-            out / "report.html": page(report, command),
-            **calendar,
-        }
+        files = document_and_page(self, out, "forecast.json", command)
+        return files | _calendar(out, self.reports[0].title, "calibrations", days)
 
 
 def forecast(
@@ -301,20 +290,11 @@ class RecalibrateAnswer(Answer):
 
     def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
         """recalibration.json, report.html and, where there are visits, recalibrations.ics in `out`."""
-        from planner.export.fleet_calendar import calendar_bytes
-        from planner.export.json_figures import json_text
         from planner.report.subjects.recalibration import store_appointments
 
-        (report,) = self.reports
         days = store_appointments(self.record)
-        calendar: dict[Path, str | bytes] = {}
-        if days:
-            calendar = {out / "recalibrations.ics": calendar_bytes(f"{report.title}: recalibrations", days)}
-        return {
-            out / "recalibration.json": json_text(self.to_dict()),
-            out / "report.html": page(report, command),
-            **calendar,
-        }
+        files = document_and_page(self, out, "recalibration.json", command)
+        return files | _calendar(out, self.reports[0].title, "recalibrations", days)
 
 
 def recalibrate(

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.api.answer import Answer, Row, page, plan_tree, silent
+from planner.api.answer import Answer, Row, document_and_page, page, plan_tree, silent
 from planner.api.given import SpecLike, whole
 from planner.errors import InputError
 
@@ -324,12 +324,7 @@ class CompareAnswer(Answer):
 
     def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
         """comparison.json, report.html in the folder `out`."""
-        from planner.export.json_figures import json_text
-
-        return {
-            out / "comparison.json": json_text(self.to_dict()),
-            out / "report.html": page(self.reports[0], command),
-        }
+        return document_and_page(self, out, "comparison.json", command)
 
 
 def compare(*plans: str | Path | Mapping[str, Any] | Answer, strict: bool = False) -> CompareAnswer:

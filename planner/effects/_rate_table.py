@@ -34,6 +34,7 @@ class RateTable(BaseEffect):
     group: Group = "bias"
     variable: Condition | None = "temperature_rate"
     nodal = True
+    follows_drift = True
 
     def __init__(
         self, temperatures: tuple[float, ...], rates: tuple[float, ...], times: tuple[float, ...] = ()

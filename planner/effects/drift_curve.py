@@ -32,7 +32,7 @@ class DriftCurve(BaseEffect):
     title = "drift after power-on, as a table"
     equation = "y_i += Σ_k c_ik share_k(t), segments between 0, 10, 30, … 3600 s"
     source = "K 2.1, 2.5.1, tables 2.1, 2.13, 2.18"
-    over_time = True  # many values over the time on: what one power-on does is no table
+    follows_drift = True
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """`x 10 s`, `x 30 s`, … `z 3600 s`: channel and the segment's end."""

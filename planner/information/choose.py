@@ -95,13 +95,12 @@ def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> tuple[
     Quick figures are drawn to the exact ones of the campaign found last; what breaks the promise makes the
     judge stricter and is searched anew, what keeps it with room goes downhill from where it is.
     """
-    limits = np.array([a.limit for a in judge.promise.asked])
     best: tuple[Array, Judge, Foreseen] | None = None
     begun: tuple[Array, Judge, Foreseen] | None = None
     for start in beginnings(offers, judge)[:1]:  # drawn curves make much the same of quantiles for all
         exact = foreseen(flight, laid_out(flight, offers.visits(start)))
         judge = judge.meeting(exact.figures / judge.promise.figures(start[None])[0])
-        if np.all(exact.figures * spread_factor(flight, offers.visits(start)) <= limits * KEPT):
+        if is_kept(flight, exact, spread_factor(flight, offers.visits(start))):
             begun = (start, judge, exact) if judge.allowed(start) else None
     for _ in range(ROUNDS):
         if (best or begun) and judge.late():
@@ -110,9 +109,9 @@ def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> tuple[
         if counts is None or (best is not None and not _cheaper(offers, counts, best[0])):
             break
         exact = foreseen(flight, laid_out(flight, offers.visits(counts)))
-        figures = exact.figures * spread_factor(flight, offers.visits(counts))
-        closer = figures / judge.promise.figures(counts[None])[0] * CLOSER
-        if np.all(figures <= limits * KEPT):
+        factor = spread_factor(flight, offers.visits(counts))
+        closer = exact.figures * factor / judge.promise.figures(counts[None])[0] * CLOSER
+        if is_kept(flight, exact, factor):
             judge = judge.meeting(closer)
             best = counts, judge, exact
         elif np.any(closer > MISJUDGED * judge.tightened):  # what quick figures cannot see: ask exact ones
@@ -144,8 +143,12 @@ def _cheaper(offers: Offers, n: Array, than: Array) -> bool:
 
 def keeps_exactly(flight: Flight, offers: Offers, counts: Array, factor: float) -> bool:
     """Whether a campaign keeps every requirement by its exact figures, times a factor for its spreads."""
+    return is_kept(flight, foreseen(flight, laid_out(flight, offers.visits(counts))), factor)
+
+
+def is_kept(flight: Flight, exact: Foreseen, factor: float) -> bool:
+    """Whether every exact figure, times a factor for spreads that are estimates, is within its limit."""
     limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
-    exact = foreseen(flight, laid_out(flight, offers.visits(counts)))
     return bool(np.all(exact.figures * factor <= limits * KEPT))
 
 

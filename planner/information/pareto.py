@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.information.choose import KEPT, Found
+from planner.information.choose import Found, is_kept
 from planner.information.exact import foreseen, laid_out
 from planner.information.exchange import Judge, even
 from planner.information.model_of import Flight
@@ -140,10 +140,9 @@ def _exactly(flight: Flight, found: Found, points: Sequence[Point], late: Callab
 
 def _exact(flight: Flight, found: Found, point: Point) -> _Exact:
     visits = found.offers.visits(point.counts)
-    figures = np.array(foreseen(flight, laid_out(flight, visits)).largest)
-    limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
-    within = np.all(figures * spread_factor(flight, visits) <= limits * KEPT)
-    return _Exact(point, figures, bool(within) and found.judge.allowed(point.counts))
+    exact = foreseen(flight, laid_out(flight, visits))
+    keeps = is_kept(flight, exact, spread_factor(flight, visits)) and found.judge.allowed(point.counts)
+    return _Exact(point, np.array(exact.largest), keeps)
 
 
 def _undominated(shown: Sequence[_Exact]) -> list[_Exact]:

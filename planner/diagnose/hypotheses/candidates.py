@@ -111,7 +111,7 @@ def lasts(effect: Effect, table: DwellTable) -> bool:
 
 def follows_any_drift(effect: Effect) -> bool:
     """Whether it is a table of many values over what changes within a power-on: only several tell it."""
-    return bool(getattr(effect, "nodal", False) or getattr(effect, "over_time", False))
+    return bool(getattr(effect, "follows_drift", False))
 
 
 def effect_blocks(channels: Sequence[Channel], name: str, nonlinear: Mapping[str, float]) -> list[Block]:
