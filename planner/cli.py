@@ -17,6 +17,7 @@ from planner.commands import (
     effects,
     explaining,
     fleet,
+    migrating,
     planning,
     promise,
     recordings,
@@ -82,6 +83,7 @@ FAMILIES = (
     effects,
     explaining,
     docs,
+    migrating,
     reproducing,
 )
 for family in FAMILIES:
