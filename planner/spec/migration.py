@@ -1,7 +1,7 @@
 """A spec's text → the same in the present format; what it says stays, and its comments and layout too.
 
-Format 1 is the first and the only one so far. What has changed within it since are defaults: a plan was made by
-the published method where nothing was said, and is made by information now, which does not read some keys.
+Format 1 is the first and the only one so far. What has changed within it since are defaults: a plan was made
+by the published method where nothing was said, and is made by information now, which does not read some keys.
 """
 
 from __future__ import annotations
