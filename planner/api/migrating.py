@@ -49,12 +49,19 @@ class MigrateAnswer(Answer):
     @cached_property
     def reports(self) -> tuple[Report, ...]:
         """The changes, and the difference of the texts."""
-        from planner.report.blocks import Difference, Report, Text, existing, section
+        from planner.report.blocks import Block, Difference, Report, Text, existing, section
 
         if not self.changes:
             return (Report("migrate", "", "This is the present format; nothing is to be changed."),)
-        told = (*(Text(f"{one}.") for one in self.changes), Difference(self.made.diff))
-        return (Report("migrate", "", "", sections=existing(section("changes", "Changes", *told))),)
+        told: list[Block] = [Text(f"{one}.") for one in self.changes]
+        return (
+            Report(
+                "migrate",
+                "",
+                "",
+                sections=existing(section("changes", "Changes", *told, Difference(self.made.diff))),
+            ),
+        )
 
     @property
     def notes(self) -> tuple[str, ...]:

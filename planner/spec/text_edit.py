@@ -32,7 +32,7 @@ class SpecText:
 
     def __post_init__(self) -> None:
         self.newline = "\r\n" if "\r\n" in self.text else "\n"
-        self.root = yaml.compose(self.text, Loader=yaml.SafeLoader)
+        self.root: Any = yaml.compose(self.text, Loader=yaml.SafeLoader)
 
     def node(self, path: Path) -> Any:
         """The node at a path, or None."""
