@@ -1,8 +1,8 @@
 """Starting: `planner --help` against `python -c "import typer"`, and `planner check` of a shipped spec.
 
-First the answer: the help names every command, the spec has no faults. Then all are started in turn, so that they
-see the same machine; medians of processor time are judged. Run it where only planner is installed, and without
-PYTHONDONTWRITEBYTECODE.
+First the answer: the help names every command, the spec has no faults. Then all are started in turn, so that
+they see the same machine; medians of processor time are judged. Run it where only planner is installed, and
+without PYTHONDONTWRITEBYTECODE.
 
     python benchmarks/bench_help.py
 """

@@ -30,7 +30,8 @@ from planner.errors import InfeasibleError, InputError, PlannerError
 
 _SETTINGS: dict[str, Any] = {
     "name": "planner",
-    "help": "The shortest calibration campaign of an inertial unit that provably suffices for its navigation.",
+    "help": "The shortest calibration campaign of an inertial unit that provably suffices for its "
+    "navigation.",
     "no_args_is_help": True,
     "add_completion": False,
     "pretty_exceptions_enable": False,
