@@ -38,7 +38,7 @@ def _name(value: str) -> str:
 def first_format(value: object) -> object:
     """The spec's format; there is one so far."""
     if value is True or value != 1:
-        raise Unfit("P113", "this planner reads format 1; write 'planner: 1'")
+        raise Unfit("P113", "this planner reads format 1; write 'planner: 1', or `planner migrate SPEC` does")
     return 1
 
 
