@@ -29,7 +29,7 @@ class Reached:
 
 
 class Known:
-    """States on one day that were reached with fewer hours; slack: (t,) of the terms that they may differ in."""
+    """States on one day that were reached with fewer hours; slack: (t,) of the terms that differ."""
 
     def __init__(self, slack: Array) -> None:
         self.slack, self.count = slack, 0
