@@ -27,6 +27,7 @@ _VERBS = {  # verb -> the module that has it
     **dict.fromkeys(("simulate", "simulate_signals", "reduce", "look", "calibrate", "apply"), "api.data"),
     **dict.fromkeys(("diagnose", "update"), "api.diagnosing"),
     "verify": "api.promise",
+    "migrate": "api.migrating",
     "sweep": "api.sweeping",
     "reproduce": "api.reproducing",
     **dict.fromkeys(("accept", "plan_check", "forecast", "recalibrate"), "api.fleet"),

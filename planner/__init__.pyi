@@ -13,6 +13,7 @@ from planner.api.fleet import accept as accept
 from planner.api.fleet import forecast as forecast
 from planner.api.fleet import plan_check as plan_check
 from planner.api.fleet import recalibrate as recalibrate
+from planner.api.migrating import migrate as migrate
 from planner.api.planning import afford as afford
 from planner.api.planning import allow as allow
 from planner.api.planning import check as check

@@ -1,5 +1,31 @@
-"""`python -m planner` is the same program as `planner`."""
+"""`planner`, and `python -m planner`: the same program."""
 
-from planner.cli import main
+import sys
 
-main()
+
+def main() -> None:
+    """Run the program; the list of commands comes from a file, before anything else is imported."""
+    if sys.argv[1:] == ["--help"] and sys.argv[0].endswith("planner") and _is_wide():
+        sys.stdout.write(_help())
+        return
+    from planner.cli import main as program
+
+    program()
+
+
+def _is_wide() -> bool:
+    """Whether lines of 80 signs, as typer breaks them, stand on the terminal."""
+    import shutil
+
+    return shutil.get_terminal_size().columns >= 80
+
+
+def _help() -> str:
+    """What typer says of all commands; `tests/test_cli.py` holds the file to that."""
+    from pathlib import Path
+
+    return (Path(__file__).parent / "commands" / "help.txt").read_text(encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -77,7 +77,7 @@ class Unloadable:
 class Plugins(Mapping[str, T], Generic[T]):
     """The plug-ins of one kind by name, in the order of the names; each is imported when it is asked for.
 
-    Effects that a name describes (planner.effects._measured_curve) can be asked for and are in no list.
+    Effects that a name describes (_DESCRIBED) can be asked for and are in no list.
     Names, `in` and `len` import nothing. `items` and `values` import all and pass over those that do not
     load: `unloadable` tells which. Asking for one of those raises InputError.
     """
@@ -89,7 +89,7 @@ class Plugins(Mapping[str, T], Generic[T]):
         if name not in self:
             raise KeyError(name)
         if name not in origins(self._kind):
-            return _curve(name)  # type: ignore[no-any-return]  # an effect, as only that kind has curves
+            return _described(name)  # type: ignore[no-any-return]  # an effect, as only that kind has such
         found, reason = _loaded(self._kind, name)
         if reason:
             raise InputError(str(Unloadable(origins(self._kind)[name], reason)))
@@ -102,7 +102,7 @@ class Plugins(Mapping[str, T], Generic[T]):
         return len(origins(self._kind))
 
     def __contains__(self, name: object) -> bool:
-        return name in origins(self._kind) or (self._kind == "effects" and _curve(name) is not None)
+        return name in origins(self._kind) or (self._kind == "effects" and _described(name) is not None)
 
     def items(self) -> ItemsView[str, T]:
         """Name and plug-in of all that load."""
@@ -160,11 +160,19 @@ def varies_as_declared(effect: str, declared: Collection[str]) -> bool:
     return not temperature_effects(effect)
 
 
-def _curve(name: object) -> Any:
-    """The measured curve that a name describes, None where it describes none."""
-    if not (isinstance(name, str) and name.startswith("curve_")):
-        return None
-    return importlib.import_module("planner.effects._measured_curve").curve_of(name)
+_DESCRIBED = {
+    "curve_": ("planner.effects._measured_curve", "curve_of"),
+    "scatter_over_input_": ("planner.effects._scatter_over_input", "scatter_of"),
+}
+"""Beginning of a name -> module and function that make the effect of it."""
+
+
+def _described(name: object) -> Any:
+    """The effect that a name describes, None where it describes none."""
+    for prefix, (module, function) in _DESCRIBED.items():
+        if isinstance(name, str) and name.startswith(prefix):
+            return getattr(importlib.import_module(module), function)(name)
+    return None
 
 
 def unloadable(*kinds: Kind) -> list[Unloadable]:
@@ -188,6 +196,7 @@ def wrong_with(kind: Kind, name: str) -> str:
 
 def forget() -> None:
     """Look again at what is installed, the next time that somebody asks."""
+    _installed.cache_clear()
     origins.cache_clear()
     _loaded.cache_clear()
 
@@ -208,7 +217,7 @@ def origins(kind: Kind) -> Mapping[str, Origin]:
         name: Origin(kind, name, OURS, __version__, f"{shelf.package}.{name}:{shelf.constant}")
         for name in modules(shelf.package)
     }
-    for entry in sorted(importlib.metadata.entry_points(group=f"planner.{kind}"), key=lambda e: e.name):
+    for entry in sorted(_installed().select(group=f"planner.{kind}"), key=lambda e: e.name):
         here = Origin(kind, entry.name, *_distribution(entry), entry.value)
         there = found.setdefault(entry.name, here)
         if there is not here:
@@ -217,6 +226,14 @@ def origins(kind: Kind) -> Mapping[str, Origin]:
                 "uninstall one of the packages, or rename its plug-in"
             )
     return dict(sorted(found.items()))
+
+
+@cache
+def _installed() -> importlib.metadata.EntryPoints:
+    """What all installed packages offer; to look takes 10 ms, which once is enough."""
+    every: Any = importlib.metadata.entry_points  # its type is that of Python before 3.12
+    found: importlib.metadata.EntryPoints = every()
+    return found
 
 
 def modules(package: str) -> tuple[str, ...]:

@@ -6,10 +6,9 @@ tests, P5 the plan, P6 flight files, P7 recordings and dwell tables, P8 historie
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 
 
 @dataclass(frozen=True)
@@ -27,11 +26,12 @@ class Rule:
 @cache
 def rules() -> dict[str, Rule]:
     """code -> rule, in the order of the codes; read when first asked."""
+    import tomllib
+
     found: dict[str, Rule] = {}
-    for part in files("planner").joinpath("rules").iterdir():
-        if part.name.endswith(".toml"):
-            tables = tomllib.loads(part.read_text(encoding="utf-8"))
-            found |= {code: Rule(code, **table) for code, table in tables.items()}
+    for part in (Path(__file__).parent / "rules").glob("*.toml"):
+        tables = tomllib.loads(part.read_text(encoding="utf-8"))
+        found |= {code: Rule(code, **table) for code, table in tables.items()}
     return dict(sorted(found.items()))
 
 

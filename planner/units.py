@@ -1,7 +1,8 @@
 """Quantities at the border: text with a unit in, SI and radians inside, display units out.
 
-A registry of our own (pint) holds only the units of this field. Angle is a dimension here, so that
-`0.1 deg` is refused where a scale factor is expected, and `g` is gravity, `mg` milli-gravity.
+The table below holds only the units of this field. Angle is a dimension here, so that `0.1 deg` is refused
+where a scale factor is expected, and `g` is gravity, `mg` milli-gravity. pint with the same definitions says
+the same of every spelling (`tests/test_units.py`), but takes longer to import than a spec takes to check.
 Temperatures are carried as degrees Celsius everywhere (`_degc` in every name): that is what benches and
 dwell tables speak, and a difference of one kelvin is one degree.
 """
@@ -13,50 +14,61 @@ import re
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
-from typing import Any
 
 from planner.errors import PlannerError
 
 STANDARD_GRAVITY_MPS2 = 9.80665  # 3rd CGPM (1901); interfaces: 1 g of every file
 ZERO_CELSIUS_K = 273.15
 
-_DEFINITIONS = """
-nano- = 1e-9 = n-
-micro- = 1e-6 = u- = µ- = μ-
-milli- = 1e-3 = m-
-centi- = 1e-2 = c-
-kilo- = 1e3 = k-
-
-second = [time] = s = sec
-minute = 60 second = min
-hour = 3600 second = h = hr
-day = 86400 second = d
-week = 604800 second
-metre = [length] = m = meter
-radian = [angle] = rad
-turn = 6.283185307179586 radian = rev = revolution
-degree = 0.017453292519943295 radian = deg = °
-arcminute = 0.0002908882086657216 radian = arcmin
-arcsecond = 4.84813681109536e-06 radian = arcsec
-kelvin = [temperature] = K
-gravity = 9.80665 metre / second ** 2 = g
-one = 1
-percent = 0.01
-ppm = 1e-6
-knot = 1852 metre / hour = kn
-rpm = turn / minute
-hertz = 1 / second = Hz
-"""
+_TURN_RAD = 2 * math.pi
+_Dimensions = tuple[tuple[str, int], ...]
+_LENGTH, _TIME, _ANGLE = (("length", 1),), (("time", 1),), (("angle", 1),)
+_UNITS: dict[str, tuple[float, _Dimensions]] = {  # spellings -> SI value, dimensions
+    spelling: (value, dimensions)
+    for spellings, value, dimensions in (
+        ("second s sec", 1.0, _TIME),
+        ("minute min", 60.0, _TIME),
+        ("hour h hr", 3600.0, _TIME),
+        ("day d", 86400.0, _TIME),
+        ("week", 604800.0, _TIME),
+        ("metre meter m", 1.0, _LENGTH),
+        ("radian rad", 1.0, _ANGLE),
+        ("turn revolution rev", _TURN_RAD, _ANGLE),
+        ("degree deg", math.pi / 180, _ANGLE),
+        ("arcminute arcmin", math.pi / 10_800, _ANGLE),
+        ("arcsecond arcsec", math.pi / 648_000, _ANGLE),
+        ("kelvin K", 1.0, (("temperature", 1),)),
+        ("gravity g", STANDARD_GRAVITY_MPS2, (("length", 1), ("time", -2))),
+        ("one", 1.0, ()),
+        ("percent", 0.01, ()),
+        ("ppm", 1e-6, ()),
+        ("knot kn", 1852 / 3600, (("length", 1), ("time", -1))),
+        ("rpm", _TURN_RAD / 60, (("angle", 1), ("time", -1))),
+        ("hertz Hz", 1.0, (("time", -1),)),
+    )
+    for spelling in spellings.split()
+}
+_PREFIXES = {"": 1.0} | {
+    prefix: value
+    for prefixes, value in (
+        ("nano n", 1e-9),
+        ("micro u µ μ", 1e-6),
+        ("milli m", 1e-3),
+        ("centi c", 1e-2),
+        ("kilo k", 1e3),
+    )
+    for prefix in prefixes.split()
+}
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:[_ ][0-9]{3})*\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
-# A grammar of our own in front of pint, whose parser evaluates numbers, sums and towers of powers.
 # Digits stand only in `1/…` and in exponents -3..3: no unit of this field needs more.
 _NAME = r"(?!\d)\w+"
 _FACTOR = rf"{_NAME}(?:\^-?[1-3])?"
 _PRODUCT = rf"{_FACTOR}(?:[* ]{_FACTOR})*"
 _TERM = rf"(?:{_PRODUCT}|\({_PRODUCT}(?:/{_FACTOR})*\))"
 _UNIT = re.compile(rf"(?:1|{_TERM})(?:/{_TERM})*")
+_PART = re.compile(rf"([*/ ()])|({_NAME})(?:\^(-?[1-3]))?")
 _SPELLING = {
     "%": " percent ",
     "°": " deg ",
@@ -91,7 +103,7 @@ class UnitError(PlannerError):
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number with its unit, converted: `si` in SI and radians; `dimension` as pint writes it."""
+    """A number with its unit, converted: `si` in SI and radians; `dimension`: `[angle] / [time]`."""
 
     si: float
     dimension: str
@@ -101,13 +113,6 @@ class Quantity:
     def unit(self) -> str:
         """The unit as it was written, blanks made single: `deg/h`; empty for a bare number."""
         return " ".join(_split(self.text)[1].split())
-
-
-@lru_cache(maxsize=1)
-def _registry() -> Any:
-    import pint  # imported late: it costs 60 ms that `--help` does not have
-
-    return pint.UnitRegistry(_DEFINITIONS.strip().splitlines(), cache_folder=None)
 
 
 @lru_cache(maxsize=4096)
@@ -126,11 +131,54 @@ def unit_factor(unit: str) -> tuple[float, str]:
         raise UnitError(f"unit {unit!r} is a mass; g means gravity here")
     if not _UNIT.fullmatch(text):
         raise UnitError(f"unit {unit!r} cannot be read")
-    try:
-        base = _registry().parse_expression(text.replace("^", "**")).to_base_units()
-    except Exception as error:  # pint raises many kinds, from its own to AttributeError and SyntaxError
-        raise UnitError(f"unit {unit!r} is unknown") from error
-    return float(base.magnitude), str(base.dimensionality)
+    value, dimensions = 1.0, dict[str, int]()
+    for name, power in _powers(text).items():
+        known = _named(name)
+        if known is None:
+            raise UnitError(f"unit {unit!r} is unknown")
+        value *= known[0] ** power
+        for dimension, exponent in known[1]:
+            dimensions[dimension] = dimensions.get(dimension, 0) + exponent * power
+    return value, _dimension(dimensions)
+
+
+def _powers(text: str) -> dict[str, int]:
+    """`deg/(s K)^2`-like text of the grammar above -> power of every name; `*`, `/`, blanks from the left."""
+    powers: dict[str, int] = {}
+    sign = around = 1
+    for operator, name, power in _PART.findall(text):
+        if name:
+            powers[name] = powers.get(name, 0) + around * sign * int(power or 1)
+        elif operator == "(":
+            around, sign = sign, 1
+        elif operator == ")":
+            around = 1
+        else:
+            sign = -1 if operator == "/" else 1
+    return powers
+
+
+def _named(name: str) -> tuple[float, _Dimensions] | None:
+    """SI value and dimensions of `ms`, `millisecond`, `seconds`; None for what is no unit of ours."""
+    for word, shortest in ((name, 1), (name.removesuffix("s"), 2)):  # plurals of words: `gs` is nothing
+        for prefix, factor in _PREFIXES.items():
+            rest = word.removeprefix(prefix)
+            if word == prefix + rest and rest in _UNITS and len(rest) >= shortest:
+                value, dimensions = _UNITS[rest]
+                return factor * value, dimensions
+    return None
+
+
+def _dimension(powers: dict[str, int]) -> str:
+    """`[angle] / [time] ** 2`, `1 / [time]`, `dimensionless`."""
+    ordered = sorted(powers.items())
+    above = [_power(name, power) for name, power in ordered if power > 0]
+    below = [_power(name, -power) for name, power in ordered if power < 0]
+    return " / ".join([" * ".join(above) or "1", *below]) if above or below else "dimensionless"
+
+
+def _power(name: str, power: int) -> str:
+    return f"[{name}]" if power == 1 else f"[{name}] ** {power}"
 
 
 def _plain(unit: str) -> str:

@@ -18,6 +18,7 @@ from typing import Any
 import pytest
 import yaml
 
+import planner
 from planner.cli import app
 from tests.outcome import Run
 from tests.specs import planned, small, with_limit, with_plan
@@ -56,6 +57,23 @@ def test_help_shows_an_example_that_calls_the_command(command: str, run: Run) ->
     assert found.code == 0
     assert "Example: planner " + command.replace("_", "-") in " ".join(found.out.split())
     assert not found.err
+
+
+def test_the_list_of_commands_that_is_shown_at_once_is_typers(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    file = Path(planner.__file__).parent / "commands" / "help.txt"
+    again = "sys.argv = ['planner', '--help']; from planner.cli import main; main()"
+    shown = run("--help").out.replace(Path(sys.argv[0]).name, "planner", 1)
+    said = f'COLUMNS=80 python -c "import sys; {again}" > {file}'
+    assert file.read_text(encoding="utf-8").split("\n")[1:] == shown.split("\n")[1:], said
+    code = (
+        "import sys; sys.argv = ['planner', '--help']; from planner.__main__ import main; main();"
+        "sys.exit('typer' in sys.modules)"
+    )
+    quick = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert quick.stdout == file.read_text(encoding="utf-8")
 
 
 def test_every_command_of_the_interfaces_has_json(run: Run) -> None:

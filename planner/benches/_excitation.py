@@ -101,16 +101,18 @@ def _reachable(excites: frozenset[str]) -> Conditions:
     return Conditions(table[:, :3], table[:, 3:6], table[:, 6], table[:, 7], table[:, 8], table[:, 9])
 
 
-def _turn(face: int, rate_dps: float) -> Array:
-    """Turning about the vertical: the body axis of the face."""
-    return np.asarray(np.radians(rate_dps) * np.eye(3)[face % 3])
+@cache
+def _turn(face: int, rate_dps: float) -> tuple[float, ...]:
+    """Turning about the vertical, rad/s: the body axis of the face."""
+    return tuple((np.radians(rate_dps) * np.eye(3)[face % 3]).tolist())
 
 
-def _load(face: int, load_g: float) -> Array:
-    """Gravity along the face, up or down, and the load of an arm across it."""
+@cache
+def _load(face: int, load_g: float) -> tuple[float, ...]:
+    """Gravity along the face, up or down, and the load of an arm across it, m/s²."""
     sign = 1.0 if face < 3 else -1.0
     total = np.eye(3)[face % 3] + load_g * np.eye(3)[(face + 1) % 3]
-    return np.asarray(STANDARD_GRAVITY_MPS2 * sign * total)
+    return tuple((STANDARD_GRAVITY_MPS2 * sign * total).tolist())
 
 
 def chosen(levels: Sequence[float], count: int, limit: float) -> tuple[float, ...]:

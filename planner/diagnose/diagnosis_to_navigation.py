@@ -91,7 +91,7 @@ def _cost(bound: Sequence[Constraint], terms: Sequence[_Term], confidence: float
     before = np.linalg.norm(np.einsum("itk,t->ik", own, values), axis=1)
     if before.max() <= _ROUNDING * bound[0].limit:
         how += "; nothing on this flight excites them"
-    after = np.array([_left(c, v, half, confidence) for c, v in zip(bound, own, strict=True)])
+    after = np.array([left_in_flight(c, v, half, confidence) for c, v in zip(bound, own, strict=True)])
     return NavigationCost(
         error=bound[0].error,
         unit=bound[0].unit,
@@ -104,7 +104,7 @@ def _cost(bound: Sequence[Constraint], terms: Sequence[_Term], confidence: float
     )
 
 
-def _left(constraint: Constraint, vectors: Array, half: Array, confidence: float) -> float:
+def left_in_flight(constraint: Constraint, vectors: Array, half: Array, confidence: float) -> float:
     """What intervals of half-width (t,) leave, by the requirement's rule; vectors (t, k)."""
     from scipy.stats import norm
 

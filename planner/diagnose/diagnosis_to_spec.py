@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from planner import __version__, catalog
 from planner.diagnose.calibration_cost import CalibratingTest, RecordNoise, Target, calibrating_test
 from planner.diagnose.left_in_budget import widened
-from planner.diagnose.spec_edit import SpecText
 from planner.errors import InputError
 from planner.measurement import AXES
 from planner.nouns.diagnosis import LEAST_P, Assumption, Diagnosis, FoundEffect, NavigationCost
@@ -26,6 +25,7 @@ from planner.nouns.sensor import ErrorName
 from planner.spec.budget import ErrorBudget, InRun, RunToRun
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, Spec
+from planner.spec.text_edit import SpecText
 from planner.units import Quantity, from_si
 
 _WHITE = {"gyro": 2e-5, "accelerometer": 1e-3}  # rad/s, m/s²: a record's noise when the diagnosis has none

@@ -6,10 +6,10 @@ import math
 from collections.abc import Set
 
 from planner import catalog
-from planner.diagnose.spec_edit import SpecText
 from planner.nouns.diagnosis import Diagnosis, ResidualChange
 from planner.spec.budget import ErrorBudget, InRun
 from planner.spec.model import Spec
+from planner.spec.text_edit import SpecText
 from planner.units import from_si
 
 LEAST = 1e-3  # of the budget, below which widening it changes no plan

@@ -7,7 +7,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from planner.export.json_figures import figure, shown
-from planner.nouns.diagnosis import BudgetExceeded, ReferenceSuspect, Refused, RowLeftOut, UnitDiagnosis
+from planner.nouns.diagnosis import (
+    BudgetExceeded,
+    ReferenceSuspect,
+    Refused,
+    RowLeftOut,
+    SpreadInFlight,
+    UnitDiagnosis,
+)
 from planner.units import unit_factor
 
 
@@ -60,6 +67,20 @@ def _budget(b: BudgetExceeded) -> dict[str, Any]:
         "budget": shown(b.budget, b.unit),
         "unit": b.unit,
         "channel": channel(b.channel) or None,
+        "flight": None if b.flight is None else _flight(b.flight),
+    }
+
+
+def _flight(f: SpreadInFlight) -> dict[str, Any]:
+    """What the spread makes of one flight: budgeted, measured, and the plan's promise with it."""
+    return {
+        "error": f.error,
+        "unit": f.unit,
+        "limit": shown(f.limit, f.unit),
+        "budgeted": shown(f.budgeted, f.unit),
+        "measured": shown(f.measured, f.unit),
+        "promised": shown(f.promised, f.unit),
+        "rule": "worst_case" if f.worst_case else "squares",
     }
 
 
@@ -110,7 +131,20 @@ def _budget_from(b: Mapping[str, Any]) -> BudgetExceeded:
         float_from(x) * factor for x in (b["measured"], b["ci95"][0], b["ci95"][1], b["budget"])
     )
     return BudgetExceeded(
-        b["error"], b["part"], measured, low, high, budget, b["unit"], b.get("channel") or ""
+        b["error"], b["part"], measured, low, high, budget, b["unit"], b.get("channel") or "",
+        _flight_from(b.get("flight")),
+    )  # fmt: skip
+
+
+def _flight_from(f: Mapping[str, Any] | None) -> SpreadInFlight | None:
+    if f is None:
+        return None
+    factor = unit_factor(f["unit"])[0]
+    limit, budgeted, measured, promised = (
+        float_from(f[key]) * factor for key in ("limit", "budgeted", "measured", "promised")
+    )
+    return SpreadInFlight(
+        f["error"], f["unit"], limit, budgeted, measured, promised, f["rule"] == "worst_case"
     )
 
 

@@ -18,6 +18,7 @@ from planner.export.documents import json_tree
 from planner.export.json_figures import figure, json_text, shown
 from planner.nouns.diagnosis import (
     Assumption,
+    CampaignCost,
     Diagnosis,
     FoundEffect,
     FoundTerm,
@@ -72,6 +73,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "residual": {channel(r.channel): _residual(r) for r in diagnosis.residual},
         "navigation": _first_navigation(diagnosis),
         "navigation_of_every_requirement": [_navigation(n) for n in diagnosis.navigation],
+        "campaign": _campaign(diagnosis.campaign),
         "next_measurement": [_measurement(m) for m in diagnosis.next_measurement],
         "assumptions": [_assumption(a) for a in found.assumptions],
         "notes": [*diagnosis.notes, *found.notes],
@@ -135,6 +137,13 @@ def _residual(r: ResidualChange) -> dict[str, Any]:
         "runs": r.runs,
         "how": r.how,
     }
+
+
+def _campaign(c: CampaignCost | None) -> dict[str, Any] | None:
+    """Seconds of the campaign with the spec's budgets, and with the spreads that were measured."""
+    if c is None:
+        return None
+    return {"time_s": figure(c.before), "time_as_measured_s": figure(c.after), "why": c.why or None}
 
 
 def _first_navigation(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -244,7 +253,14 @@ def _diagnosis(d: Mapping[str, Any]) -> Diagnosis:
         source=d["data"]["file"],
         seed=int(d["seed"]),
         notes=tuple(d.get("notes", ())),
+        campaign=_campaign_from(d.get("campaign")),
     )
+
+
+def _campaign_from(c: Mapping[str, Any] | None) -> CampaignCost | None:
+    if c is None:
+        return None
+    return CampaignCost(float_from(c["time_s"]), float_from(c["time_as_measured_s"]), c.get("why") or "")
 
 
 def _effect_from(e: Mapping[str, Any]) -> FoundEffect:

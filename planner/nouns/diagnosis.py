@@ -124,8 +124,43 @@ class RowLeftOut:
 
 
 @dataclass(frozen=True)
+class SpreadInFlight:
+    """What a spread makes of one flight by the requirement's rule, SI: as budgeted, and as measured.
+
+    promised: what a plan promises with the budgets, NaN without a plan
+    """
+
+    error: str
+    unit: str
+    limit: float
+    budgeted: float
+    measured: float
+    promised: float = float("nan")
+    worst_case: bool = False
+
+    @property
+    def total(self) -> float:
+        """What the plan comes to with the measured spread in place of the budget."""
+        if self.worst_case:
+            return self.promised + self.measured - self.budgeted
+        return math.sqrt(max(self.promised**2 + self.measured**2 - self.budgeted**2, 0.0))
+
+
+@dataclass(frozen=True)
+class CampaignCost:
+    """The shortest campaign with the spec's budgets, and with the spreads that were measured, s.
+
+    after: NaN where no campaign keeps the requirement then; why: that, in words
+    """
+
+    before: float
+    after: float
+    why: str = ""
+
+
+@dataclass(frozen=True)
 class BudgetExceeded:
-    """A spread that is larger than the spec's budget of it, SI."""
+    """A spread that is larger than the spec's budget of it, SI. channel: "" for all of the sensor."""
 
     error: str
     part: str
@@ -135,6 +170,7 @@ class BudgetExceeded:
     budget: float
     unit: str
     channel: str = ""
+    flight: SpreadInFlight | None = None
 
 
 @dataclass(frozen=True)
@@ -317,7 +353,10 @@ class UnitDiagnosis:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The whole answer: what was found, before and after, what it costs, what to measure next."""
+    """The whole answer: what was found, before and after, what it costs, what to measure next.
+
+    campaign: what exceeded budgets cost on the bench, where a plan was given
+    """
 
     found: UnitDiagnosis
     residual: tuple[ResidualChange, ...]
@@ -330,3 +369,4 @@ class Diagnosis:
     source: str
     seed: int
     notes: tuple[str, ...] = ()
+    campaign: CampaignCost | None = None

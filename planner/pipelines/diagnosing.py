@@ -25,6 +25,7 @@ from planner.nouns.diagnosis import Diagnosis, NavigationCost, ResidualChange, U
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.plan import Plan
 from planner.pipelines import planning
+from planner.pipelines.budgets import with_cost
 from planner.plan.spec_to_trajectory import flight_path
 from planner.spec.load import LoadedSpec, spec_from_bytes
 from planner.spec.model import Given
@@ -59,8 +60,11 @@ def diagnose(
     if len(units) == 0:
         raise InputError(f"{data} has no rows: nothing to diagnose")
     promised = _promised(plan)
-    return tuple(
+    every = [
         _diagnosed(rows_of(table, table.unit == u), loaded, seed, digest, progress, promised) for u in units
+    ]
+    return tuple(
+        replace(one, diagnosis=with_cost(one.diagnosis, loaded, plan, promised, progress)) for one in every
     )
 
 

@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 from planner.diagnose.bench_runs import run_of_test
 from planner.diagnose.calibration_cost import UNKNOWN, RecordNoise, Target, calibrating_test, repeat_spread
 from planner.diagnose.diagnosis_to_spec import updated_spec
-from planner.diagnose.spec_edit import SpecText
 from planner.errors import InputError
 from planner.nouns.diagnosis import (
     Assumption,
@@ -29,6 +28,7 @@ from planner.nouns.diagnosis import (
 )
 from planner.pipelines import planning
 from planner.spec.load import load_spec, spec_from_bytes
+from planner.spec.text_edit import SpecText
 from tests.diagnose.found import found_effect
 from tests.shipped_plans import shipped_plan
 from tests.specs import SHIPPED, small

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -47,7 +48,7 @@ def exceeded(every: Sequence[Assumption]) -> tuple[BudgetExceeded, ...]:
 
 
 def assumptions(s: SensorFound, spec: Spec, data: Prepared) -> list[Assumption]:
-    """One entry a channel and part that the spec budgets."""
+    """One entry a channel and part that the spec budgets; one for the triad where it shares a variance."""
     budgets: Mapping[str, ErrorBudget] = getattr(spec.unit, s.sensor)
     found = []
     for w in s.found.pool.state.values():
@@ -56,8 +57,19 @@ def assumptions(s: SensorFound, spec: Spec, data: Prepared) -> list[Assumption]:
                 found += _between_records(s, w, budgets[error], data)
             elif error in budgets and component in w.noise.components:
                 found.append(_spread(s, w, component, error, part, budgets[error]))
+    found = _of_the_triad(found)
     found += list(_residuals(s, budgets))
     return found
+
+
+def _of_the_triad(found: Sequence[Assumption]) -> list[Assumption]:
+    """One entry for what the channels were found to have in common: a variance that few runs tell."""
+    groups: dict[tuple[str, str, float, float], list[Assumption]] = {}
+    for a in found:
+        groups.setdefault((a.error, a.part, a.measured, a.freedom), []).append(a)
+    return [
+        several[0] if len(several) == 1 else replace(several[0], channel="") for several in groups.values()
+    ]
 
 
 def _spread(

@@ -47,7 +47,7 @@ def _sentences(diagnosis: Diagnosis) -> Iterator[str]:
         rows = len({(r.run, r.condition) for r in found.rows_left_out})
         yield f"Rows left out: {rows}, of {runs} power-ons: {found.rows_left_out[0].guess}."
     if found.budget_exceeded:
-        yield findings.exceeded_sentence(found.budget_exceeded)
+        yield findings.exceeded_sentence(found.budget_exceeded, diagnosis.campaign)
     worse = [c for c in diagnosis.navigation if not c.helps]
     if worse:
         yield findings.worse_sentence(worse[0])

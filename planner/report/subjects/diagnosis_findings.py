@@ -5,16 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from planner.diagnose.budget_to_navigation import together
 from planner.nouns.diagnosis import (
     BudgetExceeded,
+    CampaignCost,
     NavigationCost,
     ReferenceSuspect,
     ResidualChange,
     RowLeftOut,
+    SpreadInFlight,
     UnitDiagnosis,
 )
 from planner.report.blocks import Items, Table, table
-from planner.report.numbers import SPACE, digits, in_unit, quantity
+from planner.report.numbers import SPACE, digits, hours, in_unit, quantity
 from planner.report.subjects.diagnosis_words import chance, joined, length, plain_name, short
 
 MOST_ROWS = 40  # of those left out that a page lists
@@ -109,32 +112,66 @@ def refused_table(found: UnitDiagnosis) -> Table | None:
 
 
 def exceeded_table(exceeded: Sequence[BudgetExceeded]) -> Table | None:
-    """Spreads of this unit that are larger than the spec's budget."""
+    """Spreads of this unit that are larger than the spec's budget, and what each makes of a flight."""
     return table(
         "Budgets that this unit exceeds",
-        "error | part | channel | measured | 95 % interval | budget",
+        "error | part | channel | measured | 95 % interval | budget | in flight | as budgeted",
         (
             (
                 b.error,
                 b.part.replace("_", " "),
-                short(b.channel),
+                short(b.channel) or "all",
                 quantity(b.measured, b.unit, 3),
                 f"{digits(in_unit(b.low, b.unit), 2)} … {digits(in_unit(b.high, b.unit), 2)}",
                 quantity(b.budget, b.unit, 3),
+                "" if b.flight is None else quantity(b.flight.measured, b.flight.unit, 3),
+                "" if b.flight is None else quantity(b.flight.budgeted, b.flight.unit, 3),
             )
             for b in exceeded
         ),
     )
 
 
-def exceeded_sentence(exceeded: Sequence[BudgetExceeded]) -> str:
-    """Noisier than its budget: …"""
-    worst = max(exceeded, key=lambda b: b.measured / max(b.budget, 1e-300))
-    what = f"{worst.error} {worst.part.replace('_', ' ')} on {short(worst.channel)}"
+def exceeded_sentence(exceeded: Sequence[BudgetExceeded], campaign: CampaignCost | None = None) -> str:
+    """Noisier than its budget: the spread that costs most, what all make of a flight, hours of a campaign."""
+    worst = max(exceeded, key=_weight)
+    what = f"{worst.error} {worst.part.replace('_', ' ')} on {short(worst.channel) or 'all channels'}"
+    others = f", and {len(exceeded) - 1} more" if len(exceeded) > 1 else ""
     return (
-        f"The unit exceeds its budget: {what} "
-        f"{quantity(worst.measured, worst.unit, 3)} against {quantity(worst.budget, worst.unit, 3)}."
+        f"The unit exceeds its budget: {what} {quantity(worst.measured, worst.unit, 3)} against "
+        f"{quantity(worst.budget, worst.unit, 3)}{others}{_metres_said(together(exceeded))}."
+        f"{_hours_said(campaign)}"
     )
+
+
+def _weight(b: BudgetExceeded) -> tuple[float, float]:
+    """By what a flight has of it beyond the budget; where no flight is known by the ratio to the budget."""
+    f = b.flight
+    more = 0.0 if f is None else (f.measured**2 - f.budgeted**2) / f.limit**2
+    return more, b.measured / max(b.budget, 1e-300)
+
+
+def _metres_said(f: SpreadInFlight | None) -> str:
+    if f is None:
+        return ""
+    measured, budgeted = (quantity(x, f.unit, 3) for x in (f.measured, f.budgeted))
+    said = f"; in flight {measured} where the budget says {budgeted}"
+    if not math.isfinite(f.promised):
+        return f"{said}, of a limit of {quantity(f.limit, f.unit, 3)}"
+    promised, total = (quantity(x, f.unit, 4) for x in (f.promised, f.total))
+    return f"{said}: {promised} promised become {total} of {quantity(f.limit, f.unit, 3)}"
+
+
+def _hours_said(campaign: CampaignCost | None) -> str:
+    """What keeping the requirement with these spreads takes on the bench."""
+    if campaign is None:
+        return ""
+    if not math.isfinite(campaign.after):
+        return f" With these spreads no campaign keeps the requirement: {campaign.why}"
+    before, after = hours(campaign.before), hours(campaign.after)
+    if before == after:
+        return f" The campaign of {before} h keeps the requirement with them too."
+    return f" With these spreads the campaign takes {after} h instead of {before} h."
 
 
 def worse_sentence(c: NavigationCost) -> str:

@@ -32,7 +32,7 @@ class SpecText:
 
     def __post_init__(self) -> None:
         self.newline = "\r\n" if "\r\n" in self.text else "\n"
-        self.root = yaml.compose(self.text, Loader=yaml.SafeLoader)
+        self.root: Any = yaml.compose(self.text, Loader=yaml.SafeLoader)
 
     def node(self, path: Path) -> Any:
         """The node at a path, or None."""
@@ -73,6 +73,29 @@ class SpecText:
             indent = " " * node.value[0][0].start_mark.column
             note = [f"{indent}# {comment}"] if comment else []
             self._after(node, [*note, f"{indent}{key}: {value}"])
+
+    def first(self, line: str) -> None:
+        """A line before the first entry of the whole spec, behind the comments at its top."""
+        at = self.root.start_mark.index
+        end = ", " if self.root.flow_style else self.newline
+        self.edits.append(_Edit(at + self.root.flow_style, at + self.root.flow_style, line + end))
+
+    def remove(self, path: Path) -> None:
+        """An entry of a mapping goes with its key; the last one of a mapping takes the mapping along."""
+        mapping = self.node(path[:-1])
+        if len(mapping.value) == 1 and len(path) > 1:
+            self.remove(path[:-1])
+            return
+        index = next(i for i, (key, _) in enumerate(mapping.value) if key.value == str(path[-1]))
+        key, value = mapping.value[index]
+        if not mapping.flow_style:
+            stop = self.text.find("\n", _last_leaf(value).end_mark.index)
+            begin = key.start_mark.index - key.start_mark.column
+            self.edits.append(_Edit(begin, len(self.text) if stop < 0 else stop + 1, ""))
+        elif index + 1 < len(mapping.value):
+            self.edits.append(_Edit(key.start_mark.index, mapping.value[index + 1][0].start_mark.index, ""))
+        else:
+            self.edits.append(_Edit(mapping.value[index - 1][1].end_mark.index, value.end_mark.index, ""))
 
     def head(self, lines: Sequence[str]) -> None:
         """Comment lines at the very top."""
