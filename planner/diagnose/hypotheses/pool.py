@@ -49,7 +49,7 @@ class Pool:
 
     parts: axis -> (n, k_a) of length one over all axes; size: (K,) whitened length that they had, per SI unit
     gram: (K, K); h: (K,); segments: (s, K) Cᵀ times the residual of the full model, by segment, for the flips
-    shares: axis -> (K, k_a, k_a) of each variance, adding up to C_aᵀC_a; beside: (K, K) the M of what was found
+    shares: axis -> (K, k_a, k_a) of each variance, adding up to C_aᵀC_a; beside: (K, K) the M of what stands
     asked, cleared: what was computed of it already: a search asks the same many times
     """
 
