@@ -61,7 +61,7 @@ class ChannelNoise:
         return np.asarray(np.sqrt(self.covariance.diagonal))
 
     def shares(self, white: Array) -> Array:
-        """(K, m, m) what each variance gives to the covariance of whitened columns U (n, m): θ_k Uᵀ W V_k Wᵀ U.
+        """(K, m, m) what each variance gives to the covariance of white columns U (n, m): θ_k Uᵀ W V_k Wᵀ U.
 
         They add up to UᵀU.
         """
