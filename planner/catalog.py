@@ -77,7 +77,7 @@ class Unloadable:
 class Plugins(Mapping[str, T], Generic[T]):
     """The plug-ins of one kind by name, in the order of the names; each is imported when it is asked for.
 
-    Effects that a name describes (planner.effects._measured_curve) can be asked for and are in no list.
+    Effects that a name describes (_DESCRIBED) can be asked for and are in no list.
     Names, `in` and `len` import nothing. `items` and `values` import all and pass over those that do not
     load: `unloadable` tells which. Asking for one of those raises InputError.
     """
@@ -89,7 +89,7 @@ class Plugins(Mapping[str, T], Generic[T]):
         if name not in self:
             raise KeyError(name)
         if name not in origins(self._kind):
-            return _curve(name)  # type: ignore[no-any-return]  # an effect, as only that kind has curves
+            return _described(name)  # type: ignore[no-any-return]  # an effect, as only that kind has such
         found, reason = _loaded(self._kind, name)
         if reason:
             raise InputError(str(Unloadable(origins(self._kind)[name], reason)))
@@ -102,7 +102,7 @@ class Plugins(Mapping[str, T], Generic[T]):
         return len(origins(self._kind))
 
     def __contains__(self, name: object) -> bool:
-        return name in origins(self._kind) or (self._kind == "effects" and _curve(name) is not None)
+        return name in origins(self._kind) or (self._kind == "effects" and _described(name) is not None)
 
     def items(self) -> ItemsView[str, T]:
         """Name and plug-in of all that load."""
@@ -160,11 +160,19 @@ def varies_as_declared(effect: str, declared: Collection[str]) -> bool:
     return not temperature_effects(effect)
 
 
-def _curve(name: object) -> Any:
-    """The measured curve that a name describes, None where it describes none."""
-    if not (isinstance(name, str) and name.startswith("curve_")):
-        return None
-    return importlib.import_module("planner.effects._measured_curve").curve_of(name)
+_DESCRIBED = {
+    "curve_": ("planner.effects._measured_curve", "curve_of"),
+    "scatter_over_input_": ("planner.effects._scatter_over_input", "scatter_of"),
+}
+"""Beginning of a name -> module and function that make the effect of it."""
+
+
+def _described(name: object) -> Any:
+    """The effect that a name describes, None where it describes none."""
+    for prefix, (module, function) in _DESCRIBED.items():
+        if isinstance(name, str) and name.startswith(prefix):
+            return getattr(importlib.import_module(module), function)(name)
+    return None
 
 
 def unloadable(*kinds: Kind) -> list[Unloadable]:

@@ -16,8 +16,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from planner import catalog
 from planner.campaign.power_ons import PowerOns
-from planner.measurement import ChannelModel, Parts
+from planner.measurement import AXES, ChannelModel, Parts
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.solvers.block_covariance import LARGEST
@@ -25,6 +26,7 @@ from planner.solvers.random_effects import Drift, RandomEffects
 from planner.solvers.reml import Variances
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Unit
+from planner.spec.scatter import scatter_beside
 
 Kind = Literal["white", "temperature_stray", "constant", "rate_noise", "run_to_run", "in_run", "prior"]
 RATE_NOISE_FROM = {"gyro": 0.5, "accelerometer": 30.0}  # rad/s, m/s²: below, a reading's error is no noise
@@ -123,7 +125,7 @@ def _stray(model: ChannelModel) -> Array:
 def _draws(found: _Pieces, model: ChannelModel, parts: Parts, runs: PowerOns, unit: Unit) -> None:
     """Run-to-run of bias and scale factor always, of other errors if the spec says so; in-run if it does."""
     within = int(np.max(runs.sizes)) <= LARGEST
-    for (error, term), z in columns_of_errors(model, parts).items():
+    for (error, term), z in {**columns_of_errors(model, parts), **_beside(model, parts, unit)}.items():
         if not np.any(z):
             continue
         budget = budget_of(unit, error)
@@ -142,6 +144,15 @@ def _draws(found: _Pieces, model: ChannelModel, parts: Parts, runs: PowerOns, un
         if budget is not None and budget.in_run_sigma > 0.0 and within:
             drift = Drift(z, model.conditions.time_on, budget.in_run_time)
             found.drifts[Component("in_run", error, term)] = drift
+
+
+def _beside(model: ChannelModel, parts: Parts, unit: Unit) -> dict[tuple[ErrorName, str], Array]:
+    """(error, term) -> (n,) of what a power-on draws more at some inputs: nothing of it is fitted."""
+    name = scatter_beside(getattr(unit, model.sensor))
+    if name is None:
+        return {}
+    x = catalog.effects()[name].regressors(model.sensor, model.with_input(parts.v))
+    return {(ErrorName.of(model.sensor, name), AXES[model.channel]): x[:, model.channel, model.channel]}
 
 
 def columns_of_errors(model: ChannelModel, parts: Parts) -> dict[tuple[ErrorName, str], Array]:

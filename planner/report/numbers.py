@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from decimal import Decimal
 from itertools import groupby, pairwise
@@ -92,9 +93,17 @@ def runs(values: Sequence[str]) -> str:
     return ", ".join(value if count == 1 else f"{value}{SPACE}×{count}" for value, count in found)
 
 
+_TABLE_IN_NAME = re.compile(r"(?<=scatter_over_input)_at_[0-9p_]+_of_[0-9p_]+")
+
+
 def plain(text: str) -> str:
     """The same for a terminal: no narrow, figure or zero-width spaces, which its font may lack."""
-    return text.translate(_PLAIN)
+    return short_names(text.translate(_PLAIN))
+
+
+def short_names(text: str) -> str:
+    """Names of errors that carry a spec's table without it: `gyro.scatter_over_input`."""
+    return _TABLE_IN_NAME.sub("", text)
 
 
 def _signed(text: str) -> str:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from planner import __version__
 from planner.report.blocks import Report
+from planner.report.numbers import short_names
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -14,11 +15,8 @@ if TYPE_CHECKING:
 def html(report: Report) -> str:
     """The page; its footer names the command and the version that made it."""
     sections = [part for part in report.sections if part.only != "console"]
-    return (
-        _templates()
-        .get_template("page.html.j2")
-        .render(report=report, sections=sections, version=__version__)
-    )
+    page = _templates().get_template("page.html.j2")
+    return short_names(page.render(report=report, sections=sections, version=__version__))
 
 
 def first_screen(report: Report) -> str:

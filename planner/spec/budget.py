@@ -17,12 +17,20 @@ from pydantic_core import CoreSchema
 from planner.errors import Unfit
 from planner.nouns.array import Array
 from planner.quantities import AnyQuantity, Celsius, Count, PositiveKelvin, PositiveSeconds
-from planner.spec.forms import mapping_or_text, of_forms, or_else, table_or_curves, text_table_or_parts
+from planner.spec.forms import (
+    INPUT_PATTERN,
+    mapping_or_text,
+    of_forms,
+    or_else,
+    table_or_curves,
+    text_table_or_parts,
+)
 from planner.spec.part import SpecPart
 from planner.units import Quantity
 
 IN_RUN_TIME_S = 600.0  # correlation time of the in-run process where the spec gives none
 STORAGE_DAYS = 60.0  # a budget's storage is what two months do (K 2.5.3)
+INPUT_REACH = 1.0 / 100.0  # of the range: below it no sane number of repeats tells a scale factor (K 2.5.2)
 FEWEST_UNITS = 3  # whose measured curves tell a mean and a spread
 
 
@@ -41,11 +49,51 @@ _InRun = Annotated[
         mapping_or_text,
     ),
 ]
+
+
+class OverInput(SpecPart):
+    """One sigma over the input: rates of a gyro, loads of an accelerometer (K table 2.17).
+
+    table: input -> sigma. Kept beyond its ends. K finds a scale factor out of reach below 1/100 of the range:
+    `largest` is that of the inputs above, and what stands where one figure speaks for all inputs.
+    """
+
+    table: dict[AnyQuantity, AnyQuantity] = Field(min_length=2)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_one_mapping(cls, written: Any) -> Any:
+        """In the file the inputs are the keys."""
+        return {"table": written} if isinstance(written, dict) and "table" not in written else written
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """As it stands in the file."""
+        schema = handler.resolve_ref_schema(handler(core))
+        table = schema["properties"].pop("table")
+        schema.pop("required", None)
+        return {**schema, **table, "propertyNames": {"pattern": INPUT_PATTERN}}
+
+    @property
+    def points(self) -> tuple[tuple[float, float], ...]:
+        """(input, sigma) in SI, ascending in the input."""
+        return tuple(sorted((at.si, sigma.si) for at, sigma in self.table.items()))
+
+    @property
+    def largest(self) -> float:
+        """Sigma (SI) at the input above 1/100 of the last one where it is largest."""
+        reach = INPUT_REACH * self.points[-1][0]
+        return max(sigma for at, sigma in self.points if at >= reach)
+
+
 Spread = Annotated[
     Annotated[AnyQuantity, or_else("a table {-55 degC: 2 mg, 20 degC: 1 mg}"), Tag("text")]
-    | Annotated[dict[Celsius, AnyQuantity], Field(min_length=1), Tag("mapping")],
+    | Annotated[dict[Celsius, AnyQuantity], Field(min_length=1), Tag("table")]
+    | Annotated[OverInput, Tag("inputs")],
     of_forms(
-        "must be a number with unit such as 1 mg, or a table {-55 degC: 2 mg, 20 degC: 1 mg}", mapping_or_text
+        "must be a number with unit such as 1 mg, a table {-55 degC: 2 mg, 20 degC: 1 mg}, or one over the "
+        "input, {10 deg/s: 0.11 %, 500 deg/s: 0.12 %}",
+        text_table_or_parts(),
     ),
 ]
 
@@ -74,9 +122,11 @@ _RunToRun = Annotated[
         Tag("text"),
     ]
     | Annotated[dict[Celsius, AnyQuantity], Field(min_length=1), Tag("table")]
+    | Annotated[OverInput, Tag("inputs")]
     | Annotated[RunToRun, Tag("parts")],
     of_forms(
-        "must be a number with unit such as 1 mg, a table {-55 degC: 2 mg, 20 degC: 1 mg}, "
+        "must be a number with unit such as 1 mg, a table {-55 degC: 2 mg, 20 degC: 1 mg}, one over the "
+        "input {10 deg/s: 0.11 %, 500 deg/s: 0.12 %}, "
         "or {value: 1 mg, power_ons: 12, temperature_correlation: 40 K}",
         text_table_or_parts("value", "temperature_correlation", "power_ons"),
     ),
@@ -210,7 +260,8 @@ class ErrorBudget(SpecPart):
     run_to_run: _RunToRun | None = Field(
         None,
         description="one sigma from power-on to power-on, e.g. 0.002 deg/s, or {-55 degC: 0.012 deg/s, …}; "
-        "{value: either, power_ons: 12} where that spread is an estimate, "
+        "of a scale factor also over the input, {10 deg/s: 0.11 %, 500 deg/s: 0.12 %}; "
+        "{value: any of these, power_ons: 12} where that spread is an estimate, "
         "temperature_correlation: 40 K beside it for a draw that changes with temperature",
     )
     in_run: _InRun | None = Field(
@@ -242,7 +293,7 @@ class ErrorBudget(SpecPart):
         return self.run_to_run is not None
 
     @property
-    def _spread(self) -> Quantity | Mapping[float, Quantity] | None:
+    def _spread(self) -> Quantity | Mapping[float, Quantity] | OverInput | None:
         return self.run_to_run.value if isinstance(self.run_to_run, RunToRun) else self.run_to_run
 
     @property
@@ -260,9 +311,16 @@ class ErrorBudget(SpecPart):
 
     @property
     def run_to_run_largest(self) -> float:
-        """Sigma (SI) at the temperature where it is largest: the flight may be there."""
+        """Sigma (SI) at the temperature, or the input, where it is largest: the flight may be there."""
         spread = self._spread
+        if isinstance(spread, OverInput):
+            return spread.largest
         return max(q.si for q in spread.values()) if isinstance(spread, Mapping) else _si(spread)
+
+    @property
+    def run_to_run_over_input(self) -> tuple[tuple[float, float], ...]:
+        """(input, sigma) in SI, ascending; () where the spread is the same at all inputs."""
+        return self._spread.points if isinstance(self._spread, OverInput) else ()
 
     @property
     def temperature_correlation(self) -> float | None:

@@ -18,6 +18,9 @@ from pydantic import (
 from planner.errors import Unfit
 from planner.units import Quantity
 
+INPUT_PATTERN = (
+    r"^\s*[-+.0-9].*(/\s*(s|sec|min|h|hr)(\^?[23²])?|rpm|[0-9 ]m?g)\s*$"  # a key: a rate or a load
+)
 NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_-]{0,39}$"
 
 
@@ -61,13 +64,24 @@ def list_or_number(value: object) -> str:
 
 
 def text_table_or_parts(*parts: str) -> Callable[[object], str]:
-    """`parts` of a mapping that has one of these keys, or no number in any key; else `table`, or `text`."""
+    """`parts` of a mapping that has one of these keys, or no number in any key; else `table`, or `text`.
+
+    `inputs` of a table whose keys are rates or loads: `10 deg/s`, `5 g`.
+    """
 
     def form(value: object) -> str:
         if not isinstance(value, dict):
-            return "parts" if isinstance(value, BaseModel) else mapping_or_text(value)
-        words = not any(re.search(r"\d", str(key)) for key in value)
+            return _kind_of(value) if isinstance(value, BaseModel) else _or_text(value)
+        if any(isinstance(key, Quantity) or re.search(INPUT_PATTERN, str(key)) for key in value):
+            return "inputs"
+        words = parts and not any(re.search(r"\d", str(key)) for key in value)
         return "parts" if value and (words or any(key in value for key in parts)) else "table"
+
+    def _kind_of(value: BaseModel) -> str:
+        return "inputs" if "table" in type(value).model_fields else "parts"
+
+    def _or_text(value: object) -> str:
+        return mapping_or_text(value).replace("mapping", "table")
 
     return form
 

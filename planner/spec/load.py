@@ -18,6 +18,7 @@ from planner.spec.model import Spec
 from planner.spec.places import fault_at
 from planner.spec.review import Review
 from planner.spec.rules import review
+from planner.spec.scatter import with_scatter
 from planner.spec.sentences import faults_of
 from planner.spec.yaml12 import MAX_BYTES, Document, Path, read_yaml
 
@@ -133,7 +134,7 @@ def _checked(document: Document, folder: FilePath) -> tuple[Spec | None, list[Fa
         return None, faults, ()
     seen = Review(draft, document, folder, frozenset(_part(path) for path in found))
     review(seen)
-    return with_copies(spec) if spec else None, faults + seen.faults, seen.warnings
+    return with_scatter(with_copies(spec)) if spec else None, faults + seen.faults, seen.warnings
 
 
 def _nothings(document: Document, value: Any, path: Path) -> Iterator[tuple[Path, Fault]]:

@@ -7,11 +7,22 @@ from itertools import pairwise
 from typing import Any
 
 from planner import catalog
+from planner.effects._scatter_over_input import INPUT_UNIT
 from planner.nouns.sensor import ErrorName
-from planner.spec.budget import ErrorBudget, InRun, MeasuredCurve, MeasuredCurves, ResidualTable, RunToRun
+from planner.protocols import Sensor
+from planner.spec.budget import (
+    ErrorBudget,
+    InRun,
+    MeasuredCurve,
+    MeasuredCurves,
+    OverInput,
+    ResidualTable,
+    RunToRun,
+)
 from planner.spec.places import did_you_mean
 from planner.spec.review import Review
 from planner.spec.rules_requirement import wrong_unit
+from planner.spec.scatter import SPREADS
 from planner.spec.yaml12 import Path
 from planner.units import Quantity, UnitError, to_degc
 
@@ -35,6 +46,7 @@ def budgets(sheet: Review) -> None:
         for where, quantity, signed in _quantities(sheet, path, budget):
             _check(sheet, where, quantity, unit, signed=signed)
         _tables(sheet, path, budget)
+        _over_input(sheet, sensor, effect, path, budget)
         _uses(sheet, f"{sensor}.{effect}", path, budget)
 
 
@@ -57,13 +69,15 @@ def _quantities(sheet: Review, path: Path, budget: ErrorBudget) -> Iterator[tupl
         for where, value in _plain(path, name, budget):
             if isinstance(value, Quantity):
                 yield where, value, False
+            elif isinstance(value, OverInput):
+                yield from (((*where, q.text), sigma, False) for q, sigma in value.table.items())
             elif isinstance(value, Mapping):
                 yield from _entries(sheet, where, value, "curve" in where)
 
 
 def _plain(
     path: Path, name: str, budget: ErrorBudget
-) -> list[tuple[Path, Quantity | Mapping[Any, Quantity] | None]]:
+) -> list[tuple[Path, Quantity | Mapping[Any, Quantity] | OverInput | None]]:
     """Where the number or the tables of one part of a budget stand, and what they are, in whatever form."""
     value = getattr(budget, name)
     if isinstance(value, InRun | RunToRun):
@@ -113,6 +127,26 @@ def _tables(sheet: Review, path: Path, budget: ErrorBudget) -> None:
     elif isinstance(residual, MeasuredCurves):
         for number, unit in enumerate(residual.units):
             _covers(sheet, (*path, "temperature_residual", "curve", number), unit)
+
+
+def _over_input(sheet: Review, sensor: Sensor, effect: str, path: Path, budget: ErrorBudget) -> None:
+    """A spread over the input is the scale factor's, its inputs are what the sensor senses, each once."""
+    for where, table in _plain(path, "run_to_run", budget):
+        if not isinstance(table, OverInput):
+            continue
+        if effect != SPREADS:
+            message = f"only the spread of {SPREADS} may depend on the input; give one number"
+            sheet.fault("P324", where, message, key=True)
+            continue
+        seen: set[float] = set()
+        for at in table.table:
+            wrong = wrong_unit(at, INPUT_UNIT[sensor])
+            if wrong or at.si <= 0.0 or at.si in seen:
+                reason = wrong or ("stands here twice" if at.si in seen else "is not above zero")
+                sheet.fault(
+                    "P325", (*where, at.text), f"{at.text!r} is no input of its own here: {reason}", key=True
+                )
+            seen.add(at.si)
 
 
 def once(sheet: Review, path: Path) -> None:

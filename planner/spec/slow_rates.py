@@ -16,11 +16,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from planner.spec.budget import INPUT_REACH, ErrorBudget
 from planner.spec.model import Spec, Test
 from planner.spec.motions import motions_of
 from planner.units import from_si
 
-REACH = 1.0 / 100.0  # of the range, K 2.5.2
 CONFIDENCE_99 = 2.576  # two-sided quantile of the normal law
 ENOUGH = 1e-3  # relative half-width that K's repeats are for
 
@@ -41,7 +41,7 @@ def slow_rates(spec: Spec) -> Iterator[tuple[str, str]]:
     asked = {name: _rates(spec, name) for name, test in told.items() if test.bench in spec.benches}
     fastest = max((rate for rates in asked.values() for rate in rates), default=0.0)
     for name, rates in asked.items():
-        slow = [rate for rate in rates if rate < REACH * fastest]
+        slow = [rate for rate in rates if rate < INPUT_REACH * fastest]
         if slow:
             yield name, _said(spec, name, min(slow), fastest)
 
@@ -64,10 +64,17 @@ def _said(spec: Spec, name: str, rate: float, fastest: float) -> str:
     drift = 0.0 if bias is None else np.hypot(bias.in_run_sigma, bias.run_to_run_largest)
     white = spec.unit.white("gyro") / np.sqrt(record) if record > 0.0 else 0.0
     moves = float(from_si(float(np.hypot(drift, white)), "deg/s"))
-    spread = spread_of_one(rate, 0.0 if scale is None else scale.run_to_run_largest, moves)
+    spread = spread_of_one(rate, _own(scale, float(np.radians(rate))), moves)
     return (
         f"at {rate:g} deg/s, 1/{fastest / rate:.0f} of the {fastest:g} deg/s that the tests "
         f"reach, one record tells the scale factor to {100.0 * spread:.2g} % (the bias moves by "
         f"{moves:.2g} deg/s); to know it to {100.0 * ENOUGH:g} % at 99 % takes {repeats_for(spread)} "
-        f"repeats; take rates of {REACH * fastest:g} deg/s or more"
+        f"repeats; take rates of {INPUT_REACH * fastest:g} deg/s or more"
     )
+
+
+def _own(scale: ErrorBudget | None, rate: float) -> float:
+    """s at a rate, rad/s: by the spec's table over the input, or the same at all rates."""
+    if scale is None or not scale.run_to_run_over_input:
+        return 0.0 if scale is None else scale.run_to_run_largest
+    return float(np.interp(rate, *np.transpose(scale.run_to_run_over_input)))

@@ -95,6 +95,11 @@ def test_an_editor_underlines_what_check_refuses(
         ("worst_case}", "rss, temperature: worst}"),
         ("worst_case}", "rss, temperature: {distribution: {-20 degC: 0.2, 60 degC: 1}}}"),
         ("run_to_run: 1 mg", "run_to_run: {value: {0 degC: 1 mg, 9 degC: 2 mg}, power_ons: 12}"),
+        ("{-55 degC: 0.02 %, 20 degC: 0.01 %, 65 degC: 0.03 %}", "{10 deg/s: 0.11 %, 500 deg/s: 0.12 %}"),
+        (
+            "{-55 degC: 0.02 %, 20 degC: 0.01 %, 65 degC: 0.03 %}",
+            "{value: {10 rpm: 0.11 %, 8 rad/s: 0.1 %}, power_ons: 20}",
+        ),
         ("{1: 0.032 deg/s", "{curve: kink, figure: sigma, 1: 0.032 deg/s"),
         (
             "{curve: {-60 degC: 5 mg, 20 degC: 0 mg, 60 degC: -3 mg}}",
