@@ -1,4 +1,4 @@
-"""A curve without a name of its own, as `update` declares it: verify counts it again, draws it and flies it."""
+"""A curve without a name of its own, as `update` declares it: verify counts it, draws it and flies it."""
 
 from __future__ import annotations
 
