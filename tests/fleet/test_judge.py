@@ -17,7 +17,7 @@ from tests.fleet.fleets import DEG, G, check_table, measured, region, small_basi
 
 RATES = ErrorRates(0.05, 0.05)
 RULES = [("worst_case", None), ("rss", None), ("percentile", 0.95)]
-UNITS = 1200
+UNITS = 600
 # three sigma of a share of 5 % among 1200 units: 0.05 + 3 sqrt(0.05 · 0.95 / 1200)
 MOST_WRONG = 0.05 + 3 * np.sqrt(0.05 * 0.95 / UNITS)
 
