@@ -6,6 +6,7 @@ Every type refuses a number without its unit, a unit of another dimension, nan a
 from __future__ import annotations
 
 import re
+from datetime import date
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
@@ -102,6 +103,8 @@ WEEKDAYS = ("mon", "tue", "wed", "thu", "fri", "sat", "sun")
 DAY_S = 86400.0
 CLOCK_PATTERN = r"^([01]?[0-9]|2[0-4]):[0-5][0-9]$"
 MOMENT_PATTERN = r"^(mon|tue|wed|thu|fri|sat|sun) ([01]?[0-9]|2[0-3]):[0-5][0-9]$"
+DATED_PATTERN = r"^[12][0-9]{3}-[01][0-9]-[0-3][0-9] ([01]?[0-9]|2[0-3]):[0-5][0-9]$"
+FIRST_MONDAY = date(1970, 1, 5)  # from which a moment with a date counts
 
 
 def _clock(value: object) -> object:
@@ -119,10 +122,26 @@ def _clock(value: object) -> object:
 def _moment(value: object) -> object:
     if isinstance(value, float):
         return value
-    if not isinstance(value, str) or not re.search(MOMENT_PATTERN, value) or value.endswith("\n"):
-        raise Unfit("P114", f"{_brief(value)} is no moment of a week; write e.g. 'mon 08:00'")
-    day, clock = value.split(" ")
+    text = value if isinstance(value, str) and not value.endswith("\n") else ""
+    day, _, clock = text.partition(" ")
+    if re.search(DATED_PATTERN, text):
+        return (date_of(day) - FIRST_MONDAY).days * DAY_S + float(str(_clock(clock)))
+    if not re.search(MOMENT_PATTERN, text):
+        raise Unfit(
+            "P114", f"{_brief(value)} is no moment; write e.g. 'mon 08:00', or with a date '2026-12-21 08:00'"
+        )
     return DAY_S * WEEKDAYS.index(day) + float(str(_clock(clock)))
+
+
+def date_of(text: str) -> date:
+    """A day such as 2026-12-24. Raises Unfit for what is none."""
+    try:
+        found = date.fromisoformat(text) if re.fullmatch(r"\d{4}-\d{2}-\d{2}", text) else None
+    except ValueError:
+        found = None
+    if found is None or not 1980 <= found.year <= 2200:
+        raise Unfit("P114", f"{_brief(text)} is no date; write e.g. 2026-12-24")
+    return found
 
 
 _Time = Annotated[float, AfterValidator(_within_a_century), quantity("s", "15 min"), schema("15 min")]
@@ -161,5 +180,11 @@ ClockTime = Annotated[
 WeekMoment = Annotated[
     float,
     BeforeValidator(_moment),
-    WithJsonSchema({"type": "string", "pattern": MOMENT_PATTERN, "examples": ["mon 08:00"]}),
+    WithJsonSchema(
+        {
+            "type": "string",
+            "pattern": f"{MOMENT_PATTERN}|{DATED_PATTERN}",
+            "examples": ["mon 08:00", "2026-12-21 08:00"],
+        }
+    ),
 ]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from datetime import date
 
 from planner.errors import InputError
 from planner.nouns.bench import BenchFacts, Stops
 from planner.nouns.plan import Step
 from planner.nouns.plan_file import typed_plan
-from planner.quantities import DAY_S, WEEKDAYS
+from planner.quantities import DAY_S, FIRST_MONDAY, WEEKDAYS
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,8 @@ class Job:
 
     shifts: (opens, closes) in which people are there, seconds from Monday 00:00; start_s: when in that week
     the plan begins; any_time: people are there whenever they are needed, whatever the shifts
+    monday_s: Monday of the first week from the first one of 1970, 0 where the plan has no date; period_s:
+    after which the shifts come again
     """
 
     plan_sha256: str
@@ -26,6 +29,8 @@ class Job:
     shifts: tuple[tuple[float, float], ...] = ()
     start_s: float = 0.0
     any_time: bool = False
+    monday_s: float = 0.0
+    period_s: float = 7 * DAY_S
 
     def on(self, bench: str) -> Job:
         """The part of the job that is done on one bench. Raises InputError when there is none."""
@@ -54,6 +59,7 @@ def job_from(
     Raises InputError for a tree that is no plan.
     """
     plan = typed_plan(document)
+    monday_s = _monday(plan.first_day)
     benches = {
         name: replace(bench, arm_m=bench.arm_m or arm_m, travel={**bench.travel, **(travel or {})})
         for name, bench in plan.benches.items()
@@ -63,9 +69,16 @@ def job_from(
         plan.steps,
         benches,
         shifts=() if any_time else tuple((shift.opens_s, shift.closes_s) for shift in plan.shifts),
-        start_s=_moment(plan.start),
+        start_s=monday_s + _moment(plan.start),
         any_time=any_time,
+        monday_s=monday_s,
+        period_s=plan.shifts_period_s,
     )
+
+
+def _monday(day: date | None) -> float:
+    """Seconds from FIRST_MONDAY to the Monday of a day's week; 0 without a day."""
+    return 0.0 if day is None else (day - FIRST_MONDAY).days // 7 * 7 * DAY_S
 
 
 def _moment(words: str | None) -> float:

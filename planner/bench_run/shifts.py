@@ -22,29 +22,32 @@ from datetime import datetime
 from planner.bench_run.clock import Clock
 from planner.bench_run.job import Job
 from planner.nouns.plan import Step
-from planner.quantities import DAY_S, WEEKDAYS
+from planner.quantities import DAY_S, FIRST_MONDAY, WEEKDAYS
 from planner.solvers.calendar import Calendar, Passage, Span, calendar
 
 WEEK_S = 7 * DAY_S
 
 
 def local_week_s() -> float:
-    """Seconds from Monday 00:00 by this computer's local time."""
+    """Seconds from FIRST_MONDAY 00:00 by this computer's local time: in whole weeks, a Monday 00:00."""
     now = datetime.now()
-    return DAY_S * now.weekday() + 3600.0 * now.hour + 60.0 * now.minute + now.second + now.microsecond * 1e-6
+    days = (now.date() - FIRST_MONDAY).days
+    return DAY_S * days + 3600.0 * now.hour + 60.0 * now.minute + now.second + now.microsecond * 1e-6
 
 
 class Hours:
     """How long a step has to wait for people.
 
-    week: () -> seconds from Monday 00:00, now. The waiting is asked for again while it lasts, so that a clock
-    that is put forward or back in between does no harm.
+    week: () -> seconds from a Monday 00:00, of a plan with a date from FIRST_MONDAY, now. The waiting is
+    asked for again while it lasts, so that a clock that is put forward or back in between does no harm.
     """
 
     def __init__(self, job: Job, week: Callable[[], float], overtime_s: float) -> None:
         self._steps, self._week = job.steps, week
         windows = [(opens, closes + overtime_s) for opens, closes in job.shifts]
-        self._calendar = calendar(WEEK_S, windows) if windows else Calendar(WEEK_S, (), always=True)
+        always = Calendar(WEEK_S, (), always=True)
+        self._calendar = calendar(job.period_s, windows) if windows else always
+        self._monday_s = job.monday_s
         self._known: dict[tuple[Span, ...], Passage] = {}
 
     def left(self, index: int) -> float:
@@ -52,7 +55,7 @@ class Hours:
         spans = attended_spans(self._steps, index)
         if self._calendar.always or not spans:
             return 0.0
-        now = self._week()
+        now = self._week() - self._monday_s
         return max(0.0, float(self._passage(spans)(now)) - spans[-1][1] - now)
 
     def opens(self, index: int) -> str:

@@ -7,6 +7,7 @@ from datetime import UTC, datetime, timedelta
 from zoneinfo import ZoneInfo, available_timezones
 
 from planner.errors import InputError
+from planner.nouns.plan_file import PlanDocument
 from planner.protocols import ExportOptions
 from planner.quantities import WEEKDAYS
 from planner.spec.places import did_you_mean
@@ -28,16 +29,13 @@ class WallClock:
         return moment.astimezone(self.start.tzinfo)
 
 
-def started_with_the_plan(options: ExportOptions, moment: str | None) -> ExportOptions:
-    """Where the user gives no start: the weekday and time from which the plan's shifts were laid.
-
-    moment: `fri 16:00`, or None for a plan without shifts
-    """
-    if options.start is not None or moment is None:
+def started_with_the_plan(options: ExportOptions, plan: PlanDocument) -> ExportOptions:
+    """Where the user gives no start: the date, or the weekday, and time from which the shifts were laid."""
+    if options.start is not None or plan.start is None:
         return options
-    day, time = moment.split()
+    day, time = plan.start.split()
     monday = datetime.fromisoformat(DEFAULT_START)
-    date = (monday + timedelta(days=WEEKDAYS.index(day))).date()
+    date = plan.first_day or (monday + timedelta(days=WEEKDAYS.index(day))).date()
     return replace(options, start=f"{date.isoformat()}T{time}")
 
 

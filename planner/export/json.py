@@ -26,7 +26,7 @@ from planner.units import from_si, unit_factor
 
 # Twelve digits tell every figure apart and hide the rounding of unit conversions (0.002 stays 0.002).
 DIGITS = 12
-DECIDING = ("numpy", "scipy", "cvxpy", "highspy", "clarabel", "deap")
+DECIDING = ("numpy", "scipy", "cvxpy", "highspy", "clarabel", "deap", "holidays")
 SHORT = 8  # of a covariance
 
 
@@ -64,12 +64,24 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
         "prices": [_plain(vars(p)) for p in plan.prices],
         "start": plan.start,
         "shifts": [{"opens_s": number(a), "closes_s": number(b)} for a, b in plan.shifts],
+        **_dated(plan),
         "savings": [_plain(vars(s)) for s in plan.savings],
         "trade_off": [_plain(vars(p)) for p in plan.trade_off],
         "notes": list(plan.notes),
         "packages": dict(deciding_packages()),
         **({"plugins": [used.document() for used in plan.plugins]} if plan.plugins else {}),
         "steps": [step_document(step) for step in plan.steps],
+    }
+
+
+def _dated(plan: Plan) -> Mapping[str, Any]:
+    """The date of the start and the days off, of a plan that has them."""
+    if plan.first_day is None:
+        return {}
+    return {
+        "first_day": plan.first_day.isoformat(),
+        "shifts_period_s": number(plan.shifts_period_s),
+        "days_off": [{"date": day.isoformat(), "name": name} for day, name in plan.days_off],
     }
 
 

@@ -98,6 +98,22 @@ class AllowedRegion:
         """(t,) no unit of a term can add a larger share of any limit than this."""
         return np.asarray(np.max([c.steepest / c.limit for c in self.constraints], axis=0))
 
+    @cached_property
+    def power(self) -> int | None:
+        """1: every share of a limit is a sum over the terms' sizes; 2: its square over their squares; None:
+        neither."""
+        rules = {c.rule for c in self.constraints}
+        return {frozenset({"worst_case"}): 1, frozenset({"rss"}): 2}.get(frozenset(rules))
+
+    @cached_property
+    def weights(self) -> Array:
+        """(c, t) of those sums: (‖v_t‖ / limit)^power."""
+        return np.array([(c.lengths / c.limit) ** (self.power or 1) for c in self.constraints])
+
+    def flown(self, reserve: Reserve) -> Array:
+        """(…, t) what flights add to the terms of those sums."""
+        return reserve.squares if self.power == 2 else reserve.sums
+
     def index(self, error: str, term: str) -> int | None:
         """Place of a term, None when the requirements do not know it."""
         for i, t in enumerate(self.terms):

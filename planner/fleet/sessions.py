@@ -41,15 +41,19 @@ class Session:
 @dataclass(frozen=True)
 class WorkingDays:
     """When people work. days: of the week, 0 Monday; start: the calendar date of day 0; hours_s: of one
-    day"""
+    day; off: dates on which nobody works"""
 
     start: date | None
     days: frozenset[int]
     hours_s: float
+    off: frozenset[date] = frozenset()
 
     def works(self, day: float) -> bool:
         """Whether people work on a day of the count."""
-        return self.start is None or (self.start + timedelta(days=int(day))).weekday() in self.days
+        if self.start is None:
+            return True
+        date = self.start + timedelta(days=int(day))
+        return date.weekday() in self.days and date not in self.off
 
 
 @dataclass

@@ -161,6 +161,11 @@ class StoreBench:
         self._sensors = [_Sensor(s, models, self.records) for s in SENSORS]
         self._known: dict[tuple[int, int], Renewal] = {}
 
+    @cached_property
+    def every(self) -> tuple[Visit, ...]:
+        """Every visit that the spec allows, the shortest first."""
+        return visits(self.asked)
+
     def renewal(self, rests: int, turns: int) -> Renewal:
         """After so many power-ons with rests, and with turns."""
         if (rests, turns) not in self._known:

@@ -29,20 +29,21 @@ class Reached:
 
 
 class Known:
-    """States on one day that were reached with fewer hours."""
+    """States on one day that were reached with fewer hours; slack: (t,) of the terms that differ."""
 
     def __init__(self, slack: Array) -> None:
         self.slack, self.count = slack, 0
         self.sizes, self.since = np.empty((16, len(slack))), np.empty((16, len(slack)), dtype=np.int64)
 
-    def beats(self, state: State) -> bool:
-        """Whether one of them has no larger and no older size in any term; if not, the state joins them."""
-        n = self.count
-        smaller = (self.sizes[:n] <= state.size + self.slack) & (self.since[:n] >= state.since)
+    def beats(self, state: State, live: NDArray[np.intp]) -> bool:
+        """Whether one of them has no larger and no older size in any live term; if not, the state joins
+        them."""
+        n, size, since = self.count, state.size[live], state.since[live]
+        smaller = (self.sizes[:n] <= size + self.slack) & (self.since[:n] >= since)
         if smaller.all(axis=1).any():
             return True
         if n == len(self.sizes):
             self.sizes, self.since = (np.concatenate([a, np.empty_like(a)]) for a in (self.sizes, self.since))
-        self.sizes[n], self.since[n] = state.size, state.since
+        self.sizes[n], self.since[n] = size, since
         self.count = n + 1
         return False

@@ -139,12 +139,26 @@ class StorePlanner:
         before = state.size + going[:, 0] if self.adds else np.hypot(state.size, going[:, 0])
         better = left < before
         size = np.where(better, left, state.size)
-        moved = np.where(better[:, :, None], anew, going)
-        sizes = size[:, :, None] + moved if self.adds else np.hypot(size[:, :, None], moved)
-        over = self.region.load(sizes.swapaxes(1, 2), self.reserve) > 1.0 + _SAME
+        over = self._grown(size, better, going, anew) > 1.0 + _SAME
         end = len(self.growth.days) - 1
         last = np.where(over.any(axis=1), place + over.argmax(axis=1) - 1, end)
         return size, np.where(better, place + 1, state.since), last
+
+    def _grown(self, size: Array, better: NDArray[np.bool_], going: Array, anew: Array) -> Array:
+        """(C, w) shares of the limit of sizes (C, t) that grow (t, w) anew where a visit was better, else go
+        on."""
+        if self.region.power is None:
+            moved = np.where(better[:, :, None], anew, going)
+            sizes = size[:, :, None] + moved if self.adds else np.hypot(size[:, :, None], moved)
+            return self.region.load(sizes.swapaxes(1, 2), self.reserve)
+        power = self.region.power
+        grown = np.concatenate([anew, going]) ** power
+        kinds = np.concatenate([better, ~better], axis=1)
+        shares = [
+            ((size**power + self.region.flown(self.reserve)) @ w)[:, None] + (kinds * np.tile(w, 2)) @ grown
+            for w in self.region.weights
+        ]
+        return np.asarray(np.max(shares, axis=0) ** (1 / power))
 
     def left_by(self, choices: Sequence[Visit]) -> Array:
         """(C, t) half-widths that visits leave."""
@@ -152,13 +166,24 @@ class StorePlanner:
 
     # ---------------------------------------------------------------- questions
 
-    def shortest(self, place: int, end: int, state: State | None = None) -> ShortestVisit:
+    def shortest(self, place: int, end: int) -> ShortestVisit:
         """The shortest visit on one day of the grid that suffices until another."""
-        state = state or self.first
+        return self._shortest(place, (end,))[0]
+
+    def _shortest(self, place: int, ends: Sequence[int]) -> list[ShortestVisit]:
+        """The same for several days to be reached."""
+        every = self.bench.every
+        last = self.each(self.first, place, self.left_by(every))[2]
+        return [self._suffices(place, int(end), every, last) for end in ends]
+
+    def _suffices(
+        self, place: int, end: int, every: Sequence[Visit], last: NDArray[np.int64]
+    ) -> ShortestVisit:
+        """The first of the visits that lasts until the end; last: (C,) the day until which each does."""
+        state = self.first
         without = float(self.loads(state)[end])
         now, then = float(self.growth.days[place]), float(self.growth.days[end])
-        every = visits(self.bench.asked)
-        enough = np.flatnonzero(self.each(state, place, self.left_by(every))[2] >= end)
+        enough = np.flatnonzero(last >= end)
         if len(enough):
             visit = every[int(enough[0])]
             after = self.renewed(state, place, visit)
@@ -174,7 +199,7 @@ class StorePlanner:
         if due == end:
             return ()
         ends = np.unique(np.linspace(due + 1, end, rungs).round().astype(int))
-        found = [self.shortest(due, int(e)) for e in ends]
+        found = self._shortest(due, [int(e) for e in ends])
         reached = [r for r in found if r.visit is not None]
         return (*reached, *found[len(reached) : len(reached) + 1])
 
@@ -189,7 +214,9 @@ class StorePlanner:
         cheapest, longest = min(v.time_s for v in choices), self._longest(choices)
         queue: list[_Entry] = [(0.0, -start, next(order), 0.0, self.first, ())]
         kept: dict[int, Known] = {}
-        slack, left_by = self._slack(), self.left_by(choices)
+        left_by = self.left_by(choices)
+        live = self._live(left_by)
+        slack = self._slack()[live]
         for _ in range(MOST_STATES):
             if not queue:
                 break
@@ -197,10 +224,10 @@ class StorePlanner:
             place = -place
             if place >= target:
                 return self._plan(Reached(target, way, cost), proved=True)
-            if kept.setdefault(place, Known(slack)).beats(state):
+            if kept.setdefault(place, Known(slack)).beats(state, live):
                 continue
             sizes, since, last = self.each(state, place, left_by)
-            for i in self._worth(sizes, since, last, place, slack):
+            for i in self._worth(sizes[:, live], since[:, live], last, place, slack):
                 then, visit = min(int(last[i]), target), choices[i]
                 total = cost + visit.time_s
                 left = np.ceil((target - then) / longest) * cheapest  # no way to the end costs less
@@ -214,11 +241,18 @@ class StorePlanner:
     def _worth(
         self, size: Array, since: NDArray[np.int64], last: NDArray[np.int64], place: int, slack: Array
     ) -> NDArray[np.intp]:
-        """The visits (the shortest first) that lead on, and of which no shorter one leaves as little."""
+        """The visits (the shortest first) that lead on, and of which no shorter one leaves as little.
+
+        size, since: (C, t) of the terms that visits renew; so with the slack.
+        """
         on = np.flatnonzero(last > place)
         size, since = size[on], since[on]
         beaten = (size[None, :, :] <= size[:, None, :] + slack) & (since[None, :, :] >= since[:, None, :])
         return on[~np.tril(beaten.all(axis=2), -1).any(axis=1)]
+
+    def _live(self, left: Array) -> NDArray[np.intp]:
+        """Places of the terms that any visit can renew: in all others, all states are the same."""
+        return np.flatnonzero(np.any(left < self.sizes(self.first).max(axis=0), axis=0))
 
     def _slack(self) -> Array:
         """(t,) sizes that together make a thousandth of a limit: states that differ by less are one."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import date
 from typing import Literal, get_args
 
 from planner.nouns.allowances import Allowance, FlownCovariance, GeneticHistory
@@ -227,6 +228,8 @@ class Plan:
     start: when second 0 falls in the week of the shifts, `mon 08:00`; None without shifts
     by_total: chosen for a shorter `time_s`, at the price of more work; complete: not stopped at a time limit
     shifts: (opens, closes) in seconds from Monday 00:00, disjoint; none: always; plugins: of other packages
+    first_day: the date of second 0, where the spec says it; days_off: (day, what it is) without shifts
+    shifts_period_s: after which the shifts come again: a week, or as long as days off are known
     work_proved: no temperatures and repeats take less work; `proved` is false when time_s exceeds its bound
     method: `information` promises what will be flown, `published` by half-widths and sums; families: of
     curves -> requirement index -> what is promised under it, SI; proved_of: among which campaigns it is the
@@ -261,6 +264,9 @@ class Plan:
     by_total: bool = False
     start: str | None = None
     shifts: tuple[tuple[float, float], ...] = ()
+    first_day: date | None = None
+    days_off: tuple[tuple[date, str], ...] = ()
+    shifts_period_s: float = 604_800.0
     plugins: tuple[Origin, ...] = ()
     complete: bool = True
     method: Literal["information", "published"] = "published"

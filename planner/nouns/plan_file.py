@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from datetime import date
 from functools import cache
 from typing import Annotated, Any, Literal, TypeVar
 
@@ -193,10 +194,23 @@ class SavingFigures(Part):
 
 
 class ShiftHours(Part):
-    """Hours in which people are there, seconds from Monday 00:00; a night may end in the next week."""
+    """Hours in which people are there, seconds from Monday 00:00; a night may end in the next week.
+
+    With days off the Monday is that of the first week, and every week has hours of its own.
+    """
 
     opens_s: Time
     closes_s: Time
+
+
+Day = Annotated[date, Field(strict=False)]  # text in JSON
+
+
+class DayOff(Part):
+    """A day on which no shift begins; name: of the holiday, empty for a day that the spec gives."""
+
+    date: Day
+    name: str = ""
 
 
 class TradeOffFigures(Part):
@@ -279,6 +293,9 @@ class PlanDocument(ComparedPlan, PlanOnBenches, PlanWhy):
     hours_per_limit: dict[str, Number]
     start: Annotated[str, Field(pattern=MOMENT_PATTERN)] | None = None
     shifts: list[ShiftHours] = []
+    first_day: Day | None = None
+    shifts_period_s: Positive = 604_800.0
+    days_off: list[DayOff] = []
     savings: list[SavingFigures] = []
     trade_off: list[TradeOffFigures] = []
     plugins: list[PluginFigures] = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import date
+from datetime import date, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +47,7 @@ from planner.plan.repeats_to_schedule import campaign
 from planner.plan.task import allowances as allowances_of
 from planner.quantities import DAY_S
 from planner.spec.attendance import windows_of
+from planner.spec.days_off import days_off_between
 from planner.spec.load import LoadedSpec
 from planner.spec.recalibration import Recalibration
 
@@ -350,7 +351,9 @@ def _working_days(loaded: LoadedSpec, asked: Recalibration, start: date | None) 
         return WorkingDays(start, frozenset(range(7)), asked.working_day)
     windows = [window for shift in shifts for window in windows_of(shift)]
     days = frozenset(int(opens // DAY_S) % 7 for opens, _ in windows)
-    return WorkingDays(start, days, min(asked.working_day, max(b - a for a, b in windows)))
+    last = None if start is None else start + timedelta(days=asked.period / DAY_S + 2 * 366)
+    off = () if start is None or last is None else days_off_between(loaded.spec, start, last)
+    return WorkingDays(start, days, min(asked.working_day, max(b - a for a, b in windows)), frozenset(off))
 
 
 def _growths(

@@ -11,7 +11,7 @@ import numpy as np
 from planner.plan.bench_work import BenchWork, Block, ramp_time, stop_passage
 from planner.solvers.calendar import Calendar, Passage, constant
 from planner.solvers.ordering import MOST_STOPS, Stops, best_order, best_up_and_down
-from planner.spec.attendance import WEEK_S, calendar_of, start_of
+from planner.spec.attendance import calendar_of, start_of
 from planner.spec.model import Spec
 
 Order = Literal["free", "up", "down", "up_and_down"]
@@ -47,7 +47,7 @@ class BenchTiming:
         if not self.waits:
             return _monotone(len(self._stops), self._order)
         start = float(self._before(self._start + ready))
-        key = round(start % WEEK_S, 6)
+        key = round(start % self.hours.period, 6)
         if key not in self._known:
             self._known[key] = best_of(self._stops, self._order, start)
         return self._known[key]

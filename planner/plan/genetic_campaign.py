@@ -104,6 +104,8 @@ class _Decoder:
         names = [*task.errors, *(model.name for model in task.left)]
         self.surface = LimitSurface(task.constraints, names, SURFACE_TOLERANCE)
         self.options = [_options(rows) for rows in task.rows]
+        groups = zip(self.folded.groups, self.options, strict=True)
+        self.uses = [[_uses(g.amounts, o, self.folded.prices) for o in options] for g, options in groups]
         self.figures = [_figure(task, c) for c in task.constraints]
 
     def sizes(self, genes: Array) -> Array:
@@ -188,11 +190,11 @@ class _Decoder:
     def _cheapest(self, e: int, allowed: NDArray[np.int64], others: Array) -> NDArray[np.int64]:
         group, best = self.folded.groups[e], np.full(allowed.shape[1], np.inf)
         rows = np.zeros(allowed.shape[1], dtype=np.int64)
-        for option in allowed:
-            more = group.amounts[option]
-            np.subtract(more, others, out=more)
+        for option, (start, used, amounts, prices) in zip(allowed, self.uses[e], strict=True):
+            more = amounts[np.maximum(option - start, 0)]
+            np.subtract(more, others[:, used], out=more)
             np.maximum(more, 0.0, out=more)  # in place: fresh arrays would take longer than the arithmetic
-            added = more @ self.folded.prices + group.cost[option]
+            added = more @ prices + group.cost[option]
             better = (option >= 0) & (added < best)
             rows[better], best[better] = option[better], added[better]
         return rows
@@ -205,6 +207,16 @@ def _options(rows: ErrorRows) -> list[_Option]:
         _Option(int(a), -rows.half_width[a:b], float(rows.residual[a]))
         for a, b in zip(starts, ends, strict=True)
     ]
+
+
+def _uses(amounts: Array, option: _Option, prices: Array) -> tuple[int, NDArray[np.intp], Array, Array]:
+    """First row of an option, the resources that any of its rows uses, their amounts and prices.
+
+    What none of its rows uses adds nothing to what the others pay for: a third of the columns is left.
+    """
+    own = amounts[option.start : option.start + len(option.negative_half_width)]
+    used = np.flatnonzero(own.any(axis=0))
+    return option.start, used, own[:, used], prices[used]
 
 
 def _figure(task: Task, constraint: Constraint) -> Callable[[NDArray[np.int64]], Array]:

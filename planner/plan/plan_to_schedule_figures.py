@@ -11,7 +11,8 @@ from planner.plan.costs import weights_of
 from planner.plan.loads import load_sizes
 from planner.plan.savings import savings, with_plan
 from planner.plan.schedule_to_steps import bench_timings, makespan
-from planner.spec.attendance import calendar_of, start_words
+from planner.spec.attendance import WEEK_S, calendar_of, first_day, start_words
+from planner.spec.days_off import WEEKS, days_off
 from planner.spec.model import Spec
 
 # The total and its bound are sums in different orders; beyond that the campaign is longer than the bound.
@@ -27,6 +28,7 @@ def with_schedule_figures(
     the total larger than its bound (planner.plan.campaign_by_total); then gap = (total − bound) / total, and
     the total is not called proved, although the order of the temperatures is the best for the chosen work.
     """
+    hours = calendar_of(spec)
     time = round(max((step.end_s for step in plan.steps), default=0.0), 6)
     plan = replace(
         plan,
@@ -36,7 +38,10 @@ def with_schedule_figures(
         work_proved=chosen.proved and not chosen.added,
         by_total=chosen.by_total,
         start=start_words(spec),
-        shifts=calendar_of(spec).windows,
+        shifts=hours.windows,
+        shifts_period_s=hours.period,
+        first_day=first_day(spec),
+        days_off=tuple(days_off(spec).items()),
         notes=(*plan.notes, *_notes(spec, chosen, plan, time)),
     )
     return _with_bound(plan, spec, chosen) if spec.plan.shifts or spec.plan.units is not None else plan
@@ -65,6 +70,8 @@ def _notes(spec: Spec, chosen: Campaign, plan: Plan, time: float) -> Iterator[st
             f"plan.shifts: {waiting:.2f} h of the campaign are waiting for people, which bound_s leaves out; "
             "for this work the timeline is the shortest that plan.order allows"
         )
+    if time > WEEKS * WEEK_S and days_off(spec):
+        yield f"plan.shifts.holidays: days off are those of the first {WEEKS} weeks, then again and again"
     if chosen.by_total:
         yield (
             "temperatures and repeats: another choice takes less work, but longer with waiting and batches; "

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from planner.report.numbers import NOTHING
@@ -56,12 +57,12 @@ class Table:
     most: int | None = None
     only: Where | None = None
 
-    @property
+    @cached_property
     def kinds(self) -> tuple[str, ...]:
         """`text`, `number` or `bar` of each column, as its cells are; the first names its row."""
         return tuple(_kind(i, [row[i] for row in self.rows]) for i in range(len(self.columns)))
 
-    @property
+    @cached_property
     def aligned(self) -> tuple[tuple[Cell, ...], ...]:
         """The rows, each number filled up with blanks as wide as digits so that decimal points align."""
         columns = [

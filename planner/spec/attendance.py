@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import date, timedelta
 
 from planner import catalog
 from planner.quantities import DAY_S, WEEKDAYS
 from planner.solvers.calendar import Calendar, Span, calendar
+from planner.spec.days_off import WEEKS, days_off, first_monday
 from planner.spec.model import Bench, Shift, Spec, Test
 from planner.spec.motions import AxisMotion, may_be_turned_by_hand, motions_of, turned_by_hand
 from planner.spec.ramp import lead_of
@@ -15,10 +17,20 @@ WEEK_S = 7 * DAY_S
 
 
 def calendar_of(spec: Spec) -> Calendar:
-    """The working hours, in seconds from Monday 00:00; without shifts people are always there."""
+    """The working hours, in seconds from Monday 00:00 of the week in which the campaign starts.
+
+    Without shifts people are always there. They come again every week; with days off, after all of the weeks
+    that those are known of. A night belongs to the day on which it begins.
+    """
     if not spec.plan.shifts:
         return Calendar(WEEK_S, (), always=True)
-    return calendar(WEEK_S, [window for shift in spec.plan.shifts for window in windows_of(shift)])
+    weekly = [window for shift in spec.plan.shifts for window in windows_of(shift)]
+    monday, off = first_monday(spec), days_off(spec)
+    if monday is None or not off:
+        return calendar(WEEK_S, weekly)
+    closed = {(day - monday).days for day in off}
+    every = [(a + week * WEEK_S, b + week * WEEK_S) for week in range(WEEKS) for a, b in weekly]
+    return calendar(WEEKS * WEEK_S, [(a, b) for a, b in every if int(a // DAY_S) not in closed])
 
 
 def windows_of(shift: Shift) -> list[Span]:
@@ -32,7 +44,7 @@ def start_of(spec: Spec) -> float:
     """Second 0 of the campaign, in seconds from Monday 00:00: as said, else when the first shift begins."""
     said = [shift.start for shift in spec.plan.shifts if shift.start is not None]
     if said:
-        return said[0]
+        return said[0] % WEEK_S
     return min((a for shift in spec.plan.shifts for a, _ in windows_of(shift)), default=0.0)
 
 
@@ -42,6 +54,12 @@ def start_words(spec: Spec) -> str | None:
         return None
     day, rest = divmod(start_of(spec), DAY_S)
     return f"{WEEKDAYS[int(day)]} {int(rest // 3600):02d}:{int(rest % 3600 // 60):02d}"
+
+
+def first_day(spec: Spec) -> date | None:
+    """The date of second 0 of the campaign, where the spec says it."""
+    monday = first_monday(spec)
+    return None if monday is None else monday + timedelta(days=start_of(spec) // DAY_S)
 
 
 def install_attended(spec: Spec, bench: str) -> bool:

@@ -35,6 +35,7 @@ from planner.quantities import (
     Whole,
 )
 from planner.spec.budget import ErrorBudget
+from planner.spec.days_off import DayOff
 from planner.spec.flight_temperature import FlightTemperature
 from planner.spec.forms import (
     Name,
@@ -329,7 +330,14 @@ class Shift(SpecPart):
     opens: ClockTime = Field(alias="from", description="when work begins, e.g. 08:00")
     closes: ClockTime = Field(alias="to", description="when work ends, e.g. 17:00")
     start: WeekMoment | None = Field(
-        None, description="when the campaign starts, e.g. mon 08:00; default: when the first shift begins"
+        None,
+        description="when the campaign starts, e.g. mon 08:00, or 2026-12-21 08:00; default: when the first "
+        "shift begins",
+    )
+    holidays: Annotated[tuple[DayOff, ...], BeforeValidator(one_or_many)] = Field(
+        (),
+        description="days on which nobody works, in any shift: [2026-12-24, 2026-12-28..2027-01-01, DE-BY]; "
+        "'start' then has a date",
     )
 
 

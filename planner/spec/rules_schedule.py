@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from planner.solvers.calendar import Calendar
 from planner.spec.attendance import attended_spans, calendar_of, install_attended, powered_time
+from planner.spec.days_off import first_monday
 from planner.spec.model import Bench
 from planner.spec.review import Review
 from planner.spec.yaml12 import Path
@@ -24,6 +25,15 @@ def schedule(sheet: Review) -> None:
 
 def _hours_fit(sheet: Review) -> bool:
     good, started = True, None
+    if any(shift.holidays for shift in sheet.spec.plan.shifts) and first_monday(sheet.spec) is None:
+        index = next(i for i, shift in enumerate(sheet.spec.plan.shifts) if shift.holidays)
+        sheet.fault(
+            "P526",
+            (*sheet.item(("plan", "shifts"), index), "holidays"),
+            "need the date of the start; write it beside them, 'start: 2026-12-21 08:00'",
+            key=True,
+        )
+        good = False
     for index, shift in enumerate(sheet.spec.plan.shifts):
         path = sheet.item(("plan", "shifts"), index)
         if shift.opens == shift.closes:

@@ -11,11 +11,13 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import timedelta
 from typing import Any
 
 from planner.nouns.trajectory import Trajectory
 from planner.protocols import SENSORS
 from planner.quantities import DAY_S, WEEKDAYS
+from planner.spec.days_off import days_off, first_monday
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Objective, Spec
 from planner.units import from_si
@@ -236,6 +238,11 @@ def _check_origin(document: Document, loaded: LoadedSpec) -> Findings:
         start = f"{WEEKDAYS[int(day)]} {int(rest // 3600):02d}:{int(rest % 3600 // 60):02d}"
     found.same("start", document.get("start"), start)
     shifts = [{"opens_s": a, "closes_s": b} for a, b in windows_of(spec)] if spec.plan.shifts else []
+    off = [{"date": day.isoformat(), "name": name} for day, name in days_off(spec).items()]
+    found.same("days_off", document.get("days_off", []), off)
+    if (monday := first_monday(spec)) is not None:
+        first = monday + timedelta(days=start_of(spec) // DAY_S)
+        found.same("first_day", document.get("first_day"), first.isoformat())
     found.same("shifts", document["shifts"], shifts)
     return found
 

@@ -19,6 +19,7 @@ from planner.export._clock import (
 from planner.export._shifts import checked_hours
 from planner.export.header import header
 from planner.export.operator_sheet import operator_sheet
+from planner.nouns.plan_file import DayOff, PlanDocument
 from planner.protocols import Exported, ExportOptions
 
 if TYPE_CHECKING:
@@ -35,11 +36,11 @@ class Calendar:
     def files(self, document: Mapping[str, Any], options: ExportOptions) -> Exported:
         """`attended.ics` and `operator.html`. Raises InputError for a wrong start or zone."""
         plan = checked_plan(document)
-        options = started_with_the_plan(options, plan.start)
+        options = started_with_the_plan(options, plan)
         clock = wall_clock(options)
         notes = checked_hours(plan, clock)
         files: dict[str, str | bytes] = {
-            "attended.ics": _calendar(document, attendances(plan), clock),
+            "attended.ics": _calendar(document, plan, clock),
             "operator.html": operator_sheet(document, plan, clock),
         }
         return Exported(files, (*_assumed(options), *notes))
@@ -52,11 +53,11 @@ def _assumed(options: ExportOptions) -> tuple[str, ...]:
     return (f"the campaign starts at {start}, {zone}; choose with --start and --timezone",)
 
 
-def _calendar(document: Mapping[str, Any], tasks: Sequence[HandTask], clock: WallClock) -> bytes:
+def _calendar(document: Mapping[str, Any], plan: PlanDocument, clock: WallClock) -> bytes:
     from icalendar import Calendar as ICalendar
     from icalendar import vText
 
-    calendar = ICalendar()
+    calendar, tasks = ICalendar(), attendances(plan)
     calendar.add("prodid", "-//planner//calibration campaign//EN")
     calendar.add("version", "2.0")
     calendar.add("x-wr-calname", vText(document["spec"]["name"]))
@@ -64,12 +65,33 @@ def _calendar(document: Mapping[str, Any], tasks: Sequence[HandTask], clock: Wal
         calendar.add(f"x-{name.replace('_', '-')}", vText(value))
     for task in tasks:
         calendar.add_component(_event(document, task, clock))
+    for day in _met(plan, clock):
+        calendar.add_component(_day_off(document, day, clock))
     last = clock.at(max([0.0, *(t.end_s for t in tasks)]))
     # whole years, so that the definition holds both changes of the clocks
     calendar.add_missing_timezones(
         first_date=date(clock.start.year, 1, 1), last_date=date(last.year + 2, 1, 1)
     )
     return bytes(calendar.to_ical())
+
+
+def _met(plan: PlanDocument, clock: WallClock) -> Sequence[DayOff]:
+    """The days off between the start and the end of the campaign."""
+    first, last = clock.start.date(), clock.at(plan.time_s).date()
+    return [day for day in plan.days_off if first <= day.date <= last]
+
+
+def _day_off(document: Mapping[str, Any], day: DayOff, clock: WallClock) -> Event:
+    """A whole day on which nobody works; it takes nobody's time."""
+    from icalendar import Event
+
+    event = Event()
+    event.add("uid", f"off-{day.date.isoformat()}@{document['plan_sha256'][:16]}.planner")
+    event.add("dtstamp", clock.start.astimezone(UTC))
+    event.add("dtstart", day.date)
+    event.add("summary", f"Day off: {day.name}" if day.name else "Day off")
+    event.add("transp", "TRANSPARENT")
+    return event
 
 
 def _event(document: Mapping[str, Any], task: HandTask, clock: WallClock) -> Event:

@@ -8,6 +8,7 @@ Steps longer than a column look as in any Gantt chart, and the drawing's size do
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from datetime import timedelta
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
 COLUMNS = 900
 MOST_DAYS = 16  # midnights that are named
-WEEK_S = 7 * DAY_S
 Place = Literal["outside upper left", "outside lower left"]
 _LETTERS = 115  # across the figure, in a legend
 _HEIGHT = 0.38  # of a lane; a bench has two: what is done, and for which test
@@ -135,15 +135,24 @@ def _days(every: Sequence[Axes], plan: Plan) -> None:
     midnights = np.arange(np.ceil(begun / DAY_S), (begun + plan.time_s) / DAY_S + 1e-9)
     midnights = midnights[:: max(1, -(-len(midnights) // MOST_DAYS))]
     if len(midnights):
-        labels = [WEEKDAYS[int(m) % 7] for m in midnights]
+        labels = [_day_label(plan, int(m)) for m in midnights]
         every[-1].set_xticks((midnights * DAY_S - begun) / 3600.0, labels)
         every[-1].set_xlabel(f"midnight before each day; the campaign begins {plan.start}")
-    for week in range(int((begun + plan.time_s) // WEEK_S) + 1):
+    for turn in range(int((begun + plan.time_s) // plan.shifts_period_s) + 1):
         for opens, closes in plan.shifts:
-            span = ((x + week * WEEK_S - begun) / 3600.0 for x in (opens, closes))
+            span = ((x + turn * plan.shifts_period_s - begun) / 3600.0 for x in (opens, closes))
             low, high = (float(np.clip(x, 0.0, plan.time_s / 3600.0)) for x in span)
             if high > low:
                 every[0].axvspan(low, high, color=theme.GRID, alpha=0.5, linewidth=0, zorder=0)
+
+
+def _day_label(plan: Plan, day: int) -> str:
+    """`tue`, with its date where the plan knows it; day: counted from Monday of the first week, 0."""
+    name = WEEKDAYS[day % 7]
+    if plan.first_day is None:
+        return name
+    date = plan.first_day + timedelta(days=day - plan.first_day.weekday())
+    return f"{name}\n{date:%d.%m.}" + ("\noff" if date in dict(plan.days_off) else "")
 
 
 def _lanes(axes: Axes, plan: Plan, benches: Sequence[str], tests: Sequence[str]) -> None:

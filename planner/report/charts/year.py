@@ -56,10 +56,14 @@ def _year(days: dict[date, tuple[int, int]], today: date) -> Figure:
     figure = theme.new_figure(0.7 + 0.27 * max(rows, 3))
     axes = figure.subplots()
     months = [divmod(first.year * 12 + first.month - 1 + row, 12) for row in range(rows)]
-    for row, (year, month) in enumerate(months):
-        for day in range(1, _length(year, month + 1) + 1):
-            weekend = date(year, month + 1, day).weekday() >= 5
-            axes.plot(day, row, "s", color=theme.GRID, markersize=9, alpha=0.9 if weekend else 0.35)
+    every = [
+        (date(y, m + 1, 1) + timedelta(days=i), r)
+        for r, (y, m) in enumerate(months)
+        for i in range(_length(y, m + 1))
+    ]
+    for alpha, weekend in ((0.35, False), (0.9, True)):
+        places = [(day.day, row) for day, row in every if (day.weekday() >= 5) == weekend]
+        axes.plot(*zip(*places, strict=True), "s", color=theme.GRID, markersize=9, alpha=alpha)
     for day_, (units, overdue) in days.items():
         row = (day_.year - first.year) * 12 + day_.month - first.month
         if row >= rows:

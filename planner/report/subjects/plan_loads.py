@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from datetime import timedelta
 
 from planner.nouns.plan import Plan, Step
 from planner.quantities import DAY_S, WEEKDAYS
@@ -134,4 +135,7 @@ def moment(plan: Plan, seconds: float) -> str:
     week, rest = divmod(at, 7 * DAY_S)
     number, left = divmod(rest, DAY_S)
     text = f"{WEEKDAYS[int(number)]} {int(left // 3600):02d}:{int(left % 3600 // 60):02d}"
+    if plan.first_day is not None:
+        date = plan.first_day + timedelta(days=int(at // DAY_S) - plan.first_day.weekday())
+        return f"{date.isoformat()} {text}"
     return f"week {int(week) + 1}, {text}" if week else text

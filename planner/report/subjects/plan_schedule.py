@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from datetime import timedelta
+
 from planner.nouns.plan import Plan, TradeOffPoint
 from planner.quantities import DAY_S, WEEKDAYS
 from planner.report.blocks import Section, Table, Text, section, table
@@ -47,18 +49,37 @@ def schedule(plan: Plan) -> Section | None:
 
 def people_hours(plan: Plan) -> str:
     """When people are there, when the campaign begins, and how long it waits for them."""
-    days: dict[str, list[str]] = {}
+    days: dict[str, dict[str, None]] = {}
     for opens, closes in plan.shifts:
         times = f"{_clock(opens)} to {_clock(closes)}"
-        days.setdefault(times, []).append(WEEKDAYS[int(opens // DAY_S)])
+        days.setdefault(times, {})[WEEKDAYS[int(opens // DAY_S) % 7]] = None
     shifts = "; ".join(f"{', '.join(names)} {times}" for times, names in days.items())
     waits = [step.end_s - step.start_s for step in plan.steps if action_of(step) == PEOPLE]
     pauses = counted(len(waits), "pause")
     attended = sum(bool(step.attended) for step in plan.steps)
     return (
-        f"People are there {shifts}; the campaign begins {plan.start}. {attended} of {len(plan.steps)} steps "
-        f"need them; waiting for them takes {hours(sum(waits))} h of the benches, in {pauses}."
+        f"People are there {shifts}; the campaign begins {begins(plan)}.{_off(plan)} {attended} of "
+        f"{len(plan.steps)} steps need them; waiting for them takes {hours(sum(waits))} h of the benches, in "
+        f"{pauses}."
     )
+
+
+def begins(plan: Plan) -> str:
+    """`mon 08:00`, with the date where the plan knows it."""
+    return str(plan.start) if plan.first_day is None else f"{plan.start}, {plan.first_day.isoformat()}"
+
+
+def _off(plan: Plan) -> str:
+    """The days off that the campaign meets."""
+    if plan.first_day is None:
+        return ""
+    last = plan.first_day + timedelta(days=plan.time_s // DAY_S + 1)
+    met = [
+        f"{day.isoformat()}{f' ({name})' if name else ''}"
+        for day, name in plan.days_off
+        if plan.first_day <= day <= last
+    ]
+    return f" Nobody works on {', '.join(met)}." if met else ""
 
 
 def _clock(moment: float) -> str:

@@ -28,6 +28,7 @@ from planner.report.numbers import (
 from planner.report.readable import shown_in
 
 DRAWN = 8
+SHOWN = 24  # lines of a table on a terminal: the page and the JSON have all
 _TOP = 1.5  # times the limit: further up nothing is told
 _TWO_SIDED_95 = 1.959963984540054  # quantile of the normal distribution
 
@@ -242,6 +243,7 @@ def shortest_table(found: Recalibrated) -> Table | None:
         "| with it, %",
         (_shortest_row(s, found) for s in found.shortest),
         wide=("without it, %", "with it, %"),
+        most=SHOWN,
     )
 
 
