@@ -297,10 +297,8 @@ def test_too_little_says_nothing() -> None:
 def test_on_ramps_the_samples_move_with_the_chamber() -> None:
     """Each record in the midst of its way: T at its middle, ± r through it, no jump that the stray is not."""
     made = steps_of(document())
-    loaded_spec = planner.load(ramps()).spec
-    unit, _ = recorded(
-        design(made, loaded_spec), prepared(loaded_spec), 3, Settings(), Disturbed(), rate=10.0
-    )
+    on = planner.load(ramps()).spec
+    unit, _ = recorded(design(made, on), prepared(on), 3, Settings(), Disturbed(), rate=10.0)
     moving = [s for s in campaign_signals(unit) if any("/ramps/" in step for step in np.unique(s.step))]
     assert moving
     for s in moving:
