@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator
+from html import escape
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
 from planner.cli import main
+from planner.report.charts import theme
 from tests.outcome import Outcome, Run
 from tests.plugins.installing import EXAMPLE, Installed, found_in, install
 from tests.shipped_plans import share_in
@@ -25,6 +27,20 @@ def _shipped_plans_are_shared(tmp_path_factory: pytest.TempPathFactory) -> None:
     """One folder of plans a run: beside the workers' own folders, or in the only one."""
     own = tmp_path_factory.getbasetemp()
     share_in((own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "shipped_plans")
+
+
+@pytest.fixture(autouse=True)
+def _charts_are_drawn_where_pages_are_looked_at(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """tests/report draws every chart; elsewhere they are empty, unless a test is marked `charts`."""
+    if "report" not in request.path.parts and request.node.get_closest_marker("charts") is None:
+        monkeypatch.setattr(theme, "drawn", _not_drawn)
+
+
+def _not_drawn(name: str, description: str, draw: object) -> str:
+    del draw
+    return f'<svg role="img" id="{name}"><title>{escape(description)}</title></svg>'
 
 
 @pytest.fixture

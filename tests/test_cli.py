@@ -339,6 +339,7 @@ def test_sensitivity_on_a_flight_that_is_not_there(run: Run, spec: Path) -> None
     assert "nowhere.csv" in found.err
 
 
+@pytest.mark.charts
 def test_sensitivity_writes_the_error_over_the_flight_and_other_flights(run: Run, tmp_path: Path) -> None:
     spec = written(tmp_path / "s.yaml", flown())
     found = run("sensitivity", spec, "--beside", "static", "-o", tmp_path / "out", "--json")

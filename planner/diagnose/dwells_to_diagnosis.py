@@ -58,7 +58,7 @@ def diagnose(
     _check(table)
     data = prepared(table)
     found = _searched(data, spec, seed, progress)
-    lag = lag_of(found, data, tuple(spec.effects))
+    lag = lag_of(found, data)
     late = [] if lag is None else [with_lag(s, lag) for s in suspects(found) if s.hypothesis == LAGS]
     if lag is not None:
         data = prepared(ahead(table, lag.value))

@@ -22,8 +22,9 @@ from planner.protocols import Sensor
 
 Error = tuple[Sensor, str]
 DRAWS = 60_000  # of flights: a 95 % quantile is then known to 0.2 %
+ROUGH = 15_000  # for what is only shown: 0.4 %
 ANY = 2  # times as many where all of a flight is drawn: 0.35 %
-LEAST = 2_000  # at each temperature
+LEAST = 30  # th part of them at each temperature
 NOTABLE = 0.01  # of the mean square: what smaller parts lack of a Gaussian goes with the square of this
 AT_ONCE = 4_000_000  # numbers
 SETTLED = 1e-6
@@ -72,11 +73,12 @@ def drawn_quantile(
     moments: Mapping[Error, Array],
     pool: Callable[[Error], Array],
     near: float,
+    draws: int = DRAWS,
 ) -> float | None:
     """The quantile of the largest |d| over a requirement's instants; None where no curve matters.
 
     rest: (S, ρ, ρ) covariance without curves; moments: error -> (N, N); pool: error -> (n, N) curves of it
-    near: a first guess
+    near: a first guess; draws: flights over all temperatures
     """
     squares = [p.second_moment(moments[p.error]) for p in parts]
     whole = np.einsum("srr->s", rest + sum(squares))
@@ -91,8 +93,8 @@ def drawn_quantile(
     looked_at = _looked_at(a, whole)
     weights = None if a.weights is None else a.weights[looked_at]
     if a.response.shape[0] > 1:
-        return _at_any(a, rest, drawn, curves, looked_at, weights)
-    return _at_one(a, rest[looked_at], [p.on(looked_at) for p in drawn], curves, weights, near)
+        return _at_any(a, rest, drawn, curves, looked_at, weights, ANY * draws)
+    return _at_one(a, rest[looked_at], [p.on(looked_at) for p in drawn], curves, weights, near, draws)
 
 
 def _looked_at(a: Asked, whole: Array) -> NDArray[np.intp]:
@@ -110,6 +112,7 @@ def _at_one(
     curves: Mapping[Error, Array],
     weights: Array | None,
     near: float,
+    draws: int,
 ) -> float:
     """By draws of all but the largest principal component of the rest, whose share is known:
 
@@ -122,7 +125,7 @@ def _at_one(
     share = a.share
     value, axes = np.linalg.eigh(rest)
     sigma = np.sqrt(2.0 * np.maximum(value[:, -1:], TINY * value[:, -1:].max()))
-    d = _normals(*_size(rest)) * np.sqrt(np.maximum(value, 0.0)).astype(np.float32)[:, None]
+    d = _normals(*_size(rest, draws)) * np.sqrt(np.maximum(value, 0.0)).astype(np.float32)[:, None]
     d[..., -1] = 0.0
     _add(d, [p.along(axes) for p in parts], curves, 0)
     beside, along = np.einsum("snc,snc->sn", d[..., :-1], d[..., :-1]), d[..., -1]
@@ -150,11 +153,12 @@ def _at_any(
     curves: Mapping[Error, Array],
     looked_at: NDArray[np.intp],
     weights: Array | None,
+    draws: int,
 ) -> float:
     """By draws of whole flights: the instants of one flight go together."""
     assert a.share is not None
     basis = _basis(rest, parts)
-    n, rows = max(ANY * DRAWS // len(looked_at), LEAST), rest.shape[-1]
+    n, rows = _each(len(looked_at), draws), rest.shape[-1]
     at_once, found = max(AT_ONCE // (n * rows), 1), []
     for start in range(0, len(looked_at), at_once):
         some = looked_at[start : start + at_once]
@@ -197,9 +201,14 @@ def _basis(rest: Array, parts: Sequence[CurveWeights]) -> Array:
 # ---------------------------------------------------------------- draws
 
 
-def _size(rest: Array) -> tuple[int, int, int]:
-    """Flights at each temperature; rest: (s, ρ, ρ)."""
-    return len(rest), max(DRAWS // len(rest), LEAST), rest.shape[-1]
+def _size(rest: Array, draws: int) -> tuple[int, int, int]:
+    """Temperatures, flights at each of them, rows; rest: (s, ρ, ρ)."""
+    return len(rest), _each(len(rest), draws), rest.shape[-1]
+
+
+def _each(temperatures: int, draws: int) -> int:
+    """Flights at each temperature."""
+    return max(draws // temperatures, draws // LEAST)
 
 
 def _add(

@@ -15,6 +15,7 @@ from planner.campaign.design import design
 from planner.campaign.model import Campaign, campaign
 from planner.campaign.power_ons import of_design
 from planner.campaign.prior import walk_mode
+from planner.information.drawn import DRAWS as FLIGHTS
 from planner.information.drawn import drawn_quantile, length_of_share
 from planner.information.in_flight import Asked, Days
 from planner.information.kinds import Kind, Kinds, channel_kinds
@@ -60,9 +61,9 @@ class Foreseen:
         return max(self.families, key=lambda f: self.families[f][requirement])
 
 
-def foreseen(flight: Flight, steps: Sequence[Step]) -> Foreseen:
-    """The promise of the campaign that these steps make of one unit."""
-    return foreseen_of(flight, campaign(flight.spec, of_design(design(steps, flight.spec))))
+def foreseen(flight: Flight, steps: Sequence[Step], draws: int = FLIGHTS) -> Foreseen:
+    """The promise of the campaign that these steps make of one unit; draws: flights for a quantile."""
+    return foreseen_of(flight, campaign(flight.spec, of_design(design(steps, flight.spec))), draws)
 
 
 def quickly(flight: Flight, promise: Promise, counts: Array) -> Foreseen:
@@ -72,8 +73,8 @@ def quickly(flight: Flight, promise: Promise, counts: Array) -> Foreseen:
     return Foreseen({name: tuple(map(float, row)) for name, row in each}, promise, counts, lambda f: stored)
 
 
-def foreseen_of(flight: Flight, made: Campaign) -> Foreseen:
-    """The promise of a campaign on the spec's flights."""
+def foreseen_of(flight: Flight, made: Campaign, draws: int = FLIGHTS) -> Foreseen:
+    """The promise of a campaign on the spec's flights; draws: flights for a quantile."""
     days = _days(flight, made)
     wanted = asked_of(flight, exact=True, days=days)
     promise = promise_of(flight, _kinds(made), wanted)
@@ -81,7 +82,7 @@ def foreseen_of(flight: Flight, made: Campaign) -> Foreseen:
     figures = promise.figures(counts)[0]
     for k, a in enumerate(wanted):
         if a.share is not None and np.all(np.isfinite(figures[:, k])):
-            figures[:, k] = _quantiles(flight, promise, counts, k, figures[:, k])
+            figures[:, k] = _quantiles(flight, promise, counts, k, figures[:, k], draws)
     each = zip(promise.families, figures, strict=True)
     return Foreseen({name: tuple(map(float, row)) for name, row in each}, promise, counts, days)
 
@@ -95,7 +96,7 @@ def _kinds(made: Campaign) -> Kinds:
 
 def _days(flight: Flight, made: Campaign) -> Days:
     """Days over which an error walks that no mode of the campaign carries."""
-    span = float(made.runs.conditions.day.max(initial=0.0))
+    span = float(made.runs.on_day.max(initial=0.0))
     carried: dict[tuple[object, str], float] = {}
     for c in made.channels.values():
         for u in c.prior.unknowns:
@@ -117,7 +118,9 @@ def laid_out(flight: Flight, visits: Sequence[TestVisits]) -> tuple[Step, ...]:
 # ---------------------------------------------------------------- quantiles
 
 
-def _quantiles(flight: Flight, promise: Promise, counts: Array, k: int, near: Array) -> list[float]:
+def _quantiles(
+    flight: Flight, promise: Promise, counts: Array, k: int, near: Array, draws: int
+) -> list[float]:
     """Of one requirement for every family, with the curves drawn; near: (families,) first guesses."""
     a, found = promise.asked[k], list[float]()
     parts = promise.through_curves(counts[0], k)
@@ -128,7 +131,7 @@ def _quantiles(flight: Flight, promise: Promise, counts: Array, k: int, near: Ar
             return flight.curves.pool(family, error, promise.points)
 
         mine = [p for p in parts if p.error in moments]
-        drawn = drawn_quantile(a, rest, mine, moments, pool, float(guess))
+        drawn = drawn_quantile(a, rest, mine, moments, pool, float(guess), draws)
         if drawn is None:
             whole = sum((p.second_moment(moments[p.error]) for p in mine), rest)
             drawn = _quantile(a, whole, float(guess))

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.information.choose import Found, is_kept
+from planner.information.drawn import DRAWS, ROUGH
 from planner.information.exact import foreseen, laid_out
 from planner.information.exchange import Judge, even
 from planner.information.model_of import Flight
@@ -127,20 +128,20 @@ def _exactly(flight: Flight, found: Found, points: Sequence[Point], late: Callab
     known: dict[int, _Exact] = {}
     keeping = [i for i, p in enumerate(points) if p.load <= 1.0 and found.judge.keeps(p.counts)]
     for i in keeping[:TRIED]:
-        known[i] = _exact(flight, found, points[i])
+        known[i] = _exact(flight, found, points[i], DRAWS)
         if known[i].keeps or late():
             break
     for i in places.tolist():
         if late():
             break
         if i not in known:
-            known[i] = _exact(flight, found, points[i])
+            known[i] = _exact(flight, found, points[i], ROUGH)
     return [known[i] for i in sorted(known)]
 
 
-def _exact(flight: Flight, found: Found, point: Point) -> _Exact:
+def _exact(flight: Flight, found: Found, point: Point, draws: int) -> _Exact:
     visits = found.offers.visits(point.counts)
-    exact = foreseen(flight, laid_out(flight, visits))
+    exact = foreseen(flight, laid_out(flight, visits), draws)
     keeps = is_kept(flight, exact, spread_factor(flight, visits)) and found.judge.allowed(point.counts)
     return _Exact(point, np.array(exact.largest), keeps)
 

@@ -104,6 +104,8 @@ class _Decoder:
         names = [*task.errors, *(model.name for model in task.left)]
         self.surface = LimitSurface(task.constraints, names, SURFACE_TOLERANCE)
         self.options = [_options(rows) for rows in task.rows]
+        groups = zip(self.folded.groups, self.options, strict=True)
+        self.uses = [[_uses(g.amounts, o, self.folded.prices) for o in options] for g, options in groups]
         self.figures = [_figure(task, c) for c in task.constraints]
 
     def sizes(self, genes: Array) -> Array:
@@ -127,6 +129,11 @@ class _Decoder:
 
     def decode(self, genes: Array) -> tuple[Array, Array]:
         """(P,) cost and (P,) largest share of a limit that is used."""
+        genes, again = np.unique(genes, axis=0, return_inverse=True)  # a third of a generation are twins
+        cost, load = self._decoded(genes)
+        return cost[again], load[again]
+
+    def _decoded(self, genes: Array) -> tuple[Array, Array]:
         rows = self._rows(self.sizes(genes) * (1 + 1e-9))
         cost = np.maximum.reduce([self._used(e, rows[:, e]) for e in range(rows.shape[1])])
         paid = np.maximum(cost, self.folded.forced) @ self.folded.prices
@@ -141,12 +148,18 @@ class _Decoder:
         """(P, E) for each error the row within its size that adds least to what the others pay for."""
         individuals, errors = sizes.shape
         allowed = [self._within(e, sizes[:, e]) for e in range(errors)]
-        rows = np.zeros((individuals, errors), dtype=np.int64)
+        rows = np.full((individuals, errors), -1, dtype=np.int64)
         chosen = [np.zeros((individuals, len(self.folded.prices))) for _ in range(errors)]
+        stale = np.ones((errors, individuals), dtype=bool)  # the others have changed since
         for _ in range(ROUNDS):
             for e in range(errors):
-                rows[:, e] = self._cheapest(e, allowed[e], self._paid_by_others(e, chosen))
-                chosen[e] = self._used(e, rows[:, e])
+                at = np.flatnonzero(stale[e])
+                found = self._cheapest(e, allowed[e][:, at], self._paid_by_others(e, [c[at] for c in chosen]))
+                changed = at[found != rows[at, e]]
+                rows[at, e] = found
+                chosen[e][changed] = self._used(e, rows[changed, e])
+                stale[:, changed] = True
+                stale[e] = False
         for e in range(errors):
             # rows are smaller than what was allowed: one error after the other takes what is left over
             rows[:, e] = self._cheapest(
@@ -188,11 +201,11 @@ class _Decoder:
     def _cheapest(self, e: int, allowed: NDArray[np.int64], others: Array) -> NDArray[np.int64]:
         group, best = self.folded.groups[e], np.full(allowed.shape[1], np.inf)
         rows = np.zeros(allowed.shape[1], dtype=np.int64)
-        for option in allowed:
-            more = group.amounts[option]
-            np.subtract(more, others, out=more)
+        for option, (start, used, amounts, prices) in zip(allowed, self.uses[e], strict=True):
+            more = amounts[np.maximum(option - start, 0)]
+            np.subtract(more, others[:, used], out=more)
             np.maximum(more, 0.0, out=more)  # in place: fresh arrays would take longer than the arithmetic
-            added = more @ self.folded.prices + group.cost[option]
+            added = more @ prices + group.cost[option]
             better = (option >= 0) & (added < best)
             rows[better], best[better] = option[better], added[better]
         return rows
@@ -205,6 +218,16 @@ def _options(rows: ErrorRows) -> list[_Option]:
         _Option(int(a), -rows.half_width[a:b], float(rows.residual[a]))
         for a, b in zip(starts, ends, strict=True)
     ]
+
+
+def _uses(amounts: Array, option: _Option, prices: Array) -> tuple[int, NDArray[np.intp], Array, Array]:
+    """First row of an option, the resources that any of its rows uses, their amounts and prices.
+
+    What none of its rows uses adds nothing to what the others pay for: a third of the columns is left.
+    """
+    own = amounts[option.start : option.start + len(option.negative_half_width)]
+    used = np.flatnonzero(own.any(axis=0))
+    return option.start, used, own[:, used], prices[used]
 
 
 def _figure(task: Task, constraint: Constraint) -> Callable[[NDArray[np.int64]], Array]:

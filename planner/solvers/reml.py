@@ -115,16 +115,20 @@ class Variances:
 
 @dataclass(frozen=True)
 class Sample:
-    """One data set for the variances: y (n,) given X (n, p), with what its V is made of."""
+    """One data set for the variances: y (n,) given X (n, p), with what its V is made of.
+
+    orthonormal: whether X is so already
+    """
 
     y: Array
     X: Array
     effects: RandomEffects
+    orthonormal: bool = False
 
     @cached_property
     def basis(self) -> Array:
         """(n, r) orthonormal columns that span those of X; made once for all θ that are asked."""
-        return factors(self.X).basis
+        return self.X if self.orthonormal else factors(self.X).basis
 
     @cached_property
     def left(self) -> Array:
@@ -160,7 +164,7 @@ def reml_together(
     if total <= 0.0:
         return Variances(np.zeros(count), np.zeros((count, count)), np.zeros(count, bool), 0.0, True)
     size = np.mean([s.effects.mean_sizes() for s in samples], axis=0)
-    parts = [Sample(s.left / np.sqrt(total), s.basis, s.effects.scaled(1.0 / size)) for s in samples]
+    parts = [Sample(s.left / np.sqrt(total), s.basis, s.effects.scaled(1.0 / size), True) for s in samples]
     free = samples[0].effects.free
     theta = np.full(count, 1.0 / count) if start is None else start * size / total
     theta = np.maximum(theta, 1e-3 * (np.arange(count) == 0))
@@ -193,6 +197,7 @@ def _scored(
 ) -> tuple[Array, Array, NDArray[np.bool_], float, bool]:
     """θ (K,) from a start, its covariance, what is free, likelihood, converged; sought: (K,) not known."""
     states, done, expected = _states(samples, theta), False, False
+    better: list[_State] | None = states
     for _ in range(_MOST_STEPS):
         score, information = _slope(states, expected)
         step = _step(theta, score, information, sought)
@@ -206,7 +211,8 @@ def _scored(
         expected = settled  # the average information may be blind to a component; the expected one is not
     theta = np.where((theta > _LEAST_SHARE) | ~sought, theta, 0.0)
     free = (theta > 0) & sought
-    _, information = _slope(states, True)
+    if not (expected and better is None):  # or it is known there
+        _, information = _slope(states, True)
     error = np.zeros((len(theta), len(theta)))
     error[np.ix_(free, free)] = np.linalg.pinv(information[np.ix_(free, free)])
     return theta, error, free, _total(states), done

@@ -64,12 +64,12 @@ def _cubic(count: int, rng: np.random.Generator) -> Array:
 
 def _matern(count: int, rng: np.random.Generator) -> Array:
     keep, root, decay = _matern_step()
-    state = rng.normal(size=(count, 2)) * [1.0, decay]
-    found = np.empty((count, POINTS))
+    state = rng.normal(size=(count, 2)).T * [[1.0], [decay]]
+    found = np.empty((POINTS, count))
     for i in range(POINTS):
-        found[:, i] = state[:, 0]
-        state = state @ keep.T + rng.normal(size=(count, 2)) @ root.T
-    return found
+        found[i] = state[0]
+        state = keep @ state + root @ rng.normal(size=(count, 2)).T
+    return np.ascontiguousarray(found.T)
 
 
 def _matern_step() -> tuple[Array, Array, float]:

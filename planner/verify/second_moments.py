@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 from planner.verify.curve_shapes import DRAWN, MODES, POINTS, ROWS, cosines, position
-from planner.verify.curves import Curves, Family, OneUnits, SeveralUnits, left_of
+from planner.verify.curves import Curves, Family, OneUnits, SeveralUnits, left_of, scales
 from planner.verify.draws import generator
 
 CURVES = 20_000
@@ -101,19 +102,34 @@ def _modes(amplitude: Array) -> Array:
 def _sampled(group: str, families: Mapping[Error, Family], most: int) -> dict[Error, Moment]:
     first = next(iter(families.values()))
     count = min(OF_COSINES, most) if first.shape == "cosines" else most
-    value = {error: np.zeros((POINTS // EVERY + 1,) * 2) for error in families}
-    numbers = sorted({n for one in families.values() for n in one.numbers})
-    for curve in _blocks(first, count, generator(0, 0, "second moment", group)):
-        left = {n: left_of(curve, n) for n in numbers}
-        for error, one in families.items():
-            scaled = curve[:, ::EVERY] * one.scales(left)[:, None]
-            value[error] += scaled.T @ scaled / count
-    return {error: Moment(one.grid[::EVERY], value[error]) for error, one in families.items()}
+    tables = tuple((one.numbers, tuple(one.left.tolist())) for one in families.values())
+    values = _of_tables(group, first.shape, tuple(first.amplitude.tolist()), tables, count)
+    each = zip(families.items(), values, strict=True)
+    return {error: Moment(one.grid[::EVERY], value) for (error, one), value in each}
 
 
-def _blocks(one: Family, count: int, rng: np.random.Generator) -> Iterator[Array]:
+@lru_cache(maxsize=32)  # 32 tables of 0.1 MB an error: another plan of the same unit asks the same again
+def _of_tables(
+    group: str,
+    shape: str,
+    amplitude: tuple[float, ...],
+    tables: tuple[tuple[tuple[int, ...], tuple[float, ...]], ...],
+    count: int,
+) -> tuple[Array, ...]:
+    """(G, G) of curves of a shape that leave each of the tables."""
+    values = [np.zeros((POINTS // EVERY + 1,) * 2) for _ in tables]
+    for curve in _blocks(shape, np.array(amplitude), count, generator(0, 0, "second moment", group)):
+        left = {n: left_of(curve, n) for n in sorted({n for numbers, _ in tables for n in numbers})}
+        for value, (numbers, allowed) in zip(values, tables, strict=True):
+            scaled = curve[:, ::EVERY] * scales(numbers, allowed, left)[:, None]
+            value += scaled.T @ scaled / count
+    for value in values:
+        value.flags.writeable = False
+    return tuple(values)
+
+
+def _blocks(shape: str, amplitude: Array, count: int, rng: np.random.Generator) -> Iterator[Array]:
     """(BLOCK, POINTS) curves of a shape, their means off, before a table scales them."""
     for _ in range(count // BLOCK):
-        is_cosines = one.shape == "cosines"
-        curve = cosines(BLOCK, rng, one.amplitude) if is_cosines else DRAWN[one.shape](BLOCK, rng)
+        curve = cosines(BLOCK, rng, amplitude) if shape == "cosines" else DRAWN[shape](BLOCK, rng)
         yield np.asarray(curve - curve.mean(axis=1, keepdims=True))

@@ -11,9 +11,12 @@ import pytest
 
 from planner import catalog
 from planner.diagnose.dwells_to_diagnosis import diagnose, told_from_zero
+from planner.diagnose.hypotheses.channels import channel
 from planner.diagnose.hypotheses.outliers import outliers
+from planner.diagnose.hypotheses.read_temperature import straying, with_read_temperature
 from planner.diagnose.records import screened
 from planner.export.diagnosis_findings import findings_document, findings_from
+from planner.nouns.conditions import Conditions
 from planner.nouns.diagnosis import FoundEffect, FoundTerm, UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
 from planner.spec.load import load_spec
@@ -43,6 +46,44 @@ def test_a_fault_of_the_bench_is_named_and_no_sensor_blamed(seed: int, fault: st
     assert fault in {s.hypothesis for s in found.reference_suspects}
     assert blamed(found) == set()
     assert all(s.check for s in found.reference_suspects)
+
+
+def test_a_thermometer_that_lags_is_named_with_an_interval_that_holds_its_lag() -> None:
+    table, _ = campaign(502, fault="thermometer_lag")  # the unit is 5 min behind the reading
+    found = diagnose(table, spec())
+    (suspect,) = found.reference_suspects
+    assert suspect.hypothesis == "thermometer_lag"
+    assert suspect.low <= -300.0 <= suspect.high
+    assert suspect.high - suspect.low < 100.0
+    assert blamed(found) == set()
+
+
+def test_what_a_thermometer_strays_while_the_chamber_soaks_is_no_temperature() -> None:
+    """Accelerometer x of a campaign of another lab: 0.8 mg/K at 63 degC, read with 0.05 K of noise."""
+    rng = np.random.default_rng(3)
+    starts = np.arange(0, 70, 7)
+    soaked = np.repeat(np.linspace(-50.0, 60.0, 10), 7)
+    read = soaked + 0.05 * rng.normal(size=70)
+    ramp = np.zeros(70)
+    ramp[:7], read[:7] = 2.0 / 60.0, read[:7] + np.arange(7.0)
+    stray = straying(read, ramp, starts)
+    assert not stray[:7].any()
+    assert np.allclose(np.add.reduceat(stray, starts), 0.0)
+    axis = Conditions(
+        rate=np.zeros((70, 3)),
+        specific_force=np.tile([[0.0, 0.0, 9.8], [9.8, 0.0, 0.0], [0.0, 9.8, 0.0], [0.0, 0.0, -9.8],
+                                [-9.8, 0.0, 0.0], [0.0, -9.8, 0.0], [6.9, 6.9, 0.0]], (10, 1)),
+        temperature_degc=read,
+        temperature_rate=ramp,
+        time_on=np.tile(np.arange(7) * 80.0 + 40.0, 10),
+        day=np.repeat(np.arange(10.0), 7),
+    )  # fmt: skip
+    steep = 1e-4 * ((soaked - 20.0) / 10.0) ** 3
+    c = channel("accelerometer", 0, axis, axis.specific_force[:, 0] + steep, ("bias", "bias_temperature"))
+    wide = with_read_temperature(c, starts)
+    (added,) = wide.J[:, c.J.shape[1] :].T
+    slope = 3e-5 * ((soaked - 20.0) / 10.0) ** 2
+    assert np.abs(added - slope * stray)[14:-7].max() < 0.1 * np.abs(slope * stray).max()
 
 
 @pytest.mark.parametrize("seed", [5, 6, 7])

@@ -42,12 +42,12 @@ def test_what_no_check_decides_is_said():
 
 @pytest.mark.parametrize(("load", "wrong"), [(1 + 1e-9, "accepted"), (1 - 1e-9, "rejected")])
 def test_looks_keep_the_rates(load, wrong):
-    """A sample of 100 units on the limit; thousands in benchmarks/study_accept.py."""
+    """A sample of 50 units on the limit; thousands in benchmarks/study_accept.py."""
     basis = small_basis()
-    table = check_table(*batch(load, 100, 21), np.random.default_rng(21), power_ons=8)
+    table = check_table(*batch(load, 50, 21), np.random.default_rng(21), power_ons=8)
     found = accepted_as_they_come(table, basis.models, basis.region, (-60.0, 60.0), RATES, 8)
-    share = sum(u.verdict == wrong for u in found) / 100
-    assert share <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / 100)
+    share = sum(u.verdict == wrong for u in found) / 50
+    assert share <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / 50)
 
 
 def test_clear_units_are_decided_early():

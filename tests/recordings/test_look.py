@@ -19,6 +19,7 @@ def silent(_: str) -> None:
     return None
 
 
+@pytest.mark.charts
 def test_the_page_and_the_map_are_written(tmp_path: Path, run: Run) -> None:
     text(tmp_path / "a.csv", [",".join(COLUMNS), *rows(readings())])
     outcome = run("look", "a.csv", "--json")

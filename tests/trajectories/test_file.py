@@ -171,18 +171,18 @@ def test_agrees_with_python_ins_on_the_readings(tmp_path: Path) -> None:
     assert summed[3:].max() < 1e-3
 
 
-def test_an_hour_at_100_hz_stays_within_bounds(tmp_path: Path) -> None:
+def test_twenty_minutes_at_100_hz_stay_within_bounds(tmp_path: Path) -> None:
     import tracemalloc
 
     path = tmp_path / "flight.csv"
-    rows = (f"{k / 100:.2f},50,30,1000,0,0,0,0,0,45" for k in range(360_001))
+    rows = (f"{k / 100:.2f},50,30,1000,0,0,0,0,0,45" for k in range(120_001))
     path.write_text("\n".join([",".join(HEADER), *rows]) + "\n")
     tracemalloc.start()
     back = read(path)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert len(back.time_s) == 360_001
-    assert peak < 400e6  # the result alone is 70 MB
+    assert len(back.time_s) == 120_001
+    assert peak < 133e6  # the result alone is 23 MB
 
 
 def test_a_flight_is_not_changed_by_being_written(tmp_path: Path) -> None:

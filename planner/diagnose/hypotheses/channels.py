@@ -157,7 +157,7 @@ def _slopes(model: ChannelModel, driven: Conditions, v: Array, theta: Array) -> 
     """
     t = model.conditions.temperature_degc
     found, most = [np.empty((len(t), 0))], [np.empty(0)]
-    for (name, term), place in _tables(model).items():
+    for (name, term), place in tables(model).items():
         effect = catalog.effects()[name]
         index = [x.name for x in effect.terms(model.sensor)].index(term)
         scale = effect.group == "scale_factor"
@@ -204,7 +204,7 @@ def _bends(t: Array, nodes: Array, values: Array) -> Array:
     return np.asarray((smooth - np.interp(inside, nodes[order], values[order]))[:, None])
 
 
-def _tables(model: ChannelModel) -> dict[tuple[str, str], list[int]]:
+def tables(model: ChannelModel) -> dict[tuple[str, str], list[int]]:
     """(effect, term) that a table over temperature carries -> which of the coefficients are its nodes."""
     found: dict[tuple[str, str], list[int]] = {}
     for i, c in enumerate(model.columns()):

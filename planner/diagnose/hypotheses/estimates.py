@@ -69,7 +69,7 @@ def _freedom(pool: Pool, block: int, k: NDArray[np.int64], q: Array) -> tuple[fl
     """Satterthwaite's freedom of a coefficient, the contrast q of the believed columns; its channels' s²."""
     total = float(q @ pool.gram[np.ix_(k, k)] @ q)
     R = pool.beside[:, k] @ q / np.sqrt(max(total, 1e-300))
-    return satterthwaite(pool, pool.axes, R), max(mean_square(pool, [block]), 1.0)
+    return satterthwaite(pool, pool.axes, R[:, None]), max(mean_square(pool, [block]), 1.0)
 
 
 @dataclass(frozen=True)

@@ -60,14 +60,14 @@ class ChannelNoise:
         """(n,) one sigma of a row about its run."""
         return np.asarray(np.sqrt(self.covariance.diagonal))
 
-    def shares(self, white: Array) -> list[Array]:
-        """What each variance gives to the covariance of whitened columns U (n, m): θ_k Uᵀ W V_k Wᵀ U.
+    def shares(self, white: Array) -> Array:
+        """(K, m, m) what each variance gives to the covariance of white columns U (n, m): θ_k Uᵀ W V_k Wᵀ U.
 
         They add up to UᵀU.
         """
         W = self.covariance.whiten_transposed(white)
         effects, theta = self.covariance.effects, self.variances.theta
-        return [theta[k] * (W.T @ effects.times(k, W)) for k in range(effects.count)]
+        return np.array([theta[k] * (W.T @ effects.times(k, W)) for k in range(effects.count)])
 
     @property
     def relative_error(self) -> Array:
@@ -145,7 +145,7 @@ def _judged(given: Readings) -> _Judged:
         basis = factors(c.J[rows], 1e-7).basis
     least = np.zeros(effects.count)
     least[0] = (ROUNDING * float(np.abs(c.y).max(initial=1e-30))) ** 2
-    return _Judged(Sample(c.r[rows], basis, part), effects, (*diagonals, *slopes), fixed, starts, least)
+    return _Judged(Sample(c.r[rows], basis, part, True), effects, (*diagonals, *slopes), fixed, starts, least)
 
 
 def _own(j: _Judged) -> Variances:

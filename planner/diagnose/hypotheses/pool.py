@@ -24,6 +24,7 @@ from planner.nouns.array import Array
 
 RANK = 1e-8  # of the largest eigenvalue: directions below are what is there already
 MOST_CLEARED = 12  # pools beside others that are kept: a megabyte each
+GRID = np.linspace(0.0, 1.0, 60) ** 2
 APART = 1e-5  # of a column's square that must be left beside what was found
 
 
@@ -48,7 +49,7 @@ class Pool:
 
     parts: axis -> (n, k_a) of length one over all axes; size: (K,) whitened length that they had, per SI unit
     gram: (K, K); h: (K,); segments: (s, K) Cᵀ times the residual of the full model, by segment, for the flips
-    shares: axis -> (k_a, k_a) of each variance, adding up to C_aᵀC_a; beside: (K, K) the M of what was found
+    shares: axis -> (K, k_a, k_a) of each variance, adding up to C_aᵀC_a; beside: (K, K) the M of what stands
     asked, cleared: what was computed of it already: a search asks the same many times
     """
 
@@ -61,7 +62,7 @@ class Pool:
     gram: Array
     h: Array
     segments: Array
-    shares: Mapping[int, Sequence[Array]]
+    shares: Mapping[int, Array]
     beside: Array
     asked: dict[tuple[int, ...], Contrast] = field(init=False, default_factory=dict, compare=False)
     cleared: dict[tuple[int, ...], Pool] = field(init=False, default_factory=dict, compare=False)
@@ -252,7 +253,12 @@ def satterthwaite(pool: Pool, axes: Iterable[int], R: Array) -> float:
     spread = 0.0
     for axis in axes:
         mine = R[pool.axes[axis]]
-        share = np.array([np.sum(mine * (A @ mine)) for A in pool.shares[axis]])
+        some = np.flatnonzero(mine.any(axis=1))  # of one block alone its own columns, of a hundred
+        if 2 * len(some) < len(mine):
+            A, mine = pool.shares[axis][:, some[:, None], some], mine[some]
+        else:
+            A = pool.shares[axis]
+        share = np.sum(mine * (A @ mine), axis=(1, 2))
         spread += float(share @ pool.state[axis].noise.relative_error @ share)
     return float(np.clip(2.0 / max(spread, 1e-12), 1.0, 1e6))
 
@@ -304,11 +310,11 @@ def null_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Null:
 
 
 def _log_p_of_many(values: Array, m: int, freedom: float, s2: float) -> Array:
-    """log p of very many Δ from a table of 200: they only count which of them are rarer."""
+    """log p of very many Δ from a table: they only count which of them are rarer."""
     top = float(values.max(initial=0.0))
     if top <= 0.0:
         return np.zeros_like(values)
-    grid = np.linspace(0.0, 1.0, 200) ** 2 * top
+    grid = GRID * top
     return np.interp(values, grid, log_p(grid, m, freedom, s2))
 
 

@@ -27,6 +27,7 @@ from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
 from planner.diagnose.hypotheses.parameters import GRID, Range, ranges
 from planner.diagnose.hypotheses.pool import Flips, Pool, pool_of
 from planner.diagnose.hypotheses.prepared import Prepared
+from planner.diagnose.hypotheses.read_temperature import with_read_temperature
 from planner.diagnose.hypotheses.references import hypothesis
 from planner.diagnose.hypotheses.search import search
 from planner.diagnose.hypotheses.verdicts import Veto, vetoed
@@ -182,7 +183,8 @@ def begin(
     conditions = table.conditions()
     alive = [a for a in range(3) if np.ptp(readings[:, a]) > 0]  # a dead channel has no noise to judge by
     free = data.attitudes()[0] if sensor == "accelerometer" else None
-    mine = tuple(channel(sensor, a, conditions, readings[:, a], declared, strong, free) for a in alive)
+    whole = [channel(sensor, a, conditions, readings[:, a], declared, strong, free) for a in alive]
+    mine = tuple(with_read_temperature(c, data.starts) for c in whole)
     library = library_blocks(mine, table, (*declared, *impossible), sensor)
     library += reference_blocks(mine, table, sensor)
     blocks = [*library, *generic_blocks(mine, table, sensor)]

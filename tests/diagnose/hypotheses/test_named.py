@@ -47,26 +47,30 @@ def test_effects_of_20_sigma_are_named_on_their_channels_and_no_others(
     assert unnamed(s.found) == set()
 
 
-@pytest.mark.parametrize("effect", ["bias_step", "g_sensitivity"])
-def test_an_effect_of_7_sigma_is_named_or_stands_among_the_rivals(effect: str) -> None:
-    s = searched(31, [Hidden(effect, "gyro_y", step_day=20.0)], strength=7.0)
-    assert len(s.found.library) == 1
-    assert effect in named_on(s, "y") | rivals_of(s)
+def test_effects_of_7_sigma_are_named_or_stand_among_the_rivals() -> None:
+    hidden = [Hidden("bias_step", "gyro_y", step_day=20.0), Hidden("g_sensitivity", "gyro_x")]
+    s = searched(31, hidden, strength=7.0)
+    assert len(s.found.library) == 2
+    for h in hidden:
+        assert h.effect in named_on(s, h.channel[-1]) | rivals_of(s)
 
 
-@pytest.mark.parametrize(
-    ("first", "second"),
-    [("warm_up", "ageing"), ("g_sensitivity", "temperature_rate"), ("scale_factor_asymmetry", "warm_up")],
-)
-def test_two_effects_on_one_channel_are_both_named(first: str, second: str) -> None:
-    s = searched(41, [Hidden(first, "gyro_x"), Hidden(second, "gyro_x")], strength=16.0)
-    assert on_channel(named(s.found), "x") == {first, second}
-    assert on_channel(unnamed(s.found), "x") == set()
+def test_two_effects_on_one_channel_are_both_named() -> None:
+    pairs = {
+        "x": {"warm_up", "ageing"},
+        "y": {"g_sensitivity", "temperature_rate"},
+        "z": {"scale_factor_asymmetry", "warm_up"},
+    }
+    hidden = [Hidden(effect, f"gyro_{axis}") for axis, pair in pairs.items() for effect in sorted(pair)]
+    s = searched(41, hidden, strength=16.0)
+    for axis, pair in pairs.items():
+        assert on_channel(named(s.found), axis) == pair
+        assert on_channel(unnamed(s.found), axis) == set()
 
 
 @pytest.mark.parametrize(
     "noise",
-    [Noise(), Noise(kind="student"), Noise(kind="grows"), Noise(kind="correlated"), Noise(outliers=0.004)],
+    [Noise(kind="student"), Noise(kind="correlated"), Noise(outliers=0.004)],
     ids=lambda n: f"{n.kind}-{n.outliers}",
 )
 def test_where_nothing_hides_nothing_is_claimed(noise: Noise) -> None:
@@ -81,18 +85,17 @@ def test_one_repeat_is_enough_to_claim_nothing() -> None:
         assert named(s.found) | unnamed(s.found) == set()
 
 
-@pytest.mark.parametrize("variable", ["day", "rate"])
-def test_what_no_effect_explains_is_unknown_and_its_variable_is_named(variable: str) -> None:
-    s = searched(61, [Hidden(f"unknown_{variable}", "gyro_y")], strength=22.0)
-    assert on_channel(unnamed(s.found), "y") == {variable}
-    assert on_channel(named(s.found), "y") == set()
-
-
-def test_what_goes_with_the_size_of_the_rate_of_temperature_is_a_table() -> None:
-    """|dT/dt| has no sign, which one coefficient cannot have: both sides of the table are alike."""
-    s = searched(61, [Hidden("unknown_temperature_rate", "gyro_y")], strength=22.0)
-    assert on_channel(named(s.found), "y") == {"temperature_rate_table"}
-    assert on_channel(unnamed(s.found), "y") == set()
+def test_what_no_effect_explains_is_unknown_and_its_variable_is_named() -> None:
+    """|dT/dt| has no sign, which one coefficient cannot have, but a table: both its sides are alike."""
+    every = {"x": "day", "y": "rate", "z": "temperature_rate"}
+    s = searched(
+        61, [Hidden(f"unknown_{name}", f"gyro_{axis}") for axis, name in every.items()], strength=22.0
+    )
+    for axis in "xy":
+        assert on_channel(unnamed(s.found), axis) == {every[axis]}
+        assert on_channel(named(s.found), axis) == set()
+    assert on_channel(named(s.found), "z") == {"temperature_rate_table"}
+    assert on_channel(unnamed(s.found), "z") == set()
 
 
 def on_channel(found: set[tuple[str, str]], axis: str) -> set[str]:
@@ -109,7 +112,7 @@ def test_forty_sigma_outliers_change_no_verdict() -> None:
 # ---------------------------------------------------------------- campaigns that others made
 
 WHOLE = "all 835 dwells of a campaign, power-on by power-on"
-KNOWN = [0, 1, 3, 6, 8, 11, 12]  # nothing, effects that the seeds above have and have not, an unknown one
+KNOWN = [0, 6, 8, 12]  # nothing, effects that the seeds above have and have not, an unknown one
 SHARED = {"earth_rate", "arm_bending", "misalignment_temperature"}  # these act on all channels of the data
 
 

@@ -180,7 +180,7 @@ def _table(b: Bench, readings: dict[str, Array], fault: str | None, strength: fl
         day=b.day,
         time_on=b.time_on,
         duration=b.duration,
-        temperature_degc=b.temperature,
+        temperature_degc=b.temperature + _straying(b, seed),
         temperature_rate=b.ramp / 60.0,
         ref_rate=np.radians(rate),
         ref_acc=force * G,
@@ -189,6 +189,12 @@ def _table(b: Bench, readings: dict[str, Array], fault: str | None, strength: fl
         bench=b.place if rng.random() < 0.7 else None,
         source=f"lab {seed}",
     )
+
+
+def _straying(b: Bench, seed: int) -> Array:
+    """(n,) K by which readings of the thermometer stray from the unit: 0.05 in every other campaign."""
+    rng = np.random.default_rng([seed, 18])
+    return np.asarray(0.05 * (seed % 2) * rng.normal(size=len(b)))
 
 
 # ---------------------------------------------------------------- how strong it is

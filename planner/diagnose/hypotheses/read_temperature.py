@@ -1,0 +1,75 @@
+"""What the thermometer's own noise leaves: a soaked unit keeps its temperature, the readings of it stray.
+
+    y = b(T) + …,  T̃ = T + δ    ⇒    y − b(T̃) = −b′(T̃) δ,    δ ≈ T̃ − mean of the power-on
+
+0.05 K on a bias of 0.8 mg/K are 0.04 mg, the noise of a record; only where the curve is steep, so that it
+looks like an effect of temperature. One column with a free coefficient says how much of the straying is
+noise: none where the unit's temperature really moved (it then lies on the curve), all where it did not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner import catalog
+from planner.diagnose.hypotheses.channels import LEAST_NODES, SOAKED_K, Channel, tables
+from planner.effects._bench_frame import turning
+from planner.nouns.array import Array
+
+STILL_K_S = 0.1 / 60.0  # K/s: a chamber that soaks moves less; on a ramp the readings move with the unit
+
+
+def with_read_temperature(c: Channel, starts: NDArray[np.int64]) -> Channel:
+    """The channel with the columns of the thermometer's noise among those of the declared model."""
+    columns = np.column_stack([np.empty((len(c.r), 0)), *_columns(c, starts)])
+    return replace(
+        c,
+        J=np.column_stack([c.J, columns]),
+        most=np.concatenate([c.most, np.full(columns.shape[1], np.inf)]),
+    )
+
+
+def _columns(c: Channel, starts: NDArray[np.int64]) -> Iterator[Array]:
+    """(n, 1) at rest and in turns, where another thermometer's place or another soak may hold."""
+    strays = straying(c.model.conditions.temperature_degc, c.model.conditions.temperature_rate, starts)
+    if not strays.any():
+        return
+    column = strays * _steepness(c)
+    turns = turning(c.model.conditions)
+    for here in (turns, ~turns):
+        if np.any(column[here]):
+            yield np.where(here, column, 0.0)[:, None]
+
+
+def straying(degc: Array, rate: Array, starts: NDArray[np.int64]) -> Array:
+    """(n,) K by which a soaked row's reading differs from the mean of its power-on's soaked rows."""
+    run = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, len(degc))))
+    still = np.abs(rate) <= STILL_K_S
+    count = np.bincount(run, still, len(starts))
+    mean = np.bincount(run, np.where(still, degc, 0.0), len(starts)) / np.maximum(count, 1.0)
+    about = np.where(still, degc - mean[run], 0.0)
+    return np.where((np.abs(about) <= SOAKED_K) & (count[run] > 1), about, 0.0)
+
+
+def _steepness(c: Channel) -> Array:
+    """(n,) dy/dT of the declared tables, each along a smooth curve through its nodes."""
+    from scipy.interpolate import CubicSpline
+
+    t = c.model.conditions.temperature_degc
+    total = np.zeros(len(t))
+    for (name, term), place in tables(c.model).items():
+        if len(place) < LEAST_NODES:
+            continue
+        effect = catalog.effects()[name]
+        index = [x.name for x in effect.terms(c.sensor)].index(term)
+        seen = c.driven if effect.group == "scale_factor" else c.model.conditions
+        column = effect.regressors(c.sensor, seen)[:, c.axis, index]
+        nodes = np.array([c.model.columns()[i].node_degc for i in place])
+        order = np.argsort(nodes)
+        curve = CubicSpline(nodes[order], c.theta[place][order])
+        total += curve(np.clip(t, nodes.min(), nodes.max()), 1) * column
+    return total
