@@ -10,8 +10,11 @@ import csv
 import json
 import math
 import os
+import re
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +23,9 @@ import yaml
 
 import planner
 from planner.cli import app
+from planner.pipelines import planning as pipeline
 from tests.outcome import Run
-from tests.specs import planned, small, with_limit, with_plan
+from tests.specs import planned, shipped, small, with_limit, with_plan
 
 COMMANDS = sorted(command.callback.__name__ for command in app.registered_commands if command.callback)
 NAMED_IN_THE_INTERFACES = ("init", "check", "schema", "plan", "sensitivity", "allow", "compare")
@@ -485,8 +489,6 @@ def test_an_internal_error_is_exit_70_without_a_traceback(
 
 
 def test_ctrl_c_is_exit_4(run: Run, spec: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from planner.pipelines import planning as pipeline
-
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
@@ -494,6 +496,37 @@ def test_ctrl_c_is_exit_4(run: Run, spec: Path, monkeypatch: pytest.MonkeyPatch,
     found = run("plan", spec, "-o", "out")
     assert (found.code, found.out) == (4, "")
     assert not (tmp_path / "out").exists()
+
+
+def test_ctrl_c_in_allow_keeps_the_region_so_far(
+    run: Run, spec: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = run("allow", spec, "--json").json
+    asked = iter(range(100_000))
+
+    @contextmanager
+    def pressed_after_two() -> Iterator[Callable[[], bool]]:
+        yield lambda: next(asked) >= 2
+
+    monkeypatch.setattr("planner.commands.planning.until_ctrl_c", pressed_after_two)
+    found = run("allow", spec, "--json")
+    assert (found.code, found.envelope["ok"]) == (4, False)
+    assert "stopped after" in found.err
+    early = found.json
+    assert early["genetic"]["stopped"] == "time"
+    assert 0 < early["genetic"]["generations"] < whole["genetic"]["generations"]
+    assert early["corners"] == whole["corners"] or early["front"]
+
+
+def test_a_plan_says_how_short_it_is_so_far_and_what_none_is_below() -> None:
+    said: list[str] = []
+    pipeline.plan(shipped("close_the_loop"), said.append)
+    told = [re.search(r"so far: ([\d.]+) h, none below ([\d.]+) h, gap ([\d.]+) %", one) for one in said]
+    gaps = [(float(m[1]), float(m[2]), float(m[3])) for m in told if m]
+    assert gaps
+    for best, bound, gap in gaps:
+        assert bound <= best
+        assert gap == pytest.approx(100 * (best - bound) / best, abs=0.3)  # both are shown to 0.01 h
 
 
 def test_what_a_solver_prints_by_itself_stays_off_stdout(

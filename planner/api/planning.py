@@ -266,15 +266,29 @@ class AllowAnswer(Answer):
 
         return (allowed_report(self.record),)
 
+    @property
+    def exit_code(self) -> int:
+        """4 when it was stopped before the genetic algorithm was done."""
+        return 4 if self.record.history.stopped == "time" else 0
 
-def allow(spec: SpecLike, *, progress: Progress = silent) -> AllowAnswer:
+    @property
+    def remark(self) -> str:
+        """How far it came; the corners are exact all the same."""
+        generations = self.record.history.generations
+        return f"stopped after {generations} generations: the best set so far" if self.exit_code else ""
+
+
+def allow(
+    spec: SpecLike, *, progress: Progress = silent, stop: Callable[[], bool] | None = None
+) -> AllowAnswer:
     """The allowed sensor errors: Pareto set of the genetic algorithm, its corners, the exact optimum.
 
+    stop: asked again and again; once it says yes, the Pareto set so far is the answer, with `exit_code` 4.
     Raises InputError for a spec that cannot be planned, InfeasibleError when no errors are allowed.
     """
     from planner.pipelines import planning as pipeline
 
-    return AllowAnswer(pipeline.allow(whole(spec), progress)[1])
+    return AllowAnswer(pipeline.allow(whole(spec), progress, stop or (lambda: False))[1])
 
 
 # ---------------------------------------------------------------- compare, why, afford

@@ -104,13 +104,14 @@ def sweep(
     points: int = 10,
     workers: int = 1,
     cluster: str | None = None,
+    force: bool = False,
     progress: Progress = silent,
 ) -> SweepAnswer:
     """Plan a grid of specs: seconds against metres. vary: `KEY=A..B` or `KEY=A,B,…`.
 
     folder: finished points are kept in its `points`, each as soon as it is there; the same call goes on
-    where it was stopped, and Ctrl-C stops it. Raises InputError for a variation that is wrong, and for a
-    folder that holds something else.
+    where it was stopped, and Ctrl-C stops it. force: replace what is of no sweep
+    Raises InputError for a variation that is wrong, and for a folder that holds something else.
     """
     from planner.pipelines import sweep as pipeline
     from planner.whole_files import write_whole
@@ -118,7 +119,7 @@ def sweep(
     loaded, place = whole(spec), Path(folder)
     grid = pipeline.points_of(loaded, vary, points)
     name = loaded.path.stem
-    held = _held_before(place, name, grid.keys)
+    held = _held_before(place, name, grid.keys, force)
     found = {i: kept for i in range(len(grid)) if (kept := _kept(place, grid.digest_at(i))) is not None}
     if found:
         held.append(f"{len(found)} of {len(grid)} points were finished before")
@@ -136,19 +137,26 @@ def sweep(
     return SweepAnswer(name, grid.keys, rows, len(grid), stopped, tuple(held), tuple(_without_plan(rows)))
 
 
-def _held_before(folder: Path, name: str, keys: Sequence[str]) -> list[str]:
-    """What the folder has from another sweep: its points stay. Raises InputError for what is of no sweep."""
+def _held_before(folder: Path, name: str, keys: Sequence[str], force: bool) -> list[str]:
+    """What the folder has from another sweep: its points stay. Raises InputError for what is of no sweep,
+    unless it may be replaced."""
     held = folder / "sweep.json"
     foreign = next((f for f in (folder / "report.html", folder / "sweep.csv") if f.exists()), None)
     if not held.exists():
-        if foreign is None:
+        if foreign is None or force:
             return []
-        raise InputError(f"{foreign} is of no sweep and would be replaced; give another folder with -o")
+        raise InputError(
+            f"{foreign} is of no sweep and would be replaced; give another folder with -o, or --force"
+        )
     try:
         before = json.loads(held.read_bytes())
         told = (str(before["spec"]), tuple(map(str, before["keys"])), len(before["points"]))
     except (OSError, ValueError, RecursionError, KeyError, TypeError):
-        raise InputError(f"{held} is of no sweep and would be replaced; give another folder") from None
+        if force:
+            return []
+        raise InputError(
+            f"{held} is of no sweep and would be replaced; give another folder, or --force"
+        ) from None
     if told[:2] == (name, tuple(keys)):
         return []
     return [

@@ -42,6 +42,11 @@ class PowerOns:
         return np.diff(np.append(self.starts, len(self)))
 
     @cached_property
+    def on_day(self) -> Array:
+        """(n,) day on which each record's power-on began: what walks in store stands while the unit is on."""
+        return np.repeat(self.conditions.day[self.starts], self.sizes)
+
+    @cached_property
     def known_duration(self) -> Array:
         """(n,) s; all alike where the data do not say how long a record was."""
         if len(self) == 0 or self.duration.min() <= 0:

@@ -71,7 +71,7 @@ _Unknown = tuple[Shared, Array, float]
 
 
 def _storage(model: ChannelModel, parts: Parts, runs: PowerOns, spec: Spec) -> Iterator[_Unknown]:
-    day = model.conditions.day - min(0.0, float(np.min(model.conditions.day, initial=0.0)))
+    day = runs.on_day - min(0.0, float(np.min(runs.on_day, initial=0.0)))
     span = float(day.max(initial=0.0))
     if span <= 0.0:
         return

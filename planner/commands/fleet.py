@@ -47,8 +47,8 @@ Looks = Annotated[
         "--looks",
         metavar="N",
         min=1,
-        max=200,
-        help="Look after every power-on and stop at the first decision; N: power-ons that were planned.",
+        max=1000,
+        help="Look at power-ons as they come and stop at the first decision; N: planned a temperature.",
     ),
 ]
 AsResidual = Annotated[

@@ -111,8 +111,8 @@ def allow(spec: SpecFile, as_json: AsJson = False) -> None:
     """
     from planner.api import planning
 
-    with progress_line() as progress:
-        found = planning.allow(spec, progress=progress)
+    with progress_line() as progress, until_ctrl_c() as stop:
+        found = planning.allow(spec, progress=progress, stop=stop)
     say(found, as_json)
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson, PlanFile, Seed, SpecFile
-from planner.commands.output import progress_line, say
+from planner.commands.output import asked, progress_line, say
 from planner.errors import InputError
 
 Flights = Annotated[
@@ -143,7 +143,8 @@ def sweep(
 ) -> None:
     """Plan a grid of specs: hours against metres, as table, CSV, JSON and a curve.
 
-    Finished points are kept in DIR/points: the same command goes on where it was stopped.
+    Finished points are kept in DIR/points: the same command goes on where it was stopped. --force: replace
+    files of DIR that are of no sweep.
 
     Example: planner sweep spec.yaml --vary requirement.0.limit=5..50m --vary plan.confidence=90,95,99%
     """
@@ -158,6 +159,7 @@ def sweep(
             points=points,
             workers=workers,
             cluster=cluster,
+            force=asked("--force"),
             progress=progress,
         )
     say(done, as_json, folder, written=f"wrote {folder / 'sweep.csv'}, sweep.json, report.html")

@@ -17,6 +17,8 @@ from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Parameter, Sensor
 
+EARLY_S = 20.0  # K's drift is there within ten seconds; `warm_up` begins at 30 s
+
 
 class Settling(ChannelEffect):
     """k_i, from the initial bias to the one after it has settled; τ = `time_constant` in seconds."""
@@ -36,8 +38,8 @@ class Settling(ChannelEffect):
         return -np.expm1(-conditions.time_on / nonlinear["time_constant"])
 
     def shows(self, sensor: Sensor, conditions: Conditions) -> bool:
-        """Never: beside a bias no record tells it from `warm_up`, k exp(−t / τ)."""
-        return False
+        """Whether records reach the first seconds: later ones cannot tell it from `warm_up`."""
+        return bool(np.any(conditions.time_on < EARLY_S) and np.any(conditions.time_on > 2.0 * EARLY_S))
 
 
 EFFECT = Settling()

@@ -5,9 +5,9 @@ leave
 
     cov = (Σ_tests n A (I + D A)⁻¹)⁻¹,     A = XᵀX/σ²
 
-of the terms that they tell (`check_residual`), and the reserve that goes with it. A good unit of a given
-load has its residual along what the plan had left of every term; it is decided when every temperature
-accepts it, and how often that happens is counted over drawn estimates, by the very rule of `judge`. Of one
+of the terms that they tell (`check_residual`), and the reserve that goes with it. Good units of a given load
+have residuals drawn about what the plan had left of every term; one is decided when every temperature accepts
+it, and how often that happens is counted over drawn units and estimates, by the very rule of `judge`. Of one
 unit's hours: install and remove, a ramp from the coldest to the hottest temperature and back to the room,
 soaks, power-ons.
 """
@@ -24,14 +24,14 @@ import numpy as np
 from planner.errors import InfeasibleError, InputError
 from planner.fleet.acceptance import FEWEST_TEMPERATURES, reaches, reserve_after
 from planner.fleet.allowed_region import PARTS, AllowedRegion, Reserve
-from planner.fleet.check_residual import MeasuredResidual, columns_of, identified
-from planner.fleet.judge import ErrorRates, judged
+from planner.fleet.check_residual import MeasuredResidual, columns_of, identified, spread_of_power_on
+from planner.fleet.judge import ErrorRates, to_accept
+from planner.fleet.looks import looks_at
 from planner.nouns.allowances import ErrorModel
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.bench_work import ramp_time
 from planner.plan.by_hand import even_points
-from planner.plan.confidence import spread_at
 from planner.plan.motions_to_records import RepeatRecords, repeat_records
 from planner.protocols import SENSORS
 from planner.simulate.settings import settings_of
@@ -42,8 +42,9 @@ TEMPERATURES = (1, FEWEST_TEMPERATURES, 5)
 MOST_POWER_ONS = 200  # a temperature
 MOST_TESTS = 3  # used together in one check
 DRAWS = 400
-LOOKS = 60  # of a check that may stop early: further ones hardly save anything
 _SEED = 20240917
+_HALVINGS = 25
+Drawn = Callable[[tuple[bool, ...]], tuple[Reserve, Array | None]]  # measured flags -> reserve, residuals
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,8 @@ class CheckTest:
 class Check:
     """A check of one unit. power_ons: of every test at every temperature; decides: share of such units
 
-    expected: power-ons a temperature on average when it may stop after each; time_s: of one unit
+    looks: power-ons a temperature, of all tests, to be planned where it may stop early; expected: of them on
+    average; time_s: of one unit
     """
 
     temperatures_degc: tuple[float, ...]
@@ -92,11 +94,14 @@ def planned_checks(
     records = {name: own for name in spec.tests if (own := repeat_records(spec, name)) is not None}
     choices = list(_choices(spec, records))
     told = cache(partial(_told, spec, records, models, region))  # a test stands in many choices
+    drawn = {w: cache(partial(units_at, region, load, w)) for w in (False, True)}
     found = []
     for count in TEMPERATURES:
-        each = [c for tests in choices for c in _check(spec, told, region, tests, count, load, share, rates)]
-        if each:
-            found.append(_with_looks(min(each, key=lambda c: (c.time_s, c.power_ons)), share, rates))
+        best: Check | None = None
+        for tests in choices:
+            best = _check(spec, told, drawn, region, tests, count, load, share, rates, best) or best
+        if best is not None:
+            found.append(_with_looks(best, share, rates))
     if not found:
         raise InfeasibleError(
             f"no check with up to {MOST_POWER_ONS} power-ons a temperature decides {100 * share:g} % of the "
@@ -133,15 +138,23 @@ def _each(options: Sequence[Sequence[CheckTest]]) -> Iterator[tuple[CheckTest, .
 def _check(
     spec: Spec,
     told: Callable[[CheckTest, float], Array],
+    drawn: Mapping[bool, Drawn],
     region: AllowedRegion,
     tests: Sequence[CheckTest],
     count: int,
     load: float,
     share: float,
     rates: ErrorRates,
-) -> Iterator[Check]:
-    """The fewest power-ons of these tests that decide, if any do."""
+    best: Check | None,
+) -> Check | None:
+    """The fewest power-ons of these tests that decide, if any do in less time than the best so far."""
     degc = even_points(*spec.plan.temperatures.range, count) if count > 1 else (spec.plan.temperatures.room,)
+    once, twice = (_time(spec, tests, degc, n) for n in (1, 2))
+    most = MOST_POWER_ONS
+    if best is not None:
+        most = min(most, int(np.ceil((best.time_s - once) / (twice - once))))
+    if most < 1:
+        return None
     whole = reaches(degc, spec.plan.temperatures.range)
     informations = [np.sum([told(test, t) for test in tests], axis=0) for t in degc]
     each = share ** (1 / count)
@@ -149,38 +162,40 @@ def _check(
     @cache
     def decides(n: int) -> float:
         checks = [measured_by(region, one * n, t, n) for one, t in zip(informations, degc, strict=True)]
-        return min(_accepted(region, c, whole, load, rates, count) for c in checks)
+        return min(_accepted(region, c, drawn[whole], rates) for c in checks)
 
-    if decides(MOST_POWER_ONS) < each:
-        return
-    low, high = 0, MOST_POWER_ONS
+    if decides(most) < each:
+        return None
+    low, high = 0, most
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (low, middle) if decides(middle) >= each else (middle, high)
     time_s = _time(spec, tests, degc, high)
-    yield Check(degc, tuple(tests), high, time_s, decides(high) ** count, load, float(high), 1)
+    return Check(degc, tuple(tests), high, time_s, decides(high) ** count, load, float(high), 1)
 
 
 def _with_looks(check: Check, share: float, rates: ErrorRates) -> Check:
-    expected, looks = _expected(check.power_ons, share ** (1 / len(check.temperatures_degc)), rates)
+    fixed, count = check.power_ons * len(check.tests), len(check.temperatures_degc)
+    expected, looks = _expected(fixed, share ** (1 / count), count, rates)
     return replace(check, expected=expected, looks=looks)
 
 
-def _expected(power_ons: int, share: float, rates: ErrorRates) -> tuple[float, int]:
-    """Power-ons a temperature on average with a boundary at every look, and the looks that are planned.
+def _expected(power_ons: int, share: float, count: int, rates: ErrorRates) -> tuple[float, int]:
+    """Power-ons a temperature on average with a boundary at every look, and the power-ons that are planned.
 
+    All of `count` temperatures go on until each has accepted; share: that one decides with the fixed check.
     A fixed check of n power-ons decides `share` where the distance is (z_share + z_β)/√n of one; the one that
     may stop gets a quarter more, so that it decides about as many.
     """
     from scipy.special import ndtri
 
-    looks = min(max(int(np.ceil(1.25 * power_ons)), 1), LOOKS)
-    if power_ons < 2:
-        return float(power_ons), looks
-    per_look = 1.25 * power_ons / looks
-    drift = float(ndtri(share) - ndtri(rates.bad_accepted)) / np.sqrt(power_ons) * np.sqrt(per_look)
-    going_on = np.concatenate([[1.0], stopped(boundaries(rates.bad_accepted, looks), drift)[:-1]])
-    return float(going_on.sum() * per_look), looks
+    each, looks = looks_at(int(np.ceil(1.25 * power_ons)))
+    if looks < 2:
+        return float(power_ons), each * looks
+    drift = float(ndtri(share) - ndtri(rates.bad_accepted)) * np.sqrt(each / power_ons)
+    one_open = np.concatenate([[1.0], stopped(boundaries(rates.bad_accepted, looks), drift)[:-1]])
+    going_on = 1.0 - (1.0 - one_open) ** count
+    return float(going_on.sum() * each), each * looks
 
 
 def _time(spec: Spec, tests: Sequence[CheckTest], degc: Sequence[float], power_ons: int) -> float:
@@ -211,7 +226,7 @@ def _told(
     """(t, t) what one power-on tells at one temperature, SI⁻²."""
     size, own, faces = len(region.terms), records[chosen.test], list(chosen.faces)
     information = np.zeros((size, size))
-    spread = {m.name: float(np.hypot(spread_at(m, [degc])[0], m.in_run)) for m in models}
+    spread = {m.name: float(spread_of_power_on(m, [degc])[0]) for m in models}
     white = settings_of(spec).white
     for sensor in SENSORS:
         columns = columns_of(own.conditions, sensor, models, region)
@@ -227,21 +242,19 @@ def _told(
     return information
 
 
-def _accepted(
-    region: AllowedRegion, found: MeasuredResidual, whole: bool, load: float, rates: ErrorRates, count: int
-) -> float:
-    """Share of units of this load that one temperature of the check accepts."""
-    reserve = reserve_after(region, found.measured, np.asarray(whole))
-    true = at_load(region, found, reserve, load)
+def _accepted(region: AllowedRegion, found: MeasuredResidual, drawn: Drawn, rates: ErrorRates) -> float:
+    """Share of units of the load that one temperature of the check accepts."""
+    reserve, true = drawn(tuple(found.measured.tolist()))
     if true is None:
         return 0.0
     values, vectors = np.linalg.eigh(found.covariance)
-    draws = np.random.default_rng(_SEED).standard_normal((DRAWS, len(true)))
+    draws = np.random.default_rng(_SEED).standard_normal(true.shape)
     seen = true + (draws * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
-    T = np.stack([region.value(c, seen, reserve) for c in region.constraints], axis=1)
-    limit = np.array([c.limit for c in region.constraints])
-    margin = judged(region, found, 0.0 * limit, rates, count).to_accept
-    return float(np.all(T + margin <= limit, axis=1).mean())
+    inside = np.ones(len(seen), dtype=bool)
+    for c in region.constraints:
+        T = region.value(c, seen, reserve)
+        inside &= T + to_accept(c, found, seen, T, rates.bad_accepted) <= c.limit
+    return float(inside.mean())
 
 
 def measured_by(region: AllowedRegion, information: Array, degc: float, power_ons: int) -> MeasuredResidual:
@@ -261,16 +274,25 @@ def measured_by(region: AllowedRegion, information: Array, degc: float, power_on
     return MeasuredResidual("", degc, 0.0, np.zeros(size), covariance, measured, power_ons, power_ons)
 
 
-def at_load(region: AllowedRegion, found: MeasuredResidual, reserve: Reserve, load: float) -> Array | None:
-    """(t,) a residual of this load along what the plan left of the measured terms; None: no room."""
+def units_at(
+    region: AllowedRegion, load: float, whole: bool, measured: tuple[bool, ...]
+) -> tuple[Reserve, Array | None]:
+    """The reserve, and (DRAWS, t) residuals of this load; None: no room.
+
+    They are drawn about what the plan left of the measured terms: units differ in where their residual lies.
+    """
+    seen = np.array(measured)
+    reserve = reserve_after(region, seen, np.asarray(whole))
     left = region.parts[:, [PARTS.index("estimate"), PARTS.index("temperature")]].sum(axis=1)
-    along = np.where(found.measured, left, 0.0)
-    if float(region.load(0.0 * along, reserve)) >= load or not along.any():
-        return None
-    low, high = 0.0, 1.0
-    while float(region.load(high * along, reserve)) < load:
-        high *= 2.0
-    for _ in range(40):
+    draws = np.random.default_rng(_SEED + 1).standard_normal((DRAWS, len(left)))
+    along = np.where(seen, left, 0.0) * draws
+    if float(region.load(np.zeros(len(left)), reserve)) >= load or not along.any():
+        return reserve, None
+    low, high = np.zeros((DRAWS, 1)), np.ones((DRAWS, 1))
+    while np.any(inside := region.load(high * along, reserve) < load):
+        high[inside] *= 2.0
+    for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if float(region.load(middle * along, reserve)) < load else (low, middle)
-    return np.asarray(low * along)
+        below = (region.load(middle * along, reserve) < load)[:, None]
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return reserve, np.asarray(low * along)

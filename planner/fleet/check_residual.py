@@ -1,8 +1,8 @@
 """Dwell table of a check → the residual of every term of the region, with its covariance.
 
 In power-on r a channel reads e = X_r (β + b_r) + noise beside its reference, β the residuals that stay, b_r
-what this power-on adds to each, b_r ~ N(0, D) with the run-to-run of the budgets, noise of variance σ². With
-A_r = X_rᵀX_r/σ² the information of a power-on is M_r = A_r (I + D A_r)⁻¹, and
+what this power-on adds to each, b_r ~ N(0, D) with run-to-run and in-run of the budgets, noise of variance
+σ². With A_r = X_rᵀX_r/σ² the information of a power-on is M_r = A_r (I + D A_r)⁻¹, and
 
     β = (Σ M_r)⁻¹ Σ (I + A_r D)⁻¹ X_rᵀe_r/σ²,   cov β = (Σ M_r)⁻¹,   Q = Σ (β_r − β)ᵀ M_r (β_r − β) ~ χ²
 
@@ -129,7 +129,7 @@ def _channels(
     columns = columns_of(table.conditions(), sensor, models, region)
     error = (readings - reference)[groups.order]
     warmth = table.temperature_degc[groups.order][groups.runs]
-    spread = {m.name: spread_at(m, list(warmth)) for m in models}
+    spread = {m.name: spread_of_power_on(m, warmth) for m in models}
     found = []
     for channel in range(3):
         terms = [t for t, X in columns.items() if np.any(X[:, channel])]
@@ -149,6 +149,14 @@ def _channels(
             )
         )
     return found
+
+
+def spread_of_power_on(model: ErrorModel, temperatures: Sequence[float] | Array) -> Array:
+    """(n,) one sigma by which power-ons at temperatures (n,) differ: run-to-run, and in-run.
+
+    A check's power-on is short beside the time constant of the in-run part: one draw of it for the whole.
+    """
+    return np.hypot(spread_at(model, list(temperatures)), model.in_run)
 
 
 def columns_of(

@@ -2,13 +2,16 @@
 
 A unit is good when T_c(m) <= L_c for every constraint c, its residual m being estimated as m̂ ~ N(m, C).
 
-Bad accepted, at most β. T is convex, so at a bad m some slope g of T_c gives T_c(m̂) >= T_c(m) + gᵀ(m̂ − m):
+Bad accepted, at most β. The good residuals are a convex set, so a plane with normal g parts it from a bad m.
+Accepted is m̂ when the whole ellipsoid {m̂ + u: uᵀC⁻¹u <= z_β²} is good; then gᵀ(m̂ − m) <= −z_β √(gᵀCg), which
+has the probability β at most. With G = diag ‖v‖, S = GCG, its eigenvalues μ_i, b the parts of Gm̂ along them
 
-    accept when T_c(m̂) + z_β τ_c <= L_c for every c,        τ_c >= the largest sqrt(gᵀ C g)
+    worst_case   max T <= T(m̂) + z_β √(Σ_st |S_st|)                         (exact without correlations)
+    rss          max T² = T² + min over λ > μ of Σ μ_i b_i²/(λ − μ_i) + λ z_β²     (Lagrange; S-lemma: exact)
+    percentile   the same with G = z_p diag ‖v‖, z_p² ‖v‖² bounding the slope of T² in m_t² for p >= 0.88
+                 (Székely, Bakirov, Probab. Theory Relat. Fields 126, 2003, 184), S by a larger diagonal
 
-worst_case: g_t = ±‖v_t‖, τ² = Σ_st |(G C G)_st| with G = diag ‖v‖ (exact without correlations); otherwise g
-= G²m/T, τ² = the largest eigenvalue of G C G. Passing all constraints needs no correction
-(intersection–union).
+or T(m̂) + z_β √μ_max where that is less. Passing all constraints needs no correction (intersection–union).
 
 Good rejected, at most α. T(m̂) lies above T(m) on average, |m̂_t| being at least zero. With every m_t in
 m̂_t ± kσ_t (probability 1 − γ, γ = α/10) and a_t its end nearest to zero, for m̂_t > 0
@@ -39,6 +42,8 @@ DRAWS = 4000
 _SIMULATED_LEVEL = 0.01  # quantiles further out are scaled from here: 4000 draws hold 40 beyond it
 _SEED = 20240731
 MOST_RECORDS = 100_000
+_OF_ONE_TERM = 0.88  # of a percentile: from here on a single term has the longest tail for its variance
+_HALVINGS = 50
 
 
 @dataclass(frozen=True)
@@ -107,7 +112,12 @@ def judged(
     """One group of records; value: (c,) T(m̂); groups: how many of the unit can each reject it."""
     limit = np.array([c.limit for c in region.constraints])
     alpha = rates.good_rejected / (len(limit) * max(groups, 1))
-    accept = np.array([_to_accept(c, found, rates.bad_accepted) for c in region.constraints])
+    accept = np.array(
+        [
+            to_accept(c, found, found.residual, v, rates.bad_accepted)
+            for c, v in zip(region.constraints, np.asarray(value, dtype=float), strict=True)
+        ]
+    )
     reject = np.zeros_like(value)
     for i, c in enumerate(region.constraints):
         # below the limit nothing rejects, and the margin is only needed to foretell records
@@ -127,11 +137,36 @@ def _scaled(c: TermConstraint, found: MeasuredResidual) -> Array:
     return np.asarray(found.covariance * np.outer(c.steepest, c.steepest))
 
 
-def _to_accept(c: TermConstraint, found: MeasuredResidual, beta: float) -> float:
-    scaled = _scaled(c, found)
+def to_accept(
+    c: TermConstraint, found: MeasuredResidual, residual: Array, value: Array, beta: float
+) -> Array:
+    """(...) how far T = value (...) must stay below the limit for residuals (..., t) as well measured."""
+    scaled, z = _scaled(c, found), quantile(found, beta)
     if c.rule == "worst_case":
-        return quantile(found, beta) * float(np.sqrt(np.abs(scaled).sum()))
-    return quantile(found, beta) * float(np.sqrt(max(np.linalg.eigvalsh(scaled)[-1], 0.0)))
+        return np.full(np.shape(value), z * float(np.sqrt(np.abs(scaled).sum())))
+    steepest = z * np.sqrt(max(float(np.linalg.eigvalsh(scaled)[-1]), 0.0))
+    if c.rule == "percentile":
+        if (c.probability or 0.0) < _OF_ONE_TERM:
+            return np.full(np.shape(value), steepest)
+        scaled = np.diag(np.abs(scaled).sum(axis=1))  # no smaller: its difference dominates by rows
+    further = np.sqrt(value**2 + _further_squared(scaled, c.steepest * residual, z)) - value
+    return np.asarray(np.minimum(steepest, further))
+
+
+def _further_squared(scaled: Array, size: Array, z: float) -> Array:
+    """(...) the most by which ‖size + y‖² exceeds ‖size‖² for yᵀS⁻¹y <= z²; every λ gives a bound."""
+    mu, axes = np.linalg.eigh(scaled)
+    mu = np.maximum(mu, 0.0)
+    along = mu * (size @ axes) ** 2
+    low = np.zeros(np.shape(size)[:-1])
+    high = np.sqrt(along.sum(axis=-1)) / z
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        gap = np.maximum(mu[-1] - mu + middle[..., None], 1e-300)
+        over = (along / gap**2).sum(axis=-1) > z**2
+        low, high = np.where(over, middle, low), np.where(over, high, middle)
+    gap = np.maximum(mu[-1] - mu + high[..., None], 1e-300)
+    return np.asarray((along / gap).sum(axis=-1) + (mu[-1] + high) * z**2)
 
 
 def _to_reject(c: TermConstraint, found: MeasuredResidual, alpha: float) -> float:

@@ -3,7 +3,8 @@
 Look k has the first k power-ons of every unit and temperature. Accepting and rejecting take the boundaries of
 `solvers.sequential` for all planned looks instead of one quantile, so that the error rates hold for the first
 decision, whichever look makes it: below a fixed tangent of the convex T the estimates of the looks are a
-Gaussian walk, and the tangent's spread is at most the one that is used.
+Gaussian walk, and the tangent's spread is at most the one that is used. Of many power-ons a look takes
+several: after 60 looks further ones hardly save anything.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ from planner.nouns.allowances import ErrorModel
 from planner.nouns.dwell_table import DwellTable
 from planner.solvers.sequential import boundaries
 
+MOST_LOOKS = 60
+
 
 def accepted_as_they_come(
     table: DwellTable,
@@ -33,21 +36,31 @@ def accepted_as_they_come(
     rates: ErrorRates,
     looks: int,
 ) -> tuple[UnitAcceptance, ...]:
-    """Every unit with the decision of the first look that makes one; looks: as many as were planned."""
+    """Every unit with the decision of the first look that makes one.
+
+    looks: power-ons a temperature that were planned, each a look unless they are many.
+    """
     group = by_temperature(table)
     number = power_on_number(table, group)
-    levels = _levels(rates, looks)
+    each, count = looks_at(looks)
+    levels = _levels(rates, count)
     found: dict[str, UnitAcceptance] = {}
-    for k in range(min(looks, int(number.max()) + 1)):
+    for k in range(min(count, (int(number.max()) + 1) // each)):
         waiting = ~np.isin(table.unit, [u for u, a in found.items() if a.verdict != "undecided"])
-        rows = np.flatnonzero((number <= k) & waiting)
+        rows = np.flatnonzero((number < each * (k + 1)) & waiting)
         if len(rows) == 0:
             break
         part = rows_of(table, rows)
         measured = check_residuals(part, group[rows], models, region)
         for unit in accepted(measured, region, temperatures, levels[k]):
-            found[unit.unit] = _told(unit, k + 1, looks)
+            found[unit.unit] = _told(unit, each * (k + 1), each * count)
     return tuple(found[name] for name in sorted(found))
+
+
+def looks_at(power_ons: int) -> tuple[int, int]:
+    """How many power-ons a look has, and how many looks: equal ones, so the last may ask for some more."""
+    each = -(-power_ons // MOST_LOOKS)
+    return each, -(-power_ons // each)
 
 
 def power_on_number(table: DwellTable, group: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -69,6 +82,6 @@ def _levels(rates: ErrorRates, looks: int) -> list[ErrorRates]:
 
 def _told(unit: UnitAcceptance, look: int, looks: int) -> UnitAcceptance:
     if unit.verdict == "undecided":
-        return replace(unit, notes=(*unit.notes, f"undecided after {look} of {looks} looks"))
-    said = f"{unit.verdict} after {look} of {looks} looks: the check may stop there"
+        return replace(unit, notes=(*unit.notes, f"undecided after {look} of {looks} power-ons"))
+    said = f"{unit.verdict} after {look} of {looks} power-ons: the check may stop there"
     return replace(unit, further=None, notes=(*unit.notes, said))

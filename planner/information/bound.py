@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import combinations
 from math import comb
 
@@ -102,6 +102,7 @@ class Prover:
             if comb(T, size) > left or effort.late():
                 return found, min(self._least_floor(more) for more in range(size, T + 1))
             left -= comb(T, size)
+            self.flight.deadline.report(cost, partial(self._below, found, size))
             sets = np.array(list(combinations(range(T), size)), dtype=np.intp).reshape(comb(T, size), size)
             floors = self._floors(sets)
             sets, floors = sets[floors < cost - EASIER], floors[floors < cost - EASIER]
@@ -112,6 +113,11 @@ class Prover:
                 good = start + np.flatnonzero(self._may_do(some))
                 found += [(float(floors[i]), tuple(map(int, sets[i]))) for i in good]
         return found, np.inf
+
+    def _below(self, found: Sequence[tuple[float, Set]], size: int) -> float:
+        """What nothing can cost less than while sets of `size` temperatures and more are not looked at."""
+        more = range(size, len(self._grid) + 1)
+        return min([*(floor for floor, _ in found), *map(self._least_floor, more)], default=0.0)
 
     def _may_do(self, sets: NDArray[np.intp]) -> NDArray[np.bool_]:
         """(B,) whether perfect knowledge of the curves at sets (B, K) could keep every requirement."""

@@ -114,6 +114,7 @@ def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> tuple[
         if is_kept(flight, exact, factor):
             judge = judge.meeting(closer)
             best = counts, judge, exact
+            flight.deadline.report(float(offers.cost(counts[None])[0]))
         elif np.any(closer > MISJUDGED * judge.tightened):  # what quick figures cannot see: ask exact ones
             judge = replace(judge, allowed=_exactly_allowed(flight, offers, judge.allowed), asked=0)
         else:

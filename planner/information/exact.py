@@ -96,7 +96,7 @@ def _kinds(made: Campaign) -> Kinds:
 
 def _days(flight: Flight, made: Campaign) -> Days:
     """Days over which an error walks that no mode of the campaign carries."""
-    span = float(made.runs.conditions.day.max(initial=0.0))
+    span = float(made.runs.on_day.max(initial=0.0))
     carried: dict[tuple[object, str], float] = {}
     for c in made.channels.values():
         for u in c.prior.unknowns:

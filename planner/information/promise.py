@@ -135,7 +135,9 @@ class Promise:
 
     @cached_property
     def _groups(self) -> list[_Group]:
-        return [_group(self, g) for g in alike(self.kinds.channels, self.kinds.degc)]
+        """Channels of which something flies; of a sensor without any budget nothing does."""
+        found = (_group(self, g) for g in alike(self.kinds.channels, self.kinds.degc))
+        return [group for group in found if group.flown]
 
     def places(self, degc: Array) -> NDArray[np.intp]:
         """Where temperatures stand among the points."""

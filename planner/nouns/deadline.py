@@ -15,13 +15,14 @@ SEARCH, BOUND, GENETIC, BESIDE = 0.45, 0.65, 0.75, 0.9
 class Deadline:
     """seconds: from the beginning of the plan; cut: the stages that were cut short, in words.
 
-    stop: whether somebody wants the best so far now
+    stop: whether somebody wants the best so far now; say: told how short the best is, and the bound
     """
 
     seconds: float = math.inf
     began: float = field(default_factory=monotonic)
     cut: list[str] = field(default_factory=list)
     stop: Callable[[], bool] = lambda: False
+    say: Callable[[str], None] | None = None
 
     def at(self, share: float) -> float:
         """The moment (of the monotonic clock) at which so much of the time is over."""
@@ -42,6 +43,16 @@ class Deadline:
     def stops(self, share: float, stage: str) -> Callable[[], bool]:
         """`over` for a stage that asks again and again."""
         return lambda: self.over(share, stage)
+
+    def report(self, best: float, bound: Callable[[], float] | None = None) -> None:
+        """How long the shortest campaign so far is, and how much shorter one could be; costs in seconds."""
+        if self.say is None:
+            return
+        words = f"the shortest so far: {best / 3600:.2f} h"
+        if bound is not None and best > 0:
+            least = min(bound(), best)
+            words += f", none below {least / 3600:.2f} h, gap {100 * (best - least) / best:.1f} %"
+        self.say(words)
 
     @property
     def left(self) -> float:

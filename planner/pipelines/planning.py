@@ -90,13 +90,18 @@ def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
     return Navigation(models, found, constraints_of(spec, found), trajectory.name, trajectory)
 
 
-def allow(loaded: LoadedSpec, progress: Progress) -> tuple[Navigation, AllowedErrors]:
-    """Spec → the region of allowed sensor errors: genetic algorithm and exact optimum."""
+def allow(
+    loaded: LoadedSpec, progress: Progress, stop: Callable[[], bool] = never
+) -> tuple[Navigation, AllowedErrors]:
+    """Spec → the region of allowed sensor errors: genetic algorithm and exact optimum.
+
+    stop: asked for every generation; once it says yes, the one that is there is the last
+    """
     navigation = navigate(loaded, progress)
     if by_information(loaded.spec):
-        return navigation, _allowed_in_flight(loaded.spec, navigation, progress)
+        return navigation, _allowed_in_flight(loaded.spec, navigation, progress, stop)
     task = task_of(loaded.spec, navigation)
-    return navigation, _allowed(loaded.spec, task, navigation, progress)
+    return navigation, _allowed(loaded.spec, task, navigation, progress, stop)
 
 
 def plan(loaded: LoadedSpec, progress: Progress, stop: Callable[[], bool] = never) -> Planned:
@@ -104,7 +109,7 @@ def plan(loaded: LoadedSpec, progress: Progress, stop: Callable[[], bool] = neve
 
     stop: asked again and again; once it says yes, the best so far is the answer
     """
-    deadline = Deadline(loaded.spec.plan.time_limit, stop=stop)
+    deadline = Deadline(loaded.spec.plan.time_limit, stop=stop, say=progress)
     navigation = navigate(loaded, progress)
     with causes_said(loaded.spec, navigation.unaided):
         if by_information(loaded.spec):
@@ -330,7 +335,9 @@ def _allowed(
     )
 
 
-def _allowed_in_flight(spec: Spec, navigation: Navigation, progress: Progress) -> AllowedErrors:
+def _allowed_in_flight(
+    spec: Spec, navigation: Navigation, progress: Progress, late: Callable[[], bool]
+) -> AllowedErrors:
     """The region of what errors may be in flight, between the most records and none."""
     refuse_what_no_campaign_observes(spec)
     assert navigation.flight is not None  # sensitivities are simulated
@@ -339,7 +346,9 @@ def _allowed_in_flight(spec: Spec, navigation: Navigation, progress: Progress) -
     progress("allowed sensor errors: genetic algorithm and exact optimum")
     units = {model.name: model.unit for model in navigation.models}
     constraints = in_sizes(navigation.constraints, spec)
-    return allowed_errors(constraints, [*smallest], units, smallest, largest, _settings(spec), spec.plan.seed)
+    return allowed_errors(
+        constraints, [*smallest], units, smallest, largest, _settings(spec, late), spec.plan.seed
+    )
 
 
 def _allowed_or_why_not(

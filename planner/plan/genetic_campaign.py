@@ -129,6 +129,11 @@ class _Decoder:
 
     def decode(self, genes: Array) -> tuple[Array, Array]:
         """(P,) cost and (P,) largest share of a limit that is used."""
+        genes, again = np.unique(genes, axis=0, return_inverse=True)  # a third of a generation are twins
+        cost, load = self._decoded(genes)
+        return cost[again], load[again]
+
+    def _decoded(self, genes: Array) -> tuple[Array, Array]:
         rows = self._rows(self.sizes(genes) * (1 + 1e-9))
         cost = np.maximum.reduce([self._used(e, rows[:, e]) for e in range(rows.shape[1])])
         paid = np.maximum(cost, self.folded.forced) @ self.folded.prices
@@ -143,12 +148,18 @@ class _Decoder:
         """(P, E) for each error the row within its size that adds least to what the others pay for."""
         individuals, errors = sizes.shape
         allowed = [self._within(e, sizes[:, e]) for e in range(errors)]
-        rows = np.zeros((individuals, errors), dtype=np.int64)
+        rows = np.full((individuals, errors), -1, dtype=np.int64)
         chosen = [np.zeros((individuals, len(self.folded.prices))) for _ in range(errors)]
+        stale = np.ones((errors, individuals), dtype=bool)  # the others have changed since
         for _ in range(ROUNDS):
             for e in range(errors):
-                rows[:, e] = self._cheapest(e, allowed[e], self._paid_by_others(e, chosen))
-                chosen[e] = self._used(e, rows[:, e])
+                at = np.flatnonzero(stale[e])
+                found = self._cheapest(e, allowed[e][:, at], self._paid_by_others(e, [c[at] for c in chosen]))
+                changed = at[found != rows[at, e]]
+                rows[at, e] = found
+                chosen[e][changed] = self._used(e, rows[changed, e])
+                stale[:, changed] = True
+                stale[e] = False
         for e in range(errors):
             # rows are smaller than what was allowed: one error after the other takes what is left over
             rows[:, e] = self._cheapest(

@@ -341,5 +341,7 @@ def _random(
             design, settings.correlation_time(budget), generator(seed, "in_run", *key)
         )
     if settings.storage and budget.storage_sigma > 0:
-        total += budget.storage_sigma * walk(conditions.day, generator(seed, "storage", *key))
+        walked = walk(conditions.day, generator(seed, "storage", *key))
+        sizes = np.diff(np.append(design.starts, len(design)))
+        total += budget.storage_sigma * np.repeat(walked[design.starts], sizes)  # it stands while on
     return total

@@ -226,7 +226,7 @@ def _storage(
     sigma = budget.storage_sigma
     if sigma <= 0:
         return 0.0, np.zeros(shape)
-    days, index = np.unique(made.records.conditions.day, return_inverse=True)
+    days, index = np.unique(made.records.on_day, return_inverse=True)
     last = max(made.flight.day, float(days[-1]))
     width = np.sqrt(np.diff(np.concatenate([[0.0], days, [last]])) / STORAGE_DAYS)
     walk = np.cumsum(width[None, :, None] * rng.normal(size=(shape[0], len(width), shape[1])), axis=1)

@@ -62,7 +62,7 @@ def estimates(
         count += len(e.inverse)
     P = _weights(records, every, count)
     degc, at = np.unique(np.round(records.conditions.temperature_degc, 9), return_inverse=True)
-    days, on = np.unique(records.conditions.day, return_inverse=True)
+    days, on = np.unique(records.on_day, return_inverse=True)
     noise = _white(P, records, chance) + _references(P, directions(records, spec))
     constant, curve, slope, walk = {}, {}, {}, {}
     for error, budget in unit.budgets.items():

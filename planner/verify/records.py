@@ -51,6 +51,12 @@ class Records:
         """Rows of every run."""
         return np.split(np.arange(len(self)), self.starts[1:])
 
+    @property
+    def on_day(self) -> Array:
+        """(n,) day on which each record's power-on began: what walks in store stands while the unit is on."""
+        starts = self.starts
+        return np.repeat(self.conditions.day[starts], np.diff(np.append(starts, len(self))))
+
     def __len__(self) -> int:
         return len(self.run)
 

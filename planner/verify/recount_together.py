@@ -69,7 +69,7 @@ def _sigmas(records: Records, spec: Spec) -> dict[str, float]:
 
 def _walked(e: Estimator, records: Records, spec: Spec) -> Array:
     """(p,) variance that the walks of the sensor's errors over the days add to its estimates."""
-    day, several = records.conditions.day, list(e.model.channels)
+    day, several = records.on_day, list(e.model.channels)
     shared = np.minimum.outer(day, day) / STORAGE_DAYS
     weights = e.inverse.reshape(len(e.inverse), len(records), len(several))
     found = np.zeros(len(e.inverse))

@@ -51,15 +51,20 @@ def check_table(
     rng: np.random.Generator,
     *,
     run_to_run: tuple[float, float] = (0.002 * DEG, 0.001 * G),
+    in_run: tuple[float, float] = (0.001 * DEG, 0.0005 * G),
     noise: tuple[float, float] = (2e-4 * DEG, 1e-4 * G),
     power_ons: int = 6,
     temperatures: tuple[float, ...] = (-60.0, 0.0, 60.0),
+    motions: int = 6,
 ) -> DwellTable:
-    """Checks of n units with biases gyro, acc (n, 3), SI: six faces in each power-on at each temperature."""
-    faces = np.concatenate([np.eye(3), -np.eye(3)]) * G
+    """Checks of n units with biases gyro, acc (n, 3), SI: faces in each power-on at each temperature."""
+    faces = np.concatenate([np.eye(3), -np.eye(3)])[:motions] * G
     n, k = len(gyro), len(temperatures)
-    shape = (n, k, power_ons, 6, 3)
-    draws = [rng.normal(size=(n, k, power_ons, 1, 3)) * s for s in run_to_run]
+    shape = (n, k, power_ons, motions, 3)
+    # in-run: as slow as a power-on lasts
+    draws = [
+        rng.normal(size=(n, k, power_ons, 1, 3)) * np.hypot(*s) for s in zip(run_to_run, in_run, strict=True)
+    ]
     white = [rng.normal(size=shape) * s for s in noise]
     rate = gyro[:, None, None, None, :] + draws[0] + white[0]
     force = faces + acc[:, None, None, None, :] + draws[1] + white[1]

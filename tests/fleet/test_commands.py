@@ -245,4 +245,4 @@ def test_a_check_is_planned(run, spec, tmp_path):
 def test_a_check_that_may_stop_says_when(run, spec, tmp_path):
     done = run("accept", table(tmp_path), "--spec", spec, "--looks", "6", "--json")
     assert done.code == 0
-    assert "of 6 looks" in " ".join(n for u in done.json["units"] for n in u["notes"])
+    assert "of 6 power-ons" in " ".join(n for u in done.json["units"] for n in u["notes"])

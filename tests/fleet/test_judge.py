@@ -12,7 +12,7 @@ from planner.fleet.acceptance import accepted
 from planner.fleet.allowed_region import PARTS, Reserve, reserve_of
 from planner.fleet.check_groups import by_temperature
 from planner.fleet.check_residual import check_residuals
-from planner.fleet.judge import ErrorRates, judged, room_left
+from planner.fleet.judge import ErrorRates, judged, room_left, to_accept
 from tests.fleet.fleets import DEG, G, check_table, measured, region, small_basis
 
 RATES = ErrorRates(0.05, 0.05)
@@ -88,6 +88,27 @@ def test_the_test_has_power():
     bad = verdicts(area, on_the_limit(area, direction, 1.4), small, rng, 300)
     assert good.count("accepted") == 300
     assert bad.count("rejected") == 300
+
+
+@pytest.mark.parametrize("rule", ["rss", "percentile"])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_what_is_accepted_is_good_wherever_the_residual_may_be(rule, seed):
+    """No residual of the ellipsoid has a larger T than the margin says; of squares the margin is the
+    largest."""
+    area = region(rule, probability=0.95 if rule == "percentile" else None)
+    rng, c = np.random.default_rng(seed), area.constraints[0]
+    seen, covariance, reserve = 0.7 * rng.normal(size=6), covariances(seed, 6), kept(area, None)
+    value = area.value(c, seen, reserve)
+    margin = float(to_accept(c, measured(seen, covariance), seen, value, 0.05))
+    root, around = 1.6448536 * np.linalg.cholesky(covariance), rng.normal(size=(200, 6))
+    for _ in range(60 if rule == "rss" else 1):  # up the slope of T², which is convex
+        around /= np.linalg.norm(around, axis=1)[:, None]
+        there = seen + around @ root.T
+        around = (c.lengths**2 * there) @ root
+    most = float(area.value(c, there, reserve).max() - value)
+    assert most <= margin + 1e-9
+    if rule == "rss":
+        assert most == pytest.approx(margin, rel=1e-6)
 
 
 @settings(deadline=None, max_examples=40)

@@ -1,23 +1,31 @@
-"""Pages in headless Chromium, where there is one: nothing overflows on a telephone, no error is told."""
+"""Every kind of page in headless Chromium, where there is one, all in one process: on a telephone nothing
+overflows, letters can be read, nothing of a chart is cut, each says what it shows; no error is told.
+"""
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import shutil
 import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout
 from html import unescape
 from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
 
-from planner.export.json import plan_document
+from planner.cli import main
 from planner.report.blocks import Bar, Fact, Items, Report, Table, Text, existing, section
-from planner.report.comparison import compare
 from planner.report.page import html
-from planner.report.subjects.compare import comparison_report
 from planner.report.subjects.plan import plan_report
+from tests.fleet.test_commands import history, table
 from tests.report import sample
+from tests.specs import SHIPPED, small, with_limit, with_plan
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 NARROW, WIDE = 400, 1200
@@ -33,9 +41,16 @@ addEventListener("load", () => {
   }
   const letters = [...document.querySelectorAll("svg text")].filter(e => e.getBoundingClientRect().height > 0)
     .map(e => parseFloat(getComputedStyle(e).fontSize) * Math.hypot(e.getScreenCTM().a, e.getScreenCTM().b));
+  const charts = [...document.querySelectorAll("svg")];
+  const cut = charts.flatMap(s => { const b = s.getBoundingClientRect();
+    return [...s.querySelectorAll("text")].filter(t => { const r = t.getBoundingClientRect();
+      return r.height > 0 && (r.right > b.right + 1 || r.left < b.left - 1 || r.bottom > b.bottom + 1); })
+    .map(t => t.textContent); });
+  const silent = charts.filter(s => !(s.getAttribute("aria-label") || s.querySelector("title"))).length;
+  const footer = document.querySelector("footer, .small");
   document.body.setAttribute("data-told", JSON.stringify({
-    outside, wide, scrolls: document.documentElement.scrollWidth, faults: window.faults || [],
-    letters}));
+    outside, wide, scrolls: document.documentElement.scrollWidth, faults: window.faults || [], letters, cut,
+    silent, charts: charts.length, title: document.title, footer: footer ? footer.textContent : ""}));
 });
 </script>"""
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium on the path: pages are opened nowhere")
@@ -57,63 +72,135 @@ def stress() -> Report:
     )
 
 
-def pages() -> dict[str, Report]:
+def made_here() -> dict[str, str]:
+    """Pages of records that were made for tests, and one of words that cannot be broken."""
     plan = sample.plan()
+    of_plan = plan_report(
+        plan,
+        allowed=sample.allowed(plan.allowances),
+        sensitivities=sample.sensitivities(),
+        constraints=sample.constraints(),
+        spec_text=f"name: {LONG}\n",
+        trajectory_name="small_uav_1",
+    )
+    return {"sample": html(of_plan), "stress": html(stress())}
+
+
+def made_by_commands(folder: Path, call: Callable[..., tuple[int, str]]) -> dict[str, str]:
+    """A page of every command that writes one, of the smallest spec and tables there are."""
+    spec = with_limit(small(recalibration={"rest": "1 min", "repeats": 6}), "9.2 m")
+    shifts = {"from": "08:00", "to": "17:00", "start": "2026-12-21 08:00", "holidays": ["DE"]}
+    batch = with_plan(spec, units=4, shifts=shifts)
+    batch["benches"]["rate_table"]["units"] = 2
+    for name, tree in (("spec", spec), ("batch", batch)):
+        (folder / f"{name}.yaml").write_text(yaml.safe_dump(tree, sort_keys=False))
+    rows = (f"{t / 50},0.01,{0.02 * (t % 7)},0,0,0,{1 + 0.001 * (t % 5)}" for t in range(600))
+    columns = "time_s,gx_dps,gy_dps,gz_dps,ax_g,ay_g,az_g"
+    (folder / "raw.csv").write_text("\n".join([columns, *rows]) + "\n")
+    for command in (
+        ("plan", "spec.yaml", "-o", "plan"),
+        ("plan", "batch.yaml", "-o", "batch"),
+        ("compare", "plan", "batch", "-o", "compare"),
+        ("verify", "spec.yaml", "plan", "--flights", "40", "-o", "verify"),
+        ("sweep", "spec.yaml", "--vary", "requirement.0.limit=9.2,10,15,20m", "-o", "sweep"),
+        ("accept", table(folder), "--spec", "spec.yaml", "-o", "accept"),
+        ("forecast", history(folder), "--spec", "spec.yaml", "-o", "forecast"),
+        ("recalibrate", "spec.yaml", "--start", "2026-12-01", "-o", "recalibrate"),
+        ("simulate", "spec.yaml", "--seed", "3", "-o", "data.csv"),
+        ("diagnose", "data.csv", "--spec", "spec.yaml", "-o", "diagnose"),
+        ("sensitivity", SHIPPED / "small_uav.yaml", "-o", "sensitivity"),
+        ("look", "raw.csv", "-o", "look"),
+        ("export", "batch", "--format", "ics", "-o", "operator"),
+        ("docs", "-o", "docs"),
+    ):
+        code, said = call(*command)
+        assert code in (0, 4), (command, said)
     return {
-        "plan": plan_report(
-            plan,
-            allowed=sample.allowed(plan.allowances),
-            sensitivities=sample.sensitivities(),
-            constraints=sample.constraints(),
-            spec_text=f"name: {LONG}\n",
-            trajectory_name="small_uav_1",
-        ),
-        "comparison": comparison_report(
-            compare([plan_document(plan), plan_document(sample.plan(repeats=5))])
-        ),
-        "stress": stress(),
+        str(file.relative_to(folder)): file.read_text(encoding="utf-8")
+        for file in sorted(folder.rglob("*.html"))
     }
 
 
-@pytest.mark.parametrize("width", [NARROW, WIDE])
-@pytest.mark.parametrize("name", ["plan", "comparison", "stress"])
-def test_nothing_overflows_and_letters_are_legible(name: str, width: int, tmp_path: Path) -> None:
-    # headless Chromium makes no window narrower than 500 px, a frame may be
-    page = html(pages()[name]).replace("</head>", f"{PROBE}</head>")
-    (tmp_path / "page.html").write_text(page, encoding="utf-8")
-    (tmp_path / "frame.html").write_text(
-        f'<iframe src="page.html" style="width: {width}px; height: 900px; border: 0"></iframe>'
-        '<script>addEventListener("load", () => document.body.setAttribute("data-told", '
-        'document.querySelector("iframe").contentDocument.body.getAttribute("data-told")));</script>',
+@pytest.fixture(scope="module")
+def told(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, int], dict[str, Any]]:
+    """(page, width) -> what the page says of itself, all of one Chromium."""
+    folder, shown = tmp_path_factory.mktemp("pages"), tmp_path_factory.mktemp("shown")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+
+        def call(*arguments: object) -> tuple[int, str]:
+            patch.setattr(sys, "argv", ["planner", *map(str, arguments)])
+            said = io.StringIO()
+            with redirect_stdout(said), redirect_stderr(said), pytest.raises(SystemExit) as end:
+                main()
+            return int(end.value.code or 0), said.getvalue()
+
+        pages = {**made_here(), **made_by_commands(folder, call)}
+    frames = []
+    for number, (name, page) in enumerate(pages.items()):
+        (shown / f"{number}.html").write_text(page.replace("</head>", f"{PROBE}</head>", 1), encoding="utf-8")
+        frames += [
+            f'<iframe name="{name}|{width}" src="{number}.html" style="width: {width}px; height: 900px; '
+            'border: 0"></iframe>'
+            for width in (NARROW, WIDE)
+        ]
+    return opened("".join(frames), shown)
+
+
+def opened(frames: str, shown: Path) -> dict[tuple[str, int], dict[str, Any]]:
+    """What the pages in frames say; headless Chromium makes no window narrower than 500 px, frames may be."""
+    (shown / "frames.html").write_text(
+        frames + '<script>addEventListener("load", () => document.body.setAttribute("data-all", '
+        'JSON.stringify([...document.querySelectorAll("iframe")].map(f => [f.name, '
+        'f.contentDocument.body.getAttribute("data-told")]))));</script>',
         encoding="utf-8",
     )
-    options = [
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--hide-scrollbars",
-        "--allow-file-access-from-files",
-    ]
-    options += [
-        "--enable-logging=stderr",
-        f"--user-data-dir={tmp_path / 'profile'}",
-        "--window-size=1400,1000",
-    ]
-    address = (tmp_path / "frame.html").as_uri()
-    done = subprocess.run(
-        [str(CHROMIUM), *options, "--dump-dom", address],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=True,
-    )
+    options = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--enable-logging=stderr"]
+    options += ["--allow-file-access-from-files", f"--user-data-dir={shown / 'profile'}"]
+    options += ["--window-size=1400,1000", "--dump-dom", (shown / "frames.html").as_uri()]
+    done = subprocess.run([str(CHROMIUM), *options], capture_output=True, text=True, timeout=180, check=True)
     assert "CONSOLE" not in done.stderr
-    found = re.search(r'data-told="([^"]*)"', done.stdout)
+    found = re.search(r'data-all="([^"]*)"', done.stdout)
     assert found is not None
-    told = json.loads(unescape(found[1]))
-    assert told["wide"] == width
-    assert told["scrolls"] <= width
-    assert told["outside"] == []
-    assert told["faults"] == []
-    assert told["letters"] or name != "plan"
-    assert all(size >= 11.0 for size in told["letters"])  # px, at every width
+    told = {}
+    for key, each in json.loads(unescape(found[1])):
+        name, _, width = key.partition("|")
+        told[name, int(width)] = json.loads(each)
+    return told
+
+
+Told = dict[tuple[str, int], dict[str, Any]]
+
+
+def test_every_kind_of_page_is_opened(told: Told) -> None:
+    of_commands = {name.partition("/")[0] for name, _ in told} - {"sample", "stress"}
+    assert of_commands == {
+        *("plan", "batch", "compare", "verify", "sweep", "accept", "forecast", "recalibrate", "diagnose"),
+        *("sensitivity", "look", "operator", "docs"),
+    }
+    with_charts = {name for (name, _), page in told.items() if page["charts"]}
+    assert len(with_charts) >= 11
+    assert all(told[name, NARROW]["letters"] for name in with_charts)
+
+
+def test_nothing_overflows(told: Told) -> None:
+    for (name, width), page in told.items():
+        assert page["wide"] == width, name
+        assert page["scrolls"] <= width, (name, width)
+        assert page["outside"] == [], (name, width)
+        assert page["faults"] == [], (name, width)
+
+
+def test_charts_can_be_read(told: Told) -> None:
+    for (name, width), page in told.items():
+        assert all(size >= 11.0 for size in page["letters"]), (name, width)  # px, at every width
+        assert page["cut"] == [], (name, width)
+        assert page["silent"] == 0, name  # an alternative text of every chart
+
+
+def test_a_page_says_what_it_is_and_what_made_it(told: Told) -> None:
+    for (name, width), page in told.items():
+        assert page["title"].strip(), (name, width)
+        if name.endswith("report.html"):
+            command = name.partition("/")[0].replace("batch", "plan")
+            assert f"planner {command} " in page["footer"], name

@@ -328,6 +328,9 @@ def test_files_of_no_sweep_are_not_replaced(run, spec, tmp_path, name, content):
     assert f"out/{name} is of no sweep" in result.err
     assert (tmp_path / "out" / name).read_text() == content
     assert not (tmp_path / "out/points").exists()
+    forced = run("sweep", spec, "--vary", "requirement.0.limit=9,10m", "-o", "out", "--force")
+    assert forced.code == 0
+    assert json.loads((tmp_path / "out/sweep.json").read_text())["wanted"] == 2
 
 
 def test_another_flight_under_the_same_name_is_another_sweep(tmp_path):

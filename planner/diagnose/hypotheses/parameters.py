@@ -20,6 +20,7 @@ GRID = 8  # values of one parameter; neighbours then share more than 95 % of wha
 STEPS = 16  # of one that steps
 MOST = 64  # values of all parameters together
 SHORTEST_S = 20.0  # time constant: no record is shorter
+FELT = 3.0  # time constants after which a twentieth is left
 RUNS_ALONG: Mapping[str, Condition] = {"s": "time_on", "degc": "temperature_degc", "day": "day"}
 
 
@@ -70,6 +71,8 @@ def _range(p: Parameter, effect: Effect, table: DwellTable) -> Range:
             return Range(p, *p.bounds, _ends(seen, low, high))
         times = p.unit == "s" and p.scale == "logarithmic"
         ends = seen_time_constants(table) if times else (float(seen.min()), float(seen.max()))
+        if times and p.default < ends[0]:  # over when the second record begins: the first ones tell it
+            ends = (float(seen.min()) / FELT, ends[1])
         low, high = max(low, ends[0]), min(high, ends[1])
     if not low < high:  # the records show nothing of the range
         return Range(p, p.carried(p.default), p.carried(p.default), np.empty(0))

@@ -18,9 +18,9 @@ def checks_report(checks: Sequence[Check], rates: ErrorRates, name: str, notes: 
         title=name,
         answer=f"{hours(best.time_s)} h a unit: {_words(best)}",
         sentences=(
-            f"It accepts {percent(best.decides)} of the units at {percent(best.load)} of the limit. Looked "
-            f"at after every power-on (`--looks {best.looks}`), it stops after {digits(best.expected, 3)} a "
-            "temperature on average.",
+            f"It accepts {percent(best.decides)} of the units at {percent(best.load)} of the limit. With "
+            f"`--looks {best.looks}` (so many power-ons a temperature at most) it stops after "
+            f"{digits(best.expected, 3)} on average.",
         ),
         notes=tuple(notes),
         facts=facts(
@@ -37,12 +37,12 @@ def checks_report(checks: Sequence[Check], rates: ErrorRates, name: str, notes: 
 
 
 BASIS = (
-    "A unit of that load has its residual along what the plan had left of every term it measures. Hours are "
-    "of one unit: install, ramps, soaks, power-ons, remove.",
+    "Units of that load are drawn, their residuals about what the plan had left of every term. Hours are of "
+    "one unit: install, ramps, soaks, power-ons, remove.",
     "Fewer than three temperatures, or a narrow range, do not show what the temperature table leaves: it is "
     "then counted as planned, which takes room.",
     "With --looks the decisions of all looks together keep the stated rates; the boundaries are exact "
-    "for Gaussian estimates.",
+    "for Gaussian estimates. Power-ons of several tests come in turn; all of a temperature count.",
 )
 
 
@@ -51,7 +51,8 @@ def _words(c: Check) -> str:
     tests = " and ".join(_test(t) for t in c.tests)
     degc = ", ".join(f"{t:.0f}" for t in c.temperatures_degc)
     where = f"at {degc} degC" if len(c.temperatures_degc) == 1 else f"at each of {degc} degC"
-    return f"{tests}, {counted(c.power_ons, 'power-on')} {where}"
+    of = " of either" if len(c.tests) == 2 else " of each" if len(c.tests) > 2 else ""
+    return f"{tests}, {counted(c.power_ons, 'power-on')}{of} {where}"
 
 
 def _test(t: CheckTest) -> str:
@@ -62,7 +63,7 @@ def checks_table(checks: Sequence[Check]) -> Table | None:
     """A row per number of temperatures."""
     return table(
         "The cheapest check for each number of temperatures",
-        "temperatures | tests and motions | power-ons at each | hours | decided, % | with looks, on average",
+        "temperatures | tests and motions | power-ons of each | hours | decided, % | --looks | on average",
         (
             (
                 ", ".join(f"{t:.0f}" for t in c.temperatures_degc),
@@ -70,6 +71,7 @@ def checks_table(checks: Sequence[Check]) -> Table | None:
                 str(c.power_ons),
                 hours(c.time_s),
                 f"{100 * c.decides:.1f}",
+                str(c.looks),
                 digits(c.expected, 3),
             )
             for c in checks

@@ -46,14 +46,18 @@ def _reasons(difference: Difference) -> Iterator[str]:
 def _hour_rows(c: Comparison) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for title, group in (("bench", c.benches), ("test", c.tests), ("action", c.actions)):
-        rows += [
-            (f"{title} {s.name.replace('_', ' ') if title == 'action' else s.name}", *map(_hours, s.time_us))
-            for s in group
-        ]
+        rows += [(_row_name(title, s.name), *map(_hours, s.time_us)) for s in group]
     rows.append(("powered", *map(_hours, c.power_on_us)))
     rows.append(("all", *map(_hours, c.time_us)))
     rows.append(("gap", *(NOTHING if g is None else plain(percent(g, 2)) for g in c.gap)))
     return rows
+
+
+def _row_name(title: str, name: str) -> str:
+    """`bench rate_table`, `action cool down`; what is of no test is installing, ramps, soaks."""
+    if (title, name) == ("test", "none"):
+        return "no test"
+    return f"{title} {name.replace('_', ' ') if title == 'action' else name}"
 
 
 def _error_rows(c: Comparison) -> list[tuple[str, ...]]:

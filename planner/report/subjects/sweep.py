@@ -9,13 +9,21 @@ from typing import TYPE_CHECKING, Any
 from planner.report.blocks import Block, Picture, Report, Table, Text, existing, facts, section
 from planner.report.charts import theme
 from planner.report.numbers import NOTHING, digits, hours
+from planner.report.subjects.sweep_answer import (
+    Cheapest,
+    abscissa,
+    cheapest_of,
+    cheapest_table,
+    knee,
+    knee_words,
+    number_of,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Document = Mapping[str, Any]
-_NUMBER = re.compile(r"\s*([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)")
 WIDE = 8.0
 
 
@@ -98,49 +106,45 @@ def _why(p: Document) -> str:
 
 
 def sweep_report(sweep: Document) -> Report:
-    """The curve and every point."""
+    """The knee, then the curve and every point."""
     planned = [p for p in sweep["points"] if p["status"] == "planned"]
     short = f"{len(planned)} of {len(sweep['points'])} points have a plan"
     if planned:
         times = [p["time_s"] for p in planned]
         short += f", {hours(min(times))} to {hours(max(times))} h"
+    key = abscissa(sweep)
+    curve = [] if key is None else cheapest_of(sweep, key)
+    bend = knee(curve)
     missing = sweep["wanted"] - len(sweep["points"])
+    sentences = [
+        "" if bend is None or key is None else f"{short[0].upper()}{short[1:]}.",
+        f"{missing} points are still to be planned." if missing else "",
+    ]
     return Report(
         kind="Sweep of a spec",
         title=sweep["spec"],
-        answer=short,
-        sentences=(f"{missing} points are still to be planned.",) if missing else (),
+        answer=short if bend is None or key is None else knee_words(curve, bend, key).rstrip("."),
+        sentences=tuple(filter(None, sentences)),
         facts=facts(("varied", ", ".join(sweep["keys"]))),
         sections=existing(
             section("curve", "Hours against what is asked for", *_curves(sweep), only="page"),
-            section("table", "Every point", sweep_table(sweep)),
+            section("table", "Every point", _cheapest(sweep, curve, key), sweep_table(sweep)),
         ),
     )
 
 
+def _cheapest(sweep: Document, curve: Sequence[Cheapest], key: str | None) -> Table | None:
+    return None if key is None else cheapest_table(sweep, curve, key)
+
+
 def _curves(sweep: Document) -> Iterator[Block | None]:
-    key = _abscissa(sweep)
+    key = abscissa(sweep)
     if key is None:
         yield Text("No key has numbers to draw a curve against.")
         return
     text = f"Hours of the shortest campaign against {key}"
     caption = "Each dot is the proved optimum of one spec; crosses below: cannot be met."
     yield Picture("sweep", text, caption, lambda: _draw(sweep, key))
-
-
-def _abscissa(sweep: Document) -> str | None:
-    """The key with the most different numbers; the first of equals."""
-    counts = {
-        key: len({number_of(p["values"][key]) for p in sweep["points"]} - {None}) for key in sweep["keys"]
-    }
-    best = max(counts, key=lambda key: counts[key], default=None)
-    return best if best is not None and counts[best] >= 2 else None
-
-
-def number_of(value: Any) -> float | None:
-    """`5 m` is 5; None for a word."""
-    match = _NUMBER.match(str(value))
-    return float(match[1]) if match else None
 
 
 def _draw(sweep: Document, key: str) -> Figure:
@@ -191,5 +195,5 @@ def _line(points: Sequence[Document], key: str) -> tuple[list[float], list[float
 
 def _unit(sweep: Document, key: str) -> str:
     value = str(sweep["points"][0]["values"][key])
-    unit = _NUMBER.sub("", value, count=1).strip()
-    return f", {unit}" if unit else ""
+    found = _QUANTITY.fullmatch(value.strip())
+    return f", {found[2]}" if found else ""
