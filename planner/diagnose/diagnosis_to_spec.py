@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from planner import __version__, catalog
 from planner.diagnose.calibration_cost import CalibratingTest, RecordNoise, Target, calibrating_test
 from planner.diagnose.left_in_budget import widened
+from planner.diagnose.ramp_test import ramp_test
 from planner.errors import InputError
 from planner.measurement import AXES
 from planner.nouns.diagnosis import LEAST_P, Assumption, Diagnosis, FoundEffect, NavigationCost
@@ -180,14 +181,17 @@ def _enter(
         return [], [*notes, f"{error} has a budget already: it is kept"]
     size, left = _size(found)
     test = None if isinstance(spec.sensitivities, Given) else _test(spec, found, size, diagnosis)
+    ramp = None if test else ramp_test(spec, found.effect, error, _noise(found, diagnosis).duration)
     unit = effect.units[found.sensor]
-    parts = {"systematic": _written(size if test else left, unit)}
+    parts = {"systematic": _written(size if test or ramp else left, unit)}
     if test and spec.planned_by == "published":
         # K's half-width t s / √n asks for the scatter of one repeat; planning by information knows it itself
         parts["run_to_run"] = _written(test.spread, unit)
     budget = "{" + ", ".join(f"{key}: {value}" for key, value in parts.items()) + "}"
     edits.enter(("unit", found.sensor), found.effect, budget, _reason(found))
     changes = [f"unit.{error}: {budget}"]
+    if ramp is not None:
+        return [*changes, _added(edits, spec, error, ramp)], notes
     if test is None:
         why = (
             "the spec gives published coefficients, which have none for it"
@@ -285,8 +289,6 @@ def _calibrated(edits: SpecText, spec: Spec, error: str, test: CalibratingTest) 
         else:
             edits.enter(("tests", run.test), "calibrates", f"[{error}]")
         return f"tests.{run.test}: calibrates {error}"
-    name = f"show_{ErrorName(error).effect.partition('_over_')[0]}"  # a curve's nodes are no part of it
-    name += "" if name not in spec.tests else f"_{len(spec.tests) + 1}"
     others = [t for t in spec.tests.values() if t.bench == run.bench]
     parts = {
         "bench": run.bench,
@@ -298,8 +300,15 @@ def _calibrated(edits: SpecText, spec: Spec, error: str, test: CalibratingTest) 
     }
     if spec.benches[run.bench].chamber is None:
         parts["temperatures"] = "room"
+    return _added(edits, spec, error, parts)
+
+
+def _added(edits: SpecText, spec: Spec, error: str, parts: Mapping[str, str]) -> str:
+    """A new test."""
+    name = f"show_{ErrorName(error).effect.partition('_over_')[0]}"  # a curve's nodes are no part of it
+    name += "" if name not in spec.tests else f"_{len(spec.tests) + 1}"
     edits.enter(("tests",), name, "{" + ", ".join(f"{k}: {v}" for k, v in parts.items()) + "}")
-    return f"tests.{name}: a new test on {run.bench} that calibrates {error}"
+    return f"tests.{name}: a new test on {parts['bench']} that calibrates {error}"
 
 
 # ---------------------------------------------------------------- spreads that the data contradict

@@ -59,6 +59,24 @@ def exposed(design: Design, records: Records, time: Array) -> tuple[Array, Array
     return rate, force
 
 
+def warmed(design: Design, records: Records, time: Array, degc: Array) -> tuple[Array, Array]:
+    """(n,) temperature, degC, and its rate, K/s; degc: (m,) true mean of each record.
+
+    Straight from one soaked record to the next. On ramps each record is in the middle of its way, so half-way
+    to the next one the chamber turns; before the first and after the last it stands where it turns.
+    """
+    middle = (records.begin + records.end) / 2.0
+    rates = design.conditions.temperature_rate[records.rows]
+    if not rates.any():
+        return np.interp(time, middle, degc), np.zeros(len(time))
+    turns = (middle[1:] + middle[:-1]) / 2.0
+    k = np.searchsorted(turns, time)
+    half = np.max(np.diff(middle), initial=2.0 * float(np.max(records.end - middle))) / 2.0
+    since = np.clip(time - middle[k], -half, half)
+    moves = np.abs(time - middle[k]) <= half
+    return degc[k] + rates[k] * since, np.where(moves, rates[k], 0.0)
+
+
 def _loaded(design: Design, records: Records, time: Array) -> tuple[Array, Array]:
     """On a centrifuge: the record's own rate and load, and straight lines between them."""
     moments = np.stack([records.begin, records.end], axis=1).ravel()

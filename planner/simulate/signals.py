@@ -32,7 +32,7 @@ from planner.simulate.campaign import (
 )
 from planner.simulate.curves.grid import along
 from planner.simulate.hidden import HiddenEffect
-from planner.simulate.motions import exposed, records_of
+from planner.simulate.motions import exposed, records_of, warmed
 from planner.simulate.processes import coloured, generator
 from planner.units import STANDARD_GRAVITY_MPS2, to_si
 
@@ -101,11 +101,12 @@ def campaign_signals(drawn: Recorded) -> Iterator[Signals]:
         number = records.at(time)
         of = rows[number]
         rate, force = exposed(d, records, time)
+        degc, ramped = warmed(d, records, time, drawn.true.temperature_degc[rows])
         conditions = Conditions(
             rate=rate + (drawn.true.rate - d.conditions.rate)[of],
             specific_force=force + (drawn.true.specific_force - d.conditions.specific_force)[of],
-            temperature_degc=np.interp(time, d.conditions.time_on[rows], drawn.true.temperature_degc[rows]),
-            temperature_rate=np.zeros(len(time)),
+            temperature_degc=degc,
+            temperature_rate=ramped,
             time_on=time,
             day=d.conditions.day[of],
         )

@@ -90,11 +90,31 @@ def test_a_found_effect_is_declared_budgeted_and_calibrated_by_the_test_that_sho
 
 
 def test_what_no_soaked_power_on_shows_has_what_is_left_as_its_size():
-    made, loaded = updated(LOOP, found_effect("temperature_rate", "gyro_x", 1e-3, 1e-5))
-    budget = loaded.spec.unit.gyro["temperature_rate"]
+    """Nor a ramp: how a lag goes on from one to the next is not planned."""
+    made, loaded = updated(LOOP, found_effect("thermal_lag", "gyro_x", 1e-3, 1e-5))
+    budget = loaded.spec.unit.gyro["thermal_lag"]
     assert budget.systematic.si == pytest.approx(1e-5, rel=0.02)
     assert budget.run_to_run is None
     assert any("no test" in note for note in made.notes)
+
+
+@pytest.mark.parametrize("effect", ["temperature_rate", "temperature_rate_table"])
+def test_what_ramps_show_gets_a_test_on_ramps(tmp_path, effect):
+    """As far as the chamber, which goes at 2 K/min one way, has room: 4.5 K beyond a record of a minute."""
+    spec = small(effects=["bias"])
+    spec["requirement"] = [{"error": "position", "limit": "1000 km", "rule": "rss"}]
+    spec |= {"sensitivities": "simulated", "trajectory": {"name": "level", "duration": "20 s"}}
+    spec["benches"]["rate_table"] |= {"axes": 2, "move": "5 s"}
+    path = tmp_path / "spec.yaml"
+    path.write_text(yaml.safe_dump(spec, sort_keys=False), encoding="utf-8")
+    made, loaded = updated(path, found_effect(effect, "gyro_x", 1e-3, 1e-5))
+    test = loaded.spec.tests[f"show_{effect}"]
+    assert test.calibrates == (f"gyro.{effect}",)
+    assert test.ramp is not None
+    assert test.ramp.ramp * 60.0 == pytest.approx(2.0)
+    assert loaded.spec.unit.gyro[effect].systematic.si >= 1e-3  # a test calibrates it: its whole size
+    assert len(test.temperatures) == (6 if effect.endswith("table") else 2)
+    assert not any("no test" in note for note in made.notes)
 
 
 def test_a_new_test_is_added_when_none_shows_the_effect(tmp_path):

@@ -21,10 +21,14 @@ from planner.pipelines.planning import exact_plan
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.readers.packets import READER
 from planner.recordings.coloured_noise import noise_of_samples
+from planner.simulate.campaign import Settings, prepared
 from planner.simulate.motions import exposed, records_of
 from planner.simulate.processes import coloured
+from planner.simulate.signals import Disturbed, campaign_signals, recorded
 from planner.units import unit_factor
 from tests.outcome import Run
+from tests.plan.test_ramps import RAMP, document
+from tests.plan.test_ramps import spec as ramps
 from tests.readers.streams import checksum
 from tests.specs import loaded
 
@@ -288,3 +292,22 @@ def test_white_and_coloured_noise_are_told_apart() -> None:
 def test_too_little_says_nothing() -> None:
     assert noise_of_samples(np.zeros(5000), 100.0, "gyro_x") is None
     assert noise_of_samples(np.arange(50.0), 100.0, "gyro_x") is None
+
+
+def test_on_ramps_the_samples_move_with_the_chamber() -> None:
+    """Each record in the midst of its way: T at its middle, ± r through it, no jump that the stray is not."""
+    made = steps_of(document())
+    on = planner.load(ramps()).spec
+    unit, _ = recorded(design(made, on), prepared(on), 3, Settings(), Disturbed(), rate=10.0)
+    moving = [s for s in campaign_signals(unit) if any("/ramps/" in step for step in np.unique(s.step))]
+    assert moving
+    for s in moving:
+        for k, step in enumerate(step for step in dict.fromkeys(s.step.tolist()) if step):
+            inside = s.step == step
+            slope = 60.0 * np.polyfit(s.time[inside], s.temperature_degc[inside], 1)[0]
+            assert slope == pytest.approx(RAMP if k % 2 == 0 else -RAMP, rel=1e-6)
+            row = np.flatnonzero(unit.design.step == step)[0]
+            assert np.mean(s.temperature_degc[inside]) == pytest.approx(
+                unit.true.temperature_degc[row], abs=0.01
+            )
+        assert np.abs(np.diff(s.temperature_degc)).max() < 0.5

@@ -22,7 +22,7 @@ from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.read_temperature import STILL_K_S, straying
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.whitened import Whitened
-from planner.measurement import evaluate
+from planner.measurement import evaluate, jacobian
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
@@ -93,8 +93,13 @@ def _calmed(data: Prepared) -> DwellTable:
 
 def _seen(w: Whitened) -> _Seen:
     c = w.channel
-    plain = [i for i, x in enumerate(c.model.columns()) if not np.isfinite(x.node_degc) and not x.parameter]
-    return _Seen(w, c.y, evaluate(c.model, c.theta).v, c.J[:, plain])
+    parts = evaluate(c.model, c.theta)
+    plain = [
+        i
+        for i, x in enumerate(c.model.columns())  # of the whole model: c.J has what was found taken out
+        if not np.isfinite(x.node_degc) and not x.parameter and x.effect not in c.found
+    ]
+    return _Seen(w, c.y, parts.v, jacobian(c.model, c.theta, parts)[:, plain])
 
 
 def _left(seen: Sequence[_Seen], table: DwellTable, lag: float) -> float:
