@@ -22,6 +22,9 @@ from planner.nouns.array import Array
 
 FOLDS = 5  # the usual number: Hastie, Tibshirani, Friedman, Elements of Statistical Learning, 7.10
 LEAST_RUNS = 3  # power-ons, below which none can be left out
+OF_A_TABLE = (
+    0.5  # of what a table explains: its many values follow struck rows, a true one predicts 0.7 of it
+)
 TAIL = 1e-3  # of a block's square that power-ons may have and still count as telling nothing of it
 
 
@@ -45,7 +48,8 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
     s = score(here, [b]) if _is_table(found, b) else found.share(b)
     if s.m and log_p(least, s.m, s.freedom, s.s2) > np.log(SINGLE):
         return Veto(b, "it rests on one power-on alone", int(worst))
-    if not here.blocks[b].generic and len(told) >= LEAST_RUNS and _gain(gram, h) <= 0.0:
+    least_gain = OF_A_TABLE * score(here, [b]).delta if _is_table(found, b) else 0.0
+    if not here.blocks[b].generic and len(told) >= LEAST_RUNS and _gain(gram, h) <= least_gain:
         return Veto(b, "it does not predict power-ons that its fit has not seen")
     return None
 

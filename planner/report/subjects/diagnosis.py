@@ -12,6 +12,7 @@ from planner.report.blocks import Block, Fact, Items, Report, Section, Text, Ver
 from planner.report.charts import diagnosis as charts
 from planner.report.numbers import digits, level
 from planner.report.subjects import diagnosis_findings as findings
+from planner.report.subjects import diagnosis_next as further
 from planner.report.subjects import diagnosis_words as words
 
 MOST_CHANNELS = 6
@@ -39,6 +40,9 @@ def _sentences(diagnosis: Diagnosis) -> Iterator[str]:
     """The verdict, residual before and after beside the floor, and what else a first look must see."""
     found = diagnosis.found
     yield words.sentence(found)
+    sizes = further.sizes_sentence(found.effects)
+    if sizes:
+        yield sizes
     change = findings.change_sentence(found, diagnosis.residual)
     if change:
         yield change
@@ -51,6 +55,9 @@ def _sentences(diagnosis: Diagnosis) -> Iterator[str]:
     worse = [c for c in diagnosis.navigation if not c.helps]
     if worse:
         yield findings.worse_sentence(worse[0])
+    after = further.next_sentence(diagnosis)
+    if after:
+        yield after
 
 
 def verdict(c: NavigationCost) -> Verdict:
