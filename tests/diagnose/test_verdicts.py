@@ -262,3 +262,20 @@ def test_a_spec_of_the_sensor_alone_is_enough(tmp_path: Path) -> None:
     whole = load_sensor_spec(SHIPPED / "small_uav.yaml")
     assert whole.absent == ()
     assert whole.sha256 == load_spec(SHIPPED / "small_uav.yaml").sha256
+
+
+# ---------------------------------------------------------------- shapes that look like two names, or a table
+
+
+def test_a_load_that_saturates_is_a_curve_over_the_load_and_no_pair_of_powers() -> None:
+    table, _ = campaign(21007, Hidden("saturation", "acc_y", 25.0))
+    found = diagnose(replace(table, gyro=None), spec())
+    assert not found.effects
+    assert [(u.varies_with, u.channels) for u in found.unknown] == [("specific_force", ("accelerometer_y",))]
+
+
+def test_struck_rows_on_ramps_are_no_table_over_the_rate_of_temperature() -> None:
+    table, _ = campaign(11002, struck=0.007)
+    found = diagnose(replace(table, acc=None), spec())
+    assert not found.effects
+    assert {r.effect for r in found.refused} & {"temperature_rate_table", "temperature_rate_table_over_time"}

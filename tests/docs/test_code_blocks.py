@@ -23,6 +23,7 @@ from typer.testing import CliRunner
 
 from planner.cli import app
 from planner.export.schemas import schema_of
+from tests.docs.forked import write_client
 from tests.specs import ROOT
 
 DOCS = ROOT / "planner" / "docs"
@@ -64,14 +65,27 @@ def test_every_page_is_run_and_every_kind_of_block_is_known():
 
 
 @pytest.fixture(scope="module")
-def program(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+def program(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
     """An environment in which `planner` and `python` are those of this test, without a terminal."""
     place = tmp_path_factory.mktemp("bin")
-    for name, what in (("planner", "-m planner"), ("python", "")):
-        (place / name).write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {what} "$@"\n')
-        (place / name).chmod(0o755)
+    (place / "python").write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} "$@"\n')
+    (place / "python").chmod(0o755)
+    write_client(place, str(place / "door"))
     paths = {"PATH": f"{place}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
-    return {**os.environ, **paths, "NO_COLOR": "1", "OMP_NUM_THREADS": "1"}
+    environment = {**os.environ, **paths, "NO_COLOR": "1", "OMP_NUM_THREADS": "1"}
+    server = subprocess.Popen(
+        [sys.executable, "-m", "tests.docs.forked", str(place / "door")],
+        cwd=ROOT,
+        env=environment,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert server.stdout is not None
+    assert server.stdout.readline() == "ready\n"
+    yield environment
+    server.kill()
+    server.wait()
+    server.stdout.close()
 
 
 def test_every_block_runs(tmp_path: Path, program: dict[str, str]) -> None:

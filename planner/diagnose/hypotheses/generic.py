@@ -20,6 +20,7 @@ from planner.units import STANDARD_GRAVITY_MPS2
 
 MOST_LEVELS = 12  # of one variable; more nodes would follow single records
 MOST_RATES = 24  # a table and a centrifuge together have some twenty rates
+MOST_LOADS = 17
 COARSE, FINE = 9, 25
 A_NODE = 5  # observations: rows for what varies within a power-on, power-ons for what varies between them
 REST_RATE = float(np.radians(1.0))  # the Earth turns 240 times slower, tables do not turn slower than this
@@ -131,13 +132,18 @@ def _ways_up(c: Channel) -> Array:
 
 
 def _specific_force(c: Channel, table: DwellTable) -> list[Array]:
-    """Modulus, square and cube of the load along each axis: a centrifuge has too few runs for bins."""
+    """Modulus, square and cube of the load along each axis: a centrifuge has too few runs for bins of all.
+
+    An accelerometer's own load has them: where a reading saturates no power of the load does.
+    """
     f = c.model.conditions.specific_force
     loaded = np.linalg.norm(f, axis=1) > _LOADED
     if not loaded.any():
         return []
+    own = _hats(np.where(loaded, c.u, 0.0), _LOADED, MOST_LOADS)
     f = np.where(loaded[:, None], f, 0.0) / np.abs(f[loaded]).max()
-    return [np.concatenate([np.abs(f), f**2, f**3], axis=1)]
+    powers = np.concatenate([np.abs(f), f**2, f**3], axis=1)
+    return [powers, own] if c.sensor == "accelerometer" else [powers]
 
 
 def _temperature(c: Channel, table: DwellTable) -> list[Array]:

@@ -111,12 +111,16 @@ def stands_beside(found: Found, b: int, s: Score) -> bool:
 def cut_chains(found: Found, question: Question) -> None:
     """Many library effects on a channel where one variable explains as much are the bends of one curve.
 
+    So are two that run along that variable itself: a load that saturates is a cubic and a square, roughly.
+
     A strong effect that the library does not have looks like one that it has, and its misfit like others.
     """
     for axis in found.pool.axes:
         mine = found.on({axis})
         unnamed = free(found.pool, on(found.pool, question.generic, {axis}), found.unknown)
-        if len(mine) < CHAIN or not unnamed:
+        if len(mine) < CHAIN:
+            unnamed = [g for g in unnamed if found.pool.blocks[g].name == _same_variable(found.pool, mine)]
+        if not unnamed:
             continue
         before = on(found.pool, found.unknown, {axis})
         here = found.without(*mine, *before)
@@ -126,6 +130,20 @@ def cut_chains(found: Found, question: Question) -> None:
             found.unknown = [*(u for u in found.unknown if u not in before), best]
             _only_what_counts(found, best, mine, both)
             found.drop_needless(found.chance(question))
+
+
+def _same_variable(pool: Pool, mine: Sequence[int]) -> str:
+    """The variable along which a pair of a channel's own effects runs: two powers of one input; else ""."""
+    if len(mine) != CHAIN - 1 or any(len(pool.blocks[b].columns) > 1 for b in mine):
+        return ""
+    along = {_along(pool, b) for b in mine}
+    return along.pop() if len(along) == 1 else ""
+
+
+def _along(pool: Pool, b: int) -> str:
+    """The generic alternative over a library effect's variable; an accelerometer's input is the load."""
+    name = VARIES_WITH.get(hypothesis(pool.blocks[b].name).variable, "")
+    return "specific_force" if name == "rate" and pool.blocks[b].sensor == "accelerometer" else name
 
 
 def explained(found: Found, lacking: Sequence[int], question: Question) -> None:

@@ -12,6 +12,7 @@ from planner import catalog
 from planner.campaign.channel_model import EXCITING
 from planner.diagnose.hypotheses.candidates import (
     Block,
+    follows_any_drift,
     generic_blocks,
     library_blocks,
     reference_blocks,
@@ -289,11 +290,16 @@ def _shape(
 
 
 def _coarse(blocks: Sequence[Block], axis: int) -> list[Array]:
-    """Columns that a row may follow and be no outlier: fine bins would follow a single row."""
+    """Columns that a row may follow and be no outlier: fine bins would follow a single row, and so do tables.
+
+    What a table follows in several power-ons is no accident by `outliers` itself.
+    """
     names: set[str] = set()
     kept = []
     for b in blocks:
-        if axis in b.columns and not (b.generic and b.name in names and b.name in FINE_ONES):
+        fine = b.generic and b.name in names and b.name in FINE_ONES
+        table = not b.generic and not b.reference and follows_any_drift(catalog.effects()[b.name])
+        if axis in b.columns and not fine and not table:
             kept.append(b.columns[axis])
         if b.generic and axis in b.columns:
             names.add(b.name)

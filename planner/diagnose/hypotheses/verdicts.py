@@ -13,8 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from planner import catalog
+from planner.diagnose.hypotheses.candidates import follows_any_drift
 from planner.diagnose.hypotheses.found import SINGLE, Found
-from planner.diagnose.hypotheses.pool import RANK, Pool
+from planner.diagnose.hypotheses.pool import RANK, Pool, score
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.nouns.array import Array
 
@@ -36,16 +38,29 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
     """The veto of the power-ons on a believed block; None where it stands, or where they are too few."""
     if len(starts) < LEAST_RUNS:
         return None
-    here = found.without(b)
+    here = found.without(b, *_tables_beside(found, b))
     gram, h = _by_run(here, b, starts)
     told = np.flatnonzero(np.trace(gram, axis1=1, axis2=2) > TAIL / len(starts) * np.trace(gram.sum(axis=0)))
     worst, least = _without_one(gram, h, told)
-    s = found.share(b)
+    s = score(here, [b]) if _is_table(found, b) else found.share(b)
     if s.m and log_p(least, s.m, s.freedom, s.s2) > np.log(SINGLE):
         return Veto(b, "it rests on one power-on alone", int(worst))
     if not here.blocks[b].generic and len(told) >= LEAST_RUNS and _gain(gram, h) <= 0.0:
         return Veto(b, "it does not predict power-ons that its fit has not seen")
     return None
+
+
+def _is_table(found: Found, b: int) -> bool:
+    block = found.pool.blocks[b]
+    known = not block.generic and not block.reference
+    return known and follows_any_drift(catalog.effects()[block.name])
+
+
+def _tables_beside(found: Found, b: int) -> list[int]:
+    """Other tables on a table's channels: two that follow one struck row each make the other look sound."""
+    if not _is_table(found, b):
+        return []
+    return [i for i in found.on(found.axes(b)) if i != b and _is_table(found, i)]
 
 
 def _by_run(here: Pool, b: int, starts: NDArray[np.int64]) -> tuple[Array, Array]:
