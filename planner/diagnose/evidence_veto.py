@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 from planner import catalog
+from planner.diagnose.hypotheses.generic import VARIES_WITH
 from planner.nouns.diagnosis import (
     FoundEffect,
+    NavigationCost,
     NotFound,
     ReferenceSuspect,
     Refused,
@@ -22,6 +24,7 @@ from planner.nouns.diagnosis import (
 MORE_THAN_NOISE = (
     1.5  # times the noise model's sigma within runs: held-out figures of clean channels stay below
 )
+NOTICED = 0.01  # of a requirement's limit
 RISES = 1.0  # ratio of the held-out residuals within runs, after to before, from which nothing was gained
 
 
@@ -41,6 +44,39 @@ def refused_by_residual(
     if not falls:
         return found, False
     return _judged(found, effects=tuple(stands), refused=(*found.refused, *falls)), True
+
+
+def refused_by_flight(
+    found: UnitDiagnosis, cost: Callable[[FoundEffect], Sequence[NavigationCost]]
+) -> tuple[UnitDiagnosis, bool]:
+    """The diagnosis without the names whose compensation leaves a flight worse; whether any went.
+
+    cost: what one effect by itself costs, requirement by requirement. That something follows the effect's
+    variable stays sure: it is left without a name. An effect of the bench does not fly and is not asked.
+    """
+    stands, falls, rest = [], [], []
+    for e in found.effects:
+        worse = [] if catalog.effects()[e.effect].bench_only else [c for c in cost(e) if _worse(c)]
+        if not worse:
+            stands.append(e)
+            continue
+        falls.append(Refused(e.effect, e.channels, "compensated, a flight is worse: " + _flown(worse[0])))
+        variable = VARIES_WITH.get(catalog.effects()[e.effect].variable, "unexplained")
+        rest += [Unknown((c,), variable, e.p_value, e.strength) for c in e.channels]
+    if not falls:
+        return found, False
+    unknown = (*found.unknown, *rest)
+    return _judged(found, effects=tuple(stands), refused=(*found.refused, *falls), unknown=unknown), True
+
+
+def _worse(c: NavigationCost) -> bool:
+    """Whether it is worse by what a plan can notice: what a flight does not excite costs nothing."""
+    return not c.helps and c.after - c.left_alone > NOTICED * abs(c.limit)
+
+
+def _flown(c: NavigationCost) -> str:
+    """In SI, as the other refusals are."""
+    return f"{c.error} {c.left_alone:.3g} to {c.after:.3g} {'m' if c.unit in ('m', 'km') else 'in SI'}"
 
 
 def _rises(r: ResidualChange) -> bool:

@@ -292,10 +292,18 @@ class NavigationCost:
         return math.hypot(self.promised, self.after)
 
     @property
+    def left_alone(self) -> float:
+        """What a flight has of it if nobody does anything, in the way that costs more; NaN where unknown."""
+        return max((x for x in (self.before, self.as_calibrated) if math.isfinite(x)), default=math.nan)
+
+    @property
     def helps(self) -> bool:
-        """Whether compensation leaves less than nobody's doing anything, in the way that costs more."""
-        known = [x for x in (self.before, self.as_calibrated) if math.isfinite(x)]
-        return not known or not math.isfinite(self.after) or self.after <= max(known)
+        """Whether compensation leaves less than nobody's doing anything."""
+        return (
+            not math.isfinite(self.left_alone)
+            or not math.isfinite(self.after)
+            or (self.after <= self.left_alone)
+        )
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +17,12 @@ from planner.diagnose.diagnosis_to_next_measurement import next_measurements
 from planner.diagnose.diagnosis_to_residual import UnitFits, residual_changes, unit_fits
 from planner.diagnose.diagnosis_to_spec import SpecUpdate, updated_spec
 from planner.diagnose.dwells_to_diagnosis import diagnose as diagnose_unit
-from planner.diagnose.evidence_veto import held_to_the_floor, refused_by_residual
+from planner.diagnose.evidence_veto import held_to_the_floor, refused_by_flight, refused_by_residual
 from planner.dwells.dwell_checks import check_rests
 from planner.dwells.dwell_files import read_dwells
 from planner.dwells.table_rows import rows_of
 from planner.errors import InfeasibleError, InputError
-from planner.nouns.diagnosis import Diagnosis, NavigationCost, ResidualChange, UnitDiagnosis
+from planner.nouns.diagnosis import Diagnosis, FoundEffect, NavigationCost, ResidualChange, UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.plan import Plan
 from planner.pipelines import planning
@@ -89,6 +90,12 @@ def _diagnosed(
     found, fits, residual = _confirmed(table, loaded, found)
     progress(f"{found.unit}: what it costs in flight")
     navigation, notes = _navigation(found, fits, loaded)
+    if any(not c.helps for c in navigation):
+        one = partial(_alone, found, fits, loaded)
+        found, fell = refused_by_flight(found, one)
+        if fell:
+            found, fits, residual = _confirmed(table, loaded, found)
+            navigation, notes = _navigation(found, fits, loaded)
     if len(promised) == len(navigation):
         navigation = tuple(replace(c, promised=p) for c, p in zip(navigation, promised, strict=True))
     if loaded.absent:
@@ -139,6 +146,13 @@ def _navigation(
             raise
         return (), [f"no navigation error: the spec gives published coefficients and no flight ({error})"]
     return navigation_costs(found.fitted, fits, loaded.spec, trajectory), []
+
+
+def _alone(
+    found: UnitDiagnosis, fits: UnitFits, loaded: LoadedSpec, effect: FoundEffect
+) -> tuple[NavigationCost, ...]:
+    """What one effect costs by itself."""
+    return _navigation(replace(found, effects=(effect,), unknown=()), fits, loaded)[0]
 
 
 def _sha256(path: Path) -> str:
