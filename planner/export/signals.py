@@ -1,4 +1,4 @@
-"""Simulated signals as files: 34-byte packets (K 3.1, fig 3.4) with a map each, or Parquet."""
+"""Simulated signals as files: 34-byte packets (K 3.1, fig 3.4), or Parquet; one map for all power-ons."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ def form_named(word: str) -> Form:
     return "parquet" if word == "parquet" else "packets"
 
 
-def signal_files(signals: Signals, form: Form, rate: float) -> Mapping[str, str | bytes]:
-    """Name -> content of one power-on: the recording, and the map that `reduce` needs."""
+def signal_files(signals: Signals, form: Form) -> Mapping[str, str | bytes]:
+    """Name -> content of one power-on: the recording; of Parquet the map that `reduce` needs, too."""
     name = f"run_{signals.run:04d}"
     if form == "parquet":
         labelled = bool((signals.step != "").any())
         return {name + _SUFFIX[form]: _parquet(signals), "map.yaml": _COLUMNS + "step: step\n" * labelled}
-    return {name + _SUFFIX[form]: packet_bytes(signals), name + ".yaml": _map(signals, rate)}
+    return {name + _SUFFIX[form]: packet_bytes(signals)}
 
 
 def packet_bytes(signals: Signals) -> bytes:
@@ -57,12 +57,14 @@ def packet_bytes(signals: Signals) -> bytes:
     return rows.tobytes()
 
 
-def _map(signals: Signals, rate: float) -> str:
+def packets_map(starts: Mapping[str, float], rate: float) -> str:
+    """The map of all power-ons' packets; starts: file -> s on the plan's clock."""
+    times = "".join(f"  {name}: {start:.6f} s\n" for name, start in starts.items())
     return (
-        "# the map of this power-on's packets; --plan with it names the records\n"
+        "# the map of these packets, a file a power-on; --plan with it names the records\n"
         f"unit: {UNIT}\n"
         f"rate: {rate:g} Hz\n"
-        f"plan_time: {signals.start_s:.6f} s\n"
+        f"plan_time:\n{times}"
         "gyro: {x: W1, y: W2, z: W3, unit: deg/s}\n"
         "acc: {x: A1, y: A2, z: A3, unit: g}\n"
         f"temperature: {{column: T1, unit: degC, scale: {DEGC}}}\n"

@@ -10,7 +10,7 @@ import numpy as np
 
 from planner.campaign.design import design
 from planner.errors import InputError
-from planner.export.signals import Form, signal_files
+from planner.export.signals import Form, packets_map, signal_files
 from planner.export.truth import truth_text
 from planner.nouns.plan_file import steps_of
 from planner.plan.default_campaign import default_campaign
@@ -82,14 +82,18 @@ def simulate_signals(
         else:
             yield from campaign_signals(unit)
 
-    files, runs, samples = list[Path](), 0, 0
+    files, runs, samples, starts = list[Path](), 0, 0, dict[str, float]()
     for signals in every():
         progress(f"recording power-on {signals.run}")
-        for name, content in signal_files(signals, form, rate).items():
+        for name, content in signal_files(signals, form).items():
             if out / name not in files:
                 files.append(out / name)
                 write_whole(out / name, content)
+                starts[name] = signals.start_s
         runs, samples = runs + 1, samples + len(signals.time)
+    if form == "packets":
+        files.append(out / "map.yaml")
+        write_whole(files[-1], packets_map(starts, rate))
     files.append(out / "truth.json")
     write_whole(files[-1], truth_text(truth, out.name))
     return Written(tuple(files), runs, samples, truth)

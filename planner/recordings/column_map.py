@@ -19,10 +19,11 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationError, WithJsonSchema
+from pydantic import BeforeValidator, Field, Tag, ValidationError, WithJsonSchema
 
 from planner.errors import Fault, InputError
 from planner.quantities import Acceleration, Number, PositiveSeconds, Rate, Seconds, Switch, quantity, schema
+from planner.spec.forms import mapping_or_text, of_forms
 from planner.spec.part import SpecPart
 from planner.units import UnitError, dimension_of, parse, unit_factor
 
@@ -153,6 +154,15 @@ class UnitColumn(SpecPart):
     column: Source
 
 
+_PlanTime = Annotated[
+    Annotated[Seconds, Tag("text")] | Annotated[dict[str, Seconds], Field(min_length=1), Tag("mapping")],
+    of_forms(
+        "must be a time such as 30 s, or one for each file, {run_1.bin: 0 s, run_2.bin: 480 s}",
+        mapping_or_text,
+    ),
+]
+
+
 class ColumnMap(SpecPart):
     """What a raw recording holds and how to reduce it."""
 
@@ -177,13 +187,23 @@ class ColumnMap(SpecPart):
         None,
         description="rests: found; step: from the column; plan: by the plan's times; whole: a power-on each",
     )
-    plan_time: Seconds = Field(0.0, description="time on the plan's clock at the first sample")
+    plan_time: _PlanTime = Field(
+        0.0, description="time on the plan's clock at the first sample; of several files, {run_1.bin: 0 s, …}"
+    )
     shortest: PositiveSeconds = Field(1.0, description="shorter rests are left out")
     record: PositiveSeconds | None = Field(None, description="longer rests are cut; default: by Allan")
     motions: Switch = Field(
         True, description="whether hand turns between rests are kept, for rests_and_turns"
     )
     full_scale: FullScale = FullScale()
+
+    def plan_time_of(self, path: Path) -> float:
+        """s on the plan's clock at a file's first sample. Raises InputError for a file that has none."""
+        if isinstance(self.plan_time, float):
+            return self.plan_time
+        if path.name not in self.plan_time:
+            raise InputError(f"{path}: the map's plan_time does not name it; add '{path.name}: 0 s'")
+        return self.plan_time[path.name]
 
     @property
     def first_run(self) -> int:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from planner import catalog
 from planner.dwells.mix_ups import mix_ups
 from planner.errors import Fault, InputError
 from planner.nouns.array import Array
@@ -57,7 +58,8 @@ def reduce_recordings(
     Raises InputError for files that cannot be read or whose readings cannot be meant, and when nothing rests.
     """
     _distinct(paths)
-    files, left_out = _files([Path(path) for path in paths], columns, records, progress)
+    found = [file for path in paths for file in _in_folder(Path(path), columns)]
+    files, left_out = _files(found, columns, records, progress)
     progress("noise of the longest rest")
     noise = noise_of(files)
     rows, motions, without = _rows(files, None if noise.is_bound else noise.record)
@@ -100,6 +102,18 @@ def _distinct(paths: Sequence[Path]) -> None:
         if whole in seen:
             raise InputError(f"{path} is given twice; every power-on counts once")
         seen.add(whole)
+
+
+def _in_folder(path: Path, columns: ColumnMap | None) -> list[Path]:
+    """A file itself; of a folder its recordings, unless the map says which of its files hold what."""
+    joined = columns is not None and any(part.file is not None for part in columns.parts.values())
+    if not path.is_dir() or joined:
+        return [path]
+    suffixes = {suffix for reader in catalog.readers().values() for suffix in reader.suffixes}
+    found = sorted(file for file in path.iterdir() if file.is_file() and file.suffix.lower() in suffixes)
+    if not found:
+        raise InputError(f"{path}: this folder holds no recording")
+    return found
 
 
 def _files(
@@ -202,7 +216,7 @@ def _labelled(
     if wanted == "rests" or (wanted is None and not records and recording.whole.step is None):
         return (replace(block, label=None) for block in blocks)
     if wanted == "plan" or (records and recording.whole.step is None):
-        return labelled(blocks, records or (), recording.whole.plan_time)
+        return labelled(blocks, records or (), recording.whole.plan_time_of(recording.path))
     return blocks
 
 
