@@ -226,9 +226,12 @@ def _load(region: AllowedRegion, i: int, paths: Array, places: Array, reserve: R
 
 def _notes(region: AllowedRegion, felt: Sequence[tuple[int | None, ChannelForecast]]) -> tuple[str, ...]:
     notes, seen = [], {place for place, _ in felt}
-    rest = [t.error for i, t in enumerate(region.terms) if i not in seen]
+    known = {region.terms[place].error for place in seen if place is not None}
+    rest = [(t.error, t.term) for i, t in enumerate(region.terms) if i not in seen]
     if rest:
-        notes.append(f"no history, so counted as the plan left it: {', '.join(dict.fromkeys(rest))}")
+        by = {error: [term for e, term in rest if e == error] for error, _ in rest}
+        said = [f"{error} {' '.join(terms)}" if error in known else error for error, terms in by.items()]
+        notes.append(f"no history, so counted as the plan left it: {', '.join(said)}")
     unfelt = [c.series.error for place, c in felt if place is None]
     if unfelt:
         notes.append(f"no requirement feels it: {', '.join(dict.fromkeys(unfelt))}")
