@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner.api.answer import Answer, Row, document_and_page, plan_tree, silent
-from planner.api.given import SpecLike, whole
+from planner.api.given import SpecLike, read, whole
 
 if TYPE_CHECKING:
     from planner.fleet.appointment import Appointment
@@ -106,9 +106,12 @@ def accept(
     """
     from planner.fleet.judge import ErrorRates
     from planner.pipelines import fleet as pipeline
+    from planner.spec.sensor_alone import needs
 
     rates = ErrorRates(good_rejected, bad_accepted)
-    loaded, tree = whole(spec), _tree(plan)
+    loaded, tree = read(spec), _tree(plan)
+    planned = () if plan is not None else ("benches", "tests")  # a plan says what is left of its campaign
+    needs(loaded, "what a unit is held against", "requirement", "trajectory", *planned)
     inputs = [Path(one) for one in data]
     return AcceptAnswer(
         pipeline.accept(inputs, loaded, tree, rates, progress, as_residual=as_residual, looks=looks)
