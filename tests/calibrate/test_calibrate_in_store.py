@@ -96,6 +96,7 @@ def test_a_few_records_in_store_renew_an_old_calibration(seed: int, tmp_path: Pa
         assert off[1] < 0.3 * off[0]
 
 
+@pytest.mark.charts
 def test_the_command_takes_a_prior(tmp_path: Path) -> None:
     spec = str(SHIPPED / "small_uav.yaml")
     data = tmp_path / "data.csv"

@@ -335,8 +335,8 @@ def test_dwell_tables_with_days_are_a_history():
     assert found.start == date(2026, 1, 5)
     x = next(s for s in found.series if (s.error, s.term) == ("gyro.bias", "x"))
     assert x.day == pytest.approx(7.0 * np.arange(5))
-    # run-to-run 0.002 deg/s over eight power-ons
+    # run-to-run 0.002 deg/s and in-run 0.001 deg/s over eight power-ons
     assert np.all(np.abs(x.value - 0.001 * np.arange(5) * DEG) < 4 * x.sigma)
-    assert x.sigma == pytest.approx(np.full(5, 0.002 * DEG / np.sqrt(8)), rel=0.1)
+    assert x.sigma == pytest.approx(np.full(5, np.hypot(0.002, 0.001) * DEG / np.sqrt(8)), rel=0.1)
     z = next(s for s in found.series if (s.error, s.term) == ("accelerometer.bias", "z"))
     assert np.all(np.abs(z.value) < 0.002 * G)

@@ -91,6 +91,7 @@ def test_the_recount_knows_them_by_itself(document):
     assert faults(document | {"steps": plan_document(worked)["steps"]})
 
 
+@pytest.mark.charts
 def test_pages_name_dates_and_days_off(made):
     words = people_hours(made.plan)
     assert "begins tue 08:00, 2026-12-22" in words
