@@ -65,7 +65,7 @@ def _residual(
     X = np.column_stack([c.J, *small, w.noise.fixed_runs])
     white = w.noise.whiten(np.column_stack([X, c.r]))
     step, _ = least_squares(white[:, :-1], white[:, -1], 1e-9)
-    own = whole.J.shape[1]  # behind them in c.J: what the thermometer's noise leaves, which stays in the residual
+    own = whole.J.shape[1]  # behind them c.J has what the thermometer leaves: it stays
     taken = sum(x.shape[1] for x in full)
     declared, effects = step[:own], step[c.J.shape[1] : c.J.shape[1] + taken]
     J = np.column_stack([whole.J, *full])
