@@ -22,15 +22,20 @@ def read(spec: SpecLike) -> LoadedSpec:
     Raises InputError with every fault of the parts that are there.
     """
     from planner.spec.load import LoadedSpec
-    from planner.spec.sensor_alone import load_sensor_spec, sensor_spec_from_bytes
+    from planner.spec.sensor_alone import sensor_spec_from_bytes
 
-    if isinstance(spec, LoadedSpec):
-        return spec
+    return spec if isinstance(spec, LoadedSpec) else sensor_spec_from_bytes(*text_of(spec))
+
+
+def text_of(spec: str | Path | Mapping[str, Any]) -> tuple[bytes, Path]:
+    """The bytes of a spec and the file that its faults name. Raises InputError when they cannot be had."""
+    from planner.spec.load import spec_bytes
+
     if isinstance(spec, Mapping):
-        return sensor_spec_from_bytes(yaml_of(spec), WRITTEN_HERE)
+        return yaml_of(spec), WRITTEN_HERE
     if str(spec) == STDIN:
-        return sensor_spec_from_bytes(standard_input(), Path("<stdin>"))
-    return load_sensor_spec(Path(spec))
+        return standard_input(), Path("<stdin>")
+    return spec_bytes(Path(spec)), Path(spec)
 
 
 def whole(spec: SpecLike) -> LoadedSpec:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner.api.answer import Answer, Row
-from planner.api.given import STDIN, WRITTEN_HERE, standard_input, yaml_of
+from planner.api.given import text_of
 
 if TYPE_CHECKING:
     from planner.report.blocks import Report
@@ -79,11 +79,6 @@ def migrate(spec: str | Path | Mapping[str, Any], *, published: bool = False) ->
     published: plan by the published method, as older planners did where nothing was said. Raises InputError
     for a later format, and for faults of other kinds, all at once.
     """
-    from planner.spec.load import spec_bytes
     from planner.spec.migration import migrated
 
-    if isinstance(spec, Mapping):
-        return MigrateAnswer(migrated(yaml_of(spec), WRITTEN_HERE, published=published))
-    if str(spec) == STDIN:
-        return MigrateAnswer(migrated(standard_input(), Path("<stdin>"), published=published))
-    return MigrateAnswer(migrated(spec_bytes(Path(spec)), Path(spec), published=published))
+    return MigrateAnswer(migrated(*text_of(spec), published=published))

@@ -286,9 +286,10 @@ def allow(
     stop: asked again and again; once it says yes, the Pareto set so far is the answer, with `exit_code` 4.
     Raises InputError for a spec that cannot be planned, InfeasibleError when no errors are allowed.
     """
+    from planner.nouns.deadline import never
     from planner.pipelines import planning as pipeline
 
-    return AllowAnswer(pipeline.allow(whole(spec), progress, stop or (lambda: False))[1])
+    return AllowAnswer(pipeline.allow(whole(spec), progress, stop or never)[1])
 
 
 # ---------------------------------------------------------------- compare, why, afford

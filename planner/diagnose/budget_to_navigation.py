@@ -45,9 +45,9 @@ def _worst(
 def _cost(b: BudgetExceeded, c: Constraint, confidence: float, promised: Sequence[float]) -> SpreadInFlight:
     vectors = _of_channel(c.vectors[b.error], b.channel)
     at = float("nan") if not promised else promised[c.requirement]
-    sizes = [left_in_flight(c, vectors, _half(x, len(vectors), confidence), confidence)
-             for x in (b.budget, b.measured)]  # fmt: skip
-    return SpreadInFlight(c.error, c.unit, c.limit, sizes[0], sizes[1], at, c.rule == "worst_case")
+    halves = (_half(sigma, len(vectors), confidence) for sigma in (b.budget, b.measured))
+    budgeted, measured = (left_in_flight(c, vectors, half, confidence) for half in halves)
+    return SpreadInFlight(c.error, c.unit, c.limit, budgeted, measured, at, c.rule == "worst_case")
 
 
 def _of_channel(vectors: Array, channel: str) -> Array:

@@ -18,11 +18,7 @@ from numpy.typing import NDArray
 from planner.nouns.array import Array
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_array
-
     from planner.solvers.block_covariance import BlockCovariance
-
-SPARSE = 24  # rows that a row shares its group with, in the mean, up to which V⁻¹ is written out
 
 
 @dataclass(frozen=True)
@@ -47,22 +43,6 @@ class Drift:
     def at(self, rows: NDArray[np.bool_]) -> Drift:
         """The process on some of the rows."""
         return replace(self, z=self.z[rows], time=self.time[rows])
-
-
-@dataclass(frozen=True)
-class Pattern:
-    """Pairs of rows of one group, row by row. rows, columns: (Σm²,); ends: (n + 1,) of each row's pairs."""
-
-    rows: NDArray[np.int64]
-    columns: NDArray[np.int64]
-    ends: NDArray[np.int64]
-
-    def blocks(self, values: Array) -> csr_array:
-        """(n, n) of values (Σm²,): a sparse product takes a third of the time of sums over groups."""
-        from scipy.sparse import csr_array
-
-        n = len(self.ends) - 1
-        return csr_array((values, self.columns, self.ends), shape=(n, n))
 
 
 @dataclass(frozen=True)
@@ -153,28 +133,8 @@ class RandomEffects:
             return np.asarray(self.diagonals[k][:, None] * A)
         if k >= len(self.diagonals) + len(self.slopes):
             return self._drifted(k, A)
-        if self.pattern is not None:
-            return np.asarray(self._slope_blocks[k - len(self.diagonals)] @ A)
         z = self.slopes[k - len(self.diagonals)][:, None]
         return np.asarray(z * self.spread(self.sums(z * A)))
-
-    @cached_property
-    def pattern(self) -> Pattern | None:
-        """Which rows share a group, where groups are so small that their blocks are worth writing out."""
-        sizes = self.sizes
-        if np.sum(sizes**2) > SPARSE * self.rows:
-            return None
-        shared = np.repeat(sizes, sizes)
-        ends = np.concatenate([[0], np.cumsum(shared)])
-        rows = np.repeat(np.arange(self.rows), shared)
-        columns = np.repeat(self.starts, sizes)[rows] + np.arange(ends[-1]) - ends[rows]
-        return Pattern(rows, columns, ends)
-
-    @cached_property
-    def _slope_blocks(self) -> list[csr_array]:
-        p = self.pattern
-        assert p is not None
-        return [p.blocks(z[p.rows] * z[p.columns]) for z in self.slopes]
 
     def _drifted(self, k: int, A: Array) -> Array:
         from planner.solvers.block_covariance import batches_of, block
@@ -199,24 +159,11 @@ class Covariance:
 
     def solve(self, A: Array) -> Array:
         """V⁻¹ A for A (n, m)."""
-        if self._inverse is not None:
-            return np.asarray(self._inverse @ A)
         direct = A / self.diagonal[:, None]
         if self.Z.shape[1] == 0:
             return np.asarray(direct)
         inner = self.effects.sums(np.einsum("nb,nm->nbm", self.Z, direct))
         return np.asarray(direct - np.einsum("nb,nbm->nm", self.U, self.effects.spread(self.S @ inner)))
-
-    @cached_property
-    def _inverse(self) -> csr_array | None:
-        """V⁻¹ written out, where groups are small."""
-        p = self.effects.pattern
-        if p is None or self.Z.shape[1] == 0:
-            return None
-        left = np.einsum("nb,nbc->nc", self.U, self.effects.spread(self.S))
-        values = -np.einsum("pb,pb->p", left[p.rows], self.U[p.columns])
-        values[p.rows == p.columns] += 1.0 / self.diagonal
-        return p.blocks(values)
 
     def whiten(self, A: Array) -> Array:
         """W A for A (n, m), W = (I + D^(−½)Z ZᵀD^(−½))^(−½) D^(−½) block by block: W V Wᵀ = I."""

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from planner.errors import Fault, InputError
-from planner.spec.load import LoadedSpec, checked_parts, read_document, spec_bytes, spec_from_bytes
+from planner.spec.load import LoadedSpec, checked_parts, read_document, spec_from_bytes
 
 FILLING = {
     "name": "name: the sensor alone",
@@ -27,16 +27,11 @@ ASKED = {
 }
 
 
-def load_sensor_spec(path: Path) -> LoadedSpec:
+def sensor_spec_from_bytes(data: bytes, path: Path) -> LoadedSpec:
     """A whole spec as `load_spec`, or one of the sensor alone, with `absent` naming what it lacks.
 
     Raises InputError with every fault of the parts that are there.
     """
-    return sensor_spec_from_bytes(spec_bytes(path), path)
-
-
-def sensor_spec_from_bytes(data: bytes, path: Path) -> LoadedSpec:
-    """As `load_sensor_spec`, for bytes at hand."""
     document = read_document(data, path)
     absent = tuple(key for key in FILLING if key not in document.value)
     if not set(absent) & set(ASKED):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from planner.api.given import read
 from planner.calibrate.dwells_to_fit import calibrate
 from planner.calibrate.fit_options import FitOptions
 from planner.calibrate.sins_outputs import dwells_of, readings
@@ -15,7 +16,6 @@ from planner.dwells.navigation_log_files import read_navigation_log
 from planner.errors import InputError
 from planner.nouns.navigation_log import NavigationLog
 from planner.recordings.formats import reader_of
-from planner.spec.sensor_alone import load_sensor_spec
 from tests.calibrate import closed_forms, sins
 from tests.calibrate.sins import G0, LATITUDE, SIX, Errors, Record, U, gravity
 from tests.outcome import Run
@@ -77,7 +77,7 @@ def test_direct_and_navigation_outputs_agree_to_table_4_8(log, tmp_path):
     from dataclasses import replace
 
     found = [
-        _coefficients(calibrate(t, load_sensor_spec(spec).spec, FitOptions())[0])
+        _coefficients(calibrate(t, read(spec).spec, FitOptions())[0])
         for t in (table, replace(table, gyro=direct[:, 0], acc=direct[:, 1]))
     ]
     for error, allowed in TABLE_4_8.items():

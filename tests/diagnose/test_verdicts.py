@@ -245,21 +245,22 @@ effects: [bias, bias_temperature, scale_factor, scale_factor_temperature, misali
 
 
 def test_a_spec_of_the_sensor_alone_is_enough(tmp_path: Path) -> None:
+    from planner.api.given import read
     from planner.errors import InputError
-    from planner.spec.sensor_alone import load_sensor_spec, needs
+    from planner.spec.sensor_alone import needs
 
     file = tmp_path / "sensor.yaml"
     file.write_text(SHORT, encoding="utf-8")
-    loaded = load_sensor_spec(file)
+    loaded = read(file)
     assert set(loaded.absent) == {"name", "requirement", "trajectory", "benches", "tests"}
     with pytest.raises(InputError) as raised:
         needs(loaded, "the flight", "trajectory")
     assert raised.value.faults[0].path == "trajectory"
     file.write_text(SHORT.replace("0.002 deg/s", "0.002 m"), encoding="utf-8")
     with pytest.raises(InputError) as raised:
-        load_sensor_spec(file)
+        read(file)
     assert raised.value.faults[0].line == 4
-    whole = load_sensor_spec(SHIPPED / "small_uav.yaml")
+    whole = read(SHIPPED / "small_uav.yaml")
     assert whole.absent == ()
     assert whole.sha256 == load_spec(SHIPPED / "small_uav.yaml").sha256
 
