@@ -35,6 +35,7 @@ MOST_ROWS = 1000  # for the variances; more rows tell nothing that a campaign's 
 ROUNDING = 1e-9  # of the largest reading: data without any noise still have this much
 WELL_KNOWN = 40.0  # degrees of freedom, from which a channel's own variance is as good as the triad's
 UNLIKE = 0.05  # p of the likelihood ratio, below which the channels of a triad are judged each for itself
+TOLD_APART = 1e-9  # of the information, each variance in its own units: less is rounding
 MEDIAN = 0.67  # sigma: what a variance estimated as zero may well be, the middle of half a normal law
 
 
@@ -71,9 +72,9 @@ class ChannelNoise:
 
     @property
     def relative_error(self) -> Array:
-        """(K, K) covariance of the variances' estimates, relative to them."""
-        theta = np.maximum(self.variances.theta, 1e-300)
-        return np.asarray(self.variances.error / np.outer(theta, theta))
+        """(K, K) covariance of the variances' estimates, relative to them; 0 for a variance that is zero."""
+        size = np.outer(self.variances.theta, self.variances.theta)
+        return np.divide(self.variances.error, size, out=np.zeros_like(size), where=size > 0)
 
 
 @dataclass(frozen=True)
@@ -238,7 +239,16 @@ def _of_the_triad(
 
 
 def _inverse(information: Array) -> Array:
-    return np.asarray(np.linalg.pinv(information, hermitian=True), dtype=float)
+    """Covariance (K, K) of what the rows tell; every variance in its own units, and never a negative one.
+
+    Where every power-on has one record at a rate, noise that goes with the rate and a scale factor that
+    changes between power-ons are one and the same variance: what rounding leaves of their difference is
+    no information.
+    """
+    unit = np.sqrt(np.diag(information))
+    unit = np.where(unit > 0, unit, 1.0)
+    inverse = np.linalg.pinv(information / np.outer(unit, unit), rcond=TOLD_APART, hermitian=True)
+    return np.asarray(inverse / np.outer(unit, unit), dtype=float)
 
 
 # ---------------------------------------------------------------- what the noise is made of
