@@ -16,8 +16,7 @@ from planner.effects._rate_table import RateTable
 from planner.effects.drift_curve import TIMES_S
 from planner.effects.load_curve import LOADS_G
 from planner.effects.scale_factor_curve import INPUTS
-from planner.effects.scale_factor_nonlinearity import REFERENCE_INPUT
-from planner.effects.scale_factor_polynomial import LEAST
+from planner.effects.scale_factor_polynomial import FULL, LEAST
 from planner.nouns.array import Array
 from planner.nouns.calibration import ExtraTerm
 from planner.nouns.conditions import Conditions
@@ -150,7 +149,7 @@ def _scale(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCur
 def _polynomial(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCurve:
     """Slope over the size of the input in U, c1 x + c2 x² for + and for − input."""
     found = _values("scale_factor_polynomial", sensor, terms).reshape(3, 2, 2)
-    full = REFERENCE_INPUT[sensor] / unit_factor(unit)[0]
+    full = FULL[sensor] / unit_factor(unit)[0]
     return FirmwareCurve(
         7,
         ("scale_factor_polynomial",),
@@ -159,7 +158,7 @@ def _polynomial(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> Firmwa
         slope=f"""\
             {{{{
                 const float *c = planner_{{s}}_scale_polynomial[i][v[i] < 0.0f];
-                const float x = fabsf(v[i]) / {full:.1f}f - {LEAST!r}f;
+                const float x = fminf(fabsf(v[i]) / {full:.1f}f - {LEAST!r}f, 1.0f);
                 if (x > 0.0f) cubic += x * (c[0] + x * c[1]);
             }}}}
 """,
