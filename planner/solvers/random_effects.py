@@ -223,8 +223,12 @@ class Covariance:
         return out
 
 
+class NoNoise(ValueError):
+    """V has a row without noise: nothing can be weighed by its inverse."""
+
+
 def covariance(effects: RandomEffects, theta: Array) -> Covariance | BlockCovariance:
-    """V(θ) ready for use. Raises ValueError when its diagonal part is not positive."""
+    """V(θ) ready for use. Raises NoNoise when its diagonal part is not positive."""
     if effects.drifts:
         from planner.solvers.block_covariance import block_covariance
 
@@ -233,11 +237,11 @@ def covariance(effects: RandomEffects, theta: Array) -> Covariance | BlockCovari
 
 
 def woodbury(effects: RandomEffects, theta: Array) -> Covariance:
-    """V(θ) without drifts. Raises ValueError when its diagonal part is not positive."""
+    """V(θ) without drifts. Raises NoNoise when its diagonal part is not positive."""
     a = len(effects.diagonals)
     diagonal = theta[:a] @ effects.diagonals
     if not (diagonal > 0).all():
-        raise ValueError("every row needs a positive noise variance")
+        raise NoNoise("every row needs a positive noise variance")
     Z = (np.sqrt(theta[a:])[:, None] * effects.slopes).T
     U = Z / diagonal[:, None]
     gram = effects.sums(np.einsum("nb,nc->nbc", U, Z))
