@@ -20,6 +20,7 @@ from planner.nouns.allowances import AllowedErrors, ErrorModel
 from planner.nouns.choices import Campaign
 from planner.nouns.deadline import BESIDE, GENETIC, Deadline, never
 from planner.nouns.plan import GeneticPlan, Plan, TradeOffPoint
+from planner.nouns.progress import Progress
 from planner.nouns.sensitivities import Constraint, Sensitivities
 from planner.nouns.trajectory import Trajectory
 from planner.pipelines.remarks import causes_said, cut_short
@@ -46,7 +47,6 @@ from planner.spec.height_aid import unaided
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, PercentileRule, Spec
 
-Progress = Callable[[str], None]
 OF_PROOF = 0.8  # of the time that is left, for the published program: it begins with a quarter more
 SURE = 0.95  # of the flights, for what a limit costs as a percentile
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from planner.spec.model import FixedTest, Objective, Test
+from planner.spec.model import Test
 from planner.spec.narrow_range import narrow_range
 from planner.spec.places import did_you_mean
+from planner.spec.plan_choice import FixedTest, Objective
 from planner.spec.review import Review
 from planner.spec.yaml12 import Path
 

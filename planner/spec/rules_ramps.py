@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from planner import catalog
-from planner.spec.model import Chamber, FixedTest, Spec, Test
+from planner.spec.model import Chamber, Spec, Test
+from planner.spec.plan_choice import FixedTest
 from planner.spec.ramp import Ramp, half_way
 from planner.spec.review import Review
 

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from planner import catalog
-from planner.spec.model import Bench, Chamber, FixedTest, Motion, Test
+from planner.spec.model import Bench, Chamber, Motion, Test
 from planner.spec.places import did_you_mean
+from planner.spec.plan_choice import FixedTest
 from planner.spec.review import Review
 from planner.spec.rules_benches import kind_of
 from planner.spec.rules_requirement import all_errors, unit_of

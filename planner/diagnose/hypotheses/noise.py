@@ -245,7 +245,7 @@ def _inverse(information: Array) -> Array:
     changes between power-ons are one and the same variance: what rounding leaves of their difference is
     no information.
     """
-    unit = np.sqrt(np.diag(information))
+    unit = np.sqrt(np.maximum(np.diag(information), 0.0))  # rounding of what few rows tell
     unit = np.where(unit > 0, unit, 1.0)
     inverse = np.linalg.pinv(information / np.outer(unit, unit), rcond=TOLD_APART, hermitian=True)
     return np.asarray(inverse / np.outer(unit, unit), dtype=float)
