@@ -25,7 +25,7 @@ class Cheapest:
 
 
 def unit_of(sweep: Document, key: str) -> str:
-    """The unit in which the values of a key are compared: that of the first that has one, `degC` of several."""
+    """The unit in which the values of a key are compared: that of the first that has one."""
     units = (_unit(p["values"][key]) for p in sweep["points"])
     return next((unit for unit in units if unit), "")
 
