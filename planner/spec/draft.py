@@ -10,8 +10,9 @@ from pydantic import BeforeValidator, Field, ValidationError
 
 from planner.quantities import AnyQuantity
 from planner.spec.forms import Name, one_or_many
-from planner.spec.model import Bench, PlanChoice, Requirement, Shift, Spec, Test, Unit
+from planner.spec.model import Bench, Requirement, Spec, Test, Unit
 from planner.spec.places import data_path
+from planner.spec.plan_choice import PlanChoice, Shift
 from planner.spec.yaml12 import Path
 from planner.units import parse
 
