@@ -72,7 +72,8 @@ def residual_picture(
 def residual_table(evidence: Sequence[Evidence], table: DwellTable, changed: Sequence[str]) -> Table | None:
     """How far the means stray from zero, in their own standard errors: every channel against every variable.
 
-    Of some twenty means of noise the largest is about 3.
+    Of some twenty means of noise the largest is about 3; over days more, as the rows of a power-on share its
+    level.
     """
     known = [e for e in evidence if len(e.before) == len(table)]
     told: dict[str, dict[str, str]] = {}
@@ -85,7 +86,7 @@ def residual_table(evidence: Sequence[Evidence], table: DwellTable, changed: Seq
     names = [short(e.channel) for e in known]
     rows = [(name, *(cells.get(n, NOTHING) for n in names)) for name, cells in told.items()]
     return build_table(
-        "Residual against every variable: the mean furthest from zero, in its standard errors",
+        "Residual against every variable: the mean furthest from zero, in standard errors of independent rows",
         " | ".join(["against", *names]),
         rows,
     )
