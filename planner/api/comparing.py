@@ -91,8 +91,9 @@ class WhyAnswer(Answer):
         return self.record.model_dump(mode="json")
 
     def rows(self) -> Sequence[Row]:
-        """One row a visit: seconds, and every requirement's figure without it."""
-        return list(self.to_dict()["worth"])
+        """One row a visit: seconds, and every requirement's figure without it; else why its repeats."""
+        tree = self.to_dict()
+        return list(tree["worth"] or tree["reasons"])
 
     @cached_property
     def reports(self) -> tuple[Report, ...]:
@@ -105,18 +106,12 @@ class WhyAnswer(Answer):
 def why(plan: PlanLike) -> WhyAnswer:
     """What binds in a plan, what every visit buys, what changes are worth.
 
-    Raises InputError for a plan by the published method, which prices no record.
+    Of a plan by the published method, which prices no record, what asks for the repeats of every visit.
     """
     from planner.nouns.plan_file import PlanWhy, plan_part
 
     called = str(plan) if isinstance(plan, (str, Path)) else "the plan"
-    found = plan_part(plan_tree(plan), PlanWhy, called)
-    if not found.worth:
-        raise InputError(
-            f"{called} is planned by the published method, which prices no record; "
-            "plan with requirements of probability and plan.method: information"
-        )
-    return WhyAnswer(found)
+    return WhyAnswer(plan_part(plan_tree(plan), PlanWhy, called))
 
 
 @dataclass(frozen=True)
