@@ -86,7 +86,7 @@ def residual_table(evidence: Sequence[Evidence], table: DwellTable, changed: Seq
     names = [short(e.channel) for e in known]
     rows = [(name, *(cells.get(n, NOTHING) for n in names)) for name, cells in told.items()]
     return build_table(
-        "Residual against every variable: the mean furthest from zero, in standard errors of independent rows",
+        "Residual against every variable: the furthest mean, in standard errors of independent rows",
         " | ".join(["against", *names]),
         rows,
     )
