@@ -15,7 +15,7 @@ import pytest
 import yaml
 
 import planner
-from planner.commands.output import timed, until_ctrl_c
+from planner.commands.output import ProgressLine, timed, until_ctrl_c
 from planner.verify.workers import locally
 from tests.outcome import Run
 from tests.specs import ROOT, small
@@ -55,8 +55,30 @@ def test_quiet_says_the_result_alone_and_verbose_every_stage(run: Run, spec: Pat
     assert run("plan", spec, "--quiet").err == ""
     told = run("plan", spec, "--verbose").err
     assert "choosing temperatures and repeats (0 s)" in told
-    assert timed("3 of 10 points", 6.0) == "3 of 10 points (6 s, about 14 s left)"
-    assert timed("0 of 10 points", 6.0) == "0 of 10 points (6 s)"
+    assert "the shortest so far: " in told
+    assert " h, gap " in told
+    assert "genetic algorithm: generation 1 of at most " in told
+    assert timed("3 of 10 points", 20.0, 6.0) == "3 of 10 points (20 s, about 14 s left)"
+    assert timed("0 of 10 points", 6.0, 0.0) == "0 of 10 points (6 s)"
+
+
+def test_the_progress_line_runs_on_and_counts_the_time_that_is_left_by_stages(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    clock = [0.0]
+    line = ProgressLine(lambda: clock[0])
+    said = ((0.0, "reading"), (9.0, "flight 0 of 4"), (10.0, "flight 1 of 4"), (10.5, "flight 2 of 4"))
+    for moment, message in said:
+        clock[0] = moment
+        line.print(message)
+    clock[0] = 11.0
+    assert str(line) == "flight 2 of 4 (11 s, about 2 s left)"
+    assert str(line.__rich__()) == str(line)
+    assert capsys.readouterr().err.splitlines() == [
+        "reading (0 s)",
+        "flight 0 of 4 (9 s)",
+        "flight 1 of 4 (10 s, about 3 s left)",
+    ]
 
 
 def test_a_plan_by_hand_that_misses_its_limit_is_a_no(run: Run, spec: Path) -> None:

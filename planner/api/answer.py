@@ -20,10 +20,6 @@ if TYPE_CHECKING:
 Row = Mapping[str, Any]
 
 
-def silent(message: str) -> None:
-    """Progress that nobody watches."""
-
-
 class Answer(ABC):
     """What a verb answers; a subclass is a frozen dataclass of the records that it holds.
 
@@ -160,3 +156,6 @@ def plan_tree(plan: str | Path | Mapping[str, Any] | Answer | Plan) -> dict[str,
 def of_units(documents: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """The document of one unit as it is; those of several under `units`."""
     return dict(documents[0]) if len(documents) == 1 else {"units": list(documents)}
+
+
+PlanLike = str | Path | Mapping[str, Any] | Answer

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.api.answer import Answer, Row, of_units, page, plan_tree, silent
+from planner.api.answer import Answer, Row, of_units, page, plan_tree
 from planner.api.given import SpecLike, read, whole
 from planner.errors import InputError
+from planner.nouns.progress import Progress, silent
 
 if TYPE_CHECKING:
     from planner.diagnose.diagnosis_to_spec import SpecUpdate
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from planner.pipelines.diagnosing import Diagnosed, Replanned
     from planner.report.blocks import Report
     from planner.spec.load import LoadedSpec
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.api.answer import Answer, Row, document_and_page, plan_tree, silent
+from planner.api.answer import Answer, PlanLike, Row, document_and_page, plan_tree
 from planner.api.given import SpecLike, read, whole
+from planner.nouns.progress import Progress, silent
 
 if TYPE_CHECKING:
     from planner.fleet.appointment import Appointment
@@ -18,9 +19,6 @@ if TYPE_CHECKING:
     from planner.pipelines.fleet import Accepted, Forecasted, PlannedChecks
     from planner.report.blocks import Report
     from planner.spec.load import LoadedSpec
-
-Progress = Callable[[str], None]
-PlanLike = str | Path | Mapping[str, Any] | Answer
 
 
 def _tree(plan: PlanLike | None) -> dict[str, Any] | None:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.api.answer import Answer, Row, page, plan_tree, silent
+from planner.api.answer import Answer, Row, page, plan_tree
 from planner.api.given import SpecLike, whole
+from planner.nouns.progress import Progress, silent
 
 if TYPE_CHECKING:
     from planner.report.blocks import Report
     from planner.verify.verification import Verification
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)

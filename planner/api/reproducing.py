@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.api.answer import Answer, Row, silent
+from planner.api.answer import Answer, Row
 from planner.api.planning import plan as planned
 from planner.errors import InputError
+from planner.nouns.progress import Progress, silent
 
 if TYPE_CHECKING:
     from planner.report.blocks import Report
 
 SAME = 1e-6  # relative: other versions of the solvers round otherwise, a campaign does not
 _OF_THE_MAKING = ("planner", "plan_sha256", "packages", "path", "$schema", "genetic", "notes")
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)

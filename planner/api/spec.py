@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MethodType
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
-from planner.api import data, fleet, planning, promise, sweeping
+from planner.api import comparing, fleet, planning, promise, simulating, sweeping
 from planner.api.given import SpecLike, read
 from planner.spec.load import LoadedSpec
 from planner.spec.sensor_alone import sensor_spec_from_bytes
@@ -36,9 +36,9 @@ class Spec(LoadedSpec):
     plan = Verb(planning.plan)
     sensitivity = Verb(planning.sensitivity)
     allow = Verb(planning.allow)
-    afford = Verb(planning.afford)
+    afford = Verb(comparing.afford)
     verify = Verb(promise.verify)
-    simulate = Verb(data.simulate)
+    simulate = Verb(simulating.simulate)
     sweep = Verb(sweeping.sweep)
     recalibrate = Verb(fleet.recalibrate)
     plan_check = Verb(fleet.plan_check)

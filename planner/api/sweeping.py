@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.api.answer import Answer, Row, page, silent
+from planner.api.answer import Answer, Row, page
 from planner.api.given import SpecLike, whole
 from planner.errors import InputError
+from planner.nouns.progress import Progress, silent
 
 if TYPE_CHECKING:
     from planner.report.blocks import Report
 
-Progress = Callable[[str], None]
 SHOWN = 10  # notes on points without a plan
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,11 +31,10 @@ from planner.information.curves import Curves
 from planner.nouns.array import Array
 from planner.nouns.calibration import Calibration, SensorCalibration, SmoothTable, Tables
 from planner.nouns.dwell_table import DwellTable
+from planner.nouns.progress import Progress
 from planner.protocols import SENSORS, Sensor
 from planner.spec.model import Spec
 from planner.units import STANDARD_GRAVITY_MPS2
-
-Progress = Callable[[str], None]
 
 
 def calibrate(

@@ -126,7 +126,7 @@ def simulate(
 
     Example: planner simulate spec.yaml --plan plans/spec --hidden g_sensitivity=0.01deg/s/g -o data.csv
     """
-    from planner.api import data
+    from planner.api import simulating
     from planner.export.truth import truth_path
     from planner.pipelines.data import simulation_settings
     from planner.simulate.settings import pairs
@@ -137,7 +137,7 @@ def simulate(
     chosen = {**written, **chosen, **pairs(assign or [])}
     if signals is not None:
         with progress_line() as progress:
-            recorded = data.simulate_signals(
+            recorded = simulating.simulate_signals(
                 spec,
                 out,
                 form=signals,
@@ -153,7 +153,7 @@ def simulate(
             )
         say(recorded, as_json)
         return
-    found = data.simulate(
+    found = simulating.simulate(
         spec,
         plan=plan,
         hidden=hidden or (),

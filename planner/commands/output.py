@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import shlex
@@ -20,6 +21,7 @@ from planner.errors import InputError
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.text import Text
 
     from planner.api.answer import Answer
     from planner.report.blocks import Report
@@ -185,11 +187,12 @@ def console() -> Console:
 def progress_line() -> Iterator[Any]:
     """A line that says what is being done, for how long and for how much longer, on stderr.
 
-    On a terminal only; with --verbose a line each anywhere, with --quiet nowhere.
+    On a terminal only, where its seconds run on while the work is silent; with --verbose a line for every
+    stage anywhere, and one a second of what counts; with --quiet nowhere.
     """
-    began = time.monotonic()
+    line = ProgressLine()
     if asked("--verbose") and sys.stderr is not None:
-        yield lambda message: typer.echo(timed(message, time.monotonic() - began), err=True)
+        yield line.print
         return
     silent = asked("--quiet") or "NO_COLOR" in os.environ
     if silent or sys.stderr is None or not sys.stderr.isatty():
@@ -197,13 +200,48 @@ def progress_line() -> Iterator[Any]:
         return
     from rich.console import Console
 
-    with Console(stderr=True).status("starting") as status:
-        yield lambda message: status.update(timed(message, time.monotonic() - began))
+    with Console(stderr=True).status(line):
+        yield line.say
 
 
-def timed(message: str, seconds: float) -> str:
-    """A message with the time so far; where it counts (`3 of 10`), with the time that is left."""
+class ProgressLine:
+    """What is being done, since when, and since when at all; seconds by the given clock."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self.clock = clock
+        self.began = self.since = clock()
+        self.message, self.printed = "starting", -math.inf
+
+    def say(self, message: str) -> None:
+        """Say something else now. A stage goes on while only its figures change."""
+        if _stage(message) != _stage(self.message):
+            self.since, self.printed = self.clock(), -math.inf
+        self.message = message
+
+    def print(self, message: str) -> None:
+        """The same as a line of its own, of one stage at most one a second."""
+        self.say(message)
+        if self.clock() - self.printed >= 1.0:
+            self.printed = self.clock()
+            typer.echo(str(self), err=True)
+
+    def __str__(self) -> str:
+        now = self.clock()
+        return timed(self.message, now - self.began, now - self.since)
+
+    def __rich__(self) -> Text:
+        from rich.text import Text
+
+        return Text(str(self))
+
+
+def _stage(message: str) -> str:
+    return re.sub(r"[0-9.]+", "", message)
+
+
+def timed(message: str, seconds: float, in_stage: float) -> str:
+    """A message with the time so far; where it counts (`3 of 10`), with the time that its stage has left."""
     found = _COUNTED.search(message)
     done, wanted = (int(found[1]), int(found[2])) if found else (0, 0)
-    left = f", about {seconds * (wanted - done) / done:.0f} s left" if 0 < done <= wanted else ""
+    left = f", about {in_stage * (wanted - done) / done:.0f} s left" if 0 < done <= wanted else ""
     return f"{message} ({seconds:.0f} s{left})"

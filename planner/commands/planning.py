@@ -129,9 +129,9 @@ def compare(
 
     Example: planner compare plans/published_one_bench plans/published_optimum
     """
-    from planner.api import planning
+    from planner.api import comparing
 
-    say(planning.compare(*plans, strict=exit_code), as_json, out)
+    say(comparing.compare(*plans, strict=exit_code), as_json, out)
 
 
 def why(
@@ -142,9 +142,9 @@ def why(
 
     Example: planner why plans/helicopter
     """
-    from planner.api import planning
+    from planner.api import comparing
 
-    say(planning.why(plan), as_json)
+    say(comparing.why(plan), as_json)
 
 
 def afford(
@@ -156,8 +156,8 @@ def afford(
 
     Example: planner afford requirements_specs/helicopter.yaml --hours 8
     """
-    from planner.api import planning
+    from planner.api import comparing
 
     with progress_line() as progress:
-        found = planning.afford(spec, hours=hours, progress=progress)
+        found = comparing.afford(spec, hours=hours, progress=progress)
     say(found, as_json)

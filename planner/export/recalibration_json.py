@@ -11,7 +11,7 @@ from planner.export.json_figures import figure
 from planner.fleet.history import day_label
 from planner.fleet.sessions import Session
 from planner.fleet.store import Visit
-from planner.fleet.visits import PlannedVisit, ShortestVisit, StorePlan
+from planner.fleet.visit_plans import PlannedVisit, ShortestVisit, StorePlan
 
 
 def recalibration_document(

@@ -9,7 +9,7 @@ from planner.fleet.allowed_region import AllowedRegion
 from planner.fleet.growth import Growth
 from planner.fleet.sessions import Session
 from planner.fleet.store import StoreBench
-from planner.fleet.visits import ShortestVisit, StorePlan
+from planner.fleet.visit_plans import ShortestVisit, StorePlan
 from planner.nouns.allowances import ErrorModel
 from planner.nouns.sensitivities import Constraint
 from planner.spec.load import LoadedSpec

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from datetime import date, timedelta
 
 from planner.fleet.store import Visit, visit_time
-from planner.fleet.visits import StorePlan, StorePlanner
+from planner.fleet.visit_plans import StorePlan
+from planner.fleet.visits import StorePlanner
 from planner.spec.recalibration import Recalibration
 
 _TIGHT = 1e-9

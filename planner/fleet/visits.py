@@ -18,7 +18,7 @@ from __future__ import annotations
 import heapq
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from planner.fleet.allowed_region import ALL_AXES, PARTS, AllowedRegion, Reserve
 from planner.fleet.forecast._method import two_sided
 from planner.fleet.growth import Growth
 from planner.fleet.store import StoreBench, Visit, visit_time, visits
+from planner.fleet.visit_plans import ROUNDING, PlannedVisit, ShortestVisit, StorePlan
 from planner.fleet.visit_states import Known, Reached, State
 from planner.nouns.array import Array
 
@@ -34,59 +35,6 @@ STEPS = 73  # of the grid: five days in a year
 NUMBERS = (*range(21), 30, 50, 100)  # power-ons that a schedule chooses from, up to the most that are allowed
 _ALIKE = 1e-3  # of the limit
 MOST_STATES = 15_000  # of the search; beyond them the best way so far is kept and marked
-_SAME = 1e-9
-
-
-@dataclass(frozen=True)
-class PlannedVisit:
-    """One visit of a schedule. load_before, load_after: share of the limit; renewed: names of the terms."""
-
-    day: float
-    visit: Visit
-    load_before: float
-    load_after: float
-    renewed: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class StorePlan:
-    """The schedule of one unit.
-
-    visits: empty when none is needed; hours_s: of all visits; kept_until: last day within the limits whole:
-    whether the visits carry it to the end; proved: no visits cost less (or none carry it further); load:
-    (W,) share of the limit over the days, with the visits; without: (W,) without them; binding: terms with
-    the largest shares at the end of what can be kept
-    """
-
-    unit: str
-    days: Array
-    visits: tuple[PlannedVisit, ...]
-    time_s: float
-    kept_until: float
-    whole: bool
-    load: Array
-    without: Array
-    binding: tuple[tuple[str, float, bool], ...]
-    constraint: int
-    proved: bool = True
-
-    @property
-    def overdue(self) -> bool:
-        """Whether it is past its limit today already."""
-        return bool(self.without[0] > 1.0 + _SAME)
-
-
-@dataclass(frozen=True)
-class ShortestVisit:
-    """The shortest visit on a day that keeps a unit within its limits until another; None: no visit does."""
-
-    unit: str
-    day: float
-    until: float
-    visit: Visit | None
-    load_without: float
-    load_with: float
-    renewed: tuple[str, ...]
 
 
 _Entry = tuple[float, int, int, float, State, tuple[tuple[int, Visit], ...]]
@@ -125,7 +73,7 @@ class StorePlanner:
 
     def last_within(self, state: State, place: int) -> int:
         """The last day of the grid until which the limits hold from `place` on; place − 1: not even then."""
-        over = np.flatnonzero(self.loads(state)[place:] > 1.0 + _SAME)
+        over = np.flatnonzero(self.loads(state)[place:] > 1.0 + ROUNDING)
         return len(self.growth.days) - 1 if len(over) == 0 else place + int(over[0]) - 1
 
     def each(
@@ -139,7 +87,7 @@ class StorePlanner:
         before = state.size + going[:, 0] if self.adds else np.hypot(state.size, going[:, 0])
         better = left < before
         size = np.where(better, left, state.size)
-        over = self._grown(size, better, going, anew) > 1.0 + _SAME
+        over = self._grown(size, better, going, anew) > 1.0 + ROUNDING
         end = len(self.growth.days) - 1
         last = np.where(over.any(axis=1), place + over.argmax(axis=1) - 1, end)
         return size, np.where(better, place + 1, state.since), last
@@ -365,7 +313,7 @@ class StorePlanner:
             visits=tuple(planned),
             time_s=reached.cost,
             kept_until=float(self.growth.days[reached.place]),
-            whole=bool(load.max() <= 1.0 + _SAME),
+            whole=bool(load.max() <= 1.0 + ROUNDING),
             load=load,
             without=self.loads(self.first),
             binding=binding,

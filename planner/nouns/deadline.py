@@ -54,6 +54,10 @@ class Deadline:
             words += f", none below {least / 3600:.2f} h, gap {100 * (best - least) / best:.1f} %"
         self.say(words)
 
+    def report_bounded(self, best: float, bound: float) -> None:
+        """As `report`, with the bound at hand."""
+        self.report(best, lambda: bound)
+
     @property
     def left(self) -> float:
         """Seconds that are left, never less than a tenth."""

@@ -274,6 +274,9 @@ class PlanWhy(Part):
     temperature_estimator: Literal["lines", "smooth"] = "lines"
     proved_of: str = ""
     spread_factor: Positive = 1.0
+    tests: list[TestFigures] = []
+    reasons: list[Reason] = []
+    hours_per_limit: dict[str, Number] = {}
     worth: list[WorthFigures] = []
     prices: list[PriceFigures] = []
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,10 +10,9 @@ from planner.diagnose.budget_to_navigation import in_flight
 from planner.diagnose.diagnosis_to_spec import updated_spec
 from planner.errors import InfeasibleError, InputError
 from planner.nouns.diagnosis import CampaignCost, Diagnosis
+from planner.nouns.progress import Progress
 from planner.pipelines import planning
 from planner.spec.load import LoadedSpec, spec_from_bytes
-
-Progress = Callable[[str], None]
 
 
 def with_cost(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from planner.export.reduction import noise_of_account
 from planner.nouns.calibration import Calibration, RandomCharacteristic
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.plan_file import steps_of
+from planner.nouns.progress import Progress
 from planner.nouns.trajectory import Trajectory
 from planner.plan.default_campaign import default_campaign
 from planner.plan.schedule_to_steps import steps as steps_of_campaign
@@ -28,8 +29,6 @@ from planner.simulate.families import family_named
 from planner.simulate.hidden import hidden_effect
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Spec
-
-Progress = Callable[[str], None]
 
 
 def simulate(

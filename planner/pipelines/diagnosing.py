@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -25,14 +25,13 @@ from planner.errors import InfeasibleError, InputError
 from planner.nouns.diagnosis import Diagnosis, FoundEffect, NavigationCost, ResidualChange, UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.plan import Plan
+from planner.nouns.progress import Progress
 from planner.pipelines import planning
 from planner.pipelines.budgets import with_cost
 from planner.plan.spec_to_trajectory import flight_path
 from planner.spec.load import LoadedSpec, spec_from_bytes
 from planner.spec.model import Given
 from planner.units import unit_factor
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, timedelta
 from pathlib import Path
@@ -40,7 +40,9 @@ from planner.fleet.sessions import Session, WorkingDays, on_one_calendar
 from planner.fleet.shocks import without_shocks
 from planner.fleet.store import StoreBench
 from planner.fleet.suspects import without_suspects
-from planner.fleet.visits import ShortestVisit, StorePlan, StorePlanner, grid, renewable
+from planner.fleet.visit_plans import ShortestVisit, StorePlan
+from planner.fleet.visits import StorePlanner, grid, renewable
+from planner.nouns.progress import Progress
 from planner.pipelines import planning
 from planner.plan.budget import common_rule
 from planner.plan.repeats_to_schedule import campaign
@@ -50,8 +52,6 @@ from planner.spec.attendance import windows_of
 from planner.spec.days_off import days_off_between
 from planner.spec.load import LoadedSpec
 from planner.spec.recalibration import Recalibration
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)

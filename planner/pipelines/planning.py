@@ -20,6 +20,7 @@ from planner.nouns.allowances import AllowedErrors, ErrorModel
 from planner.nouns.choices import Campaign
 from planner.nouns.deadline import BESIDE, GENETIC, Deadline, never
 from planner.nouns.plan import GeneticPlan, Plan, TradeOffPoint
+from planner.nouns.progress import Progress
 from planner.nouns.sensitivities import Constraint, Sensitivities
 from planner.nouns.trajectory import Trajectory
 from planner.pipelines.remarks import causes_said, cut_short
@@ -46,7 +47,6 @@ from planner.spec.height_aid import unaided
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, PercentileRule, Spec
 
-Progress = Callable[[str], None]
 OF_PROOF = 0.8  # of the time that is left, for the published program: it begins with a quarter more
 SURE = 0.95  # of the flights, for what a limit costs as a percentile
 
@@ -121,7 +121,9 @@ def _published(loaded: LoadedSpec, navigation: Navigation, progress: Progress, d
     spec = loaded.spec
     task = task_of(spec, navigation)
     progress("choosing temperatures and repeats")
-    chosen = campaign(within_seconds(task, OF_PROOF * deadline.left))
+    in_hours = spec.plan.minimise == "time"  # the cost is seconds then, and nothing else
+    told = deadline.report_bounded if in_hours else None
+    chosen = campaign(within_seconds(task, OF_PROOF * deadline.left), told)
     rule = common_rule(navigation.constraints)
     allowed, genetic = None, None
     notes: list[str] = []
@@ -130,7 +132,8 @@ def _published(loaded: LoadedSpec, navigation: Navigation, progress: Progress, d
         allowed, notes = _allowed_or_why_not(spec, task, navigation, progress, late)
         progress("genetic algorithm beside the exact campaign")
         late = deadline.stops(BESIDE, "the genetic campaign")
-        genetic = genetic_plan(task, chosen, rule, _settings(spec, late), spec.plan.seed)
+        above = _told_above(chosen.objective, spec.plan.genetic.generations, progress)
+        genetic = genetic_plan(task, chosen, rule, _settings(spec, late), spec.plan.seed, above)
     progress("the same with waiting and batches in sight")
     chosen = observable_campaign(task, by_total(within_seconds(task, deadline.left), chosen))
     if not deadline.over(BESIDE, "what the limits cost as a percentile"):
@@ -142,6 +145,16 @@ def _published(loaded: LoadedSpec, navigation: Navigation, progress: Progress, d
         curve = trade_off(spec, lambda other: _observable(other, navigation), [chosen])
     made = cut_short(with_schedule_figures(made, spec, chosen, curve), deadline)
     return Planned(made, navigation, allowed)
+
+
+def _told_above(exact: float, generations: int, progress: Progress) -> Callable[[int, float], None]:
+    """Says after every generation how far above the exact campaign the genetic one still is."""
+
+    def told(generation: int, best: float) -> None:
+        above = f", {100 * (best / exact - 1):.1f} % above the exact campaign" if exact else ""
+        progress(f"genetic algorithm: generation {generation} of at most {generations}{above}")
+
+    return told
 
 
 def afford(loaded: LoadedSpec, seconds: float, progress: Progress) -> Affordable:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,6 +10,7 @@ from typing import Any
 
 from planner import __version__, catalog
 from planner.errors import InputError, StoppedEarly
+from planner.nouns.progress import Progress
 from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
 from planner.plan.spec_to_trajectory import flight_path
@@ -33,8 +34,6 @@ from planner.verify.through_files import Pipeline, through_files
 from planner.verify.verification import Verification
 from planner.verify.weak import weak_coefficients
 from planner.verify.workers import runner
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from planner.errors import InputError
 from planner.export.documents import read_plan
+from planner.nouns.progress import Progress
 from planner.recordings.column_map import read_map
 from planner.recordings.plan_records import records_of
 from planner.recordings.plan_references import references_of
 from planner.recordings.raw_to_dwells import reduce_recordings
 from planner.recordings.reduction import Reduction
-
-Progress = Callable[[str], None]
 
 
 def reduce(

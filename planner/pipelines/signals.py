@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from planner.errors import InputError
 from planner.export.signals import Form, packets_map, signal_files
 from planner.export.truth import truth_text
 from planner.nouns.plan_file import steps_of
+from planner.nouns.progress import Progress
 from planner.plan.default_campaign import default_campaign
 from planner.plan.schedule_to_steps import steps as steps_of_campaign
 from planner.plan.spec_to_trajectory import trajectory_of
@@ -25,7 +26,6 @@ from planner.spec.load import LoadedSpec
 from planner.units import UnitError
 from planner.whole_files import write_whole
 
-Progress = Callable[[str], None]
 RATES_HZ = (10.0, 10_000.0)
 
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from planner.nouns.array import Placement
 from planner.nouns.choices import TestVisits
-from planner.spec.model import FixedTest, Spec
+from planner.spec.model import Spec
+from planner.spec.plan_choice import FixedTest
 
 Temperatures = str | int | tuple[float, ...] | None
 

@@ -31,7 +31,8 @@ from planner.plan.schedule_to_steps import makespan
 from planner.plan.task import Task
 from planner.solvers.integer import Choice, solve
 from planner.spec.attendance import is_attended
-from planner.spec.model import Objective, Spec
+from planner.spec.model import Spec
+from planner.spec.plan_choice import Objective
 
 # What an hour of people's is worth: one, and up to more than the share of a week that one shift a day leaves.
 PEOPLE_WORTH = (1.0, 1.5, 2.5, 5.0)

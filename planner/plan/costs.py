@@ -22,7 +22,8 @@ from planner.nouns.array import Array
 from planner.plan.bench_work import last_cool_down, overlapped_time, ways_aside
 from planner.plan.by_hand import in_room
 from planner.spec.attendance import powered_time, record_time
-from planner.spec.model import Objective, Spec, Test
+from planner.spec.model import Spec, Test
+from planner.spec.plan_choice import Objective
 
 
 @dataclass(frozen=True, order=True)

@@ -40,12 +40,28 @@ IDLE_RUNS = 4
 DECADES = 4  # between the slowest and the fastest rising error
 
 
-def genetic_plan(task: Task, exact: Campaign, rule: str, settings: GeneticSettings, seed: int) -> GeneticPlan:
-    """Run the genetic algorithm on the allowed sizes; gap is relative to the exact campaign's cost."""
+def genetic_plan(
+    task: Task,
+    exact: Campaign,
+    rule: str,
+    settings: GeneticSettings,
+    seed: int,
+    told: Callable[[int, float], None] | None = None,
+) -> GeneticPlan:
+    """Run the genetic algorithm on the allowed sizes; gap is relative to the exact campaign's cost.
+
+    told: after every generation how many there were and the least cost so far
+    """
     decoder = _Decoder(task, rule)
     met: list[Array] = []
     histories: list[GeneticHistory] = []
     rng, best, idle = np.random.default_rng(seed), np.inf, 0
+
+    def watch(genes: Array, values: Array) -> None:
+        met.append(genes[np.argsort(values)[:FRONT_POINTS]])
+        if told is not None:
+            told(len(met), min(best, float(values.min())))
+
     while idle < IDLE_RUNS and (left := settings.generations - sum(h.generations for h in histories)) > 0:
         result = minimise(
             decoder.fitness,
@@ -53,7 +69,7 @@ def genetic_plan(task: Task, exact: Campaign, rule: str, settings: GeneticSettin
             np.ones(len(task.models)),
             replace(settings, generations=left, patience=PATIENCE),
             rng,
-            watch=lambda genes, values: met.append(genes[np.argsort(values)[:FRONT_POINTS]]),
+            watch=watch,
         )
         histories.append(result.history)
         idle = 0 if result.value < best else idle + 1

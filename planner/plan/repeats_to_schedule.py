@@ -25,16 +25,17 @@ from planner.plan.by_hand import is_hand_made
 from planner.plan.confidence import half_widths
 from planner.plan.percentile_cuts import objection
 from planner.plan.task import TANGENT_FROM, Task, extreme_allowances, row_sizes
-from planner.solvers.integer import Choice, Rows, solve
+from planner.solvers.integer import Choice, Rows, Told, solve
 from planner.solvers.linear_combination import weights
 from planner.units import from_si
 
 
-def campaign(task: Task) -> Campaign:
+def campaign(task: Task, told: Told | None = None) -> Campaign:
     """The cheapest campaign that meets every constraint, with its proof.
 
     A spec that fixes every test by hand is only timed: its campaign is returned whether it meets the
-    requirements or not. Raises InfeasibleError (what binds, nearest limit) when even the most repeats at the
+    requirements or not. told: the cost of the best so far and the bound, whenever they are better known.
+    Raises InfeasibleError (what binds, nearest limit) when even the most repeats at the
     best points do not suffice, and StoppedEarly when nothing was found within `plan.time_limit`.
     """
     if is_hand_made(task.spec):
@@ -44,7 +45,11 @@ def campaign(task: Task) -> Campaign:
     limit = task.spec.plan.time_limit
     try:
         choice = solve(
-            task.problem, check=lambda rows: objection(task, rows), start=_beginning(task), time_limit=limit
+            task.problem,
+            check=lambda rows: objection(task, rows),
+            start=_beginning(task),
+            time_limit=limit,
+            told=told,
         )
     except TimeoutError as error:
         raise StoppedEarly(f"{error}; give plan.time_limit more, or fewer candidates") from None

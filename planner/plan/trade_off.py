@@ -11,7 +11,8 @@ from planner.nouns.plan import TradeOffPoint
 from planner.plan.costs import repeat_power_on
 from planner.plan.savings import with_plan
 from planner.plan.schedule_to_steps import makespan
-from planner.spec.model import Objective, Spec
+from planner.spec.model import Spec
+from planner.spec.plan_choice import Objective
 
 # Seconds of campaign that one second of power-on is worth: from time alone to the unit's life almost alone.
 # At the ends the other cost still has some weight, so that of equally good plans the better one is found.

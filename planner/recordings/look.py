@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.dwells.table_rows import MOTION
 from planner.errors import InputError
+from planner.nouns.progress import Progress
 from planner.recordings.allan import AllanResult
 from planner.recordings.clocks import Clock
 from planner.recordings.column_map import ColumnMap, map_of, read_map
@@ -25,7 +26,6 @@ from planner.recordings.temperature import alive
 from planner.recordings.windows import longest_gap
 from planner.units import STANDARD_GRAVITY_MPS2 as G
 
-Progress = Callable[[str], None]
 MOST_POWER_ONS = 12  # that a page shows
 
 

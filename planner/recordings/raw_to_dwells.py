@@ -6,7 +6,7 @@ rest once more for the Allan deviation.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from planner.dwells.mix_ups import mix_ups
 from planner.errors import Fault, InputError
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
+from planner.nouns.progress import Progress, silent
 from planner.recordings.axis_check import axis_fault
 from planner.recordings.clocks import Clock
 from planner.recordings.column_map import ColumnMap
@@ -34,13 +35,8 @@ from planner.recordings.temperature import alive
 from planner.recordings.windows import longest_gap, windows_of
 from planner.units import unit_factor
 
-Progress = Callable[[str], None]
 LEAST_WINDOWS = 3  # of a rest by which readings are judged
 LEAST_SAMPLES = 16  # of one of several power-ons in a file
-
-
-def _silent(_: str) -> None:
-    return None
 
 
 def reduce_recordings(
@@ -48,7 +44,7 @@ def reduce_recordings(
     columns: ColumnMap | None = None,
     records: Sequence[PlannedRecord] | None = None,
     references: Mapping[str, Array] | None = None,
-    progress: Progress = _silent,
+    progress: Progress = silent,
 ) -> Reduction:
     """The dwell table of recordings, each of one power-on.
 
@@ -173,7 +169,7 @@ def scanned(
     run: int,
     of_several: bool,
     records: Sequence[PlannedRecord] | None = None,
-    progress: Progress = _silent,
+    progress: Progress = silent,
 ) -> ScannedFile:
     """A recording in windows, with its rests and motions. Raises InputError when it cannot be read."""
     account = Account()

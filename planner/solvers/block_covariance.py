@@ -86,7 +86,7 @@ class BlockCovariance:
 def block_covariance(effects: RandomEffects, theta: Array) -> BlockCovariance:
     """V(θ) ready for use. Raises NoNoise when a block is not positive definite."""
     batches = []
-    for rows in batches_of(effects):
+    for rows in effects.batches:
         V = sum(
             theta[k] * block(effects, k, rows) for k in range(effects.count) if theta[k] > 0.0
         ) + np.zeros((*rows.shape, rows.shape[1]))
@@ -96,12 +96,6 @@ def block_covariance(effects: RandomEffects, theta: Array) -> BlockCovariance:
             raise NoNoise("every row needs a positive noise variance") from error
         batches.append(_Batch(rows, np.asarray(np.linalg.inv(root))))
     return BlockCovariance(effects, theta, tuple(batches))
-
-
-def batches_of(effects: RandomEffects) -> list[NDArray[np.int64]]:
-    """(G, m) rows of the groups, those of one size together."""
-    sizes = effects.sizes
-    return [effects.starts[sizes == m][:, None] + np.arange(m)[None, :] for m in np.unique(sizes).tolist()]
 
 
 def block(effects: RandomEffects, k: int, rows: NDArray[np.int64]) -> Array:

@@ -94,6 +94,7 @@ class Cut:
 
 
 Check = Callable[[Rows], Cut | None]
+Told = Callable[[float, float], None]
 
 
 @dataclass(frozen=True)
@@ -118,10 +119,12 @@ def solve(
     start: Rows | None = None,
     time_limit: float = 120.0,
     most_solves: int = 400,
+    told: Told | None = None,
 ) -> Choice | None:
     """The cheapest selection within the limits, with its proof; None when there is none.
 
-    start: a selection that is known to be acceptable, to begin with.
+    start: a selection that is known to be acceptable, to begin with; told: the cost of the best so far and
+    the bound, whenever they are better known.
 
     check: asked about every selection found; returns a cut that removes it (for a condition that no linear
     row can say, such as an exact percentile) or None to accept it. Every cut must keep all acceptable
@@ -134,6 +137,8 @@ def solve(
     relaxed = _relaxation(folded)
     if relaxed is None:
         return None
+    if told is not None and start is not None:
+        told(problem.cost(start), relaxed.bound)
     likely = [np.argsort(r, kind="stable")[:FIRST_LOOK_ROWS] for r in relaxed.reduced_costs]
     first = _solve_with_cuts(_restricted(folded, likely), check, deadline, most_solves)
     known = [] if start is None else [Choice(start, problem.cost(start), relaxed.bound, False)]
@@ -143,6 +148,8 @@ def solve(
     possible = [np.flatnonzero(relaxed.bound + r <= ceiling) for r in relaxed.reduced_costs]
     if first.finished and all(np.isin(p, k).all() for p, k in zip(possible, likely, strict=True)):
         return _cheapest(known, np.inf, finished=True)
+    if told is not None and known:
+        told(min(choice.cost for choice in known), relaxed.bound)
     second = _solve_with_cuts(_restricted(folded, possible), check, deadline, most_solves)
     known = ([] if second.choice is None else [second.choice]) + known
     if not known and not second.finished:

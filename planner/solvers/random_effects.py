@@ -7,7 +7,7 @@ matrices (Woodbury), with drifts from dense blocks (block_covariance). No inerti
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -127,6 +127,36 @@ class RandomEffects:
         """(g, …) -> (n, …): every row has the value of its group."""
         return np.repeat(groups, self.sizes, axis=0)
 
+    @cached_property
+    def batches(self) -> list[NDArray[np.int64]]:
+        """(G, m) rows of the groups, those of one size together."""
+        return [
+            self.starts[self.sizes == m][:, None] + np.arange(m)[None, :]
+            for m in np.unique(self.sizes).tolist()
+        ]
+
+    def _by_group(
+        self, part: Callable[..., Array], columns: Sequence[Array], groups: Sequence[Array]
+    ) -> Array:
+        """(n, m) of part(columns (G, m, …)…, groups (G, …)…), the groups of one size at a time.
+
+        Products of small matrices take a fifth of the time of sums over rows; groups that all have one size
+        are not copied.
+        """
+        if len(self.batches) == 1:
+            shape = self.batches[0].shape
+            found = part(*(c.reshape(*shape, -1) for c in columns), *groups)
+            return np.asarray(found.reshape(self.rows, -1))
+        out = np.empty((self.rows, columns[-1].shape[1]))
+        for rows in self.batches:
+            mine = self.sizes == rows.shape[1]
+            out[rows] = part(*(c[rows] for c in columns), *(g[mine] for g in groups))
+        return out
+
+    def projected(self, U: Array, S: Array, Z: Array, A: Array) -> Array:
+        """U S Zᵀ A group by group (n, m): U, Z (n, b), S (g, b, b), A (n, m)."""
+        return self._by_group(_sandwich, (U, Z, A), (S,))
+
     def times(self, k: int, A: Array) -> Array:
         """V_k A for A (n, m)."""
         if k < len(self.diagonals):
@@ -134,13 +164,13 @@ class RandomEffects:
         if k >= len(self.diagonals) + len(self.slopes):
             return self._drifted(k, A)
         z = self.slopes[k - len(self.diagonals)][:, None]
-        return np.asarray(z * self.spread(self.sums(z * A)))
+        return self._by_group(_outer_times, (z, A), ())
 
     def _drifted(self, k: int, A: Array) -> Array:
-        from planner.solvers.block_covariance import batches_of, block
+        from planner.solvers.block_covariance import block
 
         out = np.empty_like(A)
-        for rows in batches_of(self):
+        for rows in self.batches:
             out[rows] = block(self, k, rows) @ A[rows]
         return out
 
@@ -162,8 +192,7 @@ class Covariance:
         direct = A / self.diagonal[:, None]
         if self.Z.shape[1] == 0:
             return np.asarray(direct)
-        inner = self.effects.sums(np.einsum("nb,nm->nbm", self.Z, direct))
-        return np.asarray(direct - np.einsum("nb,nbm->nm", self.U, self.effects.spread(self.S @ inner)))
+        return np.asarray(direct - self.effects.projected(self.U, self.S, self.Z, direct))
 
     def whiten(self, A: Array) -> Array:
         """W A for A (n, m), W = (I + D^(−½)Z ZᵀD^(−½))^(−½) D^(−½) block by block: W V Wᵀ = I."""
@@ -181,8 +210,7 @@ class Covariance:
         value, vector = np.linalg.eigh(self.gram)
         shrink = -1.0 / (np.sqrt(1.0 + value) * (1.0 + np.sqrt(1.0 + value)))  # ((1+λ)^(−1/2) − 1)/λ
         inner = np.einsum("gbk,gk,gck->gbc", vector, shrink, vector)
-        sums = self.effects.sums(np.einsum("nb,nm->nbm", Z, A))
-        return np.asarray(A + np.einsum("nb,nbm->nm", Z, self.effects.spread(inner @ sums)))
+        return np.asarray(A + self.effects.projected(Z, inner, Z, A))
 
     @property
     def log_determinant(self) -> float:
@@ -225,6 +253,16 @@ class Covariance:
 
 class NoNoise(ValueError):
     """V has a row without noise: nothing can be weighed by its inverse."""
+
+
+def _sandwich(U: Array, Z: Array, A: Array, S: Array) -> Array:
+    """(G, m, k) U S Zᵀ A."""
+    return np.asarray(U @ (S @ (np.swapaxes(Z, 1, 2) @ A)))
+
+
+def _outer_times(z: Array, A: Array) -> Array:
+    """(G, m, k) z zᵀ A."""
+    return np.asarray(z * (np.swapaxes(z, 1, 2) @ A))
 
 
 def covariance(effects: RandomEffects, theta: Array) -> Covariance | BlockCovariance:

@@ -156,22 +156,38 @@ def reml_together(
 
     The likelihoods are multiplied. Raises ValueError as `reml`.
     """
+    return reml_and_information(samples, start, settled)[0]
+
+
+def reml_and_information(
+    samples: Sequence[Sample], start: Array | None = None, settled: float = _CONVERGED
+) -> tuple[Variances, Array]:
+    """The same, and the expected information (K, K) on all variances there, those at zero too.
+
+    Its inverse is how well the data could tell θ, whatever they told (Variances.error leaves out zeros).
+    """
     count = samples[0].effects.count
     freedom = [len(s.y) - s.basis.shape[1] for s in samples]
     if min(freedom) < 1:
         raise ValueError("as many coefficients as rows: nothing is left to estimate the noise from")
     total = sum(float(s.left @ s.left) for s in samples) / sum(freedom)
     if total <= 0.0:
-        return Variances(np.zeros(count), np.zeros((count, count)), np.zeros(count, bool), 0.0, True)
+        nothing = np.zeros((count, count))
+        return Variances(np.zeros(count), nothing, np.zeros(count, bool), 0.0, True), nothing
     size = np.mean([s.effects.mean_sizes() for s in samples], axis=0)
     parts = [Sample(s.left / np.sqrt(total), s.basis, s.effects.scaled(1.0 / size), True) for s in samples]
-    free = samples[0].effects.free
+    sought = samples[0].effects.free
     theta = np.full(count, 1.0 / count) if start is None else start * size / total
     theta = np.maximum(theta, 1e-3 * (np.arange(count) == 0))
-    theta = np.where(free, theta, size / total)
-    theta, error, free, loglik, done = _scored(parts, theta, free, settled)
+    theta = np.where(sought, theta, size / total)
+    found = _scored(parts, theta, sought, settled)
+    free = (found.theta > 0) & sought
+    error = np.zeros((count, count))
+    error[np.ix_(free, free)] = np.linalg.pinv(found.information[np.ix_(free, free)])
     factor = total / size
-    return Variances(theta * factor, error * np.outer(factor, factor), free, loglik, done)
+    scale = np.outer(factor, factor)
+    loglik = found.loglik - 0.5 * sum(freedom) * float(np.log(total))
+    return Variances(found.theta * factor, error * scale, free, loglik, found.done), found.information / scale
 
 
 def restricted_loglik(sample: Sample, theta: Array) -> float:
@@ -180,10 +196,7 @@ def restricted_loglik(sample: Sample, theta: Array) -> float:
 
 
 def reml_information(sample: Sample, theta: Array) -> Array:
-    """(K, K) expected information on all variances at θ, those at zero too.
-
-    Its inverse is how well the data could tell θ, whatever they told (Variances.error leaves out zeros).
-    """
+    """(K, K) expected information on all variances at θ, those at zero too."""
     size = sample.effects.mean_sizes()
     scaled = sample.effects.scaled(1.0 / size)
     total = max(float(np.sum(theta * size)), 1e-300)
@@ -192,30 +205,38 @@ def reml_information(sample: Sample, theta: Array) -> Array:
     return np.asarray(information * np.outer(size, size) / total**2)
 
 
-def _scored(
-    samples: Sequence[Sample], theta: Array, sought: NDArray[np.bool_], least: float
-) -> tuple[Array, Array, NDArray[np.bool_], float, bool]:
-    """θ (K,) from a start, its covariance, what is free, likelihood, converged; sought: (K,) not known."""
+@dataclass(frozen=True)
+class _Scored:
+    """Where the search ended. information: (K, K) the expected one; done: whether it settled there."""
+
+    theta: Array
+    information: Array
+    loglik: float
+    done: bool
+
+
+def _scored(samples: Sequence[Sample], theta: Array, sought: NDArray[np.bool_], least: float) -> _Scored:
+    """θ (K,) from a start; sought: (K,) variances that are not known.
+
+    A last step of the expected information that gains less than `least` is not made: the information stays
+    that of θ, and a derivative costs as much as ten likelihoods.
+    """
     states, done, expected = _states(samples, theta), False, False
-    better: list[_State] | None = states
     for _ in range(_MOST_STEPS):
         score, information = _slope(states, expected)
         step = _step(theta, score, information, sought)
         new, better = _improved(samples, theta, step, _total(states))
         settled = better is None or _total(better) - _total(states) < least
-        if better is not None:
-            theta, states = new, better
         if settled and expected:
             done = True
             break
+        if better is not None:
+            theta, states = new, better
         expected = settled  # the average information may be blind to a component; the expected one is not
-    theta = np.where((theta > _LEAST_SHARE) | ~sought, theta, 0.0)
-    free = (theta > 0) & sought
-    if not (expected and better is None):  # or it is known there
+    if not done:
         _, information = _slope(states, True)
-    error = np.zeros((len(theta), len(theta)))
-    error[np.ix_(free, free)] = np.linalg.pinv(information[np.ix_(free, free)])
-    return theta, error, free, _total(states), done
+    theta = np.where((theta > _LEAST_SHARE) | ~sought, theta, 0.0)
+    return _Scored(theta, information, _total(states), done)
 
 
 def _step(theta: Array, score: Array, information: Array, free: NDArray[np.bool_]) -> Array:

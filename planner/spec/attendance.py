@@ -9,8 +9,9 @@ from planner import catalog
 from planner.quantities import DAY_S, WEEKDAYS
 from planner.solvers.calendar import Calendar, Span, calendar
 from planner.spec.days_off import WEEKS, days_off, first_monday
-from planner.spec.model import Bench, Shift, Spec, Test
+from planner.spec.model import Bench, Spec, Test
 from planner.spec.motions import AxisMotion, may_be_turned_by_hand, motions_of, turned_by_hand
+from planner.spec.plan_choice import Shift
 from planner.spec.ramp import lead_of
 
 WEEK_S = 7 * DAY_S

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import copy
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any
@@ -19,8 +18,10 @@ from planner.spec.places import fault_at
 from planner.spec.review import Review
 from planner.spec.rules import review
 from planner.spec.scatter import with_scatter
-from planner.spec.sentences import faults_of
-from planner.spec.yaml12 import MAX_BYTES, Document, Path, read_yaml
+from planner.spec.sentences import faults_of, meant_key
+from planner.spec.yaml12 import MAX_BYTES, Document, Path, read_as_far, read_yaml
+
+TWICE, UNKNOWN_KEY, MISSING = "P004", "P101", "P102"
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,8 @@ def load_spec(path: FilePath) -> LoadedSpec:
 
 def spec_from_bytes(data: bytes, path: FilePath) -> LoadedSpec:
     """As `load_spec`, for bytes at hand; `path` names them, and files are relative to its folder."""
-    document = read_document(data, path)
+    document = read_as_far(data, str(path))
+    _refuse_other_shapes(document)
     document, wrong = with_alternatives(document)
     spec, faults, warnings = _checked(document, path.parent)
     faults = [*wrong, *faults]
@@ -128,11 +130,12 @@ def _checked(document: Document, folder: FilePath) -> tuple[Spec | None, list[Fa
             found.setdefault(path, []).append(fault)
     for path, fault in empty.items():
         found[path] = [fault]
+    found = _with_unread(found, document)
     faults = [fault for several in found.values() for fault in several]
-    draft = spec if spec is not None and not found else _draft(document.value, found)
+    draft, gaps = (spec, frozenset[Path]()) if spec is not None and not found else _draft(document, found)
     if draft is None:
         return None, faults, ()
-    seen = Review(draft, document, folder, frozenset(_part(path) for path in found))
+    seen = Review(draft, document, folder, gaps)
     review(seen)
     return with_scatter(with_copies(spec)) if spec else None, faults + seen.faults, seen.warnings
 
@@ -146,34 +149,32 @@ def _nothings(document: Document, value: Any, path: Path) -> Iterator[tuple[Path
         yield from _nothings(document, item, (*path, key))
 
 
-def _draft(value: dict[Any, Any], found: dict[Path, list[Fault]]) -> Spec | None:
-    """The spec without the parts in which something was found; None when even that has no form."""
-    from planner.spec.draft import Draft  # a model of its own takes 12 ms to build; good specs need none
+def _with_unread(found: Mapping[Path, list[Fault]], document: Document) -> dict[Path, list[Fault]]:
+    """The faults of the form, and those of the reading, below which the form has nothing to say.
 
-    rest = copy.deepcopy(value)
-    for path in found:
-        _remove(rest, _part(path))
-    try:
-        return Draft.model_validate(rest)
-    except ValidationError:
-        return None
-
-
-def _part(path: Path) -> Path:
-    """The smallest part of a spec that can be taken out and leaves the rest to be checked."""
-    depth = {"unit": 4, "benches": 2, "tests": 2, "plan": 2}
-    if path[:1] == ("requirement",):
-        entry = path[:2] if len(path) > 1 and isinstance(path[1], int) else path[:1]
-        optional = path[len(entry) : len(entry) + 1]
-        return (*entry, *optional) if optional in (("rule",), ("at",), ("temperature",)) else entry
-    return path[: depth.get(str(path[0]), 1)] if path else path
+    Where a key could not be read, the mapping that has it lacks nothing.
+    """
+    unread = [path for path, fault in document.unread if path and fault.code != TWICE]
+    whole = any(not path for path, _ in document.unread)
+    told: dict[Path, list[Fault]] = {}
+    for path, faults in found.items():
+        lacks = whole and len(path) == 1 and faults[0].code == MISSING
+        if not lacks and not any(path[: len(part)] == part for part in unread):
+            told[path] = faults
+    for path, fault in document.unread:
+        told.setdefault(path, []).append(fault)
+    return told
 
 
-def _remove(value: Any, path: Sequence[Any]) -> None:
-    """Take a part out; an item of a list leaves a None, so that the others keep their numbers."""
-    for part in path[:-1]:
-        value = value[part] if isinstance(value, list) or part in value else {}
-    if isinstance(value, list):
-        value[path[-1]] = None
-    elif path and isinstance(value, dict):
-        value.pop(path[-1], None)
+def _draft(document: Document, found: Mapping[Path, Sequence[Fault]]) -> tuple[Spec | None, frozenset[Path]]:
+    """The spec without the parts in which something was found, and those parts.
+
+    Of a key that stands twice the first counts: nothing is taken out for it. An unknown key is as good as a
+    faulty value of the known key that was meant.
+    """
+    from planner.spec.draft import drafted  # a model of its own takes 12 ms to build; good specs need none
+
+    foreign = [path for path, faults in found.items() if all(f.code == UNKNOWN_KEY for f in faults)]
+    faulty = [p for p, faults in found.items() if any(f.code not in (UNKNOWN_KEY, TWICE) for f in faults)]
+    meant = {meant_key(path, Spec) for path in foreign} - {None, *document.values}
+    return drafted(document.value, foreign, [*faulty, *(path for path in meant if path is not None)])

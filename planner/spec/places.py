@@ -28,10 +28,16 @@ def _place(document: Document, path: Path, key: bool) -> Place:
 def did_you_mean(word: object, options: Iterable[str]) -> str:
     """`; did you mean 'confidence'?`, or the options when none is near and they are few."""
     known = sorted(set(options))
-    near = difflib.get_close_matches(str(word)[:60].lower(), known, n=1, cutoff=0.6)
+    near = nearest(word, known)
     if near:
-        return f"; did you mean '{near[0]}'?"
+        return f"; did you mean '{near}'?"
     return f"; expected one of {', '.join(known)}" if 0 < len(known) <= 16 else ""
+
+
+def nearest(word: object, options: Iterable[str]) -> str | None:
+    """The word that was meant, if one is near."""
+    near = difflib.get_close_matches(str(word)[:60].lower(), sorted(set(options)), n=1, cutoff=0.6)
+    return near[0] if near else None
 
 
 def data_path(value: Any, location: Sequence[int | str]) -> tuple[Path, str | None, bool]:

@@ -44,7 +44,7 @@ class Review:
         """Whether neither the part at a path nor anything around it already has a fault."""
         return not any(path[: len(bad)] == bad for bad in self.unreadable)
 
-    def whole(self, *path: str) -> bool:
+    def whole(self, *path: str | int | float) -> bool:
         """Whether nothing at, around or under a path already has a fault."""
         return self.readable(path) and not any(bad[: len(path)] == path for bad in self.unreadable)
 
@@ -96,6 +96,17 @@ class Review:
                 found.setdefault(error, []).append(self.item(("tests", name, "calibrates"), index))
         return found
 
-    def bench_of(self, test: Test) -> Bench | None:
-        """The readable bench of a test."""
-        return self.spec.benches.get(test.bench)
+    def bench_of(self, test: Test, *parts: str) -> Bench | None:
+        """The bench of a test, where these parts of it have no fault."""
+        sound = all(self.whole("benches", test.bench, part) for part in parts)
+        return self.spec.benches.get(test.bench) if sound else None
+
+    @property
+    def published(self) -> bool:
+        """Whether it is sure that the plan is made by the published method."""
+        return self.method_sure and self.spec.planned_by == "published"
+
+    @property
+    def method_sure(self) -> bool:
+        """Whether what decides about the method is readable."""
+        return all(self.whole(*path) for path in (("requirement",), ("sensitivities",), ("plan", "method")))

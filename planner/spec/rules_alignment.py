@@ -10,9 +10,9 @@ COARSEST_RAD = 0.5235987755982988  # 30 deg: errors of attitude are small angles
 def initial_alignment(sheet: Review) -> None:
     """All rules for `initial_alignment`."""
     asked = sheet.spec.initial_alignment
-    if asked is None or not sheet.whole("initial_alignment"):
+    if asked is None:
         return
-    if not asked.model_fields_set:
+    if sheet.written(("initial_alignment",)) == {}:
         sheet.fault(
             "P361",
             ("initial_alignment",),

@@ -8,7 +8,7 @@ from planner.spec.yaml12 import Path
 
 def method(sheet: Review) -> None:
     """Remarks on what the file says and nobody asks; a fault for an estimator that a plan cannot rest on."""
-    if not _sure(sheet):
+    if not sheet.method_sure:
         return
     _estimator(sheet)
     if sheet.spec.planned_by == "published":
@@ -49,8 +49,3 @@ def _estimator(sheet: Review) -> None:
             "says nothing here: no error has a temperature_residual, and without one nothing says how "
             "smooth a table is; tables keep straight lines",
         )
-
-
-def _sure(sheet: Review) -> bool:
-    """Whether what decides about the method is readable."""
-    return all(sheet.whole(*path) for path in (("requirement",), ("sensitivities",), ("plan", "method")))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from planner.spec.model import FixedTest, Objective, Test
+from planner.spec.model import Test
 from planner.spec.narrow_range import narrow_range
 from planner.spec.places import did_you_mean
+from planner.spec.plan_choice import FixedTest, Objective
 from planner.spec.review import Review
 from planner.spec.yaml12 import Path
 
@@ -26,7 +27,7 @@ def plan(sheet: Review) -> None:
         _fixed(sheet, name, fixed)
     _student(sheet)
     genetic = sheet.spec.plan.genetic
-    if genetic.best >= genetic.individuals:  # the children need a place
+    if genetic.best >= genetic.individuals and sheet.whole("plan", "genetic"):  # the children need a place
         message = f"selects {genetic.best} of {genetic.individuals} individuals; write fewer than there are"
         sheet.fault("P501", ("plan", "genetic", "best"), message)
     weights = sheet.spec.plan.minimise
@@ -55,6 +56,8 @@ def _narrow(sheet: Review) -> None:
 def _step(sheet: Review) -> None:
     choice = sheet.spec.plan.temperatures
     low, high = choice.range
+    if not sheet.whole("plan", "temperatures", "range"):
+        return
     if (high - low) / choice.step > MOST_TEMPERATURES:
         least = (high - low) / MOST_TEMPERATURES
         sheet.fault(
@@ -78,12 +81,12 @@ def _candidates(sheet: Review) -> None:
     for index, number in enumerate(choice.candidates):
         if number in choice.candidates[:index]:
             sheet.fault("P507", (*path, index), f"{number} stands here twice; keep one")
-    if not sheet.whole("plan", "temperatures") or sheet.spec.planned_by != "published":
+    if not sheet.whole("plan", "temperatures") or not sheet.published:
         return
     calibrated = sheet.calibrated()
     for sensor, effect, where, budget in sheet.budgets():
         table = budget.residual_table
-        if table is not None and f"{sensor}.{effect}" in calibrated:
+        if table is not None and f"{sensor}.{effect}" in calibrated and sheet.whole("unit", sensor, effect):
             given = sheet.written(path) is not None
             _against_table(
                 sheet, path if given else (*where, "temperature_residual"), f"{sensor}.{effect}", table
@@ -118,7 +121,7 @@ def _against_table(sheet: Review, path: Path, error: str, table: Mapping[int, ob
 
 def _repeats(sheet: Review) -> None:
     repeats = sheet.spec.plan.repeats
-    if repeats.least > repeats.most:
+    if repeats.least > repeats.most and sheet.whole("plan", "repeats"):
         key = "least" if sheet.written(("plan", "repeats", "least")) is not None else "most"
         sheet.fault(
             "P511", ("plan", "repeats", key), f"least {repeats.least} is more than most {repeats.most}"
@@ -133,8 +136,7 @@ def _repeats(sheet: Review) -> None:
 
 def _student_counts(sheet: Review) -> bool:
     """Whether repeats are counted by Student's t, which needs two."""
-    published = sheet.spec.planned_by == "published"
-    return published and sheet.spec.plan.quantile == "student" and sheet.whole("plan", "quantile")
+    return sheet.published and sheet.spec.plan.quantile == "student" and sheet.whole("plan", "quantile")
 
 
 def _fixed(sheet: Review, name: str, fixed: FixedTest) -> None:
@@ -160,6 +162,8 @@ def _repeat_list(sheet: Review, path: tuple[str, ...], test: Test, fixed: FixedT
     if not isinstance(fixed.repeats, tuple):
         return
     temperatures = fixed.temperatures if fixed.temperatures is not None else test.temperatures
+    if not sheet.whole(*path[:-1], "temperatures") or not sheet.whole("tests", path[2], "temperatures"):
+        return
     if temperatures is None:
         sheet.fault("P515", path, "repeats for each temperature need 'temperatures' fixed as well")
         return

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from planner import catalog
-from planner.spec.model import Chamber, FixedTest, Spec, Test
+from planner.spec.model import Chamber, Spec, Test
+from planner.spec.plan_choice import FixedTest
 from planner.spec.ramp import Ramp, half_way
 from planner.spec.review import Review
 
@@ -18,15 +19,17 @@ def ramps(sheet: Review) -> None:
         path = ("tests", name, "temperature")
         if test.ramp is None or not sheet.whole(*path):
             continue
-        bench = sheet.bench_of(test)
+        bench = sheet.bench_of(test, "chamber")
         if bench is not None:
-            for problem in _of_the_chamber(sheet.spec, name, test, test.ramp, bench.chamber):
+            for problem in _of_the_chamber(sheet, name, test, test.ramp, bench.chamber):
                 sheet.fault("P424", path, problem)
         for problem in _not_planned(sheet, test):
             sheet.fault("P425", path, problem)
 
 
-def _of_the_chamber(spec: Spec, name: str, test: Test, ramp: Ramp, chamber: Chamber | None) -> Iterator[str]:
+def _of_the_chamber(
+    sheet: Review, name: str, test: Test, ramp: Ramp, chamber: Chamber | None
+) -> Iterator[str]:
     if chamber is None:
         yield f"bench '{test.bench}' has no chamber to ramp; give it one, or soak the test"
         return
@@ -38,7 +41,9 @@ def _of_the_chamber(spec: Spec, name: str, test: Test, ramp: Ramp, chamber: Cham
                 f"{60.0 * ramp.ramp:g} K/min is faster than the chamber of '{test.bench}', "
                 f"{word} {60.0 * speed:g} K/min"
             )
-    coldest, hottest = _reached(spec, name, test)
+    if not sheet.whole("tests", name) or not sheet.whole("plan"):
+        return
+    coldest, hottest = _reached(sheet.spec, name, test)
     low, high = chamber.range
     if coldest < low - ROUNDING or hottest > high + ROUNDING:
         yield (
@@ -61,14 +66,14 @@ def _not_planned(sheet: Review, test: Test) -> Iterator[str]:
     spec = sheet.spec
     if test.temperatures == "room":
         yield "'temperatures: room' is outside the chamber; give temperatures in degC, or soak the test"
-    if sheet.whole("requirement") and sheet.whole("plan", "method") and spec.planned_by == "published":
+    if sheet.published:
         yield (
             "the published method (that of worst_case and of given sensitivities too) knows soaked tests "
             "only; plan by information, with rule rss or percentile"
         )
     if sheet.whole("plan", "overlap") and "cool_down" in spec.plan.overlap:
         yield "its chamber ramps while it cools down, so nothing overlaps; leave plan.overlap out"
-    if sheet.readable(("effects",)):
+    if sheet.whole("effects"):
         known = catalog.effects()
         asking = [e for e in spec.effects if e in known and getattr(known[e], "history", False)]
         if asking:

@@ -51,6 +51,8 @@ def requirements(sheet: Review) -> None:
     for index, requirement in sheet.requirements():
         path = (*sheet.item(("requirement",), index), "limit")
         unit = NAVIGATION_ERRORS[requirement.error]
+        if not sheet.whole(*path[:-1], "error"):
+            continue
         wrong = wrong_unit(requirement.limit, unit, examples[unit])
         if wrong:
             sheet.fault("P201", path, wrong)
@@ -168,7 +170,9 @@ def _coefficient(sheet: Review, error: str, coefficient: Quantity) -> None:
         sheet.warn(
             "P223", path, "has no budget in 'unit', so it adds nothing to the navigation error", key=True
         )
-    for _, requirement in sheet.requirements():
+    for index, requirement in sheet.requirements():
+        if not sheet.whole(*sheet.item(("requirement",), index), "error"):
+            continue
         goal = NAVIGATION_ERRORS[requirement.error]
         per = "%" if unit == "1" else f"({unit})" if "/" in unit else unit
         if coefficient.dimension != dimension_of(f"{goal}/{'1' if unit == '1' else per}".removesuffix("/1")):
@@ -178,7 +182,7 @@ def _coefficient(sheet: Review, error: str, coefficient: Quantity) -> None:
 
 
 def _missing_coefficients(sheet: Review, source: Given) -> None:
-    known = set(source.given)
+    known = {*source.given, *sheet.names("sensitivities", "given")}
     for error, places in sheet.calibrated().items():
         if error not in known and unit_of(error):
             message = f"{error} is calibrated, but has no coefficient; add it to sensitivities.given"

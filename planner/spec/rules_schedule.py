@@ -14,9 +14,7 @@ REMEDY = "write longer shifts, or 'attended: false'"
 
 def schedule(sheet: Review) -> None:
     """All rules for the schedule."""
-    if not sheet.spec.plan.shifts or not sheet.whole("plan", "shifts"):
-        return
-    if _hours_fit(sheet):
+    if _hours_fit(sheet) and sheet.spec.plan.shifts and sheet.whole("plan", "shifts"):
         hours = calendar_of(sheet.spec)
         for name, bench in sheet.spec.benches.items():
             _installing(sheet, hours, name, bench)
@@ -25,8 +23,9 @@ def schedule(sheet: Review) -> None:
 
 def _hours_fit(sheet: Review) -> bool:
     good, started = True, None
-    if any(shift.holidays for shift in sheet.spec.plan.shifts) and first_monday(sheet.spec) is None:
-        index = next(i for i, shift in enumerate(sheet.spec.plan.shifts) if shift.holidays)
+    shifts = [(i, shift) for i, shift in enumerate(sheet.spec.plan.shifts) if shift]  # a draft has gaps
+    index = next((i for i, shift in shifts if shift.holidays), None)
+    if index is not None and sheet.whole("plan", "shifts") and first_monday(sheet.spec) is None:
         sheet.fault(
             "P526",
             (*sheet.item(("plan", "shifts"), index), "holidays"),
@@ -34,7 +33,7 @@ def _hours_fit(sheet: Review) -> bool:
             key=True,
         )
         good = False
-    for index, shift in enumerate(sheet.spec.plan.shifts):
+    for index, shift in shifts:
         path = sheet.item(("plan", "shifts"), index)
         if shift.opens == shift.closes:
             sheet.fault(
@@ -51,7 +50,7 @@ def _hours_fit(sheet: Review) -> bool:
 
 
 def _installing(sheet: Review, hours: Calendar, name: str, bench: Bench) -> None:
-    if not install_attended(sheet.spec, name):
+    if not install_attended(sheet.spec, name) or not sheet.whole("benches", name, "attended"):
         return
     for key, seconds in (("install", bench.install), ("remove", bench.remove)):
         if seconds > hours.longest:
@@ -60,7 +59,8 @@ def _installing(sheet: Review, hours: Calendar, name: str, bench: Bench) -> None
 
 def _tests(sheet: Review, hours: Calendar) -> None:
     for name, test in sheet.spec.tests.items():
-        bench = sheet.bench_of(test)
+        known = sheet.whole("tests", name) and sheet.whole("benches", test.bench)
+        bench = sheet.bench_of(test) if known else None
         spans = () if bench is None else attended_spans(test.bench, bench, test)
         if bench is None or not spans:
             continue

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from planner import catalog
-from planner.spec.model import Bench, Chamber, FixedTest, Motion, Test
+from planner.spec.model import Bench, Chamber, Motion, Test
 from planner.spec.places import did_you_mean
+from planner.spec.plan_choice import FixedTest
 from planner.spec.review import Review
 from planner.spec.rules_benches import kind_of
 from planner.spec.rules_requirement import all_errors, unit_of
@@ -32,7 +33,7 @@ def tests(sheet: Review) -> None:
         _calibrates(sheet, name, test)
         _settled(sheet, name, test)
         _temperatures(sheet, name, test)
-        bench = sheet.bench_of(test)
+        bench = sheet.bench_of(test, "kind", "axes", "limits")
         if bench is not None:
             _observed(sheet, name, test, bench)
             _motions(sheet, name, test, bench)
@@ -65,11 +66,11 @@ def _not_calibrated(sheet: Review, error: str) -> str | None:
         return (
             f"{error} has no budget; add unit.{sensor}.{effect}" if sheet.readable(("unit", sensor)) else None
         )
-    if sheet.readable(("effects",)) and effect not in sheet.spec.effects:
+    if sheet.whole("effects") and effect not in sheet.spec.effects:
         return f"'effects' does not declare {effect}; add it there, or do not calibrate {error}"
     budget = sheet.budget(error)
-    asked = not sheet.readable(("requirement",)) or sheet.spec.planned_by == "published"
-    if asked and budget is not None and not budget.has_run_to_run and sheet.whole("unit", sensor, effect):
+    bare = budget is not None and not budget.has_run_to_run and sheet.whole("unit", sensor, effect)
+    if bare and sheet.published:
         return (
             f"{error} has no run_to_run spread, which its repeats come from; add unit.{error}.run_to_run, "
             f"'0 {unit_of(error)}' where it has none"
@@ -79,7 +80,7 @@ def _not_calibrated(sheet: Review, error: str) -> str | None:
 
 def _settled(sheet: Review, name: str, test: Test) -> None:
     """Nothing can be chosen for a test that calibrates nothing: its temperatures and repeats are given."""
-    if test.calibrates or not sheet.whole("plan", "fixed"):
+    if test.calibrates or not sheet.whole("plan", "fixed") or not sheet.whole("tests", name):
         return
     fixed = sheet.spec.plan.fixed.get(name, FixedTest())
     missing = [
@@ -96,17 +97,18 @@ def _settled(sheet: Review, name: str, test: Test) -> None:
 
 def _temperatures(sheet: Review, name: str, test: Test) -> None:
     fixed = sheet.spec.plan.fixed.get(name, FixedTest()).temperatures
-    own: Path = ("tests", name, "temperatures")
-    by_hand: Path = ("plan", "fixed", name, "temperatures")
+    own = ("tests", name, "temperatures")
+    by_hand = ("plan", "fixed", name, "temperatures")
     if test.temperatures is not None and fixed is not None and test.temperatures != fixed:
         sheet.fault("P414", by_hand, f"tests.{name}.temperatures says something else; keep one")
     choices: list[tuple[Path, Any]] = [(own, test.temperatures), (by_hand, fixed)]
     given = [(path, value) for path, value in choices if value is not None]
     if not given and test.calibrates:
         given = [(("tests", name), None)]
-    bench = sheet.bench_of(test)
+    bench = sheet.bench_of(test, "chamber")
+    said = all(sheet.whole(*path) for path in (own, by_hand))
     for path, value in given:
-        if bench is not None:
+        if bench is not None and (said or value is not None):
             check_temperatures(sheet, path, value, test.bench, bench)
 
 
@@ -169,7 +171,7 @@ def _motions(sheet: Review, name: str, test: Test, bench: Bench) -> None:
         return
     for index, motion in enumerate(test.motions):
         path = ("tests", name, "motions", index)
-        if not motion.model_fields_set:
+        if sheet.written(path) == {}:
             sheet.fault("P421", path, "an empty motion; write e.g. {position_1: 90 deg}")
         for key, problem in (*_beyond(motion, bench), *_beside(motion, kind_of(test.bench, bench))):
             sheet.fault("P422", (*path, key), f"{problem} of bench '{test.bench}'")

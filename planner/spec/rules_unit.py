@@ -38,7 +38,7 @@ def budgets(sheet: Review) -> None:
     for sensor, effect, path, budget in sheet.budgets():
         if not _known(sheet, sensor, effect, path):
             continue
-        if not budget.model_fields_set and sheet.whole("unit", sensor, effect):
+        if sheet.written(path) == {}:
             sheet.fault(
                 "P302", path, "is an empty budget; give at least 'run_to_run', or remove it", key=True
             )
@@ -174,7 +174,7 @@ def _falls(sheet: Review, path: Path, table: Mapping[int, Quantity]) -> None:
 
 
 def _covers(sheet: Review, path: Path, measured: MeasuredCurve) -> None:
-    if not sheet.whole("plan", "temperatures"):
+    if not sheet.whole("plan", "temperatures", "range") or not sheet.whole(*path):
         return
     low, high = sheet.spec.plan.temperatures.range
     if len(measured.curve) >= 2 and sum(low <= t <= high for t in measured.curve) < 2:
@@ -189,7 +189,7 @@ def _covers(sheet: Review, path: Path, measured: MeasuredCurve) -> None:
 def _uses(sheet: Review, error: str, path: Path, budget: ErrorBudget) -> None:
     """What a budget says must be of use to the plan: is the error calibrated, and over temperature?"""
     effect = ErrorName(error).effect
-    if not (sheet.readable(("effects",)) and sheet.whole("tests")):
+    if not (sheet.whole("effects") and sheet.whole("tests")):
         return
     declared = set(sheet.spec.effects)
     if effect not in declared:

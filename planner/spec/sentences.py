@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from planner.errors import Fault
-from planner.spec.places import data_path, did_you_mean, fault_at, schemas_at
+from planner.spec.places import data_path, did_you_mean, fault_at, nearest, schemas_at
 from planner.spec.yaml12 import Document, Path
 
 _KINDS = {
@@ -150,6 +150,12 @@ def _literal(given: object, expected: str) -> str:
 
 def _keys(schema: Mapping[str, Any], path: Path) -> set[str]:
     return {key for one in schemas_at(schema, path) for key in one.get("properties", {})}
+
+
+def meant_key(path: Path, model: type[BaseModel]) -> Path | None:
+    """Where the value of an unknown key was meant to stand, if a known key is near."""
+    near = nearest(path[-1], _keys(_schema(model), path[:-1]))
+    return None if near is None else (*path[:-1], near)
 
 
 def _wanted(schema: Mapping[str, Any], path: Path) -> str:

@@ -74,6 +74,8 @@ class Document:
     """Plain values of a YAML file and where they stand: path -> (line, column), counted from 1.
 
     `keys` holds the places of mapping keys, `values` those of all values; the root's path is ().
+    `unread` are the parts that could not be read, each with its fault: their values are missing or None; of
+    a key that stands twice the first value is there.
     """
 
     file: str
@@ -81,6 +83,7 @@ class Document:
     keys: Mapping[Path, Place] = field(default_factory=dict)
     values: Mapping[Path, Place] = field(default_factory=dict)
     text: str = ""
+    unread: tuple[tuple[Path, Fault], ...] = ()
 
     def line(self, number: int) -> str:
         """A line of the file, from 1."""
@@ -101,6 +104,14 @@ def read_yaml(data: bytes, file: str) -> Document:
     Raises InputError with the place for whatever is not a single YAML document of bounded size and depth:
     syntax errors, duplicate keys (all of them), foreign tags, merge keys, self-referencing aliases.
     """
+    document = read_as_far(data, file)
+    if document.unread:
+        raise InputError("the file cannot be read", [fault for _, fault in document.unread])
+    return document
+
+
+def read_as_far(data: bytes, file: str) -> Document:
+    """As `read_yaml`, but what spoils a part only is left to the caller, in `Document.unread`."""
     text = decode(data, file)
     loader: _Loader | None = None
     try:
@@ -217,9 +228,7 @@ class _Loader(Reader, Scanner, Parser, Composer, BaseResolver):
 def _built(node: Node | None, file: str, text: str) -> Document:
     builder = _Builder(file, text)
     value = None if node is None else builder.build(node, ())
-    if builder.faults:
-        raise InputError("the file cannot be read", builder.faults)
-    return Document(file, value, builder.keys, builder.values, text)
+    return Document(file, value, builder.keys, builder.values, text, tuple(builder.faults))
 
 
 class _Builder:
@@ -230,7 +239,7 @@ class _Builder:
         self.text = text
         self.keys: dict[Path, Place] = {}
         self.values: dict[Path, Place] = {}
-        self.faults: list[Fault] = []
+        self.faults: list[tuple[Path, Fault]] = []
         self.open: list[Node] = []
         self.count = 0
 
@@ -317,9 +326,8 @@ class _Builder:
     def fault(self, node: Node, code: str, path: Path, message: str) -> Any:
         """Note a fault; its value is None."""
         line, column = _place(node)
-        self.faults.append(
-            Fault(self.file, line, column, shown(path), message, code, quoted(self.text, line))
-        )
+        fault = Fault(self.file, line, column, shown(path), message, code, quoted(self.text, line))
+        self.faults.append((path, fault))
         return None
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+Document = Mapping[str, Any]  # plan.json, or a part of it
 SAME = 1e-9  # figures of plan.json have twelve digits
 
 

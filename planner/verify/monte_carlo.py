@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
+from planner.nouns.progress import Progress
 from planner.verify.experiment import CHUNK, Experiment, run_chunk
 from planner.verify.spreads import Typed, TypeTally, run_types
 from planner.verify.spreads import total as all_types
 from planner.verify.tally import Tally, total
 from planner.verify.workers import Run
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)

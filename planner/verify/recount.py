@@ -19,9 +19,10 @@ from planner.protocols import SENSORS
 from planner.quantities import DAY_S, WEEKDAYS
 from planner.spec.days_off import days_off, first_monday
 from planner.spec.load import LoadedSpec
-from planner.spec.model import Objective, Spec
+from planner.spec.model import Spec
+from planner.spec.plan_choice import Objective
 from planner.units import from_si
-from planner.verify.findings import Check, Fault, Findings
+from planner.verify.findings import Check, Document, Fault, Findings
 from planner.verify.recount_budget import budgets_of, check_budget, check_unit_said, made_by_hand
 from planner.verify.recount_hours import start_of, windows_of
 from planner.verify.recount_loads import loads_of
@@ -37,7 +38,6 @@ NOT_RECOUNTED = (
     "notes, proved_of: words",
     "packages: versions where it was planned; planner reproduce compares them with those here",
 )
-Document = Mapping[str, Any]
 
 
 def is_by_information(document: Document) -> bool:

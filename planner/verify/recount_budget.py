@@ -20,13 +20,12 @@ from planner.protocols import SENSORS
 from planner.spec.budget import ErrorBudget, MeasuredCurve
 from planner.spec.model import PercentileRule, Spec
 from planner.units import UnitError, dimension_of, unit_factor
-from planner.verify.findings import Findings
+from planner.verify.asked_steps import in_room
+from planner.verify.findings import Document, Findings
 from planner.verify.recount_spread import spreads_of_records
-from planner.verify.recount_steps import in_room
 from planner.verify.recount_together import SAME, added_together
 
 PART_NAMES = ("run_to_run", "in_run", "storage", "temperature", "estimate")
-Document = Mapping[str, Any]
 
 
 def check_budget(document: Document, spec: Spec, by_information: bool = False) -> list[Findings]:

@@ -8,7 +8,7 @@ draws of a few thousand are then up to 2 % apart (measured on the shipped specs)
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from itertools import groupby
 from typing import Any
@@ -17,19 +17,18 @@ from planner.errors import InputError
 from planner.spec.curve_names import families_of
 from planner.spec.model import NAVIGATION_ERRORS, Spec
 from planner.units import unit_factor
+from planner.verify.asked_steps import chamber_temperatures, expected
 from planner.verify.experiment import Experiment
-from planner.verify.findings import Findings
+from planner.verify.findings import Document, Findings
 from planner.verify.prediction import DrawnCurves
 from planner.verify.records import records_of
 from planner.verify.recount import weights_of
 from planner.verify.recount_hours import earliest
 from planner.verify.recount_loads import used_benches
 from planner.verify.recount_promise import NOTHING, as_planned, figures_of
-from planner.verify.recount_steps import chamber_temperatures, expected
 
 SAME = 0.03
 _EXACT = 1e-7
-Document = Mapping[str, Any]
 
 
 def check_campaigns(document: Document, e: Experiment, curves: DrawnCurves) -> Findings:

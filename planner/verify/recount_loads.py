@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from planner.spec.copies import copies
 from planner.spec.model import Spec
-from planner.verify.findings import Findings
+from planner.verify.findings import Document, Findings
 from planner.verify.records import batch_of
 
 CLOCK = 1e-5  # s; times are rounded to the microsecond, several times over
-Document = Mapping[str, Any]
 
 
 def used_benches(document: Document, spec: Spec) -> list[str]:

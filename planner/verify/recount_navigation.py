@@ -9,7 +9,6 @@ distribution of the length itself (Imhof 1961), from the columns counted here.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -21,11 +20,10 @@ from planner.protocols import SENSORS
 from planner.spec.model import NAVIGATION_ERRORS, Given, PercentileRule, Requirement, Spec
 from planner.units import unit_factor
 from planner.verify.along_flight import COMPONENTS
-from planner.verify.findings import Findings
+from planner.verify.findings import Document, Findings
 from planner.verify.lengths import length_quantile
 from planner.verify.recount_sensitivities import Slopes, slopes_of
 
-Document = Mapping[str, Any]
 Vectors = Mapping[str, Array]  # error -> (terms, k), SI
 # The linear columns take an error as even over a sample and gravity's gradient over a block of a second: on
 # the shipped flights position and velocity at the end differ by 5e-6 to 5e-4, angles in a turn by 4e-4.

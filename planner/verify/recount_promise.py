@@ -28,7 +28,7 @@ from planner.units import unit_factor
 from planner.verify.calibrations import estimators
 from planner.verify.chance import Chance
 from planner.verify.experiment import Experiment
-from planner.verify.findings import Findings
+from planner.verify.findings import Document, Findings
 from planner.verify.foreseen import PARTS, Foresight
 from planner.verify.outcome import sigmas_planned
 from planner.verify.prediction import DrawnCurves, Prediction
@@ -41,7 +41,6 @@ from planner.verify.starts import Starts, anywhere, starts_of
 SAME = 0.02
 NOTHING = 1e-6  # of a limit, or of an error before calibration: perfect records leave rounding
 _EXACT = 1e-9
-Document = Mapping[str, Any]
 Row = tuple[Error, str]
 
 

@@ -12,9 +12,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from planner.nouns.plan_file import plan_schema
-from planner.verify.findings import Findings
+from planner.verify.findings import Document, Findings
 
-Document = Mapping[str, Any]
 _READ = ("path",)  # what the reader of the file adds
 _USED_UP = 1e-6  # figures of a point have twelve digits, and are moved onto the limit by a solver
 

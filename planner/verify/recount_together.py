@@ -23,10 +23,10 @@ from planner.spec.motions import motions_of
 from planner.verify.calibrations import Estimator, estimators
 from planner.verify.chance import Chance
 from planner.verify.draws import unit_of
+from planner.verify.findings import Document
 from planner.verify.records import Records, records_of
 
 SAME = 2e-3  # found 1e-4 apart: three modes for a walk over the days there, floors of V of their own
-Document = Mapping[str, Any]
 
 
 def added_together(

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from planner.report.blocks import Table
 from planner.report.page import html
 from planner.report.subjects.sweep import sweep_report
-from planner.report.subjects.sweep_answer import cheapest_of, knee
+from planner.report.subjects.sweep_answer import abscissa, cheapest_of, knee, numbers_of, unit_of
 
 
 def sweep(hours: dict[float, float], more: dict[float, float] | None = None) -> dict[str, Any]:
@@ -59,6 +59,38 @@ def test_units_of_either_axis_do_not_move_it(wider: float, longer: float, added:
     scaled = {x * wider: t * longer + added for x, t in hours.items()}
     found = cheapest_of(sweep(scaled), "limit")
     assert knee(found) == knee(cheapest_of(sweep(hours), "limit")) == 1
+
+
+def test_values_in_several_units_stand_in_one_order() -> None:
+    """500 m lies between 0.2 km and 1 km, and 1 km is the same limit as 1000 m."""
+    found = sweep({1: 9.0, 2: 8.0, 3: 5.0, 4: 4.0, 5: 3.0})
+    for point, text in zip(found["points"], ("1000 m", "1 km", "500 m", "0.2 km", "2 km"), strict=True):
+        point["values"]["limit"] = text
+    curve = cheapest_of(found, "limit")
+    assert [(one.text, one.x) for one in curve] == [
+        ("0.2 km", 200),
+        ("500 m", 500),
+        ("1 km", 1000),
+        ("2 km", 2000),
+    ]
+    assert abscissa(found) == "limit"
+
+
+@pytest.mark.parametrize(
+    ("texts", "numbers", "unit"),
+    [
+        (("-40 degC", "20 °C", "333.15 K"), [-40.0, 20.0, 60.0], "degC"),
+        (("90 %", "0.95 one", "lines"), [90.0, pytest.approx(95.0), None], "%"),
+        (("1 mg", "20 deg/h", "0.002 g"), [1.0, None, 2.0], "mg"),
+        ((3, 5, 12), [3.0, 5.0, 12.0], ""),
+        (("lines", "smooth", "any"), [None, None, None], ""),
+    ],
+)
+def test_numbers_are_told_in_one_unit_and_words_have_none(texts: Any, numbers: Any, unit: str) -> None:
+    points = [{"values": {"key": text}} for text in texts]
+    found = {"keys": ["key"], "points": points}
+    assert numbers_of(found, "key") == numbers
+    assert unit_of(found, "key") == unit
 
 
 def test_the_page_begins_with_it_and_names_the_cheapest_of_each_limit() -> None:

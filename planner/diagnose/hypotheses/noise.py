@@ -25,7 +25,14 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
-from planner.solvers.reml import Sample, Variances, reml_information, reml_together, restricted_loglik
+from planner.solvers.reml import (
+    Sample,
+    Variances,
+    reml_and_information,
+    reml_information,
+    reml_together,
+    restricted_loglik,
+)
 
 LEAST_RUNS = 20  # power-ons, from which their spread is a variance: 19 degrees tell it to 16 %
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
@@ -151,17 +158,19 @@ def _judged(given: Readings) -> _Judged:
 
 def _own(j: _Judged) -> Variances:
     """REML of one channel; all its noise is white where the rows allow no more."""
-    theta, error = np.zeros(j.effects.count), None
+    theta = np.zeros(j.effects.count)
     theta[0] = max(float(np.var(j.sample.y)), 1e-30)
     try:
-        found = reml_together([j.sample], settled=SETTLED)
+        found, information = reml_and_information([j.sample], settled=SETTLED)
         if found.theta[: len(j.effects.diagonals)].any():
-            theta, error = found.theta, found.error if found.free.all() else None
+            if np.all(found.theta >= j.least):
+                error = found.error if found.free.all() else _inverse(information)
+                return replace(found, error=error, free=found.theta > 0, converged=True)
+            theta = found.theta
     except ValueError:
         pass
-    if error is None or np.any(theta < j.least):
-        theta = np.maximum(theta, j.least)
-        error = _inverse(reml_information(j.sample, theta))
+    theta = np.maximum(theta, j.least)
+    error = _inverse(reml_information(j.sample, theta))
     return Variances(theta, error, theta > 0, restricted_loglik(j.sample, theta), True)
 
 
@@ -245,7 +254,7 @@ def _inverse(information: Array) -> Array:
     changes between power-ons are one and the same variance: what rounding leaves of their difference is
     no information.
     """
-    unit = np.sqrt(np.diag(information))
+    unit = np.sqrt(np.maximum(np.diag(information), 0.0))  # rounding of what few rows tell
     unit = np.where(unit > 0, unit, 1.0)
     inverse = np.linalg.pinv(information / np.outer(unit, unit), rcond=TOLD_APART, hermitian=True)
     return np.asarray(inverse / np.outer(unit, unit), dtype=float)

@@ -10,7 +10,7 @@ from planner.fleet.history import day_label
 from planner.fleet.published_store import published, published_check
 from planner.fleet.sessions import Session
 from planner.fleet.store import Visit
-from planner.fleet.visits import ShortestVisit, StorePlan
+from planner.fleet.visit_plans import ShortestVisit, StorePlan
 from planner.report.blocks import Items, Picture, Report, Table, existing, facts, section, table
 from planner.report.charts import fleet as charts
 from planner.report.charts.year import YearMark, year_picture

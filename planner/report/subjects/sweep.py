@@ -17,6 +17,7 @@ from planner.report.subjects.sweep_answer import (
     knee,
     knee_words,
     number_of,
+    unit_of,
 )
 
 if TYPE_CHECKING:
@@ -154,9 +155,10 @@ def _draw(sweep: Document, key: str) -> Figure:
     groups: dict[str, list[Document]] = {}
     for p in sweep["points"]:
         groups.setdefault(", ".join(f"{k} {p['values'][k]}" for k in others), []).append(p)
+    unit = unit_of(sweep, key)
     for i, (name, points) in enumerate(groups.items()):
         colour = theme.SERIES[i % len(theme.SERIES)]
-        along, up = _line(points, key)
+        along, up = _line(points, key, unit)
         axes.plot(
             along, up, "o-", color=colour, linewidth=1.5, markersize=4, label=name or "shortest campaign"
         )
@@ -164,11 +166,11 @@ def _draw(sweep: Document, key: str) -> Figure:
     lost = [
         x
         for p in sweep["points"]
-        if p["status"] != "planned" and (x := number_of(p["values"][key])) is not None
+        if p["status"] != "planned" and (x := number_of(p["values"][key], unit)) is not None
     ]
     bottom = axes.get_ylim()[0]
     axes.plot(lost, [bottom] * len(lost), "x", color=theme.MUTED, markersize=6, clip_on=False)
-    axes.set_xlabel(f"{key}{_unit(sweep, key)}")
+    axes.set_xlabel(f"{key}, {unit}" if unit else key)
     axes.set_ylabel("campaign, h")
     figure.legend(loc="outside upper left", ncols=3)
     return figure
@@ -183,17 +185,11 @@ def _scale(axes: Axes, values: Sequence[float]) -> None:
         axes.set_ylim(bottom=0.0)
 
 
-def _line(points: Sequence[Document], key: str) -> tuple[list[float], list[float]]:
+def _line(points: Sequence[Document], key: str, unit: str) -> tuple[list[float], list[float]]:
     pairs = [
         (x, p["time_s"] / 3600)
         for p in points
-        if p["status"] == "planned" and (x := number_of(p["values"][key])) is not None
+        if p["status"] == "planned" and (x := number_of(p["values"][key], unit)) is not None
     ]
     pairs.sort()
     return [x for x, _ in pairs], [y for _, y in pairs]
-
-
-def _unit(sweep: Document, key: str) -> str:
-    value = str(sweep["points"][0]["values"][key])
-    found = _QUANTITY.fullmatch(value.strip())
-    return f", {found[2]}" if found else ""

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from planner.report.blocks import Table
 from planner.report.numbers import hours
+from planner.units import UnitError, from_si, parse, to_degc, to_si
 
 Document = Mapping[str, Any]
 LEAST_BEND = 0.05  # of the rectangle about the curve; what bends less is called straight
-_NUMBER = re.compile(r"\s*([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)")
 
 
 @dataclass(frozen=True)
 class Cheapest:
-    """Of all points with one value of a key the shortest campaign. x: its number; text: as it is written."""
+    """Of all points with one value of a key the shortest campaign. x: in the key's unit; text: as written."""
 
     x: float
     text: str
@@ -25,17 +24,40 @@ class Cheapest:
     point: Document
 
 
-def number_of(value: Any) -> float | None:
-    """`5 m` is 5; None for a word."""
-    match = _NUMBER.match(str(value))
-    return float(match[1]) if match else None
+def unit_of(sweep: Document, key: str) -> str:
+    """The unit in which the values of a key are compared: that of the first that has one."""
+    units = (_unit(p["values"][key]) for p in sweep["points"])
+    return next((unit for unit in units if unit), "")
+
+
+def _unit(value: Any) -> str:
+    try:
+        to_degc(value)
+    except UnitError:
+        try:
+            return parse(value).unit
+        except UnitError:
+            return ""
+    return "degC"
+
+
+def number_of(value: Any, unit: str) -> float | None:
+    """`0.5 km` in m is 500; None for a word, and for a value of another dimension."""
+    try:
+        return to_degc(value) if unit == "degC" else from_si(to_si(value, unit), unit)
+    except UnitError:
+        return None
+
+
+def numbers_of(sweep: Document, key: str) -> list[float | None]:
+    """The number of every point in the key's unit."""
+    unit = unit_of(sweep, key)
+    return [number_of(p["values"][key], unit) for p in sweep["points"]]
 
 
 def abscissa(sweep: Document) -> str | None:
     """The key with the most different numbers; the first of equals."""
-    counts = {
-        key: len({number_of(p["values"][key]) for p in sweep["points"]} - {None}) for key in sweep["keys"]
-    }
+    counts = {key: len({*numbers_of(sweep, key)} - {None}) for key in sweep["keys"]}
     best = max(counts, key=lambda key: counts[key], default=None)
     return best if best is not None and counts[best] >= 2 else None
 
@@ -43,8 +65,7 @@ def abscissa(sweep: Document) -> str | None:
 def cheapest_of(sweep: Document, key: str) -> list[Cheapest]:
     """The shortest campaign for each value of a key that has a plan, in the order of the values."""
     best: dict[float, Cheapest] = {}
-    for p in sweep["points"]:
-        x = number_of(p["values"][key])
+    for p, x in zip(sweep["points"], numbers_of(sweep, key), strict=True):
         if p["status"] != "planned" or x is None:
             continue
         if x not in best or p["time_s"] < best[x].time_s:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from planner.nouns.plan_file import PlanWhy, PriceFigures, RequirementFigures, WorthFigures
+from planner.nouns.plan_file import PlanWhy, PriceFigures, Reason, RequirementFigures, WorthFigures
 from planner.report.blocks import Report, Table, Text, existing, section
 from planner.report.numbers import NOTHING, digits, hours, percent
 
@@ -17,11 +17,15 @@ def why_report(plan: PlanWhy) -> Report:
         kind="Why this plan",
         title=plan.spec.name,
         answer=f"{hours(plan.time_s)} h",
-        sentences=tuple(binding(plan)),
+        sentences=(*binding(plan), *_method(plan)),
         sections=existing(
             section("families", "Families of curves", families_table(plan)),
             section("worth", "What every visit buys", worth_table(plan.worth, plan.requirements)),
-            section("prices", "What a change is worth", prices_table(plan.prices)),
+            section("tests", "What every test takes", None if plan.worth else tests_table(plan)),
+            section(
+                "repeats", "What asks for the repeats", None if plan.worth else asking_table(plan.reasons)
+            ),
+            section("prices", "What a change is worth", prices_table([*plan.prices, *limit_prices(plan)])),
             section("of", "Of what", Text(f"Among {plan.proved_of}.") if plan.proved_of else None),
         ),
     )
@@ -38,6 +42,76 @@ def binding(plan: PlanWhy) -> Iterator[str]:
             f"{r.error}: {digits(r.achieved)} of {digits(r.limit)} {r.unit} is used, "
             f"most of it by {parts}{curves}."
         )
+
+
+def _method(plan: PlanWhy) -> Iterator[str]:
+    """What a plan that prices no visit can say, and how to have one that does."""
+    if plan.worth:
+        return
+    if plan.method == "published":
+        yield (
+            "The published method counts the repeats of each error by itself and prices no single record; "
+            "with 'rule: {percentile: 95 %}' and 'plan: {method: information}' every visit is priced."
+        )
+    else:
+        yield "The campaign was given by hand, so no visit of it is priced."
+
+
+def tests_table(plan: PlanWhy) -> Table | None:
+    """Hours of every test, and what it serves."""
+    rows = [
+        (t.test, hours(t.time_s), hours(t.power_on_s), str(sum(t.repeats)), ", ".join(t.calibrates))
+        for t in sorted(plan.tests, key=lambda t: -t.time_s)
+    ]
+    return Table(
+        "Hours of every test, the dearest first",
+        ("test", "h", "powered, h", "repeats", "calibrates"),
+        tuple(rows),
+    )
+
+
+def asking_table(reasons: Sequence[Reason]) -> Table | None:
+    """Of every visit the error that needs its repeats most: n ≥ (t·s/d)², d the half-width needed."""
+    if not reasons:
+        return None
+    visits: dict[tuple[str, float], list[Reason]] = {}
+    for reason in reasons:
+        visits.setdefault((reason.test, reason.temperature_degc), []).append(reason)
+    first = [max(of, key=_tightness) for of in visits.values()]
+    rows = tuple(
+        (
+            r.test,
+            digits(r.temperature_degc),
+            str(r.repeats),
+            r.error,
+            f"{digits(r.half_width)} of {digits(r.needed_half_width)} {r.unit}",
+            r.bound_by,
+        )
+        for r in first
+    )
+    heads = (
+        "test",
+        "°C",
+        "repeats",
+        "the error that needs them most",
+        "half-width reached of needed",
+        "set by",
+    )
+    return Table("What asks for the repeats of every visit", heads, rows)
+
+
+def _tightness(r: Reason) -> float:
+    return r.half_width / r.needed_half_width if r.needed_half_width else 0.0
+
+
+def limit_prices(plan: PlanWhy) -> Iterator[PriceFigures]:
+    """What limits wider by 1 % save at first, where the plan knows it."""
+    for index, r in enumerate(plan.requirements):
+        rate = plan.hours_per_limit.get(str(index), 0.0)
+        if rate and not plan.prices:
+            step = 0.01 * r.limit
+            change = f"{r.error} {digits(r.limit)} {r.unit}: {digits(step, 2)} {r.unit} wider, about"
+            yield PriceFigures(change=change, time_s=-3600.0 * rate * step)
 
 
 def families_table(plan: PlanWhy) -> Table | None:
