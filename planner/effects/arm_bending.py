@@ -20,6 +20,8 @@ from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Sensor, Term
 
+PARALLEL = 1e-12  # sine of the angle between two directions that are one
+
 
 class ArmBending(BaseEffect):
     """Angles per load of arm, face and twist, shared by the three channels; K finds 0.1 deg at 50 g."""
@@ -47,7 +49,14 @@ class ArmBending(BaseEffect):
         about = np.cross(up, across)  # t times the load
         size = np.linalg.norm(across, axis=1, keepdims=True)
         turns = (about, np.abs(about), up * size)
-        return np.stack([np.cross(turn, u) for turn in turns], axis=2)
+        return np.stack([_crossed(turn, u) for turn in turns], axis=2)
+
+
+def _crossed(turn: Array, u: Array) -> Array:
+    """turn × u (n, 3), nothing where the two are parallel: what rounding leaves is no column of a fit."""
+    size = np.linalg.norm(turn, axis=1, keepdims=True) * np.linalg.norm(u, axis=1, keepdims=True)
+    found = np.cross(turn, u)
+    return np.where(np.linalg.norm(found, axis=1, keepdims=True) > PARALLEL * size, found, 0.0)
 
 
 EFFECT = ArmBending()
