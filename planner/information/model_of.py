@@ -52,7 +52,7 @@ class Flight:
 def flight_of(spec: Spec, trajectory: Trajectory, deadline: Deadline | None = None) -> Flight:
     """The flight of a spec for the errors that it budgets."""
     errors = [ErrorName.of(sensor, effect) for sensor in SENSORS for effect in getattr(spec.unit, sensor)]
-    response = flight_response(trajectory, errors, spec.requirement)
+    response = flight_response(trajectory, errors, spec.requirement, spec.initial_alignment)
     return Flight(spec, response, Curves(spec), trajectory.day, deadline or Deadline())
 
 
