@@ -79,8 +79,13 @@ def true_input(sensor: Sensor, y: Array, conditions: Conditions, acting: Sequenc
 
 
 def _unbent(sensor: Sensor, left: Array, conditions: Conditions, acting: Sequence[Acting]) -> Array:
-    """v from (1 + κ) v = left: divided by 1 + κ(v) until it stands."""
-    v = left
+    """v from (1 + κ) v = left: divided by 1 + κ(v) until it stands.
+
+    A bend that folds back (a cubic of the wrong sign, far beyond the records it was fitted to) has no inverse
+    there, and the rounds would run away to nan. No unit reads less than half of what it feels: v stays within
+    twice the largest reading of the row.
+    """
+    v, most = left, 2.0 * np.abs(left).max(axis=1, keepdims=True, initial=0.0)
     if not any(a.effect.group == "scale_factor" for a in acting):
         return v
     for _ in range(_ROUNDS):
@@ -88,6 +93,7 @@ def _unbent(sensor: Sensor, left: Array, conditions: Conditions, acting: Sequenc
         bent = _added("scale_factor", sensor, driven_by(sensor, conditions, v), acting)
         kappa = np.divide(bent, v, out=np.zeros_like(v), where=np.abs(bent) < 0.5 * np.abs(v))
         v = np.where(np.abs(bent) < 0.5 * np.abs(v), left / (1.0 + kappa), left - bent)
+        v = np.clip(v, -most, most)
         if _same(v, before):
             break
     return np.asarray(v)

@@ -124,6 +124,13 @@ METHODS = {
         "K 2.2.5, table 2.4",
         "eight rates or loads, both ways, with ref_rate and ref_acc",
     ),
+    "nonlinearity_polynomial": Method(
+        BOTH,
+        ("bias", "scale_factor", "scale_factor_polynomial", "misalignment"),
+        over_inputs,
+        "K 2.2.5, table 2.4",
+        "rates or loads of several sizes, both ways, with ref_rate and ref_acc",
+    ),
     "load_tables": Method(
         BOTH,
         (

@@ -28,7 +28,7 @@ from planner.measurement import ChannelModel, Parts, evaluate, jacobian
 from planner.nouns.array import Array
 from planner.solvers.least_squares import factors, least_squares
 from planner.solvers.mixed_model import MixedFit, mixed_fit
-from planner.solvers.random_effects import RandomEffects, covariance
+from planner.solvers.random_effects import NoNoise, RandomEffects, covariance
 from planner.solvers.reml import Variances
 from planner.spec.model import Spec
 
@@ -40,6 +40,11 @@ _TUNING = {"huber": 1.345, "bisquare": 4.685}  # 95 % efficiency at the normal (
 SLOW = 0.5  # correlation of neighbours that white noise of 30 records reaches once in 400
 LEAST_NEIGHBOURS = 30
 FAR = 6.0  # sigma; one normal row in 5e8 lies further out
+LAST_DIGIT = 1e-8  # of the largest reading
+NOISELESS = (
+    "the records have no noise at all: they were weighed as if their eighth digit were noise; what is said "
+    "of intervals and spreads says nothing of a sensor"
+)
 CHANGED = 0.02  # of a standard error, by which a parameter moves before the variances are asked again
 
 
@@ -79,7 +84,11 @@ def estimate(
     A parameter that the data do not tell within its range stays at its default: beside one that runs away its
     amplitude would be any number. Raises ValueError when there are no more rows than coefficients.
     """
-    found, said = _fitted(model, y, runs, spec, robust, given), []
+    try:
+        found, said = _fitted(model, y, runs, spec, robust, given), list[str]()
+    except NoNoise:
+        y = y + _last_digit(y)
+        found, said = _fitted(model, y, runs, spec, robust, given), [NOISELESS]
     known = {c.effect.name: c.effect for c in model.carried}
     while lost := unobservable(found.model, found.theta, found.fit):
         found = _fitted(replace(found.model, held=(*found.model.held, *lost)), y, runs, spec, robust, given)
@@ -89,6 +98,12 @@ def estimate(
             for effect, parameter in lost
         ]
     return replace(found, notes=(*found.notes, *said))
+
+
+def _last_digit(y: Array) -> Array:
+    """(n,) noise of the last digits of readings that have none: to weigh records some is needed."""
+    size = LAST_DIGIT * max(float(np.abs(y).max(initial=0.0)), LAST_DIGIT)
+    return np.asarray(size * np.random.default_rng(0).normal(size=len(y)))
 
 
 def _fitted(

@@ -16,6 +16,7 @@ from planner.effects._rate_table import RateTable
 from planner.effects.drift_curve import TIMES_S
 from planner.effects.load_curve import LOADS_G
 from planner.effects.scale_factor_curve import INPUTS
+from planner.effects.scale_factor_polynomial import FULL, LEAST
 from planner.nouns.array import Array
 from planner.nouns.calibration import ExtraTerm
 from planner.nouns.conditions import Conditions
@@ -86,6 +87,7 @@ def firmware_curves(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> tu
     made = {
         "load_curve": _load,
         "scale_factor_curve": _scale,
+        "scale_factor_polynomial": _polynomial,
         "scale_factor_acceleration": _acceleration,
         "scale_factor_acceleration_squared": _acceleration,
         "drift_curve": _drift,
@@ -140,6 +142,25 @@ def _scale(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCur
         slope=f"""\
             cubic += planner_curve(planner_{{s}}_input_node, planner_{{s}}_scale_curve[i][v[i] < 0.0f],
                                    {n}, fabsf(v[i]));
+""",
+    )
+
+
+def _polynomial(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCurve:
+    """Slope over the size of the input in U, c1 x + c2 x² for + and for − input."""
+    found = _values("scale_factor_polynomial", sensor, terms).reshape(3, 2, 2)
+    full = FULL[sensor] / unit_factor(unit)[0]
+    return FirmwareCurve(
+        7,
+        ("scale_factor_polynomial",),
+        {"scale_polynomial": found.astype(np.float32)},
+        {"scale_polynomial": f"added to the slope per share of {full:g} {unit}, its square: axis, + and -"},
+        slope=f"""\
+            {{{{
+                const float *c = planner_{{s}}_scale_polynomial[i][v[i] < 0.0f];
+                const float x = fminf(fabsf(v[i]) / {full:.1f}f - {LEAST!r}f, 1.0f);
+                if (x > 0.0f) cubic += x * (c[0] + x * c[1]);
+            }}}}
 """,
     )
 

@@ -67,7 +67,7 @@ def affordable(flight: Flight, seconds: float) -> Affordable:
     found = found_of(flight, offers, judge, counts)
     limits = np.array([w.limit.si for w in flight.spec.requirement])
     load = float((np.array(found.foreseen.largest) / limits).max())
-    errors = list(dict.fromkeys(f.error for f in flight.response.flying))
+    errors = [e for e in dict.fromkeys(f.error for f in promise.flying) if e not in promise.unbudgeted]
     grades = [_grade(flight, found, load, "", errors)]
     grades += [_grade(flight, found, load, str(e), [e]) for e in errors]
     return Affordable(found, load, tuple(float(x) for x in load * limits), tuple(grades))

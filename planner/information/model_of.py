@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from planner import catalog
+from planner.campaign.noise import budget_of
 from planner.information.curves import Curves
 from planner.information.in_flight import SCENARIOS, Asked, Days, asked
 from planner.information.kinds import Kinds, kinds_of
@@ -50,10 +52,25 @@ class Flight:
 
 
 def flight_of(spec: Spec, trajectory: Trajectory, deadline: Deadline | None = None) -> Flight:
-    """The flight of a spec for the errors that it budgets."""
+    """The flight of a spec for the errors that it budgets, and for those that are fitted all the same.
+
+    A declared effect is fitted on every sensor that it acts on. Where no budget speaks of it the unit has
+    nothing of it, but what the fit makes of noise is corrected with in flight.
+    """
     errors = [ErrorName.of(sensor, effect) for sensor in SENSORS for effect in getattr(spec.unit, sensor)]
-    response = flight_response(trajectory, errors, spec.requirement)
+    errors += [error for error in _fitted(spec) if error not in errors]
+    response = flight_response(trajectory, errors, spec.requirement, spec.initial_alignment)
     return Flight(spec, response, Curves(spec), trajectory.day, deadline or Deadline())
+
+
+def _fitted(spec: Spec) -> Iterator[ErrorName]:
+    """The declared effects of each sensor that has budgets, by what carries them; none of the bench."""
+    known = catalog.effects()
+    for sensor in SENSORS:
+        mine = [known[e] for e in spec.effects if sensor in known[e].sensors and not known[e].bench_only]
+        if getattr(spec.unit, sensor):
+            names = (e.temperature_of if e.tabled and e.temperature_of else e.name for e in mine)
+            yield from (ErrorName.of(sensor, name) for name in dict.fromkeys(names))
 
 
 def scenarios(
@@ -111,7 +128,9 @@ def promise_of(flight: Flight, kinds: Kinds, wanted: tuple[Asked, ...]) -> Promi
     points: Array = np.unique(np.round(np.concatenate(degc), 6)).astype(np.float64)
     families = flight.curves.moments(points)
     smooth = smooth_of(flight.spec, points, families)
-    return Promise(kinds, wanted, flight.response.flying, points, families, smooth)
+    flying = flight.response.flying
+    unbudgeted = frozenset(f.error for f in flying if budget_of(flight.spec.unit, f.error) is None)
+    return Promise(kinds, wanted, flying, points, families, smooth, unbudgeted)
 
 
 def bare_promise(flight: Flight) -> Promise:

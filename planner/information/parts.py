@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from planner.campaign.noise import budget_of
 from planner.information.exact import Foreseen
 from planner.information.in_flight import Asked, collapsed, drawn_by_flights, drawn_in_flight
 from planner.information.kinds import ChannelKinds
@@ -30,7 +31,7 @@ STANDING = 1e-6  # of a walk: nothing beside any noise
 
 @dataclass(frozen=True)
 class Left:
-    """What is left of the F terms that fly. parts: error -> part -> sigma, SI
+    """What is left of the F terms that fly. parts: error with a budget -> part -> sigma, SI
 
     covariance: (F, F) of all terms with everything in it, mean over the flight's temperatures
     """
@@ -64,7 +65,7 @@ def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
     }
     total = whole + np.diag([sum(o.values()) for o in own.values()])
     parts = {}
-    for error in dict.fromkeys(f.error for f in promise.flying):
+    for error in dict.fromkeys(f.error for f in promise.flying if f.error not in promise.unbudgeted):
         mine = [variances[f] for f in promise.flying if f.error == error]
         largest = max(mine, key=lambda v: sum(v.values()))
         parts[error] = {p: float(np.sqrt(largest[p])) for p in PARTS}
@@ -124,7 +125,9 @@ def _own(flight: Flight, f: Flying, a: Asked, weights: Array, days: float) -> di
     """Variances of one term that the flight draws itself."""
     spec, at = flight.spec, np.zeros((1, 1))
     along = a.temperature_degc[:, :1]
-    budget = getattr(spec.unit, f.error.sensor)[f.error.effect]
+    budget = budget_of(spec.unit, f.error)
+    if budget is None:
+        return dict.fromkeys(("run_to_run", "in_run", "storage", "uncalibrated"), 0.0)
     still, drawn = drawn_in_flight(spec, f, along, at, days)
     walk = drawn_in_flight(spec, f, along, np.full((1, 1), np.inf), days)[0]
     uncalibrated = budget.systematic_size**2 / 3.0 if f.error.effect not in spec.effects else 0.0
@@ -160,4 +163,6 @@ def shares(flight: Flight, found: Foreseen, requirement: int) -> dict[str, float
     for e in range(len(errors)):
         both = left[:, e, :, -1, :] + own[:, e, :, e, :]
         squares[e] = float(weights @ np.trace(both, axis1=1, axis2=2))
-    return {str(error): float(square) for error, square in zip(errors, squares, strict=True)}
+    budgeted = [str(e) for e in errors if e not in promise.unbudgeted]
+    every = {str(error): float(square) for error, square in zip(errors, squares, strict=True)}
+    return {error: every[error] for error in budgeted}

@@ -24,6 +24,7 @@ from planner.information.remembered import Remembered
 from planner.information.smooth import Moments, Smooth
 from planner.information.told import Alike, Told, alike, told
 from planner.nouns.array import Array
+from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying
 from planner.protocols import Sensor
 from planner.solvers.length_share import length_within, variances_along, within
@@ -34,7 +35,8 @@ class Promise:
     """The model of a promise: kinds of power-on, requirements in flight, second moments of curves.
 
     points: (N,) degC at which curves are known; families: name -> (sensor, effect) -> (N, N), SI²
-    smooth: how tables are read, None: by straight lines
+    smooth: how tables are read, None: by straight lines; unbudgeted: errors of which the unit has nothing,
+        but the fit's noise flies
     """
 
     kinds: Kinds
@@ -43,6 +45,7 @@ class Promise:
     points: Array
     families: Mapping[str, Moments]
     smooth: Smooth | None = None
+    unbudgeted: frozenset[ErrorName] = frozenset()
     remembered: Remembered = field(default_factory=Remembered, init=False, repr=False, compare=False)
 
     def figures(self, counts: Array, families: Sequence[str] | None = None) -> Array:
@@ -180,16 +183,21 @@ def _view(promise: Promise, group: Sequence[Asked]) -> _View:
 
 @dataclass(frozen=True)
 class _Group:
-    """Channels that are solved together. flown: term -> (a,) index in the response"""
+    """Channels that are solved together. flown: term -> (a,) index in the response
+
+    asked: the terms among these that must be determined: of an error without a budget an undetermined
+    coefficient is left at zero, which is what the unit has
+    """
 
     alike: Alike
     flown: Mapping[int, NDArray[np.intp]]
+    asked: tuple[int, ...]
     curved: tuple[int, ...]
     seen_from: tuple[_Seen, ...]
 
     def misses(self, found: Told) -> NDArray[np.bool_]:
         """(B,) whether a coefficient that the flight reads is undetermined."""
-        read = [found.undetermined[:, :, found.places[i]].any(axis=(0, 2)) for i in self.flown]
+        read = [found.undetermined[:, :, found.places[i]].any(axis=(0, 2)) for i in self.asked]
         return np.any(read, axis=0) if read else np.zeros(len(found.which), dtype=bool)
 
 
@@ -257,6 +265,7 @@ class _Seen:
         for j, i, left in self.walks:
             if i in self.response:
                 R[..., end + j] = left * self.response[i].sum(axis=2)[:, None, None, :]
+        R[..., :end] *= ~found.undetermined[:, :, None, None, :end]
         return R
 
     def _curve(self, found: Told, R: Array, i: int, families: Sequence[int]) -> Array:
@@ -352,7 +361,8 @@ def _group(promise: Promise, g: Alike) -> _Group:
         )
         for v in promise._views
     )
-    return _Group(g, flown, tuple(moments), seen)
+    asked = tuple(i for i in flown if g.first.terms[i].error not in promise.unbudgeted)
+    return _Group(g, flown, asked, tuple(moments), seen)
 
 
 def figure_of(a: Asked, S: Array) -> Array:

@@ -166,9 +166,11 @@ def _allowances(spec: Spec, left: Left, models: Sequence[ErrorModel]) -> Iterato
 def _covariance(left: Left, models: Sequence[ErrorModel]) -> FlownCovariance:
     """Of all terms, beside the allowances, at the temperatures of the first requirement."""
     unit_of = {m.name: m.unit for m in models}
-    terms = tuple(FlownTerm(str(f.error), f.term, unit_of[str(f.error)]) for f in left.flying)
+    named = [i for i, f in enumerate(left.flying) if str(f.error) in unit_of]
+    flying = [left.flying[i] for i in named]
+    terms = tuple(FlownTerm(str(f.error), f.term, unit_of[str(f.error)]) for f in flying)
     scale = np.array([1.0 / unit_factor(t.unit)[0] for t in terms])
-    matrix = left.covariance * np.outer(scale, scale)
+    matrix = left.covariance[np.ix_(named, named)] * np.outer(scale, scale)
     return FlownCovariance(0, terms, tuple(tuple(map(float, row)) for row in matrix))
 
 

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner.campaign.noise import budget_of
 from planner.errors import PlannerError
 from planner.information.choose import Found, campaign_found
 from planner.information.drawn import length_of_share
@@ -77,7 +78,7 @@ def _lost(found: Found, test: str) -> set[str]:
     if not np.any(counts):
         return set()
     promise = found.judge.promise
-    flying = {(f.error, f.term, f.channel) for f in promise.flying}
+    flying = {(f.error, f.term, f.channel) for f in promise.flying if f.error not in promise.unbudgeted}
     lost: set[str] = set()
     for group in alike(promise.kinds.channels, promise.kinds.degc):
         for known in told(group, counts, ()):
@@ -124,5 +125,5 @@ def _drawn(flight: Flight, a: Asked, S: Array) -> float:
 
 def _systematic(spec: Spec, f: Flying) -> float:
     """Size before calibration of a term that nothing calibrates."""
-    budget = getattr(spec.unit, f.error.sensor)[f.error.effect]
-    return 0.0 if f.error.effect in spec.effects else float(budget.systematic_size)
+    budget = budget_of(spec.unit, f.error)
+    return 0.0 if budget is None or f.error.effect in spec.effects else float(budget.systematic_size)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Literal
 
@@ -11,11 +12,13 @@ from planner import catalog
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.sensor import ErrorName
+from planner.protocols import Condition
 from planner.units import STANDARD_GRAVITY_MPS2
 
 AXES = "xyz"
 AT_REST_DPS = 0.1  # above any part of the Earth's rate
 NO_LOAD_G = 0.02
+MINUTE_S = 60.0
 SHOWN = 4  # levels named in a message
 
 
@@ -32,10 +35,54 @@ def excitation(error: ErrorName, channel: int, term: str, seen: Conditions) -> t
     if _feels(error, "specific_force", seen):
         offers.append(_loads(AXES[axis], seen.specific_force[:, axis]))
         missing.append(f"several attitudes or loads along {AXES[axis]}")
-    if not offers:
-        offers.append(f"all records of {AXES[axis]} are alike to it")
-        missing.append("more different motions")
-    return ", and ".join(offers), f"give them {' and '.join(missing)}, by more motions or a list of them"
+    if offers:
+        return ", and ".join(offers), f"give them {' and '.join(missing)}, by more motions or a list of them"
+    effect = catalog.effects()[error.effect]
+    asked = [*([effect.variable] if effect.variable else []), *sorted(effect.needs)]
+    words = next((SURROUNDINGS[one] for one in asked if one in SURROUNDINGS), None)
+    if words is not None:
+        return words(seen)
+    return (
+        f"all records of {AXES[axis]} are alike to it",
+        "give them more different motions, or a list of them",
+    )
+
+
+def _warmth(seen: Conditions) -> tuple[str, str]:
+    levels = np.unique(np.round(seen.temperature_degc))
+    return f"they are made at {_listed(levels, 'degC')}", "make the test at other temperatures too"
+
+
+def _ramps(seen: Conditions) -> tuple[str, str]:
+    levels = np.unique(np.round(seen.temperature_rate * MINUTE_S, 1)) + 0.0
+    return (
+        f"the temperature moves by {_listed(levels, 'K/min')}",
+        "record while it rises and while it falls (temperature: {ramp: 2 K/min})",
+    )
+
+
+def _since_power_on(seen: Conditions) -> tuple[str, str]:
+    levels = np.unique(np.round(seen.time_on))
+    return (
+        f"they are made {_listed(levels, 's')} after power-on",
+        "record sooner after power-on (a shorter power_on) and longer (more records in one power-on)",
+    )
+
+
+def _days(seen: Conditions) -> tuple[str, str]:
+    return (
+        f"they are made on day {_listed(np.unique(np.round(seen.day)), '')}",
+        "make them on several days",
+    )
+
+
+SURROUNDINGS: Mapping[Condition, Callable[[Conditions], tuple[str, str]]] = {
+    "temperature_degc": _warmth,
+    "temperature_rate": _ramps,
+    "time_on": _since_power_on,
+    "day": _days,
+}
+"""What records offer an effect that no motion drives, and what they would need, condition by condition."""
 
 
 def _feels(error: ErrorName, what: Literal["rate", "specific_force"], seen: Conditions) -> bool:
@@ -64,5 +111,5 @@ def _loads(axis: str, force: Array) -> str:
 def _listed(levels: Array, unit: str) -> str:
     shown = [f"{level:g}" for level in levels]
     if len(shown) > SHOWN:
-        return f"{shown[0]} … {shown[-1]} {unit}"
-    return f"{', '.join(shown)} {unit} only"
+        return f"{shown[0]} … {shown[-1]} {unit}".strip()
+    return " ".join([", ".join(shown), *([unit] if unit else []), "only"])

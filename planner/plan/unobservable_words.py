@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
+from planner import catalog
 from planner.campaign.observability import Unobservable
 from planner.campaign.power_ons import PowerOns
 from planner.nouns.conditions import Conditions
@@ -43,7 +44,8 @@ def fault_of(spec: Spec, runs: PowerOns, found: Sequence[Unobservable], remedy: 
     terms = ", ".join(dict.fromkeys(u.term for u in found))
     what = f"cannot tell {error} ({terms})" + (f" from {listed(partners)}" if partners else " at all")
     where = "" if first.everywhere else f" at {degrees(first.nodes_degc)}"
-    seen, advice = excitation(error, first.channel, first.term, _at(runs, first))
+    asked = next((p for p in (error, *map(ErrorName, partners)) if catalog.effects()[p.effect].needs), error)
+    seen, advice = excitation(asked, first.channel, first.term, _at(runs, first))
     return f"tests.{listed(tests)}: the records {what}{where}: {seen}; {_advice(spec, remedy, advice)}"
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
-from planner.solvers.random_effects import RandomEffects
+from planner.solvers.random_effects import NoNoise, RandomEffects
 
 LARGEST = 64  # rows of a group up to which blocks are dense
 
@@ -84,7 +84,7 @@ class BlockCovariance:
 
 
 def block_covariance(effects: RandomEffects, theta: Array) -> BlockCovariance:
-    """V(θ) ready for use. Raises ValueError when a block is not positive definite."""
+    """V(θ) ready for use. Raises NoNoise when a block is not positive definite."""
     batches = []
     for rows in effects.batches:
         V = sum(
@@ -93,7 +93,7 @@ def block_covariance(effects: RandomEffects, theta: Array) -> BlockCovariance:
         try:
             root = np.linalg.cholesky(V)
         except np.linalg.LinAlgError as error:
-            raise ValueError("every row needs a positive noise variance") from error
+            raise NoNoise("every row needs a positive noise variance") from error
         batches.append(_Batch(rows, np.asarray(np.linalg.inv(root))))
     return BlockCovariance(effects, theta, tuple(batches))
 

@@ -251,6 +251,10 @@ class Covariance:
         return out
 
 
+class NoNoise(ValueError):
+    """V has a row without noise: nothing can be weighed by its inverse."""
+
+
 def _sandwich(U: Array, Z: Array, A: Array, S: Array) -> Array:
     """(G, m, k) U S Zᵀ A."""
     return np.asarray(U @ (S @ (np.swapaxes(Z, 1, 2) @ A)))
@@ -262,7 +266,7 @@ def _outer_times(z: Array, A: Array) -> Array:
 
 
 def covariance(effects: RandomEffects, theta: Array) -> Covariance | BlockCovariance:
-    """V(θ) ready for use. Raises ValueError when its diagonal part is not positive."""
+    """V(θ) ready for use. Raises NoNoise when its diagonal part is not positive."""
     if effects.drifts:
         from planner.solvers.block_covariance import block_covariance
 
@@ -271,11 +275,11 @@ def covariance(effects: RandomEffects, theta: Array) -> Covariance | BlockCovari
 
 
 def woodbury(effects: RandomEffects, theta: Array) -> Covariance:
-    """V(θ) without drifts. Raises ValueError when its diagonal part is not positive."""
+    """V(θ) without drifts. Raises NoNoise when its diagonal part is not positive."""
     a = len(effects.diagonals)
     diagonal = theta[:a] @ effects.diagonals
     if not (diagonal > 0).all():
-        raise ValueError("every row needs a positive noise variance")
+        raise NoNoise("every row needs a positive noise variance")
     Z = (np.sqrt(theta[a:])[:, None] * effects.slopes).T
     U = Z / diagonal[:, None]
     gram = effects.sums(np.einsum("nb,nc->nbc", U, Z))

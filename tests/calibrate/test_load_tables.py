@@ -150,6 +150,27 @@ def test_a_table_over_eight_rates_follows_each_side_and_a_cubic_does_not() -> No
     assert most["nonlinearity"] > 5.0 * most["nonlinearity_table"]
 
 
+def test_a_polynomial_of_each_sign_finds_both_and_its_correction_takes_them_out() -> None:
+    """.3 % x for +, −.2 % x² for −, on gyro x: truth from two lines of numpy."""
+    plain, size = turns(3, RATES_DPS, noise=0.0), 500.0 * DEG
+    assert plain.ref_rate is not None
+    assert plain.gyro is not None
+    u = plain.ref_rate[:, 0]
+    x = np.maximum(np.abs(u) / size - 1.0 / 500.0, 0.0)
+    bent = np.where(u > 0.0, 0.003 * x, -0.002 * x**2) * u
+    straight = plain.ref_rate + np.column_stack([bent, 0.0 * u, 0.0 * u])
+    rng = np.random.default_rng(3)
+    data = replace(plain, gyro=straight + 1e-4 * DEG * rng.normal(size=straight.shape))
+    (found,) = calibrate(data, any_spec(), FitOptions("nonlinearity_polynomial"))
+    told = {c.term: c.value for c in coefficients(found, "gyro.scale_factor_polynomial")}
+    expected = {"x +1": 0.003, "x -2": -0.002}
+    for term, value in told.items():
+        assert value == pytest.approx(expected.get(term, 0.0), abs=3e-5), term
+    fixed = corrected(data, {s.sensor: s.tables for s in found.sensors})
+    assert fixed.gyro is not None
+    assert np.abs(fixed.gyro - plain.ref_rate).max() < 2e-3 * DEG < 1e-2 * np.abs(bent).max()
+
+
 def test_the_table_over_rates_is_k_s_nonlinearity_from_the_end_of_the_range() -> None:
     """κ_k = (K_end − K_k)/K_end at the eight rates, from the coefficients of the fit."""
     (found,) = calibrate(turns(2, RATES_DPS), any_spec(), FitOptions("nonlinearity_table"))

@@ -27,6 +27,7 @@ DEG = np.pi / 180.0
 CURVES = (
     "load_curve",
     "scale_factor_curve",
+    "scale_factor_polynomial",
     "scale_factor_acceleration",
     "scale_factor_acceleration_squared",
     "drift_curve",

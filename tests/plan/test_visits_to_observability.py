@@ -105,6 +105,27 @@ def refusal(spec: dict[str, Any]) -> str:
     return str(error.value)
 
 
+WANTED = {
+    "temperature_rate": ("0.01 deg/s/(K/min)", "moves by 0 K/min only", "while it rises and while it falls"),
+    "ageing": ("0.0001 deg/s/day", "on day 0 only", "make them on several days"),
+    "drift_curve": ("0.02 deg/s", "s after power-on", "record sooner after power-on"),
+}
+
+
+@pytest.mark.parametrize("effect", [*WANTED])
+def test_a_refusal_names_the_records_that_an_effect_of_time_or_temperature_lacks(effect: str) -> None:
+    systematic, seen, advice = WANTED[effect]
+    spec = edited()
+    spec["unit"]["gyro"][effect] = {"systematic": systematic, "run_to_run": f"0 {systematic.split()[1]}"}
+    spec["effects"] = [*spec["effects"], effect]
+    spec["tests"]["static"]["calibrates"] = ["gyro.bias", f"gyro.{effect}", "accelerometer.bias"]
+    said = refusal(spec)
+    assert f"gyro.{effect}" in said
+    assert seen in said
+    assert advice in said
+    assert "motions" not in said
+
+
 def passes(spec: dict[str, Any]) -> bool:
     refuse_what_no_campaign_observes(loaded(spec).spec)
     return True

@@ -22,7 +22,7 @@ from planner.nouns.diagnosis import (
     Unknown,
     Untestable,
 )
-from planner.report.charts import diagnosis as charts
+from planner.report.charts import residuals
 from planner.report.subjects import diagnosis_words as words
 from planner.report.subjects.diagnosis import verdict
 from tests.calibrate.world import Layout, campaign
@@ -157,16 +157,41 @@ def test_what_has_no_name_is_drawn_against_its_variable(variable: str) -> None:
     table = campaign(1, layout=Layout(temperatures=(20.0, 60.0), static_repeats=1, rate_temperatures=(20.0,)))
     rest = np.random.default_rng(1).normal(size=len(table))
     evidence = Evidence("gyro_y", rest, rest, np.ones(len(table)), {})
-    picture = charts.unnamed_picture(variable, ["gyro_y"], [evidence], table)
+    picture = residuals.unnamed_picture(variable, ["gyro_y"], [evidence], table)
     assert picture is not None
     assert "gyro_y" in picture.svg
-    assert charts.unnamed_picture(variable, ["gyro_x"], [evidence], table) is None
+    assert residuals.unnamed_picture(variable, ["gyro_x"], [evidence], table) is None
 
 
 def test_rates_that_are_set_are_told_apart_and_swept_times_are_pooled() -> None:
     """Ten rates from 10 to 500 deg/s keep a mean each: pooled by number, rests would swallow them."""
     rate = np.repeat([-500.0, -300.0, -100.0, -50.0, -10.0, 0.0, 10.0, 50.0, 100.0, 300.0, 500.0], 5)
-    x, mean = charts._binned(rate + 0.002 * np.arange(len(rate)), np.arange(len(rate), dtype=float))
+    x, mean, _ = residuals.binned(rate + 0.002 * np.arange(len(rate)), np.arange(len(rate), dtype=float))
     assert len(x) == len(mean) == 11
     swept = np.linspace(0.0, 1000.0, 500)
-    assert len(charts._binned(swept, swept)[0]) == charts.BINS
+    assert len(residuals.binned(swept, swept)[0]) == residuals.BINS
+
+
+def test_one_picture_draws_what_each_channel_follows_most_and_the_table_holds_every_variable() -> None:
+    """A residual that goes with the day: the day is drawn first, its mean is far off before, not after."""
+    layout = Layout(
+        temperatures=(20.0, 60.0), static_repeats=2, rate_temperatures=(20.0,), later=(30.0, 60.0)
+    )
+    table = campaign(1, layout=layout)
+    rest = np.random.default_rng(2).normal(size=len(table))
+    ages = 3.0 * (table.day > 20.0) + rest
+    sigma = np.ones(len(table))
+    evidence = [Evidence("gyro_x", ages, rest, sigma, {}), Evidence("acc_z", rest, rest, sigma, {})]
+    assert residuals.most_telling(evidence[0], table)[0].name == "day"
+    picture = residuals.residual_picture(evidence, table, ["gyro_x"])
+    assert picture is not None
+    assert picture.alt.startswith("Residual of gyro_x against day")
+    assert picture.svg.count("<svg") == 1
+    told = residuals.residual_table(evidence, table, ["gyro_x"])
+    assert told is not None
+    rows = {row[0]: row for row in told.rows}
+    assert {v.name for v in residuals.variables_of("gyro_x", table)} <= set(rows)
+    before, after = (float(x) for x in str(rows["day"][1]).split(" → "))
+    assert before > 10.0
+    assert after < 4.0
+    assert "→" not in str(rows["day"][2])  # nothing was found on acc_z: one figure

@@ -10,6 +10,7 @@ from planner.nouns.diagnosis import Diagnosis, NavigationCost, UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
 from planner.report.blocks import Block, Fact, Items, Report, Section, Text, Verdict, existing, facts, section
 from planner.report.charts import diagnosis as charts
+from planner.report.charts import residuals
 from planner.report.numbers import digits, level
 from planner.report.subjects import diagnosis_findings as findings
 from planner.report.subjects import diagnosis_next as further
@@ -168,7 +169,7 @@ def _found(diagnosis: Diagnosis, table: DwellTable) -> Iterator[Block | None]:
         yield Text(f"Unnamed: something varies with {what} that no effect explains: {words.unnamed(mine)}.")
         yield words.curve_table([u.curve for u in mine if u.curve is not None])
         channels = [c for u in mine for c in u.channels]
-        yield charts.unnamed_picture(variable, channels, found.evidence, table)
+        yield residuals.unnamed_picture(variable, channels, found.evidence, table)
     doubtful = [words.plain_name(e.effect) for e in found.effects if e.below_bench_uncertainty]
     if doubtful:
         yield Text(f"Below the bench's own uncertainty, so it may be the bench: {words.joined(doubtful)}.")
@@ -201,8 +202,8 @@ def _against(diagnosis: Diagnosis, table: DwellTable) -> Iterator[Block | None]:
     named = {words.short(c) for e in found.effects for c in e.channels}
     touched = named | {words.short(c) for u in found.unknown for c in u.channels}
     shown = [e for e in found.evidence if words.short(e.channel) in touched] or list(found.evidence)
-    for evidence in shown[:MOST_CHANNELS]:
-        yield charts.residual_picture(evidence, table, words.short(evidence.channel) in named)
+    yield residuals.residual_picture(shown[:MOST_CHANNELS], table, sorted(named))
+    yield residuals.residual_table(found.evidence, table, sorted(named))
     others = [words.short(e.channel) for e in found.evidence if e not in shown[:MOST_CHANNELS]]
     if others:
         yield Text(f"Nothing was found on {words.joined(others)}: not drawn.")
