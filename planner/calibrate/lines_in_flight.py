@@ -26,7 +26,7 @@ def lines_in_flight(tables: Sequence[SmoothTable], spec: Spec, trajectory: Traje
     """A sentence for every requirement of the spec on its flight."""
     errors = dict.fromkeys(ErrorName(table.error) for table in tables)
     ordered = [e for sensor in SENSORS for e in errors if e.sensor == sensor]
-    response = flight_response(trajectory, ordered, spec.requirement)
+    response = flight_response(trajectory, ordered, spec.requirement, spec.initial_alignment)
     degc = np.unique(np.concatenate([t.between_degc for t in tables]))
     missed = _missed(response, tables, degc)
     nodes = max(len(t.temperature_degc) for t in tables)

@@ -1,6 +1,7 @@
 """What a requirement sees of a flight: temperatures, the linear combination, what the flight draws itself.
 
-    Σ_own(T) = J (s(T) s(T)ᵀ + σ² exp(−|Δt|/τ) + w²(D_flight)) Jᵀ + white noise
+    Σ_own(T) = J (s(T) s(T)ᵀ + σ² exp(−|Δt|/τ) + w²(D_flight)) Jᵀ
+             + white noise + initial attitude + height aid
 
 None of it depends on the campaign, so it is made once.
 """
@@ -66,7 +67,7 @@ def asked(
     J = response.errors[chosen][:, components]
     along = profiles(spec, response, start_degc)
     own = drawn_by_flights(spec, response, J, along, days) + _white(spec, response, components, chosen)
-    own = own + _of_height(response, components, len(chosen))
+    own = own + _of_height(response, components, len(chosen)) + _of_alignment(response, components, chosen)
     J, seen = collapsed(J, along)
     return Asked(index, wanted.limit.si, share_of(wanted), weights, along, tuple(chosen), seen, J, own)
 
@@ -139,6 +140,12 @@ def _of_height(response: FlightResponse, components: slice, instants: int) -> Ar
     """(I, c, I, c) by the height aid, whose error the computed height has all along."""
     up = np.tile(np.arange(*components.indices(9)) == UP, (instants, 1)).astype(float)
     return np.asarray(response.height**2 * np.einsum("xa,ye->xaye", up, up))
+
+
+def _of_alignment(response: FlightResponse, components: slice, instants: Sequence[int]) -> Array:
+    """(I, c, I, c) by the initial attitude's own chances; a self-alignment's tilt is in the response."""
+    A = response.aligned[instants][:, components]
+    return np.asarray(np.einsum("xas,yes->xaye", A, A))
 
 
 def _white(spec: Spec, response: FlightResponse, components: slice, instants: Sequence[int]) -> Array:

@@ -59,7 +59,7 @@ def flight_of(spec: Spec, trajectory: Trajectory, deadline: Deadline | None = No
     """
     errors = [ErrorName.of(sensor, effect) for sensor in SENSORS for effect in getattr(spec.unit, sensor)]
     errors += [error for error in _fitted(spec) if error not in errors]
-    response = flight_response(trajectory, errors, spec.requirement)
+    response = flight_response(trajectory, errors, spec.requirement, spec.initial_alignment)
     return Flight(spec, response, Curves(spec), trajectory.day, deadline or Deadline())
 
 

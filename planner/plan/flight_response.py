@@ -3,12 +3,13 @@
 An error of a term that runs through values s_k at moments t_k, linear between, adds Σ_k s_k · (response to
 the hat function of t_k): drift within the flight and tables over its temperature are linear in few numbers.
 White noise of a sensor adds Σ_b J_b J_bᵀ N² / Δ_b over boxes of time, J_b the response to one over box b.
+A self-alignment's tilt belongs to what the accelerometers err by at the first moment (initial_attitude).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -18,9 +19,11 @@ from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
 from planner.physics.blocks import Indices
 from planner.physics.error_dynamics import errors_at
+from planner.plan import initial_attitude
 from planner.plan.spec_to_sensitivity import COMPONENTS, conditions_of
 from planner.protocols import SENSORS
 from planner.spec.model import Requirement
+from planner.spec.references import InitialAlignment
 
 MOMENT_S = 60.0  # a tenth of the usual correlation time of the in-run process
 MOMENT_K = 2.0
@@ -45,6 +48,7 @@ class FlightResponse:
     flying: F terms; errors: (m, 9, F, K) position, velocity, attitude, per SI unit of a term at a moment
     white: (m, 9, 2, 3 · BOXES) per unit of noise of each sensor's channels, a record of a second
     height: sigma of the height aid, m, one draw a flight that the computed height has all along; 0: none
+    aligned: (m, 9, a) one sigma each of the initial attitude's own chances, one draw a flight
     """
 
     time_s: Array
@@ -54,6 +58,7 @@ class FlightResponse:
     errors: Array
     white: Array
     height: float = 0.0
+    aligned: Array = field(default_factory=lambda: np.zeros((1, 9, 0)))
 
     def of(self, wanted: Requirement) -> tuple[slice, list[int]]:
         """Which of the nine components a requirement asks for, and at which instants."""
@@ -67,9 +72,15 @@ class FlightResponse:
 
 
 def flight_response(
-    trajectory: Trajectory, errors: Sequence[ErrorName], requirements: Sequence[Requirement]
+    trajectory: Trajectory,
+    errors: Sequence[ErrorName],
+    requirements: Sequence[Requirement],
+    alignment: InitialAlignment | None = None,
 ) -> FlightResponse:
-    """The linear combination of a flight for some errors, at the instants that requirements ask for."""
+    """The linear combination of a flight for some errors, at the instants that requirements ask for.
+
+    alignment: how well the flight knows its attitude at the start; None: perfectly
+    """
     at = _moments(trajectory)
     instants = _instants(trajectory, requirements)
     named = [e for sensor in SENSORS for e in errors if e.sensor == sensor]
@@ -79,17 +90,34 @@ def flight_response(
         for term in catalog.effects()[e.effect].terms(e.sensor)
     )
     hats = _propagated(trajectory, instants, _Errors(trajectory, at, named))
+    hats = hats.reshape(len(instants), 9, len(flying), len(at))
     white = _propagated(trajectory, instants, _Boxes(trajectory))
+    aligned = np.zeros((len(instants), 9, 0))
+    if alignment is not None:
+        turned = initial_attitude.turned(trajectory, instants)
+        aligned = turned @ initial_attitude.by_chance(trajectory, alignment)
+        if alignment.self_aligned:
+            hats[..., 0] += turned @ _tilts(trajectory, named)
     return FlightResponse(
         instants,
         at,
         np.interp(at, trajectory.time_s, trajectory.temperature_degc),
         flying,
-        hats.reshape(len(instants), 9, len(flying), len(at)),
+        hats,
         white.reshape(len(instants), 9, 2, -1)
         * np.sqrt(BOXES / (trajectory.time_s[-1] - trajectory.time_s[0])),
         trajectory.height_aid_m or 0.0,
+        aligned,
     )
+
+
+def _tilts(trajectory: Trajectory, errors: Sequence[ErrorName]) -> Array:
+    """(3, F) φ per SI unit of every term of some errors: none for a gyro's."""
+    begun, found = conditions_of(trajectory, 0, 1), []
+    for e in errors:
+        x = catalog.effects()[e.effect].regressors(e.sensor, begun)[0]  # (3, t)
+        found.append(initial_attitude.levelled(trajectory, x if e.sensor == "accelerometer" else 0.0 * x))
+    return np.concatenate([np.zeros((3, 0)), *found], axis=1)
 
 
 def _moments(trajectory: Trajectory) -> Array:

@@ -31,3 +31,11 @@ def initial_alignment(sheet: Review) -> None:
             "self_aligned levels roll and pitch by the accelerometers, whose errors the unit's budgets give; "
             "leave roll_pitch out",
         )
+    if sheet.method_sure and sheet.spec.planned_by == "published":
+        sheet.warn(
+            "P364",
+            ("initial_alignment",),
+            "flies in verify, but the published method (asked for, or that of worst_case and of given "
+            "sensitivities) has no place for it in the budget; a percentile or rss counts it",
+            key=True,
+        )

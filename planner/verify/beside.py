@@ -15,6 +15,7 @@ import numpy as np
 
 from planner.nouns.array import Array
 from planner.nouns.trajectory import Trajectory
+from planner.physics import earth
 from planner.protocols import SENSORS, Sensor
 from planner.spec.model import Spec
 from planner.spec.references import InitialAlignment
@@ -105,8 +106,7 @@ class Beside:
         """(B, 3) φ of a self-alignment with accelerometers that err by force_error (B, 3), body, m/s²."""
         if self.alignment is None or not self.alignment.self_aligned:
             return np.zeros_like(force_error)
-        step = float(trajectory.time_s[1] - trajectory.time_s[0])
-        g = float(np.linalg.norm(trajectory.velocity_increment[0])) / step
+        g = float(earth.gravity(trajectory.latitude[0], trajectory.altitude[0]))
         north, east, _ = (force_error @ trajectory.attitude[0].T).T
         return np.stack([-east / g, north / g, np.zeros_like(north)], axis=1)
 

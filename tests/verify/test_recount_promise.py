@@ -13,6 +13,8 @@ import planner.campaign.noise
 import planner.information.curves
 import planner.information.promise
 from planner.information import in_flight, told
+from planner.information.model_of import flight_of
+from planner.pipelines import planning
 from planner.pipelines.promise import FlightOptions, verify
 from planner.verify.experiment import experiment, flown_with
 from planner.verify.monte_carlo import fly
@@ -88,6 +90,26 @@ def test_references_that_err_and_noise_are_in_both(sound):
     assert not faults(one)
     larger, smaller = (p.document["families"]["kink"]["0"] for p in (one, sound))
     assert larger > 1.02 * smaller
+
+
+ALIGNED = ({"roll_pitch": "0.5 deg", "heading": "3 deg"}, {"self_aligned": True, "heading": "3 deg"})
+
+
+@pytest.mark.parametrize("alignment", ALIGNED, ids=["given", "self-aligned"])
+def test_the_initial_attitude_is_in_both(sound, alignment, monkeypatch):
+    """Given, it adds; self-aligned, its tilt takes back part of what the accelerometers do in a minute."""
+    one = planned_from(by_hand() | {"initial_alignment": alignment})
+    foreseen = prediction(one)
+    assert not faults_in(one.document, foreseen)
+    with_it, without = (p.document["families"]["kink"]["0"] for p in (one, sound))
+    assert (with_it > 1.02 * without) == ("roll_pitch" in alignment)
+    assert abs(with_it / without - 1.0) > 0.02
+
+    def perfect(spec, trajectory, deadline=None):
+        return flight_of(spec.model_copy(update={"initial_alignment": None}), trajectory, deadline)
+
+    monkeypatch.setattr(planning, "flight_of", perfect)
+    assert faults_in(planned_from(by_hand() | {"initial_alignment": alignment}).document, foreseen)
 
 
 def test_what_is_foreseen_is_flown(sound, foreseen):

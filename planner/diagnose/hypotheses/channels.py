@@ -168,7 +168,7 @@ def _slopes(model: ChannelModel, driven: Conditions, v: Array, theta: Array) -> 
         near = (nearest[:, None] == np.arange(len(nodes))[None, :]) & _strays(t, nodes, nearest)
         found.append(near * ((t - nodes[nearest]) * column)[:, None])
         most.append(_steepest(nodes, theta[place]))
-        found.append(_bends(t, nodes, theta[place]) * column[:, None])
+        found.append(np.hstack([_bends(t, nodes, theta[place]), _beyond(t, nodes)]) * column[:, None])
         most.append(np.full(found[-1].shape[1], np.inf))
         if scale:
             found.append(_untold(model, v, nodes))
@@ -202,6 +202,16 @@ def _bends(t: Array, nodes: Array, values: Array) -> Array:
     order = np.argsort(nodes)
     smooth = CubicSpline(nodes[order], values[order])(inside)
     return np.asarray((smooth - np.interp(inside, nodes[order], values[order]))[:, None])
+
+
+def _beyond(t: Array, nodes: Array) -> Array:
+    """(n, k) kelvins beyond each end node and their square: a ramp goes on where no table knows the unit.
+
+    The table is constant from there; a bias of 1.5e-4 g/K that is not is 11 sigma of white noise after 3 K.
+    """
+    ordered = np.sort(nodes)
+    out = [np.maximum(side - SOAKED_K, 0.0) for side in (ordered[0] - t, t - ordered[-1])]
+    return np.column_stack([np.empty((len(t), 0)), *(d**k for d in out if d.any() for k in (1, 2))])
 
 
 def tables(model: ChannelModel) -> dict[tuple[str, str], list[int]]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from planner import catalog
 from planner.diagnose.hypotheses.candidates import follows_any_drift
+from planner.diagnose.hypotheses.few_records import a_few_records_explain
 from planner.diagnose.hypotheses.found import SINGLE, Found
 from planner.diagnose.hypotheses.pool import RANK, Pool, score
 from planner.diagnose.hypotheses.whitened import log_p
@@ -48,6 +49,8 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
     s = score(here, [b]) if _is_table(found, b) else found.share(b)
     if s.m and log_p(least, s.m, s.freedom, s.s2) > np.log(SINGLE):
         return Veto(b, "it rests on one power-on alone", int(worst))
+    if a_few_records_explain(found, b):
+        return Veto(b, "a few records, each off by itself, explain it as well")
     least_gain = OF_A_TABLE * score(here, [b]).delta if _is_table(found, b) else 0.0
     if not here.blocks[b].generic and len(told) >= LEAST_RUNS and _gain(gram, h) <= least_gain:
         return Veto(b, "it does not predict power-ons that its fit has not seen")
