@@ -20,7 +20,10 @@ from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Sensor, Term
 
-PARALLEL = 1e-12  # sine of the angle between two directions that are one
+PARTS: Mapping[Sensor, tuple[str, ...]] = {
+    "gyro": ("arm", "face"),
+    "accelerometer": ("arm", "face", "twist"),
+}
 
 
 class ArmBending(BaseEffect):
@@ -38,25 +41,18 @@ class ArmBending(BaseEffect):
     bench_only = True
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
-        """The three axes of the tilt."""
-        return tuple(Term(part, channels=(0, 1, 2)) for part in ("arm", "face", "twist"))
+        """The axes of the tilt; a twist about the axis of the turn turns nothing that a gyro feels."""
+        return tuple(Term(part, channels=(0, 1, 2)) for part in PARTS[sensor])
 
     def regressors(
         self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
     ) -> Array:
-        """(n, 3, 3) what a tilt of 1 rad per m/s² adds to each channel; zero off the centrifuge."""
+        """(n, 3, parts) what a tilt of 1 rad per m/s² adds to each channel; zero off the centrifuge."""
         u, up, across = sensed(sensor, conditions), upwards(conditions), load(conditions)
         about = np.cross(up, across)  # t times the load
         size = np.linalg.norm(across, axis=1, keepdims=True)
         turns = (about, np.abs(about), up * size)
-        return np.stack([_crossed(turn, u) for turn in turns], axis=2)
-
-
-def _crossed(turn: Array, u: Array) -> Array:
-    """turn × u (n, 3), nothing where the two are parallel: what rounding leaves is no column of a fit."""
-    size = np.linalg.norm(turn, axis=1, keepdims=True) * np.linalg.norm(u, axis=1, keepdims=True)
-    found = np.cross(turn, u)
-    return np.where(np.linalg.norm(found, axis=1, keepdims=True) > PARALLEL * size, found, 0.0)
+        return np.stack([np.cross(turn, u) for turn in turns[: len(PARTS[sensor])]], axis=2)
 
 
 EFFECT = ArmBending()
