@@ -42,8 +42,6 @@ def diagnose(
 
     with progress_line() as progress:
         found = diagnosing.diagnose(data, spec, plan=plan, seed=seed, progress=progress)
-        progress("drawing the report")
-        found.reports  # noqa: B018 - drawn here, while the line says so
     say(found, as_json, out or Path("diagnoses") / data.stem)
 
 

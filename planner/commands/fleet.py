@@ -203,8 +203,6 @@ def forecast(
             today=today,
             progress=progress,
         )
-        progress("drawing the report")
-        found.reports  # noqa: B018 - drawn here, while the line says so
     say(found, as_json, out)
 
 

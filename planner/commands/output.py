@@ -73,8 +73,12 @@ def say(
     """
     from planner.whole_files import write_all_whole
 
-    files = {} if out is None else found.placed(out, invocation())
-    write_all_whole(files)
+    files: dict[Path, str | bytes] = {}
+    if out is not None:
+        with progress_line() as progress:
+            progress("drawing and writing")
+            files = found.placed(out, invocation())
+            write_all_whole(files)
     notes(found.notes)
     if as_json:
         typer.echo(json_line({**(extra or {}), **found.to_dict()}, found.exit_code))

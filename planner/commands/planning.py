@@ -66,8 +66,6 @@ def plan(
         made = planning.plan(spec, progress=progress, stop=stop)
         if str(folder) == STANDARD:
             say_text(made.placed(Path())[Path("plan.json")], made)
-        progress("drawing the report")
-        made.reports[0]
     say(made, as_json, folder, written=f"wrote {folder / 'plan.json'}, steps.csv, report.html")
 
 

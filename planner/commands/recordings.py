@@ -90,8 +90,6 @@ def look(
 
     with progress_line() as progress:
         seen = data.look(*recording, columns=columns, progress=progress)
-        progress("drawing the page")
-        seen.reports  # noqa: B018 - drawn here, while the line says so
     say(seen, as_json, out or Path("looks") / recording[0].stem)
 
 

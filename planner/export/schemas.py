@@ -50,11 +50,12 @@ FILES = (
 
 
 def schema_of(of: str) -> Schema:
-    """The schema of a file. Raises InputError for one that has none."""
+    """The schema of a file, its version in `$id` and title. Raises InputError for one that has none."""
     known = schemas()
     if of not in known:
         raise InputError(f"--of {of}: there is no schema of that; there are {', '.join(known)}")
-    return known[of]()
+    title = f"planner {'answer of --json' if of == 'answer' else of}, schema version {VERSION}"
+    return {"$schema": DRAFT, "$id": f"urn:planner:{of}:{VERSION}", **known[of](), "title": title}
 
 
 def schemas() -> dict[str, Callable[[], Schema]]:
@@ -67,16 +68,12 @@ def schemas() -> dict[str, Callable[[], Schema]]:
         "spec": json_schema,
         "plan": plan_schema,
         "column-map": column_map_schema,
-        "calibration": lambda: _titled("calibration", _calibration()),
-        "diagnosis": lambda: _titled("diagnosis", _diagnosis()),
-        "verify": lambda: _titled("verify", _verify()),
-        "sweep": lambda: _titled("sweep", _sweep()),
-        "answer": lambda: _titled("answer of --json", answer_schema()),
+        "calibration": _calibration,
+        "diagnosis": _diagnosis,
+        "verify": _verify,
+        "sweep": _sweep,
+        "answer": answer_schema,
     }
-
-
-def _titled(name: str, schema: Schema) -> Schema:
-    return {"$schema": DRAFT, "title": f"planner {name}, schema version {VERSION}", **schema}
 
 
 # ---------------------------------------------------------------- words for shapes

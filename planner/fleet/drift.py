@@ -17,7 +17,7 @@ from planner.fleet.forecast._method import Forecast
 from planner.fleet.forecast.hierarchical import forecast_of
 from planner.fleet.history import History, Series
 from planner.fleet.shocks import past_of
-from planner.fleet.validation import MODEL, MethodScore, method_named, methods, scores
+from planner.fleet.validation import MODEL, MethodScore, installed, method_named, scores
 from planner.nouns.allowances import ErrorModel
 from planner.nouns.array import Array
 from planner.spec.budget import STORAGE_DAYS
@@ -81,7 +81,7 @@ def forecast_channels(
     found: tuple[MethodScore, ...] = ()
     if validated or name != MODEL:
         progress("rolling origins: how every method would have done")
-        found = scores(past, confidence, list(methods()) if method == AUTO else [name])
+        found = scores(past, confidence, installed() if method == AUTO else [name])
     factor = {s.kind: s.factor for s in found if s.method == name and name != MODEL}
     ahead = [np.linspace(0.0, max(until - s.day[-1], 1.0), GRID + 1)[1:] for s in history.series]
     progress(f"forecasting by {name}")

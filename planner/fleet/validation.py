@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.errors import InputError
+from planner.errors import Fault, InputError
 from planner.fleet.forecast._method import Forecast, Method, Past
 from planner.nouns.array import Array
 
@@ -58,17 +59,34 @@ class MethodScore:
         return self.cases > 0 and self.rmse < self.naive_rmse
 
 
+REMEDY = "pip install 'planner[forecast]'"
+
+
 def methods() -> dict[str, Method]:
     """All methods by name, naive first."""
     found = catalog.plugins("planner.fleet.forecast", "METHOD")
     return {NAIVE: found[NAIVE], **{name: m for name, m in found.items() if name != NAIVE}}
 
 
+def installed() -> list[str]:
+    """The names of the methods whose packages are installed."""
+    return [name for name, m in methods().items() if not m.needs or find_spec(m.needs) is not None]
+
+
+def left_out() -> tuple[str, ...]:
+    """What is to be said where methods could not be compared."""
+    lacking = [name for name in methods() if name not in installed()]
+    return (f"not compared, for lack of their packages: {', '.join(lacking)}; {REMEDY}",) if lacking else ()
+
+
 def method_named(name: str) -> Method:
-    """One method. Raises InputError for an unknown name."""
+    """One method. Raises InputError for an unknown name, and for one whose package is not installed."""
     known = methods()
     if name not in known:
         raise InputError(f"--method: unknown method {name!r}; known are {', '.join(known)}, or auto")
+    if name not in installed():
+        said = f"needs {known[name].needs}, which is not installed; {REMEDY}, or forecast by 'auto'"
+        raise InputError("no forecast", [Fault(f"--method {name}", 0, 0, "", said, "P811")])
     return known[name]
 
 

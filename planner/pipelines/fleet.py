@@ -23,7 +23,7 @@ from planner.fleet.check_groups import by_temperature
 from planner.fleet.check_plan import Check, planned_checks
 from planner.fleet.check_residual import MeasuredResidual, check_residuals
 from planner.fleet.dates import FleetForecast, unit_dates
-from planner.fleet.drift import Correction, forecast_channels
+from planner.fleet.drift import AUTO, Correction, forecast_channels
 from planner.fleet.growth import Growth, growth_of
 from planner.fleet.history import History, ordered
 from planner.fleet.history_sources import (
@@ -40,6 +40,7 @@ from planner.fleet.sessions import Session, WorkingDays, on_one_calendar
 from planner.fleet.shocks import without_shocks
 from planner.fleet.store import StoreBench
 from planner.fleet.suspects import without_suspects
+from planner.fleet.validation import left_out
 from planner.fleet.visit_plans import ShortestVisit, StorePlan
 from planner.fleet.visits import StorePlanner, grid, renewable
 from planner.nouns.progress import Progress
@@ -273,7 +274,8 @@ def drifts_on(
     channels, scored, used = forecast_channels(
         history, models, until, options.confidence, options.method, correction, progress, validated=validated
     )
-    notes = tuple(dict.fromkeys((*history.suspects, *basis.notes, *history.notes)))
+    lacking = left_out() if validated and options.method == AUTO else ()
+    notes = tuple(dict.fromkeys((*history.suspects, *basis.notes, *history.notes, *lacking)))
     return FleetForecast(
         history, channels, (), scored, used, options.confidence, until, correction, notes, today
     )

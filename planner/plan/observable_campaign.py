@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,11 +25,13 @@ from planner.plan.by_hand import (
     is_hand_made,
     temperatures_of,
 )
-from planner.plan.task import Task
 from planner.plan.unobservable_to_remedy import Remedy, also_at, remedy_of
 from planner.plan.unobservable_words import degrees, fault_of, named_once
 from planner.plan.visits_to_observability import ENOUGH, Visits, asked_errors, campaign_of, unobservable_in
 from planner.spec.model import Spec
+
+if TYPE_CHECKING:  # `check` asks without a task, whose modules take 25 ms to import
+    from planner.plan.task import Task
 
 
 def refuse_what_no_campaign_observes(spec: Spec) -> None:

@@ -110,7 +110,9 @@ class Unit(SpecPart):
     service_life: PositiveSeconds | None = Field(
         None, description="power-on hours the sensors live, e.g. 500 h"
     )
-    noise: Noise = Field(Noise(), description="white noise of the sensors, e.g. {gyro: 0.1 deg/sqrt(h)}")
+    noise: Noise = Field(
+        default_factory=Noise, description="white noise of the sensors, e.g. {gyro: 0.1 deg/sqrt(h)}"
+    )
     gyro: dict[str, ErrorBudget] = Field(default_factory=dict, description="effect: budget, of each gyro")
     accelerometer: dict[str, ErrorBudget] = Field(
         default_factory=dict, description="effect: budget, of each accelerometer"
@@ -153,11 +155,12 @@ class Bench(SpecPart):
     remove: Seconds = Field(0.0, description="time to take the units off, e.g. 10 min")
     move: Seconds = Field(0.0, description="time from one motion to the next, e.g. 10 s")
     attended: Switch | None = Field(None, description="whether people install and remove; default: they do")
-    limits: BenchLimits = Field(BenchLimits(), description="what it can do at most")
+    limits: BenchLimits = Field(default_factory=BenchLimits, description="what it can do at most")
     chamber: Chamber | None = Field(None, description="its thermal chamber; without one: room temperature")
     arm: PositiveMetres | None = Field(None, description="arm of a centrifuge, e.g. 1.5 m")
     accuracy: BenchAccuracy = Field(
-        BenchAccuracy(), description="how well its references are known, one sigma; default: perfectly"
+        default_factory=BenchAccuracy,
+        description="how well its references are known, one sigma; default: perfectly",
     )
 
 
@@ -271,7 +274,7 @@ class Spec(SpecPart):
     effects: tuple[str, ...] = Field(min_length=1, description="the declared error model")
     benches: dict[Name, Bench] = Field(min_length=1, description="name: bench")
     tests: dict[Name, Test] = Field(min_length=1, description="name: test")
-    plan: PlanChoice = Field(PlanChoice(), description="how to plan")
+    plan: PlanChoice = Field(default_factory=PlanChoice, description="how to plan")
     flown_after: Seconds = Field(
         60 * DAY_S, description="from the end of the campaign to the flight, e.g. 60 d, the default"
     )

@@ -146,14 +146,14 @@ class PlanChoice(SpecPart):
         "normal: as published, with the run-to-run spread alone",
     )
     temperatures: TemperatureChoice = Field(
-        TemperatureChoice(), description="temperature points to choose from"
+        default_factory=TemperatureChoice, description="temperature points to choose from"
     )
-    repeats: RepeatChoice = Field(RepeatChoice(), description="repeats to choose from")
+    repeats: RepeatChoice = Field(default_factory=RepeatChoice, description="repeats to choose from")
     minimise: ObjectiveChoice = Field("time", description="what is made least: time, power_on or weights")
     fixed: dict[str, FixedTest] = Field(
         default_factory=dict, description="test: hand-made choice that is timed instead of optimised"
     )
-    genetic: Genetic = Field(Genetic(), description="settings of the genetic algorithm")
+    genetic: Genetic = Field(default_factory=Genetic, description="settings of the genetic algorithm")
     order: Literal["free", "up", "down", "up_and_down"] = Field(
         "free", description="of the temperatures: free (shortest), up, down (hysteresis), up_and_down"
     )

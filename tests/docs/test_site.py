@@ -84,6 +84,8 @@ def test_every_schema_is_one(of):
     jsonschema.Draft202012Validator.check_schema(schema)
     assert schema["$schema"].endswith("2020-12/schema")
     assert schema["title"].startswith("planner ")
+    assert schema["title"].endswith("schema version 1")
+    assert schema["$id"] == f"urn:planner:{of}:1"
 
 
 def test_a_file_that_lacks_a_key_is_refused_by_its_schema():

@@ -246,3 +246,17 @@ def test_a_check_that_may_stop_says_when(run, spec, tmp_path):
     done = run("accept", table(tmp_path), "--spec", spec, "--looks", "6", "--json")
     assert done.code == 0
     assert "of 6 power-ons" in " ".join(n for u in done.json["units"] for n in u["notes"])
+
+
+def test_without_the_extra_auto_works_and_the_methods_of_it_say_how_to_have_them(
+    run, spec, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("planner.fleet.validation.find_spec", lambda name: None)
+    refused = run("forecast", history(tmp_path), "--spec", spec, "--method", "structural", "--json")
+    assert refused.code == 2
+    assert [fault["code"] for fault in refused.envelope["faults"]] == ["P811"]
+    assert "pip install 'planner[forecast]'" in refused.envelope["faults"][0]["remedy"]
+    done = run("forecast", history(tmp_path), "--spec", spec, "--until", "200", "--json")
+    assert done.code == 0
+    assert "structural" not in json.dumps(done.json["methods"])
+    assert "not compared, for lack of their packages: gaussian_process, neural, structural" in done.err

@@ -187,7 +187,7 @@ def test_a_method_is_never_judged_on_what_it_was_shown():
     seen: list[int] = []
 
     class Spy:
-        name, least, slow = "naive", 2, False
+        name, least, slow, needs = "naive", 2, False, ""
 
         def forecast(self, series, ahead):
             seen.extend(len(s) for s in series)
@@ -205,7 +205,7 @@ def test_too_narrow_intervals_are_widened_by_what_the_origins_show():
     values = np.cumsum(rng.normal(size=(60, 30)), axis=1)
 
     class Certain:
-        name, least, slow = "certain", 3, False
+        name, least, slow, needs = "certain", 3, False, ""
 
         def forecast(self, series, ahead):
             return [

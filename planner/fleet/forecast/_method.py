@@ -70,11 +70,15 @@ class Forecast:
 
 @runtime_checkable
 class Method(Protocol):
-    """A method of forecasting. least: points that it needs; slow: validated on a sample of a large fleet."""
+    """A method of forecasting. least: points that it needs; slow: validated on a sample of a large fleet.
+
+    needs: the package of the extra `forecast` without which it cannot work, none: it is of planner alone
+    """
 
     name: str
     least: int
     slow: bool
+    needs: str
 
     def forecast(self, series: Sequence[Past], ahead: Sequence[Array]) -> list[Forecast | str]:
         """One per series, ahead (h,) days after its last; a sentence says why there is none."""

@@ -23,6 +23,7 @@ class GaussianProcess:
     name = "gaussian_process"
     least = 6
     slow = True
+    needs = "sklearn"
 
     def forecast(self, series: Sequence[Past], ahead: Sequence[Array]) -> list[Forecast | str]:
         """One per series, ahead (h,) days."""

@@ -28,6 +28,7 @@ class Hierarchical:
     name = "hierarchical"
     least = 1
     slow = False
+    needs = ""
 
     def forecast(self, series: Sequence[Past], ahead: Sequence[Array]) -> list[Forecast | str]:
         """One per series, ahead (h,) days."""

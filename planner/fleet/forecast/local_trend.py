@@ -42,6 +42,7 @@ class LocalTrend:
     name = "local_trend"
     least = 3
     slow = False
+    needs = ""
 
     def forecast(self, series: Sequence[Past], ahead: Sequence[Array]) -> list[Forecast | str]:
         """One per series, ahead (h,) days."""

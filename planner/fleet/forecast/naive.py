@@ -19,6 +19,7 @@ class Naive:
     name = "naive"
     least = 2
     slow = False
+    needs = ""
 
     def forecast(self, series: Sequence[Past], ahead: Sequence[Array]) -> list[Forecast | str]:
         """One per series, ahead (h,) days."""

@@ -43,6 +43,7 @@ class Neural:
     name = "neural"
     least = WEEKS_IN + WEEKS_OUT
     slow = True
+    needs = "sklearn"
 
     def forecast(self, series: Sequence[Past], ahead: Sequence[Array]) -> list[Forecast | str]:
         """One per series, ahead (h,) days."""

@@ -25,6 +25,7 @@ class Structural:
     name = "structural"
     least = 6
     slow = True
+    needs = "statsmodels"
 
     def forecast(self, series: Sequence[Past], ahead: Sequence[Array]) -> list[Forecast | str]:
         """One per series, ahead (h,) days."""
