@@ -13,6 +13,7 @@ import argparse
 import os
 import pty
 import select
+import subprocess
 import sys
 import tempfile
 import time
@@ -41,8 +42,8 @@ LINES = (
     "calibrate data.csv --spec {loop} -o cal",
     "diagnose data.csv --spec {loop} -o diagnosis",
     "update {loop} --diagnosis diagnosis/diagnosis.json -o spec2.yaml",
-    "look {tests}/data/imu0.csv -o look",
-    "reduce {tests}/data/imu0.csv --columns look/map.yaml -o dwells.csv",
+    "look raw.csv -o look",
+    "reduce raw.csv --columns look/map.yaml -o dwells.csv",
     "apply cal data.csv -o applied.csv",
     "sweep {spec} --vary requirement.0.limit=150,200,300m -o sweep",
     "accept data.csv --spec {loop} -o accepted",
@@ -109,6 +110,13 @@ def history(path: Path) -> None:
     path.write_text("\n".join(["unit,date,error,term,value,uncertainty", *rows]) + "\n", encoding="utf-8")
 
 
+def recording(folder: Path) -> None:
+    """raw.csv, as the page on recordings makes it."""
+    page = (ROOT / "planner" / "docs" / "how_to" / "recordings.md").read_text(encoding="utf-8")
+    script = page.partition("```python\n")[2].partition("```")[0]
+    subprocess.run([sys.executable, "-c", script], cwd=folder, check=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--most", type=float, default=LONGEST_S)
@@ -118,12 +126,12 @@ def main() -> None:
         "spec": SPEC,
         "shipped": SPEC.parent,
         "loop": SPEC.with_name("close_the_loop.yaml"),
-        "tests": ROOT / "tests",
     }
     found = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         history(folder / "history.csv")
+        recording(folder)
         for template in LINES:
             one = heard(template.format(**places), folder)
             shown = template.replace("{spec}", "SPEC").replace("{loop}", "SPEC").replace("{shipped}/", "")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from planner.report.blocks import Items, Report, Table, Text, existing, section
+from planner.report.charts.comparison import comparison_picture
 from planner.report.comparison import Comparison, Difference
 from planner.report.numbers import NOTHING, digits, display_unit, hours, in_unit, percent, plain, when
 from planner.report.plan_facts import MICROSECONDS
@@ -22,6 +23,7 @@ def comparison_report(c: Comparison) -> Report:
         title=" / ".join(c.plans),
         answer=f"{', '.join(map(_hours, c.time_us))} h" if c.differ else "The plans do not differ.",
         sections=existing(
+            section("picture", "At a glance", comparison_picture(c), only="page"),
             section("specs", "The specs", Text(shas) if len(set(c.spec_sha256)) > 1 else None),
             section("hours", "Hours", _table("hours", c, _hour_rows(c))),
             section(
