@@ -35,6 +35,8 @@ CHAIN = 3  # library effects on one channel, from which one variable may be the 
 ONE_VARIABLE = 0.95  # of what it and the library effects explain together, from which it is
 # share of an effect's Δ that may be left although it is the right one
 SHARED_MISFIT = 0.03  # of what several channels share, an effect of the bench: its geometry is known roughly
+DECISIVE = 10.0  # of the criterion: "very strong", Kass and Raftery, Bayes factors, 1995, 3.2
+MISFIT_OF_A_NAME = 0.02  # share of Δ that readings with noise leave of an equation that is right
 OWN_MISFIT = 0.1  # over the variable that drives it: that is read with noise, and bins average it
 
 
@@ -130,6 +132,31 @@ def cut_chains(found: Found, question: Question) -> None:
             found.unknown = [*(u for u in found.unknown if u not in before), best]
             _only_what_counts(found, best, mine, both)
             found.drop_needless(found.chance(question))
+
+
+def unname_where_unnamed_wins(found: Found, question: Question) -> None:
+    """A name that one generic alternative over another variable beats decisively is none: that variable is.
+
+    A table of the library over one variable follows what goes with another: a face at rest is −1 g of the
+    channel's input. An equation that is right has fewer columns and leaves no more, so nothing beats it.
+    """
+    if question.flips.few_runs:
+        return  # all variables go together: fine bins of time follow anything
+    for axis in found.pool.axes:
+        mine = found.on({axis})
+        before = on(found.pool, found.unknown, {axis})
+        if not mine or before or any(len(found.pool.blocks[b].columns) > 1 or found.stands(b) for b in mine):
+            continue
+        here = found.without(*mine)
+        together = delta(here, mine) / score(here, mine).s2
+        named = together - sum(_penalty(here, b) for b in mine)
+        own = {_along(found.pool, b) for b in mine}
+        every = on(found.pool, question.generic, {axis})
+        scores = {g: score(here, [g]).criterion for g in every if found.pool.blocks[g].name not in own}
+        best = max(scores, key=lambda g: scores[g], default=None)
+        if best is not None and scores[best] > named + max(DECISIVE, MISFIT_OF_A_NAME * together):
+            found.library = [b for b in found.library if b not in mine]
+            found.unknown.append(best)
 
 
 def _same_variable(pool: Pool, mine: Sequence[int]) -> str:

@@ -25,6 +25,7 @@ from planner.diagnose.hypotheses.lack_of_fit import (
     explained,
     lack_of_fit,
     stands_beside,
+    unname_where_unnamed_wins,
 )
 from planner.diagnose.hypotheses.pool import Pool, family_wise, given, score
 
@@ -42,6 +43,7 @@ def search(pool: Pool, question: Question) -> Found:
         if not lacking:
             break
         explained(found, lacking, question)
+    unname_where_unnamed_wins(found, question)
     _needless(found, question)
     _judge(found, question)
     return found

@@ -22,11 +22,12 @@ from planner.diagnose.hypotheses.estimates import Shape, estimates, shape_of
 from planner.diagnose.hypotheses.far_rows import far_rows
 from planner.diagnose.hypotheses.found import Found, Question, on
 from planner.diagnose.hypotheses.generic import VARIES_WITH
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
 from planner.diagnose.hypotheses.noise import LEAST_RUNS, Readings, triad_noise
 from planner.diagnose.hypotheses.nonlinear import refined
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
 from planner.diagnose.hypotheses.parameters import GRID, Range, ranges
-from planner.diagnose.hypotheses.pool import Flips, Pool, pool_of
+from planner.diagnose.hypotheses.pool import Flips, Pool, pool_of, score
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.read_temperature import with_read_temperature
 from planner.diagnose.hypotheses.references import hypothesis
@@ -226,7 +227,26 @@ def _refused(found: Found, starts: NDArray[np.int64]) -> tuple[Veto, ...]:
         if veto is not None:
             (found.library if b in found.library else found.unknown).remove(b)
             out.append(veto)
+            _unnamed_in_place(found, b, starts)
     return tuple(out)
+
+
+def _unnamed_in_place(found: Found, b: int, starts: NDArray[np.int64]) -> None:
+    """Where the power-ons refuse a table, bins over its own variable may stand: the variable is sure."""
+    pool = found.pool
+    if pool.blocks[b].generic or not follows_any_drift(catalog.effects()[pool.blocks[b].name]):
+        return
+    variable = VARIES_WITH.get(catalog.effects()[pool.blocks[b].name].variable)
+    here = found.without()
+    same = on(pool, range(len(pool.blocks)), found.axes(b))
+    scores = {g: score(here, [g]) for g in same if pool.blocks[g].generic and pool.blocks[g].name == variable}
+    best = max(scores, key=lambda g: scores[g].criterion, default=None)
+    if best is None or scores[best].criterion < DECISIVE or set(on(pool, found.all, found.axes(b))):
+        return
+    found.unknown.append(best)
+    found.p[best] = found.p[b]
+    if vetoed(found, best, starts) is not None:
+        found.unknown.remove(best)
 
 
 def hardly_driven(pool: Pool, library: Iterable[int]) -> set[int]:

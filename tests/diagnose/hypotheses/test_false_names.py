@@ -41,3 +41,12 @@ def test_an_effect_of_the_ramps_is_no_accident_of_records() -> None:
     (block,) = found.found.all
     assert found.found.pool.blocks[block].columns.keys() == {2}
     assert not a_few_records_explain(found.found, block)
+
+
+def test_one_face_at_rest_is_no_table_of_the_scale_factor() -> None:
+    """Off at rest with one face down, at 25 sigma: a table over the input follows its −1 g."""
+    table, _ = campaign(25009, Hidden("one face", "acc_z", 25.0))
+    found = diagnose_sensor(prepared(table), "accelerometer", DECLARED, 1)
+    assert [
+        (found.found.pool.blocks[b].name, *found.found.pool.blocks[b].columns) for b in found.found.all
+    ] == [("orientation", 2)]
