@@ -106,7 +106,7 @@ def test_what_cannot_be_is_refused_with_its_place(fault: str, spoilt, run: Run, 
 
 # ---------------------------------------------------------------- judged, and said what is lost
 
-DRIFT_TABLES = ("drift_curve", "drift_curve_temperature")
+DRIFT_TABLES = ("drift_curve", "drift_curve_temperature", "drift_curve_over_temperature")
 LOST = {
     "time_on_s": {"warm_up", "drift", "thermal_lag", "settling", RATE_TABLES[1], *DRIFT_TABLES},
     "day": {"ageing", "bias_step"},
@@ -116,6 +116,7 @@ LOST = {
         "misalignment_temperature",
         "g_sensitivity_temperature",
         "drift_curve_temperature",
+        "drift_curve_over_temperature",
         "thermal_lag",
         "hysteresis",
         *RATE_TABLES,

@@ -12,7 +12,7 @@ from planner.errors import InputError
 from tests.calibrate.world import Hidden, Layout, Noise, campaign
 from tests.diagnose.hypotheses.worlds import RATE_TABLES, spec, whole
 
-DRIFT_TABLES = ("drift_curve", "drift_curve_temperature")
+DRIFT_TABLES = ("drift_curve", "drift_curve_temperature", "drift_curve_over_temperature")
 SMALL = Layout(later=(30.0,), rate_repeats=2, centrifuge=False)
 NOT_GONE = ("clean", "untestable")
 
