@@ -28,7 +28,8 @@ TOLD = 1e-3  # of a record's whitened length that must be left beside the declar
 def a_few_records_explain(found: Found, b: int) -> bool:
     """Whether at most MOST records of the block's channels are the better explanation of what it explains.
 
-    A block of few columns is asked nothing. Struck records elsewhere explain much as well: beside those taken the block must have lost its share.
+    A block of few columns cannot follow them and is not asked. Struck records elsewhere explain much as well:
+    beside those taken the block must have lost its share.
     """
     here = found.without(b)
     block, s2 = score(here, [b]), mean_square(here, [b])
