@@ -239,7 +239,7 @@ def test_stopped_before_the_proof_is_exit_4_with_the_files_kept(
 
     made = pipeline.campaign
     monkeypatch.setattr(
-        pipeline, "campaign", lambda task: replace(made(task), bound=1.0, proved=False)
+        pipeline, "campaign", lambda *asked: replace(made(*asked), bound=1.0, proved=False)
     )  # what the solver reports when plan.time_limit is over
     found = run("plan", spec, "-o", "out")
     assert found.code == 4

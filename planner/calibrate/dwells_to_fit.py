@@ -31,7 +31,7 @@ from planner.information.curves import Curves
 from planner.nouns.array import Array
 from planner.nouns.calibration import Calibration, SensorCalibration, SmoothTable, Tables
 from planner.nouns.dwell_table import DwellTable
-from planner.nouns.progress import Progress
+from planner.nouns.progress import Progress, silent
 from planner.protocols import SENSORS, Sensor
 from planner.spec.model import Spec
 from planner.units import STANDARD_GRAVITY_MPS2
@@ -43,7 +43,7 @@ def calibrate(
     options: FitOptions | None = None,
     *,
     spec_sha256: str = "",
-    progress: Progress = lambda message: None,
+    progress: Progress = silent,
 ) -> tuple[Calibration, ...]:
     """One calibration for every unit in the table.
 

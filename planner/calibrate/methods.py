@@ -175,6 +175,13 @@ METHODS = {
         "K 2.1, tables 2.13, 2.18",
         "rests from the first seconds after power-on, up to an hour",
     ),
+    "drift_table_over_temperature": Method(
+        BOTH,
+        ("bias", "bias_temperature", "drift_curve", "drift_curve_over_temperature"),
+        over_temperatures,
+        "K 2.1, figure 4.7",
+        "rests from the first seconds after power-on, up to an hour, at several temperatures",
+    ),
     "temperature_and_rate_tables": Method(
         BOTH,
         (*_TABLES, "temperature_rate_table"),

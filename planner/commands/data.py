@@ -183,14 +183,17 @@ def calibrate(
     """Fit the declared error model: coefficients with uncertainties, before and after, files for firmware.
 
     Methods and what each needs: six_position_gyro, six_position_accelerometer (rests with every axis up and
-    down); scale_factor_rotations (turns both ways); nonlinearity (three rates or loads); centrifuge (three
-    loads, several mountings); temperature_tables, …_with_rate, …_with_rate_and_time_on (two temperatures;
-    ramps; from power-on); triad_least_squares (four rests, ref_acc); cube (six faces, turns by 90 deg, no
-    references), cube_accelerometers, cube_gyros; free_orientations, free_orientations_symmetric, ellipsoid
-    (nine rests, edges too, no references); rests_and_turns (the same with turns between: gyros by the Poisson
-    equation); sins_outputs (DATA is a navigation log: time_s, roll_deg, pitch_deg, heading_deg, v_north_mps,
-    v_east_mps, v_down_mps, with record, table_rate_x_dps …, table_acc_x_g …, lat_deg or --latitude). By their
-    sources' words: A is triad_least_squares, B2 … B6 the tasks of B (B1 is `reduce`).
+    down); scale_factor_rotations (turns both ways); nonlinearity, …_table, …_polynomial (three, eight,
+    several rates or loads); centrifuge (three loads, several mountings); load_tables (eight loads to 100 g,
+    six faces); bias_and_warm_up, drift_table, drift_table_over_temperature (rests from power-on on);
+    temperature_and_rate_tables, …_over_time_on (ramps at every temperature); temperature_tables,
+    …_with_rate, …_with_rate_and_time_on (two temperatures; ramps; from power-on); triad_least_squares (four
+    rests, ref_acc); cube (six faces, turns by 90 deg, no references), cube_accelerometers, cube_gyros;
+    free_orientations, free_orientations_symmetric, ellipsoid (nine rests, edges too, no references);
+    rests_and_turns (the same with turns between: gyros by the Poisson equation); sins_outputs (DATA is a
+    navigation log: time_s, roll_deg, pitch_deg, heading_deg, v_north_mps, v_east_mps, v_down_mps, with
+    record, table_rate_x_dps …, table_acc_x_g …, lat_deg or --latitude). By their sources' words: A is
+    triad_least_squares, B2 … B6 the tasks of B (B1 is `reduce`).
 
     With `plan: {temperature_estimator: smooth}` tables are the posterior mean of each curve, --nodes of it.
 

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import typer
 
 from planner.errors import InputError
+from planner.nouns.progress import silent
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -198,9 +199,9 @@ def progress_line() -> Iterator[Any]:
     if asked("--verbose") and sys.stderr is not None:
         yield line.print
         return
-    silent = asked("--quiet") or "NO_COLOR" in os.environ
-    if silent or sys.stderr is None or not sys.stderr.isatty():
-        yield lambda message: None
+    quiet = asked("--quiet") or "NO_COLOR" in os.environ
+    if quiet or sys.stderr is None or not sys.stderr.isatty():
+        yield silent
         return
     from rich.console import Console
 

@@ -20,6 +20,11 @@ from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Sensor, Term
 
+PARTS: Mapping[Sensor, tuple[str, ...]] = {
+    "gyro": ("arm", "face"),
+    "accelerometer": ("arm", "face", "twist"),
+}
+
 
 class ArmBending(BaseEffect):
     """Angles per load of arm, face and twist, shared by the three channels; K finds 0.1 deg at 50 g."""
@@ -36,18 +41,18 @@ class ArmBending(BaseEffect):
     bench_only = True
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
-        """The three axes of the tilt."""
-        return tuple(Term(part, channels=(0, 1, 2)) for part in ("arm", "face", "twist"))
+        """The axes of the tilt; a twist about the axis of the turn turns nothing that a gyro feels."""
+        return tuple(Term(part, channels=(0, 1, 2)) for part in PARTS[sensor])
 
     def regressors(
         self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
     ) -> Array:
-        """(n, 3, 3) what a tilt of 1 rad per m/s² adds to each channel; zero off the centrifuge."""
+        """(n, 3, parts) what a tilt of 1 rad per m/s² adds to each channel; zero off the centrifuge."""
         u, up, across = sensed(sensor, conditions), upwards(conditions), load(conditions)
         about = np.cross(up, across)  # t times the load
         size = np.linalg.norm(across, axis=1, keepdims=True)
         turns = (about, np.abs(about), up * size)
-        return np.stack([np.cross(turn, u) for turn in turns], axis=2)
+        return np.stack([np.cross(turn, u) for turn in turns[: len(PARTS[sensor])]], axis=2)
 
 
 EFFECT = ArmBending()

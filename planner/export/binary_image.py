@@ -8,8 +8,8 @@ then for every sensor
   acceleration[3][3], nonlinearity[3], alignment[3][3]          (float32; meaning as in the C header)
 and, if the version is 2, tables over load, input, rate and time:
   uint16 number of them; for each uint16 kind (1 load, 2 input, 3 scale factor over load, 4 temperature and
-  its rate, 5 drift, 6 settling), uint16 number of its floats, and these: the C header's arrays of that kind,
-  one after another
+  its rate, 5 drift, 6 settling, 7 polynomial over the input, 8 drift over temperature and time), uint16
+  number of its floats, and these: the C header's arrays of that kind, one after another
 last 4 bytes uint32  CRC-32 (IEEE 802.3, as zlib) of everything before
 """
 

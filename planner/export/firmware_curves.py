@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from planner import catalog
 from planner.effects._rate_table import RateTable
+from planner.effects._segments import shares
 from planner.effects.drift_curve import TIMES_S
+from planner.effects.drift_curve_over_temperature import TEMPERATURES_DEGC, warmer
 from planner.effects.load_curve import LOADS_G
 from planner.effects.scale_factor_curve import INPUTS
 from planner.effects.scale_factor_polynomial import FULL, LEAST
@@ -92,6 +94,7 @@ def firmware_curves(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> tu
         "scale_factor_acceleration_squared": _acceleration,
         "drift_curve": _drift,
         "drift_curve_temperature": _drift,
+        "drift_curve_over_temperature": _drift_over_temperature,
         "settling": _settling,
     }
     makers = dict.fromkeys(make for effect, make in made.items() if effect in there)
@@ -220,6 +223,34 @@ def _drift(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCur
               + (temperature_degc - 20.0f) * planner_curve(planner_{{s}}_time_node,
                                                           planner_{{s}}_time_curve_per_k[i], {n}, time_on_s);
 """,
+    )
+
+
+def _drift_over_temperature(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCurve:
+    """K's `drGX`: drift over temperatures and times, zero at 20 degC, where the drift over time stands."""
+    degc, time = np.array(TEMPERATURES_DEGC), np.array(TIMES_S)
+    rises = _values("drift_curve_over_temperature", sensor, terms).reshape(3, len(degc) - 1, len(time) - 1)
+    table = np.einsum("mj,ajk,qk->qma", warmer(degc), rises / unit_factor(unit)[0], shares(time, TIMES_S))
+    return FirmwareCurve(
+        8,
+        ("drift_curve_over_temperature",),
+        {
+            "drift_time": time.astype(np.float32),
+            "drift_temperature": degc.astype(np.float32),
+            "drift_table": table.astype(np.float32),
+        },
+        {
+            "drift_time": "s since power-on",
+            "drift_temperature": "temperatures, degC",
+            "drift_table": "{unit} more drift than at 20 degC: time, temperature, axis",
+        },
+        bias=f"""\
+        bias += planner_grid(planner_{{s}}_drift_time, {len(time)},
+                             planner_{{s}}_drift_temperature, {len(degc)},
+                             planner_{{s}}_drift_temperature, 1, &planner_{{s}}_drift_table[0][0][0],
+                             time_on_s, temperature_degc, 0.0f, i);
+""",
+        look_up=GRID,
     )
 
 

@@ -14,7 +14,7 @@ path of the same spread.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -27,6 +27,7 @@ from planner.fleet.drift import ChannelForecast, Correction
 from planner.fleet.history import History
 from planner.fleet.validation import MethodScore
 from planner.nouns.array import Array
+from planner.nouns.progress import Progress, silent
 
 Outcome = Literal["date", "kept", "overdue", "passed", "unknown"]
 PATHS = 1600
@@ -96,7 +97,7 @@ def unit_dates(
     until: float,
     today: float,
     confidence: float,
-    progress: Callable[[str], None] = lambda message: None,
+    progress: Progress = silent,
 ) -> tuple[UnitDate, ...]:
     """One entry per unit, in the order of names; a unit whose date lies before `today` is overdue."""
     if until <= today:

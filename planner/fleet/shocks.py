@@ -12,7 +12,7 @@ start anew (a step), the sizes are learned again, and what it hid is looked for.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -24,6 +24,7 @@ from planner.fleet.forecast._states import columns_at
 from planner.fleet.forecast.hierarchical import fleet_of, unit_of
 from planner.fleet.history import History, Series
 from planner.nouns.array import Array
+from planner.nouns.progress import Progress, silent
 
 FALSE = 0.002  # of the units may be told of a shock that was none
 ROUNDS = 3  # of learning the sizes; within one, every series is searched until nothing is found
@@ -57,9 +58,7 @@ class _Sizes:
     noise: float
 
 
-def without_shocks(
-    history: History, storage: Mapping[str, float], progress: Callable[[str], None] = lambda message: None
-) -> History:
+def without_shocks(history: History, storage: Mapping[str, float], progress: Progress = silent) -> History:
     """The history with steps marked as fresh levels and outliers set aside, one note a unit."""
     progress("steps and outliers")
     series, shocks = list(history.series), dict[tuple[str, str, str], list[Shock]]()

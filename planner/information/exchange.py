@@ -152,6 +152,8 @@ def easiest(
         if load <= enough or late():
             break
         near = np.concatenate([moves.of(n), moves.more(n), moves.most(n)])
+        if not len(near):  # all is fixed, and as often as the spec allows
+            break
         loads = load_of(near)
         best = int(np.argmin(loads))
         if not loads[best] < load * (1.0 - EASIER):

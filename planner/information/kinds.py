@@ -40,12 +40,13 @@ class Kind:
 @dataclass(frozen=True)
 class Term:
     """One term of an error on a channel; tabled: a table over temperature carries it; driven: only where the
-    input of the channel is large enough to tell a scale factor."""
+    input of the channel is large enough to tell a scale factor; shared: with the sensor's other channels."""
 
     error: ErrorName
     name: str
     tabled: bool
     driven: bool
+    shared: bool = False
 
 
 @dataclass(frozen=True)
@@ -168,4 +169,5 @@ def _terms(c: ChannelCampaign, columns: Sequence[tuple[ErrorName, str]]) -> Iter
     for error, name in columns:
         own = carried[error.effect]
         tabled = own.nodes is not None
-        yield Term(error, name, tabled, tabled and own.effect.group == "scale_factor")
+        shared = any(t.shared for t in own.effect.terms(c.model.sensor) if t.name == name)
+        yield Term(error, name, tabled, tabled and own.effect.group == "scale_factor", shared)

@@ -22,7 +22,7 @@ from planner.information.in_flight import Asked
 from planner.information.kinds import Kinds
 from planner.information.remembered import Remembered
 from planner.information.smooth import Moments, Smooth
-from planner.information.told import Alike, Told, alike, told
+from planner.information.told import Alike, Told, alike, shared_places, told
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying
@@ -297,16 +297,23 @@ def _between(x: Array, y: Array) -> Array:
 class _Common:
     """What channels have in common through references that err: every channel is solved for itself.
 
-    With D = ∂θ̂/∂r of one channel, the covariance of two is D_a s² D_bᵀ, and of a channel with the reference
+    And through coefficients s that all three have: cov(θ̂_a, θ̂_b) = C_as C_ss⁻¹ C_sb. Of the references,
+    with D = ∂θ̂/∂r of one channel, the covariance of two is D_a s² D_bᵀ, and of a channel with the reference
     itself −D s²: so sums over the channels, squared, less their own squares.
     """
 
     campaigns: int
     sums: dict[str, Array] = field(default_factory=dict)
     own: list[tuple[NDArray[np.intp], Array]] = field(default_factory=list)
+    joined: Array | None = None
 
     def add(self, group: Alike, found: Told, R: Array) -> None:
         """A group of channels on some of the campaigns; R: of `reads`."""
+        if common := shared_places(group, found.places):
+            between = _through_shared(found, R, common)
+            if self.joined is None:
+                self.joined = np.zeros((self.campaigns, *between.shape[1:]))
+            self.joined[found.which] += between
         if not any(any(c.references) for c in group.channels):
             return
         P = found.places[-1].stop
@@ -322,12 +329,26 @@ class _Common:
 
     def between(self) -> Array:
         """(B, 1, S, ρ, ρ), to be added to every family."""
+        joined = np.zeros((self.campaigns, 1, 1, 1)) if self.joined is None else self.joined
         if not self.sums:
-            return np.zeros((self.campaigns, 1, 1, 1, 1))
+            return np.asarray(joined[:, None])
         total = np.sum([_square(z) for z in self.sums.values()], axis=0)
         for which, z in self.own:
             total[which] -= _square(z)
-        return np.asarray(total[:, None])
+        return np.asarray((total + joined)[:, None])
+
+
+def _through_shared(found: Told, R: Array, common: Sequence[int]) -> Array:
+    """(B, S, ρ, ρ) of any two channels, by coefficients that all have; what is undetermined is left out."""
+    P = found.undetermined.shape[-1]
+    seen = ~found.undetermined[0][:, common]  # (B, s)
+    both = seen[:, :, None] & seen[:, None, :]
+    shared = np.where(both, found.covariance[0][:, common][:, :, common], 0.0)
+    across = (R[..., :P] @ found.covariance[:, :, None, :P][..., common]) * seen[:, None, None]
+    weights = np.linalg.pinv(shared, hermitian=True)[:, None]
+    total = across.sum(axis=0)
+    own = (across @ weights @ np.swapaxes(across, -1, -2)).sum(axis=0)
+    return np.asarray(total @ weights @ np.swapaxes(total, -1, -2) - own)
 
 
 def _square(z: Array) -> Array:

@@ -5,6 +5,10 @@
 Q_k resolves the terms of a kind into the nodes of the campaign's tables; G_e is what the estimate makes of an
 error's curve at the kinds' temperatures. Campaigns with as many nodes are solved together, and so are the
 channels of a sensor that have the same errors and are driven by the same kinds.
+
+What the three channels have a coefficient in common for (of the bench: its arm, its level) is told to each by
+the other two: M of one channel, with the Schur complements of the others' on what they share, has the joint
+fit's covariance of that channel.
 """
 
 from __future__ import annotations
@@ -20,6 +24,7 @@ from numpy.typing import NDArray
 from planner.information.kinds import ChannelKinds
 from planner.information.tables import hats_of
 from planner.nouns.array import Array
+from planner.protocols import AXES
 from planner.temperature_table import GAP_K, LEAST_ROWS, nodes_with_rows, temperature_nodes
 
 RIDGE = 1e-14  # of M's unit diagonal: a singular one is inverted, and its inflation told from a good one's
@@ -167,11 +172,32 @@ def _told(
     M = np.swapaxes(Q.reshape(B, K * (b + q), P + q), 1, 2) @ JQ.reshape(a, B, K * (b + q), P + q)
     if q:
         M[..., range(P, P + q), range(P, P + q)] += c.sigma**-2.0
+    if common := shared_places(group, places):
+        M = _joined(M, common)
     C, inflated = _inverse(M)
     gains = {i: C[..., :P, :] @ np.swapaxes(JQ[:, :, :, i, :], 2, 3) for i in curved}
     C[..., P:, P:] = np.diag(c.sigma**2)  # what is flown of a walk is the walk, not its estimate's error
     own = tuple((driven if x.driven else nodes) if x.tabled else None for x in c.terms)
     return Told(which, kinds, C, gains, inflated > UNSEEN, places, own)
+
+
+def shared_places(group: Alike, places: Sequence[slice]) -> list[int]:
+    """Columns of the coefficients that all three channels have in common; none where they stand apart."""
+    if len(group.channels) < len(AXES):
+        return []
+    return [places[i].start for i, x in enumerate(group.first.terms) if x.shared and not x.tabled]
+
+
+def _joined(M: Array, common: Sequence[int]) -> Array:
+    """M (a, B, P, P) of every channel with what the other channels tell of the coefficients they share."""
+    own = np.setdiff1d(np.arange(M.shape[-1]), common)
+    s = np.ix_(range(len(M)), range(M.shape[1]), common, common)
+    across = M[..., own, :][..., common]
+    known, _ = _inverse(M[..., own, :][..., own])
+    told = M[s] - np.swapaxes(across, -1, -2) @ known @ across
+    joined = M.copy()
+    joined[s] += told.sum(axis=0) - told
+    return joined
 
 
 def _inverse(M: Array) -> tuple[Array, Array]:

@@ -20,7 +20,7 @@ from planner.nouns.allowances import AllowedErrors, ErrorModel
 from planner.nouns.choices import Campaign
 from planner.nouns.deadline import BESIDE, GENETIC, Deadline, never
 from planner.nouns.plan import GeneticPlan, Plan, TradeOffPoint
-from planner.nouns.progress import Progress
+from planner.nouns.progress import Progress, silent
 from planner.nouns.sensitivities import Constraint, Sensitivities
 from planner.nouns.trajectory import Trajectory
 from planner.pipelines.remarks import causes_said, cut_short
@@ -177,9 +177,9 @@ def afford(loaded: LoadedSpec, seconds: float, progress: Progress) -> Affordable
 
 def exact_plan(loaded: LoadedSpec) -> Plan:
     """Spec → campaign and steps as of `plan`; no genetic algorithm beside them, no trade-off, no notes."""
-    navigation = navigate(loaded, lambda message: None)
+    navigation = navigate(loaded, silent)
     if by_information(loaded.spec):
-        return informed(loaded, navigation, lambda message: None, beside=False).plan
+        return informed(loaded, navigation, silent, beside=False).plan
     task = task_of(loaded.spec, navigation)
     chosen = observable_campaign(task, by_total(task, campaign(task)))
     return with_schedule_figures(_timed(loaded, navigation, task, chosen), loaded.spec, chosen)

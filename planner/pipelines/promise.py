@@ -10,7 +10,7 @@ from typing import Any
 
 from planner import __version__, catalog
 from planner.errors import InputError, StoppedEarly
-from planner.nouns.progress import Progress
+from planner.nouns.progress import Progress, silent
 from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
 from planner.plan.spec_to_trajectory import flight_path
@@ -211,7 +211,7 @@ def _pipeline(loaded: LoadedSpec) -> Pipeline:
     from planner.whole_files import write_all_whole
 
     def calibrate(table: Path, folder: Path) -> Path:
-        found = data.calibrate(table, loaded, FitOptions(), lambda message: None)
+        found = data.calibrate(table, loaded, FitOptions(), silent)
         files = calibration_files(found, folder)
         write_all_whole(files)
         return next(iter(files))

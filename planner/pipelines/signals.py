@@ -13,7 +13,7 @@ from planner.errors import InputError
 from planner.export.signals import Form, packets_map, signal_files
 from planner.export.truth import truth_text
 from planner.nouns.plan_file import steps_of
-from planner.nouns.progress import Progress
+from planner.nouns.progress import Progress, silent
 from planner.plan.default_campaign import default_campaign
 from planner.plan.schedule_to_steps import steps as steps_of_campaign
 from planner.plan.spec_to_trajectory import trajectory_of
@@ -52,7 +52,7 @@ def simulate_signals(
     flight: bool = False,
     latitude_deg: float = 45.0,
     curves: str = "measured",
-    progress: Progress = lambda message: None,
+    progress: Progress = silent,
 ) -> Written:
     """One recording a power-on of the campaign, or one of the flight, and truth.json, in the folder `out`.
 
@@ -76,14 +76,19 @@ def simulate_signals(
         rate,
     )
 
-    def every() -> Iterator[Signals]:
-        if flight:
-            yield flight_signals(unit, trajectory_of(spec.trajectory, loaded.folder))
-        else:
-            yield from campaign_signals(unit)
+    if flight:
+        recordings = iter([flight_signals(unit, trajectory_of(spec.trajectory, loaded.folder))])
+    else:
+        recordings = campaign_signals(unit)
+    return _written(recordings, out, form, rate, truth, progress)
 
+
+def _written(
+    recordings: Iterator[Signals], out: Path, form: Form, rate: float, truth: Truth, progress: Progress
+) -> Written:
+    """The files of recordings in a folder, one recording at a time; with packets the map that reads them."""
     files, runs, samples, starts = list[Path](), 0, 0, dict[str, float]()
-    for signals in every():
+    for signals in recordings:
         progress(f"recording power-on {signals.run}")
         for name, content in signal_files(signals, form).items():
             if out / name not in files:

@@ -11,6 +11,7 @@ power-on to power-on a tenth and a hundredth of their error, storage as large as
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -87,10 +88,22 @@ def _range(figures: Mapping[str, str]) -> tuple[str, str]:
 # ---------------------------------------------------------------- faults
 
 
+_SHORT = {r"^acc(el)?-": "accelerometer-", r"^gyroscope-": "gyro-", "turn-on": "repeatability"}
+
+
+def _spelt_out(flag: str) -> str:
+    """Words that data sheets use, as they are said here."""
+    for short, word in _SHORT.items():
+        flag = re.sub(short, word, flag)
+    return flag
+
+
 def _faults(figures: Mapping[str, str]) -> Iterator[Fault]:
     for flag, text in figures.items():
         if flag not in terms():
-            yield _fault("P101", flag, f"no term of data sheets here{did_you_mean(flag, terms())}")
+            yield _fault(
+                "P101", flag, f"no term of data sheets here{did_you_mean(_spelt_out(flag), terms())}"
+            )
             continue
         why = refused(terms()[flag], text)
         if why is not None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.interpolate import RegularGridInterpolator
 
 from planner.calibrate.correction import corrected
 from planner.calibrate.dwells_to_fit import calibrate
@@ -62,3 +65,33 @@ def test_the_table_over_time_follows_k_s_hour_and_one_exponential_does_not(seed:
     assert left["drift_table"] < 4e-4  # of .0046 deg/s; the noise alone is 2e-4
     assert left["drift_table"] < before / 10.0
     assert left["bias_and_warm_up"] > 1.5 * left["drift_table"]
+
+
+TEMPERATURES = np.linspace(-60.0, 80.0, 8)
+NODES_S = np.array([0.0, 10.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 2400.0, 3600.0])
+
+
+def at_eight_temperatures(seed: int, table: np.ndarray) -> DwellTable:
+    """Two power-ons of an hour at every temperature, gyros drift by table (8, 10); levels are drawn."""
+    plain = power_ons(seed, 16)
+    warm = TEMPERATURES[plain.run % 8]
+    rng = np.random.default_rng([seed, 8])
+    drift = RegularGridInterpolator((TEMPERATURES, NODES_S), table)(np.column_stack([warm, plain.time_on]))
+    gyro = drift[:, None] * np.array([1.0, -0.5, 0.3]) + DRIFT * rng.normal(size=(16, 3))[plain.run]
+    return replace(plain, temperature_degc=warm, gyro=DEG * (gyro + 2e-4 * rng.normal(size=gyro.shape)))
+
+
+def test_k_s_table_over_eight_temperatures_and_times_is_found_and_a_line_over_temperature_is_not_it() -> None:
+    """Rows as K figure 4.7 has them: no two alike, of either sign."""
+    table = 0.01 * np.cumsum(np.random.default_rng(47).normal(size=(8, 10)), axis=1)
+    table -= table[:, :1]
+    data, fresh = at_eight_temperatures(1, table), at_eight_temperatures(2, table)
+    left = {}
+    for method in ("drift_table", "drift_table_over_temperature"):
+        (found,) = calibrate(data, any_spec(), FitOptions(method))
+        fixed = corrected(fresh, {s.sensor: s.tables for s in found.sensors})
+        assert fixed.gyro is not None
+        by_run = fixed.gyro.reshape(16, -1, 3) / DEG
+        left[method] = float(np.sqrt(np.mean((by_run - by_run.mean(axis=1, keepdims=True)) ** 2)))
+    assert left["drift_table_over_temperature"] < 4e-4  # the noise alone is 2e-4, and as much of the fit's
+    assert left["drift_table"] > 20.0 * left["drift_table_over_temperature"]

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from scipy.interpolate import RegularGridInterpolator
 
 from planner.catalog import effects
 from planner.nouns.conditions import Conditions
@@ -174,6 +175,10 @@ def test_the_arm_tilts_what_the_unit_feels_by_a_small_rotation(side: float) -> N
     for term, axis in enumerate(((0.0, side, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
         turn = angle * np.array(axis)
         for sensor, u in (("gyro", c.rate[0]), ("accelerometer", c.specific_force[0])):
+            if (sensor, axis) == ("gyro", (0.0, 0.0, 1.0)):
+                assert not np.cross(turn, u).any()  # a twist about the axis of the turn: no term of the gyros
+                assert [t.name for t in effects()["arm_bending"].terms("gyro")] == ["arm", "face"]
+                continue
             added = effects()["arm_bending"].regressors(sensor, c)[0, :, term] * angle / abs(load)
             turned = u + np.cross(turn, u) + 0.5 * np.cross(turn, np.cross(turn, u))
             np.testing.assert_allclose(u + added, turned, atol=angle**2 * np.linalg.norm(u))
@@ -279,6 +284,25 @@ def test_the_drift_is_a_linear_interpolation_over_time_from_zero_at_power_on(see
     np.testing.assert_allclose(effects()["drift_curve"].regressors("gyro", c) @ rises, expected, atol=1e-12)
     warm = effects()["drift_curve_temperature"].regressors("gyro", c) @ rises
     np.testing.assert_allclose(warm, (c.temperature_degc[:, None] - 20.0) * expected, atol=1e-10)
+
+
+@settings(max_examples=20)
+@given(seed=seeds)
+def test_the_drift_over_temperature_is_bilinear_between_k_s_eight_and_the_times(seed: int) -> None:
+    """`drGX` at any nodes' values, by scipy's interpolation; zero at 20 °C and at power-on."""
+    rng = np.random.default_rng(seed)
+    times = np.array([0.0, 10.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 2400.0, 3600.0])
+    degc = np.linspace(-60.0, 80.0, 8)
+    table = rng.normal(size=(8, 10))
+    table[:, 0], table[4] = 0.0, 0.0
+    c = random_conditions(rng, 20)
+    at = np.column_stack([np.clip(c.temperature_degc, -60.0, 80.0), np.clip(c.time_on, 0.0, 3600.0)])
+    expected = RegularGridInterpolator((degc, times), table)(at)
+    rises = np.zeros((3, 7, 9))
+    rises[1] = np.diff(np.diff(table, axis=0), axis=1)
+    found = effects()["drift_curve_over_temperature"].regressors("gyro", c) @ rises.ravel()
+    np.testing.assert_allclose(found[:, 1], expected, atol=1e-12)
+    assert not found[:, [0, 2]].any()
 
 
 def test_initial_bias_and_settled_bias_are_two_errors() -> None:

@@ -32,6 +32,7 @@ CURVES = (
     "scale_factor_acceleration_squared",
     "drift_curve",
     "drift_curve_temperature",
+    "drift_curve_over_temperature",
     "settling",
     "temperature_rate_table",
     "temperature_rate_table_over_time",

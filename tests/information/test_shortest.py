@@ -20,7 +20,7 @@ import study_shortest as study
 
 SMALL = 300  # campaigns of a case
 SEEDS = (0, 1, 5, 9)
-DRAWN = (50002, 50013)  # their quantiles are 1 % and a seventh less with drawn curves than by second moments
+DRAWN = (50002, 50013, 51095)  # drawn curves have 1 % and a seventh less; of the last nothing can be changed
 
 
 @pytest.mark.parametrize("seed", SEEDS)

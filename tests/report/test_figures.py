@@ -13,6 +13,7 @@ from planner.nouns.plan import Step
 from planner.nouns.sensitivities import Constraint
 from planner.report import time_spent
 from planner.report.blocks import align_points
+from planner.report.charts import theme
 from planner.report.charts.gantt import column_shares, temperature_track
 from planner.report.contributions import PARTS, contributions
 from planner.report.numbers import digits, names_are, quantity, runs
@@ -267,3 +268,24 @@ def test_a_few_names_are_said_and_many_are_counted() -> None:
     names = [f"u{i}" for i in range(1, 11)]
     assert [names_are(names[:n]) for n in (1, 2, 4)] == ["u1 is", "u1 and u2 are", "u1, u2, u3 and u4 are"]
     assert names_are(names) == "u1, u2, u3 and 7 more are"
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "shown"),
+    [
+        (1.2, 60.0, {"2", "5", "10", "20", "50"}),
+        (0.004, 30.0, {"0.01", "0.1", "1", "10"}),
+        (2e-5, 3e-4, None),
+    ],
+)
+def test_the_numbers_of_a_logarithmic_axis_can_be_read(
+    low: float, high: float, shown: set[str] | None
+) -> None:
+    axes = theme.new_figure(2.0).subplots()
+    axes.set_xscale("log")
+    axes.set_xlim(low, high)
+    theme.readable_log(axes.xaxis)
+    axes.figure.canvas.draw()
+    labels = {t.get_text() for t in axes.get_xticklabels() if low <= t.get_position()[0] <= high}
+    assert labels - {""} == shown if shown else len(labels) >= 2
+    assert not any("times" in label or "×" in label for label in labels)

@@ -97,3 +97,18 @@ def test_without_figures_every_term_is_listed(run: Run, tmp_path: Path) -> None:
     assert found.code == 2
     assert all(f"--{flag} " in found.err for flag in terms())
     assert run("init", tmp_path / "spec.yaml", "--gyro-arw", "1").code == 2  # without --from-datasheet
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [
+        ("accel-vrw", "accelerometer-vrw"),
+        ("acc-bias-turn-on", "accelerometer-bias-repeatability"),
+        ("gyroscope-arw", "gyro-arw"),
+    ],
+)
+def test_words_that_data_sheets_use_are_told_how_they_are_said_here(said: str, meant: str) -> None:
+    with pytest.raises(InputError) as refusal:
+        datasheet_spec(LEAST | {said: "1 mg"})
+    (fault,) = refusal.value.faults
+    assert f"did you mean '{meant}'" in fault.message

@@ -54,5 +54,7 @@ def _bars(axes: Axes, residuals: Sequence[Residual], unit: str) -> None:
     if all(min(r.before, r.after) > 0 for r in residuals):
         axes.set_xscale("log")
     axes.margins(x=0.12)
+    if axes.get_xscale() == "log":
+        theme.readable_log(axes.xaxis)
     where = "on runs held out" if held_out else "of the rows that were fitted"
     axes.set_xlabel(f"residual RMS, {unit}: before (red), after (blue) {where}")

@@ -10,7 +10,7 @@ import numpy as np
 from planner.nouns.array import Array
 from planner.recordings.allan import AllanResult
 from planner.recordings.look import Looked
-from planner.report.charts.theme import BLUE, GREEN, PALE, RED, new_figure
+from planner.report.charts.theme import BLUE, GREEN, PALE, RED, new_figure, readable_log
 from planner.units import from_si, unit_factor
 
 if TYPE_CHECKING:
@@ -75,6 +75,8 @@ def allan_chart(results: Sequence[AllanResult]) -> Figure:
                 axes.fill_between(
                     result.tau, result.low * scale, result.high * scale, color=colour, alpha=0.2, linewidth=0
                 )
+        for axis in (axes.xaxis, axes.yaxis):
+            readable_log(axis)
         axes.set_xlabel("averaging time, s")
         axes.set_ylabel(f"Allan deviation, {unit}")
         axes.legend(loc="best")

@@ -46,6 +46,7 @@ PART_COLOURS: Mapping[str, str] = {  # cold: stays whatever the campaign does; w
     "estimate": RED,
 }
 
+_FEW_DECADES = 2.0
 WIDTH_IN = 9.0  # 648 pt, shown at 900 px: 9 pt letters come out as 12.5 px
 
 
@@ -213,6 +214,16 @@ def plain_numbers(axis: Axis, said: Callable[[float], str] = digits) -> None:
 def plain_decades(axis: Axis) -> None:
     """Powers of ten in letters, plain numbers between a hundredth and a thousand."""
     plain_numbers(axis, _decade)
+
+
+def readable_log(axis: Axis) -> None:
+    """A logarithmic axis whose numbers can be read: 1, 2, 5 of each decade where it has few of them."""
+    from matplotlib.ticker import LogLocator
+
+    low, high = axis.get_view_interval()
+    few = low > 0 and math.log10(high / low) < _FEW_DECADES
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
+    plain_decades(axis)
 
 
 def _decade(value: float) -> str:

@@ -118,6 +118,7 @@ def _draw_linear(points: Sequence[LinearPoint]) -> Figure:
     end = [p for p in points if p.share == 1.0]
     _curve(left, [p.factor for p in end], [p.apart for p in end], theme.BLUE, "at the end of the flight")
     left.set_xscale("log")
+    theme.readable_log(left.xaxis)
     left.set_xlabel("errors after calibration, times")
     left.set_ylabel("nonlinear − linear, share of the error")
     for colour, factor in zip(theme.SERIES, sorted({p.factor for p in points}), strict=False):
@@ -126,6 +127,7 @@ def _draw_linear(points: Sequence[LinearPoint]) -> Figure:
     right.set_xlabel("of the flight flown, %")
     for axes in (left, right):
         axes.set_yscale("log")
+        theme.readable_log(axes.yaxis)
         axes.axhline(CLAIMED, color=theme.RED, linestyle="--", linewidth=1.2)
         axes.annotate(
             "1 %", (0.01, CLAIMED), (0, 3), xycoords=("axes fraction", "data"), textcoords="offset points"

@@ -64,7 +64,7 @@ def _answer(seen: Look, rests: int, power_ons: int) -> str:
     seconds = sum(one.seconds for one in seen.power_ons)
     several = f" in {power_ons} power-ons" if power_ons > 1 else ""
     by = "by a guessed map" if seen.guessed else "by its map"
-    return f"{seconds:.4g} s{several}, {rests} rests, read {by}"
+    return f"{seconds:.4g} s{several}, {rests} rest{'s' * (rests != 1)}, read {by}"
 
 
 def _gravity(seen: Look) -> str:

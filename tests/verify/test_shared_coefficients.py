@@ -1,0 +1,61 @@
+"""Coefficients that the channels of a sensor have in common, of the bench: the arm's length, in a plan."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.information import promise, told
+from tests.verify.plans import Planned, planned_from
+from tests.verify.test_recount_promise import by_hand, faults, faults_in, prediction
+
+
+def on_an_arm() -> dict[str, Any]:
+    """Accelerometers whose scale factor six faces tell, and the arm's loads only beside the arm's length."""
+    spec = by_hand()
+    scale = {"systematic": "0.5 %", "run_to_run": "0.001 %"}
+    acc = {"bias": {"systematic": "20 mg", "run_to_run": "1 mg", "in_run": "0.5 mg"}, "scale_factor": scale}
+    tests = {
+        "loads": {
+            "bench": "centrifuge",
+            "calibrates": ["accelerometer.bias", "accelerometer.scale_factor"],
+            "motions": 24,
+            "power_on": "30 s",
+            "record": "20 s",
+            "temperatures": "room",
+        }
+    }
+    return spec | {
+        "name": "on an arm",
+        "requirement": [{"error": "position", "limit": "900 km", "rule": "rss"}],
+        "unit": {"accelerometer": acc},
+        "effects": ["bias", "scale_factor", "arm_length"],
+        "benches": {"centrifuge": {"arm": "1.5 m", "limits": {"acceleration": "100 g"}}},
+        "tests": tests,
+        "plan": {"method": "information", "fixed": {"loads": {"temperatures": "room", "repeats": 3}}},
+    }
+
+
+@pytest.fixture(scope="module", name="one")
+def _one() -> Planned:
+    return planned_from(on_an_arm())
+
+
+def test_plan_and_recount_say_the_same(one: Planned) -> None:
+    assert faults(one) == []
+
+
+def test_channels_solved_apart_are_found_out(one: Planned, monkeypatch: pytest.MonkeyPatch) -> None:
+    foreseen = prediction(one)
+    monkeypatch.setattr(told, "_joined", lambda M, common: M)
+    wrong = faults_in(planned_from(on_an_arm()).document, foreseen)
+    assert any("accelerometer.scale_factor, estimate" in where for where in wrong)
+
+
+def test_what_two_channels_owe_to_one_arm_is_found_out(one: Planned, monkeypatch: pytest.MonkeyPatch) -> None:
+    foreseen = prediction(one)
+    monkeypatch.setattr(promise, "_through_shared", lambda found, R, common: np.zeros((1, 1, 1, 1)))
+    wrong = faults_in(planned_from(on_an_arm()).document, foreseen)
+    assert any(where.startswith("covariance, accelerometer.scale_factor") for where in wrong)
