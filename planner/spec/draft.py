@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationError
 
-from planner.quantities import AnyQuantity
+from planner.quantities import AnyQuantity, PositiveSeconds
 from planner.spec.forms import Name, one_or_many
 from planner.spec.model import Bench, Requirement, Spec, Test, Unit
 from planner.spec.places import data_path
@@ -37,7 +37,7 @@ class GappedTest(Test):
     __test__ = False
 
     bench: str = ""
-    record: Any = Field(1.0)
+    record: PositiveSeconds = Field(1.0)
 
 
 class GappedRequirement(Requirement):
