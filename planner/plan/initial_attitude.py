@@ -1,9 +1,8 @@
 """What an error of the attitude at the start of a flight does to it: given from outside, or self-aligned.
 
-φ turns the computed attitude against the true one, Ĉ = (I + [φ×]) C, and stays through the flight as a
-constant error of a gyro would that acted over the first sample alone. Given from outside it is one draw a
-flight. Self-aligned, the computed specific force at rest has no horizontal part: with f = (0, 0, −g) and the
-accelerometers' own error C δf,
+φ turns the computed attitude against the true one, Ĉ = (I + [φ×]) C, as gyros would that err over the first
+sample alone. Given from outside it is one draw a flight. Self-aligned, the computed specific force at rest
+has no horizontal part: with f = (0, 0, −g) and the accelerometers' own error C δf,
 
     φ × f + C δf = (0, 0, ·)   =>   φ_N = −(C δf)_E / g,   φ_E = (C δf)_N / g
 
