@@ -3,7 +3,9 @@
 Each point says at which temperatures and how often its tests are made. From that and the spec follow the
 steps, one load of one unit, and from the steps what is promised (recount_promise). The planner draws curves
 of its own for each of them: where a campaign has few temperatures they make nearly all of a figure, and two
-draws of a few thousand are then up to 2 % apart (measured on the shipped specs): SAME.
+draws of a few thousand are then up to 2 % apart (measured on the shipped specs): SAME. Below three
+temperatures the planner's 2000 scatter a 95 % quantile by 1.2 % to 1.8 % (one sigma, 16 seeds of a
+self-aligned starter), the 4000 here by two thirds of that: APART is three sigma of their difference.
 """
 
 from __future__ import annotations
@@ -27,7 +29,8 @@ from planner.verify.recount_hours import earliest
 from planner.verify.recount_loads import used_benches
 from planner.verify.recount_promise import NOTHING, as_planned, figures_of
 
-SAME = 0.03
+SAME, APART = 0.03, 0.05
+FEW = 2  # temperatures, up to which figures may be so far apart
 _EXACT = 1e-7
 
 
@@ -93,10 +96,11 @@ def _check_point(
     day = e.day if own_day else e.day - e.records.end_day + records.end_day
     prediction = as_planned(replace(e, records=records, day=day), curves)
     assert prediction is not None  # there is a flight
+    few = len({degc for test in planned["tests"] for degc in test["temperatures_degc"]}) <= FEW
     for i, wanted in enumerate(e.spec.requirement):
         figure = max(figures_of(prediction, i, families_of(e.spec)).values())
         factor = unit_factor(NAVIGATION_ERRORS[wanted.error])[0]
-        within = max(SAME * figure, NOTHING * wanted.limit.si) / factor
+        within = max((APART if few else SAME) * figure, NOTHING * wanted.limit.si) / factor
         if found.same(f"{where}, requirement {i}", str(i) in point, True):
             found.near(f"{where}, requirement {i}", point[str(i)], figure / factor, within)
 

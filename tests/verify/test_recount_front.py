@@ -79,5 +79,20 @@ def test_any_change_of_a_point_or_of_its_campaign_is_seen(
     assert place in faults(kept, change)
 
 
+def test_few_temperatures_may_differ_by_what_their_draws_do_and_no_more(kept: Kept) -> None:
+    """A fault of 10 % is seen in a campaign of two temperatures, too."""
+    one, e, curves = kept
+    document = copy.deepcopy(one.document)
+    genetic = document["genetic"]
+    for visit in genetic["campaigns"][0]:
+        visit["temperatures_degc"], visit["repeats"] = visit["temperatures_degc"][:2], visit["repeats"][:2]
+    place = "genetic, front 0, requirement 0"
+    (said,) = (f.what for f in check_campaigns(document, e, curves).faults if f.where == place)
+    right = float(said.split()[-1])
+    for factor, seen in ((1.0, False), (1.04, False), (0.96, False), (1.1, True), (0.9, True)):
+        genetic["front"][0]["0"] = factor * right
+        assert (place in {f.where for f in check_campaigns(document, e, curves).faults}) == seen
+
+
 def _visit(genetic: dict[str, Any], test: str) -> dict[str, Any]:
     return next(visit for visit in genetic["campaigns"][0] if visit["test"] == test)
