@@ -65,11 +65,12 @@ class BaseEffect:
 
 
 def side_by_side(drives: Array) -> Array:
-    """(n, 3, 3k) drives (n, k) that every channel has, with k coefficients of its own, channel by channel."""
-    n, k = drives.shape
+    """(n, 3, 3k) drives of k coefficients a channel: its own (n, 3, k), or (n, k) that every channel has."""
+    own = drives if drives.ndim == 3 else drives[:, np.newaxis]
+    n, _, k = own.shape
     regressors = np.zeros((n, 3, 3 * k))
     for channel in range(3):
-        regressors[:, channel, k * channel : k * (channel + 1)] = drives
+        regressors[:, channel, k * channel : k * (channel + 1)] = own[:, channel % own.shape[1]]
     return regressors
 
 

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import AXES, BaseEffect, sensed
+from planner.effects._channels import AXES, BaseEffect, sensed, side_by_side
 from planner.effects._segments import segments_reached, shares
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
@@ -62,12 +62,7 @@ class ScaleFactorCurve(BaseEffect):
         u = sensed(sensor, conditions)
         below = 1.0 - shares(np.abs(u) / UNIT[sensor][1], INPUTS[sensor])  # (n, 3, 7)
         sides = [np.where(sign * u[..., np.newaxis] > 0.0, below, 0.0) for sign in SIGNS]
-        drive = u[..., np.newaxis] * np.concatenate(sides, axis=2)  # (n, 3, 14)
-        k = drive.shape[2]
-        regressors = np.zeros((len(u), 3, 3 * k))
-        for channel in range(3):
-            regressors[:, channel, k * channel : k * (channel + 1)] = drive[:, channel]
-        return regressors
+        return side_by_side(u[..., np.newaxis] * np.concatenate(sides, axis=2))
 
     def shows(self, sensor: Sensor, conditions: Conditions) -> bool:
         """Whether the records tell a table from a cubic: inputs in several of its segments."""

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import AXES, BaseEffect, sensed
+from planner.effects._channels import AXES, BaseEffect, sensed, side_by_side
 from planner.effects.scale_factor_curve import INPUTS, UNIT
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
@@ -54,11 +54,7 @@ class ScaleFactorPolynomial(BaseEffect):
         u = sensed(sensor, conditions)
         size = np.clip(np.abs(u) / FULL[sensor] - LEAST, 0.0, 1.0)
         sides = [np.where(s * u > 0.0, u * size**k, 0.0) for s in SIGNS for k in POWERS]
-        drive = np.stack(sides, axis=2)  # (n, 3, 4)
-        regressors = np.zeros((len(u), 3, 12))
-        for channel in range(3):
-            regressors[:, channel, 4 * channel : 4 * (channel + 1)] = drive[:, channel]
-        return regressors
+        return side_by_side(np.stack(sides, axis=2))
 
     def shows(self, sensor: Sensor, conditions: Conditions) -> bool:
         """Never: a diagnosis names its parts, which are effects of their own, or a `scale_factor_curve`."""

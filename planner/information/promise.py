@@ -22,7 +22,7 @@ from planner.information.in_flight import Asked
 from planner.information.kinds import Kinds
 from planner.information.remembered import Remembered
 from planner.information.smooth import Moments, Smooth
-from planner.information.told import Alike, Told, alike, shared_places, told
+from planner.information.told import Alike, Told, alike, shared_places, through_shared, told
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying
@@ -310,7 +310,7 @@ class _Common:
     def add(self, group: Alike, found: Told, R: Array) -> None:
         """A group of channels on some of the campaigns; R: of `reads`."""
         if common := shared_places(group, found.places):
-            between = _through_shared(found, R, common)
+            between = through_shared(found, R, common)
             if self.joined is None:
                 self.joined = np.zeros((self.campaigns, *between.shape[1:]))
             self.joined[found.which] += between
@@ -336,19 +336,6 @@ class _Common:
         for which, z in self.own:
             total[which] -= _square(z)
         return np.asarray((total + joined)[:, None])
-
-
-def _through_shared(found: Told, R: Array, common: Sequence[int]) -> Array:
-    """(B, S, ρ, ρ) of any two channels, by coefficients that all have; what is undetermined is left out."""
-    P = found.undetermined.shape[-1]
-    seen = ~found.undetermined[0][:, common]  # (B, s)
-    both = seen[:, :, None] & seen[:, None, :]
-    shared = np.where(both, found.covariance[0][:, common][:, :, common], 0.0)
-    across = (R[..., :P] @ found.covariance[:, :, None, :P][..., common]) * seen[:, None, None]
-    weights = np.linalg.pinv(shared, hermitian=True)[:, None]
-    total = across.sum(axis=0)
-    own = (across @ weights @ np.swapaxes(across, -1, -2)).sum(axis=0)
-    return np.asarray(total @ weights @ np.swapaxes(total, -1, -2) - own)
 
 
 def _square(z: Array) -> Array:

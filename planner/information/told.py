@@ -188,6 +188,19 @@ def shared_places(group: Alike, places: Sequence[slice]) -> list[int]:
     return [places[i].start for i, x in enumerate(group.first.terms) if x.shared and not x.tabled]
 
 
+def through_shared(found: Told, R: Array, common: Sequence[int]) -> Array:
+    """(B, S, ρ, ρ) of any two channels, by coefficients that all have; what is undetermined is left out."""
+    P = found.undetermined.shape[-1]
+    seen = ~found.undetermined[0][:, common]  # (B, s)
+    both = seen[:, :, None] & seen[:, None, :]
+    shared = np.where(both, found.covariance[0][:, common][:, :, common], 0.0)
+    across = (R[..., :P] @ found.covariance[:, :, None, :P][..., common]) * seen[:, None, None]
+    weights = np.linalg.pinv(shared, hermitian=True)[:, None]
+    total = across.sum(axis=0)
+    own = (across @ weights @ np.swapaxes(across, -1, -2)).sum(axis=0)
+    return np.asarray(total @ weights @ np.swapaxes(total, -1, -2) - own)
+
+
 def _joined(M: Array, common: Sequence[int]) -> Array:
     """M (a, B, P, P) of every channel with what the other channels tell of the coefficients they share."""
     own = np.setdiff1d(np.arange(M.shape[-1]), common)

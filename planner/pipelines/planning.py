@@ -30,7 +30,7 @@ from planner.plan.by_hand import is_hand_made
 from planner.plan.campaign_by_total import by_total
 from planner.plan.campaign_to_plan import plan_of
 from planner.plan.errors_to_points import point_menus
-from planner.plan.genetic_campaign import genetic_plan
+from planner.plan.genetic_campaign import genetic_plan, told_above
 from planner.plan.observable_campaign import observable_campaign, refuse_what_no_campaign_observes
 from planner.plan.plan_to_schedule_figures import with_schedule_figures
 from planner.plan.repeats_to_schedule import campaign
@@ -132,7 +132,7 @@ def _published(loaded: LoadedSpec, navigation: Navigation, progress: Progress, d
         allowed, notes = _allowed_or_why_not(spec, task, navigation, progress, late)
         progress("genetic algorithm beside the exact campaign")
         late = deadline.stops(BESIDE, "the genetic campaign")
-        above = _told_above(chosen.objective, spec.plan.genetic.generations, progress)
+        above = told_above(chosen.objective, spec.plan.genetic.generations, progress)
         genetic = genetic_plan(task, chosen, rule, _settings(spec, late), spec.plan.seed, above)
     progress("the same with waiting and batches in sight")
     chosen = observable_campaign(task, by_total(within_seconds(task, deadline.left), chosen))
@@ -145,16 +145,6 @@ def _published(loaded: LoadedSpec, navigation: Navigation, progress: Progress, d
         curve = trade_off(spec, lambda other: _observable(other, navigation), [chosen])
     made = cut_short(with_schedule_figures(made, spec, chosen, curve), deadline)
     return Planned(made, navigation, allowed)
-
-
-def _told_above(exact: float, generations: int, progress: Progress) -> Callable[[int, float], None]:
-    """Says after every generation how far above the exact campaign the genetic one still is."""
-
-    def told(generation: int, best: float) -> None:
-        above = f", {100 * (best / exact - 1):.1f} % above the exact campaign" if exact else ""
-        progress(f"genetic algorithm: generation {generation} of at most {generations}{above}")
-
-    return told
 
 
 def afford(loaded: LoadedSpec, seconds: float, progress: Progress) -> Affordable:

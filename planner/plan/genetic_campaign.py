@@ -18,6 +18,7 @@ from planner.nouns.allowances import GeneticHistory
 from planner.nouns.array import Array
 from planner.nouns.choices import Campaign
 from planner.nouns.plan import GeneticPlan
+from planner.nouns.progress import Progress
 from planner.nouns.sensitivities import Constraint
 from planner.plan.budget import size, uncalibrated
 from planner.plan.rows import ErrorRows
@@ -82,6 +83,16 @@ def genetic_plan(
         history=_joined(histories),
         front=_front(decoder, met),
     )
+
+
+def told_above(exact: float, generations: int, progress: Progress) -> Callable[[int, float], None]:
+    """Says after every generation how far above the exact campaign the genetic one still is."""
+
+    def told(generation: int, best: float) -> None:
+        above = f", {100 * (best / exact - 1):.1f} % above the exact campaign" if exact else ""
+        progress(f"genetic algorithm: generation {generation} of at most {generations}{above}")
+
+    return told
 
 
 def _joined(runs: Sequence[GeneticHistory]) -> GeneticHistory:
