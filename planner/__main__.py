@@ -8,9 +8,15 @@ def main() -> None:
     if sys.argv[1:] == ["--help"] and sys.argv[0].endswith("planner") and _is_wide():
         sys.stdout.write(_help())
         return
-    from planner.cli import main as program
+    from planner.commands import sign
 
-    program()
+    sign.starting(sys.argv[1:])
+    try:
+        from planner.cli import main as program
+
+        program()
+    finally:
+        sign.ended()
 
 
 def _is_wide() -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 import os
@@ -9,12 +10,14 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 import yaml
 
 import planner
+from planner.commands import sign
 from planner.commands.output import ProgressLine, timed, until_ctrl_c
 from planner.verify.workers import locally
 from tests.outcome import Run
@@ -73,12 +76,95 @@ def test_the_progress_line_runs_on_and_counts_the_time_that_is_left_by_stages(
         line.print(message)
     clock[0] = 11.0
     assert str(line) == "flight 2 of 4 (11 s, about 2 s left)"
-    assert str(line.__rich__()) == str(line)
     assert capsys.readouterr().err.splitlines() == [
         "reading (0 s)",
         "flight 0 of 4 (9 s)",
         "flight 1 of 4 (10 s, about 3 s left)",
     ]
+
+
+class Terminal(io.StringIO):
+    """What stands on a terminal's last line after all that was written."""
+
+    def isatty(self) -> bool:
+        return True
+
+    def seen(self) -> list[str]:
+        return [line.rpartition("\r")[2] for line in self.getvalue().split("\n")]
+
+
+def within_a_second(happened: Callable[[], bool]) -> bool:
+    until = time.monotonic() + 5.0
+    while not happened() and time.monotonic() < until:
+        time.sleep(0.01)
+    return happened()
+
+
+def test_the_sign_of_a_start_gives_way_to_the_first_word(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = Terminal()
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(sys, "stdout", terminal)
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(sign, "AFTER_S", 0.0)
+    sign.starting(["plan"])
+    try:
+        assert within_a_second(lambda: "working (" in terminal.getvalue())
+        print("the answer")
+    finally:
+        sign.ended()
+    assert sys.stdout is sys.stderr is terminal
+    assert terminal.seen() == ["the answer", ""]
+
+
+def test_a_stage_is_shown_again_below_what_is_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stdout", terminal)
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with sign.showing(lambda: "flying"):
+        assert within_a_second(lambda: "flying" in terminal.getvalue())
+        print("half a line", end="")
+        print(", the rest")
+        assert terminal.seen()[0] == "half a line, the rest"
+        assert within_a_second(lambda: "flying" in terminal.seen()[-1])
+    sign.ended()
+    assert terminal.seen() == ["half a line, the rest", ""]
+    assert sys.stdout is sys.stderr is terminal
+
+
+@pytest.mark.parametrize("words", [["check", "--quiet"], ["check", "--verbose"]], ids=" ".join)
+def test_nobody_is_shown_lines_that_come_and_go_who_does_not_want_them(
+    words: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    assert sign.wanted(["check"])
+    assert not sign.wanted(words)
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert not sign.wanted(["check"])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
+def test_a_program_on_a_terminal_leaves_its_result_there_alone(spec: Path) -> None:
+    import pty
+
+    child, terminal = pty.fork()
+    if child == 0:
+        os.environ.pop("NO_COLOR", None)
+        os.execve(
+            sys.executable,
+            [sys.executable, "-m", "planner", "check", str(spec)],
+            {**os.environ, "TERM": "xterm", "PYTHONPATH": str(ROOT)},
+        )
+    said = b""
+    with contextlib.suppress(OSError):  # the other end is closed
+        while more := os.read(terminal, 4096):
+            said += more
+    os.close(terminal)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    lines = [line.rpartition("\r")[2] for line in said.decode().replace("\r\n", "\n").split("\n")]
+    assert "".join(lines).endswith(f"{spec}: no faults")
 
 
 def test_a_plan_by_hand_that_misses_its_limit_is_a_no(run: Run, spec: Path) -> None:

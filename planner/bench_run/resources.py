@@ -172,4 +172,12 @@ def _operator(request: Request, clock: Clock, simulated: bool) -> Operator:
         return Waiting(clock)
     if not sys.stdin.isatty():
         raise InputError("nobody to ask when the unit is installed: use a terminal, or --unattended")
-    return Asking(lambda text: input(f"{text} "))
+    return Asking(_answered)
+
+
+def _answered(question: str) -> str:
+    """What somebody says; while the question stands on an open line, no progress is drawn over it."""
+    print(question, end=" ", file=sys.stderr, flush=True)
+    said = input()
+    print(end="\r", file=sys.stderr)
+    return said

@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
+from planner.commands.sign import showing, wanted
 from planner.errors import InputError
 from planner.nouns.progress import silent
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.text import Text
 
     from planner.api.answer import Answer
     from planner.report.blocks import Report
@@ -199,13 +199,10 @@ def progress_line() -> Iterator[Any]:
     if asked("--verbose") and sys.stderr is not None:
         yield line.print
         return
-    quiet = asked("--quiet") or "NO_COLOR" in os.environ
-    if quiet or sys.stderr is None or not sys.stderr.isatty():
+    if not wanted(sys.argv[1:]):
         yield silent
         return
-    from rich.console import Console
-
-    with Console(stderr=True).status(line):
+    with showing(lambda: str(line)):
         yield line.say
 
 
@@ -233,11 +230,6 @@ class ProgressLine:
     def __str__(self) -> str:
         now = self.clock()
         return timed(self.message, now - self.began, now - self.since)
-
-    def __rich__(self) -> Text:
-        from rich.text import Text
-
-        return Text(str(self))
 
 
 def _stage(message: str) -> str:
