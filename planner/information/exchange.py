@@ -22,6 +22,7 @@ CHUNK = 48  # campaigns that are evaluated together
 MOST_TEMPERATURES = 9
 MOST_STEPS = 400
 EASIER = 1e-6
+DROPPED = 4  # beginnings of a way through the limit
 MOST_REPEATS = 1000  # that stand for as many as one likes
 
 
@@ -95,7 +96,7 @@ def shortest(offers: Offers, judge: Judge, most: int) -> Array | None:
             best, least = found, cost
         if judge.asked > most or judge.late():
             break
-    return None if best is None else _kicked(offers, judge, best, most)
+    return None if best is None else shorter(offers, judge, best, most)
 
 
 def beginnings(offers: Offers, judge: Judge) -> list[Array]:
@@ -261,7 +262,49 @@ def _first(judge: Judge, ordered: Array) -> Array | None:
 
 def shorter(offers: Offers, judge: Judge, n: Array, most: int) -> Array:
     """A campaign that is as short as one that keeps the promise, or shorter; most: to look at."""
-    return _kicked(offers, judge, downhill(offers, judge, n), most)
+    best = downhill(offers, judge, n)
+    while not judge.late():
+        found = _through_the_limit(offers, judge, best)
+        if found is None:
+            break
+        best = downhill(offers, judge, found)
+    return _kicked(offers, judge, best, most)
+
+
+def _through_the_limit(offers: Offers, judge: Judge, best: Array) -> Array | None:
+    """A cheaper campaign that keeps the promise, by way of some that do not; None where none is found.
+
+    Something is left out, and what remains is made to load the promise less as long as it stays cheaper: with
+    a temperature fewer the others want other places and more repeats at once, which no single step finds.
+    """
+    moves, below = Neighbours(offers), float(offers.cost(best[None])[0]) - EASIER
+    fewer = moves.fewer(best)
+    fewer = fewer[offers.cost(fewer) < below]
+    for i in np.argsort(judge.loads(fewer), kind="stable")[:DROPPED] if len(fewer) else ():
+        found = _eased(offers, judge, moves, fewer[i], below)
+        if found is not None:
+            return found
+    return None
+
+
+def _eased(offers: Offers, judge: Judge, moves: Neighbours, n: Array, below: float) -> Array | None:
+    """The first campaign cheaper than `below` on the steepest way from n that keeps the promise."""
+    load = float(judge.loads(n[None])[0])
+    for _ in range(MOST_STEPS):
+        near = np.concatenate([moves.of(n), moves.more(n)])
+        near = near[offers.cost(near) < below]
+        if not len(near) or judge.late():
+            return None
+        loads = judge.loads(near)
+        keeping = np.flatnonzero(loads <= 1.0)
+        for i in keeping[np.argsort(offers.cost(near[keeping]), kind="stable")]:
+            if judge.keeps(near[i]):
+                return np.asarray(near[i])
+        steepest = int(np.argmin(loads))
+        if not loads[steepest] < load * (1.0 - EASIER):
+            return None
+        n, load = near[steepest], float(loads[steepest])
+    return None
 
 
 def _kicked(offers: Offers, judge: Judge, best: Array, most: int) -> Array:

@@ -28,6 +28,11 @@ class Neighbours:
         every = np.unique(np.array(found), axis=0)
         return np.asarray(every[(every != n).any(axis=1) & (every > 0).any(axis=1)])
 
+    def fewer(self, n: Array) -> NDArray[np.float64]:
+        """(B, g) distinct campaigns with something left out."""
+        every = np.unique(np.array([n, *self._fewer(n)]), axis=0)
+        return np.asarray(every[(every != n).any(axis=1) & (every > 0).any(axis=1)])
+
     def more(self, n: Array) -> NDArray[np.float64]:
         """(B, g) campaigns with more records: a repeat more somewhere, or a visit more."""
         found = []

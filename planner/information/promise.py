@@ -269,23 +269,22 @@ class _Seen:
         return R
 
     def _curve(self, found: Told, R: Array, i: int, families: Sequence[int]) -> Array:
-        """(B, families, S, ρ, ρ) half of what estimates make of a curve; all with the curve itself."""
-        gain = found.gains[i]
+        """(B, families, S, ρ, ρ) half of what estimates make of a curve; all with the curve itself.
+
+        Σ_channels x (½ M xᵀ + M_flight Jᵀ), x what d takes from the curve at the kinds
+        """
+        gain, J = found.gains[i], self.response[i]
         a, B, S, r, _ = R.shape
         P, K = gain.shape[-2:]
         seen = -(R[..., :P].reshape(a, B, S * r, P) @ gain)
-        split = seen.reshape(a, B, S, r, K)
+        x = np.moveaxis(seen.reshape(a, B, S, r, K), 0, 3).reshape(B, S, r, a * K)
         k, each = self.of_kind[found.kinds], []
         for M in self.moments[i][[*families]]:
-            half = 0.5 * seen @ M[k[:, :, None], k[:, None, :]]
-            each.append(_between(half.reshape(split.shape), split) + self._across(split, M[k], i))
+            half = (0.5 * seen @ M[k[:, :, None], k[:, None, :]]).reshape(a, B, S, r, K)
+            felt = np.moveaxis(M[k][..., self.of_flight], 2, 1)[:, :, None] @ np.swapaxes(J, 1, 2)
+            y = half.transpose(1, 2, 0, 4, 3) + felt  # (B, S, a, K, ρ)
+            each.append(x @ y.reshape(B, S, a * K, r))
         return np.stack(each, axis=1)
-
-    def _across(self, seen: Array, M: Array, i: int) -> Array:
-        """(B, S, ρ, ρ) of seen (a, B, S, ρ, K) with the curve in flight; M: (B, K, N)."""
-        J = self.response[i]
-        felt = np.moveaxis(M[..., self.of_flight], 2, 1)  # (B, S, K, m)
-        return np.asarray((seen @ felt @ np.swapaxes(J, -1, -2)[:, None, None]).sum(axis=0))
 
 
 def _between(x: Array, y: Array) -> Array:

@@ -88,17 +88,28 @@ def length_within(along: Array, components: int, share: float, weights: Array | 
     low = np.log(least * np.sqrt(each_largest.min(axis=-1)))
     high = np.log(most * np.sqrt(each_largest.max(axis=-1)))
     guess = np.clip(_alike(along, components, share, weights), low, high)
-    for _ in range(_STEPS):
-        each, slope = _share_and_slope(along, components, np.exp(guess)[..., None])
-        beyond = each @ weights - share
-        low, high = np.where(beyond < 0, guess, low), np.where(beyond < 0, high, guess)
-        step = guess - beyond / np.maximum(slope @ weights, _TINY)
-        better = np.where((step > low) & (step < high), step, 0.5 * (low + high))
-        settled = float(np.max(np.abs(better - guess), initial=0.0)) < _SETTLED
-        guess = better
-        if settled:
-            break
+    flat = [np.broadcast_to(x, guess.shape).reshape(-1).copy() for x in (low, high, guess)]
+    _settle(along.reshape(guess.size, *along.shape[-2:]), components, share, weights, *flat)
+    guess = flat[2].reshape(guess.shape)
     return np.asarray(np.exp(guess))
+
+
+def _settle(
+    along: Array, components: int, share: float, weights: Array, low: Array, high: Array, guess: Array
+) -> None:
+    """Newton on guesses (n,), in place, each until it is settled; along: (n, S, D)."""
+    left = np.arange(len(guess))
+    for _ in range(_STEPS):
+        at = guess[left]
+        each, slope = _share_and_slope(along[left], components, np.exp(at)[:, None])
+        beyond = each @ weights - share
+        low[left], high[left] = np.where(beyond < 0, at, low[left]), np.where(beyond < 0, high[left], at)
+        step = at - beyond / np.maximum(slope @ weights, _TINY)
+        inside = (step >= low[left]) & (step <= high[left])  # one that is settled steps onto its own bound
+        guess[left] = np.where(inside, step, 0.5 * (low[left] + high[left]))
+        left = left[~(np.abs(guess[left] - at) < _SETTLED)]
+        if not len(left):
+            break
 
 
 def _alike(along: Array, components: int, share: float, weights: Array) -> Array:
