@@ -117,7 +117,7 @@ def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> tuple[
             best = counts, judge, exact
             flight.deadline.report(float(offers.cost(counts[None])[0]))
         elif np.any(closer > MISJUDGED * judge.tightened):  # what quick figures cannot see: ask exact ones
-            judge = replace(judge, allowed=_exactly_allowed(flight, offers, judge.allowed), asked=0)
+            judge = replace(judge, exactly=_exactly(flight, offers), asked=0)
         else:
             judge = judge.meeting(np.maximum(judge.tightened, closer))
     found = best or begun
@@ -133,16 +133,17 @@ def _nearest(offers: Offers, judge: Judge) -> list[Array]:
     return [n] if np.all(np.isfinite(judge.promise.figures(n[None]))) else []
 
 
-def _exactly_allowed(
-    flight: Flight, offers: Offers, allowed: Callable[[Array], bool]
-) -> Callable[[Array], bool]:
-    """Further conditions with the exact figures among them."""
+def _exactly(flight: Flight, offers: Offers) -> Callable[[Array], bool]:
+    """Whether campaigns keep every requirement by exact figures; each is asked once."""
+    known: dict[bytes, bool] = {}
 
-    def both(n: Array) -> bool:
-        factor = spread_factor(flight, offers.visits(n))
-        return allowed(n) and keeps_exactly(flight, offers, n, factor)
+    def kept(n: Array) -> bool:
+        key = n.tobytes()
+        if key not in known:
+            known[key] = keeps_exactly(flight, offers, n, spread_factor(flight, offers.visits(n)))
+        return known[key]
 
-    return both
+    return kept
 
 
 def _cheaper(offers: Offers, n: Array, than: Array) -> bool:
@@ -184,5 +185,5 @@ def found_of(
     exact = exact or foreseen(flight, laid)
     factor = spread_factor(flight, visits)
     closer = exact.figures / judge.promise.figures(counts[None])[0]
-    meets = replace(judge.meeting(closer * factor), late=never)
+    meets = replace(judge.quick().meeting(closer * factor), late=never)
     return Found(offers, meets, counts, visits, laid, exact, factor, bound, proved)

@@ -26,12 +26,18 @@ DROPPED = 4  # beginnings of a way through the limit
 MOST_REPEATS = 1000  # that stand for as many as one likes
 
 
+def _unasked(n: Array) -> bool:
+    del n
+    return True
+
+
 @dataclass
 class Judge:
     """Who says whether campaigns keep the promise. families: those that have decided anything so far.
 
     tightened: (families, requirements) by what quick figures are multiplied to meet exact ones
     allowed: further conditions on one campaign, such as redundancy; late: whether to stop looking
+    exactly: whether a campaign keeps its limits by exact figures, where quick ones misjudge it
     """
 
     promise: Promise
@@ -40,6 +46,7 @@ class Judge:
     families: list[str] = field(default_factory=list)
     asked: int = 0
     late: Callable[[], bool] = never
+    exactly: Callable[[Array], bool] = _unasked
 
     def __post_init__(self) -> None:
         self.families = self.families or [next(iter(self.promise.families))]
@@ -73,6 +80,10 @@ class Judge:
         """The same judge with other factors between quick and exact figures."""
         return replace(self, tightened=tightened, families=list(self.families), asked=0)
 
+    def quick(self) -> Judge:
+        """The same judge by quick figures alone: for limits that are not the spec's, or that count later."""
+        return replace(self, families=list(self.families), exactly=_unasked)
+
     def keeps(self, n: Array) -> bool:
         """Whether a campaign that keeps it so far keeps it under every family; what breaks it stays."""
         left = [f for f in self.promise.families if f not in self.families]
@@ -82,7 +93,7 @@ class Judge:
             if broken.any():
                 self.families.append(left[int(np.argmax(broken))])
                 return False
-        return self.allowed(n)
+        return self.allowed(n) and self.exactly(n)
 
 
 def shortest(offers: Offers, judge: Judge, most: int) -> Array | None:

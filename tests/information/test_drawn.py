@@ -95,3 +95,19 @@ def test_long_tails_lengthen_high_quantiles_and_shorten_low_ones() -> None:
         )
         assert found is not None
         assert (found > float(percentile(total[None], share)[0])) == longer
+
+
+@pytest.mark.parametrize("share", SHARES)
+@pytest.mark.parametrize("weighted", [True, False])
+def test_the_first_guess_does_not_matter(share: float, weighted: bool) -> None:
+    """Whichever way the root is found, by secants or by halving: the same length."""
+    rng = np.random.default_rng(7)
+    pool = rng.choice([0.0, 1.0, 6.0], p=[0.5, 0.45, 0.05], size=(2000, 1))
+    moment = np.array([[float(np.mean(pool**2))]])
+    a, rest = asked(share, 3, 1, 2, worst=not weighted), np.broadcast_to(np.diag([0.2, 1.0]), (3, 2, 2))
+    parts = [weights_of(np.array([1.0, 0.3]), 3)]
+    every = [
+        drawn_quantile(a, rest, parts, {ERROR: moment}, lambda e: pool, guess)
+        for guess in (2.0, 0.01, 0.5, 8.0, 300.0)
+    ]
+    assert np.ptp(every) < 1e-5 * every[0]

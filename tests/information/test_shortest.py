@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -144,3 +145,13 @@ def test_the_genetic_set_is_never_shorter_than_the_bound(seed: int) -> None:
         points, _ = pareto_set(plan.offers, judge, 1)
         shorter = [p.counts for p in points if p.load <= 1.0 and p.cost < plan.bound - 1e-6]
         assert all(every.exact(n).largest[0] > limit for n in shorter)  # by quick figures only
+
+
+def test_what_comes_after_the_search_is_judged_by_quick_figures() -> None:
+    """Prices ask for other limits than the spec's: exact figures would forbid what these allow."""
+    made = cases.tree(50002)
+    one = found(made, limits_of(made, 0))
+    forbidding = replace(one.judge, exactly=lambda n: False)
+    assert not forbidding.keeps(one.counts)
+    assert forbidding.quick().keeps(one.counts) == one.judge.keeps(one.counts)
+    assert one.judge.exactly(one.counts + 1) is True
