@@ -16,8 +16,9 @@ from planner.nouns.progress import Progress, silent
 if TYPE_CHECKING:
     from planner.errors import Fault
     from planner.nouns.allowances import AllowedErrors
-    from planner.nouns.plan import Achieved, Plan, PlannedTest, Step
+    from planner.nouns.plan import Achieved, Plan, PlannedTest
     from planner.nouns.sensitivities import Sensitivities
+    from planner.nouns.step import Step
     from planner.pipelines.planning import Planned
     from planner.plan.flights_side_by_side import FlownErrors
     from planner.plan.spec_to_sensitivity import SensitivityRow

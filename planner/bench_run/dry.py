@@ -11,7 +11,7 @@ from planner.bench_run.job import Job
 from planner.bench_run.journal import Journal, Past
 from planner.bench_run.paper import PaperChamber, PaperClock, PaperLine, PaperTable
 from planner.bench_run.runner import execute
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 
 
 def dry_run(job: Job, past: Past, say: Say, dialects: Dialects) -> None:

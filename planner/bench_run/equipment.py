@@ -12,7 +12,7 @@ from planner.bench_run.people import NoRecorder, Operator, Recorder
 from planner.bench_run.tolerances import Tolerances
 from planner.control.dialect import ChamberDialect, TableDialect
 from planner.control.dialect_files import chamber_dialect, table_dialect
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 
 Say = Callable[[str], None]
 Notify = Callable[[str, str], None]  # (event, words): person, attention

@@ -8,8 +8,8 @@ from datetime import date
 
 from planner.errors import InputError
 from planner.nouns.bench import BenchFacts, Stops
-from planner.nouns.plan import Step
 from planner.nouns.plan_file import typed_plan
+from planner.nouns.step import Step
 from planner.quantities import DAY_S, FIRST_MONDAY, WEEKDAYS
 
 

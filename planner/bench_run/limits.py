@@ -14,8 +14,8 @@ from planner.control.orders import AxisOrder, orders
 from planner.control.words import rounding_note
 from planner.errors import Fault, InputError
 from planner.nouns.bench import BenchFacts
-from planner.nouns.plan import ACTIONS, Step
 from planner.nouns.plan_file import MOST_FAULTS
+from planner.nouns.step import ACTIONS, Step
 
 
 def check(job: Job, chambers: Mapping[str, ChamberDialect] | None = None) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from planner.bench_run.clock import Clock
 from planner.bench_run.errors import BenchFault
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 
 
 class Recorder(Protocol):

@@ -15,7 +15,7 @@ from planner.bench_run.errors import BenchFault
 from planner.bench_run.journal import Journal
 from planner.bench_run.open_bench import OpenBench
 from planner.errors import PlannerError
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 
 
 class Recording:

@@ -24,7 +24,7 @@ from planner.bench_run.safety import ATTENTION, Left
 from planner.bench_run.shifts import Hours, begins, planned_week, same_place, same_repeat
 from planner.control.orders import fastest_dps
 from planner.errors import PlannerError
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 
 
 def execute(
@@ -94,7 +94,7 @@ class _Run:
             self._wait_for_people(self._done)  # the soak of catching up may have taken the rest of the shift
         self._began = self._clock.now()
         self._tell_status()
-        getattr(self, f"_{step.action}")(step)  # `nouns.plan.ACTIONS` are the names that get here
+        getattr(self, f"_{step.action}")(step)  # `nouns.step.ACTIONS` are the names that get here
         self._write(step)
         self._done += 1
 

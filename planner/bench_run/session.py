@@ -21,7 +21,7 @@ from planner.bench_run.safety import Left
 from planner.bench_run.side_by_side import execute_side_by_side
 from planner.bench_run.watching import Notifier, Page, Watching
 from planner.errors import InputError, PlannerError
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 
 __all__ = ["Request", "rehearse", "run", "travel_from"]
 

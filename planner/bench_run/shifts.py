@@ -21,7 +21,7 @@ from datetime import datetime
 
 from planner.bench_run.clock import Clock
 from planner.bench_run.job import Job
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 from planner.quantities import DAY_S, FIRST_MONDAY, WEEKDAYS
 from planner.solvers.calendar import Calendar, Passage, Span, calendar
 

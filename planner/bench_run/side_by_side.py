@@ -21,7 +21,7 @@ from planner.bench_run.people import Operator, Waiting
 from planner.bench_run.runner import execute
 from planner.bench_run.safety import ATTENTION, Left
 from planner.bench_run.shifts import planned_week
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 
 LOOK_S = 5.0  # how often a bench that waits for another looks whether it may go on
 WALL_S = 0.5  # how often the main thread listens for signals

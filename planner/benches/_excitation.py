@@ -12,6 +12,7 @@ from itertools import product
 from typing import get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.catalog import effects
 from planner.nouns.array import Array
@@ -95,24 +96,21 @@ def _reachable(excites: frozenset[str]) -> Conditions:
         *product(faces, every, loads, warmth[:1], ages),
         *product(faces, turns, loads, warmth[:1], between),
     ]
-    table = np.array(
-        [(*_turn(face, turn), *_load(face, load), *warm, *age) for face, turn, load, warm, age in states]
-    )
-    return Conditions(table[:, :3], table[:, 3:6], table[:, 6], table[:, 7], table[:, 8], table[:, 9])
+    face = np.array([state[0] for state in states])
+    turn, load = np.array([state[1:3] for state in states]).T
+    warm, age = (np.array([state[k] for state in states]) for k in (3, 4))
+    return Conditions(_turned(face, turn), _loaded(face, load), *warm.T, *age.T)
 
 
-@cache
-def _turn(face: int, rate_dps: float) -> tuple[float, ...]:
-    """Turning about the vertical, rad/s: the body axis of the face."""
-    return tuple((np.radians(rate_dps) * np.eye(3)[face % 3]).tolist())
+def _turned(face: NDArray[np.int64], rate_dps: Array) -> Array:
+    """(n, 3) turning about the vertical, rad/s: the body axis of the face."""
+    return np.asarray(np.radians(rate_dps)[:, None] * np.eye(3)[face % 3])
 
 
-@cache
-def _load(face: int, load_g: float) -> tuple[float, ...]:
-    """Gravity along the face, up or down, and the load of an arm across it, m/s²."""
-    sign = 1.0 if face < 3 else -1.0
-    total = np.eye(3)[face % 3] + load_g * np.eye(3)[(face + 1) % 3]
-    return tuple((STANDARD_GRAVITY_MPS2 * sign * total).tolist())
+def _loaded(face: NDArray[np.int64], load_g: Array) -> Array:
+    """(n, 3) gravity along the face, up or down, and the load of an arm across it, m/s²."""
+    sign = np.where(face < 3, STANDARD_GRAVITY_MPS2, -STANDARD_GRAVITY_MPS2)
+    return np.asarray(sign[:, None] * (np.eye(3)[face % 3] + load_g[:, None] * np.eye(3)[(face + 1) % 3]))
 
 
 def chosen(levels: Sequence[float], count: int, limit: float) -> tuple[float, ...]:

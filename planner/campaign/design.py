@@ -12,7 +12,7 @@ from planner.campaign.exposure import Asked, mounting
 from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 from planner.quantities import DAY_S
 from planner.spec.model import Spec
 

@@ -129,7 +129,7 @@ def _mountings(
     """A small turn of the body on the table, δ × u: (e_k × u)_i; one installation if nobody counts them."""
     i = model.channel
     installation = np.zeros(len(runs), dtype=np.int64) if runs.installation is None else runs.installation
-    for number in np.unique(installation[rows]).tolist():
+    for number in sorted(set(installation[rows].tolist())):
         mine = rows & (installation == number)
         for k in range(3):
             if k != i:

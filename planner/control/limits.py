@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from planner.control.orders import MotionError, UnknownArmError, motion_faults
 from planner.nouns.bench import BenchFacts
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 from planner.spec.axis_travel import travel_faults
 
 _SAME_S = 1e-6

@@ -14,8 +14,8 @@ from itertools import groupby
 from planner.control.limits import by_bench
 from planner.control.words import figure
 from planner.nouns.bench import BenchFacts
-from planner.nouns.plan import Step
 from planner.nouns.plan_file import PlanDocument
+from planner.nouns.step import Step
 
 HANDLING = ("install", "remove")
 TURN, PUT, MOVE, SWITCH = "turn round", "put on its face", "attend the move", "switch on"

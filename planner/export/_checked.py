@@ -9,8 +9,8 @@ from planner.control.kinematics import change, move_s
 from planner.control.orders import AxisOrder, MotionError, orders
 from planner.errors import Fault, InputError
 from planner.nouns.bench import BenchFacts
-from planner.nouns.plan import Step
 from planner.nouns.plan_file import MOST_FAULTS, PlanDocument, typed_plan
+from planner.nouns.step import Step
 
 
 def checked_plan(document: object) -> PlanDocument:

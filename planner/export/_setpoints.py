@@ -15,7 +15,7 @@ from typing import Any
 from planner.control.words import figure
 from planner.export.header import header
 from planner.nouns.bench import BenchFacts
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 
 STAIR_K = 0.2  # of a ramp, which setpoints follow: two of the tenths that a controller takes
 SETPOINT_COLUMNS = ("start_s", "end_s", "setpoint_degc", "soaked_s", "step")

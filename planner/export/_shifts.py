@@ -6,8 +6,8 @@ from datetime import datetime, timedelta
 
 from planner.errors import InputError
 from planner.export._clock import WallClock, time_text
-from planner.nouns.plan import Step
 from planner.nouns.plan_file import PlanDocument
+from planner.nouns.step import Step
 from planner.quantities import DAY_S, WEEKDAYS
 
 _ROUNDING_S = 1.0  # the wall's clock is in whole seconds

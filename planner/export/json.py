@@ -12,16 +12,8 @@ from typing import Any
 from planner.export.header import sealed
 from planner.nouns.allowances import Allowance, FlownCovariance
 from planner.nouns.choices import RepeatReason, TestVisits
-from planner.nouns.plan import (
-    Achieved,
-    GeneticPlan,
-    Plan,
-    PlannedBench,
-    PlannedChamber,
-    PlannedTest,
-    Step,
-    Worth,
-)
+from planner.nouns.plan import Achieved, GeneticPlan, Plan, PlannedBench, PlannedChamber, PlannedTest, Worth
+from planner.nouns.step import Step
 from planner.units import from_si, unit_factor
 
 # Twelve digits tell every figure apart and hide the rounding of unit conversions (0.002 stays 0.002).

@@ -11,8 +11,8 @@ from planner.control.limits import by_bench
 from planner.export._attended import HANDLING, HandTask, hand_tasks
 from planner.export._clock import WallClock, elapsed_text, time_text
 from planner.export.header import header
-from planner.nouns.plan import Step
 from planner.nouns.plan_file import PlanDocument
+from planner.nouns.step import Step
 
 _ALONE = {"ramp": "Chamber goes to temperature", "soak": "Unit soaks"}
 

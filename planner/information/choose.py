@@ -24,7 +24,7 @@ from planner.information.spreads import spread_factor
 from planner.nouns.array import Array
 from planner.nouns.choices import TestVisits
 from planner.nouns.deadline import BOUND, SEARCH, never
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 from planner.plan.by_hand import is_hand_made
 
 LOOKED_AT = 1000

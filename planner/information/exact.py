@@ -24,7 +24,7 @@ from planner.information.promise import Promise
 from planner.nouns.array import Array
 from planner.nouns.choices import Campaign as Choice
 from planner.nouns.choices import TestVisits
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 from planner.plan.flight_response import Flying
 from planner.plan.schedule_to_steps import steps
 from planner.protocols import Sensor

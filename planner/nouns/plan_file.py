@@ -16,8 +16,8 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from planner.errors import Fault, InputError
-from planner.nouns.plan import Step
 from planner.nouns.plan_benches import Benches, Count, Moment, Number, Positive, Steps, Time
+from planner.nouns.step import Step
 from planner.quantities import MOMENT_PATTERN
 
 SCHEMA_VERSION = 1

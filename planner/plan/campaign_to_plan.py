@@ -9,9 +9,10 @@ import numpy as np
 from planner import catalog
 from planner.nouns.allowances import Allowance
 from planner.nouns.choices import Campaign, ErrorChoice, RepeatReason, TestVisits
-from planner.nouns.plan import Achieved, GeneticPlan, Plan, PlannedTest, SensitivityFigure, Step
+from planner.nouns.plan import Achieved, GeneticPlan, Plan, PlannedTest, SensitivityFigure
 from planner.nouns.sensitivities import Constraint
 from planner.nouns.sensor import ErrorName
+from planner.nouns.step import Step
 from planner.plan.budget import common_rule, reached, size
 from planner.plan.by_hand import fixed_repeats, is_hand_made
 from planner.plan.confidence import half_width, half_widths, quantile, spread_at

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from planner.nouns.choices import Campaign, ErrorChoice, TestVisits
-from planner.nouns.plan import Saving
 from planner.plan.loads import load_sizes
 from planner.plan.schedule_to_steps import bench_timings, makespan
 from planner.spec.model import Spec
+
+if TYPE_CHECKING:  # as in planner.plan.schedule_to_steps
+    from planner.nouns.plan import Saving
 
 
 def savings(spec: Spec, campaign: Campaign, time_s: float) -> tuple[Saving, ...]:
@@ -19,6 +21,8 @@ def savings(spec: Spec, campaign: Campaign, time_s: float) -> tuple[Saving, ...]
     shared_records: one record for several errors against one each; parallel_benches: several batches at
     once; capacity: several units on a bench at once. Each is measured alone, so they do not add up.
     """
+    from planner.nouns.plan import Saving
+
     found = _without(spec, campaign)
     return tuple(Saving(rule, round((seconds - time_s) / 3600, 9) + 0.0) for rule, seconds in found)
 

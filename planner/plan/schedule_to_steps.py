@@ -13,9 +13,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from planner.nouns.choices import Campaign, TestVisits
-from planner.nouns.plan import PlannedTest, Step
+from planner.nouns.step import Step
 from planner.plan.bench_timing import BenchTiming
 from planner.plan.bench_work import (
     Action,
@@ -32,6 +33,9 @@ from planner.plan.loads import begins, load_sizes, total_time
 from planner.spec.attendance import is_attended
 from planner.spec.copies import copies
 from planner.spec.model import Spec
+
+if TYPE_CHECKING:  # `check` lays steps and makes no plan, whose records take 15 ms to define
+    from planner.nouns.plan import PlannedTest
 
 
 def steps(spec: Spec, campaign: Campaign) -> tuple[Step, ...]:
@@ -86,6 +90,8 @@ def makespan(
 
 def planned_tests(spec: Spec, campaign: Campaign, timeline: Sequence[Step]) -> tuple[PlannedTest, ...]:
     """What each test does and how long its own steps take for one load, without ramps, soaks, installing."""
+    from planner.nouns.plan import PlannedTest
+
     loads = {name: len(own) for name, own in load_sizes(spec, bench_timings(spec, campaign.visits)).items()}
     time = dict.fromkeys(spec.tests, 0.0)
     for step in timeline:

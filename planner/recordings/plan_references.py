@@ -10,8 +10,8 @@ import numpy as np
 
 from planner.campaign.exposure import exposure
 from planner.nouns.array import Array
-from planner.nouns.plan import Step
 from planner.nouns.plan_file import PlanOnBenches, plan_part
+from planner.nouns.step import Step
 
 
 def references_of(document: Mapping[str, Any], latitude: float) -> dict[str, Array]:

@@ -10,8 +10,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from planner.errors import InputError
-from planner.nouns.plan import Step
 from planner.nouns.plan_file import RequirementFigures, TestFigures
+from planner.nouns.step import Step
 from planner.report.numbers import degrees, digits, hours, plain, runs
 from planner.report.plan_facts import MICROSECONDS, PlanDocument, PlanFacts, length, plan_facts
 from planner.report.time_spent import action_order

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from planner.nouns.plan import Step
 from planner.nouns.plan_file import ComparedPlan, RequirementFigures, TestFigures, plan_part
+from planner.nouns.step import Step
 
 PlanDocument = Mapping[str, Any]
 MICROSECONDS = 1_000_000  # in a second

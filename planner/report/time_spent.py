@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from planner.nouns.plan import ACTIONS, Step
+from planner.nouns.step import ACTIONS, Step
 
 PEOPLE = "waiting for people"  # a pause of no test: until a shift begins
 HEADINGS = (*ACTIONS[:-1], PEOPLE, ACTIONS[-1])  # waiting before the last: removing

@@ -132,7 +132,7 @@ class RandomEffects:
         """(G, m) rows of the groups, those of one size together."""
         return [
             self.starts[self.sizes == m][:, None] + np.arange(m)[None, :]
-            for m in np.unique(self.sizes).tolist()
+            for m in sorted(set(self.sizes.tolist()))
         ]
 
     def _by_group(

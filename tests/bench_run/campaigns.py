@@ -20,7 +20,7 @@ from planner.bench_run.job import Job
 from planner.bench_run.runner import execute
 from planner.bench_run.safety import Left
 from planner.control.orders import orders
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 from tests.bench_run.other_bench import Fault, World
 from tests.bench_run.rig import opened_journal
 

@@ -20,7 +20,7 @@ from planner.bench_run.simulator.table import Table
 from planner.control.orders import orders
 from planner.export.json import plan_document
 from planner.nouns.bench import BenchFacts
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 from tests.bench_run.memory_line import MemoryLine, VirtualClock
 from tests.specs import planned, small
 

@@ -9,7 +9,7 @@ from planner.bench_run.job import Job, job_from
 from planner.bench_run.shifts import Hours, attended_spans
 from planner.errors import InputError
 from planner.export.json import plan_document
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 from planner.quantities import DAY_S
 from tests.bench_run.rig import Rig, small_job
 from tests.specs import planned, small, with_plan

@@ -8,7 +8,7 @@ import pytest
 from planner.bench_run.equipment import Status
 from planner.bench_run.session import undisturbed
 from planner.bench_run.watching import Notifier, Page, Watching, duration, status_line
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 
 STEP = Step("table/-40/drift/r01/m1", "table", "record", 100.0, 400.0, "drift", -40.0, 1)
 NEXT = Step("table/remove", "table", "remove", 4000.0, 4600.0, attended=True)

@@ -15,7 +15,7 @@ import numpy as np
 from planner import catalog
 from planner.campaign.design import Design, design
 from planner.nouns.array import Array
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 from planner.plan.flight_response import FlightResponse
 from planner.protocols import SENSORS, Sensor
 from planner.simulate.families import curve_families

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.nouns.choices import Campaign, TestVisits
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 from planner.plan.bench_timing import best_of
 from planner.plan.repeats_to_schedule import campaign, visits_of
 from planner.plan.schedule_to_steps import bench_timings, makespan, steps

@@ -11,17 +11,9 @@ import numpy as np
 from planner.nouns.allowances import Allowance, AllowedErrors, Corner, GeneticHistory
 from planner.nouns.array import Rule
 from planner.nouns.choices import RepeatReason
-from planner.nouns.plan import (
-    Achieved,
-    GeneticPlan,
-    Plan,
-    PlannedTest,
-    Price,
-    SensitivityFigure,
-    Step,
-    Worth,
-)
+from planner.nouns.plan import Achieved, GeneticPlan, Plan, PlannedTest, Price, SensitivityFigure, Worth
 from planner.nouns.sensitivities import Constraint, Sensitivities, SensitivityColumn
+from planner.nouns.step import Step
 from planner.units import unit_factor
 
 UNITS = {

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.nouns.plan import Step
 from planner.nouns.sensitivities import Constraint
+from planner.nouns.step import Step
 from planner.report import time_spent
 from planner.report.blocks import align_points
 from planner.report.charts import theme

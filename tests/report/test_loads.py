@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.nouns.plan import Plan, Step
+from planner.nouns.plan import Plan
+from planner.nouns.step import Step
 from planner.plan.campaign_to_plan import idle_benches
 from planner.report.blocks import Items, Picture, Table
 from planner.report.page import html

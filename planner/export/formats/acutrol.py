@@ -41,8 +41,8 @@ from planner.export._setpoints import setpoint_text
 from planner.export._shifts import start_notes
 from planner.export.header import comment_lines
 from planner.nouns.bench import BenchFacts
-from planner.nouns.plan import Step
 from planner.nouns.plan_file import PlanDocument
+from planner.nouns.step import Step
 from planner.protocols import Exported, ExportOptions
 from planner.spec.axis_travel import reduced
 

@@ -19,7 +19,7 @@ from planner.export._setpoints import setpoint_text, setpoints
 from planner.export._shifts import start_notes
 from planner.export.header import comment_lines
 from planner.nouns.bench import BenchFacts
-from planner.nouns.plan import Step
+from planner.nouns.step import Step
 from planner.protocols import Exported, ExportOptions
 
 

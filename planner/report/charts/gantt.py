@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.nouns.plan import Plan, Step
+from planner.nouns.plan import Plan
+from planner.nouns.step import Step
 from planner.quantities import DAY_S, WEEKDAYS
 from planner.report.blocks import Picture
 from planner.report.charts import theme

@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import timedelta
 
-from planner.nouns.plan import Plan, Step
+from planner.nouns.plan import Plan
+from planner.nouns.step import Step
 from planner.quantities import DAY_S, WEEKDAYS
 from planner.report.blocks import Items, Picture, Section, Table, section, table
 from planner.report.charts import gantt
