@@ -21,6 +21,7 @@ from planner.verify.second_moments import Error, Moment
 
 DRAWS = 60_000  # of flights: a 95 % quantile is then known to 0.4 %
 POOL = 4_000  # curves of every error, from which all of them take theirs
+NOTHING = 1e-12  # of the largest principal variance
 
 
 @dataclass(frozen=True)
@@ -57,14 +58,22 @@ def drawn_quantile(
     rng = generator(0, 0, "drawn quantile")
     each = DRAWS // len(flights)
     longest = []
-    for seen in flights:
+    # records of one temperature see one value of a curve: some ten places instead of hundreds
+    asked = [np.concatenate([seen.foresight.estimates.degc, seen.degc]) for seen in flights]
+    degc, place = np.unique(np.concatenate(asked), return_inverse=True)
+    places = np.split(place, np.cumsum([len(one) for one in asked])[:-1])
+    curves = {error: pool.at(degc).astype(np.float32) for error, pool in pools.items()}
+    for seen, own in zip(flights, places, strict=True):
         value, vector = np.linalg.eigh(seen.rest + seen.misread(moments) + n.beside)
-        root = vector * np.sqrt(np.maximum(value, 0.0))
-        d = rng.normal(size=(each, len(value))) @ root.T
+        notable = value > NOTHING * value[-1]
+        root = (vector[:, notable] * np.sqrt(value[notable])).astype(np.float32)
+        d = rng.standard_normal((each, root.shape[1]), dtype=np.float32) @ root.T
+        there, column = np.unique(own, return_inverse=True)
         for error, weights in seen.of_curves().items():
-            if error in pools:
-                curve = pools[error].at(np.concatenate([seen.foresight.estimates.degc, seen.degc]))
+            if error in curves:
                 for term in np.moveaxis(weights, 1, 0):
-                    d += curve[rng.integers(POOL, size=each)] @ term.T
+                    whole = np.zeros((len(there), len(term)), dtype=np.float32)
+                    np.add.at(whole, column, term.T)
+                    d += curves[error][np.ix_(rng.integers(POOL, size=each), there)] @ whole
         longest.append(np.linalg.norm(d.reshape(each, n.instants, -1), axis=2).max(axis=1))
     return weighed_quantile(np.concatenate(longest), np.repeat(shares / each, each), p)
