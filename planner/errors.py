@@ -96,6 +96,16 @@ class InputError(PlannerError):
         return "\n".join([self.message, *(fault.shown for fault in self.faults)])
 
 
+def unusable_file(file: object, why: OSError | str, give: str) -> InputError:
+    """The error of a file that is not there, or holds nothing that could be read.
+
+    why: of the system, or e.g. `is empty`; give: what to give instead, and which command makes it
+    """
+    known = {FileNotFoundError: "does not exist", IsADirectoryError: "is a folder"}
+    wrong = why if isinstance(why, str) else known.get(type(why), f"cannot be opened: {why.strerror}")
+    return InputError(f"cannot read {file}", [Fault(str(file), 0, 0, "", f"{wrong}; give {give}", "P001")])
+
+
 class NothingFound(InputError):
     """The data answer nothing of what was asked (exit 1): what they lack."""
 

@@ -20,7 +20,8 @@ from typing import Any
 
 from planner.bench_run.errors import BenchFault
 from planner.bench_run.journal_lines import Begun, Entry, JournalLines, read_lines
-from planner.errors import InputError
+from planner.errors import InputError, unusable_file
+from planner.nouns.given_files import JOURNAL
 
 FORMAT = 1
 HEAD = b'{"journal": '  # what every journal begins with
@@ -185,7 +186,7 @@ def read_past(
     except FileNotFoundError:
         return Past()
     except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
+        raise unusable_file(path, error, JOURNAL) from error
     return _past(path, data[: data.rfind(b"\n") + 1], plan_sha256, lanes or (steps,))
 
 

@@ -16,7 +16,8 @@ from typing import Literal, TypeVar
 from pydantic import ValidationError
 
 from planner.control.dialect import ChamberDialect, TableDialect
-from planner.errors import InputError
+from planner.errors import InputError, unusable_file
+from planner.nouns.given_files import DIALECT
 from planner.spec.places import did_you_mean
 from planner.spec.yaml12 import MAX_BYTES, Document, read_yaml
 
@@ -87,7 +88,7 @@ def _document(path: Path) -> Document:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
+        raise unusable_file(path, error, DIALECT) from error
     if path.suffix.lower() != ".toml":
         return read_yaml(data, str(path))
     try:

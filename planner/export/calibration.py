@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from planner import catalog
-from planner.errors import InputError
+from planner.errors import InputError, unusable_file
 from planner.export.json_figures import figure, json_text, shown
 from planner.nouns.calibration import (
     Calibration,
@@ -27,6 +27,7 @@ from planner.nouns.calibration import (
     SmoothTable,
     Tables,
 )
+from planner.nouns.given_files import CALIBRATION
 from planner.protocols import SENSORS, Sensor
 from planner.units import from_si, unit_factor
 
@@ -186,7 +187,11 @@ def read_tables(path: Path) -> dict[Sensor, Tables]:
         _check_effects(sensors, document.get("plugins", []), file)
         return {s: _tables_from(tables, s) for s, tables in sensors.items()}
     except OSError as error:
-        raise InputError(f"cannot read {file}: {error.strerror}") from error
+        raise unusable_file(file, error, CALIBRATION) from error
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise unusable_file(
+            file, "is no calibration.json" if file.stat().st_size else "is empty", CALIBRATION
+        ) from error
     except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise InputError(f"{file} is no calibration.json of planner: {error!r}") from error
 

@@ -31,6 +31,7 @@ from planner.nouns.diagnosis import (
     Unknown,
     Untestable,
 )
+from planner.nouns.given_files import DIAGNOSIS
 from planner.units import UnitError, unit_factor
 
 SCHEMA_VERSION = 1
@@ -210,7 +211,7 @@ def read_diagnosis(path: Path) -> Diagnosis:
         several = sorted(p.parent.name for p in path.glob("*/diagnosis.json"))
         if several:
             raise InputError(f"{path} holds the diagnoses of {', '.join(several)}; name one of these folders")
-    document = json_tree(file, "is no diagnosis", REQUIRED, "diagnosis.json of `planner diagnose`")
+    document = json_tree(file, "is no diagnosis", REQUIRED, DIAGNOSIS)
     try:
         return _diagnosis(document)
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, UnitError) as error:

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from planner.errors import Fault, InputError
+from planner.errors import Fault, InputError, unusable_file
 from planner.export.header import check_seal
+from planner.nouns.given_files import PLAN
 
 REQUIRED = ("planner", "spec", "requirements", "allowances", "tests", "steps", "time_s", "bound_s", "gap")
 
@@ -37,7 +38,7 @@ def _file(path: Path) -> Path:
 
 
 def _plan(file: Path) -> dict[str, Any]:
-    return json_tree(file, "is not a plan", REQUIRED, "plan.json of `planner plan`")
+    return json_tree(file, "is not a plan", REQUIRED, PLAN)
 
 
 def json_tree(file: Path, fault_said: str, required: Sequence[str], give: str) -> dict[str, Any]:
@@ -46,13 +47,18 @@ def json_tree(file: Path, fault_said: str, required: Sequence[str], give: str) -
     Raises InputError for a file that cannot be read, is not JSON, or lacks a required key.
     """
     try:
-        document = json.loads(sys.stdin.buffer.read() if str(file) == "-" else file.read_bytes())
+        data = sys.stdin.buffer.read() if str(file) == "-" else file.read_bytes()
+        if not data.strip():
+            raise unusable_file(file, "is empty", give)
+        document = json.loads(data)
     except OSError as error:
-        raise InputError(f"cannot read {file}: {error.strerror}") from error
+        raise unusable_file(file, error, give) from error
     except json.JSONDecodeError as error:
         fault = Fault(str(file), error.lineno, error.colno, "", f"not JSON: {error.msg}", "P901")
         raise InputError(f"{file} {fault_said}", [fault]) from error
-    except (UnicodeDecodeError, RecursionError, ValueError) as error:
+    except UnicodeDecodeError as error:
+        raise unusable_file(file, f"{fault_said}: it is no text", give) from error
+    except (RecursionError, ValueError) as error:
         raise InputError(f"{file} {fault_said}: {error}") from error
     missing = [key for key in required if not isinstance(document, dict) or key not in document]
     if missing:

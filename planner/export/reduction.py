@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from planner import __version__
-from planner.errors import InputError
+from planner.errors import InputError, unusable_file
 from planner.export.json_figures import json_text
 from planner.nouns.calibration import RandomCharacteristic
+from planner.nouns.given_files import REDUCTION_ACCOUNT
 from planner.nouns.sensor import ErrorName
 from planner.recordings.allan import AllanResult
 from planner.recordings.clocks import Clock
@@ -92,7 +93,7 @@ def noise_of_account(path: Path) -> list[RandomCharacteristic]:
         told = json.loads(path.read_bytes())["noise"]
         return [one for channel in told for one in _characteristics(channel)]
     except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
+        raise unusable_file(path, error, REDUCTION_ACCOUNT) from error
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"{path} is no account of a reduction with noise in it: {error!r}") from error
 

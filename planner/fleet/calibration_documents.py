@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.errors import InputError
+from planner.errors import InputError, unusable_file
 from planner.fleet.allowed_region import AllowedRegion
 from planner.fleet.check_residual import MeasuredResidual
 from planner.nouns.array import Array
+from planner.nouns.given_files import CALIBRATION
 from planner.protocols import SENSORS
 from planner.units import UnitError, display_factor
 
@@ -64,7 +65,11 @@ def read_calibration(path: Path, when: str | None = None) -> CalibratedUnit:
         document = json.loads(file.read_bytes())
         found = _unit(document, str(file), when or _date_in(file))
     except OSError as error:
-        raise InputError(f"cannot read {file}: {error.strerror}") from error
+        raise unusable_file(file, error, CALIBRATION) from error
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise unusable_file(
+            file, "is no calibration.json" if file.stat().st_size else "is empty", CALIBRATION
+        ) from error
     except (KeyError, TypeError, ValueError, IndexError, UnitError, RecursionError, AttributeError) as error:
         raise InputError(f"{file} is no calibration.json of planner: {error!r}") from error
     if not found.terms:

@@ -22,8 +22,9 @@ from pathlib import Path
 import numpy as np
 
 from planner import catalog
-from planner.errors import Fault, InputError
+from planner.errors import Fault, InputError, unusable_file
 from planner.fleet.history import Event, History, Series
+from planner.nouns.given_files import HISTORY
 from planner.protocols import SENSORS
 from planner.units import UnitError, check_unit, parse, to_si
 
@@ -114,7 +115,7 @@ def _rows(path: Path, most: int | None = None) -> list[tuple[int, list[str]]]:
                     break
             return found
     except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
+        raise unusable_file(path, error, HISTORY) from error
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{path} is no CSV file: {error}") from error
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from planner.errors import InputError
+from planner.errors import InputError, unusable_file
 from planner.fleet.allowed_region import AllowedRegion
 from planner.fleet.calibration_documents import (
     CalibratedUnit,
@@ -26,6 +26,7 @@ from planner.fleet.history_files import is_history, read_history
 from planner.nouns.allowances import ErrorModel
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
+from planner.nouns.given_files import HISTORY
 
 HORIZON_DAYS = 365.0
 LONGEST_DAYS = 3650.0
@@ -126,7 +127,7 @@ def correction_of(text: str, history: History) -> Correction:
 def _kind(text: str) -> str:
     path = Path(_split(text)[0])
     if not path.exists():
-        raise InputError(f"cannot read {path}: there is no such file")
+        raise unusable_file(path, "does not exist", HISTORY)
     if is_calibration(path):
         return "calibrations"
     return "histories" if is_history(path) else "dwell tables"

@@ -13,10 +13,11 @@ from planner.calibrate.fit_options import SINS_OUTPUTS, FitOptions
 from planner.calibrate.lines_in_flight import lines_in_flight
 from planner.calibrate.nothing_found import refuse_nothing
 from planner.campaign.design import design
-from planner.errors import InputError
+from planner.errors import unusable_file
 from planner.export.reduction import noise_of_account
 from planner.nouns.calibration import Calibration, RandomCharacteristic
 from planner.nouns.dwell_table import DwellTable
+from planner.nouns.given_files import SETTINGS
 from planner.nouns.plan_file import steps_of
 from planner.nouns.progress import Progress
 from planner.nouns.trajectory import Trajectory
@@ -61,11 +62,12 @@ def simulation_settings(path: Path) -> dict[str, object]:
     from planner.spec.yaml12 import read_yaml
 
     try:
-        written = read_yaml(path.read_bytes(), str(path)).value
+        data = path.read_bytes()
     except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
+        raise unusable_file(path, error, SETTINGS) from error
+    written = read_yaml(data, str(path)).value
     if not isinstance(written, dict):
-        raise InputError(f"{path} must hold `key: value` lines, e.g. in_run: off")
+        raise unusable_file(path, "is no mapping" if data.strip() else "is empty", SETTINGS)
     return {str(key): value for key, value in written.items()}
 
 

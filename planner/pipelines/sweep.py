@@ -36,7 +36,7 @@ def points_of(loaded: LoadedSpec, vary: Sequence[str], points: int) -> Grid:
     Raises InputError for a variation that is wrong, and for a value that no point can have.
     """
     tree = dict(read_yaml(loaded.data, str(loaded.path)).value)
-    variations = [variation(text, points) for text in vary]
+    variations = [variation(text, points, tree) for text in vary]
     found = grid(tree, variations, f"{__version__}\n{_flights(tree, variations, loaded.folder)}")
     _refuse_impossible_values(found, loaded.path)
     return found

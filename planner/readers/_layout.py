@@ -13,7 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from planner.errors import InputError
+from planner.errors import InputError, unusable_file
+from planner.nouns.given_files import TABLE
 
 HEAD_BYTES = 1 << 16
 SAMPLE_LINES = 200
@@ -202,13 +203,13 @@ def _head(path: Path) -> bytes:
         with path.open("rb") as file:
             head = file.read(HEAD_BYTES)
     except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
+        raise unusable_file(path, error, TABLE) from error
     if not head.strip():
-        raise InputError(f"{path} is empty")
+        raise unusable_file(path, "is empty", TABLE)
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise InputError(f"{path} is UTF-16 text; save it as UTF-8")
+        raise unusable_file(path, "is UTF-16 text", "the same saved as UTF-8")
     if b"\0" in head:
-        raise InputError(f"{path} is not a text table: it holds zero bytes")
+        raise unusable_file(path, "is not a text table: it holds zero bytes", TABLE)
     return head
 
 

@@ -21,7 +21,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, Tag, ValidationError, WithJsonSchema
 
-from planner.errors import Fault, InputError
+from planner.errors import Fault, InputError, unusable_file
+from planner.nouns.given_files import COLUMN_MAP
 from planner.quantities import Acceleration, Number, PositiveSeconds, Rate, Seconds, Switch, quantity, schema
 from planner.spec.forms import mapping_or_text, of_forms
 from planner.spec.part import SpecPart
@@ -225,7 +226,7 @@ def read_map(path: Path) -> ColumnMap:
         with Path(path).open("rb") as file:
             return map_of(file.read(MAX_BYTES + 1), path)
     except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
+        raise unusable_file(path, error, COLUMN_MAP) from error
 
 
 def map_of(text: bytes, path: Path) -> ColumnMap:
@@ -235,7 +236,7 @@ def map_of(text: bytes, path: Path) -> ColumnMap:
 
     document = read_yaml(text, str(path))
     if not isinstance(document.value, dict):
-        raise InputError(f"{path} is no map of columns; it is lines of 'key: value'")
+        raise unusable_file(path, "is no map of columns" if text.strip() else "is empty", COLUMN_MAP)
     try:
         found = ColumnMap.model_validate(document.value)
     except ValidationError as error:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from planner import catalog
-from planner.errors import InputError
+from planner.errors import InputError, unusable_file
+from planner.nouns.given_files import RECORDING
 from planner.protocols import RawReader
 
 HEAD_BYTES = 8192
@@ -47,9 +48,9 @@ def reader_of(path: Path, name: str | None = None) -> RawReader:
         with path.open("rb") as file:
             head = file.read(HEAD_BYTES)
     except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
+        raise unusable_file(path, error, RECORDING) from error
     if not head:
-        raise InputError(f"{path} is empty")
+        raise unusable_file(path, "is empty", RECORDING)
     if path.suffix.lower() != ".npz" and (said := foreign(head)):
         raise InputError(f"{path}: this is {said}")
     in_turn = sorted(readers.values(), key=lambda r: r.name == "text")  # text takes what is left
@@ -62,5 +63,6 @@ def reader_of(path: Path, name: str | None = None) -> RawReader:
         return readers[name]
     if fit is None:
         broken = "".join(f"; {one}" for one in catalog.unloadable("readers"))
-        raise InputError(f"{path} is of no format that can be read; there are {', '.join(readers)}{broken}")
+        wrong = f"is of no format that can be read (there are {', '.join(readers)}{broken})"
+        raise unusable_file(path, wrong, RECORDING)
     return fit

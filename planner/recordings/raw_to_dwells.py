@@ -14,9 +14,10 @@ import numpy as np
 
 from planner import catalog
 from planner.dwells.mix_ups import mix_ups
-from planner.errors import Fault, InputError
+from planner.errors import Fault, InputError, unusable_file
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
+from planner.nouns.given_files import RECORDING
 from planner.nouns.progress import Progress, silent
 from planner.recordings.axis_check import axis_fault
 from planner.recordings.clocks import Clock
@@ -108,7 +109,7 @@ def _in_folder(path: Path, columns: ColumnMap | None) -> list[Path]:
     suffixes = {suffix for reader in catalog.readers().values() for suffix in reader.suffixes}
     found = sorted(file for file in path.iterdir() if file.is_file() and file.suffix.lower() in suffixes)
     if not found:
-        raise InputError(f"{path}: this folder holds no recording")
+        raise unusable_file(path, "is a folder without a recording", RECORDING)
     return found
 
 

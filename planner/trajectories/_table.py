@@ -103,7 +103,8 @@ def _check_bytes(path: Path) -> None:
     lines = 0
     try:
         if not path.is_file():
-            raise _whole(path, f"there is no such file in {path.parent}")
+            what = "is a folder" if path.is_dir() else f"there is no such file in {path.parent}"
+            raise _whole(path, f"{what}; give a CSV of a flight, which `planner init --flight` begins")
         with path.open("rb") as stream:
             while chunk := stream.read(_CHUNK):
                 if b"\0" in chunk:

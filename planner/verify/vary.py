@@ -17,6 +17,7 @@ import yaml
 
 from planner.errors import InputError
 from planner.spec.places import did_you_mean
+from planner.units import UnitError, dimension_of
 
 MOST_POINTS = 10_000
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -41,10 +42,11 @@ class GridPoint:
     digest: str
 
 
-def variation(text: str, points: int) -> Variation:
+def variation(text: str, points: int, tree: Mapping[str, Any] | None = None) -> Variation:
     """`KEY=A..B` (evenly spaced, both ends) or `KEY=A,B,C`; a unit may stand at the end for all.
 
-    Raises InputError for anything else.
+    tree: of the spec; where the value there has another unit than the last of a list, the bare numbers of
+    the list could have either. Raises InputError for anything else.
     """
     key, equals, said = text.partition("=")
     if not equals or not key.strip() or not said.strip():
@@ -54,7 +56,8 @@ def variation(text: str, points: int) -> Variation:
         return Variation(key.strip(), _between(text, (found[1], found[2], found[3], found[4]), points))
     if ".." in said:
         raise InputError(f"--vary {text!r}: A and B must be numbers with a unit, e.g. 5..50m")
-    return Variation(key.strip(), _listed([part.strip() for part in said.split(",")], text))
+    own = _own_unit(tree or {}, key.strip())
+    return Variation(key.strip(), _listed([part.strip() for part in said.split(",")], text, own))
 
 
 def _between(text: str, ends: tuple[str, str, str, str], points: int) -> tuple[Any, ...]:
@@ -72,16 +75,51 @@ def _between(text: str, ends: tuple[str, str, str, str], points: int) -> tuple[A
     return tuple(dict.fromkeys(_value(f"{x:.10g}", unit) for x in values))
 
 
-def _listed(parts: Sequence[str], text: str) -> tuple[Any, ...]:
+def _listed(parts: Sequence[str], text: str, own: str) -> tuple[Any, ...]:
+    """own: the unit of the value in the spec; empty: none."""
     if any(not part for part in parts):
         raise InputError(f"--vary {text!r}: a value is missing between commas")
-    last = _VALUE.fullmatch(parts[-1])
-    unit = last[2] if last else ""
-    found = []
-    for part in parts:
-        match = _VALUE.fullmatch(part)
-        found.append(_value(match[1], match[2] or unit) if match else part)
+    matches = [_VALUE.fullmatch(part) for part in parts]
+    units = list(dict.fromkeys(match[2] for match in matches if match and match[2]))
+    bare = [match[1] for match in matches if match and not match[2]]
+    every = [unit for unit in dict.fromkeys([*units, own]) if unit]
+    possible = [unit for unit in every if units and _dimension(unit) == _dimension(units[0])]
+    if bare and len(possible) > 1:
+        raise InputError(_either(text, bare, possible))
+    unit = matches[-1][2] if matches[-1] else ""
+    found = [
+        _value(match[1], match[2] or unit) if match else part
+        for part, match in zip(parts, matches, strict=True)
+    ]
     return tuple(dict.fromkeys(found))
+
+
+def _either(text: str, bare: Sequence[str], units: Sequence[str]) -> str:
+    readings = " or ".join(", ".join(f"{number} {unit}" for number in bare) for unit in units)
+    return (
+        f"--vary {text!r}: the unit of {', '.join(bare)} is not clear; it could be {readings}: "
+        "write a unit behind every number"
+    )
+
+
+def _dimension(unit: str) -> str:
+    try:
+        return dimension_of(unit)
+    except UnitError:  # the spec's reader says it, of every value
+        return unit
+
+
+def _own_unit(tree: Any, key: str) -> str:
+    """The unit of the value that the spec has there; empty where there is none."""
+    path: Sequence[str] = key.split(".")
+    try:
+        while path:
+            here, path = _child(tree, path, key)
+            tree = tree[here]
+    except (InputError, LookupError):  # nothing there, or no such place, which the grid refuses
+        return ""
+    match = _VALUE.fullmatch(tree) if isinstance(tree, str) else None
+    return match[2] if match else ""
 
 
 def _value(number: str, unit: str) -> Any:

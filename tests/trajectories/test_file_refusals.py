@@ -68,7 +68,7 @@ def test_what_is_no_table_is_refused(content: str | bytes, says: str, tmp_path: 
 def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path) -> None:
     assert "no such file" in str(refused(tmp_path / "none.csv"))
     (tmp_path / "folder.csv").mkdir()
-    assert "no such file" in str(refused(tmp_path / "folder.csv"))
+    assert "is a folder" in str(refused(tmp_path / "folder.csv"))
 
 
 def test_all_faults_of_the_header_are_said_at_once(tmp_path: Path, rows: Array) -> None:

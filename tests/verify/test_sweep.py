@@ -59,6 +59,25 @@ def test_what_vary_does_not_mean(text):
         variation(text, 3)
 
 
+@pytest.mark.parametrize(
+    ("said", "own", "values"),
+    [
+        ("180,200,300m", "150 m", ("180 m", "200 m", "300 m")),
+        ("180 m,200 m,0.3km", "150 m", ("180 m", "200 m", "0.3 km")),
+        ("1,2,3km", None, ("1 km", "2 km", "3 km")),
+    ],
+)
+def test_bare_numbers_take_the_unit_that_the_list_and_the_spec_have(said, own, values):
+    tree = {"requirement": [{"limit": own} if own else {}]}
+    assert variation(f"requirement.0.limit={said}", 3, tree).values == values
+
+
+@pytest.mark.parametrize("said", ["180,200,0.3km", "0.3km,180,200", "180 km,200,300 m"])
+def test_bare_numbers_that_could_have_either_unit_are_refused_with_the_readings(said):
+    with pytest.raises(InputError, match=r"could be .*200 km.* or .*200 m|could be .*200 m.* or .*200 km"):
+        variation(f"requirement.0.limit={said}", 3, {"requirement": [{"limit": "150 m"}]})
+
+
 @settings(deadline=None, max_examples=30)
 @given(st.text(max_size=20))
 def test_any_text_is_a_variation_or_is_refused(text):
