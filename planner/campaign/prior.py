@@ -1,12 +1,13 @@
 """What couples the power-ons of a campaign: unknowns with a prior, so that the noise is block by power-on.
 
-Storage: over the days of the campaign every error walks at random, w(D) with variance s² D / 60 days. Its
-Karhunen-Loève modes over the campaign's length T, D = 0 … T,
+Storage: over the days of the campaign every error walks at random. What flies is where it stands at the end,
+so coefficients are those of the last power-on, on day T, and records of day D see them less the walk since:
 
-    w(D) = s √(T/60) Σ_k ξ_k √2 sin((k − ½) π D/T) / ((k − ½) π),   ξ_k ~ N(0, 1)
+    cov(w(D), w(D')) = s² (T − max(D, D')) / 60 days,   w(D) = s Σ_k ξ_k φ_k(D),   ξ_k ~ N(0, 1)
 
-carry 81, 90 and 93 % of it with one, two and three; what is left changes from power-on to power-on (Loève,
-Probability Theory II, 1978, 37.5).
+φ_k are the Karhunen-Loève modes on the days of the power-ons, as many as carry 99.5 % of it there, at most 8:
+three days have two modes at most, and of days spread evenly eight carry 97.5 % (Loève, Probability Theory II,
+1978, 37.5).
 References: level of the base and rate of the table of every bench, the mounting of every installation, the
 thermometer of every chamber, as accurate as the spec says (benches.*.accuracy). A thousand repeats do not
 learn more than the bench knows.
@@ -24,12 +25,13 @@ from planner.campaign.noise import budget_of, columns_of_errors
 from planner.campaign.power_ons import PowerOns
 from planner.measurement import ChannelModel, Parts, evaluate, sensed
 from planner.nouns.array import Array
-from planner.nouns.sensor import ErrorName
 from planner.spec.budget import STORAGE_DAYS
 from planner.spec.model import Spec
 from planner.spec.references import BenchAccuracy
 
-MODES = 3
+MODES = 8
+CARRIED = 0.995
+PLACES = 400  # days that are told apart
 WORTH = 1e-3  # share of the variance of the mean power-on, below which a walk over the campaign is nothing
 TURNING = float(np.radians(1.0))  # rad/s, far above the Earth's rate
 EARTH = 1e-6  # rad/s: a reference without the Earth's rate does not say where north is
@@ -38,12 +40,10 @@ HALF_KELVIN = 0.5
 
 @dataclass(frozen=True)
 class Shared:
-    """One unknown that the power-ons share: a reference by its name, or a mode (from 0) of a walk."""
+    """One unknown that the power-ons share: a reference by its name, or one mode of a walk."""
 
     name: str
-    error: ErrorName | None = None
-    term: str = ""
-    mode: int = 0
+    walk: bool = False
 
 
 @dataclass(frozen=True)
@@ -71,10 +71,10 @@ _Unknown = tuple[Shared, Array, float]
 
 
 def _storage(model: ChannelModel, parts: Parts, runs: PowerOns, spec: Spec) -> Iterator[_Unknown]:
-    day = runs.on_day - min(0.0, float(np.min(runs.on_day, initial=0.0)))
-    span = float(day.max(initial=0.0))
-    if span <= 0.0:
+    modes = np.repeat(walk_modes(runs.conditions.day[runs.starts]), runs.sizes, axis=0)
+    if not modes.size:
         return
+    span = np.ptp(runs.on_day)
     for (error, term), z in columns_of_errors(model, parts).items():
         budget = budget_of(spec.unit, error)
         if budget is None or budget.storage_sigma <= 0.0:
@@ -82,15 +82,25 @@ def _storage(model: ChannelModel, parts: Parts, runs: PowerOns, spec: Spec) -> I
         walked = budget.storage_sigma**2 * span / STORAGE_DAYS
         if walked <= WORTH * budget.run_to_run_largest**2 / max(float(runs.counts.sum()), 1.0):
             continue
-        for k in range(MODES):
-            unknown = Shared(f"storage of {error} {term}, mode {k + 1}", error, term, k)
-            yield unknown, z * walk_mode(k, day / span), float(np.sqrt(walked))
+        for k, mode in enumerate(modes.T):
+            unknown = Shared(f"storage of {error} {term}, mode {k + 1}", walk=True)
+            yield unknown, z * mode, budget.storage_sigma
 
 
-def walk_mode(k: int, share: Array) -> Array:
-    """The k-th mode (from 0) of a walk of unit variance at its end, at shares 0 … 1 of the way."""
-    phase = (k + 0.5) * np.pi
-    return np.asarray(np.sqrt(2.0) * np.sin(phase * share) / phase)
+def walk_modes(day: Array) -> Array:
+    """(g, k) modes φ of a walk back from the last of the days (g,), of unit variance over STORAGE_DAYS."""
+    ago = np.max(day, initial=-np.inf) - day
+    span = float(np.max(ago, initial=0.0))
+    if span <= 0.0:
+        return np.empty((len(day), 0))
+    places, at = np.unique(np.round(ago / span * PLACES), return_inverse=True)
+    back = places * (span / PLACES / STORAGE_DAYS)
+    often = np.sqrt(np.bincount(at))
+    value, vector = np.linalg.eigh(often[:, None] * np.minimum.outer(back, back) * often)
+    value, vector = value[::-1], vector[:, ::-1]
+    enough = int(np.searchsorted(np.cumsum(value), CARRIED * value.sum())) + 1
+    kept = slice(min(enough, MODES))
+    return np.asarray((vector[:, kept] * np.sqrt(value[kept]) / often[:, None])[at])
 
 
 # ---------------------------------------------------------------- references

@@ -14,10 +14,9 @@ import numpy as np
 from planner.campaign.design import design
 from planner.campaign.model import Campaign, campaign
 from planner.campaign.power_ons import of_design
-from planner.campaign.prior import walk_mode
 from planner.information.drawn import DRAWS as FLIGHTS
 from planner.information.drawn import drawn_quantile, length_of_share
-from planner.information.in_flight import Asked, Days
+from planner.information.in_flight import Asked
 from planner.information.kinds import Kind, Kinds, channel_kinds
 from planner.information.model_of import Flight, asked_of, promise_of
 from planner.information.promise import Promise
@@ -25,7 +24,6 @@ from planner.nouns.array import Array
 from planner.nouns.choices import Campaign as Choice
 from planner.nouns.choices import TestVisits
 from planner.nouns.step import Step
-from planner.plan.flight_response import Flying
 from planner.plan.schedule_to_steps import steps
 from planner.protocols import Sensor
 from planner.solvers.gaussian_length import exceedance
@@ -38,13 +36,13 @@ SETTLED = 1e-7
 class Foreseen:
     """What a campaign promises. families: name -> (requirements,) quantile or rms, SI; infinite: undetermined
 
-    promise, counts: the model and the campaign (1, g) in it; days: over which each term walks unseen
+    promise, counts: the model and the campaign (1, g) in it; days: from its end to the flight
     """
 
     families: Mapping[str, tuple[float, ...]]
     promise: Promise
     counts: Array
-    days: Days
+    days: float
 
     @property
     def figures(self) -> Array:
@@ -70,12 +68,12 @@ def quickly(flight: Flight, promise: Promise, counts: Array) -> Foreseen:
     """The promise of counts (1, g) by the search's figures: nothing walks while the campaign lasts."""
     stored, figures = flight.in_store(0.0), promise.figures(counts)[0]
     each = zip(promise.families, figures, strict=True)
-    return Foreseen({name: tuple(map(float, row)) for name, row in each}, promise, counts, lambda f: stored)
+    return Foreseen({name: tuple(map(float, row)) for name, row in each}, promise, counts, stored)
 
 
 def foreseen_of(flight: Flight, made: Campaign, draws: int = FLIGHTS) -> Foreseen:
     """The promise of a campaign on the spec's flights; draws: flights for a quantile."""
-    days = _days(flight, made)
+    days = flight.in_store(float(made.runs.on_day.max(initial=0.0)))
     wanted = asked_of(flight, exact=True, days=days)
     promise = promise_of(flight, _kinds(made), wanted)
     counts = made.runs.counts[None]
@@ -92,22 +90,6 @@ def _kinds(made: Campaign) -> Kinds:
     degc = made.runs.conditions.temperature_degc[made.runs.starts]
     kinds = tuple(Kind("", round(float(t), 6)) for t in degc)
     return Kinds(kinds, tuple(map(channel_kinds, made.channels.values())))
-
-
-def _days(flight: Flight, made: Campaign) -> Days:
-    """Days over which an error walks that no mode of the campaign carries."""
-    span = float(made.runs.on_day.max(initial=0.0))
-    carried: dict[tuple[object, str], float] = {}
-    for c in made.channels.values():
-        for u in c.prior.unknowns:
-            if u.error is not None:
-                key = (u.error, u.term)
-                carried[key] = carried.get(key, 0.0) + float(walk_mode(u.mode, np.array(1.0))) ** 2
-
-    def days(f: Flying) -> float:
-        return span * (1.0 - carried.get((f.error, f.term), 0.0)) + flight.in_store(span)
-
-    return days
 
 
 def laid_out(flight: Flight, visits: Sequence[TestVisits]) -> tuple[Step, ...]:

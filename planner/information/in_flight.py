@@ -8,7 +8,7 @@ None of it depends on the campaign, so it is made once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,9 +45,6 @@ class Asked:
     own: Array
 
 
-Days = Callable[[Flying], float]
-
-
 def asked(
     index: int,
     spec: Spec,
@@ -55,11 +52,11 @@ def asked(
     start_degc: Array,
     weights: Array | None,
     thinned: int,
-    days: Days,
+    days: float,
 ) -> Asked:
     """A requirement of a spec on flights that start at temperatures (S,), for at most `thinned` instants.
 
-    days: over which an error walks in store that the campaign knows nothing of
+    days: from the campaign's end, over which errors walk in store
     """
     wanted = spec.requirement[index]
     components, instants = response.of(wanted)
@@ -102,7 +99,7 @@ def _thinned(instants: Sequence[int], most: int) -> list[int]:
     return [instants[round(float(p))] for p in place]
 
 
-def drawn_by_flights(spec: Spec, response: FlightResponse, J: Array, along: Array, days: Days) -> Array:
+def drawn_by_flights(spec: Spec, response: FlightResponse, J: Array, along: Array, days: float) -> Array:
     """(S, I, c, I, c) by power-on, drift and storage, each flight's own."""
     at = response.moments
     apart = np.abs(at[:, None] - at[None, :])
@@ -110,7 +107,7 @@ def drawn_by_flights(spec: Spec, response: FlightResponse, J: Array, along: Arra
     for i, f in enumerate(response.flying):
         if not np.any(J[:, :, i]):
             continue
-        still, drawn = drawn_in_flight(spec, f, along, apart, days(f))
+        still, drawn = drawn_in_flight(spec, f, along, apart, days)
         total += np.einsum("xak,kl,ybl->xayb", J[:, :, i], still, J[:, :, i], optimize=True)
         if drawn is not None:
             total += np.einsum("xak,skl,ybl->sxayb", J[:, :, i], drawn, J[:, :, i], optimize=True)

@@ -19,7 +19,6 @@ from planner.campaign.channel_model import EXCITED, EXCITING
 from planner.campaign.model import ChannelCampaign, campaign
 from planner.campaign.noise import columns_of_errors
 from planner.campaign.power_ons import PowerOns
-from planner.campaign.prior import walk_mode
 from planner.measurement import sensed
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
@@ -54,8 +53,7 @@ class ChannelKinds:
     """One channel of all kinds. b terms, q shared references, g kinds.
 
     information: (g, b + q, b + q) of one power-on
-    sigma: (q,) of the references and of walks over the campaign's days; walks: for each of these its place
-    among the q, its term, and what of it is left in flight
+    sigma: (q,) of the references and of walks over the campaign's days
     references: (q,) names of the references, which other channels have in common; empty: a walk of its own
     rows: (n, b) columns without weights, inputs: (n,) their |u|, starts: (g,) first row of each kind
     """
@@ -65,7 +63,6 @@ class ChannelKinds:
     terms: tuple[Term, ...]
     information: Array
     sigma: Array
-    walks: tuple[tuple[int, int, float], ...]
     references: tuple[str, ...]
     rows: Array
     inputs: Array
@@ -150,18 +147,11 @@ def channel_kinds(c: ChannelCampaign) -> ChannelKinds:
         tuple(_terms(c, list(columns))),
         np.asarray(np.add.reduceat(products, c.runs.starts, axis=0)),
         c.prior.sigma,
-        tuple(_walks(c, list(columns))),
-        tuple(u.name if u.error is None else "" for u in c.prior.unknowns),
+        tuple("" if u.walk else u.name for u in c.prior.unknowns),
         rows,
         u,
         c.runs.starts,
     )
-
-
-def _walks(c: ChannelCampaign, columns: Sequence[tuple[ErrorName, str]]) -> Iterator[tuple[int, int, float]]:
-    for j, u in enumerate(c.prior.unknowns):
-        if u.error is not None:
-            yield j, list(columns).index((u.error, u.term)), float(walk_mode(u.mode, np.array(1.0)))
 
 
 def _terms(c: ChannelCampaign, columns: Sequence[tuple[ErrorName, str]]) -> Iterator[Term]:

@@ -10,7 +10,7 @@ import numpy as np
 from planner import catalog
 from planner.campaign.noise import budget_of
 from planner.information.curves import Curves
-from planner.information.in_flight import SCENARIOS, Asked, Days, asked
+from planner.information.in_flight import SCENARIOS, Asked, asked
 from planner.information.kinds import Kinds, kinds_of
 from planner.information.offers import Offers, offered, offers_of
 from planner.information.promise import Promise
@@ -90,18 +90,17 @@ def scenarios(
     return low + (np.arange(count) + 0.5) * (high - low) / count, np.full(count, 1.0 / count)
 
 
-def asked_of(flight: Flight, *, exact: bool, days: Days | None = None) -> tuple[Asked, ...]:
+def asked_of(flight: Flight, *, exact: bool, days: float | None = None) -> tuple[Asked, ...]:
     """Every requirement of the spec in flight; exact: at all its instants and more temperatures.
 
-    days: over which an error walks unseen; left out: those in store
+    days: from the campaign's end to the flight; left out: of one that takes no time
     """
     spec, found = flight.spec, []
-    stored = flight.in_store(0.0)
+    stored = flight.in_store(0.0) if days is None else days
     for index, wanted in enumerate(spec.requirement):
         start, weights = scenarios(spec, wanted, flight.response, SCENARIOS if exact else QUICK_SCENARIOS)
         instants = _looked_at(flight, wanted) if exact else QUICK_INSTANTS
-        walked = days or (lambda f: stored)
-        found.append(asked(index, spec, flight.response, start, weights, instants, walked))
+        found.append(asked(index, spec, flight.response, start, weights, instants, stored))
     return tuple(found)
 
 

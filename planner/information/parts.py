@@ -1,9 +1,9 @@
 """What is left of every error in flight, part by part, and which error makes how much of each requirement.
 
 Marginal sigmas of each error's largest term, root mean square over the flight's temperatures: the flight's
-own power-on and drift; `storage`, the walk over the days of the campaign and in store; `estimate`, what the
-campaign's noise leaves of the coefficients; `temperature`, what tables miss of the curves. The
-covariance of all terms stands beside them.
+own power-on and drift; `storage`, the walk in store after the campaign; `estimate`, what noise, references
+and the walk during the campaign leave of the coefficients as they are at its end; `temperature`, what tables
+miss of the curves. The covariance of all terms stands beside them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import numpy as np
 from planner.campaign.noise import budget_of
 from planner.information.exact import Foreseen
 from planner.information.in_flight import Asked, collapsed, drawn_by_flights, drawn_in_flight
-from planner.information.kinds import ChannelKinds
 from planner.information.model_of import Flight
 from planner.information.promise import Promise
 from planner.information.smooth import Moments
@@ -26,7 +25,6 @@ from planner.plan.flight_response import Flying
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
 ROUNDING = 1e-12  # of a variance
-STANDING = 1e-6  # of a walk: nothing beside any noise
 
 
 @dataclass(frozen=True)
@@ -51,15 +49,14 @@ def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
     noise, whole = (
         np.tensordot(weights, _left(promise, each, moments, found.counts), 1) for moments in ({}, curves)
     )
-    still = np.tensordot(weights, _left(_without_walks(promise), each, {}, found.counts), 1)
-    own = {f: _own(flight, f, a, weights, found.days(f)) for f in promise.flying}
+    own = {f: _own(flight, f, a, weights, found.days) for f in promise.flying}
     variances = {
         f: {
             "run_to_run": own[f]["run_to_run"],
             "in_run": own[f]["in_run"],
-            "storage": own[f]["storage"] + _above(noise[i, i], still[i, i]),
+            "storage": own[f]["storage"],
             "temperature": _above(whole[i, i], noise[i, i]),
-            "estimate": max(min(noise[i, i], still[i, i]), 0.0) + own[f]["uncalibrated"],
+            "estimate": max(noise[i, i], 0.0) + own[f]["uncalibrated"],
         }
         for i, f in enumerate(promise.flying)
     }
@@ -76,18 +73,6 @@ def _above(whole: float, noise: float) -> float:
     """The rest of a variance; what rounding leaves of it is nothing."""
     rest = whole - noise
     return float(rest) if rest > ROUNDING * whole else 0.0
-
-
-def _without_walks(promise: Promise) -> Promise:
-    """The same campaigns if nothing walked over their days."""
-    channels = tuple(_standing(c) for c in promise.kinds.channels)
-    return replace(promise, kinds=replace(promise.kinds, channels=channels))
-
-
-def _standing(c: ChannelKinds) -> ChannelKinds:
-    sigma = c.sigma.copy()
-    sigma[[place for place, _, _ in c.walks]] *= STANDING
-    return replace(c, sigma=sigma)
 
 
 def left_by_campaign(promise: Promise, counts: Array, requirement: int, family: str) -> Array:

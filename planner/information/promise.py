@@ -205,7 +205,7 @@ class _Group:
 class _Seen:
     """A group of channels as one view sees it. response: term -> (a, ρ, m); moments: term -> (families, N, N)
 
-    of_kind: (g,), of_flight: (S, m) places among the points; walks: as of `ChannelKinds`
+    of_kind: (g,), of_flight: (S, m) places among the points
     smooth: term -> the error as which its table is read smoothly
     """
 
@@ -214,7 +214,6 @@ class _Seen:
     moments: Mapping[int, Array]
     of_kind: NDArray[np.intp]
     of_flight: NDArray[np.intp]
-    walks: tuple[tuple[int, int, float], ...]
     smooth: Mapping[int, tuple[Smooth, tuple[Sensor, str]]]
 
     def left(self, found: Told, R: Array, families: Sequence[int]) -> Array:
@@ -262,9 +261,6 @@ class _Seen:
                 h = smooth.weights(error, self.temperature_degc.ravel(), nodes, noise)
             R[..., found.places[i]] = J[:, None, None] @ h.reshape(*h.shape[:-2], S, m, -1)
         end = found.places[-1].stop
-        for j, i, left in self.walks:
-            if i in self.response:
-                R[..., end + j] = left * self.response[i].sum(axis=2)[:, None, None, :]
         R[..., :end] *= ~found.undetermined[:, :, None, None, :end]
         return R
 
@@ -363,7 +359,6 @@ def _group(promise: Promise, g: Alike) -> _Group:
             moments,
             promise.places(g.degc),
             promise.places(v.temperature_degc),
-            g.first.walks,
             smooth,
         )
         for v in promise._views

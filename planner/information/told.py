@@ -93,7 +93,7 @@ def alike(channels: Sequence[ChannelKinds], degc: Array) -> list[Alike]:
         terms = tuple((t.error, t.tabled, t.driven) for t in c.terms)
         which, shows = c.shows
         driven = shows[which[:, None], which].tobytes()
-        groups.setdefault((terms, driven, c.sigma.tobytes(), c.walks), []).append(c)
+        groups.setdefault((terms, driven, c.sigma.tobytes(), c.references), []).append(c)
     return [Alike(tuple(g), np.stack([c.information for c in g]), degc) for g in groups.values()]
 
 
@@ -176,7 +176,6 @@ def _told(
         M = _joined(M, common)
     C, inflated = _inverse(M)
     gains = {i: C[..., :P, :] @ np.swapaxes(JQ[:, :, :, i, :], 2, 3) for i in curved}
-    C[..., P:, P:] = np.diag(c.sigma**2)  # what is flown of a walk is the walk, not its estimate's error
     own = tuple((driven if x.driven else nodes) if x.tabled else None for x in c.terms)
     return Told(which, kinds, C, gains, inflated > UNSEEN, places, own)
 

@@ -2,11 +2,11 @@
 
 The variances are the spec's: per power-on, the draw of every budgeted error over the records, its in-run
 drift of correlation exp(−|Δt|/τ), and white noise ∝ 1/duration; references of the bench that err are
-unknowns with a prior. Whitening and the design's inverse are worked out once, P = (XᵀV⁻¹X)⁻¹XᵀV⁻¹; every unit
-then costs matrix products, θ ← θ + P (y − ŷ(θ)), which is Gauss-Newton with the Jacobian at zero: it
-contracts by κ, 0.5 % a round. Where the records hardly determine a coefficient it need not contract; then the
-first, linear solution stays, which is as useless as any that fits. `planner calibrate` finds the variances in
-each unit's data instead.
+unknowns with a prior, and so are the steps of a walk in store, back from the last power-on. Whitening and the
+design's inverse are worked out once, P = (XᵀV⁻¹X)⁻¹XᵀV⁻¹; every unit then costs matrix products,
+θ ← θ + P (y − ŷ(θ)), which is Gauss-Newton with the Jacobian at zero: it contracts by κ, 0.5 % a round. Where
+the records hardly determine a coefficient it need not contract; then the first, linear solution stays, which
+is as useless as any that fits. `planner calibrate` finds the variances in each unit's data instead.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import SENSORS, Group, Sensor
+from planner.spec.budget import STORAGE_DAYS
 from planner.verify.chance import Chance
 from planner.verify.declared import INPUT, Declared, declared, sensed
 from planner.verify.draws import DrawnError, Unit, generator
@@ -31,6 +32,9 @@ from planner.verify.smooth import LINES, Tables
 
 _ROUNDS = 5  # 0.5 % of scale factor to the fifth is nothing
 _LEAST_WHITE = 1e-8  # of what power-ons scatter: records without noise must not make V singular
+_STEPS = 16  # of the campaign's days, at most, by which errors walk
+_NOTHING = 1e-3  # share of the variance of the mean power-on, below which a walk is nothing
+_LEAST_BESIDE_WALKS = 1e-6  # of what walks add: a perfect sensor's records would tell anything from anything
 _QUIET = 1e-12  # SI: what stands for the noise of records that have none
 _RANK = 1e-11  # of the largest singular value of columns of unit length: below is rounding
 _TOUCHED = 1e-6  # share of a coefficient in a combination that no record sees
@@ -113,9 +117,11 @@ def _estimator(
             f"{len(X)} records of the plan cannot give the {X.shape[1]} coefficients of {model.sensor} "
             f"{''.join('xyz'[c] for c in model.channels)}; plan more records, or declare fewer effects"
         )
-    roots = _roots(model, records, unit, chance)
+    walked = _walked(model, records, unit)
+    least = _LEAST_BESIDE_WALKS * sum(float(np.mean(w**2)) for w in walked)
+    roots = _roots(model, records, unit, chance, least)
     rows = [_rows(run, len(model.channels)) for run in records.runs]
-    shared = [d.sigma * getattr(d, INPUT[model.sensor])[:, model.channels].ravel() for d in off]
+    shared = [d.sigma * getattr(d, INPUT[model.sensor])[:, model.channels].ravel() for d in off] + walked
     both = np.column_stack([X, *(column for column in shared if column.any())])
     white = np.concatenate([np.linalg.solve(root, both[r]) for root, r in zip(roots, rows, strict=True)])
     inverse, undetermined = _inverse(white, X.shape[1])
@@ -152,12 +158,13 @@ def _inverse(white: Array, p: int) -> tuple[Array, NDArray[np.bool_]]:
 # ---------------------------------------------------------------- variances by the spec
 
 
-def _roots(model: Declared, records: Records, unit: Unit, chance: Chance) -> list[Array]:
+def _roots(model: Declared, records: Records, unit: Unit, chance: Chance, beside_walks: float) -> list[Array]:
     """Cholesky factor of every power-on's V, its rows record by record, channels side by side."""
     c = records.conditions
     columns = _scattered(model, records, unit)
     by_day = any("day" in catalog.effects()[e].needs for (s, e) in unit.budgets if s == model.sensor)
-    least = _LEAST_WHITE * sum(float(np.mean((x * s[:, None, None]) ** 2)) for x, s, _, _, _ in columns)
+    between = sum(float(np.mean((x * s[:, None, None]) ** 2)) for x, s, _, _, _ in columns)
+    least = max(_LEAST_WHITE * between, beside_walks)
     known: dict[bytes, Array] = {}
     found = []
     for run in records.runs:
@@ -168,6 +175,32 @@ def _roots(model: Declared, records: Records, unit: Unit, chance: Chance) -> lis
             V = _of_run(run, columns, records, noise, len(model.channels))
             known[key] = np.asarray(np.linalg.cholesky(V), dtype=np.float64)
         found.append(known[key])
+    return found
+
+
+def _walked(model: Declared, records: Records, unit: Unit) -> list[Array]:
+    """(n c,) what the records see of every step of every error's walk; none where power-ons scatter far more.
+
+    A record sees the steps after it, with their sign turned: what is estimated is the value of the last day.
+    """
+    ago = np.max(records.on_day) - records.on_day
+    span = float(ago.max())
+    if span <= 0.0:
+        return []
+    bins, at = np.unique(ago, return_inverse=True)
+    if len(bins) > _STEPS:
+        bins, at = np.unique(np.round(ago / span * _STEPS), return_inverse=True)
+    middle = np.bincount(at, ago) / np.bincount(at)
+    before = at[:, None] >= np.arange(len(bins))
+    width = np.diff(middle, prepend=0.0) / STORAGE_DAYS
+    found = []
+    for (sensor, effect), b in unit.budgets.items():
+        walked = b.storage_sigma**2 * span / STORAGE_DAYS
+        if sensor != model.sensor or walked <= _NOTHING * b.run_to_run_largest**2 / len(records.runs):
+            continue
+        x = catalog.effects()[effect].regressors(sensor, records.conditions)[:, list(model.channels)]
+        steps = b.storage_sigma * before * np.sqrt(width)
+        found += [*np.einsum("nct,ns->tsnc", x, steps).reshape(-1, x.shape[0] * x.shape[1])]
     return found
 
 

@@ -61,8 +61,9 @@ class Exposed:
 class DrawnError:
     """One budgeted error of B units, t terms, SI.
 
-    constant: (B, t); grid: (G,) and curve: (B, t, G), None without one; records: (B, n, t) in every record
-    run_to_run, in_run: (B, K, t) in the flight, which is a power-on of its own; storage: (B, t) on its day
+    constant: (B, t) at the campaign's end; grid: (G,) and curve: (B, t, G), None without one
+    records: (B, n, t) in every record; storage: (B, t) since then, on the flight's day
+    run_to_run, in_run: (B, K, t) in the flight, which is a power-on of its own
     """
 
     sensor: Sensor
@@ -121,11 +122,11 @@ def _drawn(
         records += np.moveaxis(along(made.temperature_degc, grid, curve), 1, 2)
     records += _of_runs(budget, made, shape, rng("run_to_run"))
     bench, in_run = _in_run(budget, made, shape, rng("in_run"))
-    stored, storage = _storage(budget, made, shape, rng("storage"))
+    stored, until, storage = _storage(budget, made, shape, rng("storage"))
     records += bench
     records += stored
     own = _of_flight(budget, made.flight, shape, rng("flight"))
-    return DrawnError(sensor, effect, terms, constant, grid, curve, records, own, in_run, storage)
+    return DrawnError(sensor, effect, terms, constant + until, grid, curve, records, own, in_run, storage)
 
 
 def _sizes(budget: ErrorBudget, shape: tuple[int, int], chance: Chance, rng: np.random.Generator) -> Array:
@@ -221,13 +222,14 @@ def gauss_markov(
 
 def _storage(
     budget: ErrorBudget, made: Campaign, shape: tuple[int, int], rng: np.random.Generator
-) -> tuple[Array | float, Array]:
-    """In the records (B, n, t), and on the flight's day (B, t): one walk from zero on day 0."""
+) -> tuple[Array | float, Array | float, Array]:
+    """One walk from zero on day 0: in the records (B, n, t), on their last day, and after it (B, t)."""
     sigma = budget.storage_sigma
     if sigma <= 0:
-        return 0.0, np.zeros(shape)
+        return 0.0, 0.0, np.zeros(shape)
     days, index = np.unique(made.records.on_day, return_inverse=True)
     last = max(made.flight.day, float(days[-1]))
     width = np.sqrt(np.diff(np.concatenate([[0.0], days, [last]])) / STORAGE_DAYS)
     walk = np.cumsum(width[None, :, None] * rng.normal(size=(shape[0], len(width), shape[1])), axis=1)
-    return sigma * walk[:, :-1][:, index], sigma * walk[:, -1]
+    end = walk[:, -2]
+    return sigma * walk[:, :-1][:, index], sigma * end, sigma * (walk[:, -1] - end)

@@ -76,6 +76,11 @@ class Foresight:
         width = np.diff(np.concatenate([[0.0], days, [max(self.day, days[-1])]])) / STORAGE_DAYS
         return _through(np.swapaxes(later, 1, 2), np.diag(width))
 
+    def stored(self, own: Array) -> Array:
+        """(R, R) of the same walk after the last day of the records alone."""
+        flown = own.sum(axis=1)
+        return np.asarray(flown @ flown.T * max(self.day - self.estimates.days[-1], 0.0) / STORAGE_DAYS)
+
 
 @dataclass(frozen=True)
 class Seen:
@@ -100,7 +105,9 @@ class Seen:
             budget = f.unit.budgets[error]
             constant = own.sum(axis=1) - G @ f.estimates.constant[error]
             found["estimate"] += budget.systematic_size**2 / 3.0 * constant @ constant.T
-            found["storage"] += budget.storage_sigma**2 * f.walked(G, error, own)
+            stored = budget.storage_sigma**2 * f.stored(own)
+            found["storage"] += stored
+            found["estimate"] += budget.storage_sigma**2 * f.walked(G, error, own) - stored
             apart = np.abs(np.subtract.outer(f.time, f.time))
             drift = budget.in_run_sigma**2 * np.exp(-apart / budget.in_run_time)
             found["in_run"] += _through(own, drift)

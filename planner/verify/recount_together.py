@@ -2,8 +2,8 @@
 
 σ is the standard error by verify's own least squares over the records: those of the plan's steps where it is
 made by hand, else one power-on of every test at the middle of the range; n the fewest repeats of a test that
-calibrates the error. s is never less than the run-to-run. The walk over the days of the campaign adds
-P cov(w) Pᵀ, cov(w) = s² min(D, D′) / 60 days, P the weights of the records.
+calibrates the error. s is never less than the run-to-run. The least squares weighs the walk over the days of
+the campaign, too.
 """
 
 from __future__ import annotations
@@ -13,14 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from planner import catalog
 from planner.errors import InputError
-from planner.nouns.array import Array
 from planner.protocols import SENSORS
-from planner.spec.budget import STORAGE_DAYS
 from planner.spec.model import Spec
 from planner.spec.motions import motions_of
-from planner.verify.calibrations import Estimator, estimators
+from planner.verify.calibrations import estimators
 from planner.verify.chance import Chance
 from planner.verify.draws import unit_of
 from planner.verify.findings import Document
@@ -59,25 +56,10 @@ def _sigmas(records: Records, spec: Spec) -> dict[str, float]:
         return found
     for sensor, several in made.items():
         for e in several:
-            sigmas = np.sqrt(e.error**2 + _walked(e, records, spec))
-            error = np.where(e.undetermined, np.inf, sigmas)
+            error = np.where(e.undetermined, np.inf, e.error)
             for column, sigma in zip(e.model.columns, error.tolist(), strict=True):
                 name = f"{sensor}.{column.effect}"
                 found[name] = max(found.get(name, 0.0), sigma)
-    return found
-
-
-def _walked(e: Estimator, records: Records, spec: Spec) -> Array:
-    """(p,) variance that the walks of the sensor's errors over the days add to its estimates."""
-    day, several = records.on_day, list(e.model.channels)
-    shared = np.minimum.outer(day, day) / STORAGE_DAYS
-    weights = e.inverse.reshape(len(e.inverse), len(records), len(several))
-    found = np.zeros(len(e.inverse))
-    for effect, budget in getattr(spec.unit, e.model.sensor).items():
-        if budget.storage_sigma > 0.0:
-            x = catalog.effects()[effect].regressors(e.model.sensor, records.conditions)[:, several]
-            on_days = np.einsum("pnc,nct->ptn", weights, x)
-            found += budget.storage_sigma**2 * np.einsum("ptn,nm,ptm->p", on_days, shared, on_days)
     return found
 
 
