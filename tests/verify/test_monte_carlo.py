@@ -44,7 +44,7 @@ def test_the_estimator_is_generalised_least_squares_of_the_dense_covariance(name
     """P = (XᵀV⁻¹X)⁻¹XᵀV⁻¹ with the oracle's V, which knows neither runs nor kinds of power-ons.
 
     V has the walk back from the last day, too: what is estimated is the value that flies. With a step of the
-    walk for every day of a power-on; the few that are taken of many power-ons change a standard error by 1e-4.
+    walk for every day of a power-on; the few that are taken of many change a standard error by 1e-4.
     """
     e = prepared_experiment(name)
     monkeypatch.setattr(calibrations, "_STEPS", 1000)
