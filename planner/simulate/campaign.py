@@ -35,8 +35,9 @@ from planner.simulate.temperature_curves import CurveFamily
 from planner.spec.budget import ErrorBudget
 from planner.spec.curve_names import FamilyName
 from planner.spec.model import Spec
+from planner.spec.noise_density import USUAL
 from planner.spec.references import BenchAccuracy
-from planner.units import STANDARD_GRAVITY_MPS2
+from planner.units import unit_factor
 
 
 @dataclass(frozen=True)
@@ -53,10 +54,7 @@ class Settings:
     """
 
     white: Mapping[Sensor, float] = field(
-        default_factory=lambda: {
-            "gyro": float(np.radians(0.003)),
-            "accelerometer": 1e-4 * STANDARD_GRAVITY_MPS2,
-        }
+        default_factory=lambda: {s: value * unit_factor(unit)[0] for s, (value, unit) in USUAL.items()}
     )
     in_run_time: float | None = None
     temperature_jitter: float = 0.05

@@ -9,13 +9,18 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from typing import Annotated
 
 from pydantic import BeforeValidator, Field
 
 from planner.errors import Unfit
+from planner.protocols import Sensor
 from planner.quantities import NUMBER_PATTERN, schema
 from planner.units import UnitError, to_si
+
+USUAL: Mapping[Sensor, tuple[float, str]] = {"gyro": (0.003, "deg/s"), "accelerometer": (1e-4, "g")}
+"""Of a small unit, per root hertz: what `planner simulate` has where a spec says nothing."""
 
 _ROOT = re.compile(r"(.+?)/\s*(?:sqrt\s*\(\s*(Hz|hz|h|hr|s)\s*\)|√\s*\(?\s*(Hz|hz|h|hr|s)\s*\)?)\s*")
 _SECONDS = {"s": 1.0, "h": 3600.0, "hr": 3600.0}

@@ -8,6 +8,7 @@ from planner.spec.rules_alignment import initial_alignment
 from planner.spec.rules_benches import benches
 from planner.spec.rules_flight_temperature import flight_temperatures
 from planner.spec.rules_method import method
+from planner.spec.rules_noise import noise
 from planner.spec.rules_plan import plan
 from planner.spec.rules_ramps import ramps
 from planner.spec.rules_recalibration import recalibration
@@ -32,6 +33,7 @@ def review(sheet: Review) -> None:
         sensitivities,
         effects_declared,
         budgets,
+        noise,
         benches,
         tests,
         ramps,

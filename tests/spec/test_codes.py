@@ -45,7 +45,8 @@ def found(fragment: str) -> set[str]:
 @pytest.mark.parametrize("rule", SHOWN, ids=[rule.code for rule in SHOWN])
 def test_the_examples_of_a_rule_break_it_and_keep_it(rule: Rule) -> None:
     assert rule.code in found(rule.wrong)
-    assert not rule.right or found(rule.right) <= {"P243", "P311", "P312"}  # an error more, by an example
+    beside = {"P243", "P311", "P312", "P332"}  # an error more, or a smaller one, by an example
+    assert not rule.right or found(rule.right) <= beside - {rule.code}
 
 
 def test_every_code_is_explained_and_every_explanation_is_of_use() -> None:

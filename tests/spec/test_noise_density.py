@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 
@@ -82,3 +83,15 @@ def test_the_simulation_takes_the_specs_noise_for_the_sensors_that_have_it() -> 
     white = settings_of(loaded(with_noise("0.06 deg/sqrt(h)")).spec).white
     assert white["gyro"] == pytest.approx(math.radians(0.001))
     assert white["accelerometer"] == Settings().white["accelerometer"]
+
+
+@pytest.mark.parametrize(
+    ("record", "noise", "remarks"),
+    [("10 s", "", 0), ("2 s", "", 1), ("2 s", "0.01 deg/sqrt(h)", 0), ("2 s", "0 deg/sqrt(h)", 0)],
+)
+def test_short_records_without_a_word_of_noise_are_remarked(record: str, noise: str, remarks: int) -> None:
+    """0.003 deg/s/√Hz is half of 0.002 deg/s after 9 s; what the spec gives, a zero too, is counted."""
+    text = with_noise(noise) if noise else EXAMPLE
+    made = loaded(re.sub(r"record: [^,\n]*", f"record: {record}", text))
+    said = [w.message for w in made.warnings if w.code == "P332" and "gyro" in w.message]
+    assert len(said) == 2 * remarks  # of both tests that calibrate its bias
