@@ -27,6 +27,7 @@ from planner.recordings.guess_units import (
     whole_numbers,
     windows_of,
 )
+from planner.recordings.recording import DWELL_NAMES, already_dwells
 from planner.units import UnitError, dimension_of, unit_factor
 
 CHECK = "CHECK"
@@ -61,6 +62,9 @@ def guessed_map(paths: Sequence[Path]) -> str:
     Raises InputError when a file cannot be read, or shows neither gyros nor accelerometers.
     """
     files = [one for path in paths for one in _looked_at(Path(path))]
+    for one in files:
+        if set(DWELL_NAMES) <= set(one.seen.names):
+            raise InputError(already_dwells(paths[0]))
     acc = next((f for f in files if f.roles.acc), None)
     gyro = next((f for f in files if f.roles.gyro), None)
     first = next((f for f in files if f is gyro or f is acc), None)

@@ -296,9 +296,14 @@ def _with(samples: Samples, other: Samples, keys: tuple[str, ...]) -> Samples:
     return replace(samples, values=values, reference=reference, temperature_degc=degc, good=good)
 
 
+def already_dwells(path: Path) -> str:
+    """What is wrong with a dwell table as a recording."""
+    return f"{path} is a dwell table already; `planner calibrate` and `planner diagnose` take it"
+
+
 def _which(path: Path, names: tuple[str, ...]) -> str:
     if set(DWELL_NAMES) <= set(names):
-        return f"{path} is a dwell table already; `planner calibrate` and `planner diagnose` take it"
+        return already_dwells(path)
     like = "gyro: {x: …, y: …, z: …, unit: deg/s}"
     return (
         f"{path}: say with --columns which column is what, as in `{like}`; `planner reduce --guess {path}` "

@@ -6,6 +6,7 @@ What a call does is what `planner` does: its own process, folder, environment, s
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import socket
@@ -13,6 +14,12 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
+SLOW = (
+    *("planner.cli", "planner.pipelines.data", "planner.pipelines.diagnosing", "planner.pipelines.planning"),
+    *("planner.pipelines.promise", "planner.pipelines.recordings", "planner.pipelines.sweep"),
+    *("planner.report.page", "planner.report.charts.theme", "matplotlib.backends.backend_svg", "jinja2"),
+    *("pandas", "pyarrow.csv", "rich.table", "scipy.optimize", "scipy.signal", "scipy.stats"),
+)
 CLIENT = """#!{python} -SEs
 import json, os, socket, sys
 with socket.socket(socket.AF_UNIX) as line:
@@ -57,9 +64,7 @@ def _call(line: socket.socket) -> None:
     sys.argv = ["planner", *words]
     code = 70
     try:
-        from planner.__main__ import main
-
-        main()
+        _answer(words)
         code = 0
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else int(end.code is not None)
@@ -71,16 +76,21 @@ def _call(line: socket.socket) -> None:
         os._exit(0)
 
 
+def _answer(words: list[str]) -> None:
+    """What `planner WORDS` does; `python -c TEXT` where the words begin with -c."""
+    from planner.__main__ import main
+
+    if words[:1] == ["-c"]:
+        sys.path.insert(0, "")
+        exec(compile(words[1], "<page>", "exec"), {"__name__": "__main__"})
+    else:
+        main()
+
+
 def _import_everything() -> None:
     """What takes long to import, and changes nothing by being there."""
-
-    import planner.cli
-    import planner.pipelines.data
-    import planner.pipelines.diagnosing
-    import planner.pipelines.planning
-    import planner.pipelines.promise
-    import planner.pipelines.recordings
-    import planner.pipelines.sweep  # noqa: F401 - imported for the children
+    for module in SLOW:
+        importlib.import_module(module)
 
 
 def write_client(place: Path, address: str) -> None:

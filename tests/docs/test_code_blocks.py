@@ -97,9 +97,9 @@ def test_every_block_runs(tmp_path: Path, program: dict[str, str]) -> None:
                 ran(block, ["bash", "-euo", "pipefail", "-c", block.text], tmp_path, program)
             elif block.kind == "python" and block is python[-1]:  # with those before it: they share names
                 text = "\n".join(b.text for b in python)
-                ran(block, [sys.executable, "-c", text], tmp_path, program)
+                ran(block, ["planner", "-c", text], tmp_path, program)
             elif block.kind == "python" and "open(" in block.text:  # what later blocks of the shell read
-                ran(block, [sys.executable, "-c", block.text], tmp_path, program)
+                ran(block, ["planner", "-c", block.text], tmp_path, program)
             elif block.kind == "toml":
                 tomllib.loads(block.text)
     for file, of in (

@@ -271,6 +271,7 @@ def test_every_other_bad_input_ends_with_code_2_and_a_sentence(tmp_path, run: Ru
         (("good.csv", "--columns", "list.yaml"), "no map of columns"),
         (("good.csv", "--plan", "absent.json"), "cannot read absent.json"),
         (("good.csv", "--latitude", "50"), "give the plan"),
+        (("dwells.csv", "--guess"), "is a dwell table already"),
     ]:
         outcome = run("reduce", *arguments, "-o", "data.csv", "--json")
         assert outcome.code == 2, (arguments, outcome.err)

@@ -95,4 +95,6 @@ def _promises(axes: Axes, c: Comparison, places: Array) -> None:
 
 
 def _short(name: str) -> str:
-    return name if len(name) <= _LONGEST_NAME else f"{name[: _LONGEST_NAME - 1]}…"
+    """A name that fits, without its middle: variants of a plan are called the same to the last words."""
+    head = _LONGEST_NAME // 3
+    return name if len(name) <= _LONGEST_NAME else f"{name[:head]}…{name[head + 1 - _LONGEST_NAME :]}"

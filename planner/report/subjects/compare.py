@@ -21,7 +21,7 @@ def comparison_report(c: Comparison) -> Report:
     return Report(
         kind="Comparison of plans",
         title=" / ".join(c.plans),
-        answer=f"{', '.join(map(_hours, c.time_us))} h" if c.differ else "The plans do not differ.",
+        answer=f"{' against '.join(map(_hours, c.time_us))} h" if c.differ else "The plans do not differ.",
         sections=existing(
             section("picture", "At a glance", comparison_picture(c), only="page"),
             section("specs", "The specs", Text(shas) if len(set(c.spec_sha256)) > 1 else None),
