@@ -99,7 +99,7 @@ def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> tuple[
     begun: tuple[Array, Judge, Foreseen] | None = None
     # drawn curves make much the same of quantiles for all; quick ones are up to a sixth too large
     for start in beginnings(offers, judge)[:1] or _nearest(offers, judge):
-        exact = foreseen(flight, laid_out(flight, offers.visits(start)))
+        exact = exactly(flight, offers, start)
         judge = judge.meeting(exact.figures / judge.promise.figures(start[None])[0])
         if is_kept(flight, exact, spread_factor(flight, offers.visits(start))):
             begun = (start, judge, exact) if judge.allowed(start) else None
@@ -109,8 +109,7 @@ def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> tuple[
         counts = shortest(offers, judge, most) if best is None else shorter(offers, judge, best[0], most)
         if counts is None or (best is not None and not _cheaper(offers, counts, best[0])):
             break
-        exact = foreseen(flight, laid_out(flight, offers.visits(counts)))
-        factor = spread_factor(flight, offers.visits(counts))
+        exact, factor = exactly(flight, offers, counts), spread_factor(flight, offers.visits(counts))
         closer = exact.figures * factor / judge.promise.figures(counts[None])[0] * CLOSER
         if is_kept(flight, exact, factor):
             judge = judge.meeting(closer)
@@ -153,7 +152,15 @@ def _cheaper(offers: Offers, n: Array, than: Array) -> bool:
 
 def keeps_exactly(flight: Flight, offers: Offers, counts: Array, factor: float) -> bool:
     """Whether a campaign keeps every requirement by its exact figures, times a factor for its spreads."""
-    return is_kept(flight, foreseen(flight, laid_out(flight, offers.visits(counts))), factor)
+    return is_kept(flight, exactly(flight, offers, counts), factor)
+
+
+def exactly(flight: Flight, offers: Offers, counts: Array) -> Foreseen:
+    """The exact promise of a campaign; where it seems to be kept, by curves that no search has seen."""
+    visits = offers.visits(counts)
+    laid = laid_out(flight, visits)
+    found = foreseen(flight, laid)
+    return foreseen(flight.unseen, laid) if is_kept(flight, found, spread_factor(flight, visits)) else found
 
 
 def is_kept(flight: Flight, exact: Foreseen, factor: float) -> bool:
@@ -182,7 +189,7 @@ def found_of(
     """A campaign with its steps and its exact promise, if known; bound: what none can be shorter than."""
     visits = offers.visits(counts)
     laid = laid_out(flight, visits)
-    exact = exact or foreseen(flight, laid)
+    exact = exact or foreseen(flight.unseen, laid)
     factor = spread_factor(flight, visits)
     closer = exact.figures / judge.promise.figures(counts[None])[0]
     meets = replace(judge.quick().meeting(closer * factor), late=never)

@@ -6,7 +6,7 @@ table are drawn once for all errors, and so is what tables leave of them.
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -23,16 +23,23 @@ from planner.spec.curve_names import families_of
 from planner.spec.model import Spec
 
 CURVES = 2000  # drawn of every family: a second moment is then known to 2 % in sigma, a part of the whole
+UNSEEN = 12_000  # others, by which what was chosen is judged; not kept, they are drawn block by block
+BLOCK = 500
 KEPT = 4  # sets of temperatures at which curves are kept: of what is on offer, and of the campaign in hand
 MOST_POINTS = 400  # temperatures at which second moments are kept
 
 
 @dataclass(frozen=True)
 class Curves:
-    """The families of a spec; what is drawn of a shape is kept."""
+    """The families of a spec; what is drawn of a shape is kept.
+
+    unseen: whether they are others, and more, than those by which a campaign is searched: the one that is
+    found is the luckiest of thousands under the curves that chose it
+    """
 
     spec: Spec
     drawn: dict[Hashable, _Drawn] = field(default_factory=dict)
+    unseen: bool = False
     known: _Known = field(default_factory=lambda: _Known(), repr=False, compare=False)
 
     def moments(self, degc: Array) -> dict[str, Moments]:
@@ -60,29 +67,41 @@ class Curves:
         return np.mean([self._moment(one, degc) for one in each], axis=0) if each else None
 
     def pool(self, name: str, error: tuple[Sensor, str], degc: Array) -> Array:
-        """(CURVES, N) curves of one error and family at temperatures (N,), SI."""
+        """(n, N) curves of one error and family at temperatures (N,), SI."""
         return self._seen(self._families[name][error], degc)
 
     @cached_property
     def _families(self) -> dict[str, dict[tuple[Sensor, str], CurveFamily]]:
         return {name: curve_families(self.spec, name) for name in families_of(self.spec)}
 
+    @property
+    def _count(self) -> int:
+        return UNSEEN if self.unseen else CURVES
+
+    def _rng(self) -> np.random.Generator:
+        seed = self.spec.plan.seed
+        return np.random.default_rng([seed, 1] if self.unseen else seed)
+
     def _moment(self, family: CurveFamily, degc: Array) -> Array:
         if not isinstance(family, TableCurves) or family.figure == "sigma":
-            return second_moment(family, degc, CURVES, np.random.default_rng(self.spec.plan.seed))
+            return second_moment(family, degc, self._count, self._rng())
         seen = self._seen(family, degc)
-        return np.asarray(seen.T @ seen / CURVES)
+        return np.asarray(seen.T @ seen / len(seen))
 
     def _seen(self, family: CurveFamily, degc: Array) -> Array:
-        """(CURVES, N) curves of a family; those that differ by their scale only are drawn once."""
-        rng = np.random.default_rng(self.spec.plan.seed)
+        """(n, N) curves of a family; those that differ by their scale only are drawn once."""
         if not isinstance(family, TableCurves) or family.figure == "sigma":
-            return along(degc, family.grid, family.draws(CURVES, rng))
-        key = _key(family.shape)
+            return along(degc, family.grid, family.draws(self._count, self._rng()))
+        key = (_key(family.shape), self.unseen)
         if key not in self.drawn:
-            self.drawn[key] = _Drawn(centred(family.shape.draws(CURVES, rng)))
+            self.drawn[key] = _redrawn(family.shape, self._rng) if self.unseen else self._kept(family.shape)
         known = self.drawn[key]
-        return np.asarray(known.at(degc, family.grid) * known.scales(family)[:, None])
+        known.look(degc, family)
+        return np.asarray(known.at(degc, family) * known.scales(family)[:, None])
+
+    def _kept(self, shape: Shape) -> _Drawn:
+        curves = centred(shape.draws(CURVES, self._rng()))
+        return _Drawn(lambda: [curves])
 
 
 @dataclass
@@ -95,32 +114,56 @@ class _Known:
 
 @dataclass
 class _Drawn:
-    """Curves (CURVES, POINTS) of one shape, and the largest that tables of N points leave of each."""
+    """Curves of one shape, block by block (n, POINTS), and the largest that tables of N points leave."""
 
-    curves: Array
+    blocks: Callable[[], Iterable[Array]]
     left: dict[int, Array] = field(default_factory=dict)
     seen: dict[bytes, Array] = field(default_factory=dict)
 
-    def at(self, degc: Array, grid: Array) -> Array:
-        """(CURVES, N) at temperatures (N,); errors whose curves have one shape ask for the same."""
-        key = degc.tobytes() + grid[[0, -1]].tobytes()
-        if key not in self.seen:
+    def look(self, degc: Array, family: TableCurves) -> None:
+        """Curves at temperatures and what a family's tables leave of them, where not known, in one go."""
+        numbers = [n for n in family.numbers if n not in self.left]
+        key = _place(degc, family)
+        new = key not in self.seen
+        if not numbers and not new:
+            return
+        found: list[tuple[Array, ...]] = []
+        for curves in self.blocks():
+            there = along(degc, family.grid, curves) if new else np.empty((len(curves), 0))
+            found.append((there, *(largest_left(curves, n) for n in numbers)))
+        there, *left = (np.concatenate(each) for each in zip(*found, strict=True))
+        self.left |= dict(zip(numbers, left, strict=True))
+        if new:
             if len(self.seen) >= KEPT:
                 self.seen.clear()
-            self.seen[key] = along(degc, grid, self.curves)
-        return self.seen[key]
+            self.seen[key] = there
+
+    def at(self, degc: Array, family: TableCurves) -> Array:
+        """(n, N) at temperatures (N,); errors whose curves have one shape ask for the same."""
+        return self.seen[_place(degc, family)]
 
     def scales(self, family: TableCurves) -> Array:
-        """(CURVES,) with which each meets the family's table at one N and exceeds it at none."""
-        for n in family.numbers:
-            if n not in self.left:
-                self.left[n] = largest_left(self.curves, n)
+        """(n,) with which each meets the family's table at one N and exceeds it at none."""
         each = [
             allowed / np.where(self.left[n] > 0, self.left[n], np.inf)
             for n, allowed in zip(family.numbers, family.residual, strict=True)
         ]
         least = np.min(each, axis=0)
         return np.where(np.isfinite(least), least, 0.0)
+
+
+def _redrawn(shape: Shape, rng: Callable[[], np.random.Generator]) -> _Drawn:
+    """Curves that are drawn whenever they are looked at, the same ones again, instead of being kept."""
+
+    def blocks() -> Iterable[Array]:
+        one = rng()
+        return (centred(shape.draws(BLOCK, one)) for _ in range(UNSEEN // BLOCK))
+
+    return _Drawn(blocks)
+
+
+def _place(degc: Array, family: TableCurves) -> bytes:
+    return degc.tobytes() + family.grid[[0, -1]].tobytes()
 
 
 def _key(shape: Shape) -> Hashable:

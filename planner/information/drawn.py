@@ -237,8 +237,14 @@ def _add(
     """Curves to flights d (s, n, ρ); one is as likely as its opposite."""
     rng = np.random.default_rng(seed)
     for part in parts:
-        seen = part.of(curves[part.error])
-        d += np.concatenate([seen, -seen], axis=1)[:, rng.integers(2 * seen.shape[1], size=d.shape[1])]
+        pool = curves[part.error]
+        which = rng.integers(2 * len(pool), size=d.shape[1])
+        if d.shape[1] < len(pool):  # fewer flights than curves: others are not asked
+            sign = np.where(which < len(pool), 1.0, -1.0)
+            d += part.of(pool[which % len(pool)] * sign[:, None])
+        else:
+            seen = part.of(pool)
+            d += np.concatenate([seen, -seen], axis=1)[:, which]
 
 
 @cache

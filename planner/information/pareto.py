@@ -128,7 +128,7 @@ def _exactly(flight: Flight, found: Found, points: Sequence[Point], late: Callab
     known: dict[int, _Exact] = {}
     keeping = [i for i, p in enumerate(points) if p.load <= 1.0 and found.judge.keeps(p.counts)]
     for i in keeping[:TRIED]:
-        known[i] = _exact(flight, found, points[i], DRAWS)
+        known[i] = _exact(flight.unseen, found, points[i], DRAWS)
         if known[i].keeps or late():
             break
     for i in places.tolist():

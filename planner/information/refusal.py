@@ -57,7 +57,7 @@ def _easiest(offers: Offers, judge: Judge, k: int) -> Array:
 
 def _beyond(flight: Flight, offers: Offers, judge: Judge, n: Array, k: int) -> _Beyond | None:
     wanted = flight.spec.requirement[k]
-    exact = foreseen(flight, laid_out(flight, offers.visits(n))).largest[k]
+    exact = foreseen(flight.unseen, laid_out(flight, offers.visits(n))).largest[k]
     value = max(exact, float(judge.figures(n[None])[0, k])) * FORESEEN
     if value <= wanted.limit.si:
         return None

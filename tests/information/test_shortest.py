@@ -10,6 +10,8 @@ import pytest
 
 from planner.errors import InfeasibleError
 from planner.information.choose import Found, campaign_found
+from planner.information.curves import Curves
+from planner.information.exact import foreseen
 from planner.information.exchange import Judge
 from planner.information.pareto import pareto_set
 from tests.information import cases
@@ -155,3 +157,19 @@ def test_what_comes_after_the_search_is_judged_by_quick_figures() -> None:
     assert not forbidding.keeps(one.counts)
     assert forbidding.quick().keeps(one.counts) == one.judge.keeps(one.counts)
     assert one.judge.exactly(one.counts + 1) is True
+
+
+@pytest.mark.parametrize("seed", [0, 50002])
+def test_the_promise_is_not_that_of_the_curves_that_chose(seed: int) -> None:
+    """The campaign found is the luckiest of thousands under its curves: others, unseen, say what it does."""
+    made = cases.tree(seed)
+    limits = limits_of(made, 0)
+    flight = cases.flight(cases.limited(made, limits))
+    one = campaign_found(flight)
+    judged = foreseen(flight.unseen, one.timeline).figures
+    np.testing.assert_allclose(one.foreseen.figures, judged, rtol=1e-9)
+    assert np.all(judged <= limits * (1.0 + 1e-5))
+    other = flight.spec.plan.model_copy(update={"seed": flight.spec.plan.seed + 77})
+    strange = flight.under(flight.spec.model_copy(update={"plan": other}))
+    strange = replace(strange, curves=Curves(strange.spec))
+    np.testing.assert_allclose(foreseen(strange.unseen, one.timeline).figures, judged, rtol=0.015)

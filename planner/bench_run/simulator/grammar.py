@@ -54,6 +54,7 @@ class Command:
         return self.name.endswith("?")
 
 
+@lru_cache(maxsize=1024)  # a runner asks the same few questions a hundred thousand times
 def parse(message: str, axes: int) -> tuple[Command, ...]:
     """The commands of one frame for a table of `axes` axes. Raises GrammarError; then none is to be done."""
     if len(message.encode()) > LONGEST_MESSAGE:
