@@ -14,7 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from itertools import pairwise
 from typing import Literal
 
@@ -196,7 +196,7 @@ def _written(x: float) -> str:
     return f"{x:.4f}".rstrip("0").rstrip(".").replace("-", "m").replace(".", "p")
 
 
-@cache
+@lru_cache(maxsize=1024)  # fits name new nodes for as long as a process diagnoses
 def curve_of(name: str) -> MeasuredCurve | None:
     """The curve that a name describes; None where it describes none."""
     match = re.fullmatch(PATTERN, name)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from functools import cache
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -63,7 +63,7 @@ def _written(x: float) -> str:
     return f"{x:.5f}".rstrip("0").rstrip(".").replace(".", "p")
 
 
-@cache
+@lru_cache(maxsize=1024)  # fits name new nodes for as long as a process diagnoses
 def scatter_of(name: str) -> ScatterOverInput | None:
     """The effect that a name describes; None where it describes none."""
     match = re.fullmatch(_PATTERN, name)

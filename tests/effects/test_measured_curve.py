@@ -7,7 +7,7 @@ import pytest
 
 from planner import catalog
 from planner.effects._dependence import random_conditions
-from planner.effects._measured_curve import VARIABLES, curve_name
+from planner.effects._measured_curve import VARIABLES, curve_name, curve_of
 from planner.testing.effect_laws import check_effect
 
 NODES = {
@@ -56,3 +56,11 @@ def test_a_name_that_describes_no_curve_is_no_effect(name: str) -> None:
 
 def test_curves_stand_in_no_list() -> None:
     assert not any(name.startswith("curve_") for name in catalog.effects())
+
+
+def test_a_process_that_reads_names_without_end_does_not_grow() -> None:
+    most = curve_of.cache_info().maxsize
+    assert most is not None
+    for k in range(most + 10):
+        curve_of(f"no_curve_{k}")
+    assert curve_of.cache_info().currsize <= most

@@ -31,7 +31,7 @@ KNOWN = 1.0  # relative standard error of a variance above which the data say no
 
 def exceeded(every: Sequence[Assumption]) -> tuple[BudgetExceeded, ...]:
     """The spreads that are larger than the spec's budget, by one-sided tests of all of them together."""
-    from scipy.stats import chi2
+    from scipy.special import chdtrc  # chi2.sf; scipy.stats takes 0.7 s to import
 
     tested = [
         a
@@ -41,7 +41,7 @@ def exceeded(every: Sequence[Assumption]) -> tuple[BudgetExceeded, ...]:
     out = []
     for a in tested:
         budget = a.assumed or 0.0
-        chance = 0.0 if budget <= 0.0 else float(chi2.sf(a.freedom * (a.measured / budget) ** 2, a.freedom))
+        chance = 0.0 if budget <= 0.0 else float(chdtrc(a.freedom, a.freedom * (a.measured / budget) ** 2))
         if a.low > budget and chance < EXCEEDED / len(tested):
             out.append(BudgetExceeded(a.error, a.part, a.measured, a.low, a.high, budget, a.unit, a.channel))
     return tuple(out)
@@ -76,7 +76,7 @@ def _spread(
     s: SensorFound, w: Whitened, component: str, error: str, part: str, budget: ErrorBudget
 ) -> Assumption:
     """√θ with the interval of a χ² of Satterthwaite's freedom, 2 θ² / var θ."""
-    from scipy.stats import chi2
+    from scipy.special import gammaincinv  # chi2.ppf(p, n) = 2 gammaincinv(n/2, p); scipy.stats takes 0.7 s
 
     k = w.noise.components.index(component)
     theta = float(w.noise.variances.theta[k])
@@ -85,7 +85,9 @@ def _spread(
     low = high = measured = float("nan")
     if relative < KNOWN:
         measured = float(np.sqrt(theta))
-        low, high = (float(np.sqrt(theta * freedom / chi2.ppf(p, freedom))) for p in (0.975, 0.025))
+        low, high = (
+            float(np.sqrt(theta * freedom / (2.0 * gammaincinv(freedom / 2.0, p)))) for p in (0.975, 0.025)
+        )
     return Assumption(
         error=f"{s.sensor}.{error}",
         part=part,
@@ -109,7 +111,7 @@ def _between_records(s: SensorFound, w: Whitened, budget: ErrorBudget, data: Pre
 
     σ_level² = s² − mean(s_within² / n),    s² ~ χ² of the records' degrees of freedom
     """
-    from scipy.stats import chi2
+    from scipy.special import gammaincinv  # chi2.ppf(p, n) = 2 gammaincinv(n/2, p); scipy.stats takes 0.7 s
 
     table = data.table
     within = table.gyro_std if s.sensor == "gyro" else table.acc_std
@@ -121,7 +123,9 @@ def _between_records(s: SensorFound, w: Whitened, budget: ErrorBudget, data: Pre
     if freedom < 1.0 or not np.isfinite(white):
         return []
     total = float(left @ left) / freedom
-    ends = [max(total * freedom / float(chi2.ppf(p, freedom)) - white, 0.0) for p in (0.975, 0.025)]
+    ends = [
+        max(total * freedom / float(2.0 * gammaincinv(freedom / 2.0, p)) - white, 0.0) for p in (0.975, 0.025)
+    ]
     measured = float(np.sqrt(max(total - white, 0.0)))
     low, high = (float(np.sqrt(x)) for x in ends)
     assumed = _assumed(budget, "run_to_run")
@@ -152,7 +156,7 @@ def _assumed(budget: ErrorBudget, part: str) -> float | None:
 
 def _residuals(s: SensorFound, budgets: Mapping[str, ErrorBudget]) -> Iterator[Assumption]:
     """What straight lines between every second node miss at the others: the residual of half the points."""
-    from scipy.stats import chi2
+    from scipy.special import gammaincinv  # chi2.ppf(p, n) = 2 gammaincinv(n/2, p); scipy.stats takes 0.7 s
 
     budget = budgets.get("bias")
     residual = None if budget is None else budget.residual_table
@@ -169,7 +173,9 @@ def _residuals(s: SensorFound, budgets: Mapping[str, ErrorBudget]) -> Iterator[A
     square = float(np.mean(missed**2))
     points = sorted(residual)
     assumed = float(np.interp(len(kept), points, [residual[p] for p in points]))
-    low, high = (float(np.sqrt(square * freedom / chi2.ppf(p, freedom))) for p in (0.975, 0.025))
+    low, high = (
+        float(np.sqrt(square * freedom / (2.0 * gammaincinv(freedom / 2.0, p)))) for p in (0.975, 0.025)
+    )
     yield Assumption(
         f"{s.sensor}.bias",
         f"temperature_residual at {len(kept)} points",
