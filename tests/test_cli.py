@@ -401,7 +401,7 @@ def test_compare_tells_equal_plans_from_different_ones(run: Run, two_plans: tupl
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"", "not JSON"),
+        (b"", "is empty"),
         (b"[1]", "not a plan"),
         (b"{}", "not a plan"),
         (b"\xff\xfe\x00", "not a plan"),

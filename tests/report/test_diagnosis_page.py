@@ -141,7 +141,7 @@ def test_it_reads_back_as_it_was_written(diagnosis, tmp_path):
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        ("", "not JSON"),
+        ("", "is empty"),
         ("[]", "missing"),
         ('{"verdict": "clean"}', "missing"),
         ("\x00\xff", "diagnosis"),

@@ -146,6 +146,10 @@ def extended(pool: Pool, block: Block, cuts: NDArray[np.int64]) -> Pool:
 def given(pool: Pool, found: Iterable[int]) -> Pool:
     """The pool clear of some of its blocks (their own columns become nothing)."""
     key = tuple(sorted(found))
+    if len(pool.columns(key)) == 0:
+        return (
+            pool  # not kept in itself: a pool that holds itself outlives its diagnosis, with all its arrays
+        )
     if key not in pool.cleared:
         while len(pool.cleared) >= MOST_CLEARED:
             pool.cleared.pop(next(iter(pool.cleared)))
@@ -155,8 +159,6 @@ def given(pool: Pool, found: Iterable[int]) -> Pool:
 
 def _given(pool: Pool, found: Sequence[int]) -> Pool:
     e = pool.columns(found)
-    if len(e) == 0:
-        return pool
     A = _inverse(pool.gram[np.ix_(e, e)]) @ pool.gram[e, :]
     square = np.maximum(np.diag(pool.gram), 1e-300)
     left = square - np.einsum("ek,ek->k", pool.gram[e, :], A) > APART * square

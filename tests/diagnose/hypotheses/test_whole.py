@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from planner.diagnose.hypotheses.pool import Pool
 from planner.dwells.table_rows import rows_of
 from planner.errors import InputError
 from tests.calibrate.world import Hidden, Layout, Noise, campaign
@@ -54,8 +56,14 @@ def test_evidence_stands_in_the_order_of_the_table(warm, found) -> None:
     assert np.polyfit(adds, reading, 1)[0] == pytest.approx(1.0, abs=0.1)
 
 
-def test_the_same_seed_gives_the_same_answer(warm, found) -> None:
-    one, two = found, whole(warm)
+def test_the_same_seed_gives_the_same_answer_and_keeps_nothing_of_the_search(warm, found) -> None:
+    gc.collect()
+    gc.disable()  # then only what holds itself outlives a diagnosis
+    try:
+        one, two = found, whole(warm)
+        assert [o for o in gc.get_objects() if isinstance(o, Pool)] == []
+    finally:
+        gc.enable()
     assert one.effects == two.effects
     assert one.not_found == two.not_found
 
