@@ -6,9 +6,9 @@ table are drawn once for all errors, and so is what tables leave of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -23,8 +23,9 @@ from planner.spec.curve_names import families_of
 from planner.spec.model import Spec
 
 CURVES = 2000  # drawn of every family: a second moment is then known to 2 % in sigma, a part of the whole
-UNSEEN = 12_000  # others, by which what was chosen is judged; not kept, they are drawn block by block
+UNSEEN = 8000  # others, by which what was chosen is judged; not kept, they are drawn block by block
 BLOCK = 500
+MOST_SHAPES = 16  # of unseen curves, of which a process remembers what it looked at: plans are of few tables
 KEPT = 4  # sets of temperatures at which curves are kept: of what is on offer, and of the campaign in hand
 MOST_POINTS = 400  # temperatures at which second moments are kept
 
@@ -92,16 +93,25 @@ class Curves:
         """(n, N) curves of a family; those that differ by their scale only are drawn once."""
         if not isinstance(family, TableCurves) or family.figure == "sigma":
             return along(degc, family.grid, family.draws(self._count, self._rng()))
-        key = (_key(family.shape), self.unseen)
-        if key not in self.drawn:
-            self.drawn[key] = _redrawn(family.shape, self._rng) if self.unseen else self._kept(family.shape)
-        known = self.drawn[key]
+        known = self._redrawn(family.shape) if self.unseen else self._kept(family.shape)
         known.look(degc, family)
         return np.asarray(known.at(degc, family) * known.scales(family)[:, None])
 
     def _kept(self, shape: Shape) -> _Drawn:
-        curves = centred(shape.draws(CURVES, self._rng()))
-        return _Drawn(lambda: [curves])
+        key = _key(shape)
+        if key not in self.drawn:
+            curves = centred(shape.draws(CURVES, self._rng()))
+            self.drawn[key] = _Drawn(lambda: [curves])
+        return self.drawn[key]
+
+    def _redrawn(self, shape: Shape) -> _Drawn:
+        """Curves that are drawn whenever they are looked at, the same ones again, instead of being kept."""
+        key = (_key(shape), self.spec.plan.seed)
+        if key not in _REDRAWN:
+            while len(_REDRAWN) >= MOST_SHAPES:
+                _REDRAWN.pop(next(iter(_REDRAWN)))
+            _REDRAWN[key] = _Drawn(partial(_blocks, shape, self._rng))
+        return _REDRAWN[key]
 
 
 @dataclass
@@ -152,14 +162,12 @@ class _Drawn:
         return np.where(np.isfinite(least), least, 0.0)
 
 
-def _redrawn(shape: Shape, rng: Callable[[], np.random.Generator]) -> _Drawn:
-    """Curves that are drawn whenever they are looked at, the same ones again, instead of being kept."""
+def _blocks(shape: Shape, rng: Callable[[], np.random.Generator]) -> Iterator[Array]:
+    one = rng()
+    return (centred(shape.draws(BLOCK, one)) for _ in range(UNSEEN // BLOCK))
 
-    def blocks() -> Iterable[Array]:
-        one = rng()
-        return (centred(shape.draws(BLOCK, one)) for _ in range(UNSEEN // BLOCK))
 
-    return _Drawn(blocks)
+_REDRAWN: dict[Hashable, _Drawn] = {}
 
 
 def _place(degc: Array, family: TableCurves) -> bytes:
