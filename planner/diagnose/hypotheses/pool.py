@@ -147,9 +147,7 @@ def given(pool: Pool, found: Iterable[int]) -> Pool:
     """The pool clear of some of its blocks (their own columns become nothing)."""
     key = tuple(sorted(found))
     if len(pool.columns(key)) == 0:
-        return (
-            pool  # not kept in itself: a pool that holds itself outlives its diagnosis, with all its arrays
-        )
+        return pool  # not kept in itself: with all its arrays it would outlive the diagnosis
     if key not in pool.cleared:
         while len(pool.cleared) >= MOST_CLEARED:
             pool.cleared.pop(next(iter(pool.cleared)))
