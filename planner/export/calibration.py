@@ -6,7 +6,6 @@ spreads by themselves: the seed of a Kalman filter (K 3.1).
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from planner import catalog
-from planner.errors import InputError, unusable_file
+from planner.errors import InputError
 from planner.export.json_figures import figure, json_text, shown
 from planner.nouns.calibration import (
     Calibration,
@@ -27,7 +26,7 @@ from planner.nouns.calibration import (
     SmoothTable,
     Tables,
 )
-from planner.nouns.given_files import CALIBRATION
+from planner.nouns.calibration_file import calibration_tree
 from planner.protocols import SENSORS, Sensor
 from planner.units import from_si, unit_factor
 
@@ -180,18 +179,11 @@ def read_tables(path: Path) -> dict[Sensor, Tables]:
 
     Raises InputError for a file that cannot be read or is no calibration.
     """
-    file = path / "calibration.json" if path.is_dir() else path
+    file, document = calibration_tree(path)
     try:
-        document = json.loads(file.read_bytes())
         sensors = {s: document["sensors"][s]["tables"] for s in SENSORS if s in document["sensors"]}
         _check_effects(sensors, document.get("plugins", []), file)
         return {s: _tables_from(tables, s) for s, tables in sensors.items()}
-    except OSError as error:
-        raise unusable_file(file, error, CALIBRATION) from error
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise unusable_file(
-            file, "is no calibration.json" if file.stat().st_size else "is empty", CALIBRATION
-        ) from error
     except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise InputError(f"{file} is no calibration.json of planner: {error!r}") from error
 

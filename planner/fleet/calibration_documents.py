@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.errors import InputError, unusable_file
+from planner.errors import InputError
 from planner.fleet.allowed_region import AllowedRegion
 from planner.fleet.check_residual import MeasuredResidual
 from planner.nouns.array import Array
-from planner.nouns.given_files import CALIBRATION
+from planner.nouns.calibration_file import calibration_tree
 from planner.protocols import SENSORS
 from planner.units import UnitError, display_factor
 
@@ -60,16 +59,9 @@ def read_calibration(path: Path, when: str | None = None) -> CalibratedUnit:
     Otherwise the day is a date in the path, `2026-03-01/calibration.json`. Raises InputError for a file that
     is no calibration of planner, or holds no coefficient that its data determine.
     """
-    file = path / "calibration.json" if path.is_dir() else path
+    file, document = calibration_tree(path)
     try:
-        document = json.loads(file.read_bytes())
         found = _unit(document, str(file), when or _date_in(file))
-    except OSError as error:
-        raise unusable_file(file, error, CALIBRATION) from error
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise unusable_file(
-            file, "is no calibration.json" if file.stat().st_size else "is empty", CALIBRATION
-        ) from error
     except (KeyError, TypeError, ValueError, IndexError, UnitError, RecursionError, AttributeError) as error:
         raise InputError(f"{file} is no calibration.json of planner: {error!r}") from error
     if not found.terms:

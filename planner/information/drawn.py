@@ -239,12 +239,10 @@ def _add(
     for part in parts:
         pool = curves[part.error]
         which = rng.integers(2 * len(pool), size=d.shape[1])
-        if d.shape[1] < len(pool):  # fewer flights than curves: others are not asked
-            sign = np.where(which < len(pool), 1.0, -1.0)
-            d += part.of(pool[which % len(pool)] * sign[:, None])
-        else:
-            seen = part.of(pool)
-            d += np.concatenate([seen, -seen], axis=1)[:, which]
+        row, sign = which % len(pool), np.where(which < len(pool), 1.0, -1.0).astype(np.float32)
+        # with fewer flights than curves others are not asked
+        seen = part.of(pool[row]) if d.shape[1] < len(pool) else part.of(pool)[:, row]
+        d += sign[:, None] * seen
 
 
 @cache

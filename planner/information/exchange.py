@@ -26,7 +26,7 @@ DROPPED = 4  # beginnings of a way through the limit
 MOST_REPEATS = 1000  # that stand for as many as one likes
 
 
-def _unasked(n: Array) -> bool:
+def _anything(n: Array) -> bool:
     del n
     return True
 
@@ -42,11 +42,11 @@ class Judge:
 
     promise: Promise
     tightened: Array = field(default_factory=lambda: np.ones((1, 1)))
-    allowed: Callable[[Array], bool] = lambda n: True
+    allowed: Callable[[Array], bool] = _anything
     families: list[str] = field(default_factory=list)
     asked: int = 0
     late: Callable[[], bool] = never
-    exactly: Callable[[Array], bool] = _unasked
+    exactly: Callable[[Array], bool] = _anything
 
     def __post_init__(self) -> None:
         self.families = self.families or [next(iter(self.promise.families))]
@@ -82,7 +82,7 @@ class Judge:
 
     def quick(self) -> Judge:
         """The same judge by quick figures alone: for limits that are not the spec's, or that count later."""
-        return replace(self, families=list(self.families), exactly=_unasked)
+        return replace(self, families=list(self.families), exactly=_anything)
 
     def keeps(self, n: Array) -> bool:
         """Whether a campaign that keeps it so far keeps it under every family; what breaks it stays."""

@@ -47,15 +47,10 @@ class Flight:
         """The same flight with another spec of the same errors; shapes of curves stay drawn."""
         return replace(self, spec=spec, curves=Curves(spec, self.curves.drawn, self.curves.unseen))
 
-    @property
+    @cached_property
     def unseen(self) -> Flight:
         """The same flight under other curves, and more of them, than a campaign is searched by."""
-        return replace(self, curves=self.unseen_curves)
-
-    @cached_property
-    def unseen_curves(self) -> Curves:
-        """Drawn once for all that is judged by them."""
-        return Curves(self.spec, self.curves.drawn, unseen=True)
+        return replace(self, curves=Curves(self.spec, self.curves.drawn, unseen=True))
 
     def in_store(self, span_days: float) -> float:
         """Days from the end of a campaign of `span_days` to the flight."""

@@ -237,7 +237,7 @@ class _Seen:
         )
         for i in self.moments:
             gain = found.gains[i][:, 0, None]
-            seen = -(R[:, 0, :, :, : gain.shape[-2]] @ (gain @ together))
+            seen = -(R[:, 0] @ (gain @ together))
             for k, own, J in zip(flown[i], seen, self.response[i], strict=True):
                 in_flight = np.broadcast_to(J, (len(own), *J.shape))
                 weights = np.concatenate([own, in_flight], axis=2)
@@ -260,8 +260,7 @@ class _Seen:
                 smooth, error = self.smooth[i]
                 h = smooth.weights(error, self.temperature_degc.ravel(), nodes, noise)
             R[..., found.places[i]] = J[:, None, None] @ h.reshape(*h.shape[:-2], S, m, -1)
-        end = found.places[-1].stop
-        R[..., :end] *= ~found.undetermined[:, :, None, None, :end]
+        R *= ~found.undetermined[:, :, None, None]
         return R
 
     def _curve(self, found: Told, R: Array, i: int, families: Sequence[int]) -> Array:
@@ -272,7 +271,7 @@ class _Seen:
         gain, J = found.gains[i], self.response[i]
         a, B, S, r, _ = R.shape
         P, K = gain.shape[-2:]
-        seen = -(R[..., :P].reshape(a, B, S * r, P) @ gain)
+        seen = -(R.reshape(a, B, S * r, P) @ gain)
         x = np.moveaxis(seen.reshape(a, B, S, r, K), 0, 3).reshape(B, S, r, a * K)
         k, each = self.of_kind[found.kinds], []
         for M in self.moments[i][[*families]]:
@@ -311,8 +310,7 @@ class _Common:
             self.joined[found.which] += between
         if not any(any(c.references) for c in group.channels):
             return
-        P = found.places[-1].stop
-        D = (R[..., :P] @ found.covariance[:, :, None, :P, P:]) / group.first.sigma
+        D = (R @ found.beside[:, :, None]) / group.first.sigma
         for c, channel in zip(group.channels, D, strict=True):
             for j, name in enumerate(c.references):
                 if name:

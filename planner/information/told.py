@@ -63,15 +63,15 @@ class Alike:
 class Told:
     """B campaigns whose tables have as many nodes, on a channels: which of all they are, what they tell.
 
-    which: (B,); kinds, counts: (B, K); covariance: (a, B, P + q, P + q)
-    of the estimates' errors and, in the rows and columns of the q shared ones, of these with the shared ones
-    themselves; gains: term -> (a, B, P, K)
+    which: (B,); kinds, counts: (B, K); gains: term -> (a, B, P, K)
+    covariance: (a, B, P, P) of the estimates' errors; beside: (a, B, P, q) with the q shared ones
     undetermined: (a, B, P); places: (b,) columns of each term; nodes: (b,) (B, N) of its table, or None
     """
 
     which: NDArray[np.intp]
     kinds: NDArray[np.intp]
     covariance: Array
+    beside: Array
     gains: dict[int, Array]
     undetermined: NDArray[np.bool_]
     places: tuple[slice, ...]
@@ -177,7 +177,8 @@ def _told(
     C, inflated = _inverse(M)
     gains = {i: C[..., :P, :] @ np.swapaxes(JQ[:, :, :, i, :], 2, 3) for i in curved}
     own = tuple((driven if x.driven else nodes) if x.tabled else None for x in c.terms)
-    return Told(which, kinds, C, gains, inflated > UNSEEN, places, own)
+    covariance, beside = C[..., :P, :P], C[..., :P, P:]
+    return Told(which, kinds, covariance, beside, gains, inflated[..., :P] > UNSEEN, places, own)
 
 
 def shared_places(group: Alike, places: Sequence[slice]) -> list[int]:
@@ -189,11 +190,10 @@ def shared_places(group: Alike, places: Sequence[slice]) -> list[int]:
 
 def through_shared(found: Told, R: Array, common: Sequence[int]) -> Array:
     """(B, S, ρ, ρ) of any two channels, by coefficients that all have; what is undetermined is left out."""
-    P = found.undetermined.shape[-1]
     seen = ~found.undetermined[0][:, common]  # (B, s)
     both = seen[:, :, None] & seen[:, None, :]
     shared = np.where(both, found.covariance[0][:, common][:, :, common], 0.0)
-    across = (R[..., :P] @ found.covariance[:, :, None, :P][..., common]) * seen[:, None, None]
+    across = (R @ found.covariance[:, :, None][..., common]) * seen[:, None, None]
     weights = np.linalg.pinv(shared, hermitian=True)[:, None]
     total = across.sum(axis=0)
     own = (across @ weights @ np.swapaxes(across, -1, -2)).sum(axis=0)
