@@ -164,7 +164,7 @@ def channel_kinds(c: ChannelCampaign) -> ChannelKinds:
 
 
 def _lead_astray(c: ChannelCampaign) -> dict[tuple[ErrorName, str], Array]:
-    """(n,) columns of the unfitted errors that have a constant or a curve: the rest is noise of the records."""
+    """(n,) columns of the unfitted errors that have a constant or a curve; the rest is noise of records."""
     unit, found = c.spec.unit, {}
     for (error, term), z in unfitted_columns(c.model, c.parts, unit).items():
         budget = budget_of(unit, error)

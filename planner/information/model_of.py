@@ -45,12 +45,15 @@ class Flight:
 
     def under(self, spec: Spec) -> Flight:
         """The same flight with another spec of the same errors; shapes of curves stay drawn."""
-        return replace(self, spec=spec, curves=Curves(spec, self.curves.drawn, self.curves.unseen))
+        return replace(
+            self, spec=spec, curves=Curves(spec, self.curves.drawn, self.curves.unseen, self.curves.on_offer)
+        )
 
     @cached_property
     def unseen(self) -> Flight:
         """The same flight under other curves, and more of them, than a campaign is searched by."""
-        return replace(self, curves=Curves(self.spec, self.curves.drawn, unseen=True))
+        on_offer = np.unique([t for _, degc in offered(self.spec) for t in degc])
+        return replace(self, curves=Curves(self.spec, self.curves.drawn, unseen=True, on_offer=on_offer))
 
     def in_store(self, span_days: float) -> float:
         """Days from the end of a campaign of `span_days` to the flight."""
@@ -84,8 +87,8 @@ def scenarios(
 ) -> tuple[Array, Array | None]:
     """(S,) temperatures at which flights start, and their weights; None: the worst counts.
 
-    Over the range they are those of Gauss and Legendre: beyond the outermost nodes of a table the misfit rises
-    as steeply as it may, where even parts would hardly look. The worst is looked for from end to end.
+    Over the range they are those of Gauss and Legendre: beyond the outermost nodes of a table the misfit
+    rises as steeply as it may, where even parts would hardly look. The worst is looked for end to end.
     """
     low, high = spec.plan.temperatures.range
     if isinstance(wanted.temperature, TemperatureShares):

@@ -5,7 +5,8 @@
 R reads the campaign's coefficients at the flight's temperature, with straight lines between the nodes or with
 the weights of the posterior mean (`smooth`); f_e, the curve that either misses, goes through its second
 moment. Of an error that no effect is declared for nothing is fitted, and f_e is all of it, its constant too:
-it flies whole, and leads the estimates of the others astray. The posterior part and the curves depend on the campaign, `own` does not.
+it flies whole, and leads the estimates of the others astray. The posterior part and the curves depend on the
+campaign, `own` does not.
 """
 
 from __future__ import annotations

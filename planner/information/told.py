@@ -3,8 +3,9 @@
     M = Λ + Σ_k n_k Q_kᵀ J_k Q_k,   C = M⁻¹,   G_e = C Σ_k n_k Q_kᵀ J_k x_e 1_k
 
 Q_k resolves the terms of a kind into the nodes of the campaign's tables; G_e is what the estimate makes of an
-error's curve at the kinds' temperatures, whether the error is fitted or led astray by. Campaigns with as many nodes are solved together, and so are the
-channels of a sensor that have the same errors and are driven by the same kinds.
+error's curve at the kinds' temperatures, whether anything is fitted of it or not. Campaigns with as many
+nodes are solved together, and so are the channels of a sensor that have the same errors and are driven by the
+same kinds.
 
 What the three channels have a coefficient in common for (of the bench: its arm, its level) is told to each by
 the other two: M of one channel, with the Schur complements of the others' on what they share, has the joint
@@ -181,9 +182,9 @@ def _told(
         M = _joined(M, common)
     C, inflated = _inverse(M)
     felt = {i: JQ[:, :, :, i, :] for i in curved if i < b}  # (a, B, K, P + q)
-    if beside := [i for i in curved if i >= b]:
+    if unfitted := [i for i in curved if i >= b]:
         z = np.swapaxes(group.astray[:, kinds] * repeats, -1, -2) @ Q
-        felt |= {i: z[:, :, :, i - b, :] for i in beside}
+        felt |= {i: z[:, :, :, i - b, :] for i in unfitted}
     gains = {i: C[..., :P, :] @ np.swapaxes(each, 2, 3) for i, each in felt.items()}
     own = tuple((driven if x.driven else nodes) if x.tabled else None for x in c.terms)
     covariance, beside = C[..., :P, :P], C[..., :P, P:]
