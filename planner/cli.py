@@ -56,7 +56,8 @@ def root(
 ) -> None:
     """Plan calibration campaigns of inertial units.
 
-    --quiet, --verbose and --force may also stand behind a command.
+    --quiet, --verbose and --force may also stand behind a command. A folder's files are replaced where
+    planner wrote them for the same spec, others with --force alone.
 
     Example: planner init spec.yaml && planner plan spec.yaml
     """

@@ -23,7 +23,9 @@ import yaml
 
 import planner
 from planner.cli import app
+from planner.own_files import LIST
 from planner.pipelines import planning as pipeline
+from tests.documents import keeps
 from tests.outcome import Run
 from tests.specs import planned, shipped, small, with_limit, with_plan
 
@@ -159,7 +161,7 @@ def test_plan_writes_three_files_and_prints_the_answer_first(run: Run, spec: Pat
     found = run("plan", spec)
     assert found.code == 0
     folder = tmp_path / "plans" / "campaign"
-    assert {file.name for file in folder.iterdir()} == FILES
+    assert {file.name for file in folder.iterdir()} == {*FILES, LIST}
     assert found.out.splitlines()[0] == "small"
     assert "Proved" in found.out.splitlines()[1]
     assert "10 m" in found.out
@@ -185,7 +187,7 @@ def test_a_plan_is_replaced_whole(run: Run, spec: Path, tmp_path: Path) -> None:
     run("plan", spec, "-o", "out")
     written(spec, with_limit(small(), "11 m"))
     assert run("plan", spec, "-o", "out").code == 0
-    assert {file.name for file in (tmp_path / "out").iterdir()} == FILES
+    assert {file.name for file in (tmp_path / "out").iterdir()} == {*FILES, LIST}
     assert json.loads((tmp_path / "out" / "plan.json").read_text())["requirements"][0]["limit"] == 11
 
 
@@ -396,6 +398,7 @@ def test_compare_tells_equal_plans_from_different_ones(run: Run, two_plans: tupl
     different = run("compare", one, two, "--exit-code", "--json")
     assert different.code == 1
     assert different.json["differ"] is True
+    keeps(different.json, "compare")
 
 
 @pytest.mark.parametrize(

@@ -63,14 +63,14 @@ class Answer(ABC):
         raise InputError(f"{type(self).__name__} has no files; its figures are in to_dict()")
 
     def save(self, out: str | Path) -> tuple[Path, ...]:
-        """Write the files of the answer, all or none; what was written.
+        """Write the files of the answer, all or none, over what is there; what was written.
 
         Raises InputError when the place cannot be written.
         """
-        from planner.whole_files import write_all_whole
+        from planner.own_files import write_own
 
         files = self.placed(Path(out))
-        write_all_whole(files)
+        write_own(files, None, Path(out), force=True)
         return tuple(files)
 
     def to_pandas(self) -> DataFrame:

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from planner.api.answer import Answer, Row, page
 from planner.api.given import SpecLike, whole
-from planner.errors import InputError
 from planner.nouns.progress import Progress, silent
 
 if TYPE_CHECKING:
     from planner.report.blocks import Report
 
 SHOWN = 10  # notes on points without a plan
+FILES = ("sweep.csv", "sweep.json", "report.html")
 
 
 @dataclass(frozen=True)
@@ -110,16 +110,19 @@ def sweep(
     """Plan a grid of specs: seconds against metres. vary: `KEY=A..B` or `KEY=A,B,…`.
 
     folder: finished points are kept in its `points`, each as soon as it is there; the same call goes on
-    where it was stopped, and Ctrl-C stops it. force: replace what is of no sweep
-    Raises InputError for a variation that is wrong, and for a folder that holds something else.
+    where it was stopped, and Ctrl-C stops it. force: replace files of others
+    Raises InputError for a variation that is wrong, and for a folder that holds files of others (P010).
     """
+    from planner.own_files import refuse_others
     from planner.pipelines import sweep as pipeline
     from planner.whole_files import write_whole
 
     loaded, place = whole(spec), Path(folder)
     grid = pipeline.points_of(loaded, vary, points)
     name = loaded.path.stem
-    held = _held_before(place, name, grid.keys, force)
+    if not force:
+        refuse_others(dict.fromkeys(map(place.joinpath, FILES)), loaded.path)
+    held = _held_before(place, name, grid.keys)
     found = {i: kept for i in range(len(grid)) if (kept := _kept(place, grid.digest_at(i))) is not None}
     if found:
         held.append(f"{len(found)} of {len(grid)} points were finished before")
@@ -137,26 +140,14 @@ def sweep(
     return SweepAnswer(name, grid.keys, rows, len(grid), stopped, tuple(held), tuple(_without_plan(rows)))
 
 
-def _held_before(folder: Path, name: str, keys: Sequence[str], force: bool) -> list[str]:
-    """What the folder has from another sweep: its points stay. Raises InputError for what is of no sweep,
-    unless it may be replaced."""
+def _held_before(folder: Path, name: str, keys: Sequence[str]) -> list[str]:
+    """What the folder has from another sweep: its points stay."""
     held = folder / "sweep.json"
-    foreign = next((f for f in (folder / "report.html", folder / "sweep.csv") if f.exists()), None)
-    if not held.exists():
-        if foreign is None or force:
-            return []
-        raise InputError(
-            f"{foreign} is of no sweep and would be replaced; give another folder with -o, or --force"
-        )
     try:
         before = json.loads(held.read_bytes())
         told = (str(before["spec"]), tuple(map(str, before["keys"])), len(before["points"]))
     except (OSError, ValueError, RecursionError, KeyError, TypeError):
-        if force:
-            return []
-        raise InputError(
-            f"{held} is of no sweep and would be replaced; give another folder, or --force"
-        ) from None
+        return []  # none, or of something else, which may be replaced
     if told[:2] == (name, tuple(keys)):
         return []
     return [

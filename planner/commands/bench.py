@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson, PlanFile
-from planner.commands.output import STANDARD, answer, asked, notes, say, say_text
+from planner.commands.output import STANDARD, answer, say, say_text
 from planner.errors import InputError
 
 Faults = Annotated[
@@ -54,7 +54,6 @@ def export(
     Example: planner export plans/small_uav --format acutrol --dialect host -o bench/
     """
     from planner.api import bench
-    from planner.export.outputs import replaced
 
     made = bench.export(plan, form, dialect=dialect, start=start, timezone=timezone)
     target = out or (plan if plan.is_dir() else plan.parent) / f"export_{form}"
@@ -62,10 +61,7 @@ def export(
         if len(made.record.files) > 1:
             raise InputError(f"{form} is {len(made.record.files)} files; give a folder with -o")
         say_text(next(iter(made.record.files.values())), made)
-    placed = made.placed(target)
-    if not asked("--force"):
-        notes(replaced(placed, target))
-    say(made, as_json, target, extra={"written": [str(path) for path in placed]})
+    say(made, as_json, target, plan, extra={"written": [str(path) for path in made.placed(target)]})
 
 
 def bench_simulator(

@@ -214,7 +214,7 @@ def calibrate(
             noise=noise,
             progress=progress,
         )
-    say(found, as_json, out or Path("calibrations") / data.stem)
+    say(found, as_json, out or Path("calibrations") / data.stem, spec)
 
 
 def apply(

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson, DataTable, Seed, SpecFile, SpecOption
-from planner.commands.output import progress_line, say
+from planner.commands.output import progress_line, refuse_others, say
 from planner.errors import InputError
 
 
@@ -40,9 +40,11 @@ def diagnose(
     """
     from planner.api import diagnosing
 
+    folder = out or Path("diagnoses") / data.stem
+    refuse_others(spec, folder, "diagnosis.json", "report.html")
     with progress_line() as progress:
         found = diagnosing.diagnose(data, spec, plan=plan, seed=seed, progress=progress)
-    say(found, as_json, out or Path("diagnoses") / data.stem)
+    say(found, as_json, folder, spec)
 
 
 def update(

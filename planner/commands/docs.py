@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from planner.commands.options import AsJson
-from planner.commands.output import answer, console
+from planner.commands.output import answer, asked, console
 
 if TYPE_CHECKING:
     from planner.api.documentation.pages import Command
@@ -38,7 +38,7 @@ def docs(
     """
     from planner.api.documentation.pages import page_named, pages
     from planner.api.documentation.site import site
-    from planner.whole_files import write_all_whole
+    from planner.own_files import write_own
 
     found = pages(commands_of(context.find_root().command))
     if page is not None:
@@ -46,7 +46,8 @@ def docs(
         _printed(one.text, {"page": one.name, "text": one.text}, as_json)
         return
     folder = out or _place()
-    write_all_whole({folder / name: text for name, text in site(found).items()})
+    files = {folder / name: text for name, text in site(found).items()}
+    write_own(files, "the documentation", force=out is None or asked("--force"))
     first = folder / "index.html"
     opened = out is None and not as_json and console().is_terminal and typer.launch(first.as_uri()) == 0
     said = f"opened {first}" if opened else f"{len(found)} pages; begin with {first}"

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson, SpecFile, SpecOption
-from planner.commands.output import progress_line, say
+from planner.commands.output import progress_line, refuse_others, say
 
 PlanOption = Annotated[
     Path | None,
@@ -139,6 +139,7 @@ def accept(
     """
     from planner.api import fleet
 
+    refuse_others(spec, out, "report.html")
     with progress_line() as progress:
         if plan_check or not data:
             checks = fleet.plan_check(
@@ -161,7 +162,7 @@ def accept(
                 looks=looks,
                 progress=progress,
             )
-    say(checks if plan_check or not data else found, as_json, out)
+    say(checks if plan_check or not data else found, as_json, out, spec)
 
 
 def forecast(
@@ -190,6 +191,7 @@ def forecast(
     """
     from planner.api import fleet
 
+    refuse_others(spec, out, "forecast.json", "report.html")
     with progress_line() as progress:
         found = fleet.forecast(
             *history,
@@ -203,7 +205,7 @@ def forecast(
             today=today,
             progress=progress,
         )
-    say(found, as_json, out)
+    say(found, as_json, out, spec)
 
 
 def recalibrate(
@@ -230,6 +232,7 @@ def recalibrate(
     """
     from planner.api import fleet
 
+    refuse_others(spec, out, "recalibration.json", "report.html")
     with progress_line() as progress:
         found = fleet.recalibrate(
             spec,
@@ -243,4 +246,4 @@ def recalibrate(
             today=today,
             progress=progress,
         )
-    say(found, as_json, out)
+    say(found, as_json, out, spec)

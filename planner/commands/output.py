@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import typer
 
 from planner.commands.sign import showing, wanted
-from planner.errors import InputError
 from planner.nouns.progress import silent
 
 if TYPE_CHECKING:
@@ -63,23 +62,25 @@ def say(
     found: Answer,
     as_json: bool,
     out: Path | None = None,
+    of: Path | str | None = None,
     *,
     written: str | None = None,
     extra: Mapping[str, Any] | None = None,
 ) -> None:
     """Write an answer's files, say its notes, print it, and end with its exit code.
 
-    out: where the files go, None for nowhere; written: what is said of them, otherwise a line for each;
+    out: where the files go, None for nowhere; of: what they are of, the spec or a word (`planner.own_files`);
+    written: what is said of them, otherwise a line for each;
     extra: what the document says beside the answer, as where its files are.
     """
-    from planner.whole_files import write_all_whole
+    from planner.own_files import write_own
 
     files: dict[Path, str | bytes] = {}
     if out is not None:
         with progress_line() as progress:
             progress("drawing and writing")
             files = found.placed(out, invocation())
-            write_all_whole(files)
+            write_own(files, of, out, force=asked("--force"))
     notes(found.notes)
     if as_json:
         typer.echo(json_line({**(extra or {}), **found.to_dict()}, found.exit_code))
@@ -135,8 +136,21 @@ def asked(option: str) -> bool:
 
 def refuse_existing(path: Path) -> None:
     """Raises InputError for a file that is there already, unless --force says that it may go."""
-    if path.exists() and not asked("--force"):
-        raise InputError(f"{path} exists already; give another name, or --force to replace it")
+    from planner import own_files
+
+    if not asked("--force"):
+        own_files.refuse_existing(path)
+
+
+def refuse_others(of: Path | str, out: Path | None, *names: str) -> None:
+    """Raises InputError, before there is anything to lose, for files of a folder that are not to be replaced.
+
+    names: files that the command always writes; `say` looks at all, once they are made.
+    """
+    from planner import own_files
+
+    if out is not None and str(out) != STANDARD and not asked("--force"):
+        own_files.refuse_others({out / name: None for name in names}, of)
 
 
 def notes(lines: Iterable[str]) -> None:

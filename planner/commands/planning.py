@@ -9,7 +9,15 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson, SpecFile
-from planner.commands.output import STANDARD, answer, progress_line, say, say_text, until_ctrl_c
+from planner.commands.output import (
+    STANDARD,
+    answer,
+    progress_line,
+    refuse_others,
+    say,
+    say_text,
+    until_ctrl_c,
+)
 
 
 def register(app: typer.Typer) -> None:
@@ -62,11 +70,12 @@ def plan(
     from planner.api import planning
 
     folder = out or Path("plans") / (spec.stem if str(spec) != STANDARD else "stdin")
+    refuse_others(spec, folder, "plan.json", "steps.csv", "report.html")
     with progress_line() as progress, until_ctrl_c() as stop:
         made = planning.plan(spec, progress=progress, stop=stop)
         if str(folder) == STANDARD:
             say_text(made.placed(Path())[Path("plan.json")], made)
-    say(made, as_json, folder, written=f"wrote {folder / 'plan.json'}, steps.csv, report.html")
+    say(made, as_json, folder, spec, written=f"wrote {folder / 'plan.json'}, steps.csv, report.html")
 
 
 def sensitivity(
@@ -95,11 +104,12 @@ def sensitivity(
     """
     from planner.api import planning
 
+    refuse_others(spec, out, "report.html", "sensitivities.csv")
     with progress_line() as progress:
         found = planning.sensitivity(
             spec, trajectory=trajectory, at=at, beside=beside or (), progress=progress
         )
-    say(found, as_json, out)
+    say(found, as_json, out, spec)
 
 
 def allow(spec: SpecFile, as_json: AsJson = False) -> None:
@@ -129,7 +139,7 @@ def compare(
     """
     from planner.api import comparing
 
-    say(comparing.compare(*plans, strict=exit_code), as_json, out)
+    say(comparing.compare(*plans, strict=exit_code), as_json, out, "a comparison")
 
 
 def why(

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson, PlanFile, Seed, SpecFile
-from planner.commands.output import asked, progress_line, say
+from planner.commands.output import asked, progress_line, refuse_others, say
 from planner.errors import InputError
 
 Flights = Annotated[
@@ -112,6 +112,7 @@ def verify(
     """
     from planner.api import promise
 
+    refuse_others(spec, out, "verify.json", "report.html")
     with progress_line() as progress:
         found = promise.verify(
             spec,
@@ -127,7 +128,8 @@ def verify(
             made_for=made_for,
             progress=progress,
         )
-    say(found, as_json, out, written="" if out is None else f"wrote {out / 'verify.json'}, report.html")
+    said = "" if out is None else f"wrote {out / 'verify.json'}, report.html"
+    say(found, as_json, out, spec, written=said)
 
 
 def sweep(
@@ -144,7 +146,7 @@ def sweep(
     """Plan a grid of specs: hours against metres, as table, CSV, JSON and a curve.
 
     Finished points are kept in DIR/points: the same command goes on where it was stopped. --force: replace
-    files of DIR that are of no sweep.
+    files of DIR that are not of SPEC.
 
     Example: planner sweep spec.yaml --vary requirement.0.limit=5..50m --vary plan.confidence=90,95,99%
     """
@@ -162,4 +164,4 @@ def sweep(
             force=asked("--force"),
             progress=progress,
         )
-    say(done, as_json, folder, written=f"wrote {folder / 'sweep.csv'}, sweep.json, report.html")
+    say(done, as_json, folder, spec, written=f"wrote {folder / 'sweep.csv'}, sweep.json, report.html")

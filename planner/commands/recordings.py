@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planner.commands.options import AsJson
-from planner.commands.output import answer, progress_line, refuse_existing, say
+from planner.commands.output import answer, progress_line, refuse_existing, refuse_others, say
 from planner.errors import InputError
 
 Columns = Annotated[
@@ -88,9 +88,11 @@ def look(
     """
     from planner.api import data
 
+    folder = out or Path("looks") / recording[0].stem
+    refuse_others(recording[0], folder, "report.html", "map.yaml")
     with progress_line() as progress:
         seen = data.look(*recording, columns=columns, progress=progress)
-    say(seen, as_json, out or Path("looks") / recording[0].stem)
+    say(seen, as_json, folder, recording[0])
 
 
 def _explain_map(as_json: bool) -> None:

@@ -13,7 +13,6 @@ from planner.errors import InputError
 from planner.export.documents import read_sealed_plan
 from planner.protocols import Exported, ExportFormat, ExportOptions
 from planner.spec.places import did_you_mean
-from planner.whole_files import as_bytes
 
 
 def format_of(name: str, options: ExportOptions) -> tuple[ExportFormat, ExportOptions]:
@@ -50,34 +49,6 @@ def exported_file(path: Path, name: str, options: ExportOptions) -> Exported:
     form, options = format_of(name, options)
     with collector_paused():
         return form.files(read_sealed_plan(path), options)
-
-
-def replaced(placed: Mapping[Path, str | bytes], out: Path) -> tuple[str, ...]:
-    """Notes on the files that will be replaced; the one that the user named himself is not among them.
-
-    Raises InputError for a neighbour that is there and that planner did not write: it is somebody's.
-    """
-    there = [path for path in placed if path.is_file() and path != out and not _same(path, placed[path])]
-    foreign = [path for path in there if not _ours(path)]
-    if foreign:
-        names = ", ".join(path.name for path in foreign)
-        raise InputError(
-            f"{names} in {foreign[0].parent} is there already, and no earlier export of planner: "
-            "give another folder with -o, or take it away"
-        )
-    return tuple(f"{path} is replaced" for path in there)
-
-
-def _same(path: Path, content: str | bytes) -> bool:
-    new = as_bytes(content)
-    return path.stat().st_size == len(new) and path.read_bytes() == new
-
-
-def _ours(path: Path) -> bool:
-    """Whether a file names the plan that it was made from, or is the schema that lies beside one."""
-    with path.open("rb") as file:
-        head = file.read(1_000_000)
-    return b"plan_sha256" in head or b"plan-sha256" in head.lower() or b'"title": "planner plan' in head
 
 
 def places(files: Mapping[str, str | bytes], out: Path) -> dict[Path, str | bytes]:

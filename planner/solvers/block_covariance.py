@@ -61,6 +61,23 @@ class BlockCovariance:
             out[b.rows] = b.inverse @ A[b.rows]
         return out
 
+    def quadratic(self, A: Array) -> Array:
+        """(m, m) AᵀV⁻¹A for A (n, m)."""
+        white = self.whiten(A)
+        return np.asarray(white.T @ white)
+
+    def within(self, A: Array) -> Array:
+        """(K,) tr AᵀV_kA for A (n, m)."""
+        e = self.effects
+        return np.array([float(np.vdot(A, e.times(k, A))) for k in range(e.count)])
+
+    def between(self, A: Array) -> Array:
+        """(K, K) tr AᵀV_kV⁻¹V_lA − ½ tr AᵀV_kAAᵀV_lA for A (n, m)."""
+        images = [self.effects.times(k, A) for k in range(self.effects.count)]
+        white = np.array([self.whiten(image).ravel() for image in images])
+        inner = np.array([(A.T @ image).ravel() for image in images])
+        return np.asarray(white @ white.T - 0.5 * inner @ inner.T)
+
     @property
     def log_determinant(self) -> float:
         """log |V|."""

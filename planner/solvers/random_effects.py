@@ -194,6 +194,17 @@ class Covariance:
             return np.asarray(direct)
         return np.asarray(direct - self.effects.projected(self.U, self.S, self.Z, direct))
 
+    def quadratic(self, A: Array) -> Array:
+        """(m, m) AᵀV⁻¹A for A (n, m): a product of matrices and sums over groups."""
+        direct = A / self.diagonal[:, None]
+        found = A.T @ direct
+        if self.Z.shape[1]:
+            sums = np.stack([self.effects.sums(z[:, None] * direct) for z in self.Z.T], axis=1)
+            root = np.swapaxes(np.linalg.cholesky(self.S), 1, 2) @ sums
+            flat = root.reshape(-1, A.shape[1])
+            found -= flat.T @ flat
+        return np.asarray(found)
+
     def whiten(self, A: Array) -> Array:
         """W A for A (n, m), W = (I + D^(−½)Z ZᵀD^(−½))^(−½) D^(−½) block by block: W V Wᵀ = I."""
         return self._root_times(A / np.sqrt(self.diagonal)[:, None])
@@ -230,6 +241,45 @@ class Covariance:
     def _taken(self) -> Array:
         """(n,) diagonal of U S Uᵀ."""
         return np.asarray(np.einsum("nb,nbc,nc->n", self.U, self.effects.spread(self.S), self.U))
+
+    def within(self, A: Array) -> Array:
+        """(K,) tr AᵀV_kA for A (n, m)."""
+        e = self.effects
+        drawn = [float(np.sum(s**2)) for s in self._drawn(A)]
+        return np.array([*(e.diagonals @ np.sum(A**2, axis=1)), *drawn])
+
+    def between(self, A: Array) -> Array:
+        """(K, K) tr AᵀV_kV⁻¹V_lA − ½ tr AᵀV_kAAᵀV_lA for A (n, m)."""
+        e, a = self.effects, len(self.effects.diagonals)
+        size, drawn = np.sum(A**2, axis=1), self._drawn(A)
+        inner = [A.T @ (d[:, None] * A) for d in e.diagonals] + [s.T @ s for s in drawn]
+        M = np.sqrt(self.theta[a:, None] * self.theta[None, a:]) * self.S
+        z = e.slopes.T
+        gram = e.sums(np.einsum("nb,nc->nbc", z / self.diagonal[:, None], z))
+        seen = gram - gram @ M @ gram  # (g, b, b) zᵀV⁻¹z
+        weighted = [self._sums((d / self.diagonal)[:, None] * A) for d in e.diagonals]
+        out = np.zeros((e.count, e.count))
+        for k in range(e.count):
+            for m in range(k, e.count):
+                if m < a:
+                    product = float(np.sum(e.diagonals[k] * e.diagonals[m] / self.diagonal * size))
+                    product -= float(np.vdot(weighted[k], M @ weighted[m]))
+                elif k < a:
+                    left = weighted[k] - gram @ (M @ weighted[k])
+                    product = float(np.vdot(left[:, m - a], drawn[m - a]))
+                else:
+                    product = float(np.sum(seen[:, k - a, m - a, None] * drawn[k - a] * drawn[m - a]))
+                out[k, m] = out[m, k] = product - 0.5 * float(np.vdot(inner[k], inner[m]))
+        return out
+
+    def _drawn(self, A: Array) -> list[Array]:
+        """b times (g, m) zᵀA."""
+        return [self.effects.sums(z[:, None] * A) for z in self.effects.slopes]
+
+    def _sums(self, A: Array) -> Array:
+        """(g, b, m) the same in one array."""
+        g, b = len(self.effects.starts), self.Z.shape[1]
+        return np.stack(self._drawn(A), axis=1) if b else np.zeros((g, 0, A.shape[1]))
 
     def double_traces(self) -> Array:
         """(K, K) tr V⁻¹ V_k V⁻¹ V_l."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import factors
+from planner.solvers.nonnegative import nonnegative_least_squares
 from planner.solvers.random_effects import Covariance, RandomEffects, covariance
 
 _MOST_STEPS = 60
@@ -31,56 +32,75 @@ _LEAST_SHARE = 1e-9  # of the total variance, below which a component counts as 
 
 @dataclass(frozen=True)
 class _State:
-    """Everything at one θ: log-likelihood, score, and the matrices of the fixed effects' basis."""
+    """Everything at one θ: y (n,) and X (n, r), what V weighs them to, log-likelihood.
+
+    information: (r, r) XᵀV⁻¹X; h: (r,) XᵀV⁻¹y
+    """
 
     v: Covariance | BlockCovariance
-    B: Array  # V⁻¹ X
-    C: Array  # (Xᵀ V⁻¹ X)⁻¹
-    Py: Array
+    y: Array
+    X: Array
+    information: Array
+    h: Array
     loglik: float
+
+    @cached_property
+    def half(self) -> Array:
+        """(r, r) whose halfᵀ half is (XᵀV⁻¹X)⁻¹."""
+        return _inverse_root(self.information)
+
+    @cached_property
+    def root(self) -> Array:
+        """(n, r) V⁻¹X halfᵀ: P = V⁻¹ − root rootᵀ."""
+        return self.v.solve(self.X @ self.half.T)
+
+    @cached_property
+    def Py(self) -> Array:
+        """(n,) V⁻¹ of what generalised least squares leaves of y."""
+        left = self.y - self.X @ (self.half.T @ (self.half @ self.h))
+        return self.v.solve(left[:, None])[:, 0]
 
 
 def _state(y: Array, X: Array, effects: RandomEffects, theta: Array) -> _State:
-    """REML log-likelihood −½ (log|V| + log|XᵀV⁻¹X| + yᵀPy) at θ; y (n,), X (n, r) orthonormal."""
+    """REML log-likelihood −½ (log|V| + log|XᵀV⁻¹X| + yᵀPy) at θ; y (n,), X (n, r) orthonormal.
+
+    The last pivot of Cholesky's factor of [X, y]ᵀV⁻¹[X, y], squared, is yᵀPy.
+    """
     v = covariance(effects, theta)
-    solved = v.solve(np.column_stack([X, y]))
-    B, Vy = solved[:, :-1], solved[:, -1]
-    information = X.T @ B
-    information = (information + information.T) / 2.0
-    C = np.asarray(np.linalg.inv(information))
-    Py = Vy - B @ (C @ (X.T @ Vy))
-    log = v.log_determinant + np.linalg.slogdet(information)[1] + float(y @ Py)
-    return _State(v, B, C, Py, -0.5 * float(log))
+    both = v.quadratic(np.column_stack([X, y]))
+    information, h = both[:-1, :-1], both[:-1, -1]
+    try:
+        pivots = np.diag(np.linalg.cholesky(both))
+        log = 2.0 * float(np.log(pivots[:-1]).sum()) + float(pivots[-1]) ** 2
+    except np.linalg.LinAlgError:  # rounding leaves it no longer positive definite
+        half = _inverse_root(information)
+        log = float(np.linalg.slogdet(information)[1] + both[-1, -1] - np.sum((half @ h) ** 2))
+    return _State(v, y, X, information, h, -0.5 * (v.log_determinant + log))
+
+
+def _inverse_root(information: Array) -> Array:
+    """(r, r) half with halfᵀ half the inverse; of the positive part where it is not positive definite."""
+    try:
+        return np.asarray(np.linalg.inv(np.linalg.cholesky(information)))
+    except np.linalg.LinAlgError:
+        value, vector = np.linalg.eigh((information + information.T) / 2.0)
+        seen = value > max(float(value[-1]), 0.0) * np.finfo(float).eps
+        return np.asarray((vector[:, seen] / np.sqrt(value[seen])).T)
 
 
 def _derivatives(s: _State) -> tuple[Array, Array]:
-    """Score (K,) and expected information (K, K).
-
-    With C = L Lᵀ and B̃ = B L, P = V⁻¹ − B̃B̃ᵀ: every trace is a sum of products of V_k B̃, V⁻¹V_k B̃, B̃ᵀV_k B̃.
-    """
-    e, v = s.v.effects, s.v
-    root = s.B @ _root(s.C)
-    images = [e.times(k, root) for k in range(e.count)]
-    solved = [v.solve(image) for image in images]
-    inner = [root.T @ image for image in images]
-    quadratic = np.array([float(s.Py @ e.times(k, s.Py[:, None])[:, 0]) for k in range(e.count)])
-    trace = np.array([v.trace(k) - np.trace(inner[k]) for k in range(e.count)])
-    information = v.double_traces()
-    for k in range(e.count):
-        for m in range(k, e.count):
-            within = np.vdot(inner[k], inner[m]) - 2.0 * np.vdot(images[k], solved[m])
-            information[k, m] += within
-            information[m, k] = information[k, m]
+    """Score (K,) and expected information (K, K): traces of V_k and P = V⁻¹ − root rootᵀ."""
+    v = s.v
+    quadratic = _quadratics(s)
+    trace = np.array([v.trace(k) for k in range(v.effects.count)]) - v.within(s.root)
+    information = v.double_traces() - 2.0 * v.between(s.root)
     return 0.5 * (quadratic - trace), 0.5 * information
 
 
-def _root(C: Array) -> Array:
-    """L (r, r) with L Lᵀ = C; of its positive part where rounding leaves it no longer positive definite."""
-    try:
-        return np.asarray(np.linalg.cholesky(C))
-    except np.linalg.LinAlgError:
-        value, vector = np.linalg.eigh((C + C.T) / 2.0)
-        return np.asarray(vector * np.sqrt(np.maximum(value, 0.0)))
+def _quadratics(s: _State) -> Array:
+    """(K,) yᵀPV_kPy."""
+    e = s.v.effects
+    return np.array([float(s.Py @ e.times(k, s.Py[:, None])[:, 0]) for k in range(e.count)])
 
 
 def _average_information(s: _State) -> tuple[Array, Array]:
@@ -90,13 +110,10 @@ def _average_information(s: _State) -> tuple[Array, Array]:
     """
     e = s.v.effects
     pulled = np.column_stack([e.times(k, s.Py[:, None]) for k in range(e.count)])
-    projected = s.v.solve(pulled)
-    projected = projected - s.B @ (s.C @ (s.B.T @ pulled))
-    root = s.B @ _root(s.C)
-    leverage, a = np.sum(root**2, axis=1), len(e.diagonals)
-    taken = [*(e.diagonals @ leverage), *(np.vdot(root, e.times(k, root)) for k in range(a, e.count))]
-    trace = np.array([s.v.trace(k) - taken[k] for k in range(e.count)])
-    return 0.5 * (s.Py @ pulled - trace), 0.5 * (pulled.T @ projected)
+    taken = s.root.T @ pulled
+    trace = np.array([s.v.trace(k) for k in range(e.count)]) - s.v.within(s.root)
+    information = s.v.quadratic(pulled) - taken.T @ taken
+    return 0.5 * (s.Py @ pulled - trace), 0.5 * information
 
 
 @dataclass(frozen=True)
@@ -242,11 +259,8 @@ def _scored(samples: Sequence[Sample], theta: Array, sought: NDArray[np.bool_], 
 def _step(theta: Array, score: Array, information: Array, free: NDArray[np.bool_]) -> Array:
     """(K,) to the maximum of the quadratic sᵀd − ½ dᵀI d with θ + d >= 0: uphill, whatever is at its bound.
 
-    Every variance in units of its own error, or a large one would count as unseen. Least squares with bounds:
-    Lawson, Hanson, Solving Least Squares Problems, 1974, 23.
+    Every variance in units of its own error, or a large one would count as unseen.
     """
-    from scipy.optimize import nnls
-
     free = free & (np.diag(information) > _LEAST_INFORMATION)
     step = np.zeros_like(score)
     if not free.any():
@@ -257,7 +271,7 @@ def _step(theta: Array, score: Array, information: Array, free: NDArray[np.bool_
     root = np.sqrt(np.maximum(value, _LEAST_CURVATURE))
     at = theta[free] * unit
     target = (vector / root).T @ (score[free] / unit) + (vector * root).T @ at
-    found, _ = nnls((vector * root).T, target, maxiter=30 * len(at))
+    found = nonnegative_least_squares((vector * root).T, target)
     step[free] = np.minimum(found / unit, _MOST) - theta[free]
     return step
 

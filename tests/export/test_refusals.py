@@ -19,6 +19,7 @@ from planner.catalog import exports
 from planner.errors import InputError
 from planner.export.json import document_text
 from planner.export.outputs import places
+from planner.own_files import LIST
 from planner.protocols import ExportFormat, ExportOptions
 from planner.whole_files import write_all_whole
 from tests.export.samples import bench, resealed, small, turning
@@ -78,7 +79,7 @@ def test_the_command_writes_into_a_folder_a_file_or_beside_the_plan(plan, tmp_pa
         cli.app, ["export", str(plan), "--format", form, "-o", str(tmp_path / "a" / "b")]
     )
     assert answer.exit_code == 0
-    assert len(list((tmp_path / "a" / "b").iterdir())) == len(beside)
+    assert {p.name for p in (tmp_path / "a" / "b").iterdir()} == {LIST, *(Path(path).name for path in beside)}
     one = tmp_path / "c" / f"mine{exports()[form].suffix}"
     assert CliRunner().invoke(cli.app, ["export", str(plan), "--format", form, "-o", str(one)]).exit_code == 0
     assert one.read_bytes() == Path(beside[0]).read_bytes()

@@ -58,6 +58,11 @@ def test_every_question_is_answered_as_by_dense_matrices(seed: int, drifting: bo
     assert v.log_determinant == pytest.approx(np.linalg.slogdet(V)[1], rel=1e-9)
     traces = np.array([[np.trace(inverse @ a @ inverse @ b) for b in V_k] for a in V_k])
     np.testing.assert_allclose(v.double_traces(), traces, rtol=1e-8)
+    np.testing.assert_allclose(v.quadratic(A), A.T @ inverse @ A, rtol=1e-8, atol=1e-10)
+    within = [np.trace(A.T @ a @ A) for a in V_k]
+    np.testing.assert_allclose(v.within(A), within, rtol=1e-8)
+    between = [[np.trace(A.T @ (a @ inverse @ b - 0.5 * a @ A @ A.T @ b) @ A) for b in V_k] for a in V_k]
+    np.testing.assert_allclose(v.between(A), between, rtol=1e-8)
     for k, part in enumerate(V_k):
         assert v.trace(k) == pytest.approx(np.trace(inverse @ part), rel=1e-9)
         np.testing.assert_allclose(e.times(k, A), part @ A, rtol=1e-10, atol=1e-12)

@@ -344,7 +344,7 @@ def test_files_of_no_sweep_are_not_replaced(run, spec, tmp_path, name, content):
     (tmp_path / "out" / name).write_text(content)
     result = run("sweep", spec, "--vary", "requirement.0.limit=9,10m", "-o", "out")
     assert result.code == 2
-    assert f"out/{name} is of no sweep" in result.err
+    assert f"out/{name}  is not of planner's making" in result.err
     assert (tmp_path / "out" / name).read_text() == content
     assert not (tmp_path / "out/points").exists()
     forced = run("sweep", spec, "--vary", "requirement.0.limit=9,10m", "-o", "out", "--force")

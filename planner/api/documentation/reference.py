@@ -130,7 +130,20 @@ def files_page() -> str:
 
     lines = ["# Files", "", "JSON files are plain; `--json` puts the same object under `result`.", ""]
     lines += _table("file | made by | schema", [(f"`{f.name}`", f.made_by, f.schema) for f in FILES])
-    return "\n".join([*lines, *_dwell_columns()])
+    return "\n".join([*lines, *_WHOSE, *_dwell_columns()])
+
+
+_WHOSE = (
+    "## Whose files are replaced",
+    "",
+    "A folder given with `-o` may hold files of others. What planner wrote there for the same spec, by its "
+    "place, is replaced without a word, whatever was edited in the spec. Files of another spec, files that "
+    "planner did not write and those that were edited since are refused, before anything is worked out "
+    "(`planner explain P010`), unless `--force` is given. The list `.planner-files.json` in the folder knows "
+    "them; without it files are known by what they say of themselves. From Python, `save` replaces what is "
+    "there.",
+    "",
+)
 
 
 def _dwell_columns() -> Iterator[str]:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.whitened import SEEN
 from planner.nouns.array import Array
 from planner.solvers.least_squares import factors
 
@@ -30,6 +31,7 @@ NORMAL_MIDDLE = 0.99446  # sigma, within which that share of a normal law lies
 ALIKE = 0.5  # share of a condition's rows, in two power-ons or more, from which they are no accidents
 LEAST_ROWS = 20
 ROUNDS = 4
+NOTHING = 1e-9  # of a column's length, below which what is left about the means of power-ons is rounding
 OUTSIDE = 1e-3  # share of a row's columns that the rows seen may not determine, beyond which it is not judged
 
 
@@ -114,7 +116,7 @@ def _left(columns: Array, r: Array, seen: NDArray[np.bool_]) -> tuple[Array, flo
     A row that the fit has not seen is off by the fit's own error as well, √(1 + h) of the noise; nothing is
     left of one of which the others do not tell what it should be, as of the only one in an attitude.
     """
-    found = factors(columns[seen], 1e-7)
+    found = factors(columns[seen], SEEN)
     coefficients = found.to_coefficients @ (found.basis.T @ r[seen])
     share = np.einsum("nk,nk->n", found.basis, found.basis)
     left = r - columns @ coefficients
@@ -131,13 +133,21 @@ def _left(columns: Array, r: Array, seen: NDArray[np.bool_]) -> tuple[Array, flo
 def _within(
     columns: Array, r: Array, starts: NDArray[np.int64], seen: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
-    """(n, k) columns and (n,) reading about their means over the rows seen of each power-on."""
+    """(n, k) columns and (n,) reading about their means over the rows seen of each power-on.
+
+    A column that is one value a power-on is nothing then: scaled up, what rounding leaves of it would explain
+    a random share of every reading.
+    """
     A = np.column_stack([columns, r])
     counts = np.add.reduceat(seen.astype(float), starts)
     means = np.add.reduceat(A * seen[:, None], starts) / np.maximum(counts, 1.0)[:, None]
     sizes = np.diff(np.append(starts, len(A)))
+    length = np.sqrt(seen @ A**2)
     A = A - np.repeat(np.where(sizes[:, None] > 2, means, 0.0), sizes, axis=0)
-    return A[:, :-1], A[:, -1]
+    rounding = np.sqrt(seen @ A**2) <= NOTHING * length
+    A[:, rounding] *= ~seen[:, None]
+    some = A[:, :-1].any(axis=0)
+    return A[:, :-1][:, some], A[:, -1]
 
 
 def _sigma(left: Array, c: Channel, starts: NDArray[np.int64], spread: Array) -> Array:

@@ -11,6 +11,7 @@ from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.noise import ChannelNoise
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
+from planner.solvers.least_squares import factors
 
 SMALL = 0.5  # sigma, that a slope can amount to in all rows, below which it takes no degree of freedom
 LEAST_TAIL = 1e-280  # of a double, whose smallest is 2e-308
@@ -42,7 +43,7 @@ def whitened(c: Channel, noise: ChannelNoise, candidates: Array) -> Whitened:
     least = SMALL / np.append(np.maximum(c.most, 1e-300), np.full(noise.fixed_runs.shape[1], np.inf))
     Q = orthonormal(white[:, 1:][:, np.linalg.norm(white[:, 1:], axis=0) >= least])
     z = clear(Q, white[:, 0])
-    R = np.column_stack([Q, orthonormal(clear(Q, noise.whiten(candidates)), 1e-6)])
+    R = np.column_stack([Q, factors(_seen(Q, noise.whiten(candidates)), SEEN).basis])
     if len(z) - R.shape[1] < len(z) / 4.0:
         R = Q  # too few rows for all candidates at once: what hides then counts as noise
     n, g = len(z), len(noise.starts)
@@ -52,6 +53,12 @@ def whitened(c: Channel, noise: ChannelNoise, candidates: Array) -> Whitened:
     remainder = _full_size(clear(R, z), noise.starts, between, within)
     less = float(np.mean(remainder**2))  # than the noise model says is chance: no reason to believe more
     return Whitened(c, noise, Q, z, remainder / np.sqrt(less) if 0.0 < less < 1.0 else remainder)
+
+
+def _seen(Q: Array, candidates: Array) -> Array:
+    """(n, k') what is left of white candidates (n, k) beside a basis; rounding is no candidate."""
+    left = clear(Q, candidates)
+    return left[:, np.sum(left**2, axis=0) > SEEN**2 * np.sum(candidates**2, axis=0)]
 
 
 def _full_size(left: Array, starts: NDArray[np.int64], between: float, within: float) -> Array:
