@@ -25,6 +25,7 @@ import planner
 from planner.cli import app
 from planner.own_files import LIST
 from planner.pipelines import planning as pipeline
+from tests.documents import keeps
 from tests.outcome import Run
 from tests.specs import planned, shipped, small, with_limit, with_plan
 
@@ -397,6 +398,7 @@ def test_compare_tells_equal_plans_from_different_ones(run: Run, two_plans: tupl
     different = run("compare", one, two, "--exit-code", "--json")
     assert different.code == 1
     assert different.json["differ"] is True
+    keeps(different.json, "compare")
 
 
 @pytest.mark.parametrize(

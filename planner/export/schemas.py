@@ -8,19 +8,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from planner.errors import InputError
+from planner.export.schema_words import (
+    ANYTHING,
+    COUNT,
+    FIGURE,
+    INTERVAL,
+    NUMBER,
+    SPEC,
+    TEXT,
+    YES_OR_NO,
+    Schema,
+    listed,
+    named,
+    one_of,
+    or_null,
+    record,
+)
 from planner.nouns.plan_file import DRAFT
 
-Schema = dict[str, Any]
 VERSION = 1
-
-TEXT: Schema = {"type": "string"}
-NUMBER: Schema = {"type": "number"}
-COUNT: Schema = {"type": "integer", "minimum": 0}
-YES_OR_NO: Schema = {"type": "boolean"}
-ANYTHING: Schema = {}
 
 
 @dataclass(frozen=True)
@@ -38,12 +46,20 @@ FILES = (
     FileKind("steps.csv", "`planner plan`"),
     FileKind("map.yaml", "`planner look`, `planner reduce --guess`", "`planner schema --of column-map`"),
     FileKind("data.csv, .parquet, .h5", "`planner reduce`, `planner simulate`"),
-    FileKind("data.account.json", "`planner reduce`"),
+    FileKind("data.account.json", "`planner reduce`", "`planner schema --of account`"),
+    FileKind("truth.json", "`planner simulate`", "`planner schema --of truth`"),
     FileKind("calibration.json", "`planner calibrate`", "`planner schema --of calibration`"),
+    FileKind("random.json", "`planner calibrate`", "`planner schema --of random`"),
     FileKind("calibration.h, calibration.bin", "`planner calibrate`"),
     FileKind("diagnosis.json", "`planner diagnose`", "`planner schema --of diagnosis`"),
     FileKind("verify.json", "`planner verify -o`", "`planner schema --of verify`"),
     FileKind("sweep.json, sweep.csv", "`planner sweep`", "`planner schema --of sweep`"),
+    FileKind("comparison.json", "`planner compare -o`", "`planner schema --of compare`"),
+    FileKind("accept.json", "`planner accept -o`", "`planner schema --of accept`"),
+    FileKind("check_plan.json", "`planner accept --plan -o`", "`planner schema --of check-plan`"),
+    FileKind("forecast.json", "`planner forecast -o`", "`planner schema --of forecast`"),
+    FileKind("recalibration.json", "`planner recalibrate -o`", "`planner schema --of recalibrate`"),
+    FileKind("run.jsonl", "`planner run`: one object a line, of a step or an event"),
     FileKind("what --json prints", "every command", "`planner schema --of answer`"),
     FileKind("report.html", "most commands, with `-o`"),
 )
@@ -60,6 +76,7 @@ def schema_of(of: str) -> Schema:
 
 def schemas() -> dict[str, Callable[[], Schema]]:
     """File -> what makes its schema."""
+    from planner.export import schemas_of_data, schemas_of_fleets
     from planner.nouns.plan_file import plan_schema
     from planner.recordings.map_schema import column_map_schema
     from planner.spec.schema import json_schema
@@ -72,41 +89,16 @@ def schemas() -> dict[str, Callable[[], Schema]]:
         "diagnosis": _diagnosis,
         "verify": _verify,
         "sweep": _sweep,
+        "compare": _comparison,
+        "accept": schemas_of_fleets.accept,
+        "check-plan": schemas_of_fleets.check_plan,
+        "forecast": schemas_of_fleets.forecast,
+        "recalibrate": schemas_of_fleets.recalibration,
+        "account": schemas_of_data.account,
+        "truth": schemas_of_data.truth,
+        "random": schemas_of_data.random,
         "answer": answer_schema,
     }
-
-
-# ---------------------------------------------------------------- words for shapes
-
-
-def record(may: Schema | None = None, **must: Schema) -> Schema:
-    """A mapping with keys that it must have, and some that it may."""
-    return {"type": "object", "properties": {**must, **(may or {})}, "required": list(must)}
-
-
-def listed(item: Schema) -> Schema:
-    """A list."""
-    return {"type": "array", "items": item}
-
-
-def named(item: Schema) -> Schema:
-    """A mapping of any names to one kind of value."""
-    return {"type": "object", "additionalProperties": item}
-
-
-def or_null(schema: Schema) -> Schema:
-    """Null where there is none."""
-    return {"anyOf": [schema, {"type": "null"}]}
-
-
-def one_of(*words: str) -> Schema:
-    """One of some words."""
-    return {"enum": list(words)}
-
-
-FIGURE = or_null(NUMBER)
-INTERVAL: Schema = {"type": "array", "items": FIGURE, "minItems": 2, "maxItems": 2}
-SPEC = record(name=TEXT, sha256=TEXT)
 
 
 # ---------------------------------------------------------------- the files
@@ -240,3 +232,25 @@ def _sweep() -> Schema:
         status=one_of("planned", "infeasible", "stopped", "invalid"),
     )
     return record(planner=TEXT, spec=TEXT, keys=listed(TEXT), points=listed(point), wanted=COUNT)
+
+
+def _comparison() -> Schema:
+    """Lists run over the plans in the order given, differences over all but the first."""
+    spent = record(name=TEXT, time_s=listed(NUMBER))
+    reason = record(what=TEXT, why=TEXT, added_s=NUMBER)
+    reached = record(error=TEXT, at=TEXT, rule=TEXT, unit=TEXT, limit=listed(FIGURE), achieved=listed(FIGURE))
+    return record(
+        differ=YES_OR_NO,
+        plans=listed(TEXT),
+        spec_sha256=listed(TEXT),
+        time_s=listed(NUMBER),
+        power_on_s=listed(NUMBER),
+        gap=listed(FIGURE),
+        benches=listed(spent),
+        tests=listed(spent),
+        actions=listed(spent),
+        requirements=listed(reached),
+        allowances=listed(record(error=TEXT, unit=TEXT, allowed=listed(FIGURE))),
+        differences=listed(record(plan=TEXT, added_s=NUMBER, reasons=listed(reason))),
+        same_steps=YES_OR_NO,
+    )

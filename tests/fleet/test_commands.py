@@ -12,6 +12,7 @@ import pytest
 import yaml
 
 from planner.dwells.dwell_files import write_dwells
+from tests.documents import keeps
 from tests.fleet.fleets import DEG, G, check_table
 from tests.outcome import Outcome, Run
 from tests.specs import small, with_limit
@@ -66,12 +67,14 @@ def test_a_good_batch_is_accepted_with_a_report(run, spec, tmp_path):
     assert "Of 5 units" in page
     assert "http" not in page.replace("http://www.w3.org", "")  # opens offline
     tree = json.loads((tmp_path / "out/accept.json").read_text())
+    keeps(tree, "accept")
     assert tree["counts"] == {"accepted": 5, "rejected": 0, "undecided": 0}
 
 
 def test_one_bad_unit_ends_with_exit_1_and_names_its_channel(run, spec, tmp_path):
     done = run("accept", table(tmp_path, 0.09 * G), "--spec", spec, "--json")
     assert done.code == 1
+    keeps(done.json, "accept")
     bad = [u for u in done.json["units"] if u["verdict"] == "rejected"]
     assert [u["unit"] for u in bad] == ["u0003"]
     worst = max(bad[0]["channels"], key=lambda c: c["share_of_limit"])
@@ -105,6 +108,8 @@ def test_calibrations_are_judged_too(run, spec, tmp_path):
     drift = run("forecast", *two, "--spec", spec, "--json", "--today", "2026-06-01")
     assert drift.code == 0
     assert drift.json["corrected_by"] == "last"
+    for document, of in ((alone.json, "accept"), (drift.json, "forecast")):
+        keeps(document, of)
 
 
 def test_a_forecast_writes_report_and_calendar(run, spec, tmp_path):
@@ -113,6 +118,7 @@ def test_a_forecast_writes_report_and_calendar(run, spec, tmp_path):
     done = run("forecast", data, "--spec", spec, "--today", "2026-06-01", "--until", "900", "-o", out)
     assert done.code == 0
     tree = json.loads((out / "forecast.json").read_text())
+    keeps(tree, "forecast")
     assert {s["method"] for s in tree["validation"]} >= {"naive", "local_trend", "neural", "gaussian_process"}
     dated = [u for u in tree["units"] if u["date"] is not None]
     assert dated
@@ -165,6 +171,7 @@ def test_recalibrations_are_planned_and_put_on_a_calendar(run, spec, tmp_path):
     done = run("recalibrate", spec, "--start", "2026-12-01", "-o", out)
     assert done.code == 0
     tree = json.loads((out / "recalibration.json").read_text())
+    keeps(tree, "recalibrate")
     (unit,) = tree["units"]
     assert unit["whole"]
     assert unit["visits"]
@@ -178,6 +185,7 @@ def test_what_the_store_cannot_carry_ends_with_exit_3_and_says_what_binds(run, s
     tight.write_text(spec.read_text().replace("9.2 m", "8.1 m").replace("repeats: 6", "repeats: 1"))
     done = run("recalibrate", tight)
     assert done.code == 3
+    keeps(run("recalibrate", tight, "--json").json, "recalibrate")
     assert "what takes most of the limit then" in done.err
 
 
@@ -195,6 +203,7 @@ def test_recalibration_follows_a_history(run, spec, tmp_path):
     )
     assert done.code in (0, 3)
     assert [u["unit"] for u in done.json["units"]] == ["a", "b"]
+    keeps(done.json, "recalibrate")
 
 
 def test_overdue_units_come_first_everywhere(run, spec, tmp_path):
@@ -203,6 +212,7 @@ def test_overdue_units_come_first_everywhere(run, spec, tmp_path):
     done = run("forecast", data, "--spec", spec, "--today", "2028-11-01", "-o", out)
     assert done.code == 0
     tree = json.loads((out / "forecast.json").read_text())
+    keeps(tree, "forecast")
     assert tree["today"] == "2028-11-01"
     assert tree["units"][0]["overdue"]
     assert "overdue: calibrate now" in done.out
@@ -213,6 +223,7 @@ def test_overdue_units_come_first_everywhere(run, spec, tmp_path):
     store = run("recalibrate", spec, "--history", data, "--today", "2028-11-01", "--until", "60", "--json")
     assert all(v["date"] >= "2028-11-01" for u in store.json["units"] for v in u["visits"])
     assert all(s["date"] >= "2028-11-01" for s in store.json["sessions"])
+    keeps(store.json, "recalibrate")
 
 
 def test_a_slip_of_the_unit_is_told_before_a_date(run, spec, tmp_path):
@@ -224,6 +235,7 @@ def test_a_slip_of_the_unit_is_told_before_a_date(run, spec, tmp_path):
     done = run("forecast", path, "--spec", spec, "--today", "2026-03-06", "--json")
     assert "a slip of the unit" in done.json["suspects"][0]
     assert done.json["units"][0]["outcome"] != "passed"
+    keeps(done.json, "forecast")
 
 
 def test_a_semicolon_csv_gets_a_message_of_its_own(run, spec, tmp_path):
@@ -238,6 +250,7 @@ def test_a_check_is_planned(run, spec, tmp_path):
     done = run("accept", "--spec", spec, "--plan-check", "--load", "80", "-o", tmp_path / "check")
     assert done.code == 0
     tree = json.loads((tmp_path / "check/check_plan.json").read_text())
+    keeps(tree, "check-plan")
     assert tree["checks"][0]["power_ons_per_temperature"] >= 1
     assert "power-on" in done.out
 

@@ -16,6 +16,7 @@ from planner.recordings.plan_records import PlannedRecord
 from planner.recordings.raw_to_dwells import reduce_recordings
 from planner.recordings.reduction import Reduction
 from planner.units import from_si
+from tests.documents import keeps
 from tests.outcome import Run
 from tests.recordings.recordings import ACC_BIAS, GYRO_BIAS, HEADER, Recorded, save, tumbled
 
@@ -312,6 +313,7 @@ def test_the_command_writes_the_table_and_the_account(tmp_path, run: Run):
     assert outcome.json["written"] == ["data.csv", "data.account.json"]
     account = json.loads((tmp_path / "data.account.json").read_text())
     assert {key: outcome.json[key] for key in account} == account
+    keeps(account, "account")
     told = sum(row["samples"] + sum(row["left_out"].values()) for row in account["rows"])
     told += sum(part["samples"] for part in account["stretches_left_out"])
     assert told == len(RECORDED.time) == account["files"]["unit7.csv"]["samples"]["read"]

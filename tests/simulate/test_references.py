@@ -20,6 +20,7 @@ from planner.simulate.campaign import Settings, Unit, prepared, simulate
 from planner.simulate.references import drawn_references
 from planner.spec.references import BenchAccuracy
 from planner.units import STANDARD_GRAVITY_MPS2
+from tests.documents import keeps
 from tests.simulate.benches import campaign_of, noiseless
 
 G = STANDARD_GRAVITY_MPS2
@@ -190,4 +191,5 @@ def test_references_are_drawn_with_keys_of_their_own_and_can_be_switched_off() -
     # 0.1 K, 20 ppm and 0.02 deg of 700 deg/s and 1 g: the same unit, a little elsewhere
     assert 0.0 < np.abs(drawn.gyro - perfect.gyro).max() < 0.05
     assert set(truth.references) == set(json.loads(truth_text(truth))["references_si"])
+    keeps(json.loads(truth_text(truth)), "truth")
     assert "references_si" not in truth_text(replace(truth, references={}))

@@ -26,6 +26,7 @@ from planner.simulate.motions import exposed, records_of
 from planner.simulate.processes import coloured
 from planner.simulate.signals import Disturbed, campaign_signals, recorded
 from planner.units import unit_factor
+from tests.documents import keeps
 from tests.outcome import Run
 from tests.plan.test_ramps import RAMP, document
 from tests.plan.test_ramps import spec as ramps
@@ -152,7 +153,14 @@ def test_simulate_reduce_calibrate_apply_close(recorded: Path, reduced: Path, tm
     account = reduced.with_name("data.account.json")
     found = planner.calibrate(reduced, spec(), noise=account)
     found.save(tmp_path / "cal")
-    truth = {(t["error"], t["term"]): t for t in json.loads((recorded / "truth.json").read_text())["terms"]}
+    drawn = json.loads((recorded / "truth.json").read_text())
+    for file, of in (
+        (drawn, "truth"),
+        (json.loads(account.read_text()), "account"),
+        (json.loads((tmp_path / "cal" / "random.json").read_text()), "random"),
+    ):
+        keeps(file, of)
+    truth = {(t["error"], t["term"]): t for t in drawn["terms"]}
     document = found.to_dict()
     compared = 0
     for sensor in document["sensors"].values():
