@@ -26,6 +26,7 @@ from planner.nouns.calibration import SensorCalibration
 from planner.nouns.dwell_table import DwellTable
 from planner.spec.model import Spec
 from planner.units import STANDARD_GRAVITY_MPS2 as G
+from planner.units import parse
 from tests.calibrate.truths import any_spec
 from tests.data import HERE
 from tests.data import table as reduced
