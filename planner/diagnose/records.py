@@ -206,8 +206,8 @@ def _split_of(X: Array, run: NDArray[np.int64]) -> Array:
     X = X - means[run]
     X = X / np.maximum(np.linalg.norm(X, axis=0), 1e-300)
     runs = int(run.max()) + 1
-    grams = np.zeros((runs, X.shape[1], X.shape[1]))
-    np.add.at(grams, run, X[:, :, None] * X[:, None, :])
+    starts = np.concatenate([[0], np.cumsum(np.bincount(run))[:-1]])
+    grams = np.array([part.T @ part for part in np.split(X, starts[1:])])
     before, total = np.cumsum(grams, axis=0)[:-1], grams.sum(axis=0)
     whole, rank = _rest(total[None])
     first, last = _rest(before), _rest(total - before)

@@ -10,6 +10,7 @@ Segments j lie between -60, -40 … 80 °C, eight temperatures as K has; segment
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 
@@ -30,6 +31,17 @@ def warmer(temperature_degc: Array) -> Array:
     return np.asarray(shares(temperature_degc, TEMPERATURES_DEGC) - at_room)
 
 
+@cache
+def _terms() -> tuple[Term, ...]:
+    """All 189, made once: a diagnosis asks for them three hundred times."""
+    return tuple(
+        Term(f"{axis} {degc:g} degC {time:g} s")
+        for axis in AXES
+        for degc in TEMPERATURES_DEGC[1:]
+        for time in TIMES_S[1:]
+    )
+
+
 class DriftCurveOverTemperature(DriftCurve):
     """c_ijk, the rise over segment j of temperature of channel i's drift over segment k of time."""
 
@@ -41,12 +53,7 @@ class DriftCurveOverTemperature(DriftCurve):
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """`x -40 degC 10 s`, … `z 80 degC 3600 s`: channel and the ends of the segments."""
-        return tuple(
-            Term(f"{axis} {degc:g} degC {time:g} s")
-            for axis in AXES
-            for degc in TEMPERATURES_DEGC[1:]
-            for time in TIMES_S[1:]
-        )
+        return _terms()
 
     def regressors(
         self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.diagnose.hypotheses.channels import Channel, columns
+from planner.diagnose.hypotheses.channels import Channel, columns, columns_of_all
 from planner.diagnose.hypotheses.generic import generics
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.parameters import grid, ranges
@@ -121,7 +121,7 @@ def effect_blocks(channels: Sequence[Channel], name: str, nonlinear: Mapping[str
         return []
     sensor = channels[0].sensor
     terms = effect.terms(sensor)
-    full = {c.axis: columns(c, name, nonlinear) for c in channels}
+    full = columns_of_all(channels, name, nonlinear)
     acts = {a: _acting(terms, a) & (np.sum(full[a] ** 2, axis=0) > UNSEEN) for a in full}
     if getattr(effect, "nodal", False):
         acts = {a: acts[a] & reached(full[a]) for a in full}

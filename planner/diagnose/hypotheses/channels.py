@@ -10,7 +10,7 @@ J the Jacobian of the declared model at its fit, G the columns of a candidate.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -249,7 +249,20 @@ def _steepest(nodes: Array, values: Array) -> Array:
 
 def columns(c: Channel, effect: str, nonlinear: Mapping[str, float] | None = None) -> Array:
     """(n, n_terms) what each term of an effect adds to the channel's reading, SI per SI unit."""
+    return columns_of_all([c], effect, nonlinear)[c.axis]
+
+
+def columns_of_all(
+    channels: Sequence[Channel], effect: str, nonlinear: Mapping[str, float] | None = None
+) -> dict[int, Array]:
+    """The same of every channel of one sensor, by its axis: what all have in common is worked out once."""
     found = catalog.effects()[effect]
-    conditions = c.driven if found.group == "scale_factor" else c.model.conditions
-    added = np.asarray(found.regressors(c.sensor, conditions, nonlinear)[:, c.axis, :])
-    return added * c.lean[:, None] if found.group == "misalignment" else added
+    out: dict[int, Array] = {}
+    every, of = np.empty(0), None
+    for c in channels:
+        conditions = c.driven if found.group == "scale_factor" else c.model.conditions
+        if conditions is not of:
+            every, of = np.asarray(found.regressors(c.sensor, conditions, nonlinear)), conditions
+        added = every[:, c.axis, :]
+        out[c.axis] = added * c.lean[:, None] if found.group == "misalignment" else added
+    return out

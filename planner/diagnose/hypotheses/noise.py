@@ -74,8 +74,11 @@ class ChannelNoise:
         They add up to UᵀU.
         """
         W = self.covariance.whiten_transposed(white)
-        effects, theta = self.covariance.effects, self.variances.theta
-        return np.array([theta[k] * (W.T @ effects.times(k, W)) for k in range(effects.count)])
+        effects = self.covariance.effects
+        drawn = effects.drawn(effects.slopes.T, W)
+        found = [W.T @ (d[:, None] * W) for d in effects.diagonals]
+        found += [drawn[:, k].T @ drawn[:, k] for k in range(drawn.shape[1])]
+        return np.asarray(self.variances.theta[:, None, None] * np.array(found))
 
     @property
     def relative_error(self) -> Array:
