@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator
-from html import escape
 from pathlib import Path
 
 import pytest
@@ -13,6 +12,7 @@ from hypothesis import settings
 
 from planner.cli import main
 from planner.report.charts import theme
+from tests.docs.forked import not_drawn
 from tests.outcome import Outcome, Run
 from tests.plugins.installing import EXAMPLE, Installed, found_in, install
 from tests.shipped_plans import share_in
@@ -35,12 +35,7 @@ def _charts_are_drawn_where_pages_are_looked_at(
 ) -> None:
     """tests/report draws every chart; elsewhere they are empty, unless a test is marked `charts`."""
     if "report" not in request.path.parts and request.node.get_closest_marker("charts") is None:
-        monkeypatch.setattr(theme, "drawn", _not_drawn)
-
-
-def _not_drawn(name: str, description: str, draw: object) -> str:
-    del draw
-    return f'<svg role="img" id="{name}"><title>{escape(description)}</title></svg>'
+        monkeypatch.setattr(theme, "drawn", not_drawn)
 
 
 @pytest.fixture

@@ -178,13 +178,13 @@ def update(loaded: LoadedSpec, diagnosis: Diagnosis, target: Path) -> tuple[Spec
 
 
 def replanned(old: LoadedSpec, new: LoadedSpec, progress: Progress) -> Replanned:
-    """Plan both specs: hours and metres before and after."""
+    """Plan both specs: hours and metres before and after, no genetic campaign, which nothing here shows."""
     why: list[str] = []
     plans: list[Plan | None] = []
     for loaded, name in ((old, "the old spec"), (new, "the new spec")):
         try:
             progress(f"planning {name}")
-            plans.append(planning.plan(loaded, progress).plan)
+            plans.append(planning.exact_plan(loaded, progress))
         except InfeasibleError as error:
             why.append(f"{name} cannot be planned: {error}")
             plans.append(None)

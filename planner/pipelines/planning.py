@@ -165,13 +165,15 @@ def afford(loaded: LoadedSpec, seconds: float, progress: Progress) -> Affordable
     return affordable(flight_of(spec, navigation.flight), seconds)
 
 
-def exact_plan(loaded: LoadedSpec) -> Plan:
+def exact_plan(loaded: LoadedSpec, progress: Progress = silent) -> Plan:
     """Spec → campaign and steps as of `plan`; no genetic algorithm beside them, no trade-off, no notes."""
-    navigation = navigate(loaded, silent)
-    if by_information(loaded.spec):
-        return informed(loaded, navigation, silent, beside=False).plan
-    task = task_of(loaded.spec, navigation)
-    chosen = observable_campaign(task, by_total(task, campaign(task)))
+    navigation = navigate(loaded, progress)
+    with causes_said(loaded.spec, navigation.unaided):
+        if by_information(loaded.spec):
+            return informed(loaded, navigation, progress, beside=False).plan
+        progress("choosing temperatures and repeats")
+        task = task_of(loaded.spec, navigation)
+        chosen = observable_campaign(task, by_total(task, campaign(task)))
     return with_schedule_figures(_timed(loaded, navigation, task, chosen), loaded.spec, chosen)
 
 

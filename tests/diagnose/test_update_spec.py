@@ -26,12 +26,14 @@ from planner.nouns.diagnosis import (
     UnitDiagnosis,
     Unknown,
 )
+from planner.nouns.progress import silent
 from planner.pipelines import planning
+from planner.pipelines.diagnosing import replanned
 from planner.spec.load import load_spec, spec_from_bytes
 from planner.spec.text_edit import SpecText
 from tests.diagnose.found import found_effect
 from tests.shipped_plans import shipped_plan
-from tests.specs import SHIPPED, small
+from tests.specs import SHIPPED, loaded, planned, small, with_limit
 
 LOOP = SHIPPED / "close_the_loop.yaml"
 NOISE = RecordNoise(white=1e-5, duration=60.0)
@@ -336,3 +338,13 @@ def test_the_new_spec_plans_and_keeps_the_limit_for_more_hours():
     assert new.time_s >= old.time_s  # the same limit with one error more
     assert "gyro.g_sensitivity" in {a.error for a in new.allowances}
     assert re.search("g_sensitivity", " ".join(t for test in new.tests for t in test.calibrates))
+
+
+def test_both_specs_are_planned_as_plan_does_without_what_nobody_is_shown():
+    old, tighter = small(), with_limit(small(), "9 m")
+    both = replanned(loaded(old), loaded(tighter), silent)
+    for made, spec in ((both.old, old), (both.new, tighter)):
+        whole = planned(spec).plan
+        assert (made.time_s, made.bound_s, made.steps) == (whole.time_s, whole.bound_s, whole.steps)
+        assert [r.achieved for r in made.requirements] == [r.achieved for r in whole.requirements]
+        assert (made.genetic, whole.genetic is None) == (None, False)

@@ -177,7 +177,16 @@ def opened(frames: str, shown: Path) -> dict[tuple[str, int], dict[str, Any]]:
 Told = dict[tuple[str, int], dict[str, Any]]
 
 
-def test_every_kind_of_page_is_opened(told: Told) -> None:
+def test_every_kind_of_page_is_whole_on_telephone_and_paper(told: Told) -> None:
+    """One test of four questions: workers of a test run would make the pages once each, half a minute."""
+    every_kind_is_opened(told)
+    for (name, width), page in told.items():
+        nothing_overflows(name, width, page)
+        charts_can_be_read(name, width, page)
+        it_says_what_it_is_and_what_made_it(name, width, page)
+
+
+def every_kind_is_opened(told: Told) -> None:
     of_commands = {name.partition("/")[0] for name, _ in told} - {"sample", "stress"}
     assert of_commands == {
         *("plan", "batch", "compare", "verify", "sweep", "accept", "forecast", "recalibrate", "diagnose"),
@@ -188,27 +197,24 @@ def test_every_kind_of_page_is_opened(told: Told) -> None:
     assert all(told[name, NARROW]["letters"] for name in with_charts)
 
 
-def test_nothing_overflows(told: Told) -> None:
-    for (name, width), page in told.items():
-        if (name, width) == ("stress", PAPER):
-            continue  # 30 columns fit no paper
-        assert page["wide"] == width, name
-        assert page["scrolls"] <= width, (name, width)
-        assert page["outside"] == [], (name, width)
-        assert page["faults"] == [], (name, width)
+def nothing_overflows(name: str, width: int, page: dict[str, Any]) -> None:
+    if (name, width) == ("stress", PAPER):
+        return  # 30 columns fit no paper
+    assert page["wide"] == width, name
+    assert page["scrolls"] <= width, (name, width)
+    assert page["outside"] == [], (name, width)
+    assert page["faults"] == [], (name, width)
 
 
-def test_charts_can_be_read(told: Told) -> None:
-    for (name, width), page in told.items():
-        least = 8.0 if width == PAPER else 11.0  # px; on paper 8 px are 6 pt
-        assert all(size >= least for size in page["letters"]), (name, width)
-        assert page["cut"] == [], (name, width)
-        assert page["silent"] == 0, name  # an alternative text of every chart
+def charts_can_be_read(name: str, width: int, page: dict[str, Any]) -> None:
+    least = 8.0 if width == PAPER else 11.0  # px; on paper 8 px are 6 pt
+    assert all(size >= least for size in page["letters"]), (name, width)
+    assert page["cut"] == [], (name, width)
+    assert page["silent"] == 0, name  # an alternative text of every chart
 
 
-def test_a_page_says_what_it_is_and_what_made_it(told: Told) -> None:
-    for (name, width), page in told.items():
-        assert page["title"].strip(), (name, width)
-        if name.endswith("report.html"):
-            command = name.partition("/")[0].replace("batch", "plan")
-            assert f"planner {command} " in page["footer"], name
+def it_says_what_it_is_and_what_made_it(name: str, width: int, page: dict[str, Any]) -> None:
+    assert page["title"].strip(), (name, width)
+    if name.endswith("report.html"):
+        command = name.partition("/")[0].replace("batch", "plan")
+        assert f"planner {command} " in page["footer"], name
