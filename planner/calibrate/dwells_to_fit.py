@@ -16,12 +16,18 @@ from planner.calibrate.held_out import residual_of
 from planner.calibrate.in_store import EFFECTS as RENEWED
 from planner.calibrate.in_store import by_the_old, renewed
 from planner.calibrate.methods import CUBES, METHODS, Method, resting
-from planner.calibrate.rest_methods import accelerometers_by_free_orientations, cube_references, modulus_check
+from planner.calibrate.rest_methods import (
+    AGED,
+    accelerometers_by_free_orientations,
+    cube_references,
+    modulus_check,
+)
 from planner.calibrate.rests_and_turns import by_rests_and_turns
 from planner.calibrate.smooth_tables import smooth_tables
 from planner.calibrate.what_would_tell import told_by_attitudes, told_by_turns
 from planner.campaign.estimate import Estimate, Robust
 from planner.campaign.model import campaign
+from planner.campaign.noise import budget_of
 from planner.campaign.power_ons import of_table
 from planner.campaign.triad import ALL, TooFewRecords, shares
 from planner.dwells.references import referenced
@@ -32,6 +38,7 @@ from planner.nouns.array import Array
 from planner.nouns.calibration import Calibration, SensorCalibration, SmoothTable, Tables
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.progress import Progress, silent
+from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS, Sensor
 from planner.spec.model import Spec
 from planner.units import STANDARD_GRAVITY_MPS2
@@ -125,7 +132,7 @@ def _renewed(
     notes: list[str] = []
     table = by_the_old(table, prior)
     if table.ref_acc is None and table.acc is not None:
-        table, notes = cube_references(table, options.turn)
+        table, notes = cube_references(table, options.turn, AGED)
     table, assumed = referenced(table, options.latitude)
     found, missing = _fitted(table, SENSORS, curves, RENEWED, options)
     return [renewed(change, prior[change.sensor]) for change in found], [*notes, *assumed, *missing]
@@ -136,7 +143,7 @@ def _by_method(
 ) -> tuple[list[SensorCalibration], list[str]]:
     notes: list[str] = []
     if options.method in CUBES:
-        table, notes = cube_references(table, options.turn)
+        table, notes = cube_references(table, options.turn, _scale_off(curves))
     table, assumed = referenced(table, options.latitude)
     keep = method.rows(table)
     if not keep.any():
@@ -152,6 +159,12 @@ def _by_method(
         f = true_input(table.acc, found[-1].tables, "accelerometer", table.conditions())
         notes.append(modulus_check(table.acc, f))
     return found, [*notes, *assumed, *missing]
+
+
+def _scale_off(curves: Curves) -> float:
+    """By how much of itself the gyros' scale factor may be off before calibration; 0: the spec is silent."""
+    budget = budget_of(curves.spec.unit, ErrorName("gyro.scale_factor"))
+    return 0.0 if budget is None else budget.systematic_size
 
 
 def _cube(

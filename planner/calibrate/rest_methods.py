@@ -24,8 +24,11 @@ _LOWER = (("yx", 1, 0), ("zx", 2, 0), ("zy", 2, 1))
 FOLDS = 5
 FACE = 0.85  # share of g along one axis that makes a rest a face of the cube
 QUARTER = np.pi / 2.0
-_SCALE = 0.2  # of scale factor, before calibration
-_OFF = 0.35  # rad by which a turn may miss a multiple of 90 deg before scale factors of 20 % could confuse it
+AGED = 0.01  # of scale factor: a calibrated gyro moves by .12 % in two months (K 2.5.3)
+_SCALE = 0.2  # of a turn by which its reading may be off where its angle is said
+_UNKNOWN_SCALE = 0.05  # of a gyro's scale factor where the spec does not say how far it is off
+_HAND = 0.09  # rad: 5 deg by which a hand misses
+_OFF = 0.35  # rad: 20 deg by which the reading of a short turn may miss its multiple of 90 deg
 
 
 def accelerometers_by_free_orientations(
@@ -139,12 +142,16 @@ def _coefficients(fit: FreeFit) -> list[Coefficient]:
 # ---------------------------------------------------------------- cube
 
 
-def cube_references(table: DwellTable, turn: float | None = None) -> tuple[DwellTable, list[str]]:
+def cube_references(
+    table: DwellTable, turn: float | None = None, scale: float = 0.0
+) -> tuple[DwellTable, list[str]]:
     """The table with the references that a cube on a flat plate gives; other rows are left out.
 
     A rest on a face: f = ± g along the axis that reads most. A turn: by `turn` (rad) where the reading is
     within a fifth of it, else by the nearest multiple of 90 deg, about the axis that turned, over the
-    record's duration. Raises InputError when no row is either.
+    record's duration. scale: by how much of itself the gyros' scale factor may be off, 0: nobody says.
+
+    Raises InputError when no row is either, and for turns so long that several multiples may be meant.
     """
     if table.acc is None:
         raise InputError("the cube needs acc columns")
@@ -154,11 +161,16 @@ def cube_references(table: DwellTable, turn: float | None = None) -> tuple[Dwell
     force = np.zeros_like(unit)
     force[rows, axis] = np.sign(unit[rows, axis]) * STANDARD_GRAVITY_MPS2
     on_face = np.abs(unit[rows, axis]) > FACE
-    rate, turned, odd = _turns(table, turn)
+    rate, turned, odd = _turns(table, turn, scale or _UNKNOWN_SCALE)
     keep = (on_face & ~turned & ~odd) | turned
     if not keep.any():
         raise InputError("no row is a rest on a face of the cube, or a turn by a multiple of 90 deg")
     notes = [f"{int((~keep).sum())} rows are neither: left out"] if not keep.all() else []
+    if odd.any():
+        notes.append(
+            f"{int(odd.sum())} of them turned, as the gyros read, by no multiple of 90 deg, with up to "
+            f"{100 * (scale or _UNKNOWN_SCALE):g} % of scale factor; if they did, say by how much: --turn DEG"
+        )
     if turned.any():
         notes.append(
             "turns are taken as whole multiples of 90 deg: a hand that is 1 deg off in 360 deg "
@@ -167,7 +179,9 @@ def cube_references(table: DwellTable, turn: float | None = None) -> tuple[Dwell
     return rows_of(replace(table, ref_acc=force, ref_rate=rate), keep), notes
 
 
-def _turns(table: DwellTable, turn: float | None) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
+def _turns(
+    table: DwellTable, turn: float | None, scale: float
+) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
     """Reference rate (n, 3), which rows turned by a known angle (n,), and which by one that is not known."""
     rate = np.zeros((len(table), 3))
     if table.gyro is None:
@@ -180,12 +194,36 @@ def _turns(table: DwellTable, turn: float | None) -> tuple[Array, NDArray[np.boo
     most = angle[rows, axis]
     moved = (np.abs(most) > QUARTER / 2.0) & (np.abs(rate_read[rows, axis]) > np.radians(2.0))
     known = np.round(most / QUARTER) * QUARTER
-    sure = moved & (np.abs(most - known) < _OFF) & (known != 0)
+    said = np.zeros(len(table), dtype=bool)
     if turn is not None:
-        said = np.abs(np.abs(most) - turn) < _SCALE * turn
-        known, sure = np.where(said, np.sign(most) * turn, known), sure | (moved & said)
+        said = moved & (np.abs(np.abs(most) - turn) < _SCALE * turn)
+        known = np.where(said, np.sign(most) * turn, known)
+    may_miss = scale * np.abs(known) + _HAND
+    _refuse_several_meanings(
+        np.degrees(np.abs(most[moved & ~said & (may_miss >= QUARTER / 2.0)])), scale, turn
+    )
+    near = np.abs(most - known) < np.maximum(may_miss, _OFF)
+    sure = said | (moved & near & (known != 0))
     rate[rows[sure], axis[sure]] = known[sure] / table.duration[sure]
     return rate, sure, moved & ~sure
+
+
+def _refuse_several_meanings(read_deg: Array, scale: float, turn: float | None) -> None:
+    """Raises InputError for turns (n,), deg as read, whose angle a scale factor `scale` off leaves open.
+
+    Four turns that gyros 6.4 % off read as 1532 deg would pass as 1530, at 0.14 % of scale factor.
+    """
+    if not len(read_deg):
+        return
+    read = float(read_deg[0])
+    below = 90.0 * np.floor(read / 90.0)
+    beyond = "" if turn is None else f", further than a fifth from --turn {np.degrees(turn):g},"
+    raise InputError(
+        f"{len(read_deg)} turns are too long to know from the gyros how far they went: the first reads "
+        f"{read:.0f} deg{beyond} which scale factors up to {100 * scale:g} % off cannot tell to be {below:g} "
+        f"or {below + 90.0:g} deg; say by how much the cube was turned, e.g. --turn 1440 for four turns, or, "
+        "if the gyros are known better, unit.gyro.scale_factor.systematic in the spec"
+    )
 
 
 def modulus_check(a: Array, corrected: Array) -> str:

@@ -49,7 +49,7 @@ Turn = Annotated[
     float | None,
     typer.Option(
         metavar="DEG",
-        help="By which a cube was turned, e.g. 1440 for four turns [the multiple of 90 it reads].",
+        help="By which a cube was turned, e.g. 1440 for four turns [as it reads, while sure].",
     ),
 ]
 Robust = Annotated[str, typer.Option(metavar="no|huber|bisquare", help="Resist outliers.")]

@@ -21,9 +21,12 @@ from planner.calibrate.correction import true_input
 from planner.calibrate.dwells_to_fit import calibrate
 from planner.calibrate.fit_options import FitOptions
 from planner.dwells.table_rows import without_motions
+from planner.errors import InputError
 from planner.nouns.calibration import SensorCalibration
 from planner.nouns.dwell_table import DwellTable
+from planner.spec.model import Spec
 from planner.units import STANDARD_GRAVITY_MPS2 as G
+from planner.units import parse
 from tests.calibrate.truths import any_spec
 from tests.data import HERE
 from tests.data import table as reduced
@@ -140,6 +143,67 @@ def test_a_cube_knows_hand_turns_that_reduce_kept() -> None:
     whole, cut = (calibrate(t, any_spec(), FitOptions("cube"))[0].sensors[0] for t in (table, pieces))
     np.testing.assert_allclose(whole.tables.scale, cut.tables.scale, atol=1e-9)
     np.testing.assert_allclose(whole.tables.bias, cut.tables.bias, atol=1e-9)
+
+
+def turned(angle_deg: float, scale: float) -> DwellTable:
+    """Six faces at rest; on every face a turn each way in 40 s, as gyros that are off by `scale` read it."""
+    steps = [(face, way) for face in range(6) for way in (0, 1, -1)]
+    face, way = np.array(steps).T
+    up = np.where(face < 3, 1.0, -1.0)[:, None] * np.eye(3)[face % 3]
+    turns = np.radians(angle_deg) / 40.0 * way[:, None] * np.eye(3)[face % 3]
+    n, bias = len(steps), np.radians([0.3, -0.2, 0.1])
+    noise = 1e-6 * np.random.default_rng(4).normal(size=(2, n, 3))
+    return DwellTable(
+        unit=np.full(n, "u1"),
+        run=np.ones(n, dtype=int),
+        day=np.zeros(n),
+        time_on=50.0 * (1 + np.arange(n)),
+        duration=np.full(n, 40.0),
+        temperature_degc=np.full(n, 20.0),
+        temperature_rate=np.zeros(n),
+        ref_rate=None,
+        ref_acc=None,
+        gyro=(1.0 + scale) * turns + bias + noise[0],
+        acc=G * up + noise[1],
+    )
+
+
+def off_by(percent: float) -> Spec:
+    """A unit whose data sheet says how far the gyros' scale factor may be off."""
+    spec = any_spec()
+    off = {"systematic": parse(f"{percent:g} %")}
+    budget = spec.unit.gyro["scale_factor"].model_copy(update=off)
+    gyro = {**spec.unit.gyro, "scale_factor": budget}
+    return spec.model_copy(update={"unit": spec.unit.model_copy(update={"gyro": gyro})})
+
+
+@pytest.mark.parametrize(("angle", "scale"), [(360.0, 0.064), (360.0, -0.05), (90.0, 0.15), (180.0, -0.09)])
+def test_one_turn_is_known_from_gyros_that_are_off(angle: float, scale: float) -> None:
+    (found,) = calibrate(
+        turned(angle, scale), off_by(10.0 if angle < 360.0 else 5.0), FitOptions("cube_gyros")
+    )
+    np.testing.assert_allclose(found.sensors[0].tables.scale[:, 0], scale, atol=1e-4)
+
+
+@pytest.mark.parametrize("scale", [0.01, 0.04, 0.0641, -0.2])
+def test_four_turns_are_asked_for_and_not_guessed(scale: float) -> None:
+    """6.41 % of 1440 deg is 92: they would pass as 1530 deg, at 0.15 % of scale factor."""
+    table, by = turned(1440.0, scale), np.radians(1440.0)
+    with pytest.raises(InputError, match=r"12 turns are too long .* --turn 1440"):
+        calibrate(table, off_by(5.0), FitOptions("cube_gyros"))
+    if abs(scale) < 0.2:
+        (found,) = calibrate(table, off_by(5.0), FitOptions("cube_gyros", turn=by))
+        np.testing.assert_allclose(found.sensors[0].tables.scale[:, 0], scale, atol=1e-4)
+    else:
+        with pytest.raises(InputError, match="further than a fifth from --turn 1440"):
+            calibrate(table, off_by(5.0), FitOptions("cube_gyros", turn=by))
+
+
+def test_four_turns_are_known_from_gyros_that_the_spec_says_are_good() -> None:
+    (found,) = calibrate(turned(1440.0, 0.01), off_by(2.0), FitOptions("cube_gyros"))
+    np.testing.assert_allclose(found.sensors[0].tables.scale[:, 0], 0.01, atol=1e-4)
+    (off,) = calibrate(turned(1440.0, 0.03), off_by(1.0), FitOptions("cube_gyros"))
+    assert any("12 of them turned" in note and "--turn" in note for note in off.notes)
 
 
 def in_pieces(table: DwellTable, count: int) -> DwellTable:
