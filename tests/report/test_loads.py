@@ -12,6 +12,7 @@ from planner.nouns.plan import Plan
 from planner.nouns.step import Step
 from planner.plan.campaign_to_plan import idle_benches
 from planner.report.blocks import Items, Picture, Table
+from planner.report.charts.gantt import campaign_picture
 from planner.report.page import html
 from planner.report.subjects.plan import plan_report
 from planner.report.subjects.plan_loads import critical_path, loads_of, moment
@@ -85,3 +86,12 @@ def test_a_bench_that_no_test_uses_is_noted_and_a_copy_is_not() -> None:
     spec["benches"]["rate_table"] = spec["benches"]["rate_table"] | {"count": 2}
     found = [*idle_benches(loaded(spec).spec, [step("rate_table", 1, 0, 1)])]
     assert found == ["benches.spare: idle: this plan makes no test on it"]
+
+
+def test_the_chart_marks_where_each_load_begins_and_names_the_hours_of_a_short_campaign() -> None:
+    plan = plan_of(flow([6, 6, 6], [1, 5, 1]))
+    drawn = campaign_picture(replace(plan, start="mon 08:00")).svg
+    assert [drawn.count(f">load {n}<") for n in (1, 2, 3, 4)] == [2, 2, 2, 0]  # on both benches
+    assert all(f">{hour}<" in drawn for hour in ("12:00", "18:00", "06:00"))
+    alone = [replace(s, id=s.id.partition("/")[2]) for s in plan.steps[:1]]
+    assert ">load" not in campaign_picture(plan_of(alone)).svg

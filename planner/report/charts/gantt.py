@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 COLUMNS = 900
 MOST_DAYS = 16  # midnights that are named
+MOST_LOADS = 16  # of units, whose begin on a bench is marked
+FEW_DAYS = 3  # up to which the hours between them are, too
 Place = Literal["outside upper left", "outside lower left"]
 _LETTERS = 115  # across the figure, in a legend
 _HEIGHT = 0.38  # of a lane; a bench has two: what is done, and for which test
@@ -45,7 +47,7 @@ def campaign_picture(plan: Plan) -> Picture:
         f"Steps shorter than {plan.time_s / COLUMNS / 60:.1f} min share the height by their time."
     )
     if plan.start is not None:
-        caption += " Grey: people are there."
+        caption += " Pale behind the lanes: people are there."
     return Picture("campaign", alt, caption, lambda: _draw(plan, benches, tests))
 
 
@@ -139,6 +141,11 @@ def _days(every: Sequence[Axes], plan: Plan) -> None:
         labels = [_day_label(plan, int(m)) for m in midnights]
         every[-1].set_xticks((midnights * DAY_S - begun) / 3600.0, labels)
         every[-1].set_xlabel(f"midnight before each day; the campaign begins {plan.start}")
+    if plan.time_s <= FEW_DAYS * DAY_S:
+        first, last = 6 * int(np.ceil(begun / 21600.0)), int((begun + plan.time_s) / 3600.0)
+        between = [hour for hour in range(first, last + 1, 6) if hour % 24]
+        labels = [f"{hour % 24:02d}:00" for hour in between]
+        every[-1].set_xticks([hour - begun / 3600.0 for hour in between], labels, minor=True)
     for turn in range(int((begun + plan.time_s) // plan.shifts_period_s) + 1):
         for opens, closes in plan.shifts:
             span = ((x + turn * plan.shifts_period_s - begun) / 3600.0 for x in (opens, closes))
@@ -164,11 +171,31 @@ def _lanes(axes: Axes, plan: Plan, benches: Sequence[str], tests: Sequence[str])
         _lane(axes, edges, column_shares(steps, edges, actions, action_of), -row, action_colours(actions))
         shares = column_shares(steps, edges, tests, lambda s: s.test)
         _lane(axes, edges, shares, -row - 0.42, test_colours(tests))
-    axes.set_ylim(-len(benches) + 0.45, 0.5)
+        _begins(axes, steps, -row + _HEIGHT)
+    axes.set_ylim(-len(benches) + 0.45, 0.62)
     positions = [y - row for row in range(len(benches)) for y in (_HEIGHT / 2, _HEIGHT / 2 - 0.42)]
     axes.set_yticks(positions, [label for bench in benches for label in (bench, "tests")])
     axes.tick_params(axis="y", length=0)
     axes.grid(axis="y", visible=False)
+
+
+def _begins(axes: Axes, steps: Sequence[Step], top: float) -> None:
+    """The number of each load of units above the lane, where it begins; nothing where there is one batch."""
+    begins: dict[int, float] = {}
+    for step in steps:
+        if step.batch is not None:
+            begins[step.batch] = min(begins.get(step.batch, step.start_s), step.start_s)
+    for number, begin in begins.items() if len(begins) <= MOST_LOADS else ():
+        name = f"load {number}" if len(begins) <= MOST_LOADS // 2 else str(number)
+        axes.plot([begin / 3600.0] * 2, [top - _HEIGHT, top + 0.1], color=theme.INK, linewidth=0.8)
+        axes.annotate(
+            name,
+            (begin / 3600.0, top),
+            (3, 2),
+            textcoords="offset points",
+            fontsize=9.0,
+            annotation_clip=False,
+        )
 
 
 def action_colours(actions: Sequence[str]) -> list[str]:
