@@ -135,17 +135,21 @@ def cut_chains(found: Found, question: Question) -> None:
 
 
 def _tells_all(found: Found, here: Pool, mine: Sequence[int], unnamed: int, question: Question) -> bool:
-    """Whether a channel's library effects leave nothing generic and win decisively: the equation is right.
+    """Whether a channel's library effects leave nothing generic, while the one variable leaves another.
 
-    K's k1 a + k2 a² is a pair along the load; bins of it explain most and leave what lies within them.
+    Then the equation is right. K's k1 a + k2 a² is a pair along the load, whose bins leave what the rate makes
+    of it. A load that saturates is a pair as well, roughly, and bins of the load leave nothing of it.
     """
+    axes = found.axes(unnamed)
     named = delta(here, mine) / score(here, mine).s2 - sum(_penalty(here, b) for b in mine)
-    if found.on(found.axes(unnamed)) != list(mine) or named < score(here, [unnamed]).criterion + DECISIVE:
+    if named < score(here, [unnamed]).criterion + DECISIVE:
         return False
-    known = set(found.misfit)
-    left = lack_of_fit(found, question)
-    found.misfit = known
-    return not on(found.pool, left, found.axes(unnamed))
+    curve = found.tried([b for b in found.library if b not in mine])
+    curve.unknown = [*(u for u in found.unknown if u not in on(found.pool, found.unknown, axes)), unnamed]
+    pair = found.tried(found.library)
+    pair.misfit, curve.misfit = set(found.misfit), set(found.misfit)
+    left = [on(f.pool, lack_of_fit(f, question), axes) for f in (pair, curve)]
+    return not left[0] and bool(left[1])
 
 
 def pairs_for_tables(found: Found, question: Question) -> None:
