@@ -163,15 +163,19 @@ def varies_as_declared(effect: str, declared: Collection[str]) -> bool:
 _DESCRIBED = {
     "curve_": ("planner.effects._measured_curve", "curve_of"),
     "scatter_over_input_": ("planner.effects._scatter_over_input", "scatter_of"),
+    "_of_gyro_with_": ("planner.effects._shaped", "shaped_of"),
+    "_of_acc_with_": ("planner.effects._shaped", "shaped_of"),
 }
-"""Beginning of a name -> module and function that make the effect of it."""
+"""Part of a name -> module and function that make the effect of it."""
 
 
 def _described(name: object) -> Any:
     """The effect that a name describes, None where it describes none."""
-    for prefix, (module, function) in _DESCRIBED.items():
-        if isinstance(name, str) and name.startswith(prefix):
-            return getattr(importlib.import_module(module), function)(name)
+    for part, (module, function) in _DESCRIBED.items():
+        if isinstance(name, str) and part in name:
+            found = getattr(importlib.import_module(module), function)(name)
+            if found is not None:
+                return found
     return None
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from planner import catalog
 from planner.campaign.power_ons import PowerOns
-from planner.measurement import AXES, ChannelModel, Parts
+from planner.measurement import ChannelModel, Parts
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.solvers.block_covariance import LARGEST
@@ -26,7 +26,6 @@ from planner.solvers.random_effects import Drift, RandomEffects
 from planner.solvers.reml import Variances
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Unit
-from planner.spec.scatter import scatter_beside
 
 Kind = Literal["white", "temperature_stray", "constant", "rate_noise", "run_to_run", "in_run", "prior"]
 RATE_NOISE_FROM = {"gyro": 0.5, "accelerometer": 30.0}  # rad/s, m/s²: below, a reading's error is no noise
@@ -125,12 +124,13 @@ def _stray(model: ChannelModel) -> Array:
 def _draws(found: _Pieces, model: ChannelModel, parts: Parts, runs: PowerOns, unit: Unit) -> None:
     """Run-to-run of bias and scale factor always, of other errors if the spec says so; in-run if it does."""
     within = int(np.max(runs.sizes)) <= LARGEST
-    for (error, term), z in {**columns_of_errors(model, parts), **_beside(model, parts, unit)}.items():
+    beside = unfitted_columns(model, parts, unit)
+    for (error, term), z in {**columns_of_errors(model, parts), **beside}.items():
         if not np.any(z):
             continue
         budget = budget_of(unit, error)
         shape = _shape(budget, model.conditions.temperature_degc)
-        always = error.effect in (BIAS, SCALE_FACTOR)
+        always = error.effect in (BIAS, SCALE_FACTOR) and (error, term) not in beside
         if shape is not None or always:
             name = Component("run_to_run", error, term)
             drawn = z if shape is None else z * shape
@@ -146,13 +146,24 @@ def _draws(found: _Pieces, model: ChannelModel, parts: Parts, runs: PowerOns, un
             found.drifts[Component("in_run", error, term)] = drift
 
 
-def _beside(model: ChannelModel, parts: Parts, unit: Unit) -> dict[tuple[ErrorName, str], Array]:
-    """(error, term) -> (n,) of what a power-on draws more at some inputs: nothing of it is fitted."""
-    name = scatter_beside(getattr(unit, model.sensor))
-    if name is None:
-        return {}
-    x = catalog.effects()[name].regressors(model.sensor, model.with_input(parts.v))
-    return {(ErrorName.of(model.sensor, name), AXES[model.channel]): x[:, model.channel, model.channel]}
+def unfitted_columns(model: ChannelModel, parts: Parts, unit: Unit) -> dict[tuple[ErrorName, str], Array]:
+    """(error, term) -> (n,) what one unit of a budgeted error adds of which nothing is fitted.
+
+    The unit has it all the same: its constant and its curve lead the estimates of the others astray, and what
+    power-ons draw of it is noise of the records.
+    """
+    carried = {c.effect.name for c in model.carried}
+    found: dict[tuple[ErrorName, str], Array] = {}
+    for name in getattr(unit, model.sensor):
+        effect = catalog.effects()[name]
+        if name in carried or (effect.tabled and effect.temperature_of in carried):
+            continue
+        conditions = model.with_input(parts.v) if effect.group == "scale_factor" else model.conditions
+        x = effect.regressors(model.sensor, conditions)[:, model.channel]
+        for t, term in enumerate(effect.terms(model.sensor)):
+            if model.channel in term.channels and np.any(x[:, t]):
+                found[ErrorName.of(model.sensor, name), term.name] = x[:, t]
+    return found
 
 
 def columns_of_errors(model: ChannelModel, parts: Parts) -> dict[tuple[ErrorName, str], Array]:

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.campaign.noise import budget_of, columns_of_errors
+from planner.campaign.noise import budget_of, columns_of_errors, unfitted_columns
 from planner.campaign.power_ons import PowerOns
 from planner.measurement import ChannelModel, Parts, evaluate, sensed
 from planner.nouns.array import Array
@@ -75,7 +75,8 @@ def _storage(model: ChannelModel, parts: Parts, runs: PowerOns, spec: Spec) -> I
     if not modes.size:
         return
     span = np.ptp(runs.on_day)
-    for (error, term), z in columns_of_errors(model, parts).items():
+    columns = {**columns_of_errors(model, parts), **unfitted_columns(model, parts, spec.unit)}
+    for (error, term), z in columns.items():
         budget = budget_of(spec.unit, error)
         if budget is None or budget.storage_sigma <= 0.0:
             continue

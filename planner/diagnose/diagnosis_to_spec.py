@@ -19,6 +19,7 @@ from planner import __version__, catalog
 from planner.diagnose.calibration_cost import CalibratingTest, RecordNoise, Target, calibrating_test
 from planner.diagnose.left_in_budget import widened
 from planner.diagnose.ramp_test import ramp_test
+from planner.diagnose.shape_in_plan import at_its_parameters, not_declared, parameter_notes
 from planner.errors import InputError
 from planner.measurement import AXES
 from planner.nouns.diagnosis import LEAST_P, Assumption, Diagnosis, FoundEffect, NavigationCost
@@ -54,7 +55,8 @@ def updated_spec(text: str, loaded: LoadedSpec, diagnosis: Diagnosis) -> SpecUpd
     spec = loaded.spec
     harm = [c for c in diagnosis.navigation if not c.helps]
     curves = [] if harm else _curves(spec, diagnosis)
-    fresh = [] if harm else [e for e in _merged(diagnosis.found.effects) if e.effect not in spec.effects]
+    lacking = not_declared(_merged(diagnosis.found.effects), spec)
+    fresh = [] if harm else [at_its_parameters(e) for e in lacking]
     fresh += curves
     names = list(dict.fromkeys(e.effect for e in fresh))
     if names:
@@ -213,26 +215,7 @@ def _doubts(found: FoundEffect) -> list[str]:
     if found.rivals:
         others = ", ".join(dict.fromkeys(r.effect for r in found.rivals))
         notes.append(f"{error} cannot be told from {others} by these data; next_measurement says what would")
-    return notes + _usual(found)
-
-
-def _usual(found: FoundEffect) -> list[str]:
-    """A sentence for each parameter: what the plan takes, what the data say, channel by channel."""
-    notes = []
-    for p in catalog.effects()[found.effect].parameters:
-        told = [
-            f"{p.shown(t.value)} on {_short(t.channel)}"
-            for t in found.terms
-            if t.parameter and t.name == p.name
-        ]
-        if not told and p.name in found.nonlinear:
-            told = [p.shown(found.nonlinear[p.name])]
-        if told:
-            notes.append(
-                f"{found.sensor}.{found.effect}: the plan takes {p.name} {p.shown(p.default)}, its usual "
-                f"value; the data say {', '.join(told)}"
-            )
-    return notes
+    return notes + parameter_notes(found)
 
 
 def _table_needed(spec: Spec, found: FoundEffect, plain: str) -> list[str]:

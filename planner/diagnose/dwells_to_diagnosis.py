@@ -24,6 +24,7 @@ from planner.diagnose.hypotheses.suspects import suspects
 from planner.diagnose.left_out import left_out
 from planner.diagnose.records import screened
 from planner.dwells.table_rows import rows_of
+from planner.effects._shaped import plain_names
 from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import (
@@ -186,14 +187,17 @@ def _limits(
     not_found: list[NotFound] = []
     untestable: list[Untestable] = []
     for s in found:
-        seen, unseen = limits(s, data, tuple(spec.effects))
+        seen, unseen = limits(s, data, plain_names(tuple(spec.effects), s.sensor))
         not_found += seen
         untestable += unseen
     judged = {s.sensor for s in found}
     for name, effect in catalog.effects().items():
         missing = [sensor for sensor in effect.sensors if sensor not in judged]
-        if name not in spec.effects and missing:
-            untestable += [Untestable(name, sensor, _no_sensor(sensor, data)) for sensor in missing]
+        untestable += [
+            Untestable(name, sensor, _no_sensor(sensor, data))
+            for sensor in missing
+            if name not in plain_names(tuple(spec.effects), sensor)
+        ]
     return not_found, untestable
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.effects import sensed
 from planner.effects._dependence import IN_USE_DEGC, random_conditions
+from planner.effects._shaped import plain_name
 from planner.effects.scale_factor_nonlinearity import REFERENCE_INPUT
 from planner.export.firmware_curves import FirmwareCurve, firmware_curves
 from planner.nouns.array import Array
@@ -91,7 +92,16 @@ class FirmwareTables:
 
 def firmware_tables(calibration: Calibration) -> tuple[FirmwareTables, ...]:
     """The arrays of every calibrated sensor."""
-    return tuple(_of_sensor(sensor) for sensor in calibration.sensors)
+    return tuple(_of_sensor(_plain(sensor)) for sensor in calibration.sensors)
+
+
+def _plain(found: SensorCalibration) -> SensorCalibration:
+    """The same with an effect at one unit's parameters under its own name: its terms have the parameters."""
+    extra = []
+    for e in found.tables.extra:
+        usual = catalog.effects()[e.effect].nonlinear
+        extra.append(replace(e, effect=plain_name(e.effect), nonlinear={**usual, **e.nonlinear}))
+    return replace(found, tables=replace(found.tables, extra=tuple(extra)))
 
 
 def _of_sensor(found: SensorCalibration) -> FirmwareTables:

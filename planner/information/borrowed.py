@@ -75,7 +75,9 @@ def _known(channel: ChannelKinds, but: Collection[str]) -> ChannelKinds:
     own = J[:, known, known]
     J[:, known, :] = J[:, :, known] = 0.0
     J[:, known, known] = own
-    return replace(channel, information=J)
+    astray = channel.astray.copy()
+    astray[:, known] = 0.0
+    return replace(channel, information=J, astray=astray)
 
 
 def borrowed_notes(spec: Spec, found: Found) -> tuple[str, ...]:

@@ -26,8 +26,7 @@ CURVES = 2000  # drawn of every family: a second moment is then known to 2 % in 
 UNSEEN = 8000  # others, by which what was chosen is judged; not kept, they are drawn block by block
 BLOCK = 500
 MOST_SHAPES = 16  # of unseen curves, of which a process remembers what it looked at: plans are of few tables
-KEPT = 4  # sets of temperatures at which curves are kept: of what is on offer, and of the campaign in hand
-MOST_POINTS = 400  # temperatures at which second moments are kept
+MOST_POINTS = 400  # temperatures at which curves and their second moments are kept
 
 
 @dataclass(frozen=True)
@@ -36,11 +35,13 @@ class Curves:
 
     unseen: whether they are others, and more, than those by which a campaign is searched: the one that is
     found is the luckiest of thousands under the curves that chose it
+    on_offer: (N,) temperatures that campaigns may ask for, looked at together when the first one asks
     """
 
     spec: Spec
     drawn: dict[Hashable, _Drawn] = field(default_factory=dict)
     unseen: bool = False
+    on_offer: Array = field(default_factory=lambda: np.empty(0))
     known: _Known = field(default_factory=lambda: _Known(), repr=False, compare=False)
 
     def moments(self, degc: Array) -> dict[str, Moments]:
@@ -94,13 +95,13 @@ class Curves:
         if not isinstance(family, TableCurves) or family.figure == "sigma":
             return along(degc, family.grid, family.draws(self._count, self._rng()))
         known = self._redrawn(family.shape) if self.unseen else self._kept(family.shape)
-        known.look(degc, family)
+        known.look(degc, self.on_offer, family)
         return np.asarray(known.at(degc, family) * known.scales(family)[:, None])
 
     def _kept(self, shape: Shape) -> _Drawn:
         key = _key(shape)
         if key not in self.drawn:
-            curves = centred(shape.draws(CURVES, self._rng()))
+            curves = centred(shape.evenly(CURVES, self._rng()))
             self.drawn[key] = _Drawn(lambda: [curves])
         return self.drawn[key]
 
@@ -124,33 +125,40 @@ class _Known:
 
 @dataclass
 class _Drawn:
-    """Curves of one shape, block by block (n, POINTS), and the largest that tables of N points leave."""
+    """Curves of one shape, block by block (n, POINTS), and the largest that tables of N points leave.
+
+    seen: ends of the range -> (N,) temperatures, ascending, and (n, N) curves there
+    """
 
     blocks: Callable[[], Iterable[Array]]
     left: dict[int, Array] = field(default_factory=dict)
-    seen: dict[bytes, Array] = field(default_factory=dict)
+    seen: dict[bytes, tuple[Array, Array]] = field(default_factory=dict)
 
-    def look(self, degc: Array, family: TableCurves) -> None:
+    def look(self, degc: Array, on_offer: Array, family: TableCurves) -> None:
         """Curves at temperatures and what a family's tables leave of them, where not known, in one go."""
         numbers = [n for n in family.numbers if n not in self.left]
-        key = _place(degc, family)
-        new = key not in self.seen
-        if not numbers and not new:
+        at, curves = self.seen.get(_ends(family), (np.empty(0), np.empty((0, 0))))
+        new = np.empty(0) if np.isin(degc, at).all() else np.setdiff1d(np.union1d(degc, on_offer), at)
+        if not numbers and not len(new):
             return
-        found: list[tuple[Array, ...]] = []
-        for curves in self.blocks():
-            there = along(degc, family.grid, curves) if new else np.empty((len(curves), 0))
-            found.append((there, *(largest_left(curves, n) for n in numbers)))
+        if len(at) + len(new) > MOST_POINTS:
+            at, curves, new = np.empty(0), np.empty((0, 0)), degc
+        found = [
+            (along(new, family.grid, block), *(largest_left(block, n) for n in numbers))
+            for block in self.blocks()
+        ]
         there, *left = (np.concatenate(each) for each in zip(*found, strict=True))
         self.left |= dict(zip(numbers, left, strict=True))
-        if new:
-            if len(self.seen) >= KEPT:
-                self.seen.clear()
-            self.seen[key] = there
+        if len(new):
+            at = np.concatenate([at, new])
+            order = np.argsort(at)
+            both = np.hstack([curves, there]) if len(curves) else there
+            self.seen[_ends(family)] = (at[order], both[:, order])
 
     def at(self, degc: Array, family: TableCurves) -> Array:
         """(n, N) at temperatures (N,); errors whose curves have one shape ask for the same."""
-        return self.seen[_place(degc, family)]
+        at, curves = self.seen[_ends(family)]
+        return curves[:, np.searchsorted(at, degc)]
 
     def scales(self, family: TableCurves) -> Array:
         """(n,) with which each meets the family's table at one N and exceeds it at none."""
@@ -164,14 +172,14 @@ class _Drawn:
 
 def _blocks(shape: Shape, rng: Callable[[], np.random.Generator]) -> Iterator[Array]:
     one = rng()
-    return (centred(shape.draws(BLOCK, one)) for _ in range(UNSEEN // BLOCK))
+    return (centred(shape.evenly(BLOCK, one)) for _ in range(UNSEEN // BLOCK))
 
 
 _REDRAWN: dict[Hashable, _Drawn] = {}
 
 
-def _place(degc: Array, family: TableCurves) -> bytes:
-    return degc.tobytes() + family.grid[[0, -1]].tobytes()
+def _ends(family: TableCurves) -> bytes:
+    return family.grid[[0, -1]].tobytes()
 
 
 def _key(shape: Shape) -> Hashable:

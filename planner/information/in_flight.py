@@ -117,14 +117,12 @@ def drawn_by_flights(spec: Spec, response: FlightResponse, J: Array, along: Arra
 def drawn_in_flight(
     spec: Spec, f: Flying, along: Array, apart: Array, days: float
 ) -> tuple[Array, Array | None]:
-    """(K, K) of drift, storage and what was never calibrated; (S, K, K) of the power-on."""
+    """(K, K) of drift and storage; (S, K, K) of the power-on."""
     budget = budget_of(spec.unit, f.error)
     if budget is None:
         return np.zeros_like(apart), None
     walk = budget.storage_sigma**2 * days / STORAGE_DAYS
     still = budget.in_run_sigma**2 * np.exp(-apart / budget.in_run_time) + walk
-    if f.error.effect not in spec.effects:
-        still = still + budget.systematic_size**2 / 3.0
     s = budget.run_to_run_sigma(along)
     drawn = s[:, :, None] * s[:, None, :]
     length = budget.temperature_correlation

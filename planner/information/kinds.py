@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from planner.campaign.channel_model import EXCITED, EXCITING
 from planner.campaign.model import ChannelCampaign, campaign
-from planner.campaign.noise import columns_of_errors
+from planner.campaign.noise import budget_of, columns_of_errors, unfitted_columns
 from planner.campaign.power_ons import PowerOns
 from planner.measurement import sensed
 from planner.nouns.array import Array
@@ -50,9 +50,11 @@ class Term:
 
 @dataclass(frozen=True)
 class ChannelKinds:
-    """One channel of all kinds. b terms, q shared references, g kinds.
+    """One channel of all kinds. b terms, q shared references, g kinds, u terms of which nothing is fitted.
 
     information: (g, b + q, b + q) of one power-on
+    unfitted: what the unit has of errors that no effect is declared for; astray: (g, b + q, u) A_kᵀ V_k⁻¹ z,
+        what one unit of them does to the normal equations
     sigma: (q,) of the references and of walks over the campaign's days
     references: (q,) names of the references, which other channels have in common; empty: a walk of its own
     rows: (n, b) columns without weights, inputs: (n,) their |u|, starts: (g,) first row of each kind
@@ -62,6 +64,8 @@ class ChannelKinds:
     channel: int
     terms: tuple[Term, ...]
     information: Array
+    unfitted: tuple[Term, ...]
+    astray: Array
     sigma: Array
     references: tuple[str, ...]
     rows: Array
@@ -137,21 +141,36 @@ def channel_kinds(c: ChannelCampaign) -> ChannelKinds:
     """One channel of a campaign, power-on by power-on."""
     model = c.model
     columns = columns_of_errors(model, c.parts)
+    unfitted = _lead_astray(c)
     rows = np.column_stack([*columns.values()])
-    white = c.whiten(np.column_stack([rows, c.prior.columns]))
-    products = np.einsum("na,nb->nab", white, white)
+    white = c.whiten(np.column_stack([rows, c.prior.columns, *unfitted.values()]))
+    known = rows.shape[1] + len(c.prior.sigma)
+    products = np.einsum("na,nb->nab", white[:, :known], white)
+    per_kind = np.asarray(np.add.reduceat(products, c.runs.starts, axis=0))
     u = np.abs(sensed(model.sensor, model.conditions)[:, model.channel])
     return ChannelKinds(
         model.sensor,
         model.channel,
         tuple(_terms(c, list(columns))),
-        np.asarray(np.add.reduceat(products, c.runs.starts, axis=0)),
+        per_kind[:, :, :known],
+        tuple(Term(error, name, tabled=False, driven=False) for error, name in unfitted),
+        per_kind[:, :, known:],
         c.prior.sigma,
         tuple("" if u.walk else u.name for u in c.prior.unknowns),
         rows,
         u,
         c.runs.starts,
     )
+
+
+def _lead_astray(c: ChannelCampaign) -> dict[tuple[ErrorName, str], Array]:
+    """(n,) columns of the unfitted errors that have a constant or a curve; the rest is noise of records."""
+    unit, found = c.spec.unit, {}
+    for (error, term), z in unfitted_columns(c.model, c.parts, unit).items():
+        budget = budget_of(unit, error)
+        if budget is not None and budget.whole_variation > 0.0:
+            found[error, term] = z
+    return found
 
 
 def _terms(c: ChannelCampaign, columns: Sequence[tuple[ErrorName, str]]) -> Iterator[Term]:

@@ -45,12 +45,15 @@ class Flight:
 
     def under(self, spec: Spec) -> Flight:
         """The same flight with another spec of the same errors; shapes of curves stay drawn."""
-        return replace(self, spec=spec, curves=Curves(spec, self.curves.drawn, self.curves.unseen))
+        return replace(
+            self, spec=spec, curves=Curves(spec, self.curves.drawn, self.curves.unseen, self.curves.on_offer)
+        )
 
     @cached_property
     def unseen(self) -> Flight:
         """The same flight under other curves, and more of them, than a campaign is searched by."""
-        return replace(self, curves=Curves(self.spec, self.curves.drawn, unseen=True))
+        on_offer = np.unique([t for _, degc in offered(self.spec) for t in degc])
+        return replace(self, curves=Curves(self.spec, self.curves.drawn, unseen=True, on_offer=on_offer))
 
     def in_store(self, span_days: float) -> float:
         """Days from the end of a campaign of `span_days` to the flight."""
@@ -84,7 +87,8 @@ def scenarios(
 ) -> tuple[Array, Array | None]:
     """(S,) temperatures at which flights start, and their weights; None: the worst counts.
 
-    Over the range they stand in the middle of even parts of it; the worst is looked for from end to end.
+    Over the range they are those of Gauss and Legendre: beyond the outermost nodes of a table the misfit
+    rises as steeply as it may, where even parts would hardly look. The worst is looked for end to end.
     """
     low, high = spec.plan.temperatures.range
     if isinstance(wanted.temperature, TemperatureShares):
@@ -93,7 +97,8 @@ def scenarios(
         return response.temperature_degc[:1], np.ones(1)
     if wanted.temperature == "worst":
         return np.linspace(low, high, count + 1), None
-    return low + (np.arange(count) + 0.5) * (high - low) / count, np.full(count, 1.0 / count)
+    at, share = np.polynomial.legendre.leggauss(count)
+    return 0.5 * (low + high) + 0.5 * (high - low) * at, 0.5 * share
 
 
 def asked_of(flight: Flight, *, exact: bool, days: float | None = None) -> tuple[Asked, ...]:
@@ -134,8 +139,14 @@ def promise_of(flight: Flight, kinds: Kinds, wanted: tuple[Asked, ...]) -> Promi
     families = flight.curves.moments(points)
     smooth = smooth_of(flight.spec, points, families)
     flying = flight.response.flying
-    unbudgeted = frozenset(f.error for f in flying if budget_of(flight.spec.unit, f.error) is None)
-    return Promise(kinds, wanted, flying, points, families, smooth, unbudgeted)
+    budgets = {f.error: budget_of(flight.spec.unit, f.error) for f in flying}
+    unbudgeted = frozenset(error for error, budget in budgets.items() if budget is None)
+    constants = {
+        error.parts: budget.systematic_size**2 / 3.0
+        for error, budget in budgets.items()
+        if budget is not None and budget.systematic_size > 0.0 and error.effect not in flight.spec.effects
+    }
+    return Promise(kinds, wanted, flying, points, families, smooth, unbudgeted, constants)
 
 
 def bare_promise(flight: Flight) -> Promise:

@@ -135,7 +135,7 @@ def _exactly(flight: Flight, found: Found, points: Sequence[Point], late: Callab
         if late():
             break
         if i not in known:
-            known[i] = _exact(flight, found, points[i], ROUGH)
+            known[i] = _exact(flight.unseen, found, points[i], ROUGH)
     return [known[i] for i in sorted(known)]
 
 

@@ -2,7 +2,8 @@
 
 Marginal sigmas of each error's largest term, root mean square over the flight's temperatures: the flight's
 own power-on and drift; `storage`, the walk in store after the campaign; `estimate`, what noise, references
-and the walk during the campaign leave of the coefficients as they are at its end; `temperature`, what tables
+and the walk during the campaign leave of the coefficients as they are at its end, and the constants of errors
+that no effect is declared for; `temperature`, what tables
 miss of the curves. The covariance of all terms stands beside them.
 """
 
@@ -56,7 +57,7 @@ def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
             "in_run": own[f]["in_run"],
             "storage": own[f]["storage"],
             "temperature": _above(whole[i, i], noise[i, i]),
-            "estimate": max(noise[i, i], 0.0) + own[f]["uncalibrated"],
+            "estimate": max(noise[i, i], 0.0),
         }
         for i, f in enumerate(promise.flying)
     }
@@ -112,15 +113,13 @@ def _own(flight: Flight, f: Flying, a: Asked, weights: Array, days: float) -> di
     along = a.temperature_degc[:, :1]
     budget = budget_of(spec.unit, f.error)
     if budget is None:
-        return dict.fromkeys(("run_to_run", "in_run", "storage", "uncalibrated"), 0.0)
+        return dict.fromkeys(("run_to_run", "in_run", "storage"), 0.0)
     still, drawn = drawn_in_flight(spec, f, along, at, days)
     walk = drawn_in_flight(spec, f, along, np.full((1, 1), np.inf), days)[0]
-    uncalibrated = budget.systematic_size**2 / 3.0 if f.error.effect not in spec.effects else 0.0
     return {
         "run_to_run": 0.0 if drawn is None else float(weights @ drawn[:, 0, 0]),
         "in_run": float(still[0, 0] - walk[0, 0]),
-        "storage": float(walk[0, 0]) - uncalibrated,
-        "uncalibrated": uncalibrated,
+        "storage": float(walk[0, 0]),
     }
 
 

@@ -4,7 +4,9 @@
 
 R reads the campaign's coefficients at the flight's temperature, with straight lines between the nodes or with
 the weights of the posterior mean (`smooth`); f_e, the curve that either misses, goes through its second
-moment. The posterior part and the curves depend on the campaign, `own` does not.
+moment. Of an error that no effect is declared for nothing is fitted, and f_e is all of it, its constant too:
+it flies whole, and leads the estimates of the others astray. The posterior part and the curves depend on the
+campaign, `own` does not.
 """
 
 from __future__ import annotations
@@ -37,6 +39,7 @@ class Promise:
     points: (N,) degC at which curves are known; families: name -> (sensor, effect) -> (N, N), SI²
     smooth: how tables are read, None: by straight lines; unbudgeted: errors of which the unit has nothing,
         but the fit's noise flies
+    constants: (sensor, effect) -> variance of a term of an error that no effect is declared for, SI²
     """
 
     kinds: Kinds
@@ -46,6 +49,7 @@ class Promise:
     families: Mapping[str, Moments]
     smooth: Smooth | None = None
     unbudgeted: frozenset[ErrorName] = frozenset()
+    constants: Mapping[tuple[Sensor, str], float] = field(default_factory=dict)
     remembered: Remembered = field(default_factory=Remembered, init=False, repr=False, compare=False)
 
     def figures(self, counts: Array, families: Sequence[str] | None = None) -> Array:
@@ -128,6 +132,11 @@ class Promise:
         split = own.reshape(*own.shape[:3], instants, c, instants, c)
         return np.asarray(np.moveaxis(np.diagonal(split, axis1=3, axis2=5), -1, 3))
 
+    def moments_of(self, error: ErrorName) -> list[Array | float]:
+        """(N, N) or 0 per family: of an error's curve, and of its constant where nothing is fitted of it."""
+        constant = self.constants.get(error.parts, 0.0)
+        return [constant + family.get(error.parts, 0.0) for family in self.families.values()]
+
     @cached_property
     def _views(self) -> list[_View]:
         """Requirements by the temperatures at which they are flown."""
@@ -174,16 +183,16 @@ def _view(promise: Promise, group: Sequence[Asked]) -> _View:
     place = promise.places(degc)
     for i, f in enumerate(promise.flying):
         J = response[:, i]
-        for k, family in enumerate(promise.families.values()):
-            moment = family.get(f.error.parts)
-            if moment is not None and np.any(J):
-                alone[k] += J @ moment[place[:, :, None], place[:, None, :]] @ J.T
+        for k, moment in enumerate(promise.moments_of(f.error)):
+            if np.any(moment) and np.any(J):
+                M = np.broadcast_to(moment, (len(promise.points),) * 2)
+                alone[k] += J @ M[place[:, :, None], place[:, None, :]] @ J.T
     return _View(degc, response, rows, alone)
 
 
 @dataclass(frozen=True)
 class _Group:
-    """Channels that are solved together. flown: term -> (a,) index in the response
+    """Channels that are solved together. flown: term -> (a,) index in the response, fitted ones first
 
     asked: the terms among these that must be determined: of an error without a budget an undetermined
     coefficient is left at zero, which is what the unit has
@@ -251,6 +260,8 @@ class _Seen:
         first = next(iter(self.response.values()))
         R = np.zeros((a, B, S, first.shape[1], P))
         for i, J in self.response.items():
+            if i >= len(hats):
+                continue  # nothing is fitted of it
             h, nodes = hats[i], found.nodes[i]
             if h is None or nodes is None:
                 R[..., found.places[i]] = J.sum(axis=2)[:, None, None, :, None]
@@ -337,18 +348,18 @@ def _square(z: Array) -> Array:
 
 def _group(promise: Promise, g: Alike) -> _Group:
     known = {(f.error, f.term, f.channel): i for i, f in enumerate(promise.flying)}
+    fitted, terms = len(g.first.terms), [(*c.terms, *c.unfitted) for c in g.channels]
     flown = {}
-    for i in range(len(g.first.terms)):
-        each = [known.get((c.terms[i].error, c.terms[i].name, c.channel)) for c in g.channels]
+    for i in range(len(terms[0])):
+        each = [known.get((t[i].error, t[i].name, c.channel)) for c, t in zip(g.channels, terms, strict=True)]
         if all(k is not None for k in each):
             flown[i] = np.array(each, dtype=np.intp)
-    moments = {}
+    moments, N = {}, len(promise.points)
     for i in flown:
-        each_family = [family.get(g.first.terms[i].error.parts) for family in promise.families.values()]
-        if any(m is not None for m in each_family):
-            none = np.zeros((len(promise.points),) * 2)
-            moments[i] = np.stack([none if m is None else m for m in each_family])
-    s, errors = promise.smooth, {i: g.first.terms[i].error.parts for i in flown}
+        each_family = promise.moments_of(terms[0][i].error)
+        if any(map(np.any, each_family)):
+            moments[i] = np.stack([np.broadcast_to(m, (N, N)) for m in each_family])
+    s, errors = promise.smooth, {i: terms[0][i].error.parts for i in flown if i < fitted}
     smooth = {} if s is None else {i: (s, error) for i, error in errors.items() if error in s.prior}
     seen = tuple(
         _Seen(
@@ -361,7 +372,7 @@ def _group(promise: Promise, g: Alike) -> _Group:
         )
         for v in promise._views
     )
-    asked = tuple(i for i in flown if g.first.terms[i].error not in promise.unbudgeted)
+    asked = tuple(i for i in flown if i < fitted and terms[0][i].error not in promise.unbudgeted)
     return _Group(g, flown, asked, tuple(moments), seen)
 
 

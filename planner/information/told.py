@@ -3,8 +3,9 @@
     M = Λ + Σ_k n_k Q_kᵀ J_k Q_k,   C = M⁻¹,   G_e = C Σ_k n_k Q_kᵀ J_k x_e 1_k
 
 Q_k resolves the terms of a kind into the nodes of the campaign's tables; G_e is what the estimate makes of an
-error's curve at the kinds' temperatures. Campaigns with as many nodes are solved together, and so are the
-channels of a sensor that have the same errors and are driven by the same kinds.
+error's curve at the kinds' temperatures, whether anything is fitted of it or not. Campaigns with as many
+nodes are solved together, and so are the channels of a sensor that have the same errors and are driven by the
+same kinds.
 
 What the three channels have a coefficient in common for (of the bench: its arm, its level) is told to each by
 the other two: M of one channel, with the Schur complements of the others' on what they share, has the joint
@@ -35,11 +36,12 @@ UNSEEN = 1e10  # inflation of a variance from which on a coefficient counts as u
 class Alike:
     """Channels that are solved together: as many terms of the same errors, driven by the same kinds.
 
-    information: (a, g, b + q, b + q) of a channels; degc: (g,) of the kinds
+    information: (a, g, b + q, b + q) of a channels; astray: (a, g, b + q, u); degc: (g,) of the kinds
     """
 
     channels: tuple[ChannelKinds, ...]
     information: Array
+    astray: Array
     degc: Array
 
     @property
@@ -63,7 +65,7 @@ class Alike:
 class Told:
     """B campaigns whose tables have as many nodes, on a channels: which of all they are, what they tell.
 
-    which: (B,); kinds, counts: (B, K); gains: term -> (a, B, P, K)
+    which: (B,); kinds, counts: (B, K); gains: term -> (a, B, P, K), the unfitted ones behind the b fitted
     covariance: (a, B, P, P) of the estimates' errors; beside: (a, B, P, q) with the q shared ones
     undetermined: (a, B, P); places: (b,) columns of each term; nodes: (b,) (B, N) of its table, or None
     """
@@ -93,8 +95,12 @@ def alike(channels: Sequence[ChannelKinds], degc: Array) -> list[Alike]:
         terms = tuple((t.error, t.tabled, t.driven) for t in c.terms)
         which, shows = c.shows
         driven = shows[which[:, None], which].tobytes()
-        groups.setdefault((terms, driven, c.sigma.tobytes(), c.references), []).append(c)
-    return [Alike(tuple(g), np.stack([c.information for c in g]), degc) for g in groups.values()]
+        unfitted = tuple(t.error for t in c.unfitted)
+        groups.setdefault((terms, unfitted, driven, c.sigma.tobytes(), c.references), []).append(c)
+    return [
+        Alike(tuple(g), np.stack([c.information for c in g]), np.stack([c.astray for c in g]), degc)
+        for g in groups.values()
+    ]
 
 
 def told(group: Alike, counts: Array, curved: Sequence[int]) -> Iterator[Told]:
@@ -167,15 +173,19 @@ def _told(
         Q[:, :, i, places[i]] = hats[term.driven] if term.tabled else 1.0
     for j in range(q):
         Q[:, :, b + j, P + j] = 1.0
-    JQ = (group.information[:, kinds] * n[:, :, None, None]) @ Q
-    a = len(group.channels)
+    repeats, a = n[:, :, None, None], len(group.channels)
+    JQ = (group.information[:, kinds] * repeats) @ Q
     M = np.swapaxes(Q.reshape(B, K * (b + q), P + q), 1, 2) @ JQ.reshape(a, B, K * (b + q), P + q)
     if q:
         M[..., range(P, P + q), range(P, P + q)] += c.sigma**-2.0
     if common := shared_places(group, places):
         M = _joined(M, common)
     C, inflated = _inverse(M)
-    gains = {i: C[..., :P, :] @ np.swapaxes(JQ[:, :, :, i, :], 2, 3) for i in curved}
+    felt = {i: JQ[:, :, :, i, :] for i in curved if i < b}  # (a, B, K, P + q)
+    if unfitted := [i for i in curved if i >= b]:
+        z = np.swapaxes(group.astray[:, kinds] * repeats, -1, -2) @ Q
+        felt |= {i: z[:, :, :, i - b, :] for i in unfitted}
+    gains = {i: C[..., :P, :] @ np.swapaxes(each, 2, 3) for i, each in felt.items()}
     own = tuple((driven if x.driven else nodes) if x.tabled else None for x in c.terms)
     covariance, beside = C[..., :P, :P], C[..., :P, P:]
     return Told(which, kinds, covariance, beside, gains, inflated[..., :P] > UNSEEN, places, own)

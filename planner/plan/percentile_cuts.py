@@ -10,7 +10,8 @@ from planner.nouns.array import Array
 from planner.nouns.sensitivities import Constraint
 from planner.plan.budget import uncalibrated
 from planner.plan.task import TANGENT_FROM, Task, row_sizes
-from planner.solvers.integer import Cut, Rows, monotone_cut
+from planner.solvers.integer import monotone_cut
+from planner.solvers.integer_problem import Cut, Rows
 from planner.solvers.linear_combination import combination
 
 # The integer program keeps a cut to 1e-6 of its right-hand side, which is why tangents are scaled to one;

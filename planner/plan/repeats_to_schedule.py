@@ -25,7 +25,8 @@ from planner.plan.by_hand import is_hand_made
 from planner.plan.confidence import half_widths
 from planner.plan.percentile_cuts import objection
 from planner.plan.task import TANGENT_FROM, Task, extreme_allowances, row_sizes
-from planner.solvers.integer import Choice, Rows, Told, solve
+from planner.solvers.integer import Choice, Told, solve
+from planner.solvers.integer_problem import Rows
 from planner.solvers.linear_combination import weights
 from planner.units import from_si
 

@@ -20,7 +20,7 @@ from planner.plan.by_hand import hand_made_visits, in_room
 from planner.plan.costs import Tariff
 from planner.plan.rows import ErrorRows, error_rows
 from planner.solvers.gaussian_length import percentile
-from planner.solvers.integer import Group, Problem
+from planner.solvers.integer_problem import Group, Problem
 from planner.solvers.linear_combination import combination, weights
 from planner.spec.model import Spec
 

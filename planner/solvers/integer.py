@@ -1,96 +1,25 @@
 """Choosing one row per group at least total cost, where rows share resources: an integer program, proved.
 
-    min  Σ_g Σ_r cost_gr x_gr + Σ_k price_k y_k
-    s.t. Σ_r x_gr = 1                            for every group g
-         Σ_g Σ_r contribution_grc x_gr <= limit_c  for every constraint c
-         y_k >= Σ_r amount_grk x_gr              for every resource k and every group g that uses it
-         y_k <= forced_k + Σ_g Σ_r amount_grk x_gr, y_k <= 1   for every k with a negative price
-         x binary, y >= forced (continuous: settled by x)
-
-A resource is paid for by the largest amount that any group asks of it: a soak (0 or 1), an installation, the
-repeats of a record that serves several groups. A resource with a negative price is saved once when any group
-uses it; its amounts are 0 or 1. Solved with HiGHS through scipy.optimize.milp.
+The program is planner.solvers.integer_problem's. Solved with HiGHS through scipy.optimize.milp.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.solvers.integer_form import standard_form
+from planner.solvers.integer_problem import Array, Cut, Indices, Problem, Rows
 from planner.solvers.quiet import nothing_on_stdout
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Rows = tuple[int, ...]
-
-# Contributions are sums of some ten products: a selection may exceed a limit by rounding only.
-LIMIT_TOLERANCE = 1e-9
 # So many rows of least reduced cost per group nearly always hold the optimum; the proof then looks at every
 # row that could beat what they gave.
 FIRST_LOOK_ROWS = 30
-
-
-@dataclass(frozen=True)
-class Group:
-    """What one group can choose: cost (R,), contribution (R, C) to the limits, amounts (R, K) of resources.
-
-    index (R,) is the row's number for the caller; it survives when rows are left out.
-    """
-
-    cost: Array
-    contribution: Array
-    amounts: Array
-    index: Indices
-
-    def take(self, rows: Indices) -> Group:
-        """The group with only these rows."""
-        return Group(self.cost[rows], self.contribution[rows], self.amounts[rows], self.index[rows])
-
-
-@dataclass(frozen=True)
-class Problem:
-    """Groups, prices (K,) of the resources, limits (C,), amounts (K,) that are paid for in any case.
-
-    within (K,): the resource that every row which uses this one uses as much of, −1 for none. It says nothing
-    new about selections; where the price is negative it keeps the linear relaxation close to them.
-    """
-
-    groups: tuple[Group, ...]
-    prices: Array
-    limits: Array
-    forced: Array
-    within: Indices | None = None
-
-    def cost(self, chosen: Sequence[int]) -> float:
-        """Exact cost of a selection (positions within the groups)."""
-        amounts = self.forced
-        for group, r in zip(self.groups, chosen, strict=True):
-            amounts = np.maximum(amounts, group.amounts[r])
-        own = sum(float(group.cost[r]) for group, r in zip(self.groups, chosen, strict=True))
-        return own + float(self.prices @ amounts)
-
-    def usage(self, chosen: Sequence[int]) -> Array:
-        """(C,) left-hand sides of a selection."""
-        parts = [group.contribution[r] for group, r in zip(self.groups, chosen, strict=True)]
-        return np.asarray(np.array(parts).reshape(-1, len(self.limits)).sum(axis=0))
-
-    def within_limits(self, chosen: Sequence[int]) -> bool:
-        """Whether a selection keeps every limit, up to rounding."""
-        return bool(np.all(self.usage(chosen) <= self.limits * (1 + LIMIT_TOLERANCE)))
-
-
-@dataclass(frozen=True)
-class Cut:
-    """Σ_g Σ_r coefficients[g][r] x_gr <= limit, coefficients by the caller's row numbers."""
-
-    coefficients: tuple[Array, ...]
-    limit: float
 
 
 Check = Callable[[Rows], Cut | None]
@@ -224,7 +153,7 @@ def _relaxation(problem: Problem) -> _Relaxed | None:
     from scipy.optimize import linprog
     from scipy.sparse import vstack
 
-    form = _standard_form(problem, ())
+    form = standard_form(problem, ())
     two_sided = form.low == form.high
     upper, lower = np.isfinite(form.high) & ~two_sided, np.isfinite(form.low) & ~two_sided
     answer = linprog(
@@ -293,7 +222,7 @@ def _milp(problem: Problem, cuts: Sequence[Cut], seconds: float) -> tuple[Rows |
     """One HiGHS run: positions (None if it found none in time), lower bound, finished; None if infeasible."""
     from scipy.optimize import Bounds, LinearConstraint, milp
 
-    form = _standard_form(problem, cuts)
+    form = standard_form(problem, cuts)
     with nothing_on_stdout():
         result = milp(
             form.objective,
@@ -310,98 +239,3 @@ def _milp(problem: Problem, cuts: Sequence[Cut], seconds: float) -> tuple[Rows |
     positions = tuple(int(result.x[a:b].argmax()) for a, b in pairwise(starts))
     bound = -np.inf if result.mip_dual_bound is None else float(result.mip_dual_bound)
     return positions, bound, result.status == 0
-
-
-@dataclass(frozen=True)
-class _StandardForm:
-    """min objective·v, low <= matrix v <= high, least <= v <= most; first the rows' columns (`integral`)."""
-
-    objective: Array
-    matrix: Any
-    low: Array
-    high: Array
-    least: Array
-    most: Array
-    integral: NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class _Row:
-    """low <= Σ values · v[columns] <= high."""
-
-    columns: Indices
-    values: Array
-    low: float
-    high: float
-
-
-def _standard_form(problem: Problem, cuts: Sequence[Cut]) -> _StandardForm:
-    from scipy.sparse import coo_array
-
-    starts = np.cumsum([0, *(len(g.cost) for g in problem.groups)])
-    count = int(starts[-1])
-    rows = [
-        *_one_each(problem, starts),
-        *_limits(problem, count),
-        *_saved(problem, starts),
-        *_paid(problem, starts),
-        *_cut_away(problem, cuts, count),
-    ]
-    place = np.repeat(np.arange(len(rows)), [len(row.columns) for row in rows])
-    columns, values = (
-        np.concatenate(part) for part in zip(*((r.columns, r.values) for r in rows), strict=True)
-    )
-    shape = (len(rows), count + len(problem.prices))
-    return _StandardForm(
-        objective=np.concatenate([*(g.cost for g in problem.groups), problem.prices]),
-        matrix=coo_array((values, (place, columns)), shape=shape).tocsr(),
-        low=np.array([row.low for row in rows]),
-        high=np.array([row.high for row in rows]),
-        least=np.concatenate([np.zeros(count), problem.forced]),
-        most=np.concatenate([np.full(count, np.inf), np.where(problem.prices < 0, 1.0, np.inf)]),
-        integral=np.arange(count + len(problem.prices)) < count,
-    )
-
-
-def _one_each(problem: Problem, starts: Indices) -> Iterator[_Row]:
-    """Σ_r x_gr = 1."""
-    for group, start in zip(problem.groups, starts[:-1], strict=True):
-        yield _Row(np.arange(start, start + len(group.cost)), np.ones(len(group.cost)), 1.0, 1.0)
-
-
-def _limits(problem: Problem, count: int) -> Iterator[_Row]:
-    """Σ contribution x <= limit, by the limit's size."""
-    for c in np.flatnonzero(np.isfinite(problem.limits)):
-        limit = problem.limits[c]
-        unit = abs(limit) or 1.0
-        values = np.concatenate([g.contribution[:, c] for g in problem.groups]) / unit
-        yield _Row(np.arange(count), values, -np.inf, limit / unit)
-
-
-def _saved(problem: Problem, starts: Indices) -> Iterator[_Row]:
-    """Of a negative price: y_k <= forced_k + Σ amount x, and y_k <= y of the resource that it is within."""
-    count = int(starts[-1])
-    for k in np.flatnonzero(problem.prices < 0):
-        own = [s + np.flatnonzero(g.amounts[:, k]) for g, s in zip(problem.groups, starts[:-1], strict=True)]
-        users = np.concatenate([*own, [count + k]])
-        yield _Row(users, np.append(np.full(len(users) - 1, -1.0), 1.0), -np.inf, float(problem.forced[k]))
-        if problem.within is not None and problem.within[k] >= 0:
-            both = np.array([count + k, count + problem.within[k]])
-            yield _Row(both, np.array([1.0, -1.0]), -np.inf, 0.0)
-
-
-def _paid(problem: Problem, starts: Indices) -> Iterator[_Row]:
-    """y_k >= Σ_r amount_grk x_gr, group by group."""
-    for k in np.flatnonzero(problem.prices >= 0):
-        for group, start in zip(problem.groups, starts[:-1], strict=True):
-            uses = np.flatnonzero(group.amounts[:, k])
-            if len(uses):
-                columns = np.append(start + uses, starts[-1] + k)
-                yield _Row(columns, np.append(-group.amounts[uses, k], 1.0), 0.0, np.inf)
-
-
-def _cut_away(problem: Problem, cuts: Sequence[Cut], count: int) -> Iterator[_Row]:
-    """Each cut, its coefficients by position."""
-    for cut in cuts:
-        parts = [c[g.index] for c, g in zip(cut.coefficients, problem.groups, strict=True)]
-        yield _Row(np.arange(count), np.concatenate(parts), -np.inf, cut.limit)

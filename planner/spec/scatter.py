@@ -11,11 +11,9 @@ published knows one figure for all inputs, the largest; there the budget stays a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from planner.effects._scatter_over_input import INPUT_UNIT, PREFIX, scatter_name
+from planner.effects._scatter_over_input import INPUT_UNIT, scatter_name
 from planner.protocols import SENSORS, Sensor
 from planner.spec.budget import INPUT_REACH, ErrorBudget, OverInput, RunToRun
 from planner.spec.model import Spec
@@ -60,8 +58,3 @@ def _with(budget: ErrorBudget, told: ErrorBudget, sigma: float) -> ErrorBudget:
     value = Quantity(sigma, dimension_of(unit), f"{from_si(sigma, unit):.6g} {unit}")
     spread = whole.model_copy(update={"value": value}) if isinstance(whole, RunToRun) else value
     return budget.model_copy(update={"run_to_run": spread})
-
-
-def scatter_beside(budgets: Mapping[str, ErrorBudget]) -> str | None:
-    """The error that a sensor's scale factor draws beside its own; None where all inputs scatter alike."""
-    return next((name for name in budgets if name.startswith(PREFIX)), None)

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.solvers.integer import Group, Problem, fold_private_resources, monotone_cut, solve
+from planner.solvers.integer import fold_private_resources, monotone_cut, solve
+from planner.solvers.integer_problem import Group, Problem
 
 
 def random_problem(seed: int, groups: int = 3, rows: int = 6, tightness: float = 0.8) -> Problem:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from planner.diagnose.hypotheses.candidates import Block, effect_blocks
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.found import ALPHA, Found, free
+from planner.diagnose.hypotheses.lack_of_fit import own_variable
 from planner.diagnose.hypotheses.parameters import Range
 from planner.diagnose.hypotheses.pool import Pool, extended, given, mean_square, satterthwaite, score
 from planner.nouns.array import Array
@@ -107,7 +108,9 @@ def shape_of(
 ) -> Shape:
     """The parameters of a block by their derivatives, all together, on the scales on which fits carry them.
 
-    One that steps lies between two values of its condition in the table.
+    One that steps lies between two values of its condition in the table. Bins over another variable that
+    stand beside the block (Found.aliased) are left out: in one long record they follow its derivatives, as
+    they follow anything.
     """
     smooth = [r.parameter for r in ranges if not r.parameter.stepped]
     value = found.pool.blocks[b].nonlinear
@@ -116,7 +119,8 @@ def shape_of(
     if smooth:
         wider = extended(found.pool, _derivatives(found, b, smooth, channels), cuts)
         new = len(found.pool.blocks)
-        sizes = {e.term: e for e in estimates(wider, [*found.all, new]) if e.block == new}
+        beside = _beside(found, b)
+        sizes = {e.term: e for e in estimates(wider, [*beside, new]) if e.block == new}
     intervals = tuple(
         _between(r, value[r.parameter.name])
         if r.parameter.stepped
@@ -124,6 +128,12 @@ def shape_of(
         for r in ranges
     )
     return Shape(intervals, wider, new)
+
+
+def _beside(found: Found, b: int) -> list[int]:
+    """All that is believed but the bins over another variable that could take the block up."""
+    follow = [u for u in found.alias(b) if not own_variable(found.pool, b, u)]
+    return [i for i in found.all if i not in follow]
 
 
 def _interval(p: Parameter, value: float, size: Estimate) -> ParameterInterval:
@@ -144,7 +154,7 @@ def _derivatives(found: Found, b: int, smooth: Sequence[Parameter], channels: Se
     block = found.pool.blocks[b]
     gamma = np.zeros(len(block.terms))
     gamma[[bool(t) for t in block.terms]] = [
-        e.value for e in estimates(found.pool, found.all) if e.block == b
+        e.value for e in estimates(found.pool, _beside(found, b)) if e.block == b
     ]
     mine = [c for c in channels if c.axis in block.columns]
     slopes = [_slope(block, p, gamma, mine) for p in smooth]

@@ -91,8 +91,11 @@ class Found:
 
     def share(self, block: int) -> Score:
         """What a block explains beside everything else that is believed, but not beside its alias."""
-        alias = on(self.pool, self.unknown, self.axes(block)) if self.stands(block) else []
-        return score(self.without(block, *alias), [block])
+        return score(self.without(block, *self.alias(block)), [block])
+
+    def alias(self, block: int) -> list[int]:
+        """The unknowns that could take up a library effect which stands all the same."""
+        return on(self.pool, self.unknown, self.axes(block)) if self.stands(block) else []
 
     def stands(self, block: int) -> bool:
         """Whether a library effect stands although an unknown of its channel could take it up."""

@@ -66,14 +66,14 @@ def _only_misfit(found: Found, generic: int, left: float) -> bool:
     for b in found.on(found.axes(generic)):
         block = pool.blocks[b]
         known = hypothesis(block.name).misfit or (SHARED_MISFIT if len(block.columns) > 1 else 0.0)
-        if _own_variable(pool, b, generic):
+        if own_variable(pool, b, generic):
             known = max(known, OWN_MISFIT)
         if known > 0.0 and left < known * found.share(b).delta:
             return True
     return False
 
 
-def _own_variable(pool: Pool, b: int, generic: int) -> bool:
+def own_variable(pool: Pool, b: int, generic: int) -> bool:
     """Whether a generic alternative is over the variable along which a library effect runs."""
     variable = hypothesis(pool.blocks[b].name).variable
     return VARIES_WITH.get(variable) == pool.blocks[generic].name
@@ -137,7 +137,7 @@ def cut_chains(found: Found, question: Question) -> None:
 def _tells_all(found: Found, here: Pool, mine: Sequence[int], unnamed: int, question: Question) -> bool:
     """Whether a channel's library effects leave nothing generic, while the one variable leaves another.
 
-    Then the equation is right. K's k1 a + k2 a² is a pair along the load, whose bins leave what the rate makes
+    Then the equation is right. K's k1 a + k2 a² is a pair along the load, whose bins leave what rates make
     of it. A load that saturates is a pair as well, roughly, and bins of the load leave nothing of it.
     """
     axes = found.axes(unnamed)
@@ -317,7 +317,7 @@ def _unknown(found: Found, lacking: Sequence[int], question: Question) -> None:
         return
     found.unknown.append(best)
     both = delta(here, [*mine, best])
-    own = any(_own_variable(found.pool, b, best) for b in mine)
+    own = any(own_variable(found.pool, b, best) for b in mine)
     if mine and (question.flips.few_runs or own) and delta(here, mine) >= MOST_OF_BOTH * both:
         _only_what_counts(found, best, mine, both)
     else:

@@ -35,6 +35,7 @@ from planner.diagnose.hypotheses.search import search
 from planner.diagnose.hypotheses.verdicts import Veto, vetoed
 from planner.diagnose.hypotheses.whitened import Whitened, whitened
 from planner.diagnose.unseen_runs import cells_of
+from planner.effects._shaped import plain_names
 from planner.measurement import sensed
 from planner.nouns.array import Array
 from planner.protocols import Sensor
@@ -187,7 +188,7 @@ def begin(
     free = data.attitudes()[0] if sensor == "accelerometer" else None
     whole = [channel(sensor, a, conditions, readings[:, a], declared, strong, free) for a in alive]
     mine = tuple(with_read_temperature(c, data.starts) for c in whole)
-    library = library_blocks(mine, table, (*declared, *impossible), sensor)
+    library = library_blocks(mine, table, (*plain_names(declared, sensor), *impossible), sensor)
     library += reference_blocks(mine, table, sensor)
     blocks = [*library, *generic_blocks(mine, table, sensor)]
     triad, far, sizes = _readings(data, mine, blocks)

@@ -30,6 +30,10 @@ class Cosines:
         found -= (self.amplitude * np.sin(phase)) @ sine
         return np.asarray(found)
 
+    def evenly(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, POINTS) independent curves: of so many dimensions that no lattice helps."""
+        return self.draws(count, rng)
+
     def rows(self) -> Array:
         """(2·MODES, POINTS): E cos² = E sin² = ½, and nothing else is left."""
         return np.vstack([np.sqrt(0.5) * self.amplitude[:, None] * wave for wave in _waves()])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.simulate.curves.grid import places
+from planner.simulate.curves.grid import lattice, places
 
 
 class Cubic:
@@ -14,6 +14,13 @@ class Cubic:
     def draws(self, count: int, rng: np.random.Generator) -> Array:
         """(count, POINTS) independent curves."""
         return np.asarray(rng.normal(size=(count, 3)) @ self.rows())
+
+    def evenly(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, POINTS) with the direction of (a, b, c) evenly over the sphere."""
+        height, angle = lattice(count, rng) * [[2.0], [2.0 * np.pi]] - [[1.0], [0.0]]
+        beside = np.sqrt(1.0 - height**2)
+        direction = np.stack([height, beside * np.cos(angle), beside * np.sin(angle)], axis=1)
+        return np.asarray(np.sqrt(rng.chisquare(3, size=(count, 1))) * direction @ self.rows())
 
     def rows(self) -> Array:
         """(3, POINTS): z, z², z³."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.simulate.curves.grid import POINTS, places
+from planner.simulate.curves.grid import POINTS, lattice, places
 
 
 class Kink:
@@ -16,6 +16,13 @@ class Kink:
         a, b = rng.normal(size=(2, count, 1))
         k = rng.uniform(size=(count, 1))
         return np.asarray(a * (places() - 0.5) ** 2 + b * np.abs(places() - k))
+
+    def evenly(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, POINTS) with the ratio of a to b and k evenly over their law."""
+        angle, k = lattice(count, rng)
+        a, b = rng.rayleigh(size=count) * np.stack([np.cos(2.0 * np.pi * angle), np.sin(2.0 * np.pi * angle)])
+        x = places()
+        return np.asarray(a[:, None] * (x - 0.5) ** 2 + b[:, None] * np.abs(x - k[:, None]))
 
     def rows(self) -> Array:
         """(r, POINTS): Gauss-Legendre's two places of k a cell are exact, the kinks lie on the grid."""

@@ -22,6 +22,10 @@ class Matern:
         """(count, POINTS) independent curves."""
         return np.asarray(rng.normal(size=(count, POINTS)) @ _root())
 
+    def evenly(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, POINTS) independent curves: of so many dimensions that no lattice helps."""
+        return self.draws(count, rng)
+
     def rows(self) -> Array:
         """(POINTS, POINTS) the covariance's triangular root."""
         return _root()

@@ -77,6 +77,18 @@ def test_a_sweep_without_a_declared_temperature_lacks_it_and_something_more() ->
     assert all("too few power-ons" in c.how or "cannot tell" in c.how for c in changes.values())
 
 
+def test_every_accelerometer_of_the_sweep_lags_behind_its_thermometer() -> None:
+    """A polynomial over temperature leaves 0.0109, 0.0352, 0.066 m/s² on unseen branches, with a lag half."""
+    sweep, spec = replace(table("thermal_sweep"), gyro=None), declared("bias, bias_temperature")
+    found = diagnose(sweep, spec)
+    lags = {e.channels: e for e in found.effects if e.effect == "thermal_lag"}
+    assert set(lags) == {(f"accelerometer_{a}",) for a in "xyz"}
+    for e in lags.values():
+        assert all(t.low * t.high > 0.0 for t in e.terms)  # size and time constant, neither beside zero
+    for change in residual_changes(unit_fits(sweep, spec, found)):
+        assert change.after < 0.5 * change.before, change.channel
+
+
 def test_what_a_single_rest_cannot_show_is_untestable() -> None:
     found = diagnose(replace(table("thermal_sweep"), acc=None), declared("bias, bias_temperature"))
     assert found.verdict not in ("clean", "untestable")  # hysteresis stays, named or not

@@ -1,0 +1,80 @@
+"""An effect at the parameters of one unit: the plain effect there, told by its name."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.catalog import effects
+from planner.diagnose.diagnosis_to_spec import updated_spec
+from planner.diagnose.hypotheses.prepared import prepared
+from planner.diagnose.hypotheses.sensor import begin
+from planner.effects._shaped import plain_names, shaped_name
+from planner.nouns.diagnosis import Diagnosis, FoundEffect, FoundTerm, UnitDiagnosis
+from planner.spec.load import load_spec, spec_from_bytes
+from planner.testing.effect_laws import check_effect
+from tests.calibrate.world import Layout, campaign
+from tests.diagnose.hypotheses.worlds import DECLARED
+from tests.effects.conditions import random_conditions
+from tests.specs import SHIPPED
+
+SHAPED = "warm_up_of_gyro_with_time_constant_156"
+
+
+def test_it_is_the_plain_effect_at_its_parameter_and_keeps_the_laws() -> None:
+    plain, shaped = effects()["warm_up"], effects()[SHAPED]
+    conditions = random_conditions(np.random.default_rng(3), 50)
+    at = plain.regressors("gyro", conditions, {"time_constant": 156.0})
+    assert np.array_equal(shaped.regressors("gyro", conditions), at)
+    assert not np.array_equal(at, plain.regressors("gyro", conditions))
+    other = plain.regressors("gyro", conditions, {"time_constant": 90.0})
+    assert np.array_equal(shaped.regressors("gyro", conditions, {"time_constant": 90.0}), other)
+    assert shaped.sensors == ("gyro",)
+    assert "156 s" in shaped.title
+    check_effect(shaped)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "warm_up_of_gyro_with_time_constant_1",  # out of range
+        "warm_up_of_gyro_with_depth_156",
+        "bias_of_gyro_with_time_constant_156",
+        "bias_step_of_gyro_with_day_9",  # a step has no usual value
+        "nothing_of_acc_with_time_constant_156",
+        "g_sensitivity_of_acc_with_time_constant_156",
+    ],
+)
+def test_a_name_that_describes_none_is_none(name: str) -> None:
+    assert name not in effects()
+
+
+def test_names_come_back() -> None:
+    for name, values in (("thermal_lag", {"time_constant": 109.71}), ("warm_up", {"time_constant": 1234.0})):
+        written = shaped_name(name, "accelerometer", values)
+        assert effects()[written].nonlinear["time_constant"] == pytest.approx(*values.values(), rel=5e-3)
+        assert plain_names((written, "bias"), "accelerometer") == (name, "bias")
+        assert plain_names((written, "bias"), "gyro") == ("bias",)
+
+
+def test_update_declares_the_effect_at_what_was_found_and_a_diagnosis_does_not_ask_again() -> None:
+    path = SHIPPED / "close_the_loop.yaml"
+    terms = [
+        FoundTerm("x", "gyro_x", 1e-4, 0.9e-4, 1.1e-4, 60.0, "deg/s"),
+        FoundTerm("time_constant", "gyro_x", 156.2, 120.0, 200.0, 60.0, "s", True),
+    ]
+    tau = {"time_constant": 156.2}
+    found = FoundEffect("warm_up", "gyro", ("gyro_x",), tuple(terms), 0.001, 20.0, nonlinear=tau)
+    unit = UnitDiagnosis("u1", "explained", (found,), (), (), (), (), ())
+    whole = Diagnosis(unit, (), (), (), "0", "x", load_spec(path).sha256, "a" * 64, "data.csv", 1)
+    made = updated_spec(path.read_text(encoding="utf-8"), load_spec(path), whole)
+    new = spec_from_bytes(made.text.encode(), path).spec
+    assert SHAPED in new.effects
+    assert SHAPED in new.unit.gyro
+    assert not any("600 s" in note for note in made.notes)
+    table = campaign(3, layout=Layout(static_repeats=1, rate_repeats=1))
+    asked = {b.name for b in begin(prepared(table), "gyro", (*DECLARED, SHAPED)).pool.blocks}
+    assert "warm_up" not in asked
+    assert "warm_up" in {
+        b.name for b in begin(prepared(table), "accelerometer", (*DECLARED, SHAPED)).pool.blocks
+    }

@@ -1,0 +1,77 @@
+"""Errors that the unit has and no effect is declared for: they lead the estimates of the others astray."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+import yaml
+
+import planner.campaign.noise
+import planner.information.kinds
+from planner.verify.monte_carlo import fly
+from planner.verify.outcome import outcomes
+from planner.verify.workers import here
+from tests.specs import SHIPPED
+from tests.verify.plans import Planned, planned_from
+from tests.verify.test_recount_promise import by_hand, faults, faults_in, prediction
+
+FLIGHTS = 1500  # a 95 % quantile is known to 2 %, one sigma
+SHEETS = ("consumer", "industrial", "tactical")
+
+
+def undeclared() -> dict[str, Any]:
+    """g-sensitivity (a constant, a curve, draws of power-ons) and nonlinearity beside scale factor."""
+    unit = by_hand()["unit"]
+    beside = {
+        "g_sensitivity": {
+            "systematic": "0.03 deg/s/g",
+            "run_to_run": "0.01 deg/s/g",
+            "temperature_residual": {1: "0.1 deg/s/g", 3: "0.03 deg/s/g", 5: "0.01 deg/s/g"},
+        },
+        "scale_factor_nonlinearity": {"systematic": "4 %", "run_to_run": "0.5 %"},
+    }
+    return by_hand(gyro=unit["gyro"] | beside)
+
+
+@pytest.fixture(scope="module", name="one")
+def _one() -> Planned:
+    return planned_from(undeclared())
+
+
+def test_both_models_count_them(one):
+    assert not faults(one)
+
+
+def test_they_are_flown_as_foreseen(one):
+    p = prediction(one)
+    flown = fly(p.e, FLIGHTS, here, lambda message: None)
+    for o in outcomes(p.e, flown.tally, one.document, p.e.spec):
+        figure = max(p.figures(o.index, p.e.starts, ("cosines",)).values())
+        assert figure == pytest.approx(o.at_promise, rel=0.06)
+
+
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [
+        (planner.information.kinds, "_lead_astray"),  # constants and curves
+        (planner.campaign.noise, "unfitted_columns"),  # draws of power-ons
+    ],
+)
+def test_a_planner_that_forgets_them_is_found_out(one, module, name, monkeypatch):
+    foreseen = prediction(one)
+    monkeypatch.setattr(module, name, lambda *_: {})
+    forgetful = planned_from(undeclared())
+    assert forgetful.document["steps"] == one.document["steps"]
+    assert faults_in(forgetful.document, foreseen)
+
+
+@pytest.mark.parametrize("name", SHEETS)
+def test_the_specs_from_data_sheets_promise_what_is_counted_again(name):
+    """They budget for nonlinearity and g-sensitivity, and declare neither. The campaign is fixed by hand."""
+    spec = yaml.safe_load((SHIPPED / "from_datasheets" / f"{name}.yaml").read_text())
+    spec["plan"]["fixed"] = {
+        "static": {"temperatures": 4, "repeats": 2},
+        "rates": {"temperatures": 7, "repeats": 2},
+    }
+    assert not faults(planned_from(spec))
