@@ -18,7 +18,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from planner.effects._channels import AXES, BaseEffect, sensed, side_by_side
-from planner.effects.scale_factor_curve import INPUTS, UNIT
+from planner.effects._segments import segments_reached
+from planner.effects.scale_factor_curve import CURVED, INPUTS, UNIT
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Group, Sensor, Term
@@ -57,8 +58,9 @@ class ScaleFactorPolynomial(BaseEffect):
         return side_by_side(np.stack(sides, axis=2))
 
     def shows(self, sensor: Sensor, conditions: Conditions) -> bool:
-        """Never: a diagnosis names its parts, which are effects of their own, or a `scale_factor_curve`."""
-        return False
+        """Whether the records tell two powers from a cubic: inputs in several segments of K's table."""
+        u = np.abs(sensed(sensor, conditions)).max(axis=1, initial=0.0) / UNIT[sensor][1]
+        return segments_reached(u, INPUTS[sensor]) >= CURVED
 
 
 EFFECT = ScaleFactorPolynomial()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from planner import catalog
 from planner.spec.flight_temperature import TemperatureShares
 from planner.spec.review import Review
 from planner.spec.rules_unit import once
@@ -26,6 +27,31 @@ def flight_temperatures(sheet: Review) -> None:
             )
         if isinstance(requirement.temperature, TemperatureShares):
             _shares(sheet, path, requirement.temperature)
+    _flown_at_one(sheet)
+
+
+def _flown_at_one(sheet: Review) -> None:
+    """Effects that change with temperature by their own equation fly at the trajectory's temperatures alone.
+
+    A table over temperature (`tabled`) is read wherever a flight starts; what follows the rate of temperature
+    adds nothing to a flight that is soaked.
+    """
+    asked = [r for _, r in sheet.requirements()]
+    if all(r.temperature == "flight" for r in asked) and not any(r.rule == "worst_case" for r in asked):
+        return
+    known = catalog.effects()
+    for index, name in enumerate(sheet.spec.effects):
+        effect = known.get(name)
+        if effect is None or effect.tabled or effect.bench_only:
+            continue
+        if "temperature_degc" in effect.needs and "temperature_rate" not in effect.needs:
+            sheet.warn(
+                "P333",
+                ("effects", index),
+                f"what a calibration leaves of '{name}' is counted at the trajectory's own temperature "
+                "(20 degC unless it says otherwise), by plan and verify alike; over the range flights are "
+                "worse than promised",
+            )
 
 
 def _shares(sheet: Review, path: Path, asked: TemperatureShares) -> None:

@@ -128,10 +128,51 @@ def cut_chains(found: Found, question: Question) -> None:
         here = found.without(*mine, *before)
         best = max(unnamed, key=lambda g: delta(here, [g]))
         both = delta(here, [*mine, best])
-        if delta(here, [best]) >= ONE_VARIABLE * both:
+        if delta(here, [best]) >= ONE_VARIABLE * both and not _tells_all(found, here, mine, best, question):
             found.unknown = [*(u for u in found.unknown if u not in before), best]
             _only_what_counts(found, best, mine, both)
             found.drop_needless(found.chance(question))
+
+
+def _tells_all(found: Found, here: Pool, mine: Sequence[int], unnamed: int, question: Question) -> bool:
+    """Whether a channel's library effects leave nothing generic, while the one variable leaves another.
+
+    Then the equation is right. K's k1 a + k2 a² is a pair along the load, whose bins leave what rates make
+    of it. A load that saturates is a pair as well, roughly, and bins of the load leave nothing of it.
+    """
+    axes = found.axes(unnamed)
+    named = delta(here, mine) / score(here, mine).s2 - sum(_penalty(here, b) for b in mine)
+    if named < score(here, [unnamed]).criterion + DECISIVE:
+        return False
+    curve = found.tried([b for b in found.library if b not in mine])
+    curve.unknown = [*(u for u in found.unknown if u not in on(found.pool, found.unknown, axes)), unnamed]
+    pair = found.tried(found.library)
+    pair.misfit, curve.misfit = set(found.misfit), set(found.misfit)
+    left = [on(f.pool, lack_of_fit(f, question), axes) for f in (pair, curve)]
+    return not left[0] and bool(left[1])
+
+
+def pairs_for_tables(found: Found, question: Question) -> None:
+    """A table that two effects of fewer columns beat decisively was those two, as far as either is sure.
+
+    On an arm the rate goes with the load, so a table over the rate follows k1 a + k2 a² roughly.
+    """
+    for axis in found.pool.axes:
+        mine = found.on({axis})
+        if len(mine) != 1 or on(found.pool, found.unknown, {axis}) or len(found.axes(mine[0])) > 1:
+            continue
+        here = found.without(*mine)
+        pair = _best_pair(found, {axis}, question) if score(here, mine).m > 2 else None
+        if pair is None or sum(score(here, [b]).m for b in pair) >= score(here, mine).m:
+            continue
+        together = delta(here, pair) - sum(_penalty(here, b) for b in pair)
+        if together < score(here, mine).delta - _penalty(here, mine[0]) + DECISIVE:
+            continue
+        tried = found.tried([*(b for b in found.library if b not in mine), *pair])
+        tried.refine(question)
+        tried.drop_needless(null_of(tried.without(), question.every, question.flips))
+        if tried.on({axis}):
+            _taken(found, tried, {axis}, question)
 
 
 def unname_where_unnamed_wins(found: Found, question: Question) -> None:

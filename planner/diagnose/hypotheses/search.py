@@ -24,6 +24,7 @@ from planner.diagnose.hypotheses.lack_of_fit import (
     cut_chains,
     explained,
     lack_of_fit,
+    pairs_for_tables,
     stands_beside,
     unname_where_unnamed_wins,
 )
@@ -43,6 +44,7 @@ def search(pool: Pool, question: Question) -> Found:
         if not lacking:
             break
         explained(found, lacking, question)
+    pairs_for_tables(found, question)
     unname_where_unnamed_wins(found, question)
     _needless(found, question)
     _judge(found, question)
