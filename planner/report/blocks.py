@@ -17,8 +17,6 @@ from planner.report.numbers import NOTHING
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from planner.report.charts.panels import Sheet
-
 Where = Literal["page", "console"]
 _OFF_SCALE = 20.0  # limits: what is further off ends at the edge of its gauge
 _NUMBER = re.compile(  # a sign, digits, a power of ten, a unit, a mark
@@ -98,24 +96,6 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Drawing:
-    """The same of panels that are written straight as SVG, without matplotlib."""
-
-    kind: ClassVar[str] = "picture"
-    only: ClassVar[Where] = "page"
-    name: str
-    alt: str
-    caption: str
-    draw: Callable[[], Sheet]
-    folded: str = ""
-
-    @property
-    def svg(self) -> str:
-        """The figure as inline SVG."""
-        return self.draw().svg(self.name, self.alt)
-
-
-@dataclass(frozen=True)
 class Text:
     """A paragraph."""
 
@@ -153,7 +133,7 @@ class Difference:
     only: Where | None = None
 
 
-Block = Table | Picture | Drawing | Text | Items | Folded | Difference
+Block = Table | Picture | Text | Items | Folded | Difference
 
 
 @dataclass(frozen=True)

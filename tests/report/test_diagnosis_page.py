@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -241,8 +240,7 @@ def test_the_page_tells_all_of_it(page):
         assert said in page, said
 
 
-def test_a_clean_unit_has_a_page_of_its_own_drawn_without_matplotlib(monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)  # its import, 0.5 s, would fail
+def test_a_clean_unit_has_a_page_of_its_own():
     clean = unit_diagnosis(TABLE, SPEC)
     page = _page(replace(complete(), found=clean, navigation=(), next_measurement=()), TABLE)
     assert "Nothing is missing" in page

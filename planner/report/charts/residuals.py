@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,19 +12,22 @@ from numpy.typing import NDArray
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import Evidence
 from planner.nouns.dwell_table import DwellTable
-from planner.report.blocks import Drawing, Table
+from planner.report.blocks import Picture, Table
 from planner.report.blocks import table as build_table
 from planner.report.charts import theme
-from planner.report.charts.panels import Axes, Band, Dots, Line, Mark, Scale, Sheet, around
 from planner.report.numbers import NOTHING, digits
 from planner.report.subjects import diagnosis_words as words
 from planner.report.subjects.diagnosis_words import short
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 POINTS = 160  # dots a panel: every further one hides behind them, and the page stays small
 BINS = 12
 LEVELS = 24  # of a variable that is set, not swept: a table and a centrifuge have some twenty rates
 STRETCH = 0.1  # of a variable's range
-_PANEL = 126.0  # points
+_PANEL = 1.75
 _ACROSS = 3
 _LINEAR = 4.0  # sigma
 
@@ -45,7 +49,7 @@ class Variable:
 
 def residual_picture(
     evidence: Sequence[Evidence], table: DwellTable, changed: Sequence[str]
-) -> Drawing | None:
+) -> Picture | None:
     """Residuals of channels in sigma, each against what it follows most, before and after overlaid.
 
     changed: channels on which something was found
@@ -62,7 +66,7 @@ def residual_picture(
         "Residuals over the spread that the noise model expects; of every channel the variables that its "
         "means follow most, what is left before and, where something was found, after."
     )
-    return Drawing("residual", f"Residual of {told}", caption, lambda: _draw_residual(rows, changed))
+    return Picture("residual", f"Residual of {told}", caption, lambda: _draw_residual(rows, changed))
 
 
 def residual_table(evidence: Sequence[Evidence], table: DwellTable, changed: Sequence[str]) -> Table | None:
@@ -104,7 +108,7 @@ def _strays(variable: Variable, residual: Array) -> float:
 
 def unnamed_picture(
     varies_with: str, channels: Sequence[str], evidence: Sequence[Evidence], table: DwellTable
-) -> Drawing | None:
+) -> Picture | None:
     """What is left of the channels once what was found is in the model, against the variable."""
     shown = [
         (e, v)
@@ -119,7 +123,7 @@ def unnamed_picture(
     what = words.varies_with(varies_with)
     caption = f"What is left against {what}, over its expected spread."
     alt = f"Residual of {where} against {what}"
-    return Drawing(f"unnamed-{varies_with}", alt, caption, lambda: _draw_unnamed(shown))
+    return Picture(f"unnamed-{varies_with}", alt, caption, lambda: _draw_unnamed(shown))
 
 
 def variables_of(channel: str, table: DwellTable) -> list[Variable]:
@@ -152,42 +156,36 @@ def same_channel(channel: str, channels: Sequence[str]) -> bool:
     return short(channel) in {short(c) for c in channels}
 
 
-def _draw_unnamed(shown: Sequence[tuple[Evidence, Variable]]) -> Sheet:
-    every = []
-    for evidence, variable in shown:
+def _draw_unnamed(shown: Sequence[tuple[Evidence, Variable]]) -> Figure:
+    figure, panels = theme.grid_of_panels(len(shown), 2, 2.4, 0.3)
+    for axes, (evidence, variable) in zip(panels, shown, strict=True):
         left = np.asarray(evidence.after / np.where(evidence.expected > 0, evidence.expected, np.nan))
+        _against(axes, variable, left, left, False)
         reach = max(_LINEAR, 1.1 * _reach([variable], left, left))
-        channel = short(evidence.channel)
-        every.append(
-            Axes(
-                _across(variable),
-                Scale(-reach, reach),
-                _against(variable, left, left, False),
-                variable.label,
-                "residual, σ",
-                channel,
-            )
-        )
-    across = min(2, len(every))
-    rows = [every[i : i + across] for i in range(0, len(every), across)]
-    return Sheet(rows, across, 175.0, titled=True, spaced=True)
+        axes.set_ylim(-reach, reach)
+        axes.set_title(short(evidence.channel))
+        axes.set_ylabel("residual, σ")
+    return figure
 
 
-def _draw_residual(rows: Sequence[tuple[Evidence, Sequence[Variable]]], changed: Sequence[str]) -> Sheet:
-    return Sheet([_row(evidence, variables, changed) for evidence, variables in rows], _ACROSS, _PANEL)
-
-
-def _row(evidence: Evidence, variables: Sequence[Variable], changed: Sequence[str]) -> list[Axes]:
-    """One channel against each of its variables, all on one scale."""
-    sigma = np.where(evidence.expected > 0, evidence.expected, np.nan)
-    before, after = (np.asarray(r / sigma) for r in (evidence.before, evidence.after))
-    y = _symmetric(max(_LINEAR, 1.1 * _reach(variables, before, after)))
-    said = f"{short(evidence.channel)}, σ"
-    also = same_channel(evidence.channel, changed)
-    return [
-        Axes(_across(v), y, _against(v, before, after, also), v.label, "" if i else said, numbers=i == 0)
-        for i, v in enumerate(variables)
-    ]
+def _draw_residual(rows: Sequence[tuple[Evidence, Sequence[Variable]]], changed: Sequence[str]) -> Figure:
+    figure, panels = theme.fixed_panels(len(rows), _ACROSS, _PANEL)
+    for line, (evidence, variables) in zip(panels, rows, strict=True):
+        sigma = np.where(evidence.expected > 0, evidence.expected, np.nan)
+        before, after = (np.asarray(r / sigma) for r in (evidence.before, evidence.after))
+        reach = max(_LINEAR, 1.1 * _reach(variables, before, after))
+        for i, (axes, variable) in enumerate(zip(line, variables, strict=False)):
+            _against(axes, variable, before, after, same_channel(evidence.channel, changed))
+            if reach > 3.0 * _LINEAR:
+                _symmetric_logarithm(axes, reach)
+            axes.set_ylim(-reach, reach)
+            axes.locator_params(axis="x", nbins=5) if axes.get_xscale() == "linear" else None
+            axes.tick_params(axis="y", labelleft=i == 0)
+        line[0].set_ylabel(f"{short(evidence.channel)}, σ")
+        for spare in line[len(variables) :]:
+            spare.set_visible(False)
+    theme.shared_legend(figure, [axes for line in panels for axes in line], 4, loc="upper left")
+    return figure
 
 
 def _reach(variables: Sequence[Variable], before: Array, after: Array) -> float:
@@ -197,44 +195,54 @@ def _reach(variables: Sequence[Variable], before: Array, after: Array) -> float:
     return float(max(np.nanpercentile(dots, 99.0) if np.isfinite(dots).any() else 0.0, *means))
 
 
-def _symmetric(reach: float) -> Scale:
-    """Linear up to four sigma, where noise is; far beyond, where a missing effect is, logarithmic."""
-    if reach <= 3.0 * _LINEAR:
-        return Scale(-reach, reach)
+def _symmetric_logarithm(axes: Axes, reach: float) -> None:
+    """Linear up to four sigma, where noise is; logarithmic beyond, where a missing effect is."""
+    from matplotlib.ticker import FixedLocator
+
+    axes.set_yscale("symlog", linthresh=_LINEAR, linscale=1.0)
     sizes = [t for t in (10.0, 30.0, 100.0, 300.0, 1e3, 1e4, 1e5, 1e6) if t <= reach]
     sizes = sizes[-1 :: -max(len(sizes) // 2, 1)][::-1]  # two a side: more overlap in a low panel
-    return Scale(-reach, reach, _LINEAR, marks=(*(-t for t in reversed(sizes)), 0.0, *sizes))
+    axes.yaxis.set_major_locator(FixedLocator([*(-t for t in reversed(sizes)), 0.0, *sizes]))
+    theme.plain_numbers(axes.yaxis)
 
 
-def _against(variable: Variable, before: Array, after: Array, changed: bool) -> list[Mark]:
-    ends = np.array([variable.values.min(), variable.values.max()])
-    marks: list[Mark] = [
-        Band(-2.0, 2.0, theme.PALE, 0.45, label="±2 σ, pure error"),
-        Line(ends, np.zeros(2), theme.MUTED, 0.7),
-    ]
-    series = [("declared model", before, theme.RED, True)]
+def _against(axes: Axes, variable: Variable, before: Array, after: Array, changed: bool) -> None:
+    axes.axhspan(-2.0, 2.0, color=theme.PALE, alpha=0.45, linewidth=0, label="±2 σ, pure error")
+    axes.axhline(0.0, color=theme.MUTED, linewidth=0.7)
+    series = [("declared model", before, theme.RED, "s")]
     if changed:
-        series.append(("with what was found", after, theme.BLUE, False))
+        series.append(("with what was found", after, theme.BLUE, "o"))
     keep = thinned(variable.values, POINTS)
-    for label, values, colour, square in series:
+    for label, values, colour, marker in series:
+        axes.plot(
+            variable.values[keep],
+            values[keep],
+            marker,
+            color=colour,
+            alpha=0.3,
+            markersize=2.2,
+            markeredgewidth=0,
+        )
         x, mean, _ = binned(variable.values, values)
-        marks += [
-            Dots(variable.values[keep], values[keep], colour, 1.1, 0.3, square=square),
-            Line(x, mean, colour, 1.5, label=f"{label} (means: line)"),
-            Dots(x, mean, colour, 1.8, square=square),
-        ]
-    return marks
+        axes.plot(
+            x, mean, marker + "-", color=colour, linewidth=1.5, markersize=3.6, label=f"{label} (means: line)"
+        )
+    axes.set_xlabel(variable.label)
+    if variable.linear is not None and np.abs(variable.values).max() > 10.0 * variable.linear:
+        _by_factors(axes, variable)
 
 
-def _across(variable: Variable) -> Scale:
-    """A variable's own range; rates and loads from small to large on one axis."""
+def _by_factors(axes: Axes, variable: Variable) -> None:
+    """Rates and loads from small to large on one axis."""
+    from matplotlib.ticker import FixedLocator, NullLocator
+
     size = float(np.abs(variable.values).max())
-    if variable.linear is None or size <= 10.0 * variable.linear:
-        return around(variable.values)
-    some = [t for t in (1.0, 10.0, 100.0, 1e3, 1e4) if variable.linear <= t <= size]
+    axes.set_xscale("symlog", linthresh=variable.linear, linscale=0.4)
+    some = [t for t in (1.0, 10.0, 100.0, 1e3, 1e4) if (variable.linear or 0.0) <= t <= size]
     below = [-t for t in reversed(some)] if variable.values.min() < 0 else []
-    low = 1.3 * float(variable.values.min()) if below else -0.3 * variable.linear
-    return Scale(low, 1.3 * size, variable.linear, 0.4, (*below, 0.0, *some))
+    axes.xaxis.set_major_locator(FixedLocator([*below, 0.0, *some]))
+    axes.xaxis.set_minor_locator(NullLocator())
+    theme.plain_numbers(axes.xaxis)
 
 
 def binned(x: Array, y: Array) -> tuple[Array, Array, NDArray[np.intp]]:
