@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import factors
-from planner.solvers.nonnegative import nonnegative_least_squares
 from planner.solvers.random_effects import Covariance, RandomEffects, covariance
 
 _MOST_STEPS = 60
@@ -259,8 +258,11 @@ def _scored(samples: Sequence[Sample], theta: Array, sought: NDArray[np.bool_], 
 def _step(theta: Array, score: Array, information: Array, free: NDArray[np.bool_]) -> Array:
     """(K,) to the maximum of the quadratic sᵀd − ½ dᵀI d with θ + d >= 0: uphill, whatever is at its bound.
 
-    Every variance in units of its own error, or a large one would count as unseen.
+    Every variance in units of its own error, or a large one would count as unseen. Least squares with bounds:
+    Lawson, Hanson, Solving Least Squares Problems, 1974, 23.
     """
+    from scipy.optimize import nnls
+
     free = free & (np.diag(information) > _LEAST_INFORMATION)
     step = np.zeros_like(score)
     if not free.any():
@@ -271,7 +273,7 @@ def _step(theta: Array, score: Array, information: Array, free: NDArray[np.bool_
     root = np.sqrt(np.maximum(value, _LEAST_CURVATURE))
     at = theta[free] * unit
     target = (vector / root).T @ (score[free] / unit) + (vector * root).T @ at
-    found = nonnegative_least_squares((vector * root).T, target)
+    found, _ = nnls((vector * root).T, target, maxiter=30 * len(at))
     step[free] = np.minimum(found / unit, _MOST) - theta[free]
     return step
 

@@ -23,13 +23,12 @@ from planner.measurement import AXES, ChannelModel, evaluate, jacobian, sensed
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Sensor
-from planner.solvers.cubic_spline import LEAST as LEAST_NODES
-from planner.solvers.cubic_spline import cubic_spline
 from planner.solvers.least_squares import least_squares
 from planner.temperature_table import GAP_K, REACH_K, nodes_with_rows, temperature_nodes
 
 SOAKED_K = 1.0  # a soaked chamber holds its temperature to that, and a sweep passes it in a fifth of its rows
 SOAKED = 0.5  # share of a node's rows within SOAKED_K of it, from which the chamber soaks there
+LEAST_NODES = 4  # that a cubic spline needs
 ROUNDING = 1e-9  # of the largest value of a table, below which its bends are none
 _ROUNDS = 8  # Gauss-Newton: the products are 1e-3 of the linear part, so three rounds arrive
 
@@ -196,11 +195,14 @@ def _bends(t: Array, nodes: Array, values: Array) -> Array:
 
     A unit has a curve; rows on a ramp lie between the points at which the table knows it.
     """
+    from scipy.interpolate import CubicSpline
+
     if len(nodes) < LEAST_NODES:
         return np.empty((len(t), 0))
     inside = np.clip(t, nodes[0], nodes[-1])
     order = np.argsort(nodes)
-    bends = cubic_spline(nodes[order], values[order])(inside) - np.interp(inside, nodes[order], values[order])
+    smooth = CubicSpline(nodes[order], values[order])(inside)
+    bends = smooth - np.interp(inside, nodes[order], values[order])
     if np.abs(bends).max(initial=0.0) <= ROUNDING * np.abs(values).max(initial=0.0):
         return np.empty((len(t), 0))  # every row at a node
     return np.asarray(bends[:, None])

@@ -16,11 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.diagnose.hypotheses.channels import SOAKED_K, Channel, tables
+from planner.diagnose.hypotheses.channels import LEAST_NODES, SOAKED_K, Channel, tables
 from planner.effects._bench_frame import turning
 from planner.nouns.array import Array
-from planner.solvers.cubic_spline import LEAST as LEAST_NODES
-from planner.solvers.cubic_spline import cubic_spline
 
 STILL_K_S = 0.1 / 60.0  # K/s: a chamber that soaks moves less; on a ramp the readings move with the unit
 
@@ -59,6 +57,8 @@ def straying(degc: Array, rate: Array, starts: NDArray[np.int64]) -> Array:
 
 def _steepness(c: Channel) -> Array:
     """(n,) dy/dT of the declared tables, each along a smooth curve through its nodes."""
+    from scipy.interpolate import CubicSpline
+
     t = c.model.conditions.temperature_degc
     total = np.zeros(len(t))
     for (name, term), place in tables(c.model).items():
@@ -70,6 +70,6 @@ def _steepness(c: Channel) -> Array:
         column = effect.regressors(c.sensor, seen)[:, c.axis, index]
         nodes = np.array([c.model.columns()[i].node_degc for i in place])
         order = np.argsort(nodes)
-        curve = cubic_spline(nodes[order], c.theta[place][order])
-        total += curve.derivative(np.clip(t, nodes.min(), nodes.max())) * column
+        curve = CubicSpline(nodes[order], c.theta[place][order])
+        total += curve(np.clip(t, nodes.min(), nodes.max()), 1) * column
     return total
