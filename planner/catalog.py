@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, Generic, TypeVar, get_args
 
+from planner import __version__
 from planner.errors import InputError
 from planner.nouns.sensor import SENSORS
 from planner.origin import OURS, Kind, Origin
@@ -147,6 +148,13 @@ def readers() -> Mapping[str, RawReader]:
     return Plugins("readers")
 
 
+def origin_of(effect: str) -> Origin:
+    """Where an effect comes from; one that its name describes, from where that is of which it is made."""
+    known, made = origins("effects"), effects()[effect]
+    plain = getattr(made, "plain", made).name
+    return known.get(plain) or Origin("effects", effect, OURS, __version__, type(made).__module__)
+
+
 def temperature_effects(effect: str) -> tuple[str, ...]:
     """Names of the effects that are the change of this one over temperature."""
     return tuple(name for name, one in effects().items() if one.temperature_of == effect)
@@ -163,8 +171,8 @@ def varies_as_declared(effect: str, declared: Collection[str]) -> bool:
 _DESCRIBED = {
     "curve_": ("planner.effects._measured_curve", "curve_of"),
     "scatter_over_input_": ("planner.effects._scatter_over_input", "scatter_of"),
-    "_of_gyro_with_": ("planner.effects._shaped", "shaped_of"),
-    "_of_acc_with_": ("planner.effects._shaped", "shaped_of"),
+    "_of_gyro": ("planner.effects._shaped", "shaped_of"),
+    "_of_acc": ("planner.effects._shaped", "shaped_of"),
 }
 """Part of a name -> module and function that make the effect of it."""
 

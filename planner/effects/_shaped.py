@@ -1,10 +1,11 @@
-"""An effect at the parameters that one unit was found to have, on one sensor: a warm-up of 156 s, not of 600.
+"""An effect on one sensor only, and at the parameters that one unit was found to have: 156 s, not 600.
 
+    drift_curve_of_gyro                           drift_curve on the gyros; the accelerometers have none
     warm_up_of_gyro_with_time_constant_156        warm_up on the gyros, usually of 156 s
 
-The name says it, so that every room that asks the catalogue plans, flies and checks with that value. A fit
-begins there and finds each channel's own. Numbers are as the effect takes them (s, degC, day); `m` stands for
-minus, `p` for the point. What steps keeps its own name.
+The name says it, so that every room that asks the catalogue plans, flies and checks with that; a budget
+stands under the same name. A fit begins at the parameters and finds each channel's own. Numbers are as the
+effect takes them (s, degC, day); `m` stands for minus, `p` for the point. What steps keeps its own name.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ from planner.nouns.conditions import Conditions
 from planner.protocols import Effect, Sensor, Term
 
 _NUMBER = r"m?\d+(?:p\d+)?"
-_PATTERN = rf"([a-z][a-z_]*?)_of_(gyro|acc)_with_([a-z_]+_{_NUMBER}(?:_and_[a-z_]+_{_NUMBER})*)"
+_PATTERN = rf"([a-z][a-z_]*?)_of_(gyro|acc)(?:_with_([a-z_]+_{_NUMBER}(?:_and_[a-z_]+_{_NUMBER})*))?"
 _SENSORS: Mapping[str, Sensor] = {"gyro": "gyro", "acc": "accelerometer"}
 
 
 class Shaped(BaseEffect):
-    """`plain` on one sensor with other usual values of its parameters; all else is as it says."""
+    """`plain` on one sensor, and with other usual values of its parameters; all else is as it says."""
 
     def __init__(self, name: str, plain: Effect, sensor: Sensor, values: Mapping[str, float]) -> None:
         self.plain, self.sensor = plain, sensor
@@ -33,8 +34,8 @@ class Shaped(BaseEffect):
         self.sensors = (sensor,)
         self.units = {sensor: plain.units[sensor]}
         self.parameters = tuple(replace(p, default=values.get(p.name, p.default)) for p in plain.parameters)
-        said = ", ".join(p.shown(p.default) for p in self.parameters)
-        self.title = f"{plain.title} of {said}"
+        said = ", ".join(p.shown(p.default) for p in self.parameters if p.name in values)
+        self.title = f"{plain.title} of {said}" if said else f"{plain.title}, {sensor} only"
         for what in (
             "group", "needs", "variable", "temperature_of", "tabled", "bench_only", "misfit", "history",
             "nodal", "follows_drift", "largest", "equation", "source",
@@ -85,7 +86,7 @@ def shaped_of(name: str) -> Shaped | None:
         return None
     plain, sensor = catalog.effects()[match[1]], _SENSORS[match[2]]
     values = {}
-    for part in match[3].split("_and_"):
+    for part in match[3].split("_and_") if match[3] else ():
         key, _, number = part.rpartition("_")
         values[key] = float(number.replace("m", "-").replace("p", "."))
     ranges = {p.name: p for p in plain.parameters if not p.stepped}

@@ -31,7 +31,7 @@ def effect_named(name: str) -> Effect:
 
 def effect_document(effect: Effect) -> dict[str, Any]:
     """One effect with all that it says of itself; parameters in their own units."""
-    origin = catalog.origins("effects")[effect.name]
+    origin = catalog.origin_of(effect.name)
     return {
         "name": effect.name,
         "title": effect.title,

@@ -271,7 +271,10 @@ class Spec(SpecPart):
     trajectory: Flight = Field(description="a name, {name: …, parameters}, or {file: flight.csv}")
     sensitivities: Source = Field("simulated", description="simulated, or {given: …} as published")
     unit: Unit = Field(description="the inertial unit and its error budgets")
-    effects: tuple[str, ...] = Field(min_length=1, description="the declared error model")
+    effects: tuple[str, ...] = Field(
+        min_length=1,
+        description="the declared error model; NAME_of_gyro, NAME_of_acc: an effect on that sensor only",
+    )
     benches: dict[Name, Bench] = Field(min_length=1, description="name: bench")
     tests: dict[Name, Test] = Field(min_length=1, description="name: test")
     plan: PlanChoice = Field(default_factory=PlanChoice, description="how to plan")

@@ -26,8 +26,14 @@ def plugins_load(sheet: Review) -> bool:
 def foreign_plugins(spec: Spec) -> tuple[Origin, ...]:
     """The plug-ins of other packages that the spec names, each once, by kind and name."""
     used = {(kind, name) for _, kind, name in named(spec)}
-    origins = [catalog.origins(kind)[name] for kind, name in sorted(used) if name in catalog.origins(kind)]
-    return tuple(origin for origin in origins if origin.foreign)
+    origins = (_origin(kind, name) for kind, name in sorted(used))
+    return tuple(dict.fromkeys(origin for origin in origins if origin is not None and origin.foreign))
+
+
+def _origin(kind: Kind, name: str) -> Origin | None:
+    if kind == "effects" and name in catalog.effects():
+        return catalog.origin_of(name)
+    return catalog.origins(kind).get(name)
 
 
 def named(spec: Spec) -> Iterator[tuple[Path, Kind, str]]:

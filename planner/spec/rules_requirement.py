@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from pydantic import ValidationError
 
 from planner import catalog
+from planner.effects._shaped import plain_name
 from planner.errors import InputError
 from planner.protocols import SENSORS
 from planner.spec.height_aid import unaided
@@ -207,9 +209,19 @@ def effects_declared(sheet: Review) -> None:
             sheet.fault("P241", path, f"unknown effect '{name[:40]}'{did_you_mean(name, known)}")
         elif name in names[:index]:
             sheet.fault("P242", path, f"'{name}' is declared twice; keep one")
+        elif other := _same_effect(name, names[:index]):
+            sheet.fault("P242", path, f"'{name}' is '{other}' once more on the same sensor; keep one")
         elif name not in served and known[name].temperature_of not in varying and sheet.whole("unit"):
             sheet.warn(
                 "P243",
                 path,
-                f"no budget of 'unit' speaks of '{name}', so it adds nothing to the navigation error",
+                f"no budget of 'unit' speaks of '{name}', so it adds nothing to the navigation error"
+                + (f"; that of '{plain_name(name)}' is another's" if plain_name(name) in served else ""),
             )
+
+
+def _same_effect(name: str, before: Sequence[str]) -> str | None:
+    """Another name of the same effect that acts on a sensor of this one."""
+    known = catalog.effects()
+    alike = (other for other in before if other in known and plain_name(other) == plain_name(name))
+    return next((o for o in alike if {*known[o].sensors} & {*known[name].sensors}), None)
