@@ -19,7 +19,7 @@ from planner.plan.flight_response import FlightResponse, Flying
 from planner.spec.budget import STORAGE_DAYS
 from planner.spec.model import PercentileRule, Requirement, Spec
 
-SCENARIOS = 24  # temperatures at which a flight over the range is looked at
+SCENARIOS = 40  # temperatures at which a flight over the range is looked at: as the fastest curves ask
 STEP_K = 0.5  # of a flight that warms: a day of it has then no more temperatures than a minute
 UP = 2  # of position, velocity, attitude
 STILL_K = 0.1  # a flight whose temperature changes by less is a flight at one temperature

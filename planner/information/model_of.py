@@ -25,7 +25,7 @@ from planner.protocols import SENSORS
 from planner.spec.flight_temperature import TemperatureShares
 from planner.spec.model import Requirement, Spec
 
-QUICK_SCENARIOS = 12  # flight temperatures that the search looks at
+QUICK_SCENARIOS = 16  # flight temperatures that the search looks at
 HASTE_S, HASTY_INSTANTS = 20.0, 12  # for a plan that must be there sooner, of a requirement at any moment
 QUICK_INSTANTS = 4  # of a requirement at any moment
 
