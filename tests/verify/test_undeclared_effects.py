@@ -21,13 +21,16 @@ SHEETS = ("consumer", "industrial", "tactical")
 
 
 def undeclared() -> dict[str, Any]:
-    """g-sensitivity (a constant, a curve, draws of power-ons) and nonlinearity beside scale factor."""
+    """g-sensitivity (a constant, a curve, draws of power-ons) and nonlinearity beside scale factor.
+
+    The curve is small: verify knows a quantile that curves alone make to some 2 %, by 4000 of them.
+    """
     unit = by_hand()["unit"]
     beside = {
         "g_sensitivity": {
             "systematic": "0.03 deg/s/g",
             "run_to_run": "0.01 deg/s/g",
-            "temperature_residual": {1: "0.1 deg/s/g", 3: "0.03 deg/s/g", 5: "0.01 deg/s/g"},
+            "temperature_residual": {1: "0.02 deg/s/g", 3: "0.006 deg/s/g", 5: "0.002 deg/s/g"},
         },
         "scale_factor_nonlinearity": {"systematic": "4 %", "run_to_run": "0.5 %"},
     }
