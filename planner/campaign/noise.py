@@ -10,6 +10,7 @@ spec lets drift (K 2.1). Their sizes come from the data by REML, or from the spe
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -21,6 +22,7 @@ from planner.campaign.power_ons import PowerOns
 from planner.measurement import ChannelModel, Parts
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
+from planner.protocols import Effect
 from planner.solvers.block_covariance import LARGEST
 from planner.solvers.random_effects import Drift, RandomEffects
 from planner.solvers.reml import Variances
@@ -158,11 +160,9 @@ def unfitted_columns(model: ChannelModel, parts: Parts, unit: Unit) -> dict[tupl
         effect = catalog.effects()[name]
         if name in carried or (effect.tabled and effect.temperature_of in carried):
             continue
-        conditions = model.with_input(parts.v) if effect.group == "scale_factor" else model.conditions
-        x = effect.regressors(model.sensor, conditions)[:, model.channel]
-        for t, term in enumerate(effect.terms(model.sensor)):
-            if model.channel in term.channels and np.any(x[:, t]):
-                found[ErrorName.of(model.sensor, name), term.name] = x[:, t]
+        terms = [t for t, term in enumerate(effect.terms(model.sensor)) if model.channel in term.channels]
+        every = _columns(model, parts, effect, terms)
+        found |= {key: z for key, z in every.items() if np.any(z)}
     return found
 
 
@@ -170,13 +170,18 @@ def columns_of_errors(model: ChannelModel, parts: Parts) -> dict[tuple[ErrorName
     """(error, term) -> (n,) what one unit of it adds, table or not: what a draw of a power-on multiplies."""
     found: dict[tuple[ErrorName, str], Array] = {}
     for c in model.carried:
-        error = ErrorName.of(model.sensor, c.effect.name)
-        conditions = model.with_input(parts.v) if c.effect.group == "scale_factor" else model.conditions
-        full = c.effect.regressors(model.sensor, conditions)[:, model.channel]
-        names = c.effect.terms(model.sensor)
-        for t in c.terms:
-            found[error, names[t].name] = full[:, t]
+        found |= _columns(model, parts, c.effect, c.terms)
     return found
+
+
+def _columns(
+    model: ChannelModel, parts: Parts, effect: Effect, terms: Sequence[int]
+) -> dict[tuple[ErrorName, str], Array]:
+    """(error, term) -> (n,) of some terms of one effect; a scale factor's are driven by the turned input."""
+    conditions = model.with_input(parts.v) if effect.group == "scale_factor" else model.conditions
+    full = effect.regressors(model.sensor, conditions)[:, model.channel]
+    error, names = ErrorName.of(model.sensor, effect.name), effect.terms(model.sensor)
+    return {(error, names[t].name): full[:, t] for t in terms}
 
 
 def budget_of(unit: Unit, error: ErrorName) -> ErrorBudget | None:

@@ -90,7 +90,7 @@ def genetic_beside(
     if late():
         return None
     points, history = pareto_set(found.offers, found.judge, seed, late)
-    shown = _exactly(flight, found, points, late)
+    shown = _exactly(flight.unseen, found, points, late)
     keeping = [p.cost for p in shown if p.keeps]
     if not keeping:
         return None
@@ -128,14 +128,14 @@ def _exactly(flight: Flight, found: Found, points: Sequence[Point], late: Callab
     known: dict[int, _Exact] = {}
     keeping = [i for i, p in enumerate(points) if p.load <= 1.0 and found.judge.keeps(p.counts)]
     for i in keeping[:TRIED]:
-        known[i] = _exact(flight.unseen, found, points[i], DRAWS)
+        known[i] = _exact(flight, found, points[i], DRAWS)
         if known[i].keeps or late():
             break
     for i in places.tolist():
         if late():
             break
         if i not in known:
-            known[i] = _exact(flight.unseen, found, points[i], ROUGH)
+            known[i] = _exact(flight, found, points[i], ROUGH)
     return [known[i] for i in sorted(known)]
 
 

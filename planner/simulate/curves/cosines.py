@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.simulate.curves.grid import places
+from planner.simulate.curves.grid import Shape, places
 
 MODES = 40
 _PEAK_OVER_RMS = 2.2  # of what a table leaves of such a curve
@@ -17,7 +17,7 @@ _FINE = 241  # places at which a mode's residual is averaged
 
 
 @dataclass(frozen=True)
-class Cosines:
+class Cosines(Shape):
     """f(x) = Σ a_m cos(mπx + φ_m), φ_m uniform; amplitude: (MODES,) a_m."""
 
     amplitude: Array
@@ -29,10 +29,6 @@ class Cosines:
         found = (self.amplitude * np.cos(phase)) @ cosine
         found -= (self.amplitude * np.sin(phase)) @ sine
         return np.asarray(found)
-
-    def evenly(self, count: int, rng: np.random.Generator) -> Array:
-        """(count, POINTS) independent curves: of so many dimensions that no lattice helps."""
-        return self.draws(count, rng)
 
     def rows(self) -> Array:
         """(2·MODES, POINTS): E cos² = E sin² = ½, and nothing else is left."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.simulate.curves.grid import lattice, places
+from planner.simulate.curves.grid import Shape, lattice, places
 
 
-class Cubic:
+class Cubic(Shape):
     """f = a z + b z² + c z³ with z = 2x − 1; a, b, c N(0, 1)."""
 
     def draws(self, count: int, rng: np.random.Generator) -> Array:

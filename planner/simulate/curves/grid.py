@@ -23,7 +23,8 @@ class Shape(Protocol):
         """(count, POINTS) independent curves."""
 
     def evenly(self, count: int, rng: np.random.Generator) -> Array:
-        """(count, POINTS) of the same law that lie evenly in it where it has few dimensions, else `draws`."""
+        """(count, POINTS) of the same law, evenly in it where it has few dimensions; else independent."""
+        return self.draws(count, rng)
 
     def rows(self) -> Array:
         """(r, POINTS) R whose RᵀR is the second moment E f fᵀ of the shape."""
@@ -33,7 +34,8 @@ def lattice(count: int, rng: np.random.Generator) -> Array:
     """(2, count) points in the unit square, each of them uniform, all of them even, in random order.
 
     The lattice of the golden ratio, shifted at random (Niederreiter, Random Number Generation and Quasi-Monte
-    Carlo Methods, 1992, 5.1): a mean over it is known some twenty times as well as over as many draws.
+    Carlo Methods, 1992, 5.1): the quantile of what a table leaves of a kink scatters a fourth as much as over
+    as many draws, of a cubic a thirtieth.
     """
     i, golden = rng.permutation(count), 0.5 * (np.sqrt(5.0) - 1.0)
     return np.asarray((np.stack([i / count, i * golden]) + rng.uniform(size=(2, 1))) % 1.0)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.simulate.curves.grid import POINTS, lattice, places
+from planner.simulate.curves.grid import POINTS, Shape, lattice, places
 
 
-class Kink:
+class Kink(Shape):
     """f(x) = a (x − ½)² + b |x − k|, a and b N(0, 1), k uniform from 0 to 1."""
 
     def draws(self, count: int, rng: np.random.Generator) -> Array:

@@ -10,21 +10,17 @@ from functools import cache
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.simulate.curves.grid import POINTS, places
+from planner.simulate.curves.grid import POINTS, Shape, places
 
 LENGTH = 0.5  # in x
 
 
-class Matern:
+class Matern(Shape):
     """E f(x) f(x') = (1 + √3 d/l) exp(−√3 d/l), d = |x − x'|, l = ½."""
 
     def draws(self, count: int, rng: np.random.Generator) -> Array:
         """(count, POINTS) independent curves."""
         return np.asarray(rng.normal(size=(count, POINTS)) @ _root())
-
-    def evenly(self, count: int, rng: np.random.Generator) -> Array:
-        """(count, POINTS) independent curves: of so many dimensions that no lattice helps."""
-        return self.draws(count, rng)
 
     def rows(self) -> Array:
         """(POINTS, POINTS) the covariance's triangular root."""
