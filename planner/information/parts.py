@@ -91,7 +91,8 @@ def _weights(a: Asked) -> Array:
 
 def _left(promise: Promise, a: Asked, moments: Moments, counts: Array) -> Array:
     """(S, F, F) what a campaign leaves of what is asked, under one family."""
-    return np.asarray(replace(promise, asked=(a,), families={"": moments}).covariance(counts, 0)[0, 0])
+    covariance, _ = replace(promise, asked=(a,), families={"": moments}).covariance(counts, 0)
+    return np.asarray(covariance[0, 0])
 
 
 def _each_term(a: Asked, F: int) -> Asked:
@@ -140,7 +141,8 @@ def shares(flight: Flight, found: Foreseen, requirement: int) -> dict[str, float
     asked = replace(a, share=None, temperature_degc=seen, response=response, own=np.zeros((S, n, c, n, c)))
     name = found.binding(requirement)
     only = replace(promise, asked=(asked,), families={name: promise.families[name]})
-    left = only.covariance(found.counts, 0)[0, 0].reshape(S, n, c, n, c)
+    left, _ = only.covariance(found.counts, 0)
+    left = left[0, 0].reshape(S, n, c, n, c)
     own = drawn_by_flights(flight.spec, flight.response, each[:-1], a.profile, found.days)
     weights = _weights(a)
     squares = np.zeros(len(errors))

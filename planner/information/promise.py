@@ -86,14 +86,18 @@ class Promise:
         whole, undetermined = self._whole(counts, families)
         return [self._blocks(a, whole) for a in self.asked], undetermined
 
-    def covariance(self, counts: Array, requirement: int) -> Array:
-        """(B, families, S, I c, I c) of one requirement with what goes between its instants."""
+    def covariance(self, counts: Array, requirement: int) -> tuple[Array, NDArray[np.bool_]]:
+        """(B, families, S, I c, I c) of one requirement with what goes between its instants.
+
+        And (B,) whether what flies is undetermined.
+        """
         only = replace(self, asked=(self.asked[requirement],))
-        return only._whole(counts, range(len(self.families)))[0][0]
+        whole, undetermined = only._whole(counts, range(len(self.families)))
+        return whole[0], undetermined
 
     def _whole(self, counts: Array, families: Sequence[int]) -> tuple[list[Array], NDArray[np.bool_]]:
         """Per view (B, families, S, ρ, ρ) of d; (B,) whether what flies is undetermined."""
-        whole = [np.zeros((len(counts), len(families), *v.alone.shape[1:])) for v in self._views]
+        whole = [np.zeros((len(counts), len(families), *v.own.shape)) for v in self._views]
         undetermined = np.zeros(len(counts), dtype=bool)
         common = [_Common(len(counts)) for _ in self._views]
         for group in self._groups:
@@ -103,8 +107,8 @@ class Promise:
                     R = v.reads(found)
                     total[found.which] += v.left(found, R, families)
                     of.add(group.alike, found, R)
-        for view, total, of in zip(self._views, whole, common, strict=True):
-            total += view.alone[[*families]] + of.between()
+        for alone, total, of in zip(self._alone, whole, common, strict=True):
+            total += alone[[*families]] + of.between()
         return whole, undetermined
 
     def through_curves(self, counts: Array, requirement: int) -> list[CurveWeights]:
@@ -146,6 +150,11 @@ class Promise:
         return [_view(self, group) for group in groups.values()]
 
     @cached_property
+    def _alone(self) -> list[Array]:
+        """Per view (families, S, ρ, ρ) of d without any campaign: flights' own draws and the curves."""
+        return [_alone(self, view) for view in self._views]
+
+    @cached_property
     def _groups(self) -> list[_Group]:
         """Channels of which something flies; of a sensor without any budget nothing does."""
         found = (_group(self, g) for g in alike(self.kinds.channels, self.kinds.degc))
@@ -160,13 +169,13 @@ class Promise:
 class _View:
     """Requirements flown at the same temperatures. rows: requirement -> its rows among ρ
 
-    temperature_degc: (S, m); response: (ρ, F, m); alone: (families, S, ρ, ρ) own draws and the curves alone
+    temperature_degc: (S, m); response: (ρ, F, m); own: (S, ρ, ρ) the flights' own draws
     """
 
     temperature_degc: Array
     response: Array
     rows: Mapping[int, slice]
-    alone: Array
+    own: Array
 
 
 def _view(promise: Promise, group: Sequence[Asked]) -> _View:
@@ -177,17 +186,22 @@ def _view(promise: Promise, group: Sequence[Asked]) -> _View:
         [a.response.reshape(n, *a.response.shape[2:]) for a, n in zip(group, sizes, strict=True)]
     )
     degc = group[0].temperature_degc
-    alone = np.zeros((len(promise.families), len(degc), ends[-1], ends[-1]))
+    own = np.zeros((len(degc), ends[-1], ends[-1]))
     for a, n in zip(group, sizes, strict=True):
-        alone[:, :, rows[a.index], rows[a.index]] += a.own.reshape(len(degc), n, n)
-    place = promise.places(degc)
+        own[:, rows[a.index], rows[a.index]] += a.own.reshape(len(degc), n, n)
+    return _View(degc, response, rows, own)
+
+
+def _alone(promise: Promise, view: _View) -> Array:
+    alone = np.repeat(view.own[None], len(promise.families), axis=0)
+    place = promise.places(view.temperature_degc)
     for i, f in enumerate(promise.flying):
-        J = response[:, i]
+        J = view.response[:, i]
         for k, moment in enumerate(promise.moments_of(f.error)):
             if np.any(moment) and np.any(J):
                 M = np.broadcast_to(moment, (len(promise.points),) * 2)
                 alone[k] += J @ M[place[:, :, None], place[:, None, :]] @ J.T
-    return _View(degc, response, rows, alone)
+    return alone
 
 
 @dataclass(frozen=True)
