@@ -91,7 +91,7 @@ def drawn_quantile(
     curves = {error: pool(error) for error in dict.fromkeys(p.error for p in drawn)}
     looked_at = _looked_at(a, whole)
     weights = None if a.weights is None else a.weights[looked_at]
-    if a.response.shape[0] > 1:
+    if a.response.shape[1] > 1:
         return _at_any(a, rest, drawn, curves, looked_at, weights, ANY * draws)
     return _at_one(
         a, rest[looked_at], [p.on(looked_at) for p in drawn], curves, weights, nearly(a, every), draws
@@ -197,7 +197,7 @@ def _at_any(
             curves,
             start,
         )
-        found.append(_longest(basis.astype(np.float32) @ np.swapaxes(d, 1, 2), a.response.shape[1]))
+        found.append(_longest(basis.astype(np.float32) @ np.swapaxes(d, 1, 2), a.response.shape[2]))
     return length_of_share(np.concatenate(found), a.share, weights)
 
 

@@ -123,7 +123,7 @@ def _quantiles(flight: Flight, promise: Promise, counts: Array, k: int, draws: i
 
 def _quantile(a: Asked, S: Array) -> float:
     """The quantile of the largest |d| over the instants; S: (S, I c, I c)."""
-    instants, c = a.response.shape[:2]
+    instants, c = a.response.shape[1:3]
     if instants == 1:
         return _exact(a, S, nearly(a, S))
     return _drawn(a, S, c)

@@ -19,7 +19,7 @@ SHARES = (0.5, 0.9, 0.95, 0.99)
 def asked(share: float, scenarios: int, instants: int, components: int, *, worst: bool = False) -> Asked:
     weights = None if worst else np.full(scenarios, 1.0 / scenarios)
     nothing = np.zeros((scenarios, 1))
-    response = np.zeros((instants, components, 1, 1))
+    response = np.zeros((1, instants, components, 1, 1))
     return Asked(0, 1.0, share, weights, nothing, tuple(range(instants)), nothing, response, nothing)
 
 
