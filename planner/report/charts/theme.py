@@ -99,7 +99,8 @@ def drawn(name: str, description: str, draw: Callable[[], Figure]) -> str:
         _lay_out(figure)
         nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
         # the canvas itself: savefig draws every figure twice, the first time to throw it away
-        FigureCanvasSVG(figure).print_svg(buffer, metadata=nothing)
+        canvas: Any = FigureCanvasSVG(figure)  # matplotlib has no types for print_svg
+        canvas.print_svg(buffer, metadata=nothing)
     return _inline(buffer.getvalue(), name, description)
 
 
