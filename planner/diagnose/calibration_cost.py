@@ -10,7 +10,7 @@ the bias not at all, it is this power-on's). n repeats then give the mean to t·
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -100,7 +100,7 @@ def _best(spec: Spec, runs: list[BenchRun], target: Target, noise: RecordNoise) 
 
 def repeat_spread(spec: Spec, run: BenchRun, target: Target, noise: RecordNoise) -> float:
     """s in SI, the largest over the channels' terms; near UNKNOWN when the run does not show one of them."""
-    worst = 0.0
+    worst, run = 0.0, _where_it_shows(spec, run, target)
     full = catalog.effects()[target.effect].regressors(target.sensor, run.conditions, target.nonlinear)
     terms = catalog.effects()[target.effect].terms(target.sensor)
     for axis in target.axes:
@@ -108,6 +108,18 @@ def repeat_spread(spec: Spec, run: BenchRun, target: Target, noise: RecordNoise)
         if acts:
             worst = max(worst, _spread(spec, run, target, axis, full[:, axis, acts], noise))
     return worst
+
+
+def _where_it_shows(spec: Spec, run: BenchRun, target: Target) -> BenchRun:
+    """At that end of the range which lies further from the run's own temperature, for what changes with it.
+
+    Per kelvin from 20 degC nothing shows at 20 degC; other power-ons tell what it is there.
+    """
+    effect, own = catalog.effects()[target.effect], run.conditions.temperature_degc
+    if "temperature_degc" not in effect.needs or effect.tabled or not len(own):
+        return run
+    end = max(spec.plan.temperatures.range, key=lambda degc: abs(degc - own[0]))
+    return replace(run, conditions=replace(run.conditions, temperature_degc=np.full_like(own, end)))
 
 
 def _spread(spec: Spec, run: BenchRun, target: Target, axis: int, G: Array, noise: RecordNoise) -> float:

@@ -35,6 +35,7 @@ from planner.solvers.gaussian_length import percentile
 from planner.solvers.least_squares import least_squares
 from planner.spec.model import Given, Spec
 
+STARTS = 3  # what is straight between two temperatures is worst at an end; what is a table, near one
 _ROUNDING = 1e-9  # of a requirement's limit: what the integration leaves of nothing
 
 Column = Callable[[Conditions], Array]
@@ -59,10 +60,32 @@ class _Term:
 def navigation_costs(
     found: Sequence[FoundEffect], fits: UnitFits, spec: Spec, trajectory: Trajectory
 ) -> tuple[NavigationCost, ...]:
-    """One entry per requirement, at the moment at which it is worst, for all found effects together."""
+    """One entry per requirement, at the moment at which it is worst, for all found effects together.
+
+    Of effects that change with temperature by their own equation also from the start at which it is worst.
+    """
     terms = [t for effect in found for t in _terms(effect, fits, spec.plan.confidence)]
     if not terms:
         return ()
+    each = [_flown(found, terms, fits, spec, warm) for warm in _starts(found, spec, trajectory)]
+    return tuple(max(costs, key=lambda c: c.before) for costs in zip(*each, strict=True))
+
+
+def _starts(found: Sequence[FoundEffect], spec: Spec, trajectory: Trajectory) -> list[Trajectory]:
+    """The flight as it is, and where it matters at other temperatures at which requirements let it start."""
+    changing = any("temperature_degc" in catalog.effects()[e.effect].needs for e in found)
+    if not changing or all(r.temperature == "flight" for r in spec.requirement):
+        return [trajectory]
+    low, high = spec.plan.temperatures.range
+    own = trajectory.temperature_degc
+    others = [np.clip(own - own[0] + t, low, high) for t in np.linspace(low, high, STARTS)]
+    return [trajectory, *(replace(trajectory, temperature_degc=warm) for warm in others)]
+
+
+def _flown(
+    found: Sequence[FoundEffect], terms: Sequence[_Term], fits: UnitFits, spec: Spec, trajectory: Trajectory
+) -> list[NavigationCost]:
+    """On one flight."""
     flown = spec.model_copy(update={"sensitivities": "simulated"})
     last_day = max(trajectory.day, float(fits.table.day.max(initial=0.0)))
     bound = constraints(flown, _sensitivities(terms, trajectory, spec, last_day))
@@ -75,10 +98,12 @@ def navigation_costs(
     bench = sorted(name for name, effect in known.items() if effect.bench_only)
     if bench:
         how += f"; {', '.join(bench)} does not fly: what counts is how it bends the declared coefficients"
-    return tuple(
+    if any("temperature_degc" in effect.needs for effect in known.values()):
+        how += f"; started at {trajectory.temperature_degc[0]:.3g} degC"
+    return [
         _cost([c for c in bound if c.requirement == i], terms, spec.plan.confidence, how)
         for i in range(len(spec.requirement))
-    )
+    ]
 
 
 def _cost(bound: Sequence[Constraint], terms: Sequence[_Term], confidence: float, how: str) -> NavigationCost:

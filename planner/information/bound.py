@@ -142,10 +142,11 @@ class Prover:
         place = self._place(a.temperature_degc)
         for error, moment in moments.items():
             mine = [i for i, f in enumerate(self.flight.response.flying) if f.error.parts == error]
-            J = a.response[-1][:, mine]
+            J = a.response[:, -1][:, :, mine]
             if np.any(J):
                 left = _kriged(moment, points, place)
-                total += np.einsum("bsmn,cam,dan->bscd", left, J, J, optimize=True)
+                J = np.broadcast_to(J, (len(place), *J.shape[1:]))
+                total += np.einsum("bsmn,scam,sdan->bscd", left, J, J, optimize=True)
         return is_within(a, total[:, None, :, None], np.array([most]))[:, 0]
 
     # ------------------------------------------------------------ what a set costs at least

@@ -6,20 +6,20 @@ Then it is asked how much shorter another one could be.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from planner.information.bound import Effort, Prover
 from planner.information.exact import Foreseen, foreseen, laid_out
-from planner.information.exchange import EASIER, Judge, beginnings, easiest, even, shorter, shortest
+from planner.information.exchange import EASIER, Judge, beginnings, even, shorter, shortest
 from planner.information.model_of import Flight, on_offer
 from planner.information.offers import Offers
 from planner.information.promise import Promise
 from planner.information.redundancy import survives_any_loss
-from planner.information.refusal import refusal
+from planner.information.refusal import nearest, refusal
 from planner.information.spreads import spread_factor
 from planner.nouns.array import Array
 from planner.nouns.choices import TestVisits
@@ -64,6 +64,14 @@ class Found:
         return float(self.offers.cost(self.counts[None])[0])
 
 
+class _Kept(NamedTuple):
+    """A campaign (g,) that keeps the promise exactly, the judge that meets its figures, and these."""
+
+    counts: Array
+    judge: Judge
+    exact: Foreseen
+
+
 def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thorough"] = "usual") -> Found:
     """The shortest campaign found that keeps every requirement exactly, with a bound for all others.
 
@@ -89,47 +97,68 @@ def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thoroug
     return found_of(flight, offers, judge, bounded.best, bounded.bound, proved=bounded.proved, exact=known)
 
 
-def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> tuple[Array, Judge, Foreseen]:
-    """The shortest campaign that keeps every requirement exactly, the judge that quick figures then have.
+def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> _Kept:
+    """The shortest campaign that keeps every requirement exactly, with the judge of quick figures then.
+
+    Where no search by quick figures ends at one, the campaigns by which a refusal would name the nearest
+    limits are asked exactly: what they keep is not refused.
+    """
+    # drawn curves make much the same of quantiles for all; quick ones are up to a sixth too large
+    even_ones = beginnings(offers, judge)[:1]
+    near = [] if even_ones else nearest(offers, judge)
+    begun, closer = _begun(flight, offers, judge, even_ones or near[:1])
+    best, closer = _shortened(flight, offers, closer, most, begun, anew=True)
+    if best is not None:
+        return best
+    near = near or nearest(offers, judge)  # whatever was searched: a limit once named holds
+    begun, judge = _begun(flight, offers, judge, near)
+    if begun is None:
+        raise refusal(flight, offers, closer, near)
+    return _shortened(flight, offers, judge, most, begun, anew=False)[0] or begun
+
+
+def _begun(
+    flight: Flight, offers: Offers, judge: Judge, starts: Sequence[Array]
+) -> tuple[_Kept | None, Judge]:
+    """The first of the campaigns that keeps the promise exactly; and the judge that meets the last asked."""
+    for start in starts:
+        quick = judge.promise.figures(start[None])[0]
+        if not np.all(np.isfinite(quick)):
+            continue
+        exact = exactly(flight, offers, start)
+        judge = judge.meeting(exact.figures / quick)
+        if is_kept(flight, exact, spread_factor(flight, offers.visits(start))) and judge.allowed(start):
+            return _Kept(start, judge, exact), judge
+    return None, judge
+
+
+def _shortened(
+    flight: Flight, offers: Offers, judge: Judge, most: int, begun: _Kept | None, *, anew: bool
+) -> tuple[_Kept | None, Judge]:
+    """The shortest campaign found that keeps the promise exactly, at worst the one that was begun with.
 
     Quick figures are drawn to the exact ones of the campaign found last; what breaks the promise makes the
-    judge stricter and is searched anew, what keeps it with room goes downhill from where it is.
+    judge stricter and is searched again, what keeps it with room goes downhill from where it is.
+    anew: whether to look for other beginnings first
     """
-    best: tuple[Array, Judge, Foreseen] | None = None
-    begun: tuple[Array, Judge, Foreseen] | None = None
-    # drawn curves make much the same of quantiles for all; quick ones are up to a sixth too large
-    for start in beginnings(offers, judge)[:1] or _nearest(offers, judge):
-        exact = exactly(flight, offers, start)
-        judge = judge.meeting(exact.figures / judge.promise.figures(start[None])[0])
-        if is_kept(flight, exact, spread_factor(flight, offers.visits(start))):
-            begun = (start, judge, exact) if judge.allowed(start) else None
+    best = None if anew else begun
     for _ in range(ROUNDS):
         if (best or begun) and judge.late():
             break
-        counts = shortest(offers, judge, most) if best is None else shorter(offers, judge, best[0], most)
-        if counts is None or (best is not None and not _cheaper(offers, counts, best[0])):
+        counts = shortest(offers, judge, most) if best is None else shorter(offers, judge, best.counts, most)
+        if counts is None or (best is not None and not _cheaper(offers, counts, best.counts)):
             break
         exact, factor = exactly(flight, offers, counts), spread_factor(flight, offers.visits(counts))
         closer = exact.figures * factor / judge.promise.figures(counts[None])[0] * CLOSER
         if is_kept(flight, exact, factor):
             judge = judge.meeting(closer)
-            best = counts, judge, exact
+            best = _Kept(counts, judge, exact)
             flight.deadline.report(float(offers.cost(counts[None])[0]))
         elif np.any(closer > MISJUDGED * judge.tightened):  # what quick figures cannot see: ask exact ones
             judge = replace(judge, exactly=_exactly(flight, offers), asked=0)
         else:
             judge = judge.meeting(np.maximum(judge.tightened, closer))
-    found = best or begun
-    if found is None:
-        raise refusal(flight, offers, judge)
-    return found
-
-
-def _nearest(offers: Offers, judge: Judge) -> list[Array]:
-    """The campaign that comes closest to the promise by quick figures; none where nothing is determined."""
-    every = list(judge.promise.families)
-    n = easiest(offers, lambda counts: judge.loads(counts, every), judge.late)
-    return [n] if np.all(np.isfinite(judge.promise.figures(n[None]))) else []
+    return best or begun, judge
 
 
 def _exactly(flight: Flight, offers: Offers) -> Callable[[Array], bool]:

@@ -51,7 +51,7 @@ class Curves:
         """
         known = self.known
         if not np.isin(degc, known.degc).all():
-            every = np.union1d(known.degc, degc)
+            every = np.union1d(np.union1d(known.degc, self.on_offer), degc)
             known.degc = every if len(every) <= MOST_POINTS else degc
             known.moments = {
                 name: {error: self._moment(family, known.degc) for error, family in each.items()}

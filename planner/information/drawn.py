@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from planner.information.in_flight import Asked
 from planner.nouns.array import Array
 from planner.protocols import Sensor
+from planner.solvers.length_share import length_within, variances_along
 
 Error = tuple[Sensor, str]
 DRAWS = 60_000  # of flights: a 95 % quantile is then known to 0.2 %
@@ -71,32 +72,37 @@ class CurveWeights:
 def drawn_quantile(
     a: Asked,
     rest: Array,
-    parts: Sequence[CurveWeights],
-    moments: Mapping[Error, Array],
+    parts: Sequence[tuple[CurveWeights, Array]],
     pool: Callable[[Error], Array],
-    near: float,
     draws: int = DRAWS,
+    near: float | None = None,
 ) -> float | None:
     """The quantile of the largest |d| over a requirement's instants; None where no curve matters.
 
-    rest: (S, ρ, ρ) covariance without curves; moments: error -> (N, N); pool: error -> (n, N) curves of it
-    near: a first guess; draws: flights over all temperatures
+    rest: (S, ρ, ρ) covariance without curves; parts: with their own (S, ρ, ρ); pool: error -> (n, N) curves
+    draws: flights over all temperatures; near: a first guess, None: as if all were Gaussian
     """
-    squares = [p.second_moment(moments[p.error]) for p in parts]
-    whole = np.einsum("srr->s", rest + sum(squares))
-    notable = [bool(np.any(np.einsum("srr->s", q) > NOTABLE * whole)) for q in squares]
-    if not any(notable):
+    every = sum((own for _, own in parts), rest)
+    whole = np.einsum("srr->s", every)
+    drawn = [p for p, own in parts if np.any(np.einsum("srr->s", own) > NOTABLE * whole)]
+    if not drawn:
         return None
-    rest = rest + sum(
-        (q for q, drawn in zip(squares, notable, strict=True) if not drawn), np.zeros_like(rest)
-    )
-    drawn = [p for p, own in zip(parts, notable, strict=True) if own]
+    rest = sum((own for p, own in parts if not any(p is other for other in drawn)), rest)
     curves = {error: pool(error) for error in dict.fromkeys(p.error for p in drawn)}
     looked_at = _looked_at(a, whole)
     weights = None if a.weights is None else a.weights[looked_at]
-    if a.response.shape[0] > 1:
+    if a.response.shape[1] > 1:
         return _at_any(a, rest, drawn, curves, looked_at, weights, ANY * draws)
-    return _at_one(a, rest[looked_at], [p.on(looked_at) for p in drawn], curves, weights, near, draws)
+    return _at_one(
+        a, rest[looked_at], [p.on(looked_at) for p in drawn], curves, weights, nearly(a, every), draws
+    )
+
+
+def nearly(a: Asked, S: Array) -> float:
+    """The quantile of |d| at one instant, as if all were Gaussian; S: (S, c, c)."""
+    along, c = variances_along(S)
+    assert a.share is not None
+    return float(length_within(along, c, a.share, a.weights))
 
 
 def _looked_at(a: Asked, whole: Array) -> NDArray[np.intp]:
@@ -191,10 +197,19 @@ def _at_any(
             curves,
             start,
         )
-        vectors = basis.astype(np.float32) @ np.swapaxes(d, 1, 2)
-        squares = (vectors**2).reshape(len(some), -1, a.response.shape[1], n).sum(axis=2)
-        found.append(np.sqrt(squares.max(axis=1)))
+        found.append(_longest(basis.astype(np.float32) @ np.swapaxes(d, 1, 2), a.response.shape[2]))
     return length_of_share(np.concatenate(found), a.share, weights)
+
+
+def _longest(vectors: NDArray[np.float32], c: int) -> NDArray[np.float32]:
+    """(s, n) the largest length over the instants of vectors (s, I c, n)."""
+    if c == 1:
+        return np.asarray(np.maximum(vectors.max(axis=1), -vectors.min(axis=1)))
+    np.square(vectors, out=vectors)
+    squares = vectors[:, ::c]
+    for i in range(1, c):
+        squares += vectors[:, i::c]
+    return np.asarray(np.sqrt(squares.max(axis=1)))
 
 
 def length_of_share(lengths: Array, share: float, weights: Array | None) -> float:

@@ -15,7 +15,7 @@ from planner.campaign.design import design
 from planner.campaign.model import Campaign, campaign
 from planner.campaign.power_ons import of_design
 from planner.information.drawn import DRAWS as FLIGHTS
-from planner.information.drawn import drawn_quantile, length_of_share
+from planner.information.drawn import drawn_quantile, length_of_share, nearly
 from planner.information.in_flight import Asked
 from planner.information.kinds import Kind, Kinds, channel_kinds
 from planner.information.model_of import Flight, asked_of, promise_of
@@ -77,10 +77,13 @@ def foreseen_of(flight: Flight, made: Campaign, draws: int = FLIGHTS) -> Foresee
     wanted = asked_of(flight, exact=True, days=days)
     promise = promise_of(flight, _kinds(made), wanted)
     counts = made.runs.counts[None]
-    figures = promise.figures(counts)[0]
+    figures = np.empty((len(promise.families), len(wanted)))
+    if squares := [k for k, a in enumerate(wanted) if a.share is None]:
+        only = replace(promise, asked=tuple(wanted[k] for k in squares))
+        figures[:, squares] = only.figures(counts)[0]
     for k, a in enumerate(wanted):
-        if a.share is not None and np.all(np.isfinite(figures[:, k])):
-            figures[:, k] = _quantiles(flight, promise, counts, k, figures[:, k], draws)
+        if a.share is not None:
+            figures[:, k] = _quantiles(flight, promise, counts, k, draws)
     each = zip(promise.families, figures, strict=True)
     return Foreseen({name: tuple(map(float, row)) for name, row in each}, promise, counts, days)
 
@@ -100,32 +103,29 @@ def laid_out(flight: Flight, visits: Sequence[TestVisits]) -> tuple[Step, ...]:
 # ---------------------------------------------------------------- quantiles
 
 
-def _quantiles(
-    flight: Flight, promise: Promise, counts: Array, k: int, near: Array, draws: int
-) -> list[float]:
-    """Of one requirement for every family, with the curves drawn; near: (families,) first guesses."""
+def _quantiles(flight: Flight, promise: Promise, counts: Array, k: int, draws: int) -> list[float]:
+    """Of one requirement for every family, with the curves drawn; infinite where one is undetermined."""
     a, found = promise.asked[k], list[float]()
-    parts = promise.through_curves(counts[0], k)
-    rest = replace(promise, families={"": {}}).covariance(counts, k)[0, 0]
-    for (name, moments), guess in zip(promise.families.items(), near, strict=True):
+    left, undetermined = replace(promise, families={"": {}}).covariance(counts, k)
+    if undetermined[0]:
+        return [np.inf] * len(promise.families)
+    parts, rest = promise.through_curves(counts[0], k), left[0, 0]
+    for name, moments in promise.families.items():
 
         def pool(error: tuple[Sensor, str], family: str = name) -> Array:
             return flight.curves.pool(family, error, promise.points)
 
-        mine = [p for p in parts if p.error in moments]
-        drawn = drawn_quantile(a, rest, mine, moments, pool, float(guess), draws)
-        if drawn is None:
-            whole = sum((p.second_moment(moments[p.error]) for p in mine), rest)
-            drawn = _quantile(a, whole, float(guess))
-        found.append(drawn)
+        squares = [(p, p.second_moment(moments[p.error])) for p in parts if p.error in moments]
+        drawn = drawn_quantile(a, rest, squares, pool, draws)
+        found.append(_quantile(a, sum((own for _, own in squares), rest)) if drawn is None else drawn)
     return found
 
 
-def _quantile(a: Asked, S: Array, near: float) -> float:
-    """The quantile of the largest |d| over the instants; S: (S, I c, I c), near: a first guess."""
-    instants, c = a.response.shape[:2]
+def _quantile(a: Asked, S: Array) -> float:
+    """The quantile of the largest |d| over the instants; S: (S, I c, I c)."""
+    instants, c = a.response.shape[1:3]
     if instants == 1:
-        return _exact(a, S, near)
+        return _exact(a, S, nearly(a, S))
     return _drawn(a, S, c)
 
 

@@ -31,7 +31,8 @@ class Asked:
 
     limit: SI; share: of the flights, None for rss; weights: (S,) of the scenarios, None: the worst counts
     profile: (S, K) temperatures at the response's moments; instants: of the response
-    temperature_degc: (S, m) along the flight; response: (I, c, F, m); own: (S, I, c, I, c)
+    temperature_degc: (S, m) along the flight; own: (S, I, c, I, c)
+    response: (S or 1, I, c, F, m); S where an effect changes with temperature by its own equation
     """
 
     index: int
@@ -61,8 +62,8 @@ def asked(
     wanted = spec.requirement[index]
     components, instants = response.of(wanted)
     chosen = _thinned(instants, thinned)
-    J = response.errors[chosen][:, components]
     along = profiles(spec, response, start_degc)
+    J = response.started(along, chosen, components)
     own = drawn_by_flights(spec, response, J, along, days) + _white(spec, response, components, chosen)
     own = own + _of_height(response, components, len(chosen)) + _of_alignment(response, components, chosen)
     J, seen = collapsed(J, along)
@@ -70,7 +71,7 @@ def asked(
 
 
 def collapsed(J: Array, along: Array) -> tuple[Array, Array]:
-    """Response (..., F, m) and temperatures (S, m); one moment where a flight's temperature stands still."""
+    """Response (S or 1, ..., F, m) and temperatures (S, m); one moment where the temperature stands still."""
     if np.ptp(along, axis=1).max(initial=0.0) < STILL_K:
         return J.sum(axis=-1, keepdims=True), along[:, :1]
     return J, along
@@ -100,17 +101,17 @@ def _thinned(instants: Sequence[int], most: int) -> list[int]:
 
 
 def drawn_by_flights(spec: Spec, response: FlightResponse, J: Array, along: Array, days: float) -> Array:
-    """(S, I, c, I, c) by power-on, drift and storage, each flight's own."""
+    """(S, I, c, I, c) by power-on, drift and storage, each flight's own; J: (S or 1, I, c, F, K)."""
     at = response.moments
     apart = np.abs(at[:, None] - at[None, :])
-    total = np.zeros((len(along), *J.shape[:2], *J.shape[:2]))
+    total = np.zeros((len(along), *J.shape[1:3], *J.shape[1:3]))
     for i, f in enumerate(response.flying):
-        if not np.any(J[:, :, i]):
+        x = J[:, :, :, i].reshape(len(J), -1, J.shape[-1])
+        if not np.any(x):
             continue
         still, drawn = drawn_in_flight(spec, f, along, apart, days)
-        total += np.einsum("xak,kl,ybl->xayb", J[:, :, i], still, J[:, :, i], optimize=True)
-        if drawn is not None:
-            total += np.einsum("xak,skl,ybl->sxayb", J[:, :, i], drawn, J[:, :, i], optimize=True)
+        own = x @ (still if drawn is None else still + drawn) @ np.swapaxes(x, 1, 2)
+        total += own.reshape(len(own), *total.shape[1:])
     return total
 
 

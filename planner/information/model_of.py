@@ -68,8 +68,24 @@ def flight_of(spec: Spec, trajectory: Trajectory, deadline: Deadline | None = No
     """
     errors = [ErrorName.of(sensor, effect) for sensor in SENSORS for effect in getattr(spec.unit, sensor)]
     errors += [error for error in _fitted(spec) if error not in errors]
-    response = flight_response(trajectory, errors, spec.requirement, spec.initial_alignment)
+    within = _starts(spec, trajectory)
+    response = flight_response(trajectory, errors, spec.requirement, spec.initial_alignment, within)
     return Flight(spec, response, Curves(spec), trajectory.day, deadline or Deadline())
+
+
+def _starts(spec: Spec, trajectory: Trajectory) -> tuple[float, float]:
+    """The lowest and the highest temperature that a flight may have."""
+    flown = trajectory.temperature_degc
+    asked = [w.temperature for w in spec.requirement]
+    own = [t.temperatures_degc for t in asked if isinstance(t, TemperatureShares)]
+    every = np.concatenate([spec.plan.temperatures.range, flown, *(_warmed(t, flown) for t in own)])
+    return float(every.min()), float(every.max())
+
+
+def _warmed(start_degc: Array, flown: Array) -> Array:
+    """(2 s,) the lowest and highest temperature of flights like one that start elsewhere."""
+    along = flown - flown[0]
+    return np.concatenate([start_degc + along.min(), start_degc + along.max()])
 
 
 def _fitted(spec: Spec) -> Iterator[ErrorName]:

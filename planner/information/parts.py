@@ -91,13 +91,14 @@ def _weights(a: Asked) -> Array:
 
 def _left(promise: Promise, a: Asked, moments: Moments, counts: Array) -> Array:
     """(S, F, F) what a campaign leaves of what is asked, under one family."""
-    return np.asarray(replace(promise, asked=(a,), families={"": moments}).covariance(counts, 0)[0, 0])
+    covariance, _ = replace(promise, asked=(a,), families={"": moments}).covariance(counts, 0)
+    return np.asarray(covariance[0, 0])
 
 
 def _each_term(a: Asked, F: int) -> Asked:
     """A requirement that asks for every term itself."""
     S = len(a.temperature_degc)
-    response = np.eye(F)[:, None, :, None]
+    response = np.eye(F)[None, :, None, :, None]
     return replace(
         a,
         share=None,
@@ -131,17 +132,18 @@ def shares(flight: Flight, found: Foreseen, requirement: int) -> dict[str, float
     """
     promise, a = found.promise, found.promise.asked[requirement]
     components, _ = flight.response.of(flight.spec.requirement[requirement])
-    J = flight.response.errors[a.instants[-1]][components]
+    J = flight.response.started(a.profile, a.instants[-1:], components)
     errors = list(dict.fromkeys(f.error for f in promise.flying))
     mine = np.array([[f.error == e for f in promise.flying] for e in errors])
-    each = np.concatenate([np.where(mine[:, None, :, None], J, 0.0), J[None]])
+    each = np.concatenate([np.where(mine[:, None, :, None], J, 0.0), J], axis=1)
     response, seen = collapsed(each, a.profile)
-    S, n, c = len(seen), len(each), len(J)
+    S, n, c = len(seen), each.shape[1], J.shape[2]
     asked = replace(a, share=None, temperature_degc=seen, response=response, own=np.zeros((S, n, c, n, c)))
     name = found.binding(requirement)
     only = replace(promise, asked=(asked,), families={name: promise.families[name]})
-    left = only.covariance(found.counts, 0)[0, 0].reshape(S, n, c, n, c)
-    own = drawn_by_flights(flight.spec, flight.response, each[:-1], a.profile, found.days)
+    left, _ = only.covariance(found.counts, 0)
+    left = left[0, 0].reshape(S, n, c, n, c)
+    own = drawn_by_flights(flight.spec, flight.response, each[:, :-1], a.profile, found.days)
     weights = _weights(a)
     squares = np.zeros(len(errors))
     for e in range(len(errors)):

@@ -86,14 +86,18 @@ class Promise:
         whole, undetermined = self._whole(counts, families)
         return [self._blocks(a, whole) for a in self.asked], undetermined
 
-    def covariance(self, counts: Array, requirement: int) -> Array:
-        """(B, families, S, I c, I c) of one requirement with what goes between its instants."""
+    def covariance(self, counts: Array, requirement: int) -> tuple[Array, NDArray[np.bool_]]:
+        """(B, families, S, I c, I c) of one requirement with what goes between its instants.
+
+        And (B,) whether what flies is undetermined.
+        """
         only = replace(self, asked=(self.asked[requirement],))
-        return only._whole(counts, range(len(self.families)))[0][0]
+        whole, undetermined = only._whole(counts, range(len(self.families)))
+        return whole[0], undetermined
 
     def _whole(self, counts: Array, families: Sequence[int]) -> tuple[list[Array], NDArray[np.bool_]]:
         """Per view (B, families, S, ρ, ρ) of d; (B,) whether what flies is undetermined."""
-        whole = [np.zeros((len(counts), len(families), *v.alone.shape[1:])) for v in self._views]
+        whole = [np.zeros((len(counts), len(families), *v.own.shape)) for v in self._views]
         undetermined = np.zeros(len(counts), dtype=bool)
         common = [_Common(len(counts)) for _ in self._views]
         for group in self._groups:
@@ -103,8 +107,8 @@ class Promise:
                     R = v.reads(found)
                     total[found.which] += v.left(found, R, families)
                     of.add(group.alike, found, R)
-        for view, total, of in zip(self._views, whole, common, strict=True):
-            total += view.alone[[*families]] + of.between()
+        for alone, total, of in zip(self._alone, whole, common, strict=True):
+            total += alone[[*families]] + of.between()
         return whole, undetermined
 
     def through_curves(self, counts: Array, requirement: int) -> list[CurveWeights]:
@@ -119,15 +123,15 @@ class Promise:
         place = self.places(view.temperature_degc)
         tabled = {error for family in self.families.values() for error in family}
         for k, f in enumerate(self.flying):
-            J = view.response[:, k]
+            J = view.response[:, :, k]
             if k not in read and f.error.parts in tabled and np.any(J):
-                found.append(CurveWeights(f.error.parts, place, np.broadcast_to(J, (len(place), *J.shape))))
+                found.append(CurveWeights(f.error.parts, place, _each_start(J, len(place))))
         return found
 
     def _blocks(self, a: Asked, whole: Sequence[Array]) -> Array:
         view = next(i for i, v in enumerate(self._views) if a.index in v.rows)
         rows = self._views[view].rows[a.index]
-        instants, c = a.response.shape[:2]
+        instants, c = a.response.shape[1:3]
         own = whole[view][..., rows, rows]
         split = own.reshape(*own.shape[:3], instants, c, instants, c)
         return np.asarray(np.moveaxis(np.diagonal(split, axis1=3, axis2=5), -1, 3))
@@ -146,6 +150,11 @@ class Promise:
         return [_view(self, group) for group in groups.values()]
 
     @cached_property
+    def _alone(self) -> list[Array]:
+        """Per view (families, S, ρ, ρ) of d without any campaign: flights' own draws and the curves."""
+        return [_alone(self, view) for view in self._views]
+
+    @cached_property
     def _groups(self) -> list[_Group]:
         """Channels of which something flies; of a sensor without any budget nothing does."""
         found = (_group(self, g) for g in alike(self.kinds.channels, self.kinds.degc))
@@ -160,34 +169,47 @@ class Promise:
 class _View:
     """Requirements flown at the same temperatures. rows: requirement -> its rows among ρ
 
-    temperature_degc: (S, m); response: (ρ, F, m); alone: (families, S, ρ, ρ) own draws and the curves alone
+    temperature_degc: (S, m); response: (S or 1, ρ, F, m); own: (S, ρ, ρ) the flights' own draws
     """
 
     temperature_degc: Array
     response: Array
     rows: Mapping[int, slice]
-    alone: Array
+    own: Array
 
 
 def _view(promise: Promise, group: Sequence[Asked]) -> _View:
-    sizes = [a.response.shape[0] * a.response.shape[1] for a in group]
+    sizes = [a.response.shape[1] * a.response.shape[2] for a in group]
     ends = np.cumsum([0, *sizes])
     rows = {a.index: slice(int(x), int(y)) for a, (x, y) in zip(group, pairwise(ends), strict=True)}
-    response = np.concatenate(
-        [a.response.reshape(n, *a.response.shape[2:]) for a, n in zip(group, sizes, strict=True)]
-    )
+    flat = [
+        a.response.reshape(len(a.response), n, *a.response.shape[3:])
+        for a, n in zip(group, sizes, strict=True)
+    ]
+    starts = max(map(len, flat))
+    response = np.concatenate([_each_start(J, starts) for J in flat], axis=1)
     degc = group[0].temperature_degc
-    alone = np.zeros((len(promise.families), len(degc), ends[-1], ends[-1]))
+    own = np.zeros((len(degc), ends[-1], ends[-1]))
     for a, n in zip(group, sizes, strict=True):
-        alone[:, :, rows[a.index], rows[a.index]] += a.own.reshape(len(degc), n, n)
-    place = promise.places(degc)
+        own[:, rows[a.index], rows[a.index]] += a.own.reshape(len(degc), n, n)
+    return _View(degc, response, rows, own)
+
+
+def _each_start(J: Array, starts: int) -> Array:
+    """Responses (S or 1, ...) at each of so many starts (S, ...)."""
+    return np.broadcast_to(J, (starts, *J.shape[1:]))
+
+
+def _alone(promise: Promise, view: _View) -> Array:
+    alone = np.repeat(view.own[None], len(promise.families), axis=0)
+    place = promise.places(view.temperature_degc)
     for i, f in enumerate(promise.flying):
-        J = response[:, i]
+        J = view.response[:, :, i]
         for k, moment in enumerate(promise.moments_of(f.error)):
             if np.any(moment) and np.any(J):
                 M = np.broadcast_to(moment, (len(promise.points),) * 2)
-                alone[k] += J @ M[place[:, :, None], place[:, None, :]] @ J.T
-    return _View(degc, response, rows, alone)
+                alone[k] += J @ M[place[:, :, None], place[:, None, :]] @ np.swapaxes(J, 1, 2)
+    return alone
 
 
 @dataclass(frozen=True)
@@ -212,8 +234,9 @@ class _Group:
 
 @dataclass(frozen=True)
 class _Seen:
-    """A group of channels as one view sees it. response: term -> (a, ρ, m); moments: term -> (families, N, N)
+    """A group of channels as one view sees it.
 
+    response: term -> (a, S or 1, ρ, m); moments: term -> (families, N, N)
     of_kind: (g,), of_flight: (S, m) places among the points
     smooth: term -> the error as which its table is read smoothly
     """
@@ -248,8 +271,7 @@ class _Seen:
             gain = found.gains[i][:, 0, None]
             seen = -(R[:, 0] @ (gain @ together))
             for k, own, J in zip(flown[i], seen, self.response[i], strict=True):
-                in_flight = np.broadcast_to(J, (len(own), *J.shape))
-                weights = np.concatenate([own, in_flight], axis=2)
+                weights = np.concatenate([own, _each_start(J, len(own))], axis=2)
                 yield CurveWeights(flying[int(k)].error.parts, places, weights)
 
     def reads(self, found: Told) -> Array:
@@ -258,19 +280,19 @@ class _Seen:
         hats = found.reads(self.temperature_degc.ravel())
         a, B, P = found.covariance.shape[:3]
         first = next(iter(self.response.values()))
-        R = np.zeros((a, B, S, first.shape[1], P))
+        R = np.zeros((a, B, S, first.shape[2], P))
         for i, J in self.response.items():
             if i >= len(hats):
                 continue  # nothing is fitted of it
             h, nodes = hats[i], found.nodes[i]
             if h is None or nodes is None:
-                R[..., found.places[i]] = J.sum(axis=2)[:, None, None, :, None]
+                R[..., found.places[i]] = J.sum(axis=3)[:, None, :, :, None]
                 continue
             if i in self.smooth:
                 noise = found.covariance[:, :, found.places[i], found.places[i]]
                 smooth, error = self.smooth[i]
                 h = smooth.weights(error, self.temperature_degc.ravel(), nodes, noise)
-            R[..., found.places[i]] = J[:, None, None] @ h.reshape(*h.shape[:-2], S, m, -1)
+            R[..., found.places[i]] = J[:, None] @ h.reshape(*h.shape[:-2], S, m, -1)
         R *= ~found.undetermined[:, :, None, None]
         return R
 
@@ -279,7 +301,7 @@ class _Seen:
 
         Σ_channels x (½ M xᵀ + M_flight Jᵀ), x what d takes from the curve at the kinds
         """
-        gain, J = found.gains[i], self.response[i]
+        gain, J = found.gains[i], np.moveaxis(self.response[i], 0, 1)
         a, B, S, r, _ = R.shape
         P, K = gain.shape[-2:]
         seen = -(R.reshape(a, B, S * r, P) @ gain)
@@ -287,7 +309,7 @@ class _Seen:
         k, each = self.of_kind[found.kinds], []
         for M in self.moments[i][[*families]]:
             half = (0.5 * seen @ M[k[:, :, None], k[:, None, :]]).reshape(a, B, S, r, K)
-            felt = np.moveaxis(M[k][..., self.of_flight], 2, 1)[:, :, None] @ np.swapaxes(J, 1, 2)
+            felt = np.moveaxis(M[k][..., self.of_flight], 2, 1)[:, :, None] @ np.swapaxes(J, 2, 3)
             y = half.transpose(1, 2, 0, 4, 3) + felt  # (B, S, a, K, ρ)
             each.append(x @ y.reshape(B, S, a * K, r))
         return np.stack(each, axis=1)
@@ -364,7 +386,7 @@ def _group(promise: Promise, g: Alike) -> _Group:
     seen = tuple(
         _Seen(
             v.temperature_degc,
-            {i: np.moveaxis(v.response[:, f], 1, 0) for i, f in flown.items()},
+            {i: np.moveaxis(v.response[:, :, f], 2, 0) for i, f in flown.items()},
             moments,
             promise.places(g.degc),
             promise.places(v.temperature_degc),

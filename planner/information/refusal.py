@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from planner.information.exchange import Judge, easiest
 from planner.information.model_of import Flight
 from planner.information.offers import Offers
 from planner.information.parts import left_in_flight, shares
+from planner.information.spreads import spread_factor
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.repeats_to_schedule import figure, rounded_up
@@ -22,9 +24,22 @@ SHOWN = 4
 FORESEEN = 1.001  # the search's quick figures may lie so far from the exact ones of two campaigns alike
 
 
-def refusal(flight: Flight, offers: Offers, judge: Judge) -> InfeasibleError | InputError:
-    """The error to raise: every requirement that the most records at the best temperatures do not meet."""
-    each = [_easiest(offers, judge, k) for k in range(len(judge.promise.asked))]
+def nearest(offers: Offers, judge: Judge) -> list[Array]:
+    """The campaigns that come nearest to the promise by quick figures, whatever they cost.
+
+    First of all requirements together, then of each alone; of one requirement that is the same.
+    """
+    every = list(judge.promise.families)
+    together = easiest(offers, lambda counts: judge.loads(counts, every), judge.late)
+    alone = range(len(judge.promise.asked)) if len(judge.promise.asked) > 1 else ()
+    return [together, *(_easiest(offers, judge, k) for k in alone)]
+
+
+def refusal(
+    flight: Flight, offers: Offers, judge: Judge, near: Sequence[Array]
+) -> InfeasibleError | InputError:
+    """The error to raise: every requirement that its own campaign of the `nearest` does not meet."""
+    each = near[1:] or near
     figures = judge.promise.figures(np.array(each)).max(axis=1)
     if not np.any(np.isfinite(figures)):
         return InputError(
@@ -57,8 +72,10 @@ def _easiest(offers: Offers, judge: Judge, k: int) -> Array:
 
 def _beyond(flight: Flight, offers: Offers, judge: Judge, n: Array, k: int) -> _Beyond | None:
     wanted = flight.spec.requirement[k]
-    exact = foreseen(flight.unseen, laid_out(flight, offers.visits(n))).largest[k]
-    value = max(exact, float(judge.figures(n[None])[0, k])) * FORESEEN
+    visits = offers.visits(n)
+    laid = laid_out(flight, visits)
+    exact = max(foreseen(under, laid).largest[k] for under in (flight, flight.unseen))  # it must keep both
+    value = max(exact * spread_factor(flight, visits), float(judge.figures(n[None])[0, k])) * FORESEEN
     if value <= wanted.limit.si:
         return None
     unit, binds = NAVIGATION_ERRORS[wanted.error], _binding(flight, judge, n, k)

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from planner.campaign.noise import budget_of
 from planner.information.allowed import largest_quantile
 from planner.information.borrowed import borrowed_notes
 from planner.information.choose import Found
@@ -92,6 +93,7 @@ def plan_of(
         notes=(
             *notes,
             *borrowed_notes(spec, found),
+            *_of_warmth(flight),
             *worn_out(spec, power_on),
             *idle_benches(spec, found.timeline),
         ),
@@ -212,3 +214,16 @@ def _reasons(spec: Spec, found: Found, models: Sequence[ErrorModel]) -> Iterator
                     needed_half_width=float(d),
                     bound_by="fixed" if fixed_repeats(spec, visit.test) is not None else "promise",
                 )
+
+
+def _of_warmth(flight: Flight) -> list[str]:
+    """Errors whose share of a limit is no product of what they add per unit along the trajectory."""
+    if all(wanted.temperature == "flight" for wanted in flight.spec.requirement):
+        return []
+    names = {str(flight.response.flying[w.places.start].error) for w in flight.response.warmer}
+    budgeted = [name for name in sorted(names) if budget_of(flight.spec.unit, ErrorName(name)) is not None]
+    return [
+        f"what {name} adds per unit is that at the trajectory's own temperature; the promise counts it "
+        "wherever flights start"
+        for name in budgeted
+    ]

@@ -107,9 +107,9 @@ def _drawn(flight: Flight, a: Asked, S: Array) -> float:
     The largest over families and instants.
     """
     assert a.share is not None
-    J = a.response.sum(axis=3)
+    J = a.response.sum(axis=4)  # (S or 1, I, c, F)
     size = np.array([_systematic(flight.spec, f) for f in flight.response.flying])
-    rest = S - np.einsum("icf,f,idf->icd", J, size**2 / 3.0, J)
+    rest = S - np.einsum("sicf,f,sidf->sicd", J, size**2 / 3.0, J)
     rng = np.random.default_rng(flight.spec.plan.seed)
     even = rng.uniform(-1.0, 1.0, (DRAWS, len(size))) * size
     normal = rng.normal(size=(DRAWS, S.shape[-1]))
@@ -117,8 +117,10 @@ def _drawn(flight: Flight, a: Asked, S: Array) -> float:
     root = vector * np.sqrt(np.maximum(value, 0.0))[..., None, :]
     found = 0.0
     for family in root:
-        for i in range(J.shape[0]):
-            lengths = np.linalg.norm(even @ J[i].T + normal @ np.swapaxes(family[:, i], 1, 2), axis=2)
+        for i in range(J.shape[1]):
+            lengths = np.linalg.norm(
+                even @ np.swapaxes(J[:, i], 1, 2) + normal @ np.swapaxes(family[:, i], 1, 2), axis=2
+            )
             found = max(found, length_of_share(lengths, a.share, a.weights))
     return found
 

@@ -2,6 +2,8 @@
 
 An error of a term that runs through values s_k at moments t_k, linear between, adds Σ_k s_k · (response to
 the hat function of t_k): drift within the flight and tables over its temperature are linear in few numbers.
+An effect that changes with temperature by its own equation (misalignment per kelvin) is propagated at the
+temperatures between which that equation is straight: Σ_n hat_n(T(t_k)) R_kn is its response from any start.
 White noise of a sensor adds Σ_b J_b J_bᵀ N² / Δ_b over boxes of time, J_b the response to one over box b.
 A self-alignment's tilt belongs to what the accelerometers err by at the first moment (initial_attitude).
 """
@@ -9,12 +11,13 @@ A self-alignment's tilt belongs to what the accelerometers err by at the first m
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from planner import catalog
 from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
 from planner.physics.blocks import Indices
@@ -24,11 +27,15 @@ from planner.plan.spec_to_sensitivity import COMPONENTS, conditions_of
 from planner.protocols import SENSORS
 from planner.spec.model import Requirement
 from planner.spec.references import InitialAlignment
+from planner.temperature_table import hats as hats_of
 
 MOMENT_S = 60.0  # a tenth of the usual correlation time of the in-run process
 MOMENT_K = 2.0
 BOXES = 24  # of white noise; a response that grows like t² is then integrated to 1e-3
 INSTANTS = 60  # of a flight, for a requirement that holds at any moment
+STEP_K = 5.0  # between temperatures at which effects that change with it are looked at; their kinks lie there
+STRAIGHT = 1e-9  # of the largest, by which an effect may differ from a straight line over temperature
+PROBES = 32  # samples of a flight on which that is tried
 
 
 @dataclass(frozen=True)
@@ -41,11 +48,21 @@ class Flying:
 
 
 @dataclass(frozen=True)
+class OverTemperature:
+    """Terms of one error that change with temperature. errors: (m, 9, t, N, K); nodes: (N,) degC ascending"""
+
+    places: slice
+    nodes: Array
+    errors: Array
+
+
+@dataclass(frozen=True)
 class FlightResponse:
     """The linear combination of a flight.
 
     time_s: (m,) instants; moments: (K,) s; temperature_degc: (K,) of the flight there
-    flying: F terms; errors: (m, 9, F, K) position, velocity, attitude, per SI unit of a term at a moment
+    flying: F terms; errors: (m, 9, F, K) position, velocity, attitude, per SI unit of a term at a moment,
+        at the flight's own temperatures; warmer: those of them that are others when it is warmer
     white: (m, 9, 2, 3 · BOXES) per unit of noise of each sensor's channels, a record of a second
     height: sigma of the height aid, m, one draw a flight that the computed height has all along; 0: none
     aligned: (m, 9, a) one sigma each of the initial attitude's own chances, one draw a flight
@@ -59,6 +76,19 @@ class FlightResponse:
     white: Array
     height: float = 0.0
     aligned: Array = field(default_factory=lambda: np.zeros((1, 9, 0)))
+    warmer: tuple[OverTemperature, ...] = ()
+
+    def started(self, along: Array, instants: Sequence[int], components: slice) -> Array:
+        """(S or 1, I, c, F, K) errors at some instants of flights at temperatures (S, K); 1: all the same."""
+        J = self.errors[list(instants)][None, :, components]
+        if not self.warmer:
+            return J
+        J = np.repeat(J, len(along), axis=0)
+        for w in self.warmer:
+            hats = hats_of(along.ravel(), w.nodes, 0.0).reshape(*along.shape, -1)  # (S, K, N)
+            own = w.errors[list(instants)][:, components]
+            J[:, :, :, w.places] = np.einsum("ictnk,skn->sictk", own, hats, optimize=True)
+        return J
 
     def of(self, wanted: Requirement) -> tuple[slice, list[int]]:
         """Which of the nine components a requirement asks for, and at which instants."""
@@ -76,46 +106,108 @@ def flight_response(
     errors: Sequence[ErrorName],
     requirements: Sequence[Requirement],
     alignment: InitialAlignment | None = None,
+    range_degc: tuple[float, float] | None = None,
 ) -> FlightResponse:
     """The linear combination of a flight for some errors, at the instants that requirements ask for.
 
     alignment: how well the flight knows its attitude at the start; None: perfectly
+    range_degc: within which flights may start, None: where this one does
     """
     at = _moments(trajectory)
     instants = _instants(trajectory, requirements)
     named = [e for sensor in SENSORS for e in errors if e.sensor == sensor]
-    flying = tuple(
-        Flying(e, term.name, term.channels[0])
+    asked = [
+        one
         for e in named
-        for term in catalog.effects()[e.effect].terms(e.sensor)
-    )
-    hats = _propagated(trajectory, instants, _Errors(trajectory, at, named))
-    hats = hats.reshape(len(instants), 9, len(flying), len(at))
+        for one in ((e, None), *((e, float(degc)) for degc in _nodes(trajectory, e, range_degc)))
+    ]
+    hats = _propagated(trajectory, instants, _Errors(trajectory, at, asked))
+    hats = hats.reshape(len(instants), 9, -1, len(at))
     white = _propagated(trajectory, instants, _Boxes(trajectory))
     aligned = np.zeros((len(instants), 9, 0))
     if alignment is not None:
         turned = initial_attitude.turned(trajectory, instants)
         aligned = turned @ initial_attitude.by_chance(trajectory, alignment)
         if alignment.self_aligned:
-            hats[..., 0] += turned @ _tilts(trajectory, named)
+            hats[..., 0] += turned @ _tilts(trajectory, asked)
+    flying, own, warmer = _sorted(asked, hats)
     return FlightResponse(
         instants,
         at,
         np.interp(at, trajectory.time_s, trajectory.temperature_degc),
         flying,
-        hats,
+        own,
         white.reshape(len(instants), 9, 2, -1)
         * np.sqrt(BOXES / (trajectory.time_s[-1] - trajectory.time_s[0])),
         trajectory.height_aid_m or 0.0,
         aligned,
+        warmer,
     )
 
 
-def _tilts(trajectory: Trajectory, errors: Sequence[ErrorName]) -> Array:
+_Asked = tuple[ErrorName, float | None]
+"""An error at the flight's own temperatures (None), or as it is at another all along."""
+
+
+def _sorted(
+    asked: Sequence[_Asked], hats: Array
+) -> tuple[tuple[Flying, ...], Array, tuple[OverTemperature, ...]]:
+    """What flies, its errors, and those over temperature, from all that was propagated (m, 9, columns, K)."""
+    flying: list[Flying] = []
+    own: list[Array] = []
+    over: dict[ErrorName, tuple[slice, list[float], list[Array]]] = {}
+    first = 0
+    for error, degc in asked:
+        terms = catalog.effects()[error.effect].terms(error.sensor)
+        mine = hats[:, :, first : first + len(terms)]
+        first += len(terms)
+        if degc is None:
+            over[error] = (slice(len(flying), len(flying) + len(terms)), [], [])
+            flying += [Flying(error, term.name, term.channels[0]) for term in terms]
+            own.append(mine)
+        else:
+            over[error][1].append(degc)
+            over[error][2].append(mine)
+    warmer = tuple(OverTemperature(p, np.array(t), np.stack(x, axis=3)) for p, t, x in over.values() if t)
+    nothing = np.zeros((*hats.shape[:2], 0, hats.shape[3]))
+    return tuple(flying), np.concatenate([nothing, *own], axis=2), warmer
+
+
+def _nodes(trajectory: Trajectory, error: ErrorName, range_degc: tuple[float, float] | None) -> Array:
+    """(N,) degC between which an error is straight over temperature; none if it does not change by itself.
+
+    What follows the rate of temperature adds nothing to a flight that is soaked, and a table of its own says
+    what temperature makes of an effect that has one.
+    """
+    known = catalog.effects()[error.effect]
+    own = "temperature_degc" in known.needs and "temperature_rate" not in known.needs
+    if range_degc is None or known.tabled or not own:
+        return np.empty(0)
+    low, high = range_degc
+    grid = np.unique([low, high, *np.arange(np.ceil(low / STEP_K), high / STEP_K) * STEP_K])
+    samples = len(trajectory.angle_increment)
+    step = max(samples // PROBES, 1)
+    rows = np.arange(step // 2, samples, step)
+    some = Conditions(**{name: x[rows] for name, x in vars(conditions_of(trajectory, 0, samples)).items()})
+    x = np.array([known.regressors(error.sensor, _at(some, degc)) for degc in grid])
+    share = ((grid[1:-1] - grid[:-2]) / (grid[2:] - grid[:-2]))[:, None, None, None]
+    bent = np.abs(x[1:-1] - (1.0 - share) * x[:-2] - share * x[2:]).max(axis=(1, 2, 3), initial=0.0)
+    bends = np.concatenate([[True], bent > STRAIGHT * np.abs(x).max(initial=0.0), [True]])
+    return np.asarray(grid[bends])
+
+
+def _at(conditions: Conditions, degc: float | None) -> Conditions:
+    """The same at one temperature all along."""
+    if degc is None:
+        return conditions
+    return replace(conditions, temperature_degc=np.full(len(conditions.day), degc))
+
+
+def _tilts(trajectory: Trajectory, asked: Sequence[_Asked]) -> Array:
     """(3, F) φ per SI unit of every term of some errors: none for a gyro's."""
     begun, found = conditions_of(trajectory, 0, 1), []
-    for e in errors:
-        x = catalog.effects()[e.effect].regressors(e.sensor, begun)[0]  # (3, t)
+    for e, degc in asked:
+        x = catalog.effects()[e.effect].regressors(e.sensor, _at(begun, degc))[0]  # (3, t)
         found.append(initial_attitude.levelled(trajectory, x if e.sensor == "accelerometer" else 0.0 * x))
     return np.concatenate([np.zeros((3, 0)), *found], axis=1)
 
@@ -147,12 +239,13 @@ class _Errors:
 
     trajectory: Trajectory
     moments: Array
-    errors: Sequence[ErrorName]
+    errors: Sequence[_Asked]
 
     @property
     def count(self) -> int:
         """All columns."""
-        return len(self.moments) * sum(len(catalog.effects()[e.effect].terms(e.sensor)) for e in self.errors)
+        terms = sum(len(catalog.effects()[e.effect].terms(e.sensor)) for e, _ in self.errors)
+        return len(self.moments) * terms
 
     def active(self, start: int, stop: int) -> Indices:
         """Columns of the moments about the samples start..stop, term by term."""
@@ -167,8 +260,8 @@ class _Errors:
         middle = _middles(self.trajectory, start, stop)
         hat = np.array([np.interp(middle, self.moments, unit[k]) for k in self._about(start, stop)]).T
         found: dict[str, list[Array]] = {sensor: [] for sensor in SENSORS}
-        for e in self.errors:
-            x = catalog.effects()[e.effect].regressors(e.sensor, conditions)
+        for e, degc in self.errors:
+            x = catalog.effects()[e.effect].regressors(e.sensor, _at(conditions, degc))
             found[e.sensor].append((x[:, :, :, None] * hat[:, None, None, :]).reshape(len(x), 3, -1))
         return found["gyro"], found["accelerometer"]
 

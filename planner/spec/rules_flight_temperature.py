@@ -31,13 +31,12 @@ def flight_temperatures(sheet: Review) -> None:
 
 
 def _flown_at_one(sheet: Review) -> None:
-    """Effects that change with temperature by their own equation fly at the trajectory's temperatures alone.
+    """Sums of moduli take effects that change with temperature by their own equation along the trajectory.
 
-    A table over temperature (`tabled`) is read wherever a flight starts; what follows the rate of temperature
-    adds nothing to a flight that is soaked.
+    A promise counts them wherever a flight starts; what follows the rate of temperature adds nothing to a
+    flight that is soaked.
     """
-    asked = [r for _, r in sheet.requirements()]
-    if all(r.temperature == "flight" for r in asked) and not any(r.rule == "worst_case" for r in asked):
+    if not any(r.rule == "worst_case" for _, r in sheet.requirements()):
         return
     known = catalog.effects()
     for index, name in enumerate(sheet.spec.effects):
@@ -48,9 +47,8 @@ def _flown_at_one(sheet: Review) -> None:
             sheet.warn(
                 "P333",
                 ("effects", index),
-                f"what a calibration leaves of '{name}' is counted at the trajectory's own temperature "
-                "(20 degC unless it says otherwise), by plan and verify alike; over the range flights are "
-                "worse than promised",
+                f"worst_case adds '{name}' as it is at the trajectory's own temperature (20 degC unless it "
+                "says otherwise), where it may be nothing; percentile or rss count it wherever flights start",
             )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from planner.nouns.array import Array
 from planner.spec.model import PercentileRule, Requirement
 from planner.verify.draws import generator
+from planner.verify.flight_columns import Columns
 from planner.verify.flights import FlightModel, beside_coefficients, vectors_of
 from planner.verify.foreseen import Asked, Foresight
 from planner.verify.lengths import mixed_quantile
@@ -26,12 +27,17 @@ DRAWS = 100_000  # of flights, for a requirement at any moment: a 95 % quantile 
 
 @dataclass(frozen=True)
 class Navigation:
-    """One requirement. asked: error -> (R, K, t), R = instants · components; beside: (R, R)."""
+    """One requirement. asked: error -> `Columns.responses`, R = instants · components; beside: (R, R)."""
 
     wanted: Requirement
     instants: int
-    asked: Asked
+    asked: Mapping[Error, Array]
     beside: Array
+    columns: Columns
+
+    def at(self, degc: Array) -> Asked:
+        """What is asked of a flight at temperatures (K,)."""
+        return {error: self.columns.at(own, error[1], degc) for error, own in self.asked.items()}
 
 
 def navigation(flight: FlightModel, wanted: Requirement, errors: Sequence[Error]) -> Navigation:
@@ -43,7 +49,7 @@ def navigation(flight: FlightModel, wanted: Requirement, errors: Sequence[Error]
     for name, sigmas in flight.beside.sigmas(flight.trajectory).items():
         added = rows @ beside_coefficients(flight, {name: sigmas}, len(sigmas)).T
         beside += added @ added.T
-    return Navigation(wanted, len(vectors), asked, beside)
+    return Navigation(wanted, len(vectors), asked, beside, flight.columns)
 
 
 def covariances(
@@ -52,7 +58,7 @@ def covariances(
     """Family -> (S, R, R) at temperatures (S, K) along the flight."""
     found: dict[str, list[Array]] = {family: [] for family in families}
     for one in degc:
-        seen = f.seen(n.asked, one)
+        seen = f.seen(n.at(one), one)
         for family, moments in families.items():
             found[family].append(seen.rest + n.beside + (seen.curves(moments) + seen.misread(moments)))
     return {family: np.array(several) for family, several in found.items()}

@@ -135,7 +135,8 @@ def _flight(spec: Spec, unit: Unit, chance: Chance, trajectory: Trajectory) -> F
     drifting = [b.in_run_time for b in unit.budgets.values() if b.in_run_sigma > 0]
     beside = beside_of(spec, chance, trajectory, instants)
     errors = flying(list(unit.budgets))
-    return flight_model(trajectory, errors, instants, beside, min(drifting, default=np.inf))
+    within = spec.plan.temperatures.range
+    return flight_model(trajectory, errors, instants, beside, min(drifting, default=np.inf), within)
 
 
 def _half_widths(document: Mapping[str, Any]) -> dict[str, float]:
@@ -272,7 +273,7 @@ def _of_part(e: Experiment, x: Left, value: Array) -> list[Array]:
     """(c, B) of every requirement."""
     if e.flight is None:
         return [_given(e, [x], [value])[0]] * len(e.requirements)
-    coefficients = part_coefficients(e.flight, x.sensor, x.effect, value)
+    coefficients = part_coefficients(e.flight, x.sensor, x.effect, value, x.temperature_degc)
     return [_linear(e.flight, coefficients, r)[-1] for r in e.requirements]
 
 

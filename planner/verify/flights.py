@@ -96,9 +96,14 @@ def flight_model(
     instants: Array,
     beside: Beside = NOTHING,
     shortest_s: float = 10.0 * MOMENT_S,
+    range_degc: tuple[float, float] | None = None,
 ) -> FlightModel:
-    """The flight of a spec with errors (sensor, effect), looked at at instants (s)."""
-    return looked_at(columns_of(trajectory, errors, moments(trajectory, shortest_s), beside), instants)
+    """The flight of a spec with errors (sensor, effect), looked at at instants (s).
+
+    range_degc: within which flights may start, None: as warm as the trajectory
+    """
+    at = moments(trajectory, shortest_s)
+    return looked_at(columns_of(trajectory, errors, at, beside, range_degc), instants)
 
 
 def looked_at(columns: Columns, instants: Array) -> FlightModel:
@@ -133,12 +138,15 @@ def exact_coefficients(
         mine = [e for e in left if e.sensor == sensor]
         A, c = _corrected(sensor, mine, len(left[0].true), len(model.moments))
         basic = np.concatenate([c, (A - np.eye(3)).reshape(*A.shape[:2], 9)], axis=2)
-        own[sensor] = columns.of_values(basic, sensor, {e.effect: e.total for e in mine})
+        values = {e.effect: e.total for e in mine}
+        own[sensor] = columns.of_values(basic, sensor, values, left[0].temperature_degc)
     return columns.with_beside(own, beside or {})
 
 
-def part_coefficients(model: FlightModel, sensor: Sensor, effect: str, value: Array) -> Array:
-    """(B, p) of values (B, K, t) of one error to first order."""
+def part_coefficients(
+    model: FlightModel, sensor: Sensor, effect: str, value: Array, degc: Array | None = None
+) -> Array:
+    """(B, p) of values (B, K, t) of one error to first order; degc: (B, K), None: as the trajectory."""
     own, found = {}, affine(sensor, effect)
     for s in SENSORS:
         basic = np.zeros((*value.shape[:2], BASIC))
@@ -146,7 +154,7 @@ def part_coefficients(model: FlightModel, sensor: Sensor, effect: str, value: Ar
             basic[:, :, :3] = value @ found.constant.T
             basic[:, :, 3:] = value @ found.slope.reshape(9, -1).T
         extra = {effect: value} if s == sensor and found is None else {}
-        own[s] = model.columns.of_values(basic, s, extra)
+        own[s] = model.columns.of_values(basic, s, extra, degc)
     return model.columns.with_beside(own, {})
 
 

@@ -94,7 +94,7 @@ class Prediction:
             degc, shares = starts.grid(self.profile)
             wanted, pools, moments = self.asked[index], self.curves.pools(family), self.curves.moments(family)
             if at not in self._flights:
-                self._flights[at] = [self.foresight.seen(wanted.asked, one) for one in degc]
+                self._flights[at] = [self.foresight.seen(wanted.at(one), one) for one in degc]
             quantile = drawn_quantile(wanted, self._flights[at], shares, pools, moments, rule.percentile)
             self._drawn[*at, family] = quantile
         return self._drawn[*at, family]

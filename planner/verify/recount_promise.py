@@ -12,7 +12,7 @@ shipped specs: SAME.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -29,7 +29,7 @@ from planner.verify.calibrations import estimators
 from planner.verify.chance import Chance
 from planner.verify.experiment import Experiment
 from planner.verify.findings import Document, Findings
-from planner.verify.foreseen import PARTS, Foresight
+from planner.verify.foreseen import PARTS, Asked, Foresight
 from planner.verify.outcome import sigmas_planned
 from planner.verify.prediction import DrawnCurves, Prediction
 from planner.verify.recount_budget import budgets_of, calibrated_errors
@@ -255,16 +255,21 @@ def shares_of(p: Prediction, index: int, starts: Starts, family: str) -> dict[st
     """Error -> its part of the mean square of |d| at the last instant: E d_e · d, d = Σ d_e, SI²."""
     f, n = p.foresight, p.asked[index]
     rows = len(n.beside) // n.instants
-    asked = {}
-    for k, error in enumerate(f.errors):
-        last = n.asked[error][-rows:]
-        asked[error] = np.zeros(((len(f.errors) + 1) * rows, *last.shape[1:]))
-        asked[error][k * rows : (k + 1) * rows] = asked[error][-rows:] = last
     degc, weights = starts.grid(p.profile)
     squares = np.zeros(len(f.errors))
     for one, weight in zip(degc, weights.tolist(), strict=True):
-        seen, moments = f.seen(asked, one), p.curves.moments(family)
+        seen, moments = f.seen(_one_by_one(n.at(one), f.errors, rows), one), p.curves.moments(family)
         whole = seen.rest + seen.curves(moments) + seen.misread(moments)
         across = whole[:-rows, -rows:].reshape(len(f.errors), rows, rows)
         squares += weight * np.trace(across, axis1=1, axis2=2)
     return {str(ErrorName.of(*error)): float(x) for error, x in zip(f.errors, squares, strict=True)}
+
+
+def _one_by_one(asked: Asked, errors: Sequence[Error], rows: int) -> Asked:
+    """What is asked of every error alone in its own rows, and of all together in the last: at the end."""
+    found = {}
+    for k, error in enumerate(errors):
+        last = asked[error][-rows:]
+        found[error] = np.zeros(((len(errors) + 1) * rows, *last.shape[1:]))
+        found[error][k * rows : (k + 1) * rows] = found[error][-rows:] = last
+    return found

@@ -31,7 +31,7 @@ class Left:
     """What is left of one error of B units at K moments of the flight, SI.
 
     parts: (5, B, K, t) in the order of PARTS; at_nodes: (B, N, t) error of the estimate at its nodes
-    true, estimated: (B, K, t)
+    true, estimated: (B, K, t); temperature_degc: (B, K)
     """
 
     name: ErrorName
@@ -43,6 +43,7 @@ class Left:
     estimated: Array
     at_nodes: Array
     nodes_degc: Array
+    temperature_degc: Array
 
     @property
     def total(self) -> Array:
@@ -116,6 +117,7 @@ def _left(
         estimated,
         np.stack([a[:, :least] for a in at_nodes], axis=2),
         nodes_of[0][:least],
+        t,
     )
 
 

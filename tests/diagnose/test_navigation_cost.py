@@ -127,6 +127,26 @@ def test_every_requirement_has_an_entry_in_their_order():
     assert [c.limit for c in found] == [r.limit.si for r in spec.requirement]
 
 
+def test_what_changes_with_temperature_costs_what_it_does_where_flights_start():
+    """(T − 20 °C) k: nothing at the 20 °C of the trajectory, 75 times k per kelvin where the range begins."""
+    spec = load_spec(SHIPPED / "helicopter.yaml").spec
+    flight = trajectory_of(spec.trajectory, Path())
+    effect = found_effect("g_sensitivity_temperature", "gyro_y", VALUE / 75.0, 1e-9)
+    plain = found_effect("g_sensitivity", "gyro_y", VALUE, 1e-7)
+    nowhere = spec.model_copy(
+        update={
+            "requirement": tuple(r.model_copy(update={"temperature": "flight"}) for r in spec.requirement)
+        }
+    )
+
+    def costs(one, spec):
+        fits = unit_fits(TABLE, SPEC, UnitDiagnosis("u1", "explained", (one,), (), (), (), (), ()))
+        return [c.before for c in navigation_costs((one,), fits, spec, flight)]
+
+    assert costs(effect, spec) == pytest.approx(costs(plain, spec), rel=1e-9)
+    assert costs(effect, nowhere) == pytest.approx([0.0, 0.0], abs=1e-9)
+
+
 def test_a_percentile_of_what_is_left_is_that_of_random_coefficients():
     """Oracle: draw the coefficients from their intervals and count."""
     spec = load_spec(SHIPPED / "tactical_leg.yaml").spec

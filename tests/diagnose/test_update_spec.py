@@ -229,6 +229,17 @@ def test_a_day_cannot_be_seen_within_one_power_on():
     assert calibrating_test(spec, target, NOISE) is None
 
 
+def test_what_is_nothing_at_the_temperature_of_the_room_is_told_at_an_end_of_the_range():
+    """g-sensitivity per kelvin: 85 K from 20 degC the record of a face sees k · 85 K · g."""
+    spec = load_spec(LOOP).spec
+    target = Target("gyro", "g_sensitivity_temperature", (0, 1, 2), 2e-7)
+    found = calibrating_test(spec, target, NOISE)
+    assert found is not None
+    furthest = max(abs(t - 20.0) for t in spec.plan.temperatures.range)
+    plain = repeat_spread(spec, found.run, Target("gyro", "g_sensitivity", (0, 1, 2), 1e-5), NOISE)
+    assert repeat_spread(spec, found.run, target, NOISE) == pytest.approx(plain / furthest, rel=0.05)
+
+
 # ---------------------------------------------------------------- spreads
 
 

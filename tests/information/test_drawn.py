@@ -19,7 +19,7 @@ SHARES = (0.5, 0.9, 0.95, 0.99)
 def asked(share: float, scenarios: int, instants: int, components: int, *, worst: bool = False) -> Asked:
     weights = None if worst else np.full(scenarios, 1.0 / scenarios)
     nothing = np.zeros((scenarios, 1))
-    response = np.zeros((instants, components, 1, 1))
+    response = np.zeros((1, instants, components, 1, 1))
     return Asked(0, 1.0, share, weights, nothing, tuple(range(instants)), nothing, response, nothing)
 
 
@@ -29,15 +29,19 @@ def weights_of(J: Array, scenarios: int) -> CurveWeights:
     return CurveWeights(ERROR, places, np.broadcast_to(J[:, None], (scenarios, len(J), 1)))
 
 
+def moved(weights: CurveWeights, square: float) -> list[tuple[CurveWeights, Array]]:
+    """A curve of one mean square at its only point, with what d takes from it."""
+    return [(weights, weights.second_moment(np.array([[square]])))]
+
+
 @pytest.mark.parametrize("share", SHARES)
 @pytest.mark.parametrize("size", [0.5, 2.0])
 def test_a_curve_of_one_size_shifts_a_gaussian(share: float, size: float) -> None:
     """f = ±s beside N(0, 1): P(|d| <= r) = ½ erf((r + s)/√2) + ½ erf((r − s)/√2)."""
     a, rest = asked(share, 1, 1, 1), np.ones((1, 1, 1))
     pool = np.full((2, 1), size)
-    found = drawn_quantile(
-        a, rest, [weights_of(np.ones(1), 1)], {ERROR: np.array([[size**2]])}, lambda e: pool, 1.0
-    )
+    parts = moved(weights_of(np.ones(1), 1), size**2)
+    found = drawn_quantile(a, rest, parts, lambda e: pool)
 
     def missing(r: float) -> float:
         root = np.sqrt(2.0)
@@ -60,10 +64,8 @@ def test_gaussian_curves_leave_a_gaussian(components: int, instants: int, worst:
     found = drawn_quantile(
         a,
         np.broadcast_to(one, (3, *one.shape)),
-        [weights_of(np.tile(J, instants), 3)],
-        {ERROR: np.ones((1, 1))},
+        moved(weights_of(np.tile(J, instants), 3), 1.0),
         lambda e: pool,
-        1.0,
     )
     exact = float(percentile(rest + np.outer(J, J), 0.95))
     assert found == pytest.approx(exact, rel=0.015)
@@ -75,7 +77,7 @@ def test_where_no_curve_matters_nothing_is_drawn() -> None:
     def never(error: object) -> Array:
         raise AssertionError("drawn")
 
-    assert drawn_quantile(a, np.ones((1, 1, 1)), [small], {ERROR: np.ones((1, 1))}, never, 1.0) is None
+    assert drawn_quantile(a, np.ones((1, 1, 1)), moved(small, 1.0), never) is None
 
 
 def test_long_tails_lengthen_high_quantiles_and_shorten_low_ones() -> None:
@@ -88,10 +90,8 @@ def test_long_tails_lengthen_high_quantiles_and_shorten_low_ones() -> None:
         found = drawn_quantile(
             asked(share, 1, 1, 1),
             np.full((1, 1, 1), 0.2),
-            [weights_of(np.ones(1), 1)],
-            {ERROR: moment},
+            moved(weights_of(np.ones(1), 1), float(moment[0, 0])),
             lambda e: pool,
-            1.0,
         )
         assert found is not None
         assert (found > float(percentile(total[None], share)[0])) == longer
@@ -105,9 +105,9 @@ def test_the_first_guess_does_not_matter(share: float, weighted: bool) -> None:
     pool = rng.choice([0.0, 1.0, 6.0], p=[0.5, 0.45, 0.05], size=(2000, 1))
     moment = np.array([[float(np.mean(pool**2))]])
     a, rest = asked(share, 3, 1, 2, worst=not weighted), np.broadcast_to(np.diag([0.2, 1.0]), (3, 2, 2))
-    parts = [weights_of(np.array([1.0, 0.3]), 3)]
+    parts = moved(weights_of(np.array([1.0, 0.3]), 3), float(moment[0, 0]))
     every = [
-        drawn_quantile(a, rest, parts, {ERROR: moment}, lambda e: pool, guess)
-        for guess in (2.0, 0.01, 0.5, 8.0, 300.0)
+        drawn_quantile(a, rest, parts, lambda e: pool, near=guess)
+        for guess in (None, 2.0, 0.01, 0.5, 8.0, 300.0)
     ]
     assert np.ptp(every) < 1e-5 * every[0]
