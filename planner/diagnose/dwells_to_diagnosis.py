@@ -75,7 +75,7 @@ def diagnose(
     wrong = (*seen.suspects, *late, *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)))
     return UnitDiagnosis(
         unit=str(table.unit[0]),
-        verdict=verdict_of((*effects, *wrong), unknown, not_found),
+        verdict=verdict_of((*effects, *(s for s in wrong if not s.expected)), unknown, not_found),
         effects=tuple(effects),
         unknown=tuple(unknown),
         not_found=tuple(not_found),
@@ -103,7 +103,8 @@ def _searched(data: Prepared, spec: Spec, seed: int, progress: Callable[[str], N
     for sensor in SENSORS:
         if sensor in data.sensors:
             progress(f"{data.table.unit[0]}: searching the {sensor}s")
-            found.append(diagnose_sensor(data, sensor, tuple(spec.effects), seed))
+            benches = [b.accuracy for b in spec.benches.values()]
+            found.append(diagnose_sensor(data, sensor, tuple(spec.effects), seed, benches))
     return found
 
 

@@ -92,7 +92,7 @@ def _told(r: ResidualChange) -> str:
 def _judged(found: UnitDiagnosis, **changes: Any) -> UnitDiagnosis:
     """The diagnosis with some of its findings changed, and the verdict that goes with them."""
     d = replace(found, **changes)
-    return replace(d, verdict=verdict_of((*d.effects, *d.reference_suspects), d.unknown, d.not_found))
+    return replace(d, verdict=verdict_of((*d.effects, *d.faults), d.unknown, d.not_found))
 
 
 def verdict_of(

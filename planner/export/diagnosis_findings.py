@@ -44,6 +44,9 @@ def _suspect(s: ReferenceSuspect) -> dict[str, Any]:
         "strength_sigma": figure(s.strength),
         "sensor_error": s.alias or None,
         "record": s.record or None,
+        "stated_accuracy": figure(s.stated) if s.stated else None,
+        "chance_by_accuracy": figure(s.chance) if s.stated else None,
+        "within_accuracy": s.expected if s.stated else None,
     }
 
 
@@ -117,6 +120,8 @@ def _suspect_from(s: Mapping[str, Any]) -> ReferenceSuspect:
         float_from(s["separated_by"], math.inf),
         s.get("sensor_error") or "",
         s.get("record") or "",
+        float(s.get("stated_accuracy") or 0.0),
+        float_from(s["chance_by_accuracy"]) if s.get("stated_accuracy") else 1.0,
     )
 
 

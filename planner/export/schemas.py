@@ -164,7 +164,17 @@ def _diagnosis() -> Schema:
         within_run_after=FIGURE,
         noise_floor=FIGURE,
     )
-    suspect = record(hypothesis=TEXT, value=FIGURE, unit=TEXT, ci95=INTERVAL, p_value=FIGURE, check=TEXT)
+    suspect = record(
+        hypothesis=TEXT,
+        value=FIGURE,
+        unit=TEXT,
+        ci95=INTERVAL,
+        p_value=FIGURE,
+        check=TEXT,
+        stated_accuracy=FIGURE,
+        chance_by_accuracy=FIGURE,
+        within_accuracy=or_null(YES_OR_NO),
+    )
     return record(
         planner=TEXT,
         schema_version={"const": VERSION},

@@ -88,6 +88,9 @@ class Unknown:
     curve: FoundEffect | None = None
 
 
+EXPECTED = 0.01  # chance at which a reference error is no more than the accuracy that is stated of it
+
+
 @dataclass(frozen=True)
 class ReferenceSuspect:
     """A reference of the bench, or a label of its records, that explains the residual better than a sensor.
@@ -95,6 +98,8 @@ class ReferenceSuspect:
     value, low, high: in `unit`; channels: that it shows on; check: what to look at
     separated_by: from what a sensor error could do of it, in sigma; 0 where no data of this bench can tell
     record: the record that would tell it from the sensor's error `alias`, where it is one
+    stated: what the spec's `accuracy` says of each coefficient, one sigma, in `unit`; 0: nothing
+    chance: that a bench as accurate as stated is off by so much; 1 where nothing is stated
     """
 
     hypothesis: str
@@ -109,6 +114,13 @@ class ReferenceSuspect:
     separated_by: float
     alias: str = ""
     record: str = ""
+    stated: float = 0.0
+    chance: float = 1.0
+
+    @property
+    def expected(self) -> bool:
+        """Whether the bench is off by no more than its stated accuracy: no fault, and nothing to mend."""
+        return self.stated > 0.0 and self.chance >= EXPECTED
 
 
 @dataclass(frozen=True)
@@ -352,6 +364,11 @@ class UnitDiagnosis:
     budget_exceeded: tuple[BudgetExceeded, ...] = ()
     refused: tuple[Refused, ...] = ()
     kept: NDArray[np.bool_] | None = None
+
+    @property
+    def faults(self) -> tuple[ReferenceSuspect, ...]:
+        """The references that are off by more than the spec states of them, or of which it states nothing."""
+        return tuple(s for s in self.reference_suspects if not s.expected)
 
     @property
     def fitted(self) -> tuple[FoundEffect, ...]:

@@ -56,7 +56,8 @@ def assumptions(s: SensorFound, spec: Spec, data: Prepared) -> list[Assumption]:
             if component == LEVEL and error in budgets and _alone(data):
                 found += _between_records(s, w, budgets[error], data)
             elif error in budgets and component in w.noise.components:
-                found.append(_spread(s, w, component, error, part, budgets[error]))
+                wander = _wander(s, budgets) if error == "scale_factor" else 0.0
+                found.append(_spread(s, w, component, error, part, budgets[error], wander))
     found = _of_the_triad(found)
     found += list(_residuals(s, budgets))
     return found
@@ -72,10 +73,24 @@ def _of_the_triad(found: Sequence[Assumption]) -> list[Assumption]:
     ]
 
 
+def _wander(s: SensorFound, budgets: Mapping[str, ErrorBudget]) -> float:
+    """What the budgets let wander within a power-on and the noise model counts as the scale factor's spread.
+
+    The scale factor's own in-run, and the bias' over the largest input: 0.5 mg among six faces looks like
+    0.02 % of 1 g that changes from power-on to power-on.
+    """
+    bias = budgets["bias"].in_run_sigma if "bias" in budgets else 0.0
+    largest = max(float(np.abs(c.u).max(initial=0.0)) for c in s.channels)
+    return float(np.hypot(budgets["scale_factor"].in_run_sigma, bias / largest if largest > 0.0 else 0.0))
+
+
 def _spread(
-    s: SensorFound, w: Whitened, component: str, error: str, part: str, budget: ErrorBudget
+    s: SensorFound, w: Whitened, component: str, error: str, part: str, budget: ErrorBudget, wander: float
 ) -> Assumption:
-    """√θ with the interval of a χ² of Satterthwaite's freedom, 2 θ² / var θ."""
+    """√(θ − wander²) with the interval of a χ² of Satterthwaite's freedom, 2 θ² / var θ.
+
+    Up to its high end it may all be of the part, should nothing wander.
+    """
     from scipy.special import gammaincinv  # chi2.ppf(p, n) = 2 gammaincinv(n/2, p); scipy.stats takes 0.7 s
 
     k = w.noise.components.index(component)
@@ -84,10 +99,12 @@ def _spread(
     freedom = 2.0 / relative if relative > 0 else np.inf
     low = high = measured = float("nan")
     if relative < KNOWN:
-        measured = float(np.sqrt(theta))
         low, high = (
             float(np.sqrt(theta * freedom / (2.0 * gammaincinv(freedom / 2.0, p)))) for p in (0.975, 0.025)
         )
+        low = float(np.sqrt(max(low**2 - wander**2, 0.0)))
+        net = max(theta - wander**2, 0.0)
+        measured, freedom = float(np.sqrt(net)), freedom * (net / theta) ** 2
     return Assumption(
         error=f"{s.sensor}.{error}",
         part=part,

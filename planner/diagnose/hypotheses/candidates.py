@@ -24,6 +24,7 @@ from planner.measurement import reached
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Effect, Sensor, Term
+from planner.spec.references import BenchAccuracy
 from planner.temperature_table import hats, temperature_nodes
 
 LEAST_DAYS = 2.0
@@ -39,6 +40,7 @@ class Block:
         that only bends a table over temperature
     columns: channel's index -> (n, k), zero where a shared term does not act on that channel
     reference: whether it is a hypothesis about a reference; place: where that acts
+    stated: what the spec says of each coefficient beforehand, one sigma, SI; 0: nothing
     """
 
     name: str
@@ -49,6 +51,7 @@ class Block:
     generic: bool = False
     reference: bool = False
     place: float = 0.0
+    stated: float = 0.0
 
     @property
     def channels(self) -> tuple[int, ...]:
@@ -80,11 +83,16 @@ def is_shown(effect: Effect, channels: Sequence[Channel]) -> bool:
     return shows is None or any(shows(c.sensor, c.model.conditions) for c in channels)
 
 
-def reference_blocks(channels: Sequence[Channel], table: DwellTable, sensor: Sensor) -> list[Block]:
-    """Every hypothesis about a reference, in every place, one block over all channels of the sensor."""
+def reference_blocks(
+    channels: Sequence[Channel], table: DwellTable, sensor: Sensor, benches: Sequence[BenchAccuracy]
+) -> list[Block]:
+    """Every hypothesis about a reference, in every place, one block over all channels of the sensor.
+
+    benches: what the spec states of them; the least accurate is what is known beforehand
+    """
     mine = [c for c in channels if c.sensor == sensor]
     found = [
-        _of_reference(r, mine, table, sensor, place)
+        replace(_of_reference(r, mine, table, sensor, place), stated=max(map(r.stated, benches), default=0.0))
         for r in REFERENCES.values()
         if sensor in r.sensors and len(mine) > 1
         for place in r.places(table)

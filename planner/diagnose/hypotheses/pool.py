@@ -25,6 +25,7 @@ from planner.nouns.array import Array
 RANK = 1e-8  # of the largest eigenvalue: directions below are what is there already
 MOST_CLEARED = 12  # pools beside others that are kept: a megabyte each
 GRID = np.linspace(0.0, 1.0, 60) ** 2
+OUT_OF_ACCURACY = 0.01  # of the references: off by more than is stated of them
 APART = 1e-5  # of a column's square that must be left beside what was found
 
 
@@ -184,7 +185,8 @@ def _inverse(G: Array) -> Array:
 class Score:
     """What one block explains: Δ, columns m, freedom of its F test, s², log p of one test, and a criterion.
 
-    criterion: Δ/s² − (m + parameters) log(effective number of rows), by which unlike blocks are compared
+    criterion: Δ/s² − (m + parameters) log(effective number of rows), by which unlike blocks are compared;
+        of a reference that the spec states, what its prior makes of it (`_with_prior`)
     """
 
     delta: float
@@ -208,7 +210,25 @@ def score(pool: Pool, chosen: Sequence[int]) -> Score:
     tail = float(log_p(found, c.m, c.freedom, c.s2))
     chosen_values = sum(len(pool.blocks[b].nonlinear) for b in chosen)
     criterion = found / c.s2 - (c.m + chosen_values) * np.log(rows)
+    if len(chosen) == 1 and pool.blocks[chosen[0]].stated > 0.0:
+        criterion = _with_prior(pool, c, pool.blocks[chosen[0]].stated, criterion)
     return Score(found, c.m, c.freedom, c.s2, tail, criterion)
+
+
+def _with_prior(pool: Pool, c: Contrast, stated: float, criterion: float) -> float:
+    """The criterion of a reference error of which one sigma is stated beforehand.
+
+    Within that, twice the log Bayes factor of γ ~ N(0, σ²) against none, with no more of Occam's factor than
+    a coefficient pays of which nothing is stated; or else the bench is out of its accuracy, one in a hundred:
+
+        bᵀ L⁻¹ b − log det L,    b = σ h / s²,  L = I + σ Gram σ / s²
+    """
+    a = stated * pool.size[c.k]
+    b = a * pool.h[c.k] / c.s2
+    L = np.eye(len(a)) + a[:, None] * pool.gram[np.ix_(c.k, c.k)] * a / c.s2
+    occam = min(np.linalg.slogdet(L)[1], c.m * np.log(max(c.freedom, 3.0)))
+    within = float(b @ np.linalg.solve(L, b) - occam)
+    return max(within, criterion + 2.0 * float(np.log(OUT_OF_ACCURACY)))
 
 
 def contrast(pool: Pool, chosen: Sequence[int]) -> Contrast:

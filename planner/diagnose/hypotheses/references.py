@@ -25,6 +25,7 @@ from planner.nouns.conditions import Conditions
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.sensor import Sensor
 from planner.protocols import Condition, Effect, Group, Parameter
+from planner.spec.references import BenchAccuracy
 from planner.units import STANDARD_GRAVITY_MPS2
 
 MOST_THRESHOLDS = 8  # between the rates that were set; neighbours explain nearly the same
@@ -39,8 +40,10 @@ Columns = Callable[[Channel, DwellTable, float], Array]
 class Reference:
     """A hypothesis about a reference; what a search asks of an effect it can ask of one of these.
 
-    terms: its coefficients, shared by the channels; columns: (channel, table, place) -> (n, k)
+    terms: its coefficients, shared by the channels, "" of one that nobody asks for
+    columns: (channel, table, place) -> (n, k)
     places: table -> where it may act, one block each (a threshold, a bench, a lag)
+    stated: what a bench's accuracy says of one coefficient, one sigma, SI; 0: nothing
     check: what to look at; alias: the sensor's error that no data tell it from where it acts on all
         records; record: the record that would tell
     """
@@ -51,6 +54,7 @@ class Reference:
     terms: tuple[str, ...]
     columns: Columns
     check: str
+    stated: Callable[[BenchAccuracy], float] = lambda accuracy: 0.0
     places: Callable[[DwellTable], Sequence[float]] = lambda table: (0.0,)
     alias: str = ""
     record: str = ""
@@ -106,9 +110,20 @@ def _felt(c: Channel, across: Sequence[Array]) -> Array:
 
 
 def _base_tilt(c: Channel, table: DwellTable, place: float) -> Array:
-    north, east = horizontal(c.model.conditions)
-    still = at_rest(c.model.conditions)[:, None]
-    return _felt(c, [STANDARD_GRAVITY_MPS2 * still * v for v in (north, east)])
+    """At rest the tilt leans gravity; a turn averages that out, all but its part along a level axis.
+
+    Which way that axis points on the base no record says: it has a coefficient of its own per body axis.
+    """
+    conditions = c.model.conditions
+    north, east = horizontal(conditions)
+    still = at_rest(conditions)[:, None]
+    size = np.linalg.norm(conditions.rate, axis=1, keepdims=True)
+    level = (np.linalg.norm(conditions.specific_force, axis=1) < UNLOADED * STANDARD_GRAVITY_MPS2)[:, None]
+    axis = np.where(turning(conditions)[:, None] & level, conditions.rate, 0.0) / np.where(
+        size > 0, size, 1.0
+    )
+    along = [np.abs(axis[:, [k]]) * np.eye(3)[k] for k in range(3)]
+    return _felt(c, [STANDARD_GRAVITY_MPS2 * v for v in (still * north, still * east, *along)])
 
 
 def _local_gravity(c: Channel, table: DwellTable, place: float) -> Array:
@@ -179,9 +194,10 @@ REFERENCES: Mapping[str, Reference] = {
             "base_tilt",
             ("accelerometer",),
             "deg",
-            ("north", "east"),
+            ("north", "east", "", "", ""),
             _base_tilt,
             "level the table's base, or measure its tilt with a level and enter it in the reference",
+            stated=lambda accuracy: accuracy.level,
         ),
         Reference(
             "local_gravity",
@@ -200,7 +216,8 @@ REFERENCES: Mapping[str, Reference] = {
             ("scale",),
             _table_rate,
             "time whole turns of the table against a clock at the rates in question",
-            thresholds,
+            stated=lambda accuracy: accuracy.rate,
+            places=thresholds,
             alias="scale_factor",
             record="whole turns timed against a clock",
         ),
@@ -219,7 +236,8 @@ REFERENCES: Mapping[str, Reference] = {
             ("x", "y", "z"),
             _mounting,
             "mount the unit on that bench again, against its datum faces, and repeat one record",
-            _mountings,
+            stated=lambda accuracy: np.sqrt(2.0) * accuracy.mounting,  # of two installations
+            places=_mountings,
             alias="misalignment",
             record="the same record after mounting the unit anew",
         ),
@@ -230,7 +248,7 @@ REFERENCES: Mapping[str, Reference] = {
             ("lag",),
             _thermometer,
             "compare the thermometer with one at the sensors' own place during a ramp",
-            _lags,
+            places=_lags,
             misfit=0.35,  # the declared curves were fitted to the readings that lag
         ),
     )

@@ -39,6 +39,7 @@ from planner.effects._shaped import plain_names
 from planner.measurement import sensed
 from planner.nouns.array import Array
 from planner.protocols import Sensor
+from planner.spec.references import BenchAccuracy
 
 FLIPS = 999  # the least p by rank is then 1e-3, half of ALPHA
 STRONG = 60.0  # sigma; products are about 1 % of an effect
@@ -78,24 +79,30 @@ class SensorFound:
         return _shape(self.found, block, self.channels, self.cuts, self.ranges)
 
 
-def diagnose_sensor(data: Prepared, sensor: Sensor, declared: tuple[str, ...], seed: int) -> SensorFound:
+def diagnose_sensor(
+    data: Prepared,
+    sensor: Sensor,
+    declared: tuple[str, ...],
+    seed: int,
+    benches: Sequence[BenchAccuracy] = (),
+) -> SensorFound:
     """Search one sensor of a prepared table; again where what was found is so strong that products count,
 
-    and again without what cannot be.
+    and again without what cannot be. benches: how well the spec says that the references are known
     """
     from threadpoolctl import threadpool_limits
 
     strong: tuple[str, ...] = ()
     impossible: tuple[str, ...] = ()
     with threadpool_limits(limits=1, user_api="blas"):  # small matrices: threads cost more than they give
-        s = _searched(data, sensor, declared, strong, impossible, seed)
+        s = _searched(data, sensor, declared, strong, impossible, seed, benches)
         for _ in range(AGAIN):
             now, cannot = _strong(s.found), _impossible(s.found)
             if set(now) <= set(strong) and not cannot:
                 break
             impossible = (*impossible, *cannot)
             strong = tuple(n for n in dict.fromkeys((*strong, *now)) if n not in impossible)
-            s = _searched(data, sensor, declared, strong, impossible, seed)
+            s = _searched(data, sensor, declared, strong, impossible, seed, benches)
     return replace(s, impossible=impossible)
 
 
@@ -129,8 +136,9 @@ def _searched(
     strong: tuple[str, ...],
     impossible: tuple[str, ...],
     seed: int,
+    benches: Sequence[BenchAccuracy],
 ) -> SensorFound:
-    b = begin(data, sensor, declared, strong, impossible)
+    b = begin(data, sensor, declared, strong, impossible, benches)
     signs = np.random.default_rng([seed, 17]).choice([-1.0, 1.0], size=(FLIPS, len(b.cuts)))
     shown = {name: ranges(e, data.table) for name, e in catalog.effects().items() if e.parameters}
 
@@ -178,6 +186,7 @@ def begin(
     declared: tuple[str, ...],
     strong: tuple[str, ...] = (),
     impossible: tuple[str, ...] = (),
+    benches: Sequence[BenchAccuracy] = (),
 ) -> Begun:
     """The declared fit taken off every channel, its noise judged, all candidates whitened by it."""
     table = data.table
@@ -189,7 +198,7 @@ def begin(
     whole = [channel(sensor, a, conditions, readings[:, a], declared, strong, free) for a in alive]
     mine = tuple(with_read_temperature(c, data.starts) for c in whole)
     library = library_blocks(mine, table, (*plain_names(declared, sensor), *impossible), sensor)
-    library += reference_blocks(mine, table, sensor)
+    library += reference_blocks(mine, table, sensor, benches)
     blocks = [*library, *generic_blocks(mine, table, sensor)]
     triad, far, sizes = _readings(data, mine, blocks)
     state = _whitened(triad)

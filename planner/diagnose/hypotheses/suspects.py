@@ -17,6 +17,7 @@ from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
 
 DEGREES = 180.0 / np.pi
+TWO_SIDED = 1.96  # standard errors, half of a 95 % interval
 
 
 def suspects(found: Sequence[SensorFound]) -> list[ReferenceSuspect]:
@@ -42,7 +43,8 @@ def suspects(found: Sequence[SensorFound]) -> list[ReferenceSuspect]:
 def _suspect(s: SensorFound, b: int) -> ReferenceSuspect:
     block = s.found.pool.blocks[b]
     r = REFERENCES[block.name]
-    value, half = _size(r, [e for e in estimates(s.found.pool, s.found.all) if e.block == b], block.place)
+    sizes = [e for e in estimates(s.found.pool, s.found.all) if e.block == b]
+    value, half = _size(r, sizes, block.place)
     return ReferenceSuspect(
         hypothesis=r.name,
         value=value,
@@ -56,7 +58,20 @@ def _suspect(s: SensorFound, b: int) -> ReferenceSuspect:
         separated_by=_apart(s, b),
         alias=r.alias,
         record=r.record,
+        stated=block.stated * (DEGREES if r.unit == "deg" else 1.0),
+        chance=_chance(sizes, block.stated),
     )
+
+
+def _chance(sizes: Sequence[Estimate], stated: float) -> float:
+    """Chance of so large an error on a bench of the stated accuracy: Σ γ² / (σ² + its own variance) is χ²."""
+    from scipy.special import chdtrc  # chi2.sf; scipy.stats takes 0.7 s to import
+
+    known = [e for e in sizes if np.isfinite(e.half)]
+    if stated <= 0.0 or not known:
+        return 1.0
+    square = sum(e.value**2 / (stated**2 + (e.half / TWO_SIDED) ** 2) for e in known)
+    return float(chdtrc(len(known), square))
 
 
 def _size(r: Reference, sizes: Sequence[Estimate], place: float) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from planner.nouns.diagnosis import (
 )
 from planner.report.blocks import Items, Table, table
 from planner.report.numbers import SPACE, digits, hours, in_unit, quantity
-from planner.report.subjects.diagnosis_words import chance, joined, length, plain_name, short
+from planner.report.subjects.diagnosis_words import chance, length, plain_name, short
 
 MOST_ROWS = 40  # of those left out that a page lists
 NAMES = {
@@ -38,32 +38,22 @@ def suspect_name(hypothesis: str) -> str:
     return NAMES.get(hypothesis, hypothesis.replace("_", " "))
 
 
-def suspects_sentence(suspects: Sequence[ReferenceSuspect]) -> str:
-    """Reference suspect: …"""
-    return f"reference suspect: {joined([_told(s) for s in suspects])}"
-
-
-def _told(s: ReferenceSuspect) -> str:
-    if s.unit in ("rows", "run"):
-        return f"{suspect_name(s.hypothesis)} ({s.unit} {digits(s.value, 4)})"
-    return f"{suspect_name(s.hypothesis)} ({digits(s.value, 3)}{'' if s.unit == '1' else SPACE + s.unit})"
-
-
 def suspects_table(suspects: Sequence[ReferenceSuspect]) -> Table | None:
     """Every reference that explains the residual better than a sensor."""
     return table(
         "References that are suspect; separated: from the best error of a sensor in their place",
-        "reference | size | 95 % interval | unit | channels | p | separated, σ | look at",
+        "reference | size | 95 % interval | unit | stated, 1 σ | channels | p | separated, σ | look at",
         (
             (
                 suspect_name(s.hypothesis),
                 digits(s.value, 3),
                 f"{digits(s.low, 3)} … {digits(s.high, 3)}",
                 s.unit,
+                digits(s.stated, 3) if s.stated else "",
                 ", ".join(map(short, s.channels)),
                 chance(s.p_value),
                 digits(s.separated_by, 3) if math.isfinite(s.separated_by) else "",
-                s.check,
+                "nothing: within the stated accuracy" if s.expected else s.check,
             )
             for s in suspects
         ),
@@ -72,14 +62,28 @@ def suspects_table(suspects: Sequence[ReferenceSuspect]) -> Table | None:
 
 
 def told_by(suspects: Sequence[ReferenceSuspect]) -> Items | None:
-    """For each suspect that is one with a sensor's error on all records: which, and what would tell."""
-    said = tuple(
+    """Each suspect against its stated accuracy; the sensor's error that no record tells it from."""
+    stated = tuple(map(_against_stated, (s for s in suspects if s.stated)))
+    said = stated + tuple(
         f"Acting on every record, {suspect_name(s.hypothesis)} is one with a common {plain_name(s.alias)} of "
         f"the {s.channels[0].split('_')[0]}s; {s.record} would tell."
         for s in suspects
         if s.alias
     )
     return Items(said) if said else None
+
+
+def _against_stated(s: ReferenceSuspect) -> str:
+    stated = f"{digits(s.stated, 3)}{'' if s.unit == '1' else SPACE + s.unit}"
+    often = (
+        "is often off by so much: no fault, and the plan counts it."
+        if s.expected
+        else f"is off by so much with chance {chance(s.chance)}: out of its accuracy, or wrongly entered."
+    )
+    return (
+        f"{suspect_name(s.hypothesis).capitalize()}: the spec states {stated} (one sigma) of each "
+        f"coefficient; such a bench {often}"
+    )
 
 
 def left_out_table(rows: Sequence[RowLeftOut]) -> Table | None:

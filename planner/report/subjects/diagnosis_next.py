@@ -36,8 +36,8 @@ def _term(t: FoundTerm) -> str:
 def next_sentence(diagnosis: Diagnosis) -> str:
     """What to do next: the bench before the sensor, what tells rivals apart, then the spec."""
     found = diagnosis.found
-    if found.reference_suspects:
-        checks = joined(list(dict.fromkeys(s.check for s in found.reference_suspects)))
+    if found.faults:
+        checks = joined(list(dict.fromkeys(s.check for s in found.faults)))
         return f"Next: {checks}; then measure again."
     if diagnosis.next_measurement:
         m = diagnosis.next_measurement[0]

@@ -72,7 +72,7 @@ def headline(found: UnitDiagnosis) -> str:
     if found.verdict == "untestable":
         return "These data cannot tell"
     names = joined(list(dict.fromkeys(plain_name(e.effect) for e in found.effects)))
-    wrong = joined([s.hypothesis.replace("_", " ") for s in found.reference_suspects])
+    wrong = joined([s.hypothesis.replace("_", " ") for s in found.faults])
     if not found.effects and wrong:
         return f"Reference suspect: {wrong}" + (", and something without a name" if found.unknown else "")
     if wrong:
@@ -93,8 +93,8 @@ def sentence(found: UnitDiagnosis) -> str:
         return _clean(found)
     if found.verdict == "untestable":
         return "No channel has the readings and references that a test needs."
-    if not found.effects and found.reference_suspects:
-        wrong = joined([s.hypothesis.replace("_", " ") for s in found.reference_suspects])
+    if not found.effects and found.faults:
+        wrong = joined([s.hypothesis.replace("_", " ") for s in found.faults])
         text = f"The bench explains what the declared model leaves, not the unit: {wrong}"
         return f"{text}; something that varies with {rest} is left." if rest else f"{text}."
     if not found.effects:
@@ -136,8 +136,10 @@ def _looked_for(found: UnitDiagnosis) -> tuple[int, int]:
 def _clean(found: UnitDiagnosis) -> str:
     looked, unseen = _looked_for(found)
     effects = "1 undeclared effect" if looked == 1 else f"{looked} undeclared effects"
+    bench = joined([s.hypothesis.replace("_", " ") for s in found.reference_suspects])
+    noise = f"noise and a bench as accurate as the spec says ({bench})" if bench else "noise"
     text = (
-        f"What the declared model leaves is noise: of the {effects} that these data can show none stands "
+        f"What the declared model leaves is {noise}: of the {effects} that these data can show none stands "
         "out, nor does anything without a name"
     )
     sensors = {n.sensor for n in found.not_found}
