@@ -1,14 +1,10 @@
 """What no campaign can be shorter than, and, where the remaining ones can be counted, that none is.
 
-Whatever a campaign visits, it knows no more of a curve than its exact values at the temperatures visited, and
-no linear estimate of the rest is better than the posterior mean (kriging) from these. So a set of
-temperatures from which even that breaks a requirement, under any family of curves, is no campaign; the
-others cost at least their soaks, ramps and the fewest records. Sets are looked at by their number of
-temperatures, the fewest first; a number that is not looked at counts with the cheapest of its sets. Where
-few campaigns cost less than the best one found, all of them are asked: then it is proved, or a shorter one
-is found.
-
-Ordinary kriging: Cressie, Statistics for Spatial Data (1993), 3.2; the mean is the coefficient's constant.
+A set of temperatures from which even perfect knowledge of the curves breaks a requirement is no campaign
+(`perfect_knowledge`); the others cost at least their soaks, ramps and the fewest records. Sets are looked at
+by their number of temperatures, the fewest first; a number that is not looked at counts with the cheapest of
+its sets. Where few campaigns cost less than the best one found, all of them are asked: then it is proved, or
+a shorter one is found.
 """
 
 from __future__ import annotations
@@ -23,30 +19,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.information.exchange import CHUNK, EASIER, Judge
-from planner.information.in_flight import Asked
-from planner.information.model_of import Flight, asked_of
+from planner.information.model_of import Flight
 from planner.information.offers import Offer, Offers
-from planner.information.promise import is_within
-from planner.information.smooth import Moments
+from planner.information.perfect_knowledge import DRAWN, PerfectKnowledge
 from planner.nouns.array import Array
 from planner.nouns.deadline import never
 
 Set = tuple[int, ...]  # places of the grid
-NUGGET = 1e-9  # of the variance: keeps equal rows of smooth curves apart
 SETS_AT_ONCE = 500
 STEPS = 20  # of the count for every campaign that may be asked
 NEARLY = 1.01  # by the quick figure: then the exact one is asked
-CLEARLY = 1.0 + 2e-3  # a figure beyond the limit by more is beyond it whatever the quadrature,
-UNPRICED = ("_needed", "_asked", "_points", "_moments", "_plain")
-HALF = 0.5  # of this share of the flights or more
+UNPRICED = ("_needed", "_knowledge", "_plain")
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How far a proof goes. sets: of temperatures looked at; campaigns: asked one by one; late: to stop"""
+    """How far a proof goes. sets: of temperatures looked at; campaigns: asked one by one; late: to stop
+
+    exact: campaigns of which the exact figure is asked
+    """
 
     sets: int
     campaigns: int
+    exact: int
     late: Callable[[], bool] = never
 
 
@@ -94,7 +89,7 @@ class Prover:
         """(floor, set) of all that cost less and may keep the promise; the least of those not looked at."""
         found: list[tuple[float, Set]] = []
         T, left = len(self._grid), effort.sets
-        for size in range(0 if len(self._free) else 1, T + 1):
+        for size in range(0 if len(self._knowledge.free) else 1, T + 1):
             if np.sort(self._own)[:size].sum() >= cost - EASIER:
                 return found, np.inf
             if self._least_floor(size) >= cost - EASIER:
@@ -110,7 +105,7 @@ class Prover:
                 if effort.late():
                     return found, min(self._least_floor(more) for more in range(size, T + 1))
                 some = sets[start : start + SETS_AT_ONCE]
-                good = start + np.flatnonzero(self._may_do(some))
+                good = start + np.flatnonzero(self._knowledge.may_do(some, self._plain.tightened))
                 found += [(float(floors[i]), tuple(map(int, sets[i]))) for i in good]
         return found, np.inf
 
@@ -118,36 +113,6 @@ class Prover:
         """What nothing can cost less than while sets of `size` temperatures and more are not looked at."""
         more = range(size, len(self._grid) + 1)
         return min([*(floor for floor, _ in found), *map(self._least_floor, more)], default=0.0)
-
-    def _may_do(self, sets: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """(B,) whether perfect knowledge of the curves at sets (B, K) could keep every requirement."""
-        left = np.arange(len(sets))
-        for moments, factors in zip(self._moments.values(), self._plain.tightened, strict=True):
-            for a, factor in zip(self._asked, factors, strict=True):
-                if len(left) and (a.share is None or a.share >= HALF):
-                    left = left[self._within(moments, a, sets[left], a.limit * CLEARLY / factor)]
-        good = np.zeros(len(sets), dtype=bool)
-        good[left] = True
-        return good
-
-    def _within(self, moments: Moments, a: Asked, sets: NDArray[np.intp], most: float) -> NDArray[np.bool_]:
-        """(B,) whether at the last instant a requirement could be kept within a length, SI.
-
-        When nothing but the curves between the sets is unknown.
-        """
-        own = a.own[:, -1, :, -1]
-        total = np.broadcast_to(own, (len(sets), *own.shape)).copy()
-        free = np.broadcast_to(self._free, (len(sets), len(self._free)))
-        points = np.concatenate([self._of_grid[sets], free], axis=1)
-        place = self._place(a.temperature_degc)
-        for error, moment in moments.items():
-            mine = [i for i, f in enumerate(self.flight.response.flying) if f.error.parts == error]
-            J = a.response[:, -1][:, :, mine]
-            if np.any(J):
-                left = _kriged(moment, points, place)
-                J = np.broadcast_to(J, (len(place), *J.shape[1:]))
-                total += np.einsum("bsmn,scam,sdan->bscd", left, J, J, optimize=True)
-        return is_within(a, total[:, None, :, None], np.array([most]))[:, 0]
 
     # ------------------------------------------------------------ what a set costs at least
 
@@ -213,8 +178,7 @@ class Prover:
 
     def _least(self, kind: int) -> float:
         offer = self._offer_of[kind]
-        repeats = offer.least if offer.fixed is None else min(offer.fixed)
-        return float(repeats * self.offers.each_price[kind])
+        return float(offer.fewest * self.offers.each_price[kind])
 
     @cached_property
     def _needed(self) -> tuple[Offer, ...]:
@@ -260,12 +224,15 @@ class Prover:
         every = np.array(found).reshape(-1, len(best))
         prices = self.offers.cost(every)
         every = every[prices < cost - EASIER][np.argsort(prices[prices < cost - EASIER], kind="stable")]
+        asked, drawn = 0, any(a.share is not None for a in self.judge.promise.asked)
+        nearly = NEARLY * (DRAWN if drawn else 1.0)
         for start in range(0, len(every), CHUNK):
             if effort.late():
                 return best, False
             some_of = every[start : start + CHUNK]
-            for i in np.flatnonzero(self._plain.loads(some_of) <= NEARLY):
-                if effort.late():
+            for i in np.flatnonzero(self._plain.loads(some_of) <= nearly):
+                asked += 1
+                if effort.late() or asked > effort.exact:
                     return best, False
                 if self.exactly(some_of[i]):
                     return some_of[i], True
@@ -331,55 +298,14 @@ class Prover:
     # ------------------------------------------------------------ temperatures and curves
 
     @cached_property
+    def _knowledge(self) -> PerfectKnowledge:
+        return PerfectKnowledge(self.flight, self.offers, self.judge.promise)
+
+    @property
     def _grid(self) -> Array:
-        return np.unique(self.offers.degc[self.offers.soaked])
-
-    @cached_property
-    def _asked(self) -> tuple[Asked, ...]:
-        return asked_of(self.flight, exact=True)
-
-    @cached_property
-    def _points(self) -> Array:
-        degc = [self.offers.degc, *(a.temperature_degc.ravel() for a in self._asked)]
-        return np.unique(np.round(np.concatenate(degc), 6))
-
-    @cached_property
-    def _moments(self) -> dict[str, Moments]:
-        return self.flight.curves.moments(self._points)
-
-    def _place(self, degc: Array) -> NDArray[np.intp]:
-        return np.asarray(np.argmin(np.abs(np.asarray(degc)[..., None] - self._points), axis=-1))
-
-    @cached_property
-    def _of_grid(self) -> NDArray[np.intp]:
-        return self._place(self._grid)
-
-    @cached_property
-    def _free(self) -> NDArray[np.intp]:
-        """Points that cost no soak: temperatures of tests in the room."""
-        return self._place(np.unique(self.offers.degc[~self.offers.soaked]))
+        return self._knowledge.grid
 
 
 def _repeats(offer: Offer) -> Sequence[int]:
     """How often one visit of a test may be made."""
     return sorted({*offer.fixed}) if offer.fixed is not None else range(offer.least, offer.most + 1)
-
-
-def _kriged(moment: Array, points: NDArray[np.intp], place: NDArray[np.intp]) -> Array:
-    """(B, S, m, m) covariance of constant + curve at flight points (S, m), known at points (B, K)."""
-    B, K = points.shape
-    S, m = place.shape
-    scale = float(np.trace(moment)) / len(moment)
-    if scale <= 0.0:
-        return np.zeros((B, S, m, m))
-    k, at = moment / scale, place.ravel()
-    system = np.zeros((B, K + 1, K + 1))
-    system[:, :K, :K] = k[points[:, :, None], points[:, None, :]]
-    system[:, range(K), range(K)] += NUGGET
-    system[:, :K, K] = system[:, K, :K] = 1.0
-    sides = np.ones((B, K + 1, len(at)))
-    sides[:, :K] = k[points][:, :, at]
-    weights = np.linalg.solve(system, sides).reshape(B, K + 1, S, m)
-    sides = sides.reshape(B, K + 1, S, m)
-    known = np.einsum("bksm,bksn->bsmn", sides, weights, optimize=True)
-    return np.asarray(scale * (k[place[:, :, None], place[:, None, :]] - known))

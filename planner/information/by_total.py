@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner.information.bound import Effort, Prover
-from planner.information.choose import QUICK_CAMPAIGNS, QUICK_SETS, Found, found_of, keeps_exactly
+from planner.information.choose import QUICK, Found, found_of, keeps_exactly
 from planner.information.exchange import Judge, enough, shorter
 from planner.information.model_of import Flight
 from planner.information.offers import Offers, offers_of
@@ -90,5 +90,5 @@ def _twin(offers: Offers, k: int, bench: str) -> int | None:
 def _bound(prover: Prover, counts: Array, late: Callable[[], bool]) -> float:
     """What no campaign's total is less than, by prices of the bottleneck; no campaign is asked here."""
     cost = float(prover.offers.cost(counts[None])[0])
-    survivors, beyond = prover.survivors(cost, Effort(QUICK_SETS, QUICK_CAMPAIGNS, late))
+    survivors, beyond = prover.survivors(cost, Effort(*QUICK, late))
     return min([*(floor for floor, _ in survivors), beyond, cost])

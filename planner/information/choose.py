@@ -33,8 +33,8 @@ ROUNDS = 6
 CLOSER = 1.0 + 1e-5  # than the exact figure a quick one must not be
 MISJUDGED = 1.2  # exact over quick figures, from which on the quick ones say nothing of campaigns alike
 KEPT = 1.0 + 1e-6  # of a limit
-QUICK_SETS, QUICK_CAMPAIGNS = 3000, 1000  # of a proof that nobody waits for
-LONG_SETS, LONG_CAMPAIGNS = 2_000_000, 2_000_000
+QUICK = 16_000, 1000, 60  # sets, campaigns, and of these by exact figures, of a proof nobody waits for
+LONG = 2_000_000, 2_000_000, 2_000_000
 
 
 @dataclass(frozen=True)
@@ -89,10 +89,10 @@ def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thoroug
     counts, judge, exact = _searched(flight, offers, judge, BRIEFLY if effort == "brief" else LOOKED_AT)
     if effort == "brief":
         return found_of(flight, offers, judge, counts, exact=exact)
-    far = (LONG_SETS, LONG_CAMPAIGNS) if effort == "thorough" else (QUICK_SETS, QUICK_CAMPAIGNS)
+    far = Effort(*(LONG if effort == "thorough" else QUICK), flight.deadline.stops(BOUND, "the bound"))
     factor = spread_factor(flight, offers.visits(counts))  # hardly another for a campaign that is as long
     prover = Prover(flight, offers, judge, lambda n: keeps_exactly(flight, offers, n, factor))
-    bounded = prover.bounded(counts, Effort(*far, flight.deadline.stops(BOUND, "the bound")))
+    bounded = prover.bounded(counts, far)
     known = exact if np.array_equal(bounded.best, counts) else None
     return found_of(flight, offers, judge, bounded.best, bounded.bound, proved=bounded.proved, exact=known)
 

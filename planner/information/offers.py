@@ -36,6 +36,11 @@ class Offer:
     fixed: tuple[int, ...] | None
     everywhere: bool
 
+    @property
+    def fewest(self) -> int:
+        """Repeats of one visit at least."""
+        return self.least if self.fixed is None else min(self.fixed)
+
 
 @dataclass(frozen=True)
 class Offers:

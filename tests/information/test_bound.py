@@ -106,11 +106,14 @@ def test_temperatures_of_a_campaign_that_keeps_its_limits_are_never_ruled_out(se
     every = Everything(cases.flight(made))
     counts = every.counts()
     counts = counts[np.all(np.isfinite(every.quick(counts)), axis=1)]
-    for n in counts[np.random.default_rng(seed).choice(len(counts), 1)]:
-        limits = np.array(every.exact(n).largest)
+    for n in counts[np.random.default_rng(seed).choice(len(counts), 3)]:
+        exact = every.exact(n)
+        limits = np.array(exact.largest)
         p = prover(Everything(cases.flight(cases.limited(made, limits))))
+        drawn = np.minimum(exact.figures / every.promise.figures(n[None])[0], 1.0)
         ((size, ((places, _),)),) = sets_of(every, p, n[None]).items()
-        assert p._may_do(np.array(places, dtype=np.intp).reshape(1, size))[0]
+        some = np.array(places, dtype=np.intp).reshape(1, size)
+        assert p._knowledge.may_do(some, drawn)[0]
 
 
 @pytest.mark.parametrize("seed", SEEDS[:3])
@@ -121,7 +124,7 @@ def test_a_proof_without_time_says_less_but_nothing_wrong(seed: int) -> None:
     counts = counts[np.all(np.isfinite(every.quick(counts)), axis=1)]
     most = counts[np.argmax(every.offers.cost(counts))]
     cost = float(every.offers.cost(counts).min())
-    for effort in (Effort(0, 0), Effort(1, 1), Effort(10**6, 10**6, lambda: True)):
+    for effort in (Effort(0, 0, 0), Effort(1, 1, 1), Effort(10**6, 10**6, 10**6, lambda: True)):
         found = prover(every).bounded(most, effort)
         assert found.bound <= cost + 1e-6
         assert not found.proved or every.offers.cost(found.best[None])[0] <= cost + 1e-6

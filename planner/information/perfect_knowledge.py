@@ -1,0 +1,192 @@
+"""Whether a campaign at a set of temperatures could keep the promise, if it knew the curves there perfectly.
+
+Whatever a campaign visits, it knows no more of a curve than its exact values at the temperatures visited, and
+no linear estimate of the rest is better than the posterior mean (kriging) from these. Where tables are read
+by straight lines and every visit makes a node, more can be said: a fit gives back whatever its columns can
+make, so it makes of a curve the lines through its values there, however it weighs the records.
+
+Ordinary kriging: Cressie, Statistics for Spatial Data (1993), 3.2; the mean is the coefficient's constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.information.in_flight import Asked
+from planner.information.model_of import Flight, asked_of
+from planner.information.offers import Offers
+from planner.information.promise import Promise, is_within
+from planner.information.smooth import Moments
+from planner.information.tables import hats_of
+from planner.nouns.array import Array
+from planner.protocols import Sensor
+from planner.temperature_table import GAP_K, LEAST_ROWS
+
+NUGGET = 1e-9  # of the variance: keeps equal rows of smooth curves apart
+CLEARLY = 1.0 + 2e-3  # a figure beyond the limit by more is beyond it whatever the quadrature
+DRAWN = (
+    1.06  # on what drawn curves make of the best campaign: of others near a limit they made up to 4 % less
+)
+SLIGHT = 0.01  # of a limit's square: a curve that could add no more counts as none, which is less still
+HALF = 0.5  # of this share of the flights or more a smaller covariance keeps more
+FEW = 2  # temperatures of rooms, in which tests may be made or not
+
+
+@dataclass(frozen=True)
+class PerfectKnowledge:
+    """The exact requirements, what is on offer, and the model of the promise."""
+
+    flight: Flight
+    offers: Offers
+    promise: Promise
+
+    @cached_property
+    def grid(self) -> Array:
+        """(T,) degC that cost a soak."""
+        return np.unique(self.offers.degc[self.offers.soaked])
+
+    @cached_property
+    def free(self) -> Array:
+        """(F,) degC that cost none: of tests in the room."""
+        return np.unique(self.offers.degc[~self.offers.soaked])
+
+    def may_do(self, sets: NDArray[np.intp], tightened: Array) -> NDArray[np.bool_]:
+        """(B,) whether campaigns at exactly the temperatures of sets (B, K) could keep every requirement.
+
+        sets: places of the grid; tightened: (families, requirements) of the judge
+        """
+        left = np.arange(len(sets))
+        for moments, factors in zip(self._moments.values(), tightened, strict=True):
+            for a, factor in zip(self._asked, factors, strict=True):
+                if len(left) and (a.share is None or a.share >= HALF):
+                    most = a.limit * CLEARLY / factor * (1.0 if a.share is None else DRAWN)
+                    left = left[self._within(moments, a, sets[left], most)]
+        good = np.zeros(len(sets), dtype=bool)
+        good[left] = True
+        return good
+
+    def _within(self, moments: Moments, a: Asked, sets: NDArray[np.intp], most: float) -> NDArray[np.bool_]:
+        """(B,) whether at the last instant a requirement could be kept within a length, SI.
+
+        When nothing but the curves between the sets is unknown.
+        """
+        own, lines = a.own[:, -1, :, -1], list[tuple[Array, Array]]()
+        total = np.broadcast_to(own, (len(sets), *own.shape)).copy()
+        everywhere = np.broadcast_to(self._place(self.free), (len(sets), len(self.free)))
+        points = np.concatenate([self._place(self.grid)[sets], everywhere], axis=1)
+        place = self._place(a.temperature_degc)
+        for error, moment in moments.items():
+            mine = [i for i, f in enumerate(self.flight.response.flying) if f.error.parts == error]
+            J = a.response[:, -1][:, :, mine]
+            if np.sum(J**2, axis=(1, 2, 3)).max() * moment.max() <= SLIGHT * a.limit**2:
+                continue
+            J = np.broadcast_to(J, (len(place), *J.shape[1:]))
+            if error in self._by_lines:
+                lines.append((moment, J))
+            else:
+                total += _through(J, _kriged(moment, points, place))
+        may = np.zeros(len(sets), dtype=bool)
+        for which, nodes in self._nodes(sets):
+            at, whole = self._place(nodes), total[which]
+            hats = hats_of(a.temperature_degc.ravel(), nodes)
+            for moment, J in lines:
+                whole = whole + _through(J, _lined(moment, at, place, hats))
+            may[which] |= is_within(a, whole[:, None, :, None], np.array([most]))[:, 0]
+        return may
+
+    def _nodes(self, sets: NDArray[np.intp]) -> Iterator[tuple[NDArray[np.intp], Array]]:
+        """(b,) which of sets (B, K), and their (b, N) nodes: with each choice of the rooms' temperatures."""
+        own = self.grid[sets]
+        for count in range(len(self.free) + 1 if self._by_lines else 1):
+            for rooms in combinations(self.free, count):
+                new = ~(own[:, :, None] == np.array(rooms)).any(axis=(1, 2))
+                which = np.flatnonzero(new) if count else np.arange(len(sets))
+                if len(which) and own.shape[1] + count > 0:
+                    both = np.concatenate([own[which], np.tile(rooms, (len(which), 1))], axis=1)
+                    yield which, np.sort(both, axis=1)
+        if not own.shape[1] and not self._by_lines:
+            yield np.arange(len(sets)), np.tile(self.free, (len(sets), 1))
+
+    @cached_property
+    def _by_lines(self) -> frozenset[tuple[Sensor, str]]:
+        """Errors whose table has a node at every temperature that a campaign visits, and lines between them.
+
+        A scale factor's table has one only where its input is large, and a ramp has no temperature.
+        """
+        spec, every = self.flight.spec, np.unique([*self.grid, *self.free])
+        ramps = any(t.ramp is not None for t in spec.tests.values())
+        apart = np.diff(every).min(initial=np.inf) > GAP_K
+        if self.promise.smooth is not None or len(self.free) > FEW or ramps or not apart:
+            return frozenset()
+        fewest = np.zeros(len(self.offers.kinds))
+        for offer in self.offers.tests:
+            fewest[offer.places] = offer.fewest
+        channels = self.promise.kinds.channels
+        rows = [np.diff(np.append(c.starts, len(c.rows))) * fewest for c in channels]
+        if min(int(r.min()) for r in rows) < LEAST_ROWS:
+            return frozenset()
+        terms = [t for c in channels for t in c.terms]
+        others = {t.error.parts for t in terms if not t.tabled or t.driven}
+        return frozenset({t.error.parts for t in terms} - others)
+
+    @cached_property
+    def _asked(self) -> tuple[Asked, ...]:
+        return asked_of(self.flight, exact=True)
+
+    @cached_property
+    def _points(self) -> Array:
+        degc = [self.offers.degc, *(a.temperature_degc.ravel() for a in self._asked)]
+        return np.unique(np.round(np.concatenate(degc), 6))
+
+    @cached_property
+    def _moments(self) -> dict[str, Moments]:
+        return self.flight.curves.moments(self._points)
+
+    def _place(self, degc: Array) -> NDArray[np.intp]:
+        return np.asarray(np.argmin(np.abs(np.asarray(degc)[..., None] - self._points), axis=-1))
+
+
+def _through(J: Array, left: Array) -> Array:
+    """(B, S, c, c) of responses (S, c, a, m) to what is left (B, S, m, m) of a curve on each channel."""
+    return np.asarray(np.einsum("bsmn,scam,sdan->bscd", left, J, J, optimize=True))
+
+
+def _lined(moment: Array, points: NDArray[np.intp], place: NDArray[np.intp], hats: Array) -> Array:
+    """(B, S, m, m) covariance of curve − lines at flight points (S, m), through points (B, K).
+
+    hats: (B, S m, K) of the lines
+    """
+    B, K = points.shape
+    S, m = place.shape
+    H = hats.reshape(B, S, m, K)
+    across = moment[points][:, :, place]  # (B, K, S, m)
+    there = moment[points[:, :, None], points[:, None, :]]
+    cross = H @ np.moveaxis(across, 1, 2)  # (B, S, m, m)
+    at = moment[place[:, :, None], place[:, None, :]]
+    return np.asarray(at - cross - np.swapaxes(cross, 2, 3) + H @ there[:, None] @ np.swapaxes(H, 2, 3))
+
+
+def _kriged(moment: Array, points: NDArray[np.intp], place: NDArray[np.intp]) -> Array:
+    """(B, S, m, m) covariance of constant + curve at flight points (S, m), known at points (B, K)."""
+    B, K = points.shape
+    S, m = place.shape
+    scale = float(np.trace(moment)) / len(moment)
+    if scale <= 0.0:
+        return np.zeros((B, S, m, m))
+    k, at = moment / scale, place.ravel()
+    system = np.zeros((B, K + 1, K + 1))
+    system[:, :K, :K] = k[points[:, :, None], points[:, None, :]]
+    system[:, range(K), range(K)] += NUGGET
+    system[:, :K, K] = system[:, K, :K] = 1.0
+    sides = np.ones((B, K + 1, len(at)))
+    sides[:, :K] = k[points][:, :, at]
+    weights = np.linalg.solve(system, sides).reshape(B, K + 1, S, m)
+    sides = sides.reshape(B, K + 1, S, m)
+    known = np.einsum("bksm,bksn->bsmn", sides, weights, optimize=True)
+    return np.asarray(scale * (k[place[:, :, None], place[:, None, :]] - known))
