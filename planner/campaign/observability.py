@@ -20,6 +20,7 @@ import numpy as np
 from planner import catalog
 from planner.campaign.model import DEGENERATE, Campaign, ChannelCampaign
 from planner.campaign.noise import budget_of
+from planner.campaign.out_of_range import out_of_range
 from planner.measurement import Carried, ChannelModel, Column, sensed
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
@@ -168,6 +169,8 @@ def _unobservable(rows: _Rows, asked: Collection[ErrorName], campaign: Campaign)
     reach = TWO_SIDED * np.where(found.undetermined(), np.inf, sigma)
     useless: dict[tuple[int, ErrorName, str], list[int]] = {}
     for i, place in enumerate(rows.columns):
+        if place.column.term in out_of_range(campaign.spec, place.error):
+            continue
         if place.error in asked and reach[i] > _worth(rows, place, campaign):
             useless.setdefault((place.channel, place.error, place.column.term), []).append(i)
     for (channel, error, term), indices in useless.items():

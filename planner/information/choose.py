@@ -185,11 +185,8 @@ def keeps_exactly(flight: Flight, offers: Offers, counts: Array, factor: float) 
 
 
 def exactly(flight: Flight, offers: Offers, counts: Array) -> Foreseen:
-    """The exact promise of a campaign; where it seems to be kept, by curves that no search has seen."""
-    visits = offers.visits(counts)
-    laid = laid_out(flight, visits)
-    found = foreseen(flight, laid)
-    return foreseen(flight.unseen, laid) if is_kept(flight, found, spread_factor(flight, visits)) else found
+    """The exact promise of a campaign, by curves that no search has seen: what plan.json says of it."""
+    return foreseen(flight.unseen, laid_out(flight, offers.visits(counts)))
 
 
 def is_kept(flight: Flight, exact: Foreseen, factor: float) -> bool:

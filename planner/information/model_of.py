@@ -10,6 +10,7 @@ import numpy as np
 
 from planner import catalog
 from planner.campaign.noise import budget_of
+from planner.campaign.out_of_range import out_of_range
 from planner.information.curves import Curves
 from planner.information.in_flight import SCENARIOS, Asked, asked
 from planner.information.kinds import Kinds, kinds_of
@@ -162,7 +163,8 @@ def promise_of(flight: Flight, kinds: Kinds, wanted: tuple[Asked, ...]) -> Promi
         for error, budget in budgets.items()
         if budget is not None and budget.systematic_size > 0.0 and error.effect not in flight.spec.effects
     }
-    return Promise(kinds, wanted, flying, points, families, smooth, unbudgeted, constants)
+    unread = {error: out_of_range(flight.spec, error) for error in budgets}
+    return Promise(kinds, wanted, flying, points, families, smooth, unbudgeted, constants, unread)
 
 
 def bare_promise(flight: Flight) -> Promise:

@@ -3,8 +3,8 @@
 Marginal sigmas of each error's largest term, root mean square over the flight's temperatures: the flight's
 own power-on and drift; `storage`, the walk in store after the campaign; `estimate`, what noise, references
 and the walk during the campaign leave of the coefficients as they are at its end, and the constants of errors
-that no effect is declared for; `temperature`, what tables
-miss of the curves. The covariance of all terms stands beside them.
+that no effect is declared for; `temperature`, what tables miss of the curves. The covariance of all terms
+stands beside them.
 """
 
 from __future__ import annotations
@@ -61,13 +61,20 @@ def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
         }
         for i, f in enumerate(promise.flying)
     }
-    total = whole + np.diag([sum(o.values()) for o in own.values()])
+    total = whole + np.diag([sum(own[f].values()) + _untold(flight, promise, f) for f in promise.flying])
     parts = {}
     for error in dict.fromkeys(f.error for f in promise.flying if f.error not in promise.unbudgeted):
         mine = [variances[f] for f in promise.flying if f.error == error]
         largest = max(mine, key=lambda v: sum(v.values()))
         parts[error] = {p: float(np.sqrt(largest[p])) for p in PARTS}
     return Left(promise.flying, parts, np.asarray(total))
+
+
+def _untold(flight: Flight, promise: Promise, f: Flying) -> float:
+    """Variance of a constant that no record tells, because no temperature of use reaches it."""
+    budget = budget_of(flight.spec.unit, f.error)
+    known = budget is None or f.term not in promise.unread.get(f.error, ())
+    return 0.0 if budget is None or known else budget.systematic_size**2 / 3.0
 
 
 def _above(whole: float, noise: float) -> float:

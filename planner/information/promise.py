@@ -40,6 +40,7 @@ class Promise:
     smooth: how tables are read, None: by straight lines; unbudgeted: errors of which the unit has nothing,
         but the fit's noise flies
     constants: (sensor, effect) -> variance of a term of an error that no effect is declared for, SI²
+    unread: error -> terms that no temperature of use reaches
     """
 
     kinds: Kinds
@@ -50,6 +51,7 @@ class Promise:
     smooth: Smooth | None = None
     unbudgeted: frozenset[ErrorName] = frozenset()
     constants: Mapping[tuple[Sensor, str], float] = field(default_factory=dict)
+    unread: Mapping[ErrorName, frozenset[str]] = field(default_factory=dict)
     remembered: Remembered = field(default_factory=Remembered, init=False, repr=False, compare=False)
 
     def figures(self, counts: Array, families: Sequence[str] | None = None) -> Array:
@@ -135,6 +137,10 @@ class Promise:
         own = whole[view][..., rows, rows]
         split = own.reshape(*own.shape[:3], instants, c, instants, c)
         return np.asarray(np.moveaxis(np.diagonal(split, axis1=3, axis2=5), -1, 3))
+
+    def reads(self, error: ErrorName, term: str) -> bool:
+        """Whether a term must be told: the unit has something of it, and flights read it."""
+        return error not in self.unbudgeted and term not in self.unread.get(error, ())
 
     def moments_of(self, error: ErrorName) -> list[Array | float]:
         """(N, N) or 0 per family: of an error's curve, and of its constant where nothing is fitted of it."""
@@ -394,7 +400,7 @@ def _group(promise: Promise, g: Alike) -> _Group:
         )
         for v in promise._views
     )
-    asked = tuple(i for i in flown if i < fitted and terms[0][i].error not in promise.unbudgeted)
+    asked = tuple(i for i in flown if i < fitted and promise.reads(terms[0][i].error, terms[0][i].name))
     return _Group(g, flown, asked, tuple(moments), seen)
 
 

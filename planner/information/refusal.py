@@ -73,8 +73,7 @@ def _easiest(offers: Offers, judge: Judge, k: int) -> Array:
 def _beyond(flight: Flight, offers: Offers, judge: Judge, n: Array, k: int) -> _Beyond | None:
     wanted = flight.spec.requirement[k]
     visits = offers.visits(n)
-    laid = laid_out(flight, visits)
-    exact = max(foreseen(under, laid).largest[k] for under in (flight, flight.unseen))  # it must keep both
+    exact = foreseen(flight.unseen, laid_out(flight, visits)).largest[k]
     value = max(exact * spread_factor(flight, visits), float(judge.figures(n[None])[0, k])) * FORESEEN
     if value <= wanted.limit.si:
         return None

@@ -7,8 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import catalog
+from planner.nouns.conditions import Conditions
 from planner.nouns.sensor import ErrorName
+from planner.protocols import Sensor
 from planner.spec.budget import ErrorBudget
+from planner.spec.model import Spec
 from planner.spec.own_units import own_unit
 from planner.units import from_si
 from planner.verify.calibrations import Estimator
@@ -46,6 +49,8 @@ def _of(e: Experiment, estimator: Estimator) -> list[Weak]:
         unit = own_unit(e.spec, sensor, column.effect)
         shown = _shown(float(estimator.error[i]), unit)
         why = None
+        if estimator.undetermined[i] and _nowhere(e.spec, sensor, column.effect, column.index):
+            continue
         if estimator.undetermined[i]:
             why = "no record of the plan tells it from the others"
         elif whole > 0 and estimator.error[i] > whole:
@@ -55,6 +60,22 @@ def _of(e: Experiment, estimator: Estimator) -> list[Weak]:
         if why is not None:
             found.append(Weak(error, column.term, why))
     return found
+
+
+def _nowhere(spec: Spec, sensor: Sensor, effect: str, index: int) -> bool:
+    """Whether a term is nothing at any temperature of use, under any turn and load, at any time."""
+    low, high = spec.plan.temperatures.range
+    rows = 2000
+    rng = np.random.default_rng(1)  # any will do, the same every time
+    c = Conditions(
+        rate=rng.normal(size=(rows, 3)),
+        specific_force=rng.normal(scale=10.0, size=(rows, 3)),
+        temperature_degc=np.linspace(low, high, rows),
+        temperature_rate=rng.normal(scale=0.01, size=rows),
+        time_on=rng.uniform(0.0, 4000.0, rows),
+        day=rng.uniform(0.0, 50.0, rows),
+    )
+    return not np.any(catalog.effects()[effect].regressors(sensor, c)[:, :, index])
 
 
 def error_share(e: Experiment, estimator: Estimator, i: int) -> float:

@@ -249,8 +249,8 @@ class Everything:
         return np.concatenate(some) if some else np.empty((0, len(self.promise.asked)))
 
     def exact(self, n: Array) -> Foreseen:
-        """What the steps of one campaign promise."""
-        return foreseen(self.flight, laid_out(self.flight, self.offers.visits(n)))
+        """What the steps of one campaign promise, under the curves by which a plan is judged."""
+        return foreseen(self.flight.unseen, laid_out(self.flight, self.offers.visits(n)))
 
     def hours(self, n: Array) -> float:
         """Seconds of its steps."""

@@ -90,6 +90,7 @@ def drawn(name: str, description: str, draw: Callable[[], Figure]) -> str:
     `draw` runs under our settings, which leave no trace in matplotlib's own.
     """
     import matplotlib as mpl
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     with mpl.rc_context():
         mpl.rcdefaults()  # a user's matplotlibrc must not change the bytes
@@ -97,7 +98,9 @@ def drawn(name: str, description: str, draw: Callable[[], Figure]) -> str:
         figure, buffer = draw(), io.StringIO()
         _lay_out(figure)
         nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-        figure.savefig(buffer, format="svg", metadata=nothing)
+        # the canvas itself: savefig draws every figure twice, the first time to throw it away
+        canvas: Any = FigureCanvasSVG(figure)  # matplotlib has no types for print_svg
+        canvas.print_svg(buffer, metadata=nothing)
     return _inline(buffer.getvalue(), name, description)
 
 
