@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.diagnose import records
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import diagnose_sensor
 from planner.diagnose.hypotheses.verdicts import _scatter
+from planner.diagnose.records import screened
 from planner.pipelines.data import simulate
 from planner.simulate.settings import settings_of
 from planner.spec.load import load_spec
+from tests.diagnose.labs.unit import campaign
 from tests.specs import SHIPPED
 
 
@@ -34,3 +37,15 @@ def test_scatter_is_judged_as_often_as_it_says() -> None:
     for level in (0.01, 0.05, 0.2, 0.5):
         assert np.mean(p < level) == pytest.approx(level, abs=4.0 * np.sqrt(level / 2000))
     assert _scatter(gram, 1.0 + np.sqrt(gram[:, :, 0]) * rng.normal(size=(25, 1))) < 1e-2
+
+
+def test_another_unit_is_seen_in_some_of_very_many_power_ons(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rows between the last judged power-on of this unit and the first of the other are not judged either."""
+    table, _ = campaign(1, fault="mixed_units")
+    whole = screened(table)
+    monkeypatch.setattr(records, "MOST_ROWS", len(table) // 2)
+    monkeypatch.setattr(records, "LEAST_OF_MANY", 20)
+    some = screened(table)
+    assert [s.hypothesis for s in whole.suspects] == [s.hypothesis for s in some.suspects] == ["mixed_units"]
+    assert not np.any(some.kept & ~whole.kept)
+    assert len(set(table.run[whole.kept]) - set(table.run[some.kept])) <= 4
