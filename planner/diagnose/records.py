@@ -12,6 +12,7 @@ from itertools import permutations, product
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.diagnose.hypotheses.prepared import LEAST_OF_MANY
 from planner.diagnose.hypotheses.references import loaded
 from planner.measurement import AXES
 from planner.nouns.array import Array
@@ -24,6 +25,7 @@ FAR_OFF_G = 0.2  # ten times the bias and the lean of a unit before calibration:
 NEARER = 0.3  # of that distance, at which another label explains the reading
 LEAST_RATE = float(np.radians(3.0))  # below which a bias may be as large as a rate
 FAR_OFF_RATE = 0.2  # share of the rate, as FAR_OFF_G of gravity
+MOST_ROWS = 20_000  # of which another unit is asked; 1e6 take minutes and gigabytes
 ANOTHER = 1e-9  # p of an F test, over all places at which another unit's rows could begin
 LEAST_RATIO = 2.0  # of the squares before to those after: no curve that a model misses a little
 LEAST_SIDE = 0.15  # share of the rows on each side of the place
@@ -141,6 +143,7 @@ def _another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> _Another | None
     From readings about the means of power-ons, off the centrifuge: turn-on changes of the bias say nothing.
     """
     rows = np.flatnonzero(kept & ~loaded(table.conditions()))
+    rows = rows[_of_some_runs(table.run[rows])]
     order = rows[np.lexsort((table.time_on[rows], table.run[rows]))]
     _, run = np.unique(table.run[order], return_inverse=True)
     if len(order) < 60 or run.max() < 8:
@@ -156,11 +159,9 @@ def _another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> _Another | None
     if best is None:
         return None
     later = run > best
-    gone = order[later] if later.sum() <= len(order) / 2 else order[~later]
-    first = int(np.unique(table.run[order])[best + 1])
-    out = np.isin(table.run, np.unique(table.run[gone]))
-    loads = loaded(table.conditions())
-    out |= loads & ((table.run >= first) if later.sum() <= len(order) / 2 else (table.run < first))
+    judged = np.unique(table.run[order])
+    first = int(judged[best + 1])
+    out = table.run > judged[best] if later.sum() <= len(order) / 2 else table.run < first
     suspect = ReferenceSuspect(
         "mixed_units", float(first), float(first), float(first), "run", _channels(table),
         float(np.exp(max(p[best], -700.0))), float("inf"),
@@ -171,6 +172,15 @@ def _another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> _Another | None
         f"mounted anew; {int(out.sum())} rows are not judged"
     )
     return _Another(~out, suspect, note)
+
+
+def _of_some_runs(run: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(n,) rows of evenly chosen power-ons, about MOST_ROWS: another unit shows in a few of them."""
+    every = np.unique(run)
+    keep = max(LEAST_OF_MANY, int(len(every) * MOST_ROWS / max(len(run), 1)))
+    if keep >= len(every):
+        return np.ones(len(run), dtype=bool)
+    return np.isin(run, every[np.linspace(0, len(every) - 1, keep).round().astype(int)])
 
 
 def _inputs(table: DwellTable) -> Sequence[tuple[Array, Array]]:

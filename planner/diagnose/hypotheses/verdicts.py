@@ -4,6 +4,10 @@ In whitened rows clear of the declared model and of all else that is believed, C
 is left:  γ₋ₖ = (Σ_{j≠k} CⱼᵀCⱼ)⁺ Σ_{j≠k} Cⱼᵀzⱼ  over all power-ons but those of fold k, and
 
     gain = Σ_k |z_k|² − |z_k − C_k γ₋ₖ|² > 0,     Δ without any one power-on still significant
+
+and of one coefficient the power-ons themselves must not scatter about it as if it were none:
+
+    t = Σ_k hₖ / √(Σ_k (hₖ − gₖ γ)²),  hₖ = Cₖᵀzₖ, gₖ = CₖᵀCₖ  (Liang, Zeger, Biometrika 73, 1986)
 """
 
 from __future__ import annotations
@@ -26,6 +30,7 @@ LEAST_RUNS = 3  # power-ons, below which none can be left out
 OF_A_TABLE = (
     0.5  # of what a table explains: its many values follow struck rows, a true one predicts 0.7 of it
 )
+LEAST_OF_SCATTER = 8.0  # power-ons that tell a coefficient, from which their scatter is one
 TAIL = 1e-3  # of a block's square that power-ons may have and still count as telling nothing of it
 
 
@@ -49,6 +54,8 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
     s = score(here, [b]) if _is_table(found, b) else found.share(b)
     if s.m and log_p(least, s.m, s.freedom, s.s2) > np.log(SINGLE):
         return Veto(b, "it rests on one power-on alone", int(worst))
+    if not here.blocks[b].generic and _scatter(gram, h) > SINGLE:
+        return Veto(b, "the power-ons scatter about it by more than their noise")
     if a_few_records_explain(found, b):
         return Veto(b, "a few records, each off by itself, explain it as well")
     least_gain = OF_A_TABLE * score(here, [b]).delta if _is_table(found, b) else 0.0
@@ -92,6 +99,24 @@ def _without_one(gram: Array, h: Array, told: NDArray[np.int64]) -> tuple[int, f
     left = [_square(G - gram[r], H - h[r]) for r in told]
     worst = int(np.argmin(left))
     return int(told[worst]), float(left[worst])
+
+
+def _scatter(gram: Array, h: Array) -> float:
+    """p of a single coefficient by the power-ons' own scatter about it; 0 where too few of them tell it.
+
+    What wanders slowly within power-ons, always in the same order of faces, is no white noise.
+    """
+    from scipy.special import stdtr  # Student's t.cdf; scipy.stats takes 0.7 s to import
+
+    g = gram[:, 0, 0]
+    if gram.shape[1] != 1 or not g.any():
+        return 0.0
+    effective = float(g.sum() ** 2 / np.sum(g**2))
+    if effective < LEAST_OF_SCATTER:
+        return 0.0
+    about = h[:, 0] - g * (h.sum() / g.sum())
+    t = abs(float(h.sum())) / max(float(np.linalg.norm(about)), 1e-300)
+    return float(2.0 * stdtr(effective - 1.0, -t))
 
 
 def _gain(gram: Array, h: Array) -> float:
