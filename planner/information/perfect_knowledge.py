@@ -18,6 +18,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.information.exchange import even
 from planner.information.in_flight import Asked
 from planner.information.model_of import Flight, asked_of
 from planner.information.offers import Offers
@@ -26,6 +27,7 @@ from planner.information.smooth import Moments
 from planner.information.tables import hats_of
 from planner.nouns.array import Array
 from planner.protocols import Sensor
+from planner.solvers.length_share import share_by_moments
 from planner.temperature_table import GAP_K, LEAST_ROWS
 
 NUGGET = 1e-9  # of the variance: keeps equal rows of smooth curves apart
@@ -35,6 +37,8 @@ DRAWN = (
 )
 SLIGHT = 0.01  # of a limit's square: a curve that could add no more counts as none, which is less still
 HALF = 0.5  # of this share of the flights or more a smaller covariance keeps more
+ROUGHLY, ROUGH_FROM = 1.08, 0.8  # of a length by moments alone, which is 5 % off at most from this share on
+EVEN = 4  # temperatures
 FEW = 2  # temperatures of rooms, in which tests may be made or not
 
 
@@ -62,8 +66,9 @@ class PerfectKnowledge:
         sets: places of the grid; tightened: (families, requirements) of the judge
         """
         left = np.arange(len(sets))
-        for moments, factors in zip(self._moments.values(), tightened, strict=True):
-            for a, factor in zip(self._asked, factors, strict=True):
+        for i in self._hardest_first:
+            moments = self._moments[[*self._moments][i]]
+            for a, factor in zip(self._asked, tightened[i], strict=True):
                 if len(left) and (a.share is None or a.share >= HALF):
                     most = a.limit * CLEARLY / factor * (1.0 if a.share is None else DRAWN)
                     left = left[self._within(moments, a, sets[left], most)]
@@ -97,7 +102,8 @@ class PerfectKnowledge:
             hats = hats_of(a.temperature_degc.ravel(), nodes)
             for moment, J in lines:
                 whole = whole + _through(J, _lined(moment, at, place, hats))
-            may[which] |= is_within(a, whole[:, None, :, None], np.array([most]))[:, 0]
+            near = _nearly(a, whole, most * ROUGHLY)
+            may[which[near]] |= is_within(a, whole[near][:, None, :, None], np.array([most]))[:, 0]
         return may
 
     def _nodes(self, sets: NDArray[np.intp]) -> Iterator[tuple[NDArray[np.intp], Array]]:
@@ -136,6 +142,14 @@ class PerfectKnowledge:
         return frozenset({t.error.parts for t in terms} - others)
 
     @cached_property
+    def _hardest_first(self) -> list[int]:
+        """Families by what a few even temperatures make of them: what one rules out no other is asked of."""
+        limits = np.array([a.limit for a in self.promise.asked])
+        figures = self.promise.figures(even(self.offers, EVEN)[None])[0]
+        loads = np.nan_to_num(figures / limits, posinf=np.inf).max(axis=1)
+        return [int(i) for i in np.argsort(-loads, kind="stable")]
+
+    @cached_property
     def _asked(self) -> tuple[Asked, ...]:
         return asked_of(self.flight, exact=True)
 
@@ -150,6 +164,14 @@ class PerfectKnowledge:
 
     def _place(self, degc: Array) -> NDArray[np.intp]:
         return np.asarray(np.argmin(np.abs(np.asarray(degc)[..., None] - self._points), axis=-1))
+
+
+def _nearly(a: Asked, whole: Array, most: float) -> NDArray[np.bool_]:
+    """(B,) whether a requirement on covariances (B, S, c, c) is worth a closer look."""
+    if a.share is None or a.share < ROUGH_FROM:
+        return np.ones(len(whole), dtype=bool)
+    each = share_by_moments(whole, most)
+    return np.asarray((each.min(axis=1) if a.weights is None else each @ a.weights) >= a.share)
 
 
 def _through(J: Array, left: Array) -> Array:

@@ -53,6 +53,22 @@ def within(along: Array, components: int, length: Array) -> Array:
     return np.asarray((inside - np.sqrt(2.0 / np.pi * x) * np.exp(-0.5 * x)) @ _heights()[1])
 
 
+def share_by_moments(covariance: Array, length: float) -> Array:
+    """(...) share of vectors of covariance (..., c, c) within a length, roughly: what is far off is seen.
+
+    As if |d|² followed the χ² law of its mean and variance (Wilson and Hilferty, PNAS 17, 1931):
+
+        P ≈ Φ(((r²/m)^⅓ − 1 + 2/9ν) / √(2/9ν)),   m = tr Σ,  ν = m² / tr Σ²
+
+    The length of 80 to 99.9 % of the vectors is met to 5 %.
+    """
+    from scipy.special import ndtr
+
+    m = np.maximum(np.trace(covariance, axis1=-2, axis2=-1), _TINY)
+    spread = 2.0 * np.sum(covariance**2, axis=(-2, -1)) / (9.0 * m**2)
+    return np.asarray(ndtr((np.cbrt(length**2 / m) - 1.0 + spread) / np.sqrt(np.maximum(spread, _TINY))))
+
+
 def _share_and_slope(along: Array, components: int, length: Array) -> tuple[Array, Array]:
     """(...) the share within a length (...), and its derivative by the logarithm of the length.
 

@@ -7,7 +7,7 @@ import pytest
 
 from planner.nouns.array import Array
 from planner.solvers.gaussian_length import exceedance, percentile
-from planner.solvers.length_share import length_within, variances_along, within
+from planner.solvers.length_share import length_within, share_by_moments, variances_along, within
 
 GOOD_TO = {0.5: 2e-3, 0.6: 2e-3, 0.8: 2e-4, 0.9: 2e-4, 0.95: 2e-4, 0.99: 2e-4, 0.999: 2e-4, 1 - 1e-9: 2e-4}
 
@@ -62,3 +62,16 @@ def test_mixtures_of_very_different_flights(components: int) -> None:
 def test_four_components_are_refused() -> None:
     with pytest.raises(ValueError, match="at most three"):
         variances_along(np.eye(4))
+
+
+@pytest.mark.parametrize("components", [1, 2, 3])
+@pytest.mark.parametrize("share", [0.8, 0.9, 0.95, 0.99, 0.999])
+def test_moments_alone_know_a_length_to_five_per_cent(components: int, share: float) -> None:
+    S = covariances(components, 300, 4)
+    wanted = percentile(S, share)
+    more, less = (
+        np.array([share_by_moments(one, factor * r) for one, r in zip(S, wanted, strict=True)])
+        for factor in (1.05, 0.95)
+    )
+    assert np.all(more >= share)
+    assert np.all(less <= share)
