@@ -90,7 +90,7 @@ def test_an_axis_that_does_not_follow_is_not_said_to_rest(tmp_path):
     assert any("ATTENTION: table reads zero rate, but look at it" in text for text in rig.said)
 
 
-@pytest.mark.parametrize(("fault", "number"), zip(ONCE, cycle([77, 333, 7]), strict=False))
+@pytest.mark.parametrize(("fault", "number"), [*zip(ONCE, cycle([77, 333, 7]), strict=False)])
 def test_what_passes_stops_nothing_and_no_record_is_doubtful(fault, number, tmp_path):
     """Every record is made once as complete, of its planned length, as the plan says it should be."""
     job, rig, path = small_job(), Rig(fault.format(number)), tmp_path / "run.jsonl"

@@ -1,0 +1,76 @@
+"""Columns under which a channel's noise and its far rows are judged, before anything is believed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from planner import catalog
+from planner.diagnose.hypotheses.candidates import Block, follows_any_drift
+from planner.diagnose.hypotheses.parameters import GRID
+from planner.nouns.array import Array
+
+MOST_SHARE = 0.4  # columns a row when the noise is judged
+FINE_ONES = ("time_on", "day")  # come coarse first, then fine
+A_COLUMN = 8  # power-ons for each column between them when the noise is judged
+
+
+def coarse(blocks: Sequence[Block], axis: int) -> list[Array]:
+    """Columns that a row may follow and be no outlier: fine bins would follow a single row, and so do tables.
+
+    What a table follows in several power-ons is no accident by `outliers` itself.
+    """
+    names: set[str] = set()
+    kept = []
+    for b in blocks:
+        fine = b.generic and b.name in names and b.name in FINE_ONES
+        table = not b.generic and not b.reference and follows_any_drift(catalog.effects()[b.name])
+        if axis in b.columns and not fine and not table:
+            kept.append(b.columns[axis])
+        if b.generic and axis in b.columns:
+            names.add(b.name)
+    return kept
+
+
+def of_the_full_model(blocks: Sequence[Block], axis: int, rows: int, runs: int) -> list[Array]:
+    """Columns under which the noise is judged: every candidate, but few of those that tell power-ons apart.
+
+    Thirty power-ons under sixteen steps and as many days would leave nothing to tell run-to-run by, and where
+    all columns together are too many for the rows those without a name stay out.
+    """
+    whole = _thinned([b for b in blocks if axis in b.columns])
+    wide = sum(b.columns[axis].shape[1] for b in whole) > rows * MOST_SHARE
+    mine = [b for b in whole if not (wide and b.generic)]
+    steps = [b for b in mine if _steps_between_runs(b)]
+    most = max(1, runs // A_COLUMN)
+    thin = steps[:: -(-len(steps) // most)] if steps else []
+    single = [b for b in mine if not _steps_between_runs(b)]
+    kept = [b for b in single if not (b.name == "day" and b.columns[axis].shape[1] > most)]
+    return [b.columns[axis] for b in (*kept, *thin)]
+
+
+def _steps_between_runs(block: Block) -> bool:
+    """Whether a block is a step from one day to another: with others of its kind it tells every power-on."""
+    effect = catalog.effects().get(block.name)
+    return bool(
+        not block.generic
+        and effect is not None
+        and "day" in effect.needs
+        and any(p.stepped for p in effect.parameters)
+    )
+
+
+def _thinned(blocks: Sequence[Block]) -> list[Block]:
+    """The blocks with no more than GRID points of an effect of several parameters: they span the others."""
+    several: dict[str, list[Block]] = {}
+    for b in blocks:
+        if len(b.nonlinear) > 1 or b.reference:
+            several.setdefault(b.name, []).append(b)
+    gone = {id(b) for of_one in several.values() for b in _between(of_one)}
+    return [b for b in blocks if id(b) not in gone]
+
+
+def _between(blocks: Sequence[Block]) -> list[Block]:
+    kept = set(np.linspace(0, len(blocks) - 1, min(len(blocks), GRID)).round().astype(int).tolist())
+    return [b for i, b in enumerate(blocks) if i not in kept]
