@@ -62,7 +62,7 @@ def asked(
     wanted = spec.requirement[index]
     components, instants = response.of(wanted)
     chosen = _thinned(instants, thinned)
-    along = profiles(spec, response, start_degc)
+    along = profiles(spec, response, start_degc, clipped=wanted.temperature != "flight")
     J = response.started(along, chosen, components)
     own = drawn_by_flights(spec, response, J, along, days) + _white(spec, response, components, chosen)
     own = own + _of_height(response, components, len(chosen)) + _of_alignment(response, components, chosen)
@@ -82,14 +82,12 @@ def share_of(wanted: Requirement) -> float | None:
     return wanted.rule.percentile if isinstance(wanted.rule, PercentileRule) else None
 
 
-def profiles(spec: Spec, response: FlightResponse, start_degc: Array) -> Array:
-    """(S, K) the flight's temperature, shifted to start at (S,) and kept in the range of use."""
-    low, high = spec.plan.temperatures.range
+def profiles(spec: Spec, response: FlightResponse, start_degc: Array, *, clipped: bool) -> Array:
+    """(S, K) the flight's temperature, shifted to start at (S,); clipped: kept in the range of use."""
     flown = response.temperature_degc
     warmed = np.round((flown - flown[0]) / STEP_K) * STEP_K
     shifted = start_degc[:, None] + warmed[None, :]
-    inside = (start_degc >= low) & (start_degc <= high)
-    return np.asarray(np.where(inside[:, None], np.clip(shifted, low, high), shifted))
+    return np.asarray(np.clip(shifted, *spec.plan.temperatures.range) if clipped else shifted)
 
 
 def _thinned(instants: Sequence[int], most: int) -> list[int]:

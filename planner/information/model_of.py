@@ -75,18 +75,9 @@ def flight_of(spec: Spec, trajectory: Trajectory, deadline: Deadline | None = No
 
 
 def _starts(spec: Spec, trajectory: Trajectory) -> tuple[float, float]:
-    """The lowest and the highest temperature that a flight may have."""
-    flown = trajectory.temperature_degc
-    asked = [w.temperature for w in spec.requirement]
-    own = [t.temperatures_degc for t in asked if isinstance(t, TemperatureShares)]
-    every = np.concatenate([spec.plan.temperatures.range, flown, *(_warmed(t, flown) for t in own)])
+    """The lowest and the highest temperature of any flight: of the range, or the trajectory's own."""
+    every = np.concatenate([spec.plan.temperatures.range, trajectory.temperature_degc])
     return float(every.min()), float(every.max())
-
-
-def _warmed(start_degc: Array, flown: Array) -> Array:
-    """(2 s,) the lowest and highest temperature of flights like one that start elsewhere."""
-    along = flown - flown[0]
-    return np.concatenate([start_degc + along.min(), start_degc + along.max()])
 
 
 def _fitted(spec: Spec) -> Iterator[ErrorName]:

@@ -66,5 +66,5 @@ def _shares(sheet: Review, path: Path, asked: TemperatureShares) -> None:
             "P233",
             where,
             f"{', '.join(outside)} degC: outside plan.temperatures.range, {low:g} to {high:g} degC, "
-            "where the error's curve is only continued",
+            "where no budget describes the errors; they count as flights at its end",
         )

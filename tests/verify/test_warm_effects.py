@@ -86,3 +86,12 @@ def end_of(columns: Any) -> Any:
     """(3, p) position at the end that every column adds."""
     t = columns.trajectory
     return errors_at(t, columns.forcing, columns.active, columns.count, [float(t.time_s[-1])]).position[0]
+
+
+def test_a_flight_from_outside_the_range_counts_at_its_end_in_both():
+    """No budget describes curves out there: continued, they are whatever the last step of a drawn one is."""
+    spec = warm()
+    spec["plan"]["temperatures"] = spec["plan"]["temperatures"] | {"range": ["-40 degC", "60 degC"]}
+    shares = {"distribution": {"-60 degC": 1, "20 degC": 1}}
+    spec["requirement"] = [r | {"temperature": shares} for r in spec["requirement"]]
+    assert not faults(planned_from(spec))
