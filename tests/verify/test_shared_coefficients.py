@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.information import promise, told
+from planner.information import in_common, told
 from tests.verify.plans import Planned, planned_from
 from tests.verify.test_recount_promise import by_hand, faults, faults_in, prediction
 
@@ -56,6 +56,6 @@ def test_channels_solved_apart_are_found_out(one: Planned, monkeypatch: pytest.M
 
 def test_what_two_channels_owe_to_one_arm_is_found_out(one: Planned, monkeypatch: pytest.MonkeyPatch) -> None:
     foreseen = prediction(one)
-    monkeypatch.setattr(promise, "through_shared", lambda found, R, common: np.zeros((1, 1, 1, 1)))
+    monkeypatch.setattr(in_common, "through_shared", lambda found, R, common: np.zeros((1, 1, 1, 1)))
     wrong = faults_in(planned_from(on_an_arm()).document, foreseen)
     assert any(where.startswith("covariance, accelerometer.scale_factor") for where in wrong)
