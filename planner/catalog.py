@@ -160,6 +160,16 @@ def temperature_effects(effect: str) -> tuple[str, ...]:
     return tuple(name for name, one in effects().items() if one.temperature_of == effect)
 
 
+def changes_with_temperature(effect: Effect) -> bool:
+    """Whether a soaked unit has other errors when it is warmer by the effect's own equation.
+
+    What follows the rate of temperature adds nothing to a unit that is soaked, and of an effect that has a
+    table over temperature the table says what temperature makes.
+    """
+    needs = effect.needs
+    return not effect.tabled and "temperature_degc" in needs and "temperature_rate" not in needs
+
+
 def varies_as_declared(effect: str, declared: Collection[str]) -> bool:
     """Whether the declared effects say how this one changes over temperature, or none there is does."""
     known = effects()

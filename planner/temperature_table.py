@@ -12,6 +12,11 @@ SWEEP_K = 10.0  # spacing of nodes where the temperature was swept instead of so
 LEAST_ROWS = 2
 
 
+def steps_within(low: float, high: float, step: float) -> Array:
+    """(n,) the multiples of a step from low to high, and both ends, ascending."""
+    return np.unique([low, *np.arange(np.ceil(low / step), high / step) * step, high])
+
+
 def temperature_nodes(temperature_degc: Array) -> Array:
     """(N,) nodes: the middle of every cluster of temperatures, evenly spaced ones across a sweep.
 

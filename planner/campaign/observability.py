@@ -169,9 +169,8 @@ def _unobservable(rows: _Rows, asked: Collection[ErrorName], campaign: Campaign)
     reach = TWO_SIDED * np.where(found.undetermined(), np.inf, sigma)
     useless: dict[tuple[int, ErrorName, str], list[int]] = {}
     for i, place in enumerate(rows.columns):
-        if place.column.term in out_of_range(campaign.spec, place.error):
-            continue
-        if place.error in asked and reach[i] > _worth(rows, place, campaign):
+        needed = place.error in asked and place.column.term not in out_of_range(campaign.spec, place.error)
+        if needed and reach[i] > _worth(rows, place, campaign):
             useless.setdefault((place.channel, place.error, place.column.term), []).append(i)
     for (channel, error, term), indices in useless.items():
         shown = [i for i in indices if _shows(rows, i, campaign, bool(np.isinf(reach[i])))]

@@ -15,6 +15,7 @@ from planner.nouns.conditions import Conditions
 from planner.nouns.sensor import ErrorName
 from planner.protocols import Sensor
 from planner.spec.model import Spec
+from planner.temperature_table import steps_within
 
 APART_K = 5.0  # of the temperatures that are tried: no segment of a table is shorter
 PROBES = 16  # turns, loads and times since power-on at each of them
@@ -31,7 +32,7 @@ def _nothing(sensor: Sensor, name: str, low: float, high: float) -> frozenset[st
     effect = catalog.effects()[name]
     if "temperature_degc" not in effect.needs or effect.tabled:
         return frozenset()
-    degc = np.unique([low, *np.arange(np.ceil(low / APART_K), high / APART_K) * APART_K, high])
+    degc = steps_within(low, high, APART_K)
     n, rng = PROBES * len(degc), np.random.default_rng(0)  # any will do, the same every time
     found = effect.regressors(
         sensor,

@@ -116,7 +116,7 @@ def _where_it_shows(spec: Spec, run: BenchRun, target: Target) -> BenchRun:
     Per kelvin from 20 degC nothing shows at 20 degC; other power-ons tell what it is there.
     """
     effect, own = catalog.effects()[target.effect], run.conditions.temperature_degc
-    if "temperature_degc" not in effect.needs or effect.tabled or not len(own):
+    if not catalog.changes_with_temperature(effect) or not len(own):
         return run
     end = max(spec.plan.temperatures.range, key=lambda degc: abs(degc - own[0]))
     return replace(run, conditions=replace(run.conditions, temperature_degc=np.full_like(own, end)))

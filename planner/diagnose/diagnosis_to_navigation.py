@@ -73,13 +73,17 @@ def navigation_costs(
 
 def _starts(found: Sequence[FoundEffect], spec: Spec, trajectory: Trajectory) -> list[Trajectory]:
     """The flight as it is, and where it matters at other temperatures at which requirements let it start."""
-    changing = any("temperature_degc" in catalog.effects()[e.effect].needs for e in found)
-    if not changing or all(r.temperature == "flight" for r in spec.requirement):
+    if not _changes(found) or all(r.temperature == "flight" for r in spec.requirement):
         return [trajectory]
     low, high = spec.plan.temperatures.range
     own = trajectory.temperature_degc
     others = [np.clip(own - own[0] + t, low, high) for t in np.linspace(low, high, STARTS)]
     return [trajectory, *(replace(trajectory, temperature_degc=warm) for warm in others)]
+
+
+def _changes(found: Sequence[FoundEffect]) -> bool:
+    """Whether temperature changes what was found, by an equation or by the table that it would get."""
+    return any("temperature_degc" in catalog.effects()[e.effect].needs for e in found)
 
 
 def _flown(
@@ -98,7 +102,7 @@ def _flown(
     bench = sorted(name for name, effect in known.items() if effect.bench_only)
     if bench:
         how += f"; {', '.join(bench)} does not fly: what counts is how it bends the declared coefficients"
-    if any("temperature_degc" in effect.needs for effect in known.values()):
+    if _changes(found):
         how += f"; started at {trajectory.temperature_degc[0]:.3g} degC"
     return [
         _cost([c for c in bound if c.requirement == i], terms, spec.plan.confidence, how)

@@ -99,11 +99,10 @@ def diagnose(
 
 def _searched(data: Prepared, spec: Spec, seed: int, progress: Callable[[str], None]) -> list[SensorFound]:
     """Every sensor that can be judged, searched."""
-    found = []
+    found, benches = [], [b.accuracy for b in spec.benches.values()]
     for sensor in SENSORS:
         if sensor in data.sensors:
             progress(f"{data.table.unit[0]}: searching the {sensor}s")
-            benches = [b.accuracy for b in spec.benches.values()]
             found.append(diagnose_sensor(data, sensor, tuple(spec.effects), seed, benches))
     return found
 

@@ -84,10 +84,14 @@ def drawn_quantile(
     """
     every = sum((own for _, own in parts), rest)
     whole = np.einsum("srr->s", every)
-    drawn = [p for p, own in parts if np.any(np.einsum("srr->s", own) > NOTABLE * whole)]
+    drawn = list[CurveWeights]()
+    for part, own in parts:
+        if np.any(np.einsum("srr->s", own) > NOTABLE * whole):
+            drawn.append(part)
+        else:
+            rest = rest + own
     if not drawn:
         return None
-    rest = sum((own for p, own in parts if not any(p is other for other in drawn)), rest)
     curves = {error: pool(error) for error in dict.fromkeys(p.error for p in drawn)}
     looked_at = _looked_at(a, whole)
     weights = None if a.weights is None else a.weights[looked_at]

@@ -24,7 +24,7 @@ from planner.information.model_of import Flight, asked_of
 from planner.information.offers import Offers
 from planner.information.promise import Promise, is_within
 from planner.information.smooth import Moments
-from planner.information.tables import hats_of
+from planner.information.tables import hats_of, nearest
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 from planner.solvers.length_share import share_by_moments
@@ -32,9 +32,7 @@ from planner.temperature_table import GAP_K, LEAST_ROWS
 
 NUGGET = 1e-9  # of the variance: keeps equal rows of smooth curves apart
 CLEARLY = 1.0 + 2e-3  # a figure beyond the limit by more is beyond it whatever the quadrature
-DRAWN = (
-    1.06  # on what drawn curves make of the best campaign: of others near a limit they made up to 4 % less
-)
+DRAWN = 1.06  # times the best campaign's quantile by drawn curves over Gaussian; others' came up to 4 % less
 SLIGHT = 0.01  # of a limit's square: a curve that could add no more counts as none, which is less still
 HALF = 0.5  # of this share of the flights or more a smaller covariance keeps more
 ROUGHLY, ROUGH_FROM = 1.08, 0.8  # of a length by moments alone, which is 5 % off at most from this share on
@@ -65,13 +63,12 @@ class PerfectKnowledge:
 
         sets: places of the grid; tightened: (families, requirements) of the judge
         """
-        left = np.arange(len(sets))
+        left, families = np.arange(len(sets)), [*self._moments.values()]
         for i in self._hardest_first:
-            moments = self._moments[[*self._moments][i]]
             for a, factor in zip(self._asked, tightened[i], strict=True):
                 if len(left) and (a.share is None or a.share >= HALF):
                     most = a.limit * CLEARLY / factor * (1.0 if a.share is None else DRAWN)
-                    left = left[self._within(moments, a, sets[left], most)]
+                    left = left[self._within(families[i], a, sets[left], most)]
         good = np.zeros(len(sets), dtype=bool)
         good[left] = True
         return good
@@ -102,7 +99,7 @@ class PerfectKnowledge:
             hats = hats_of(a.temperature_degc.ravel(), nodes)
             for moment, J in lines:
                 whole = whole + _through(J, _lined(moment, at, place, hats))
-            near = _nearly(a, whole, most * ROUGHLY)
+            near = _worth_a_look(a, whole, most * ROUGHLY)
             may[which[near]] |= is_within(a, whole[near][:, None, :, None], np.array([most]))[:, 0]
         return may
 
@@ -163,10 +160,10 @@ class PerfectKnowledge:
         return self.flight.curves.moments(self._points)
 
     def _place(self, degc: Array) -> NDArray[np.intp]:
-        return np.asarray(np.argmin(np.abs(np.asarray(degc)[..., None] - self._points), axis=-1))
+        return nearest(self._points, degc)
 
 
-def _nearly(a: Asked, whole: Array, most: float) -> NDArray[np.bool_]:
+def _worth_a_look(a: Asked, whole: Array, most: float) -> NDArray[np.bool_]:
     """(B,) whether a requirement on covariances (B, S, c, c) is worth a closer look."""
     if a.share is None or a.share < ROUGH_FROM:
         return np.ones(len(whole), dtype=bool)

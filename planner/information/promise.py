@@ -25,6 +25,7 @@ from planner.information.in_flight import Asked
 from planner.information.kinds import Kinds
 from planner.information.remembered import Remembered
 from planner.information.smooth import Moments, Smooth
+from planner.information.tables import nearest
 from planner.information.told import Alike, Told, alike, told
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
@@ -169,7 +170,7 @@ class Promise:
 
     def places(self, degc: Array) -> NDArray[np.intp]:
         """Where temperatures stand among the points."""
-        return np.asarray(np.argmin(np.abs(np.asarray(degc)[..., None] - self.points), axis=-1))
+        return nearest(self.points, degc)
 
 
 @dataclass(frozen=True)

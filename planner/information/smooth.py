@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from planner.information.tables import nearest
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 from planner.solvers.kriging import kriging_weights
@@ -39,19 +39,12 @@ class Smooth:
     ) -> Array:
         """(a, B, X, K) of nodes (B, K) with covariance (a, B, K, K) at temperatures (X,)."""
         ends = np.minimum(nodes[:, :1], self.low), np.maximum(nodes[:, -1:], self.high)
-        own, read = self._places(nodes), self._places(np.clip(temperature_degc, *ends))
+        # nodes that several visits share lie between theirs, kelvins apart at most
+        own, read = nearest(self.points, nodes), nearest(self.points, np.clip(temperature_degc, *ends))
         M = self.prior[error]
         return kriging_weights(
             M[own[:, :, None], own[:, None, :]] + noise, M[own[:, :, None], read[:, None, :]]
         )
-
-    def _places(self, degc: Array) -> NDArray[np.intp]:
-        """The nearest points; nodes that several visits share lie between theirs, kelvins apart at most."""
-        right = np.clip(np.searchsorted(self.points, degc), 1, max(len(self.points) - 1, 1))
-        if len(self.points) == 1:
-            return np.zeros(np.shape(degc), dtype=np.intp)
-        nearer = degc - self.points[right - 1] <= self.points[right] - degc
-        return np.asarray(np.where(nearer, right - 1, right))
 
 
 def smooth_of(spec: Spec, points: Array, families: Mapping[str, Moments]) -> Smooth | None:

@@ -23,6 +23,15 @@ def hats_of(temperature_degc: Array, nodes: Array) -> Array:
     return np.where(place == 0, 1.0 - share[:, :, None], np.where(place == 1, share[:, :, None], 0.0))
 
 
+def nearest(points: Array, degc: Array) -> NDArray[np.intp]:
+    """Where temperatures stand among points (N,), ascending: at the nearest, of two the lower."""
+    if len(points) == 1:
+        return np.zeros(np.shape(degc), dtype=np.intp)
+    right = np.clip(np.searchsorted(points, degc), 1, len(points) - 1)
+    nearer = degc - points[right - 1] <= points[right] - degc
+    return np.asarray(np.where(nearer, right - 1, right))
+
+
 def distinct(temperature_degc: Array, used: NDArray[np.bool_]) -> list[Array]:
     """For every campaign its distinct temperatures, ascending: (B, K) with a mask -> B arrays."""
     return [np.unique(t[u]) for t, u in zip(temperature_degc, used, strict=True)]

@@ -90,13 +90,7 @@ def plan_of(
         worth=worth,
         covariance=_covariance(left, models),
         prices=prices,
-        notes=(
-            *notes,
-            *borrowed_notes(spec, found),
-            *_of_warmth(flight),
-            *worn_out(spec, power_on),
-            *idle_benches(spec, found.timeline),
-        ),
+        notes=(*notes, *_notes(flight, found, power_on)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),
     )
@@ -214,6 +208,15 @@ def _reasons(spec: Spec, found: Found, models: Sequence[ErrorModel]) -> Iterator
                     needed_half_width=float(d),
                     bound_by="fixed" if fixed_repeats(spec, visit.test) is not None else "promise",
                 )
+
+
+def _notes(flight: Flight, found: Found, power_on_s: float) -> Iterator[str]:
+    """What a person should know of the campaign."""
+    spec = flight.spec
+    yield from borrowed_notes(spec, found)
+    yield from _of_warmth(flight)
+    yield from worn_out(spec, power_on_s)
+    yield from idle_benches(spec, found.timeline)
 
 
 def _of_warmth(flight: Flight) -> list[str]:

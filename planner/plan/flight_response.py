@@ -28,6 +28,7 @@ from planner.protocols import SENSORS
 from planner.spec.model import Requirement
 from planner.spec.references import InitialAlignment
 from planner.temperature_table import hats as hats_of
+from planner.temperature_table import steps_within
 
 MOMENT_S = 60.0  # a tenth of the usual correlation time of the in-run process
 MOMENT_K = 2.0
@@ -174,17 +175,11 @@ def _sorted(
 
 
 def _nodes(trajectory: Trajectory, error: ErrorName, range_degc: tuple[float, float] | None) -> Array:
-    """(N,) degC between which an error is straight over temperature; none if it does not change by itself.
-
-    What follows the rate of temperature adds nothing to a flight that is soaked, and a table of its own says
-    what temperature makes of an effect that has one.
-    """
+    """(N,) degC between which an error is straight over temperature; none if it does not change by itself."""
     known = catalog.effects()[error.effect]
-    own = "temperature_degc" in known.needs and "temperature_rate" not in known.needs
-    if range_degc is None or known.tabled or not own:
+    if range_degc is None or not catalog.changes_with_temperature(known):
         return np.empty(0)
-    low, high = range_degc
-    grid = np.unique([low, high, *np.arange(np.ceil(low / STEP_K), high / STEP_K) * STEP_K])
+    grid = steps_within(*range_degc, STEP_K)
     samples = len(trajectory.angle_increment)
     step = max(samples // PROBES, 1)
     rows = np.arange(step // 2, samples, step)

@@ -41,9 +41,7 @@ def _flown_at_one(sheet: Review) -> None:
     known = catalog.effects()
     for index, name in enumerate(sheet.spec.effects):
         effect = known.get(name)
-        if effect is None or effect.tabled or effect.bench_only:
-            continue
-        if "temperature_degc" in effect.needs and "temperature_rate" not in effect.needs:
+        if effect is not None and not effect.bench_only and catalog.changes_with_temperature(effect):
             sheet.warn(
                 "P333",
                 ("effects", index),
