@@ -25,7 +25,9 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from benchmarks.histories import JUDGED, START, TUNED, YEAR, Law, lived, passed, possible, sheet
 from benchmarks.study_intervals import binomial_interval
+from planner.dwells.dwell_files import read_dwells
 from planner.fleet.allowed_region import PARTS, reserve_of
+from planner.fleet.history_sources import source_files
 from planner.pipelines.fleet import Basis, ForecastOptions, basis_of, forecast_on
 from planner.spec.load import load_spec
 from planner.units import unit_factor
@@ -103,9 +105,9 @@ def one_fleet(law: Law, weeks: int, seed: int, basis: Basis, method: str) -> Cel
         path = Path(folder) / "history.csv"
         path.write_text(sheet(fleet, weeks, names, rng, stated=bool(seed % 2)))
         started = time.perf_counter()
-        found = forecast_on(
-            [str(path)], basis, ForecastOptions(method=method, today=_today(weeks)), quiet, validated=False
-        )
+        read = source_files([str(path)], read_dwells)
+        options = ForecastOptions(method=method, today=_today(weeks))
+        found = forecast_on(read, basis, options, quiet, validated=False)
         cell.seconds = time.perf_counter() - started
     last = 7.0 * (weeks - 1)
     over = passed(fleet, weeks, load)

@@ -33,28 +33,37 @@ LONGEST_DAYS = 3650.0
 ROOM_DEGC = 20.0
 
 
-def gathered_history(
-    inputs: Sequence[str],
-    models: Sequence[ErrorModel],
-    region: AllowedRegion,
-    start: date | None,
-    read: Callable[[Path], DwellTable],
-) -> History:
-    """Files of one kind → one history; `FILE@2026-03-01` or `FILE@45` says the day of a calibration.
+SourceFiles = History | tuple[DwellTable, ...]
 
-    start: the calendar date of day 0, if the user gives one; read: reads a dwell table.
-    Raises InputError for files of several kinds, calibrations without a day, and whatever the files lack.
+
+def source_files(inputs: Sequence[str], read: Callable[[Path], DwellTable]) -> SourceFiles:
+    """Files of one kind, read; `FILE@2026-03-01` or `FILE@45` says the day of a calibration.
+
+    read: reads a dwell table. Raises InputError for files of several kinds, calibrations without a day, and
+    whatever the files lack.
     """
     kinds = {_kind(text) for text in inputs}
     if len(kinds) > 1:
         raise InputError(f"give files of one kind, not {' and '.join(sorted(kinds))}")
     kind = kinds.pop()
     if kind == "calibrations":
-        found = _of_calibrations([_split(text) for text in inputs])
-    elif kind == "histories":
-        found = _joined([read_history(Path(text)) for text in inputs])
-    else:
-        found = _joined([_of_dwells(read(Path(text)), models, region) for text in inputs])
+        return _of_calibrations([_split(text) for text in inputs])
+    if kind == "histories":
+        return _joined([read_history(Path(text)) for text in inputs])
+    return tuple(read(Path(text)) for text in inputs)
+
+
+def gathered_history(
+    read: SourceFiles, models: Sequence[ErrorModel], region: AllowedRegion, start: date | None
+) -> History:
+    """What `source_files` read → one history.
+
+    start: the calendar date of day 0, if the user gives one. Raises InputError for tables without days or
+    without any error that counts.
+    """
+    found = (
+        read if isinstance(read, History) else _joined([_of_dwells(table, models, region) for table in read])
+    )
     if start is not None:
         if found.start is not None:
             raise InputError("--start is for histories that count days; this one has dates")

@@ -27,10 +27,12 @@ from planner.fleet.drift import AUTO, Correction, forecast_channels
 from planner.fleet.growth import Growth, growth_of
 from planner.fleet.history import History, ordered
 from planner.fleet.history_sources import (
+    SourceFiles,
     check_days,
     correction_of,
     gathered_history,
     horizon,
+    source_files,
     today_of,
 )
 from planner.fleet.judge import ErrorRates
@@ -43,6 +45,7 @@ from planner.fleet.suspects import without_suspects
 from planner.fleet.validation import left_out
 from planner.fleet.visit_plans import ShortestVisit, StorePlan
 from planner.fleet.visits import StorePlanner, grid, renewable
+from planner.nouns.dwell_table import DwellTable
 from planner.nouns.progress import Progress
 from planner.pipelines import planning
 from planner.plan.budget import common_rule
@@ -119,30 +122,29 @@ def accept(
     looks: so many power-ons were planned, and the check may stop after each. Raises InputError for looks at
     calibrations, or at several tables: power-ons must come one after another.
     """
-    basis = basis_of(loaded, plan, progress)
-    if looks is not None:
-        return _as_they_come(inputs, basis, loaded, rates, looks, progress)
-    found, notes = _residuals(inputs, basis, progress, as_residual)
-    progress("judging")
-    units = accepted(found, basis.region, loaded.spec.plan.temperatures.range, rates)
-    return Accepted(basis, units, rates, tuple(map(str, inputs)), (*basis.notes, *notes))
-
-
-def _as_they_come(
-    inputs: Sequence[Path],
-    basis: Basis,
-    loaded: LoadedSpec,
-    rates: ErrorRates,
-    looks: int,
-    progress: Progress,
-) -> Accepted:
-    if len(inputs) != 1 or is_calibration(inputs[0]):
+    read = _read(inputs, progress)  # a file that is none is told before the minutes that a plan takes
+    if looks is not None and (len(read) != 1 or not isinstance(read[0], DwellTable)):
         raise InputError("--looks judges the power-ons of one dwell table as they come; give one table alone")
-    table = read_dwells(inputs[0])
-    progress("looking after every power-on")
-    reach = loaded.spec.plan.temperatures.range
-    units = accepted_as_they_come(table, basis.models, basis.region, reach, rates, looks)
-    return Accepted(basis, units, rates, tuple(map(str, inputs)), (*basis.notes, *table.notes))
+    basis = basis_of(loaded, plan, progress)
+    reach, sources = loaded.spec.plan.temperatures.range, tuple(map(str, inputs))
+    if looks is not None and isinstance(read[0], DwellTable):
+        progress("looking after every power-on")
+        units = accepted_as_they_come(read[0], basis.models, basis.region, reach, rates, looks)
+        return Accepted(basis, units, rates, sources, (*basis.notes, *read[0].notes))
+    found, notes = _residuals(read, basis, as_residual)
+    progress("judging")
+    return Accepted(
+        basis, accepted(found, basis.region, reach, rates), rates, sources, (*basis.notes, *notes)
+    )
+
+
+def _read(inputs: Sequence[Path], progress: Progress) -> list[CalibratedUnit | DwellTable]:
+    """Calibrations and dwell tables, in the order given."""
+    found = list[CalibratedUnit | DwellTable]()
+    for path in inputs:
+        progress(f"reading {path}")
+        found.append(read_calibration(path) if is_calibration(path) else read_dwells(path))
+    return found
 
 
 @dataclass(frozen=True)
@@ -169,19 +171,16 @@ def plan_check(
 
 
 def _residuals(
-    inputs: Sequence[Path], basis: Basis, progress: Progress, as_residual: bool
+    read: Sequence[CalibratedUnit | DwellTable], basis: Basis, as_residual: bool
 ) -> tuple[list[MeasuredResidual], list[str]]:
     found: list[MeasuredResidual] = []
     calibrations: dict[str, list[CalibratedUnit]] = {}
     notes: list[str] = []
     seen: set[str] = set()
-    for path in inputs:
-        progress(f"reading {path}")
-        if is_calibration(path):
-            one = read_calibration(path)
-            calibrations.setdefault(one.unit, []).append(one)
+    for table in read:
+        if isinstance(table, CalibratedUnit):
+            calibrations.setdefault(table.unit, []).append(table)
             continue
-        table = read_dwells(path)
         measured = check_residuals(table, by_temperature(table), basis.models, basis.region)
         again = seen & {m.unit for m in measured}
         if again:
@@ -220,10 +219,10 @@ class ForecastOptions:
     start: date | None = None
 
 
-def history_of(inputs: Sequence[str], basis: Basis, options: ForecastOptions, progress: Progress) -> History:
+def history_of(read: SourceFiles, basis: Basis, options: ForecastOptions, progress: Progress) -> History:
     """Histories, calibrations and dwell tables → one history, cleaned."""
-    progress("reading the history")
-    raw = gathered_history(inputs, basis.models, basis.region, options.start, read_dwells)
+    progress("cleaning the history")
+    raw = gathered_history(read, basis.models, basis.region, options.start)
     check_days(raw, options.today)
     own = {m.name: m.unit for m in basis.models}
     raw = replace(raw, series=tuple(replace(s, display=own.get(s.error, s.display)) for s in raw.series))
@@ -239,12 +238,19 @@ def forecast(
     progress: Progress,
 ) -> Forecasted:
     """A history → forecasts with intervals, and the date until which each unit keeps its requirements."""
+    read = _sources(inputs, progress)
     basis = basis_of(loaded, plan, progress)
-    return Forecasted(basis, forecast_on(inputs, basis, options, progress))
+    return Forecasted(basis, forecast_on(read, basis, options, progress))
+
+
+def _sources(inputs: Sequence[str], progress: Progress) -> SourceFiles:
+    """The files of a history, read before the minutes that a plan takes."""
+    progress("reading the history")
+    return source_files(inputs, read_dwells)
 
 
 def forecast_on(
-    inputs: Sequence[str],
+    read: SourceFiles,
     basis: Basis,
     options: ForecastOptions,
     progress: Progress,
@@ -252,13 +258,13 @@ def forecast_on(
     validated: bool = True,
 ) -> FleetForecast:
     """A history against a region; validated: with rolling origins of every method."""
-    found = drifts_on(inputs, basis, options, progress, validated=validated)
+    found = drifts_on(read, basis, options, progress, validated=validated)
     units = unit_dates(found.channels, basis.region, found.until, found.today, options.confidence, progress)
     return replace(found, units=units)
 
 
 def drifts_on(
-    inputs: Sequence[str],
+    read: SourceFiles,
     basis: Basis,
     options: ForecastOptions,
     progress: Progress,
@@ -266,7 +272,7 @@ def drifts_on(
     validated: bool = True,
 ) -> FleetForecast:
     """A history's channels forecast, without the units' dates; validated: as `forecast_on`."""
-    history = history_of(inputs, basis, options, progress)
+    history = history_of(read, basis, options, progress)
     today = today_of(history, options.today)
     until = horizon(history, options.until, today)
     correction: Correction = correction_of(options.correction, history)
@@ -325,9 +331,10 @@ def recalibrate(
             f"{{rest: 5 min}}`: what may "
             "be done in store"
         )
+    read = _sources(inputs, progress) if inputs else None
     basis = basis_of(loaded, plan, progress)
     bench = StoreBench(asked, basis.models, basis.region)
-    growths, start, notes = _growths(inputs, basis, bench, asked.period / DAY_S, options, progress)
+    growths, start, notes = _growths(read, basis, bench, asked.period / DAY_S, options, progress)
     planners = [StorePlanner(u, basis.region, g, bench, options.confidence) for u, g in growths.items()]
     plans: list[StorePlan] = []
     shortest: list[ShortestVisit] = []
@@ -359,7 +366,7 @@ def _working_days(loaded: LoadedSpec, asked: Recalibration, start: date | None) 
 
 
 def _growths(
-    inputs: Sequence[str],
+    read: SourceFiles | None,
     basis: Basis,
     bench: StoreBench,
     period: float,
@@ -368,12 +375,12 @@ def _growths(
 ) -> tuple[Mapping[str, Growth], date | None, tuple[str, ...]]:
     """How every unit grows from today on (`spec` when there is no history), the date of day 0, notes."""
     confidence = options.confidence
-    if not inputs:
+    if read is None:
         days = grid(_period(options.until, period))
         growths = {"spec": growth_of(basis.region, basis.models, days, confidence)}
         return growths, options.start or options.today, basis.notes
     asked = replace(options, until=options.until or f"{period:g}")
-    found = drifts_on(inputs, basis, asked, progress, validated=False)
+    found = drifts_on(read, basis, asked, progress, validated=False)
     days = grid(found.until - found.today, found.today)
     adds = any(c.rule == "worst_case" for c in basis.region.constraints)
     once = bench.renewal(1, 1).sigma

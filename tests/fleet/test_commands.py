@@ -273,3 +273,15 @@ def test_without_the_extra_auto_works_and_the_methods_of_it_say_how_to_have_them
     assert done.code == 0
     assert "structural" not in json.dumps(done.json["methods"])
     assert "not compared, for lack of their packages: gaussian_process, neural, structural" in done.err
+
+
+@pytest.mark.parametrize("command", ["accept", "forecast", "recalibrate"])
+def test_a_file_that_is_none_is_told_before_a_plan_is_made(run, spec, tmp_path, monkeypatch, command):
+    def planned(*arguments, **options):
+        raise AssertionError("planned before the files were read")
+
+    monkeypatch.setattr("planner.pipelines.fleet.basis_of", planned)
+    names = [spec, "--history", "gone.csv"] if command == "recalibrate" else ["gone.csv", "--spec", spec]
+    done = run(command, *names)
+    assert done.code == 2
+    assert "gone.csv" in done.err

@@ -13,7 +13,7 @@ from planner.errors import InputError
 from planner.fleet.forecast.hierarchical import Hierarchical
 from planner.fleet.history import Event, History, Series, ordered
 from planner.fleet.history_files import read_history
-from planner.fleet.history_sources import check_days, correction_of, gathered_history, horizon
+from planner.fleet.history_sources import check_days, correction_of, gathered_history, horizon, source_files
 from planner.fleet.shocks import past_of, without_shocks
 from planner.fleet.suspects import without_suspects
 from tests.fleet.fleets import DEG, G, small_basis
@@ -329,7 +329,7 @@ def test_dwell_tables_with_days_are_a_history():
             os.chdir(folder)
             for name in names:
                 Path(name).write_text("unit,run,day,duration_s,gyro_x_dps\n")
-            found = gathered_history(names, basis.models, basis.region, date(2026, 1, 5), read)
+            found = gathered_history(source_files(names, read), basis.models, basis.region, date(2026, 1, 5))
     finally:
         os.chdir(here)
     assert found.start == date(2026, 1, 5)
