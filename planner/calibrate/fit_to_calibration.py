@@ -23,6 +23,7 @@ from planner.nouns.calibration import (
     Tables,
 )
 from planner.protocols import Sensor
+from planner.solvers.distributions import chi_square_quantile, student_quantile
 from planner.spec.model import Spec
 from planner.spec.own_units import own_unit
 from planner.temperature_table import REACH_K, hats
@@ -62,10 +63,8 @@ def sensor_calibration(
 
 def coefficients_of(fit: Estimate, spec: Spec) -> list[Coefficient]:
     """The channel's coefficients with 95 % intervals by Student's t and their own degrees of freedom."""
-    from scipy.stats import t as student
-
     found = []
-    half = student.ppf((1.0 + CONFIDENCE) / 2.0, fit.fit.freedom) * _errors(fit)
+    half = student_quantile((1.0 + CONFIDENCE) / 2.0, fit.fit.freedom) * _errors(fit)
     shapes = {(effect, p.name): p for effect, p in fit.model.fitted_parameters}
     for i, column in enumerate(fit.model.columns()):
         value, h = float(fit.theta[i]), float(half[i])
@@ -237,11 +236,11 @@ def random_of(fit: Estimate, spec: Spec) -> list[RandomCharacteristic]:
 def _characteristic(
     fit: Estimate, spec: Spec, component: Component, kind: str, variance: float, freedom: float
 ) -> RandomCharacteristic:
-    from scipy.stats import chi2
-
     low, high = float("nan"), float("nan")
     if freedom >= 1.0:  # below, the data say next to nothing of this spread
-        low, high = (float(np.sqrt(variance * freedom / chi2.ppf(q, freedom))) for q in (0.975, 0.025))
+        low, high = (
+            float(np.sqrt(variance * freedom / chi_square_quantile(q, freedom))) for q in (0.975, 0.025)
+        )
     unit = own_unit(spec, fit.model.sensor, component.error.effect)
     return RandomCharacteristic(
         kind={"constant": "in_run"}.get(kind, kind),

@@ -16,6 +16,7 @@ from planner.nouns.array import Array
 from planner.nouns.calibration import Coefficient, Residual, SensorCalibration, Status, Tables
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.sensor import ErrorName
+from planner.solvers.distributions import student_quantile
 from planner.units import STANDARD_GRAVITY_MPS2
 
 _FREE: Literal["free_orientations"] = "free_orientations"
@@ -113,7 +114,6 @@ def _rms(x: Array) -> float:
 
 
 def _coefficients(fit: FreeFit) -> list[Coefficient]:
-    from scipy.stats import t as student
 
     K = fit.K
     value = np.concatenate([np.diag(K) - 1.0, [K[i, j] / K[i, i] for _, i, j in _LOWER], fit.b])
@@ -121,7 +121,7 @@ def _coefficients(fit: FreeFit) -> list[Coefficient]:
     for row, (_, i, j) in enumerate(_LOWER, start=3):
         to[row, row], to[row, i] = 1.0 / K[i, i], -K[i, j] / K[i, i] ** 2
     error = np.sqrt(np.maximum(np.diag(to @ fit.covariance @ to.T), 0.0))
-    half = student.ppf(0.975, fit.freedom) * error if fit.freedom > 0 else np.full(9, np.inf)
+    half = student_quantile(0.975, fit.freedom) * error if fit.freedom > 0 else np.full(9, np.inf)
     names = [("scale_factor", x, "1") for x in "xyz"]
     names += [("misalignment", term, "deg") for term, _, _ in _LOWER]
     names += [("bias", x, "g") for x in "xyz"]

@@ -15,6 +15,7 @@ from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.nouns.calibration import Coefficient, Residual, SensorCalibration, Status, Tables
 from planner.nouns.dwell_table import DwellTable
+from planner.solvers.distributions import student_quantile
 
 FOLDS = 5
 LEAST_TURNS = 10  # four fifths of them have 16 equations for the nine numbers
@@ -144,11 +145,10 @@ def poisson_residual_before(turns: list[Turn]) -> float:
 
 
 def _biases(rest: Array, bias: Array) -> list[Coefficient]:
-    from scipy.stats import t as student
 
     n = len(rest)
     error = rest.std(axis=0, ddof=1) / np.sqrt(n) if n > 1 else np.full(3, np.inf)
-    half = student.ppf(0.975, n - 1) * error if n > 1 else error
+    half = student_quantile(0.975, n - 1) * error if n > 1 else error
     status: Status = "determined" if n > 1 else "weak"
     return [
         Coefficient(
@@ -161,10 +161,9 @@ def _biases(rest: Array, bias: Array) -> list[Coefficient]:
 
 def _coefficients(fit: PoissonFit) -> list[Coefficient]:
     """Scale factors K_ii − 1 and misalignment K_ij/K_ii, with intervals by Student's t."""
-    from scipy.stats import t as student
 
     error = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
-    quantile = student.ppf(0.975, fit.freedom) if fit.freedom > 0 else np.inf
+    quantile = student_quantile(0.975, fit.freedom) if fit.freedom > 0 else np.inf
     found = []
     for k, (effect, term) in enumerate(_NAMES):
         i, j = divmod(k, 3)

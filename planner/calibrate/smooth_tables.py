@@ -19,6 +19,7 @@ from planner.information.curves import Curves
 from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.calibration import SmoothTable
+from planner.solvers.distributions import normal_quantile, student_quantile
 from planner.solvers.kriging import kriging_weights
 from planner.spec.model import Spec
 from planner.spec.own_units import own_unit
@@ -88,12 +89,10 @@ def _posterior(
     c: CurveNodes, M: Array, own: NDArray[np.intp], read: NDArray[np.intp]
 ) -> tuple[Array, Array, Array]:
     """(X,) value, sigma and half of the 95 % interval at the points `read`; the noise by Student's t."""
-    from scipy.stats import norm, t
-
     K, across = M[np.ix_(own, own)], M[np.ix_(own, read)]
     w = kriging_weights(K + c.noise, across)
     noise = np.einsum("xk,kl,xl->x", w, c.noise, w)
     curve = M[read, read] - 2.0 * np.einsum("xk,kx->x", w, across) + np.einsum("xk,kl,xl->x", w, K, w)
     curve = np.maximum(curve, 0.0)
-    student, normal = t.ppf(0.975, c.freedom.min()), norm.ppf(0.975)
+    student, normal = student_quantile(0.975, c.freedom.min()), normal_quantile(0.975)
     return w @ c.values, np.sqrt(noise + curve), np.sqrt(student**2 * noise + normal**2 * curve)

@@ -30,6 +30,7 @@ from planner.nouns.dwell_table import DwellTable
 from planner.nouns.sensor import ErrorName
 from planner.plan.confidence import spread_at
 from planner.protocols import SENSORS, Group, Sensor
+from planner.solvers.distributions import chi_square_tail
 
 AXES = ("x", "y", "z")
 CONTRADICTED = 0.01  # probability below which the spread of the budgets is not believed
@@ -313,13 +314,12 @@ def _collected(
 
 def _with_own_spread(found: list[MeasuredResidual], fits: Sequence[_Fit]) -> tuple[MeasuredResidual, ...]:
     """Units that scatter more than their budgets take their own spread, with its degrees of freedom."""
-    from scipy.stats import chi2
 
     misfit, freedom = (sum(getattr(f, name) for f in fits) for name in ("misfit", "freedom"))
     units = len({r.unit for r in found})
     for g, one in enumerate(found):
         f, q = float(freedom[g]), float(misfit[g])
-        if f >= 1 and chi2.sf(q, f) < CONTRADICTED / max(units, 1):
+        if f >= 1 and chi_square_tail(q, f) < CONTRADICTED / max(units, 1):
             # a power-on has one draw per term, however many records it has
             own = max(1.0, min(f, float((one.power_ons - 1) * one.measured.sum())))
             factor = q / f

@@ -36,6 +36,7 @@ from planner.errors import InputError
 from planner.fleet.allowed_region import AllowedRegion, Reserve, TermConstraint
 from planner.fleet.check_residual import MeasuredResidual
 from planner.nouns.array import Array
+from planner.solvers.distributions import student_quantile
 
 Verdict = Literal["accepted", "rejected", "undecided"]
 DRAWS = 4000
@@ -127,9 +128,7 @@ def judged(
 
 def quantile(found: MeasuredResidual, level: float) -> float:
     """The one-sided quantile beyond which `level` lies: normal, Student's t for an estimated spread."""
-    from scipy.stats import norm, t
-
-    return float(norm.isf(level) if np.isinf(found.freedom) else t.isf(level, found.freedom))
+    return float(-student_quantile(level, found.freedom))
 
 
 def _scaled(c: TermConstraint, found: MeasuredResidual) -> Array:

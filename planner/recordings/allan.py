@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
+from planner.solvers.distributions import chi_square_quantile
 
 TERMS = ("quantisation", "white_noise", "bias_instability", "random_walk", "ramp")
 RISING = ("random_walk", "ramp")
@@ -105,10 +106,8 @@ def degrees_of_freedom(steps: Array, length: int) -> Array:
 
 
 def _interval(deviation: Array, freedom: Array) -> tuple[Array, Array]:
-    from scipy.stats import chi2
-
-    low = deviation * np.sqrt(freedom / chi2.ppf(0.84134, freedom))
-    high = deviation * np.sqrt(freedom / chi2.ppf(0.15866, freedom))
+    low = deviation * np.sqrt(freedom / chi_square_quantile(0.84134, freedom))
+    high = deviation * np.sqrt(freedom / chi_square_quantile(0.15866, freedom))
     return low, high
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.recordings.windows import Windows
+from planner.solvers.distributions import chi_square_quantile
 
 Kind = Literal["rest", "turn", "motion", "step"]
 LONGEST_BURST_S = 0.15
@@ -94,14 +95,12 @@ def noise_floor(windows: Windows) -> Array:
 
 
 def _quiet(windows: Windows) -> NDArray[np.bool_]:
-    from scipy.stats import chi2
-
     floor = noise_floor(windows)
     known = np.flatnonzero(np.isfinite(floor))
     if not len(known):
         return np.ones(len(windows), dtype=bool)  # nothing scatters: all that is here rests
     freedom = max(1.0, float(np.median(windows.count)) - 1)
-    limit = max(WIDEST, 1.5 * float(chi2.isf(SURE, freedom)) / freedom)
+    limit = max(WIDEST, 1.5 * float(chi_square_quantile(1.0 - SURE, freedom)) / freedom)
     still = np.ones(len(windows), dtype=bool)
     for sensor in (known[known < 3], known[known >= 3]):
         if len(sensor):

@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
+from planner.solvers.distributions import binomial_interval, normal_quantile
 from planner.spec.model import NAVIGATION_ERRORS, PercentileRule, Requirement, Spec
 from planner.spec.own_units import own_unit
 from planner.units import to_si, unit_factor
@@ -118,12 +119,7 @@ class RequirementOutcome:
 
 def share_interval(hits: int, of: int, confidence: float = SURE) -> tuple[float, float]:
     """Clopper, Pearson (Biometrika 26, 1934): exact interval of a binomial share."""
-    from scipy.stats import beta
-
-    tail = (1.0 - confidence) / 2.0
-    low = 0.0 if hits == 0 else float(beta.ppf(tail, hits, of - hits + 1))
-    high = 1.0 if hits == of else float(beta.ppf(1.0 - tail, hits + 1, of - hits))
-    return low, high
+    return binomial_interval(hits, of, (1.0 - confidence) / 2.0)
 
 
 def outcomes(
@@ -215,13 +211,11 @@ def _rms(tally: Tally, index: int, flights: int, wanted: Requirement) -> tuple[f
 
     What holds at any moment by its rss holds at the moment at which the root mean square is largest.
     """
-    from scipy.stats import norm
-
     sums, fourth = tally.at_instants[index]
     if wanted.rule != "rss":  # beside a share of the flights: of their largest errors
         sums, fourth = (np.array([np.sum(tally.lengths[index] ** power)]) for power in (2, 4))
     worst = int(np.argmax(sums))
-    mean, most = float(sums[worst]) / flights, float(norm.ppf((1 + SURE) / 2))
+    mean, most = float(sums[worst]) / flights, float(normal_quantile((1 + SURE) / 2))
     if not np.isfinite(mean) or flights < 2:
         return float(np.sqrt(mean)), 0.0, float("inf")
     spread = max(float(fourth[worst]) - flights * mean**2, 0.0) / (flights - 1)
