@@ -19,6 +19,7 @@ from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import BudgetExceeded, SpreadInFlight
 from planner.nouns.sensitivities import Constraint
+from planner.solvers.distributions import normal_quantile
 
 
 def in_flight(
@@ -58,9 +59,7 @@ def _of_channel(vectors: Array, channel: str) -> Array:
 
 
 def _half(sigma: float, count: int, confidence: float) -> Array:
-    from scipy.special import ndtri  # norm.ppf; scipy.stats takes 0.7 s to import
-
-    return np.full(count, sigma * float(ndtri((1.0 + confidence) / 2.0)))
+    return np.full(count, sigma * float(normal_quantile((1.0 + confidence) / 2.0)))
 
 
 def together(exceeded: Sequence[BudgetExceeded]) -> SpreadInFlight | None:

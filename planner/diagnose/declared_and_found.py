@@ -22,6 +22,7 @@ from planner.measurement import AXES
 from planner.nouns.calibration import Coefficient
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Effect, Sensor
+from planner.solvers.distributions import student_quantile
 from planner.spec.model import Spec
 
 
@@ -77,8 +78,6 @@ def _mean_slopes(fit: Estimate, effect: Effect) -> list[Coefficient]:
     with C (n, N) the table's columns, c₀ their sum, c₁ the effect's own column; as many degrees of freedom as
     the least known node has. None for a table of one node.
     """
-    from scipy.special import stdtrit  # Student's t.ppf; scipy.stats takes 0.7 s to import
-
     found = []
     for k, term in enumerate(effect.terms(fit.model.sensor)):
         nodes = [
@@ -94,7 +93,7 @@ def _mean_slopes(fit: Estimate, effect: Effect) -> list[Coefficient]:
         slope = float(line[1] @ fit.theta[nodes])
         error = float(np.sqrt(max(line[1] @ fit.fit.covariance[np.ix_(nodes, nodes)] @ line[1], 0.0)))
         freedom = float(np.min(fit.fit.freedom[nodes]))
-        half = float(stdtrit(freedom, (1.0 + CONFIDENCE) / 2.0)) * error
+        half = float(student_quantile((1.0 + CONFIDENCE) / 2.0, freedom)) * error
         if fit.fit.undetermined[nodes].any():
             half = float("inf")
         found.append(

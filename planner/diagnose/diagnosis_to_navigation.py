@@ -31,6 +31,7 @@ from planner.nouns.trajectory import Trajectory
 from planner.physics.error_dynamics import propagate_errors
 from planner.plan.spec_to_sensitivity import conditions_of, constraints
 from planner.protocols import SENSORS, Sensor
+from planner.solvers.distributions import normal_quantile, student_quantile
 from planner.solvers.gaussian_length import percentile
 from planner.solvers.least_squares import least_squares
 from planner.spec.model import Given, Spec
@@ -135,14 +136,12 @@ def _cost(bound: Sequence[Constraint], terms: Sequence[_Term], confidence: float
 
 def left_in_flight(constraint: Constraint, vectors: Array, half: Array, confidence: float) -> float:
     """What intervals of half-width (t,) leave, by the requirement's rule; vectors (t, k)."""
-    from scipy.special import ndtri  # norm.ppf; scipy.stats takes 0.7 s to import
-
     lengths = np.linalg.norm(vectors, axis=1) * half
     if constraint.rule == "worst_case":
         return float(lengths.sum())
     if constraint.rule == "rss" or constraint.percentile is None:
         return float(np.sqrt(np.sum(lengths**2)))
-    spread = vectors * (half / float(ndtri((1.0 + confidence) / 2.0)))[:, None]
+    spread = vectors * (half / float(normal_quantile((1.0 + confidence) / 2.0)))[:, None]
     return float(percentile(spread.T @ spread, constraint.percentile))
 
 
@@ -224,13 +223,13 @@ def _regressor(
 
 def _half(term: FoundTerm, confidence: float) -> float:
     """Half-width of the interval at another confidence than its own 95 %."""
-    from scipy.special import stdtrit  # Student's t.ppf; scipy.stats takes 0.7 s to import
-
     half = (term.high - term.low) / 2.0
     if not np.isfinite(half):
         return abs(term.value)  # an interval without end tells no more than the coefficient's size
     freedom = term.freedom if np.isfinite(term.freedom) and term.freedom >= 1.0 else 1e6
-    return float(half * stdtrit(freedom, (1.0 + confidence) / 2.0) / stdtrit(freedom, 0.975))
+    return float(
+        half * student_quantile((1.0 + confidence) / 2.0, freedom) / student_quantile(0.975, freedom)
+    )
 
 
 # ---------------------------------------------------------------- what the declared coefficients take up

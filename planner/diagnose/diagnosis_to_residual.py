@@ -23,6 +23,7 @@ from planner.nouns.array import Array
 from planner.nouns.diagnosis import FoundEffect, ResidualChange, UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS, Sensor
+from planner.solvers.distributions import student_quantile
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import RandomEffects, covariance
 from planner.spec.model import Spec
@@ -314,8 +315,6 @@ def _mean_square(residual: Array, group: NDArray[np.int64]) -> tuple[float, floa
     The mean square is a ratio of sums over groups; its logarithm gets Student's t with groups − 1 degrees
     of freedom on the linearised variance (Cochran, Sampling Techniques, 1977, 6.4).
     """
-    from scipy.special import stdtrit  # Student's t.ppf; scipy.stats takes 0.7 s to import
-
     _, number = np.unique(group, return_inverse=True)
     squares, sizes = np.bincount(number, residual**2), np.bincount(number)
     mean = float(squares.sum() / sizes.sum())
@@ -323,7 +322,7 @@ def _mean_square(residual: Array, group: NDArray[np.int64]) -> tuple[float, floa
     if groups < 2 or mean == 0.0:
         return float(np.sqrt(mean)), float("nan"), float("nan")
     scatter = float(np.sum((squares - mean * sizes) ** 2)) * groups / (groups - 1.0) / sizes.sum() ** 2
-    half = float(stdtrit(groups - 1.0, (1.0 + CONFIDENCE) / 2.0)) * np.sqrt(scatter) / mean
+    half = float(student_quantile((1.0 + CONFIDENCE) / 2.0, groups - 1.0)) * np.sqrt(scatter) / mean
     return tuple(float(np.sqrt(mean * np.exp(sign * half))) for sign in (0.0, -1.0, 1.0))  # type: ignore[return-value]  # of three signs, three values
 
 

@@ -199,11 +199,11 @@ def _factor(wrong: Array, half: Array, owner: NDArray[np.int64], confidence: flo
 
     Errors of one series depend on each other, so a series counts once, by its share of values inside.
     """
-    from scipy.stats import binom
+    from scipy.special import bdtr
 
     inside = np.abs(wrong) <= half
     per = np.array([inside[owner == s].mean() for s in np.unique(owner)])
     n = len(per)
-    if binom.cdf(round(float(per.sum())), n, confidence) >= _DOUBT:
+    if bdtr(round(float(per.sum())), n, confidence) >= _DOUBT:
         return 1.0
     return max(1.0, float(np.quantile(np.abs(wrong) / np.maximum(half, 1e-300), confidence)))

@@ -18,19 +18,18 @@ from numpy.typing import NDArray
 
 from planner.nouns.allowances import ErrorModel
 from planner.nouns.array import Array
+from planner.solvers.distributions import normal_quantile, student_quantile
 from planner.spec.model import Spec
 
 
 def quantile(confidence: float, kind: str, repeats: NDArray[np.int64]) -> Array:
     """Two-sided quantile for each number of repeats; infinite for one repeat under Student's t."""
-    from scipy.special import ndtri, stdtrit  # as norm.ppf and t.ppf; scipy.stats takes 0.7 s to import
-
     upper = (1 + confidence) / 2
     if kind == "normal":
-        return np.full(len(repeats), float(ndtri(upper)))
+        return np.full(len(repeats), float(normal_quantile(upper)))
     values = np.full(len(repeats), np.inf)
     enough = repeats > 1
-    values[enough] = stdtrit(repeats[enough] - 1.0, upper)
+    values[enough] = student_quantile(upper, repeats[enough] - 1.0)
     return values
 
 

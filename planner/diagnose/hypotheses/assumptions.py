@@ -15,6 +15,7 @@ from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import Assumption, BudgetExceeded
+from planner.solvers.distributions import chi_square_quantile, chi_square_tail
 from planner.solvers.least_squares import least_squares
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Spec
@@ -31,8 +32,6 @@ KNOWN = 1.0  # relative standard error of a variance above which the data say no
 
 def exceeded(every: Sequence[Assumption]) -> tuple[BudgetExceeded, ...]:
     """The spreads that are larger than the spec's budget, by one-sided tests of all of them together."""
-    from scipy.special import chdtrc  # chi2.sf; scipy.stats takes 0.7 s to import
-
     tested = [
         a
         for a in every
@@ -41,7 +40,8 @@ def exceeded(every: Sequence[Assumption]) -> tuple[BudgetExceeded, ...]:
     out = []
     for a in tested:
         budget = a.assumed or 0.0
-        chance = 0.0 if budget <= 0.0 else float(chdtrc(a.freedom, a.freedom * (a.measured / budget) ** 2))
+        square = a.freedom * (a.measured / budget) ** 2 if budget > 0.0 else np.inf
+        chance = float(chi_square_tail(square, a.freedom))
         if a.low > budget and chance < EXCEEDED / len(tested):
             out.append(BudgetExceeded(a.error, a.part, a.measured, a.low, a.high, budget, a.unit, a.channel))
     return tuple(out)
@@ -91,8 +91,6 @@ def _spread(
 
     Up to its high end it may all be of the part, should nothing wander.
     """
-    from scipy.special import gammaincinv  # chi2.ppf(p, n) = 2 gammaincinv(n/2, p); scipy.stats takes 0.7 s
-
     k = w.noise.components.index(component)
     theta = float(w.noise.variances.theta[k])
     relative = float(w.noise.relative_error[k, k])
@@ -100,7 +98,7 @@ def _spread(
     low = high = measured = float("nan")
     if relative < KNOWN:
         low, high = (
-            float(np.sqrt(theta * freedom / (2.0 * gammaincinv(freedom / 2.0, p)))) for p in (0.975, 0.025)
+            float(np.sqrt(theta * freedom / chi_square_quantile(p, freedom))) for p in (0.975, 0.025)
         )
         low = float(np.sqrt(max(low**2 - wander**2, 0.0)))
         net = max(theta - wander**2, 0.0)
@@ -128,8 +126,6 @@ def _between_records(s: SensorFound, w: Whitened, budget: ErrorBudget, data: Pre
 
     σ_level² = s² − mean(s_within² / n),    s² ~ χ² of the records' degrees of freedom
     """
-    from scipy.special import gammaincinv  # chi2.ppf(p, n) = 2 gammaincinv(n/2, p); scipy.stats takes 0.7 s
-
     table = data.table
     within = table.gyro_std if s.sensor == "gyro" else table.acc_std
     if within is None or table.n_samples is None:
@@ -141,7 +137,7 @@ def _between_records(s: SensorFound, w: Whitened, budget: ErrorBudget, data: Pre
         return []
     total = float(left @ left) / freedom
     ends = [
-        max(total * freedom / float(2.0 * gammaincinv(freedom / 2.0, p)) - white, 0.0) for p in (0.975, 0.025)
+        max(total * freedom / float(chi_square_quantile(p, freedom)) - white, 0.0) for p in (0.975, 0.025)
     ]
     measured = float(np.sqrt(max(total - white, 0.0)))
     low, high = (float(np.sqrt(x)) for x in ends)
@@ -173,8 +169,6 @@ def _assumed(budget: ErrorBudget, part: str) -> float | None:
 
 def _residuals(s: SensorFound, budgets: Mapping[str, ErrorBudget]) -> Iterator[Assumption]:
     """What straight lines between every second node miss at the others: the residual of half the points."""
-    from scipy.special import gammaincinv  # chi2.ppf(p, n) = 2 gammaincinv(n/2, p); scipy.stats takes 0.7 s
-
     budget = budgets.get("bias")
     residual = None if budget is None else budget.residual_table
     if budget is None or residual is None:
@@ -190,9 +184,7 @@ def _residuals(s: SensorFound, budgets: Mapping[str, ErrorBudget]) -> Iterator[A
     square = float(np.mean(missed**2))
     points = sorted(residual)
     assumed = float(np.interp(len(kept), points, [residual[p] for p in points]))
-    low, high = (
-        float(np.sqrt(square * freedom / (2.0 * gammaincinv(freedom / 2.0, p)))) for p in (0.975, 0.025)
-    )
+    low, high = (float(np.sqrt(square * freedom / chi_square_quantile(p, freedom))) for p in (0.975, 0.025))
     yield Assumption(
         f"{s.sensor}.bias",
         f"temperature_residual at {len(kept)} points",

@@ -23,6 +23,7 @@ from planner.campaign.channel_model import EXCITING
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
+from planner.solvers.distributions import chi_square_tail
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
 from planner.solvers.reml import (
@@ -198,8 +199,6 @@ def _shared(judged: Sequence[_Judged], own: Sequence[Variances]) -> list[Varianc
     What a channel knows well stays its own: its component is scaled by its own estimate. The rest is one
     restricted likelihood of all channels, and 2 (Σ log L_own − log L_shared) is to be no rarer than UNLIKE.
     """
-    from scipy.special import chdtrc  # chi2.sf; scipy.stats takes 0.7 s to import
-
     if len(judged) < 2 or len({j.components for j in judged}) > 1:
         return None
     poor = np.any([_freedom(v) < WELL_KNOWN for v in own], axis=0)
@@ -217,7 +216,7 @@ def _shared(judged: Sequence[_Judged], own: Sequence[Variances]) -> list[Varianc
     except ValueError:
         return None
     ratio = 2.0 * (sum(v.loglik for v in own) - shared)
-    if chdtrc((len(judged) - 1) * int(poor.sum()), ratio) < UNLIKE:
+    if chi_square_tail(ratio, (len(judged) - 1) * int(poor.sum())) < UNLIKE:
         return None
     return _of_the_triad(judged, sizes, together.theta, poor)
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.whitened import SEEN
 from planner.nouns.array import Array
+from planner.solvers.distributions import student_quantile
 from planner.solvers.least_squares import factors
 
 FAR_WEIGHT = 1e-4  # of such a row: 40 sigma then count as 0.4
@@ -87,16 +88,14 @@ def _at_first_sight(left: Array, starts: NDArray[np.int64]) -> NDArray[np.bool_]
 
 def _farthest(size: Array) -> float:
     """Beyond what of n rows of Student's t there are CHANCE; t's freedom by the ratio of two quantiles."""
-    from scipy.special import stdtrit  # Student's t.ppf; scipy.stats takes 0.7 s to import
-
     ratio = float(np.quantile(size, OUTER)) / max(float(np.quantile(size, MIDDLE)), 1e-12)
     ratio *= 1.0 + UNSURE / np.sqrt(len(size))
     nus = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 20.0, 1e3])
-    middle = stdtrit(nus, 0.5 + MIDDLE / 2.0)
-    ends = stdtrit(nus, 0.5 + OUTER / 2.0) / middle
+    middle = student_quantile(0.5 + MIDDLE / 2.0, nus)
+    ends = student_quantile(0.5 + OUTER / 2.0, nus) / middle
     nu = float(np.interp(-ratio, -ends, nus))
-    unit = float(np.quantile(size, MIDDLE)) / stdtrit(nu, 0.5 + MIDDLE / 2.0)
-    return float(-stdtrit(nu, CHANCE / len(size) / 2.0) * unit)
+    unit = float(np.quantile(size, MIDDLE)) / student_quantile(0.5 + MIDDLE / 2.0, nu)
+    return float(-student_quantile(CHANCE / len(size) / 2.0, nu) * unit)
 
 
 def _structure(

@@ -15,6 +15,7 @@ from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
+from planner.solvers.distributions import chi_square_tail
 
 DEGREES = 180.0 / np.pi
 TWO_SIDED = 1.96  # standard errors, half of a 95 % interval
@@ -65,13 +66,11 @@ def _suspect(s: SensorFound, b: int) -> ReferenceSuspect:
 
 def _chance(sizes: Sequence[Estimate], stated: float) -> float:
     """Chance of so large an error on a bench of the stated accuracy: Σ γ² / (σ² + its own variance) is χ²."""
-    from scipy.special import chdtrc  # chi2.sf; scipy.stats takes 0.7 s to import
-
     known = [e for e in sizes if np.isfinite(e.half)]
     if stated <= 0.0 or not known:
         return 1.0
     square = sum(e.value**2 / (stated**2 + (e.half / TWO_SIDED) ** 2) for e in known)
-    return float(chdtrc(len(known), square))
+    return float(chi_square_tail(square, len(known)))
 
 
 def _size(r: Reference, sizes: Sequence[Estimate], place: float) -> tuple[float, float]:
