@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.candidates import Block, effect_blocks
 from planner.diagnose.hypotheses.channels import Channel
-from planner.diagnose.hypotheses.found import ALPHA, Found, free
+from planner.diagnose.hypotheses.found import ALPHA_FURTHER, Found, free
 from planner.diagnose.hypotheses.lack_of_fit import own_variable
 from planner.diagnose.hypotheses.parameters import Range
 from planner.diagnose.hypotheses.pool import Pool, extended, given, mean_square, satterthwaite, score
@@ -201,6 +201,6 @@ def rivals(found: Found, b: int, library: Sequence[int]) -> list[tuple[str, floa
         s = score(here, [c])
         apart = float(np.sqrt(max(score(given(pool, [*others, c]), [b]).delta, 0.0)))
         near = mine.criterion - criterion < NEAR or apart < APART_SIGMA
-        if near and s.log_p < np.log(ALPHA) and s.delta > 0.25 * mine.delta:
+        if near and s.log_p < np.log(ALPHA_FURTHER) and s.delta > 0.25 * mine.delta:
             out.append((name, apart))
     return sorted(out, key=lambda r: r[1])

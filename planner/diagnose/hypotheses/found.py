@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from planner.diagnose.hypotheses.agreement import channels_disagree
 from planner.diagnose.hypotheses.pool import (
     Flips,
     Null,
@@ -20,10 +21,12 @@ from planner.diagnose.hypotheses.pool import (
 )
 from planner.diagnose.hypotheses.references import hypothesis
 
-ALPHA = 0.002  # false claims per sensor, of three channels
+ALPHA = 0.01  # false claims per sensor, of three channels, where nothing else is believed
+ALPHA_FURTHER = 0.002  # beside what is believed, whose misfit looks like more
+ALPHA_REFERENCE = 0.001  # of what would be wrong with all channels at once
 ALPHA_UNKNOWN = 0.0005  # for what has no name: wide blocks, to which noise of another colour looks like much
-FEW = 60.0  # degrees of freedom, below which tails are longer than F's: ALPHA_FEW for those
-ALPHA_FEW = 0.001  # half of ALPHA: what the longer tails take
+FEW = 60.0  # degrees of freedom, below which tails are longer than F's
+OF_FEW = 0.5  # of the chance that those may take: what the longer tails add
 SINGLE = 1e-3  # p of one test at which an effect may stand for a generic alternative that is significant
 TIE = 0.1  # of the criterion, that is no difference
 GROUPS = ("bias", "scale_factor", "misalignment")  # the simplest first
@@ -146,13 +149,21 @@ class Found:
         for b in list(self.library):
             s = self.share(b)
             stands = self.pool.blocks[b].key in self.stood_for and s.log_p < np.log(SINGLE)
-            if not (stands or significant(s, null)):
+            if not (stands or self.enters(b, s, null)):
                 self.library.remove(b)
 
+    def enters(self, block: int, s: Score, null: Null) -> bool:
+        """Whether a block of the library may be believed beside the others, by its score there."""
+        reference = self.pool.blocks[block].reference
+        alpha = ALPHA_REFERENCE if reference else ALPHA_FURTHER if self.others(block) else ALPHA
+        if not significant(s, null, alpha if s.freedom > FEW else OF_FEW * alpha):
+            return False
+        return not (reference and channels_disagree(self.without(block), block))
 
-def significant(s: Score, null: Null, alpha: float = ALPHA) -> bool:
+
+def significant(s: Score, null: Null, alpha: float) -> bool:
     """Whether a block's p over the whole family is small enough."""
-    return bool(s.m and family_wise(s.log_p, null) <= (alpha if s.freedom > FEW else min(alpha, ALPHA_FEW)))
+    return bool(s.m and family_wise(s.log_p, null) <= alpha)
 
 
 def best_of(pool: Pool, scores: Mapping[int, float]) -> int:

@@ -346,5 +346,5 @@ def _only_what_stands(found: Found, unknown: int, mine: Sequence[int], question:
         beside = score(found.without(b), [b])
         null = found.chance(question, b)
         least = max(STAYS * alone[b], LEAST * found.size_of(unknown, axes))
-        if not (significant(beside, null) and beside.delta >= least):
+        if not (found.enters(b, beside, null) and beside.delta >= least):
             found.library.remove(b)

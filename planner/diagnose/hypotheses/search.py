@@ -1,7 +1,7 @@
 """Which candidates to believe: forward by criterion, swaps, backward, then lack of fit by what has no name.
 
-A library effect enters when its family-wise p is at most ALPHA, the one with the best criterion first, and
-may be swapped for another as others enter. What is then left without a name is for `lack_of_fit`.
+A library effect enters when its family-wise p is small enough (Found.enters), the one with the best criterion
+first, and may be swapped for another as others enter. What is then left without a name is for `lack_of_fit`.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def _forward(found: Found, question: Question) -> None:
         here = found.without()
         null = found.chance(question)
         scores = {b: score(here, [b]) for b in free(found.pool, question.library, found.all)}
-        good = {b: s for b, s in scores.items() if significant(s, null)}
+        good = {b: s for b, s in scores.items() if found.enters(b, s, null)}
         good = {b: s for b, s in good.items() if stands_beside(found, b, s)}
         if not good:
             return

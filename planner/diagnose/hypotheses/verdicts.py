@@ -3,7 +3,7 @@
 In whitened rows clear of the declared model and of all else that is believed, C the block's columns, z what
 is left:  γ₋ₖ = (Σ_{j≠k} CⱼᵀCⱼ)⁺ Σ_{j≠k} Cⱼᵀzⱼ  over all power-ons but those of fold k, and
 
-    gain = Σ_k |z_k|² − |z_k − C_k γ₋ₖ|² > 0,     Δ without any one power-on still significant
+    gain = Σ_k |z_k|² − |z_k − C_k γ₋ₖ|² > 0,     Δ without any one power-on still significant (`_rests_on`)
 
 and of one coefficient the power-ons themselves must not scatter about it as if it were none:
 
@@ -31,6 +31,7 @@ OF_A_TABLE = (
     0.5  # of what a table explains: its many values follow struck rows, a true one predicts 0.7 of it
 )
 LEAST_OF_SCATTER = 8.0  # power-ons that tell a coefficient, from which their scatter is one
+AGREE = 0.01  # p of the others alone, and of a power-on that is as they are
 TAIL = 1e-3  # of a block's square that power-ons may have and still count as telling nothing of it
 
 
@@ -52,7 +53,7 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
     told = np.flatnonzero(np.trace(gram, axis1=1, axis2=2) > TAIL / len(starts) * np.trace(gram.sum(axis=0)))
     worst, least = _without_one(gram, h, told)
     s = score(here, [b]) if _is_table(found, b) else found.share(b)
-    if s.m and log_p(least, s.m, s.freedom, s.s2) > np.log(SINGLE):
+    if s.m and _rests_on(gram, h, worst, float(log_p(least, s.m, s.freedom, s.s2))):
         return Veto(b, "it rests on one power-on alone", int(worst))
     if not here.blocks[b].generic and _scatter(gram, h) > SINGLE:
         return Veto(b, "the power-ons scatter about it by more than their noise")
@@ -99,6 +100,27 @@ def _without_one(gram: Array, h: Array, told: NDArray[np.int64]) -> tuple[int, f
     left = [_square(G - gram[r], H - h[r]) for r in told]
     worst = int(np.argmin(left))
     return int(told[worst]), float(left[worst])
+
+
+def _rests_on(gram: Array, h: Array, run: int, others: float) -> bool:
+    """Whether an effect is one power-on's; others: log p of what is explained without it.
+
+    Of a faint effect any power-on carries much. One that is as the others say, by
+
+        δᵀ (G + G G₋⁺ G)⁺ δ,   δ = h − G γ₋     (χ² of its rank; G₋, γ₋ of the others)
+
+    takes nothing from it, as long as the others still say so by themselves.
+    """
+    from scipy.special import chdtrc  # chi2.sf; scipy.stats takes 0.7 s to import
+
+    if others <= np.log(SINGLE):
+        return False
+    if others > np.log(AGREE) or run < 0:
+        return True
+    G, left = gram[run], _inverse(gram.sum(axis=0) - gram[run])
+    off = h[run] - G @ left @ (h.sum(axis=0) - h[run])
+    rank = int(np.linalg.matrix_rank(G, hermitian=True))
+    return bool(chdtrc(rank, float(off @ _inverse(G + G @ left @ G) @ off)) < AGREE)
 
 
 def _scatter(gram: Array, h: Array) -> float:

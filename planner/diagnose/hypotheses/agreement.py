@@ -1,0 +1,36 @@
+"""Whether the channels agree on what they are said to have in common: a reference is wrong for all of them.
+
+One coefficient γ of several channels, each with an estimate of its own, scatters about the common one by
+
+    Q = Σ_a hₐ² / gₐ − (Σ h)² / Σ g,   hₐ = Cₐᵀzₐ,  gₐ = CₐᵀCₐ     (χ² of one less than the channels)
+
+in whitened columns C beside everything else that is believed. Source: Cochran, Biometrics 10 (1954) 101.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.diagnose.hypotheses.pool import Pool
+
+TOLD = 1e-3  # of the information, that a channel must have to be asked
+UNLIKE = 1e-3  # p of Q, below which the channels differ
+OF_WHAT_IS_COMMON = (
+    0.5  # a strong one differs by what its linear shape lacks, a tenth of it: that is no reason
+)
+
+
+def channels_disagree(here: Pool, b: int) -> bool:
+    """Whether one coefficient of several channels is another one on each; here: beside all else."""
+    from scipy.special import chdtrc
+
+    k = here.places[b]
+    if len(k) != 1 or len(here.blocks[b].columns) < 2:
+        return False
+    columns = {a: here.parts[a] @ here.beside[here.axes[a]][:, k[0]] for a in here.blocks[b].columns}
+    g = np.array([C @ C for C in columns.values()])
+    h = np.array([C @ here.state[a].z for a, C in columns.items()])
+    g, h = g[g > TOLD * g.sum()], h[g > TOLD * g.sum()]
+    common = float(h.sum() ** 2 / g.sum())
+    between = float(np.sum(h**2 / g)) - common
+    return between > OF_WHAT_IS_COMMON * common and bool(chdtrc(len(g) - 1, between) < UNLIKE)
