@@ -19,6 +19,13 @@ def student_quantile(p: Any, freedom: Any) -> Any:
     return stdtrit(freedom, p)
 
 
+def student_tail(x: Any, freedom: Any) -> Any:
+    """P(X > x) of Student's t."""
+    from scipy.special import stdtr
+
+    return stdtr(freedom, -x)
+
+
 def chi_square_quantile(p: Any, freedom: Any) -> Any:
     """x with P(X <= x) = p of χ², 2 P⁻¹(ν/2, p) by the incomplete gamma function; NaN without any freedom."""
     from scipy.special import gammaincinv

@@ -12,6 +12,7 @@ from planner.solvers.distributions import (
     chi_square_tail,
     normal_quantile,
     student_quantile,
+    student_tail,
 )
 
 P = np.array([1e-9, 0.025, 0.3, 0.5, 0.84134, 0.975, 1.0 - 1e-7])
@@ -23,6 +24,7 @@ def test_they_are_those_of_scipy_stats():
     assert normal_quantile(P) == pytest.approx(stats.norm.ppf(P), rel=1e-12)
     assert student_quantile(p, nu) == pytest.approx(stats.t.ppf(p, nu), rel=1e-8, abs=1e-12)
     assert chi_square_quantile(p, nu) == pytest.approx(stats.chi2.ppf(p, nu), rel=1e-9)
+    assert student_tail(p * 10, nu) == pytest.approx(stats.t.sf(p * 10, nu), rel=1e-9)
     x = np.array([0.01, 1.0, 30.0, 500.0])[:, None]
     assert chi_square_tail(x, nu) == pytest.approx(stats.chi2.sf(x, nu), rel=1e-9, abs=1e-300)
 

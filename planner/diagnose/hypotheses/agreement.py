@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.diagnose.hypotheses.pool import Pool
+from planner.solvers.distributions import chi_square_tail
 
 TOLD = 1e-3  # of the information, that a channel must have to be asked
 UNLIKE = 1e-3  # p of Q, below which the channels differ
@@ -22,8 +23,6 @@ OF_WHAT_IS_COMMON = (
 
 def channels_disagree(here: Pool, b: int) -> bool:
     """Whether one coefficient of several channels is another one on each; here: beside all else."""
-    from scipy.special import chdtrc
-
     k = here.places[b]
     if len(k) != 1 or len(here.blocks[b].columns) < 2:
         return False
@@ -33,4 +32,4 @@ def channels_disagree(here: Pool, b: int) -> bool:
     g, h = g[g > TOLD * g.sum()], h[g > TOLD * g.sum()]
     common = float(h.sum() ** 2 / g.sum())
     between = float(np.sum(h**2 / g)) - common
-    return between > OF_WHAT_IS_COMMON * common and bool(chdtrc(len(g) - 1, between) < UNLIKE)
+    return between > OF_WHAT_IS_COMMON * common and bool(chi_square_tail(between, len(g) - 1) < UNLIKE)

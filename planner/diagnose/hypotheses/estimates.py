@@ -20,6 +20,7 @@ from planner.diagnose.hypotheses.parameters import Range
 from planner.diagnose.hypotheses.pool import Pool, extended, given, mean_square, satterthwaite, score
 from planner.nouns.array import Array
 from planner.protocols import Parameter
+from planner.solvers.distributions import student_quantile
 
 CONFIDENCE = 0.95  # of the intervals, as calibrate gives them
 DETERMINED = 1e-6  # of a coefficient's column that may lie in what the data do not see
@@ -42,8 +43,6 @@ class Estimate:
 
 def estimates(pool: Pool, believed: Sequence[int]) -> list[Estimate]:
     """Every named coefficient of the believed blocks, together."""
-    from scipy.special import stdtrit  # Student's t.ppf; scipy.stats takes 0.7 s to import
-
     k = pool.columns(believed)
     if len(k) == 0:
         return []
@@ -58,7 +57,7 @@ def estimates(pool: Pool, believed: Sequence[int]) -> list[Estimate]:
             if term:
                 ok = seen[i] > 1.0 - DETERMINED and pool.size[column] > 0
                 freedom, s2 = _freedom(pool, b, k, inverse[:, i]) if ok else (1.0, 1.0)
-                wide = float(stdtrit(freedom, (1.0 + CONFIDENCE) / 2.0))
+                wide = float(student_quantile((1.0 + CONFIDENCE) / 2.0, freedom))
                 size = pool.size[column] if ok else 1.0
                 half = wide * np.sqrt(max(inverse[i, i], 0.0) * s2) / size if ok else np.inf
                 found.append(Estimate(b, term, float(gamma[i] / size) if ok else 0.0, float(half), freedom))

@@ -24,6 +24,7 @@ from planner.diagnose.hypotheses.found import SINGLE, Found
 from planner.diagnose.hypotheses.pool import RANK, Pool, score
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.nouns.array import Array
+from planner.solvers.distributions import chi_square_tail, student_tail
 
 FOLDS = 5  # the usual number: Hastie, Tibshirani, Friedman, Elements of Statistical Learning, 7.10
 LEAST_RUNS = 3  # power-ons, below which none can be left out
@@ -111,8 +112,6 @@ def _rests_on(gram: Array, h: Array, run: int, others: float) -> bool:
 
     takes nothing from it, as long as the others still say so by themselves.
     """
-    from scipy.special import chdtrc  # chi2.sf; scipy.stats takes 0.7 s to import
-
     if others <= np.log(SINGLE):
         return False
     if others > np.log(AGREE) or run < 0:
@@ -120,7 +119,7 @@ def _rests_on(gram: Array, h: Array, run: int, others: float) -> bool:
     G, left = gram[run], _inverse(gram.sum(axis=0) - gram[run])
     off = h[run] - G @ left @ (h.sum(axis=0) - h[run])
     rank = int(np.linalg.matrix_rank(G, hermitian=True))
-    return bool(chdtrc(rank, float(off @ _inverse(G + G @ left @ G) @ off)) < AGREE)
+    return bool(chi_square_tail(float(off @ _inverse(G + G @ left @ G) @ off), rank) < AGREE)
 
 
 def _scatter(gram: Array, h: Array) -> float:
@@ -128,8 +127,6 @@ def _scatter(gram: Array, h: Array) -> float:
 
     What wanders slowly within power-ons, always in the same order of faces, is no white noise.
     """
-    from scipy.special import stdtr  # Student's t.cdf; scipy.stats takes 0.7 s to import
-
     g = gram[:, 0, 0]
     if gram.shape[1] != 1 or not g.any():
         return 0.0
@@ -138,7 +135,7 @@ def _scatter(gram: Array, h: Array) -> float:
         return 0.0
     about = h[:, 0] - g * (h.sum() / g.sum())
     t = abs(float(h.sum())) / max(float(np.linalg.norm(about)), 1e-300)
-    return float(2.0 * stdtr(effective - 1.0, -t))
+    return float(2.0 * student_tail(t, effective - 1.0))
 
 
 def _gain(gram: Array, h: Array) -> float:
