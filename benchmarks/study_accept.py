@@ -17,13 +17,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from benchmarks.study_intervals import binomial_interval
 from planner.fleet.acceptance import accepted
 from planner.fleet.check_groups import by_temperature
 from planner.fleet.check_plan import planned_checks
 from planner.fleet.check_residual import check_residuals
 from planner.fleet.judge import ErrorRates
 from planner.fleet.looks import accepted_as_they_come
+from planner.solvers.distributions import binomial_interval
 from tests.fleet.fleets import check_table, small_basis
 from tests.fleet.test_judge import batch
 from tests.specs import loaded, small
@@ -63,7 +63,7 @@ def _shares(verdicts: list[str]) -> str:
     found = []
     for verdict in ("accepted", "rejected", "undecided"):
         k = verdicts.count(verdict)
-        low, high = binomial_interval(k, len(verdicts))
+        low, high = binomial_interval(k, len(verdicts), 0.025)
         found.append(f"{verdict} {k:4d} ({100 * low:4.1f} … {100 * high:5.1f} %)")
     return "  ".join(found)
 

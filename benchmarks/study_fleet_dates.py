@@ -24,11 +24,11 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from benchmarks.histories import JUDGED, START, TUNED, YEAR, Law, lived, passed, possible, sheet
-from benchmarks.study_intervals import binomial_interval
 from planner.dwells.dwell_files import read_dwells
 from planner.fleet.allowed_region import PARTS, reserve_of
 from planner.fleet.history_sources import source_files
 from planner.pipelines.fleet import Basis, ForecastOptions, basis_of, forecast_on
+from planner.solvers.distributions import binomial_interval
 from planner.spec.load import load_spec
 from planner.units import unit_factor
 
@@ -63,7 +63,7 @@ class Cell:
 
     def line(self) -> str:
         """The figures."""
-        low, high = binomial_interval(self.late, self.units)
+        low, high = binomial_interval(self.late, self.units, 0.025)
         date, best = np.median(self.dates), np.median(self.possible)
         return (
             f"late {self.late:3d}/{self.units:4d} ({100 * low:4.1f} … {100 * high:4.1f} %)  days {date:4.0f} "

@@ -15,6 +15,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from planner.solvers.distributions import binomial_interval
 from tests.diagnose.hypotheses.coverage import EFFECTS, hidden_campaign
 
 STATED = 0.95
@@ -31,21 +32,12 @@ def main(campaigns: int, effects: tuple[str, ...]) -> None:
         for term in sorted({t for f in named for t in f}):
             inside = [f[term] for f in named if term in f]
             k, n = sum(inside), len(inside)
-            low, high = binomial_interval(k, n)
+            low, high = binomial_interval(k, n, 0.025)
             counts = f"{f'{len(named)}/{campaigns}':>8}{f'{k}/{n}':>9}{k / n:8.3f}"
             print(f"{effect:28}{term:16}{counts}   {low:.3f} … {high:.3f}", flush=True)
             hits, tries = hits + k, tries + n
     spent = time.perf_counter() - started
     print(f"all: {hits} of {tries} intervals cover, {hits / tries:.3f} for a stated {STATED}; {spent:.0f} s")
-
-
-def binomial_interval(k: int, n: int) -> tuple[float, float]:
-    """95 % interval of a share of k in n (Clopper and Pearson, Biometrika 26, 1934)."""
-    from scipy.stats import beta
-
-    low = float(beta.ppf(0.025, k, n - k + 1)) if k > 0 else 0.0
-    high = float(beta.ppf(0.975, k + 1, n - k)) if k < n else 1.0
-    return low, high
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ from planner import catalog
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.hypotheses.assumptions import exceeded
 from planner.nouns.diagnosis import UnitDiagnosis
+from planner.solvers.distributions import binomial_interval
 from planner.spec.load import load_spec
 from tests.diagnose.labs.shapes import FAULTS, LIBRARY, MORE, NAMELESS, Hidden
 from tests.diagnose.labs.unit import campaign, noise_of
@@ -187,10 +188,7 @@ def _inside(case: Case, found: UnitDiagnosis, size: float) -> Iterator[bool]:
 
 def interval(hits: int, n: int) -> str:
     """A share with its exact 95 % interval."""
-    from scipy.stats import beta
-
-    low = 0.0 if hits == 0 else beta.ppf(0.025, hits, n - hits + 1)
-    high = 1.0 if hits == n else beta.ppf(0.975, hits + 1, n - hits)
+    low, high = binomial_interval(hits, n, 0.025)
     return f"{hits}/{n} = {100 * hits / max(n, 1):.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
 
 

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from planner.fleet.appointment import Appointment
     from planner.fleet.basis import Recalibrated
     from planner.fleet.judge import ErrorRates
-    from planner.pipelines.fleet import Accepted, Forecasted, PlannedChecks
+    from planner.pipelines.acceptance import Accepted, PlannedChecks
+    from planner.pipelines.fleet import Forecasted
     from planner.report.blocks import Report
     from planner.spec.load import LoadedSpec
 
@@ -103,7 +104,7 @@ def accept(
     were planned, to stop after each. Raises InputError for data that cannot be judged.
     """
     from planner.fleet.judge import ErrorRates
-    from planner.pipelines import fleet as pipeline
+    from planner.pipelines import acceptance as pipeline
     from planner.spec.sensor_alone import needs
 
     rates = ErrorRates(good_rejected, bad_accepted)
@@ -167,7 +168,7 @@ def plan_check(
     load: of the limit; decided: share of such units. Raises InputError for a spec that feels no error.
     """
     from planner.fleet.judge import ErrorRates
-    from planner.pipelines import fleet as pipeline
+    from planner.pipelines import acceptance as pipeline
 
     rates = ErrorRates(good_rejected, bad_accepted)
     found = pipeline.plan_check(whole(spec), _tree(plan), load, decided, rates, progress)

@@ -114,7 +114,6 @@ def _rms(x: Array) -> float:
 
 
 def _coefficients(fit: FreeFit) -> list[Coefficient]:
-
     K = fit.K
     value = np.concatenate([np.diag(K) - 1.0, [K[i, j] / K[i, i] for _, i, j in _LOWER], fit.b])
     to = np.eye(9)  # derivative of what is reported by the unknowns

@@ -145,7 +145,6 @@ def poisson_residual_before(turns: list[Turn]) -> float:
 
 
 def _biases(rest: Array, bias: Array) -> list[Coefficient]:
-
     n = len(rest)
     error = rest.std(axis=0, ddof=1) / np.sqrt(n) if n > 1 else np.full(3, np.inf)
     half = student_quantile(0.975, n - 1) * error if n > 1 else error
@@ -161,7 +160,6 @@ def _biases(rest: Array, bias: Array) -> list[Coefficient]:
 
 def _coefficients(fit: PoissonFit) -> list[Coefficient]:
     """Scale factors K_ii − 1 and misalignment K_ij/K_ii, with intervals by Student's t."""
-
     error = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
     quantile = student_quantile(0.975, fit.freedom) if fit.freedom > 0 else np.inf
     found = []

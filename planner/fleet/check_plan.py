@@ -35,6 +35,7 @@ from planner.plan.by_hand import even_points
 from planner.plan.motions_to_records import RepeatRecords, repeat_records
 from planner.protocols import SENSORS
 from planner.simulate.settings import settings_of
+from planner.solvers.distributions import normal_quantile
 from planner.solvers.sequential import boundaries, stopped
 from planner.spec.model import Spec
 
@@ -187,12 +188,10 @@ def _expected(power_ons: int, share: float, count: int, rates: ErrorRates) -> tu
     A fixed check of n power-ons decides `share` where the distance is (z_share + z_β)/√n of one; the one that
     may stop gets a quarter more, so that it decides about as many.
     """
-    from scipy.special import ndtri
-
     each, looks = looks_at(int(np.ceil(1.25 * power_ons)))
     if looks < 2:
         return float(power_ons), each * looks
-    drift = float(ndtri(share) - ndtri(rates.bad_accepted)) * np.sqrt(each / power_ons)
+    drift = float(normal_quantile(share) - normal_quantile(rates.bad_accepted)) * np.sqrt(each / power_ons)
     one_open = np.concatenate([[1.0], stopped(boundaries(rates.bad_accepted, looks), drift)[:-1]])
     going_on = 1.0 - (1.0 - one_open) ** count
     return float(going_on.sum() * each), each * looks

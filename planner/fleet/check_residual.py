@@ -314,7 +314,6 @@ def _collected(
 
 def _with_own_spread(found: list[MeasuredResidual], fits: Sequence[_Fit]) -> tuple[MeasuredResidual, ...]:
     """Units that scatter more than their budgets take their own spread, with its degrees of freedom."""
-
     misfit, freedom = (sum(getattr(f, name) for f in fits) for name in ("misfit", "freedom"))
     units = len({r.unit for r in found})
     for g, one in enumerate(found):

@@ -25,6 +25,7 @@ from planner.fleet.forecast.hierarchical import fleet_of, unit_of
 from planner.fleet.history import History, Series
 from planner.nouns.array import Array
 from planner.nouns.progress import Progress, silent
+from planner.solvers.distributions import normal_quantile
 
 FALSE = 0.002  # of the units may be told of a shock that was none
 ROUNDS = 3  # of learning the sizes; within one, every series is searched until nothing is found
@@ -80,11 +81,9 @@ def past_of(one: Series, storage: float) -> Past:
 
 def _threshold(series: Sequence[Series], kind: str) -> float:
     """Sigmas beyond which a shock is no chance, for a usual unit of the fleet."""
-    from scipy.special import ndtri
-
     tests = 2.0 * float(np.median([len(s) for s in series if s.error == kind]))
     channels = len(series) / max(len({s.unit for s in series}), 1)
-    return float(-ndtri(0.5 * FALSE / (tests * channels)))
+    return float(-normal_quantile(0.5 * FALSE / (tests * channels)))
 
 
 def _cleared(series: Sequence[Series], storage: float, level: float) -> list[tuple[Series, list[Shock]]]:

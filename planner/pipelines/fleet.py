@@ -1,27 +1,16 @@
-"""The flows after a campaign: checks → accepted units; histories → dates; spec → recalibrations in store."""
+"""The flows in store: spec and plan → region of errors; histories → dates; spec → recalibrations."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, timedelta
-from pathlib import Path
 from typing import Any
 
 from planner.dwells.dwell_files import read_dwells
 from planner.errors import InputError
-from planner.fleet.acceptance import UnitAcceptance, accepted
 from planner.fleet.allowed_region import allowed_region
 from planner.fleet.basis import Basis, Recalibrated
-from planner.fleet.calibration_documents import (
-    CalibratedUnit,
-    calibration_residuals,
-    is_calibration,
-    read_calibration,
-)
-from planner.fleet.check_groups import by_temperature
-from planner.fleet.check_plan import Check, planned_checks
-from planner.fleet.check_residual import MeasuredResidual, check_residuals
 from planner.fleet.dates import FleetForecast, unit_dates
 from planner.fleet.drift import AUTO, Correction, forecast_channels
 from planner.fleet.growth import Growth, growth_of
@@ -35,8 +24,6 @@ from planner.fleet.history_sources import (
     source_files,
     today_of,
 )
-from planner.fleet.judge import ErrorRates
-from planner.fleet.looks import accepted_as_they_come
 from planner.fleet.plan_allowances import by_probability, in_sigmas, plan_allowances
 from planner.fleet.sessions import Session, WorkingDays, on_one_calendar
 from planner.fleet.shocks import without_shocks
@@ -45,7 +32,6 @@ from planner.fleet.suspects import without_suspects
 from planner.fleet.validation import left_out
 from planner.fleet.visit_plans import ShortestVisit, StorePlan
 from planner.fleet.visits import StorePlanner, grid, renewable
-from planner.nouns.dwell_table import DwellTable
 from planner.nouns.progress import Progress
 from planner.pipelines import planning
 from planner.plan.budget import common_rule
@@ -56,17 +42,6 @@ from planner.spec.attendance import windows_of
 from planner.spec.days_off import days_off_between
 from planner.spec.load import LoadedSpec
 from planner.spec.recalibration import Recalibration
-
-
-@dataclass(frozen=True)
-class Accepted:
-    """The units of a batch."""
-
-    basis: Basis
-    units: tuple[UnitAcceptance, ...]
-    rates: ErrorRates
-    sources: tuple[str, ...]
-    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -102,106 +77,6 @@ def basis_of(loaded: LoadedSpec, plan: Mapping[str, Any] | None, progress: Progr
     if region.split:
         notes.append("published coefficients hold for all axes together: each axis got its equal share")
     return Basis(loaded, region, navigation.models, navigation.constraints, tuple(notes))
-
-
-# ---------------------------------------------------------------- accept
-
-
-def accept(
-    inputs: Sequence[Path],
-    loaded: LoadedSpec,
-    plan: Mapping[str, Any] | None,
-    rates: ErrorRates,
-    progress: Progress,
-    *,
-    as_residual: bool = False,
-    looks: int | None = None,
-) -> Accepted:
-    """Dwell tables of checks, and calibrations → every unit accepted, rejected or undecided.
-
-    looks: so many power-ons were planned, and the check may stop after each. Raises InputError for looks at
-    calibrations, or at several tables: power-ons must come one after another.
-    """
-    read = _read(inputs, progress)  # a file that is none is told before the minutes that a plan takes
-    if looks is not None and (len(read) != 1 or not isinstance(read[0], DwellTable)):
-        raise InputError("--looks judges the power-ons of one dwell table as they come; give one table alone")
-    basis = basis_of(loaded, plan, progress)
-    reach, sources = loaded.spec.plan.temperatures.range, tuple(map(str, inputs))
-    if looks is not None and isinstance(read[0], DwellTable):
-        progress("looking after every power-on")
-        units = accepted_as_they_come(read[0], basis.models, basis.region, reach, rates, looks)
-        return Accepted(basis, units, rates, sources, (*basis.notes, *read[0].notes))
-    found, notes = _residuals(read, basis, as_residual)
-    progress("judging")
-    return Accepted(
-        basis, accepted(found, basis.region, reach, rates), rates, sources, (*basis.notes, *notes)
-    )
-
-
-def _read(inputs: Sequence[Path], progress: Progress) -> list[CalibratedUnit | DwellTable]:
-    """Calibrations and dwell tables, in the order given."""
-    found = list[CalibratedUnit | DwellTable]()
-    for path in inputs:
-        progress(f"reading {path}")
-        found.append(read_calibration(path) if is_calibration(path) else read_dwells(path))
-    return found
-
-
-@dataclass(frozen=True)
-class PlannedChecks:
-    """Checks that decide a unit, the cheapest first."""
-
-    basis: Basis
-    checks: tuple[Check, ...]
-
-
-def plan_check(
-    loaded: LoadedSpec,
-    plan: Mapping[str, Any] | None,
-    load: float,
-    share: float,
-    rates: ErrorRates,
-    progress: Progress,
-) -> PlannedChecks:
-    """The cheapest records that decide such a share of the units at a load of the limit."""
-    basis = basis_of(loaded, plan, progress)
-    progress("temperatures, faces and power-ons that decide a unit")
-    spec = loaded.spec
-    return PlannedChecks(basis, planned_checks(spec, basis.models, basis.region, load, share, rates))
-
-
-def _residuals(
-    read: Sequence[CalibratedUnit | DwellTable], basis: Basis, as_residual: bool
-) -> tuple[list[MeasuredResidual], list[str]]:
-    found: list[MeasuredResidual] = []
-    calibrations: dict[str, list[CalibratedUnit]] = {}
-    notes: list[str] = []
-    seen: set[str] = set()
-    for table in read:
-        if isinstance(table, CalibratedUnit):
-            calibrations.setdefault(table.unit, []).append(table)
-            continue
-        measured = check_residuals(table, by_temperature(table), basis.models, basis.region)
-        again = seen & {m.unit for m in measured}
-        if again:
-            notes.append(f"{', '.join(sorted(again))} stands in several files: taken as one unit")
-        seen |= {m.unit for m in measured}
-        notes += table.notes
-        found += measured
-    for unit, units in calibrations.items():
-        if unit in seen:
-            notes.append(f"{unit}: its check was judged, not its calibration")
-            continue
-        found += calibration_residuals(units, basis.region, as_residual=as_residual)
-    if calibrations and not as_residual:
-        notes.append(_how_calibrations(calibrations))
-    return found, notes
-
-
-def _how_calibrations(calibrations: Mapping[str, Sequence[CalibratedUnit]]) -> str:
-    if any(len(c) > 1 for c in calibrations.values()):
-        return "several calibrations of a unit: the first corrects, the last minus the first is the residual"
-    return "a calibration alone: its coefficients are corrected, what their intervals leave was judged"
 
 
 # ---------------------------------------------------------------- forecast

@@ -261,10 +261,8 @@ def sigmas_planned(document: Mapping[str, Any], spec: Spec) -> float:
 
 def quantile_of(wanted: Requirement) -> float:
     """How many sigmas of one error a requirement's figure is: z of its percentile, 1 for rss."""
-    from scipy.special import ndtri
-
     rule = wanted.rule
-    return float(ndtri(0.5 + rule.percentile / 2.0)) if isinstance(rule, PercentileRule) else 1.0
+    return float(normal_quantile(0.5 + rule.percentile / 2.0)) if isinstance(rule, PercentileRule) else 1.0
 
 
 def _beside(e: Experiment, name: str, adds: float, share: float) -> Part:

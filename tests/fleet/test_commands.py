@@ -280,7 +280,8 @@ def test_a_file_that_is_none_is_told_before_a_plan_is_made(run, spec, tmp_path, 
     def planned(*arguments, **options):
         raise AssertionError("planned before the files were read")
 
-    monkeypatch.setattr("planner.pipelines.fleet.basis_of", planned)
+    for room in ("acceptance", "fleet"):
+        monkeypatch.setattr(f"planner.pipelines.{room}.basis_of", planned)
     names = [spec, "--history", "gone.csv"] if command == "recalibrate" else ["gone.csv", "--spec", spec]
     done = run(command, *names)
     assert done.code == 2
