@@ -22,9 +22,9 @@ from planner.protocols import Sensor
 from planner.solvers.length_share import length_within, variances_along
 
 Error = tuple[Sensor, str]
-DRAWS = 60_000  # of flights: a 95 % quantile is then known to 0.2 %
-ROUGH = 15_000  # for what is only shown: 0.4 %
-ANY = 2  # times as many where all of a flight is drawn: 0.35 %
+DRAWS = 60_000  # of flights: a 95 % quantile is then known to 0.2 ... 0.4 %, by the tails of its curves
+ROUGH = 15_000  # for what is only shown: 0.4 ... 0.8 %
+ANY = 2  # times as many where all of a flight is drawn
 LEAST = 30  # th part of them at each temperature
 NOTABLE = 0.01  # of the mean square: what smaller parts lack of a Gaussian goes with the square of this
 AT_ONCE = 4_000_000  # numbers
@@ -60,13 +60,10 @@ class CurveWeights:
         """Of d along axes (S, ρ, ρ), the columns."""
         return CurveWeights(self.error, self.places, np.swapaxes(axes, 1, 2) @ self.weights)
 
-    def of(self, curves: Array) -> NDArray[np.float32]:
-        """(S, n, ρ) for curves (n, N)."""
-        S, rows, records = self.weights.shape
-        whole = np.zeros((S, rows, curves.shape[1]))
-        for at in range(records):  # several may stand at one point
-            whole[np.arange(S), :, self.places[:, at]] += self.weights[:, :, at]
-        return np.asarray(curves @ np.swapaxes(whole, 1, 2), dtype=np.float32)
+    def of(self, curves: Array, rows: NDArray[np.intp]) -> NDArray[np.float32]:
+        """(S, n, ρ) for curves (m, N), of which each temperature of flight takes its rows (S, n)."""
+        seen = curves[rows[:, :, None], self.places[:, None, :]]
+        return np.asarray(seen @ np.swapaxes(self.weights, 1, 2), dtype=np.float32)
 
 
 def drawn_quantile(
@@ -253,15 +250,13 @@ def _each(temperatures: int, draws: int) -> int:
 def _add(
     d: NDArray[np.float32], parts: Sequence[CurveWeights], curves: Mapping[Error, Array], seed: int
 ) -> None:
-    """Curves to flights d (s, n, ρ); one is as likely as its opposite."""
+    """Curves to flights d (s, n, ρ), others at every temperature; one is as likely as its opposite."""
     rng = np.random.default_rng(seed)
     for part in parts:
         pool = curves[part.error]
-        which = rng.integers(2 * len(pool), size=d.shape[1])
-        row, sign = which % len(pool), np.where(which < len(pool), 1.0, -1.0).astype(np.float32)
-        # with fewer flights than curves others are not asked
-        seen = part.of(pool[row]) if d.shape[1] < len(pool) else part.of(pool)[:, row]
-        d += sign[:, None] * seen
+        which = rng.integers(2 * len(pool), size=d.shape[:2])
+        sign = np.where(which < len(pool), 1.0, -1.0).astype(np.float32)
+        d += sign[..., None] * part.of(pool, which % len(pool))
 
 
 @cache
