@@ -90,6 +90,18 @@ class Promise:
         whole, undetermined = self._whole(counts, families)
         return [self._blocks(a, whole) for a in self.asked], undetermined
 
+    def untold(self, counts: Array) -> tuple[ErrorName, ...]:
+        """The errors that fly and that no record of one campaign (g,) tells."""
+        names: dict[ErrorName, None] = {}
+        for group in self._groups:
+            for found in told(group.alike, counts[None], group.curved):
+                terms = group.alike.first.terms
+                open_ = [
+                    terms[i].error for i in group.asked if found.undetermined[:, :, found.places[i]].any()
+                ]
+                names |= dict.fromkeys(open_)
+        return tuple(names)
+
     def covariance(self, counts: Array, requirement: int) -> tuple[Array, NDArray[np.bool_]]:
         """(B, families, S, I c, I c) of one requirement with what goes between its instants.
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner import catalog
 from planner.errors import InfeasibleError, InputError
 from planner.information.exact import foreseen, laid_out, quickly
 from planner.information.exchange import Judge, easiest
@@ -42,10 +43,7 @@ def refusal(
     each = near[1:] or near
     figures = judge.promise.figures(np.array(each)).max(axis=1)
     if not np.any(np.isfinite(figures)):
-        return InputError(
-            "no campaign of the tests on offer determines everything that flies; "
-            "`planner check` names what is missing"
-        )
+        return InputError(_untold(judge, each))
     beyond = [_beyond(flight, offers, judge, n, k) for k, n in enumerate(each)]
     found = [b for b in beyond if b is not None]
     if not found:
@@ -53,6 +51,18 @@ def refusal(
     first = found[0]
     said = "; ".join(b.words for b in found)
     return InfeasibleError(said, requirement=first.requirement, binds=first.binds, nearest_limit=first.value)
+
+
+def _untold(judge: Judge, near: Sequence[Array]) -> str:
+    """What flies and no record tells, of the campaign that leaves the least of it open, and what helps."""
+    names = min((judge.promise.untold(n) for n in near), key=len)
+    effects = dict.fromkeys(name.effect for name in names)
+    of_days = all("day" in catalog.effects()[effect].needs for effect in effects)
+    why = "no plan spreads records over the days that it needs" if of_days else "their records do not show it"
+    return (
+        f"no campaign of the tests on offer tells {', '.join(names)}; {why}; "
+        f"take {', '.join(effects)} out of 'effects': its budget then stays whole in what is promised"
+    )
 
 
 @dataclass(frozen=True)

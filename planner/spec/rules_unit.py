@@ -45,6 +45,7 @@ def budgets(sheet: Review) -> None:
         unit = catalog.effects()[effect].units[sensor]
         for where, quantity, signed in _quantities(sheet, path, budget):
             _check(sheet, where, quantity, unit, signed=signed)
+        _carried(sheet, sensor, effect, path)
         _tables(sheet, path, budget)
         _over_input(sheet, sensor, effect, path, budget)
         _uses(sheet, f"{sensor}.{effect}", path, budget)
@@ -186,6 +187,35 @@ def _covers(sheet: Review, path: Path, measured: MeasuredCurve) -> None:
         )
 
 
+def _uncalibrated(sheet: Review) -> str:
+    """What becomes of a declared error that no test names: the two methods differ."""
+    if _by_information(sheet):
+        return "it is fitted all the same, from what the records of all tests tell of it"
+    return "the error stays whole in the budget"
+
+
+def _by_information(sheet: Review) -> bool:
+    return sheet.whole("requirement") and sheet.whole("plan") and sheet.spec.planned_by == "information"
+
+
+def _carried(sheet: Review, sensor: str, effect: str, path: Path) -> None:
+    """What another error's table carries has no budget of its own.
+
+    Tables over the whole range, as the published method places them, take a slope out whole; those of a plan
+    by information may have one node, and its curves are the residuals of the table alone.
+    """
+    known = catalog.effects()[effect]
+    if _by_information(sheet) and known.tabled and known.temperature_of in getattr(sheet.spec.unit, sensor):
+        whose = f"unit.{sensor}.{known.temperature_of}"
+        sheet.fault(
+            "P314",
+            path,
+            f"{whose} has it already: what changes over temperature is that budget's temperature_residual, "
+            f"e.g. {whose}.temperature_residual: {{1: …, 3: …}}",
+            key=True,
+        )
+
+
 def _uses(sheet: Review, error: str, path: Path, budget: ErrorBudget) -> None:
     """What a budget says must be of use to the plan: is the error calibrated, and over temperature?"""
     effect = ErrorName(error).effect
@@ -201,7 +231,7 @@ def _uses(sheet: Review, error: str, path: Path, budget: ErrorBudget) -> None:
         )
         return
     if error not in sheet.calibrated():
-        sheet.warn("P312", path, "no test calibrates it: the error stays whole in the budget", key=True)
+        sheet.warn("P312", path, f"no test calibrates it: {_uncalibrated(sheet)}", key=True)
         return
     if budget.temperature_residual is not None and not catalog.varies_as_declared(effect, declared):
         needed = " or ".join(catalog.temperature_effects(effect))

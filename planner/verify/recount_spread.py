@@ -60,9 +60,10 @@ def _conditions(spec: Spec, name: str) -> Conditions | None:
     made = [motion_on(bench, motion, test.record, k, len(asked)) for k, motion in enumerate(asked)]
     rate, force = referred(made)
     m, clock, middle = len(made), test.power_on, []
+    on_ramp = 0.0 if test.ramp is None else test.ramp.lead  # the chamber moves before a record and after it
     for _ in made:
-        middle.append(clock + bench.move + test.record / 2)
-        clock += bench.move + test.record + test.gap
+        middle.append(clock + bench.move + on_ramp + test.record / 2)
+        clock += bench.move + on_ramp + test.record + on_ramp + test.gap
     return Conditions(rate, force, np.full(m, 20.0), np.zeros(m), np.array(middle), np.zeros(m))
 
 

@@ -111,3 +111,21 @@ def test_the_first_guess_does_not_matter(share: float, weighted: bool) -> None:
         for guess in (None, 2.0, 0.01, 0.5, 8.0, 300.0)
     ]
     assert np.ptp(every) < 1e-5 * every[0]
+
+
+@pytest.mark.parametrize("instants", [1, 2])
+def test_other_curves_are_drawn_at_every_temperature(instants: int) -> None:
+    """Long tails at thirty temperatures: as sharp as all their flights, not as those of one of them."""
+    S, draws = 30, 30_000
+    a, rest = asked(0.95, S, instants, 1), np.broadcast_to(1e-4 * np.eye(instants), (S, instants, instants))
+    rng = np.random.default_rng(3)
+    found = []
+    for _ in range(20):
+        pool = rng.standard_t(4, (40_000, 1))
+        parts = moved(weights_of(np.ones(instants), S), float(np.mean(pool**2)))
+        value = drawn_quantile(a, rest, parts, lambda e, pool=pool: pool, draws)
+        assert value is not None
+        found.append(value / np.quantile(np.abs(pool), 0.95))
+    # √(.05 .95 / 30 000) of a probability is 0.7 % of this quantile; of a thousand flights it would be 4 %
+    assert np.std(found) < 0.013
+    assert np.mean(found) == pytest.approx(1.0, abs=0.01)

@@ -149,3 +149,17 @@ def test_one_record_among_many_is_no_node() -> None:
     assert quick > 1.3 * more
     found = every.exact(one)
     np.testing.assert_allclose(quick, found.promise.figures(found.counts)[0].max(axis=0), rtol=0.01)
+
+
+@pytest.mark.parametrize("effect", ["ageing", "bias_step"])
+def test_what_only_days_tell_is_named_and_may_stay_whole(effect: str) -> None:
+    """A campaign is planned as of one day; left out of `effects` the same budget stays whole."""
+    made = small()
+    unit = {"ageing": "deg/s/day", "bias_step": "deg/s"}[effect]
+    made["unit"]["gyro"][effect] = {"systematic": f"1e-6 {unit}"}
+    with_it = made | {"effects": [*made["effects"], effect]}
+    with pytest.raises(
+        PlannerError, match=rf"tells gyro\.{effect}; .* days .* take {effect} out of 'effects'"
+    ):
+        found(with_it, effort="brief")
+    kept(found(made), bounded=False)
