@@ -134,3 +134,14 @@ def test_the_recount_finds_the_same_spread_by_another_way(name: str) -> None:
         # run-to-run is added in squares: what is a millionth of it does not count
         largest = next(m.largest_run_to_run for m in models if m.name == key[0])
         assert counted[key] == pytest.approx(sigma, rel=1e-7, abs=1e-6 * largest), key
+
+
+@pytest.mark.parametrize("lead", ["0 s", "90 s", "4 min"])
+def test_the_recount_has_the_clock_of_a_ramp(lead: str) -> None:
+    """Between two records on a ramp the chamber goes on for the lead of both: drift goes on as long."""
+    spec = six_faces("0.5 mg", "0.05 m/s/sqrt(h)", temperature={"ramp": "1 K/min", "lead": lead})
+    spec["requirement"] = [{"error": "position", "limit": "100 m", "rule": "rss"}]
+    counted, planned = spreads_of_records(loaded(spec).spec), within(spec)
+    assert {error: counted[error, "static"] for error in planned} == pytest.approx(planned, rel=1e-7)
+    slower, soaked = planned["accelerometer.bias"], within(six_faces("0.5 mg", "0.05 m/s/sqrt(h)"))
+    assert lead == "0 s" or slower < soaked["accelerometer.bias"]
