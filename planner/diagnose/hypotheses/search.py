@@ -6,7 +6,7 @@ first, and may be swapped for another as others enter. What is then left without
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from planner.diagnose.hypotheses.found import (
     ALPHA_UNKNOWN,
@@ -84,17 +84,39 @@ def _swap(found: Found, library: Sequence[int]) -> None:
     """Exchange each believed effect for the best in its place, until nothing changes."""
     for _ in range(3):
         changed = False
-        for i, b in enumerate(found.library):
+        for b in list(found.library):
             if found.stands(b):
                 continue
-            others = [*found.library[:i], *found.library[i + 1 :], *found.unknown]
-            here = given(found.pool, others)
-            rivals = {c: score(here, [c]).criterion for c in [*free(found.pool, library, others), b]}
-            best = best_of(found.pool, rivals)
-            if rivals[best] > rivals[b] + TIE:
-                found.library[i], changed = best, True
+            here = given(found.pool, found.others(b))
+            rivals = {c: score(here, [c]) for c in [*free(found.pool, library, found.others(b)), b]}
+            criteria = {c: s.criterion for c, s in rivals.items()}
+            best = [best_of(found.pool, criteria)]
+            apart = _channel_by_channel(found, b, criteria, here)
+            if apart and score(here, apart).criterion > criteria[best[0]] + TIE:
+                best = apart
+            elif criteria[best[0]] <= criteria[b] + TIE:
+                continue
+            place = found.library.index(b)
+            found.library[place : place + 1], changed = best, True
         if not changed:
             return
+
+
+def _channel_by_channel(found: Found, block: int, criteria: Mapping[int, float], here: Pool) -> list[int]:
+    """The blocks of the one effect that, on the channels of a block of several, explains most; none: [].
+
+    One channel of it explains less than what all of them have in common, whichever of the two is there.
+    """
+    axes = found.axes(block)
+    if len(axes) == 1:
+        return []
+    effects: dict[str, dict[int, int]] = {}
+    for c in sorted(criteria, key=lambda c: criteria[c]):
+        own = found.axes(c)
+        if len(own) == 1 and own <= axes and criteria[c] > 0.0:
+            effects.setdefault(found.pool.blocks[c].name, {})[min(own)] = c  # the last one is the best
+    several = [[*channels.values()] for channels in effects.values() if len(channels) > 1]
+    return max(several, key=lambda blocks: score(here, blocks).criterion, default=[])
 
 
 # ---------------------------------------------------------------- the last word
