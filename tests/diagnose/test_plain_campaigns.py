@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
+import yaml
 from scipy.special import ndtr
 
 from planner.diagnose import records
@@ -13,9 +16,9 @@ from planner.diagnose.hypotheses.verdicts import _rests_on, _scatter
 from planner.diagnose.records import screened
 from planner.pipelines.data import simulate
 from planner.simulate.settings import settings_of
-from planner.spec.load import load_spec
+from planner.spec.load import LoadedSpec, load_spec
 from tests.diagnose.labs.unit import campaign
-from tests.specs import SHIPPED
+from tests.specs import SHIPPED, loaded
 
 
 @pytest.mark.parametrize("seed", [6, 20, 42])
@@ -100,3 +103,31 @@ def test_another_unit_is_seen_in_some_of_very_many_power_ons(monkeypatch: pytest
     assert [s.hypothesis for s in whole.suspects] == [s.hypothesis for s in some.suspects] == ["mixed_units"]
     assert not np.any(some.kept & ~whole.kept)
     assert len(set(table.run[whole.kept]) - set(table.run[some.kept])) <= 4
+
+
+@cache
+def loaded_arm() -> LoadedSpec:
+    """high_g with a plain error model: what its centrifuge shows besides is left to the diagnosis."""
+    tree = yaml.safe_load((SHIPPED / "high_g.yaml").read_text())
+    plain = ["bias", "bias_temperature", "scale_factor", "misalignment"]
+    tree["effects"] = plain
+    for sensor in ("gyro", "accelerometer"):
+        tree["unit"][sensor] = {k: v for k, v in tree["unit"][sensor].items() if k in plain}
+        tree["unit"][sensor]["scale_factor"].pop("temperature_residual")
+    for test in tree["tests"].values():
+        test["calibrates"] = [e for e in test["calibrates"] if e.split(".")[1] in plain]
+    tree["tests"]["loads"]["calibrates"] = ["accelerometer.scale_factor"]
+    return loaded(tree)
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize(
+    "hidden", ["g_squared_sensitivity=1.6e-4 deg/s/g^2", "gyro.arm_bending=3e-4 deg/g"], ids=["unit", "arm"]
+)
+def test_what_every_gyro_has_for_itself_is_no_bending_arm(hidden: str, seed: int) -> None:
+    """All three share the arm's coefficients: more is in it than in one gyro's g², less than in three."""
+    unit = loaded_arm()
+    table, _ = simulate(unit, None, (hidden,), seed, settings_of(unit.spec))
+    found = diagnose_sensor(prepared(table), "gyro", tuple(unit.spec.effects), 1)
+    named = {found.found.pool.blocks[b].name for b in found.found.all}
+    assert named == {hidden.split("=")[0].removeprefix("gyro.")}
