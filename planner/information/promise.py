@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,17 +90,16 @@ class Promise:
         whole, undetermined = self._whole(counts, families)
         return [self._blocks(a, whole) for a in self.asked], undetermined
 
-    def untold(self, counts: Array) -> tuple[ErrorName, ...]:
-        """The errors that fly and that no record of one campaign (g,) tells."""
-        names: dict[ErrorName, None] = {}
+    def untold(self, counts: Array) -> dict[ErrorName, tuple[str, ...]]:
+        """The errors that fly and of which no record of one campaign (g,) tells some terms: these."""
+        names: dict[ErrorName, tuple[str, ...]] = {}
         for group in self._groups:
             for found in told(group.alike, counts[None], group.curved):
-                terms = group.alike.first.terms
-                open_ = [
-                    terms[i].error for i in group.asked if found.undetermined[:, :, found.places[i]].any()
-                ]
-                names |= dict.fromkeys(open_)
-        return tuple(names)
+                for i, c in product(group.asked, range(len(group.alike.channels))):
+                    if found.undetermined[c, :, found.places[i]].any():
+                        term = group.alike.channels[c].terms[i]
+                        names[term.error] = (*names.get(term.error, ()), term.name)
+        return names
 
     def covariance(self, counts: Array, requirement: int) -> tuple[Array, NDArray[np.bool_]]:
         """(B, families, S, I c, I c) of one requirement with what goes between its instants.

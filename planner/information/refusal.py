@@ -58,11 +58,21 @@ def _untold(judge: Judge, near: Sequence[Array]) -> str:
     names = min((judge.promise.untold(n) for n in near), key=len)
     effects = dict.fromkeys(name.effect for name in names)
     of_days = all("day" in catalog.effects()[effect].needs for effect in effects)
-    why = "no plan spreads records over the days that it needs" if of_days else "their records do not show it"
+    why = (
+        "no plan spreads records over the days that it needs"
+        if of_days
+        else "add motions, loads or temperatures that show it"
+    )
+    whose = ", ".join(f"{name} ({_some(terms)})" for name, terms in names.items())
     return (
-        f"no campaign of the tests on offer tells {', '.join(names)}; {why}; "
+        f"no campaign of the tests on offer tells {whose}; {why}; "
         f"take {', '.join(effects)} out of 'effects': its budget then stays whole in what is promised"
     )
+
+
+def _some(terms: Sequence[str]) -> str:
+    more = len(terms) - SHOWN
+    return ", ".join(terms[:SHOWN]) + (f" and {more} more" if more > 0 else "")
 
 
 @dataclass(frozen=True)

@@ -159,7 +159,7 @@ def test_what_only_days_tell_is_named_and_may_stay_whole(effect: str) -> None:
     made["unit"]["gyro"][effect] = {"systematic": f"1e-6 {unit}"}
     with_it = made | {"effects": [*made["effects"], effect]}
     with pytest.raises(
-        PlannerError, match=rf"tells gyro\.{effect}; .* days .* take {effect} out of 'effects'"
+        PlannerError, match=rf"tells gyro\.{effect} \(x, y, z\); .* days .* take {effect} out of 'effects'"
     ):
         found(with_it, effort="brief")
     kept(found(made), bounded=False)
