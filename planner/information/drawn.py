@@ -62,8 +62,13 @@ class CurveWeights:
 
     def of(self, curves: Array, rows: NDArray[np.intp]) -> NDArray[np.float32]:
         """(S, n, ρ) for curves (m, N), of which each temperature of flight takes its rows (S, n)."""
-        seen = curves[rows[:, :, None], self.places[:, None, :]]
-        return np.asarray(seen @ np.swapaxes(self.weights, 1, 2), dtype=np.float32)
+        # many power-ons have one temperature: its curve is looked up once
+        places, at = np.unique(self.places, axis=1, return_inverse=True)
+        weights = np.zeros((*self.weights.shape[:2], places.shape[1]))
+        for record, place in enumerate(at.ravel()):
+            weights[:, :, place] += self.weights[:, :, record]
+        seen = curves[rows[:, :, None], places[:, None, :]]
+        return np.asarray(seen @ np.swapaxes(weights, 1, 2), dtype=np.float32)
 
 
 def drawn_quantile(
