@@ -107,6 +107,11 @@ class Review:
         return self.method_sure and self.spec.planned_by == "published"
 
     @property
+    def by_information(self) -> bool:
+        """Whether it is sure that the plan is made by information."""
+        return self.method_sure and self.spec.planned_by == "information"
+
+    @property
     def method_sure(self) -> bool:
         """Whether what decides about the method is readable."""
         return all(self.whole(*path) for path in (("requirement",), ("sensitivities",), ("plan", "method")))

@@ -31,7 +31,7 @@ def initial_alignment(sheet: Review) -> None:
             "self_aligned levels roll and pitch by the accelerometers, whose errors the unit's budgets give; "
             "leave roll_pitch out",
         )
-    if sheet.method_sure and sheet.spec.planned_by == "published":
+    if sheet.published:
         sheet.warn(
             "P364",
             ("initial_alignment",),

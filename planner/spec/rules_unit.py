@@ -189,13 +189,9 @@ def _covers(sheet: Review, path: Path, measured: MeasuredCurve) -> None:
 
 def _uncalibrated(sheet: Review) -> str:
     """What becomes of a declared error that no test names: the two methods differ."""
-    if _by_information(sheet):
+    if sheet.by_information:
         return "it is fitted all the same, from what the records of all tests tell of it"
     return "the error stays whole in the budget"
-
-
-def _by_information(sheet: Review) -> bool:
-    return sheet.whole("requirement") and sheet.whole("plan") and sheet.spec.planned_by == "information"
 
 
 def _carried(sheet: Review, sensor: str, effect: str, path: Path) -> None:
@@ -205,7 +201,7 @@ def _carried(sheet: Review, sensor: str, effect: str, path: Path) -> None:
     by information may have one node, and its curves are the residuals of the table alone.
     """
     known = catalog.effects()[effect]
-    if _by_information(sheet) and known.tabled and known.temperature_of in getattr(sheet.spec.unit, sensor):
+    if sheet.by_information and known.tabled and known.temperature_of in getattr(sheet.spec.unit, sensor):
         whose = f"unit.{sensor}.{known.temperature_of}"
         sheet.fault(
             "P314",
