@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from planner.diagnose.hypotheses.found import (
     ALPHA_UNKNOWN,
     TIE,
@@ -88,35 +90,37 @@ def _swap(found: Found, library: Sequence[int]) -> None:
             if found.stands(b):
                 continue
             here = given(found.pool, found.others(b))
-            rivals = {c: score(here, [c]) for c in [*free(found.pool, library, found.others(b)), b]}
-            criteria = {c: s.criterion for c, s in rivals.items()}
-            best = [best_of(found.pool, criteria)]
-            apart = _channel_by_channel(found, b, criteria, here)
-            if apart and score(here, apart).criterion > criteria[best[0]] + TIE:
-                best = apart
-            elif criteria[best[0]] <= criteria[b] + TIE:
+            rivals = {c: score(here, [c]).criterion for c in [*free(found.pool, library, found.others(b)), b]}
+            best = best_of(found.pool, rivals)
+            apart, together = _channel_by_channel(found, b, rivals, here)
+            if together > rivals[best] + TIE:
+                instead = apart
+            elif rivals[best] > rivals[b] + TIE:
+                instead = [best]
+            else:
                 continue
             place = found.library.index(b)
-            found.library[place : place + 1], changed = best, True
+            found.library[place : place + 1], changed = instead, True
         if not changed:
             return
 
 
-def _channel_by_channel(found: Found, block: int, criteria: Mapping[int, float], here: Pool) -> list[int]:
-    """The blocks of the one effect that, on the channels of a block of several, explains most; none: [].
+def _channel_by_channel(
+    found: Found, block: int, criteria: Mapping[int, float], here: Pool
+) -> tuple[list[int], float]:
+    """The blocks of the one effect that explains most on the channels of a block of several, their criterion.
 
     One channel of it explains less than what all of them have in common, whichever of the two is there.
     """
     axes = found.axes(block)
-    if len(axes) == 1:
-        return []
     effects: dict[str, dict[int, int]] = {}
     for c in sorted(criteria, key=lambda c: criteria[c]):
         own = found.axes(c)
         if len(own) == 1 and own <= axes and criteria[c] > 0.0:
             effects.setdefault(found.pool.blocks[c].name, {})[min(own)] = c  # the last one is the best
     several = [[*channels.values()] for channels in effects.values() if len(channels) > 1]
-    return max(several, key=lambda blocks: score(here, blocks).criterion, default=[])
+    each = ((blocks, score(here, blocks).criterion) for blocks in several)
+    return max(each, key=lambda one: one[1], default=([], -np.inf))
 
 
 # ---------------------------------------------------------------- the last word
