@@ -8,8 +8,9 @@ not used. Nothing is added under the normal quantile.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from planner.protocols import SENSORS, Sensor
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Given, Spec
 from planner.spec.motions import motions_of
-from planner.verify.records import motion_on, referred
+from planner.verify.records import records_of
 
 SEEN = 1e-10  # share of the largest singular value, below which a combination of columns is not seen
 TOUCHED = 1e-6  # share of a column in such a combination
@@ -53,18 +54,27 @@ def spreads_of_records(spec: Spec) -> dict[tuple[str, str], float]:
 def _conditions(spec: Spec, name: str) -> Conditions | None:
     """The records of one repeat; None where the bench's motions are unknown."""
     test = spec.tests[name]
-    bench = spec.benches[test.bench]
-    asked = motions_of(test.bench, bench, test)
-    if any(motion is None for motion in asked):
+    if any(motion is None for motion in motions_of(test.bench, spec.benches[test.bench], test)):
         return None
-    made = [motion_on(bench, motion, test.record, k, len(asked)) for k, motion in enumerate(asked)]
-    rate, force = referred(made)
-    m, clock, middle = len(made), test.power_on, []
-    on_ramp = 0.0 if test.ramp is None else test.ramp.lead  # the chamber moves before a record and after it
-    for _ in made:
-        middle.append(clock + bench.move + on_ramp + test.record / 2)
-        clock += bench.move + on_ramp + test.record + on_ramp + test.gap
-    return Conditions(rate, force, np.full(m, 20.0), np.zeros(m), np.array(middle), np.zeros(m))
+    return records_of({"steps": [*one_repeat(spec, name)]}, spec).conditions
+
+
+def one_repeat(spec: Spec, name: str, clock: float = 0.0) -> Iterator[Mapping[str, Any]]:
+    """One power-on of a test at the middle of the range from `clock` on, as steps of a plan."""
+    test, (low, high) = spec.tests[name], spec.plan.temperatures.range
+    bench = spec.benches[test.bench]
+    step = {"bench": test.bench, "test": name, "temperature_degc": (low + high) / 2.0, "motion": None}
+    yield {**step, "id": f"{name}/on", "action": "power_on", "start_s": clock, "end_s": clock}
+    clock += test.power_on
+    speed, lead = (0.0, 0.0) if test.ramp is None else (test.ramp.ramp * 60.0, test.ramp.lead)
+    for k, motion in enumerate(motions_of(test.bench, bench, test)):
+        begin = clock + bench.move + lead
+        clock = begin + test.record
+        named = {"id": f"{name}/m{k + 1}", "action": "record", "start_s": begin, "end_s": clock}
+        moving = {"temperature_rate_degc_min": -speed if k % 2 else speed}
+        yield {**step, **named, **moving, "motion": motion}
+        clock += lead + test.gap
+    yield {**step, "id": f"{name}/off", "action": "power_off", "start_s": clock, "end_s": clock}
 
 
 def _of_test(spec: Spec, name: str, seen: Conditions) -> dict[str, float]:

@@ -16,12 +16,12 @@ import numpy as np
 from planner.errors import InputError
 from planner.protocols import SENSORS
 from planner.spec.model import Spec
-from planner.spec.motions import motions_of
 from planner.verify.calibrations import estimators
 from planner.verify.chance import Chance
 from planner.verify.draws import unit_of
 from planner.verify.findings import Document
 from planner.verify.records import Records, records_of
+from planner.verify.recount_spread import one_repeat
 
 SAME = 2e-3  # found 1e-4 apart: three modes for a walk over the days there, floors of V of their own
 
@@ -32,7 +32,7 @@ def added_together(
     """Error -> what the records add to its run-to-run, SI: √(n σ² − s_run²); infinite if nothing tells it."""
     if not errors:
         return {}
-    sigma = _sigmas(records_of(document if by_hand else {"steps": [*_one_repeat(spec)]}, spec), spec)
+    sigma = _sigmas(records_of(document if by_hand else {"steps": [*_each_test_once(spec)]}, spec), spec)
     found = {}
     for error in errors:
         n = _fewest(document, error) if by_hand else 1
@@ -63,22 +63,10 @@ def _sigmas(records: Records, spec: Spec) -> dict[str, float]:
     return found
 
 
-def _one_repeat(spec: Spec) -> Iterator[Mapping[str, Any]]:
-    """One power-on of every test at the middle of the range, as steps of a plan."""
-    low, high = spec.plan.temperatures.range
+def _each_test_once(spec: Spec) -> Iterator[Mapping[str, Any]]:
+    """One power-on of every test, one after the other, as steps of a plan."""
     clock = 0.0
-    for name, test in spec.tests.items():
-        bench = spec.benches[test.bench]
-        motions = motions_of(test.bench, bench, test)
-        step = {"bench": test.bench, "test": name, "temperature_degc": (low + high) / 2.0, "motion": None}
-        yield {**step, "id": f"{name}/on", "action": "power_on", "start_s": clock, "end_s": clock}
-        clock += test.power_on
-        speed, lead = (0.0, 0.0) if test.ramp is None else (test.ramp.ramp * 60.0, test.ramp.lead)
-        for k, motion in enumerate(motions):
-            begin = clock + bench.move + lead
-            clock = begin + test.record
-            named = {"id": f"{name}/m{k + 1}", "action": "record", "start_s": begin, "end_s": clock}
-            moving = {"temperature_rate_degc_min": -speed if k % 2 else speed}
-            yield {**step, **named, **moving, "motion": motion}
-            clock += lead + test.gap
-        yield {**step, "id": f"{name}/off", "action": "power_off", "start_s": clock, "end_s": clock}
+    for name in spec.tests:
+        steps = [*one_repeat(spec, name, clock)]
+        yield from steps
+        clock = steps[-1]["end_s"]
