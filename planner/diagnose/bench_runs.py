@@ -14,14 +14,15 @@ import numpy as np
 
 from planner import catalog
 from planner.campaign.design import DEFAULT_LATITUDE
-from planner.campaign.exposure import exposure
+from planner.campaign.exposure import exposure, mounting
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.plan.bench_work import ramp_time, ways_aside
+from planner.plan.motions_to_records import record_middles
 from planner.spec.attendance import record_time
 from planner.spec.model import Bench, Spec, Test
 from planner.spec.motions import motions_of
-from planner.spec.ramp import lead_of, rates_of
+from planner.spec.ramp import rates_of
 
 LATER_DAYS = 30.0  # a month: what ages or steps between power-ons has moved by then
 WATCH_S = (15.0, 60.0, 150.0, 300.0, 600.0, 1200.0, 2400.0, 3600.0)  # ends of the records of a long watch
@@ -151,10 +152,8 @@ def _run(
 ) -> BenchRun:
     b = spec.benches[bench]
     m = len(motions)
-    step = record_time(b, like)
-    middle = like.power_on + b.move + lead_of(like) + like.record / 2.0 + step * np.arange(m)
     seen = [
-        exposure(motion, like.record, DEFAULT_LATITUDE, arm=b.arm, mount=_mount(k, m, b))
+        exposure(motion, like.record, DEFAULT_LATITUDE, arm=b.arm, mount=mounting(k, m, b.axes))
         for k, motion in enumerate(motions)
     ]
     conditions = Conditions(
@@ -162,18 +161,13 @@ def _run(
         specific_force=np.array([e.specific_force for e in seen]),
         temperature_degc=np.full(m, at),
         temperature_rate=np.array(list(rates_of(like, m))),
-        time_on=np.asarray(middle, dtype=np.float64),
+        time_on=record_middles(b, like, m),
         day=np.full(m, day),
     )
-    repeat = like.power_on + m * step + like.cool_down + sum(ways_aside(spec, like))
+    repeat = like.power_on + m * record_time(b, like) + like.cool_down + sum(ways_aside(spec, like))
     return BenchRun(
         bench, what, test, tuple(motions), conditions, np.full(m, like.record), repeat, _once(spec, bench, at)
     )
-
-
-def _mount(k: int, count: int, bench: Bench) -> int:
-    """Which body axis lies along axis 1; on a table of one axis the unit is remounted (as simulated)."""
-    return 2 if bench.axes > 1 or count < 3 else min(2, 3 * k // count)
 
 
 def _at(spec: Spec, run: BenchRun, at: float) -> BenchRun:

@@ -10,7 +10,8 @@ from planner.campaign.design import DEFAULT_LATITUDE
 from planner.campaign.exposure import exposure, mounting
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
-from planner.spec.model import Spec, Test
+from planner.spec.attendance import record_time
+from planner.spec.model import Bench, Spec, Test
 from planner.spec.motions import motions_of
 from planner.spec.ramp import lead_of, rates_of
 
@@ -43,14 +44,13 @@ def repeat_records(spec: Spec, name: str) -> RepeatRecords | None:
         specific_force=np.array([e.specific_force for e in seen]),
         temperature_degc=np.full(m, ANY_DEGC),
         temperature_rate=np.array(list(rates_of(test, m))),
-        time_on=_middles(test, bench.move, m),
+        time_on=record_middles(bench, test, m),
         day=np.zeros(m),
     )
     return RepeatRecords(name, conditions, np.full(m, test.record))
 
 
-def _middles(test: Test, move: float, count: int) -> Array:
+def record_middles(bench: Bench, test: Test, count: int) -> Array:
     """(m,) seconds since power-on at the middle of every record: each has a move before it, a gap after."""
-    lead = lead_of(test)
-    step = move + test.record + 2.0 * lead + test.gap
-    return np.asarray(test.power_on + move + lead + test.record / 2.0 + step * np.arange(count))
+    first = test.power_on + bench.move + lead_of(test) + test.record / 2.0
+    return np.asarray(first + record_time(bench, test) * np.arange(count))
