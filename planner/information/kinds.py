@@ -39,13 +39,15 @@ class Kind:
 @dataclass(frozen=True)
 class Term:
     """One term of an error on a channel; tabled: a table over temperature carries it; driven: only where the
-    input of the channel is large enough to tell a scale factor; shared: with the sensor's other channels."""
+    input of the channel is large enough to tell a scale factor; shared: with the sensor's other channels;
+    nodal: the value at a node, which only records near it tell."""
 
     error: ErrorName
     name: str
     tabled: bool
     driven: bool
     shared: bool = False
+    nodal: bool = False
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,11 @@ class ChannelKinds:
         sizes, which = np.unique(np.maximum.reduceat(self.inputs, self.starts), return_inverse=True)
         needed = np.minimum(EXCITED * sizes, EXCITING[self.sensor])
         return which, sizes >= needed[:, None]
+
+    @cached_property
+    def largest(self) -> Array:
+        """(g, b) the largest size of every column in a power-on of each kind."""
+        return np.asarray(np.maximum.reduceat(np.abs(self.rows), self.starts, axis=0))
 
 
 @dataclass(frozen=True)
@@ -179,4 +186,5 @@ def _terms(c: ChannelCampaign, columns: Sequence[tuple[ErrorName, str]]) -> Iter
         own = carried[error.effect]
         tabled = own.nodes is not None
         shared = any(t.shared for t in own.effect.terms(c.model.sensor) if t.name == name)
-        yield Term(error, name, tabled, tabled and own.effect.group == "scale_factor", shared)
+        nodal = getattr(own.effect, "nodal", False)
+        yield Term(error, name, tabled, tabled and own.effect.group == "scale_factor", shared, nodal)

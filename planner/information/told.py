@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from planner.information.kinds import ChannelKinds
 from planner.information.tables import hats_of
+from planner.measurement import REACHED
 from planner.nouns.array import Array
 from planner.protocols import AXES
 from planner.temperature_table import GAP_K, LEAST_ROWS, nodes_with_rows, temperature_nodes
@@ -92,7 +93,7 @@ def alike(channels: Sequence[ChannelKinds], degc: Array) -> list[Alike]:
     """The channels by what can be solved together."""
     groups: dict[object, list[ChannelKinds]] = {}
     for c in channels:
-        terms = tuple((t.error, t.tabled, t.driven) for t in c.terms)
+        terms = tuple((t.error, t.tabled, t.driven, t.nodal) for t in c.terms)
         which, shows = c.shows
         driven = shows[which[:, None], which].tobytes()
         unfitted = tuple(t.error for t in c.unfitted)
@@ -188,7 +189,20 @@ def _told(
     gains = {i: C[..., :P, :] @ np.swapaxes(each, 2, 3) for i, each in felt.items()}
     own = tuple((driven if x.driven else nodes) if x.tabled else None for x in c.terms)
     covariance, beside = C[..., :P, :P], C[..., :P, P:]
-    return Told(which, kinds, covariance, beside, gains, inflated[..., :P] > UNSEEN, places, own)
+    undetermined = inflated[..., :P] > UNSEEN
+    for i, far in _far_from_nodes(c, kinds, n):
+        undetermined[:, far, places[i]] = True
+    return Told(which, kinds, covariance, beside, gains, undetermined, places, own)
+
+
+def _far_from_nodes(
+    c: ChannelKinds, kinds: NDArray[np.intp], n: Array
+) -> Iterator[tuple[int, NDArray[np.bool_]]]:
+    """Nodal terms, and (B,) campaigns without a record near a term's node, as the fit asks (`reached`)."""
+    nodal = [i for i, term in enumerate(c.terms) if term.nodal]
+    if nodal:
+        near = (c.largest[kinds][..., nodal] * (n > 0)[..., None]).max(axis=1)
+        yield from zip(nodal, (near < REACHED).T, strict=True)
 
 
 def shared_places(group: Alike, places: Sequence[slice]) -> list[int]:

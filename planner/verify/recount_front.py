@@ -77,6 +77,7 @@ def _steps(planned: Document, spec: Spec) -> Iterator[dict[str, Any]]:
             clock = earliest(spec, block, clock)
             for one in block:
                 step = {k: v for k, v in asdict(one).items() if k not in ("temperature", "seconds", "block")}
+                step["temperature_rate_degc_min"] = step.pop("rate")
                 times = {"start_s": clock, "end_s": clock + one.seconds}
                 yield {**step, **times, "bench": bench, "temperature_degc": one.temperature, "units": 1}
                 clock += one.seconds
