@@ -177,6 +177,14 @@ class ChannelModel:
         every = ((c.effect.name, p) for c in self.carried for p in c.effect.parameters)
         return tuple(pair for pair in every if (pair[0], pair[1].name) not in self.held)
 
+    def shares(self, column: Column) -> bool:
+        """Whether the sensor's other channels have the same coefficient; a parameter: one of its terms."""
+        carried = next(c for c in self.carried if c.effect.name == column.effect)
+        terms = carried.effect.terms(self.sensor)
+        if column.parameter:
+            return any(terms[t].shared for t in carried.terms)
+        return next(t for t in terms if t.name == column.term).shared and carried.nodes is None
+
     @property
     def linear(self) -> int:
         """How many coefficients are linear; the parameters stand behind them."""

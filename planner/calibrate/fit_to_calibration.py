@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner import catalog
+from planner.calibrate.weak_coefficients import weak, within_budget
 from planner.calibrate.what_would_tell import what_would_tell
 from planner.campaign.estimate import Estimate
 from planner.campaign.noise import Component
-from planner.measurement import AXES, Column
+from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.calibration import (
     Coefficient,
@@ -42,15 +44,20 @@ def sensor_calibration(
     remarks: Sequence[str] = (),
 ) -> SensorCalibration:
     """What was found for one sensor, channel by channel; smooth: tables in place of the fitted nodes."""
-    coefficients = tuple(c for fit in fits for c in coefficients_of(fit, spec))
+    drawn = [within_budget(fit, half_widths(fit), spec) for fit in fits]
+    coefficients = tuple(
+        c
+        for fit, given in zip(fits, drawn, strict=True)
+        for c in coefficients_of(given, spec, weak(fit, half_widths(fit), spec))
+    )
     notes = [f"{sensor} {AXES[fit.model.channel]}: {note}" for fit in fits for note in fit.notes]
     return SensorCalibration(
         sensor=sensor,
         method=method,
         coefficients=coefficients,
-        covariance={AXES[fit.model.channel]: fit.fit.covariance for fit in fits},
+        covariance={AXES[fit.model.channel]: fit.fit.covariance for fit in drawn},
         condition={AXES[fit.model.channel]: fit.fit.factors.condition for fit in fits},
-        tables=tables_of(fits, smooth),
+        tables=tables_of(drawn, smooth),
         residuals=tuple(residuals),
         random=tuple(r for fit in fits for r in random_of(fit, spec)),
         notes=(*notes, *_not_determined(sensor, coefficients), *_remedies(sensor, fits), *remarks),
@@ -61,15 +68,18 @@ def sensor_calibration(
 # ---------------------------------------------------------------- coefficients
 
 
-def coefficients_of(fit: Estimate, spec: Spec) -> list[Coefficient]:
-    """The channel's coefficients with 95 % intervals by Student's t and their own degrees of freedom."""
+def coefficients_of(fit: Estimate, spec: Spec, faint: NDArray[np.bool_] | None = None) -> list[Coefficient]:
+    """The channel's coefficients with 95 % intervals by Student's t and their own degrees of freedom.
+
+    faint: (p,) which are weak; by the fit itself if not given
+    """
     found = []
-    half = student_quantile((1.0 + CONFIDENCE) / 2.0, fit.fit.freedom) * _errors(fit)
+    half = half_widths(fit)
+    if faint is None:
+        faint = weak(fit, half, spec)
     shapes = {(effect, p.name): p for effect, p in fit.model.fitted_parameters}
     for i, column in enumerate(fit.model.columns()):
         value, h = float(fit.theta[i]), float(half[i])
-        if fit.fit.undetermined[i]:
-            h = np.inf
         low, high, error = value - h, value + h, float(_errors(fit)[i])
         p = shapes.get((column.effect, column.parameter))
         if p is not None and p.scale == "logarithmic":  # the interval is one of the logarithm
@@ -87,27 +97,24 @@ def coefficients_of(fit: Estimate, spec: Spec) -> list[Coefficient]:
                 freedom=float(fit.fit.freedom[i]),
                 low=low,
                 high=high,
-                status=_status(fit, i, column, h, spec),
+                status=_status(bool(fit.fit.undetermined[i]), bool(faint[i])),
             )
         )
     return found
+
+
+def half_widths(fit: Estimate) -> Array:
+    """(p,) of the 95 % intervals; infinite where the data tell nothing."""
+    half = student_quantile((1.0 + CONFIDENCE) / 2.0, fit.fit.freedom) * _errors(fit)
+    return np.where(fit.fit.undetermined, np.inf, half)
 
 
 def _errors(fit: Estimate) -> Array:
     return np.sqrt(np.maximum(np.diag(fit.fit.covariance), 0.0))
 
 
-def _status(fit: Estimate, i: int, column: Column, half_width: float, spec: Spec) -> Status:
-    if fit.fit.undetermined[i]:
-        return "undetermined"
-    budget = getattr(spec.unit, fit.model.sensor).get(column.effect)
-    size = 0.0 if budget is None else budget.whole_variation
-    if column.parameter:
-        (wide,) = [
-            p for e, p in fit.model.fitted_parameters if (e, p.name) == (column.effect, column.parameter)
-        ]
-        return "weak" if half_width > min(1.0, 0.25 * (wide.bounds[1] - wide.bounds[0])) else "determined"
-    return "weak" if size > 0 and half_width > size else "determined"
+def _status(undetermined: bool, faint: bool) -> Status:
+    return "undetermined" if undetermined else "weak" if faint else "determined"
 
 
 def _remedies(sensor: str, fits: Sequence[Estimate]) -> list[str]:
@@ -119,13 +126,17 @@ def _not_determined(sensor: str, coefficients: Sequence[Coefficient]) -> list[st
     """A sentence for each channel with coefficients that the data do not determine."""
     notes = []
     for channel in AXES:
-        for status, why in (
-            ("undetermined", "the data cannot tell"),
-            ("weak", "the data tell less than the spec's budget already says of"),
+        for status, why, done in (
+            ("undetermined", "the data cannot tell", ""),
+            (
+                "weak",
+                "the data tell less than the spec's budget already says of",
+                "; where they may be zero, the budget draws them to it",
+            ),
         ):
             names = [_name(c) for c in coefficients if c.channel == channel and c.status == status]
             if names:
-                notes.append(f"{sensor} {channel}: {why} {', '.join(names)}")
+                notes.append(f"{sensor} {channel}: {why} {', '.join(names)}{done}")
     return notes
 
 

@@ -104,7 +104,7 @@ def _every_rows(campaign: Campaign, without: Collection[ErrorName]) -> Iterator[
             for (s, _), channel in campaign.channels.items()
             if s == sensor and (model := _asked_model(channel.model, without)).carried
         ]
-        if any(_is_shared(c.model, column) for c in mine for column in _linear(c.model)):
+        if any(c.model.shares(column) for c in mine for column in _linear(c.model)):
             yield _stacked(sensor, mine)
         else:
             yield from (_stacked(sensor, [channel]) for channel in mine)
@@ -135,18 +135,12 @@ def _linear(model: ChannelModel) -> tuple[Column, ...]:
     return model.columns()[: model.linear]
 
 
-def _is_shared(model: ChannelModel, column: Column) -> bool:
-    carried = next(c for c in model.carried if c.effect.name == column.effect)
-    term = next(t for t in carried.effect.terms(model.sensor) if t.name == column.term)
-    return term.shared and carried.nodes is None
-
-
 def _stacked(sensor: Sensor, channels: Sequence[ChannelCampaign]) -> _Rows:
     """Rows of the channels one below the other; a coefficient that they share has one column."""
     places: dict[tuple[int, Column], int] = {}
     own = []
     for c in channels:
-        keys = [(-1 if _is_shared(c.model, x) else c.model.channel, x) for x in _linear(c.model)]
+        keys = [(-1 if c.model.shares(x) else c.model.channel, x) for x in _linear(c.model)]
         own.append([places.setdefault(key, len(places)) for key in keys])
     blocks = [c.rows() for c in channels]
     extra = [b.shape[1] - len(o) for b, o in zip(blocks, own, strict=True)]

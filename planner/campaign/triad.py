@@ -83,7 +83,7 @@ def _places(found: Sequence[Estimate]) -> _Places:
     for e in found:
         mine = []
         for column in e.model.columns():
-            common = column in shared or _is_shared(e, column)
+            common = column in shared or e.model.shares(column)
             if common and column in shared:
                 mine.append(shared[column])
                 continue
@@ -93,14 +93,6 @@ def _places(found: Sequence[Estimate]) -> _Places:
             count += 1
         places.append(mine)
     return _Places(tuple(places), count)
-
-
-def _is_shared(e: Estimate, column: Column) -> bool:
-    carried = next(c for c in e.model.carried if c.effect.name == column.effect)
-    terms = carried.effect.terms(e.model.sensor)
-    if column.parameter:
-        return any(terms[t].shared for t in carried.terms)
-    return next(t for t in terms if t.name == column.term).shared and carried.nodes is None
 
 
 def _together(found: list[Estimate], readings: Array) -> list[Estimate]:
