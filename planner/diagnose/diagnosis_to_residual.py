@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from planner.calibrate.dwells_to_fit import readings_of
 from planner.campaign.channel_model import channel_model
 from planner.diagnose.hypotheses.channels import channel, columns
-from planner.diagnose.hypotheses.far_rows import far_rows
+from planner.diagnose.hypotheses.far_rows import far_rows, scale_scatter
 from planner.diagnose.hypotheses.noise import LEVEL, ChannelNoise, Readings, channel_noise
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
 from planner.diagnose.hypotheses.prepared import prepared
@@ -126,7 +126,8 @@ def _readings(
     """What the noise of a channel is judged from; what was found are columns that the rows may follow."""
     c = channel(sensor, axis, table.conditions(), y, tuple(spec.effects))
     candidates = np.column_stack([np.empty((len(y), 0)), *(columns(c, e.effect, e.nonlinear) for e in found)])
-    far = far_rows(c, candidates, starts, table.duration, cells_of(table.conditions())).rows
+    cells, scatter = cells_of(table.conditions()), scale_scatter(spec.unit, c)
+    far = far_rows(c, candidates, starts, table.duration, cells, scatter).rows
     return Readings(c, starts, table.duration, candidates, np.where(far, FAR_WEIGHT, 1.0), LEAST_RUNS)
 
 

@@ -57,12 +57,12 @@ def diagnose(
     seen = screened(table)
     table = rows_of(table, seen.kept)
     _check(table)
-    data = prepared(table)
+    data = prepared(table, spec.unit)
     found = _searched(data, spec, seed, progress)
     lag = lag_of(found, data)
     late = [] if lag is None else [with_lag(s, lag) for s in suspects(found) if s.hypothesis == LAGS]
     if lag is not None:
-        data = prepared(ahead(table, lag.value))
+        data = prepared(ahead(table, lag.value), spec.unit)
         found = _searched(data, spec, seed, progress)
     progress(f"{table.unit[0]}: fitting what was found with what is declared")
     effects, said = found_effects(found, data, table, spec)

@@ -9,12 +9,32 @@ from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.noise import plain_spread
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT, LEAST_FAR, Far, outliers
 from planner.nouns.array import Array
+from planner.spec.model import Unit
+
+
+def scale_scatter(unit: Unit | None, c: Channel) -> Array:
+    """(n,) SI: what the scale factor, drawn anew at every power-on by the spec, changes of each reading."""
+    budget = None if unit is None else getattr(unit, c.sensor).get("scale_factor")
+    if budget is None:
+        return np.zeros(len(c.r))
+    size = np.abs(c.u)
+    inputs = budget.run_to_run_over_input
+    sigma = np.interp(size, *np.transpose(inputs)) if inputs else budget.run_to_run_largest
+    return np.asarray(sigma * size)
 
 
 def far_rows(
-    c: Channel, candidates: Array, starts: NDArray[np.int64], duration: Array, cells: NDArray[np.int64]
+    c: Channel,
+    candidates: Array,
+    starts: NDArray[np.int64],
+    duration: Array,
+    cells: NDArray[np.int64],
+    scatter: Array,
 ) -> Far:
-    """The rows of a channel that are left out, by the spread of those that are not suspect at first sight."""
+    """The rows of a channel that are left out, by the spread of those that are not suspect at first sight.
+
+    scatter: (n,) one sigma by which a row may be off with its whole power-on (`scale_scatter`)
+    """
     ones = np.ones(len(c.r))
     first = outliers(c, candidates, starts, plain_spread(c, starts, duration, ones), cells)
     suspect = first.size > LEAST_FAR
@@ -22,4 +42,4 @@ def far_rows(
         return first
     weights = np.where(suspect, FAR_WEIGHT, 1.0)
     spread = plain_spread(c, starts, duration, weights) * np.sqrt(weights)
-    return outliers(c, candidates, starts, spread, cells)
+    return outliers(c, candidates, starts, spread, cells, scatter)

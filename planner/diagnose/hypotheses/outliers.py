@@ -50,10 +50,12 @@ def outliers(
     starts: NDArray[np.int64],
     spread: Array,
     cells: NDArray[np.int64] | None = None,
+    scatter: Array | float = 0.0,
 ) -> Far:
     """Rows that lie far off even where every candidate may bend, about the means of power-ons.
 
     spread: (n,) what the noise of the rows is in proportion to; cells: (n,) number of each row's condition
+    scatter: (n,) one sigma, in the reading's unit, by which a row may be off beside its noise and stay
     """
     n = len(c.r)
     far = np.zeros(n, dtype=bool)
@@ -76,6 +78,8 @@ def outliers(
         if np.array_equal(now, far):
             break
         far = now
+    if far.any():
+        far = far & (_sigma(left, c, starts, spread, scatter) > LEAST_FAR)
     return Far(far, size)
 
 
@@ -149,13 +153,15 @@ def _within(
     return A[:, :-1][:, some], A[:, -1]
 
 
-def _sigma(left: Array, c: Channel, starts: NDArray[np.int64], spread: Array) -> Array:
+def _sigma(
+    left: Array, c: Channel, starts: NDArray[np.int64], spread: Array, scatter: Array | float = 0.0
+) -> Array:
     """(n,) sizes in robust sigma: rows in units of what drives their noise, on the scale of their middle."""
     sizes = np.diff(np.append(starts, len(left)))
     counted = np.where(sizes > 2, np.sqrt(1.0 - 1.0 / np.maximum(sizes, 2)), 1.0)
     about = np.abs(left) / np.repeat(counted, sizes)  # a mean of m rows took one of m degrees of freedom
     scale = float(np.quantile(about, MIDDLE)) / NORMAL_MIDDLE
-    return np.asarray(about / np.maximum(scale, _least(c) / spread))
+    return np.asarray(about / np.hypot(np.maximum(scale, _least(c) / spread), scatter / spread))
 
 
 def _least(c: Channel) -> float:

@@ -12,6 +12,7 @@ from planner.calibrate.reference_table import with_references
 from planner.dwells.table_rows import by_run, rows_of
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
+from planner.spec.model import Unit
 from planner.units import STANDARD_GRAVITY_MPS2
 
 MOST_ROWS = 30_000  # more tell no other verdict, they are averaged in place
@@ -30,6 +31,7 @@ class Prepared:
     full: the table as it came, with references; once: its rows without those that are another one again
     sensors: those that can be judged; notes: sentences
     attitude: (N,) number of each full row's attitude when the accelerometers are their own reference
+    unit: what the spec says of the sensors, if there is one
     """
 
     table: DwellTable
@@ -40,6 +42,7 @@ class Prepared:
     sensors: tuple[str, ...]
     notes: tuple[str, ...]
     attitude: NDArray[np.int64] | None = None
+    unit: Unit | None = None
 
     def attitudes(self) -> tuple[Array, Array]:
         """(n, k) and (N, k) indicators of the attitudes, whose means are unseen; k = 0 with a reference."""
@@ -51,7 +54,7 @@ class Prepared:
         return every[mine], every[self.attitude]
 
 
-def prepared(table: DwellTable) -> Prepared:
+def prepared(table: DwellTable, unit: Unit | None = None) -> Prepared:
     """What the diagnosis works on. Raises InputError when nothing can be made of the accelerometers."""
     full, sensors, notes, attitude = _referenced(_ramps_levelled(table))
     kept, again = _once(full)
@@ -74,7 +77,7 @@ def prepared(table: DwellTable) -> Prepared:
     order = np.lexsort((table.time_on, table.run))
     ordered, starts = by_run(table)
     where = np.where(where >= 0, np.argsort(order)[where], -1)
-    return Prepared(ordered, starts, full, kept, where, sensors, tuple(notes), attitude)
+    return Prepared(ordered, starts, full, kept, where, sensors, tuple(notes), attitude, unit)
 
 
 def _ramps_levelled(table: DwellTable) -> DwellTable:

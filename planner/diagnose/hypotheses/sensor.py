@@ -19,7 +19,7 @@ from planner.diagnose.hypotheses.candidates import (
 )
 from planner.diagnose.hypotheses.channels import Channel, channel
 from planner.diagnose.hypotheses.estimates import Shape, estimates, shape_of
-from planner.diagnose.hypotheses.far_rows import far_rows
+from planner.diagnose.hypotheses.far_rows import far_rows, scale_scatter
 from planner.diagnose.hypotheses.found import Found, Question, on
 from planner.diagnose.hypotheses.generic import VARIES_WITH
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
@@ -214,7 +214,7 @@ def _readings(
     for c in channels:
         full = of_the_full_model(blocks, c.axis, len(c.r), len(data.starts))
         few = np.column_stack([nothing, *coarse(blocks, c.axis)])
-        off = far_rows(c, few, data.starts, data.table.duration, cells)
+        off = far_rows(c, few, data.starts, data.table.duration, cells, scale_scatter(data.unit, c))
         far[c.axis], sizes[c.axis] = off.rows, off.size
         weights = np.where(off.rows, FAR_WEIGHT, 1.0)
         candidates = np.column_stack([nothing, *full])
