@@ -5,7 +5,8 @@ The arrays are those of `firmware`; the functions are the measurement equation s
     b = bias(T) + drift dT/dt + warm_up exp(−t/τ) + acceleration · f,   v = (y − b)/slope,   u = M⁻¹ v
 
 A temperature that none can be, NaN too, is a dead sensor: then the tables are those at `fallback` (K 4.3.2).
-Tables over load and input (`firmware_curves`) add to b and to the slope where the calibration has them.
+Tables over load and input (`firmware_curves`) and products of conditions (`firmware_products`) add to b, to
+the slope and to M where the calibration has them.
 """
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ static inline void planner_correct_{s}(const float raw[3], float temperature_deg
     for (i = 0; i < 3; ++i)
         corrected[i] = planner_{s}_alignment[i][0] * v[0] + planner_{s}_alignment[i][1] * v[1]
                      + planner_{s}_alignment[i][2] * v[2];
-}}
+{aligned}}}
 """
 
 
@@ -92,7 +93,7 @@ def c_header(calibration: Calibration) -> str:
         "#include <math.h>",
     ]
     every = firmware_tables(calibration)
-    parts += dict.fromkeys(curve.look_up for tables in every for curve in tables.curves)
+    parts += dict.fromkeys(curve.look_up for tables in every for curve in tables.curves if curve.look_up)
     for tables in every:
         parts += _arrays(tables)
         suffix = _SUFFIX[tables.sensor]
@@ -107,6 +108,7 @@ def c_header(calibration: Calibration) -> str:
                 fallback=_literal(tables.fallback),
                 bias="".join(curve.bias.format(s=suffix) for curve in tables.curves),
                 slope="".join(curve.slope.format(s=suffix) for curve in tables.curves),
+                aligned="".join(curve.aligned.format(s=suffix) for curve in tables.curves),
             )
         )
     return "\n".join([*parts, "#endif", ""])

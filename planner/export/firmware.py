@@ -14,6 +14,7 @@ from planner.effects._dependence import IN_USE_DEGC, random_conditions
 from planner.effects._shaped import plain_name
 from planner.effects.scale_factor_nonlinearity import REFERENCE_INPUT
 from planner.export.firmware_curves import FirmwareCurve, firmware_curves
+from planner.export.firmware_products import firmware_products
 from planner.nouns.array import Array
 from planner.nouns.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
 from planner.nouns.conditions import Conditions
@@ -52,7 +53,7 @@ class FirmwareTables:
     drift: (3,) per K/min of temperature rate; warm_up: (3,) at power-on; time_constant: (3,) s
     acceleration: (3, 3) bias per g of body axes (zero for accelerometers)
     nonlinearity: (3,) cubic, at the input `full_scale`; alignment: (3, 3) inverse of the misalignment matrix
-    left_out: what these arrays have no place for; curves: tables over load, input and rate, if any
+    left_out: what these arrays have no place for; curves: tables and products of conditions, if any
     fallback: degC of the tables that correct while the temperature sensor is dead
     """
 
@@ -124,9 +125,14 @@ def _of_sensor(found: SensorCalibration) -> FirmwareTables:
         nonlinearity=sorted_out.channels("scale_factor_nonlinearity").astype(np.float32),
         alignment=np.linalg.inv(t.misalignment).astype(np.float32),
         left_out=_left_out(found),
-        curves=firmware_curves(found.sensor, t.extra, unit),
+        curves=_tables_and_products(found),
         fallback=np.float32(t.fallback_degc),
     )
+
+
+def _tables_and_products(found: SensorCalibration) -> tuple[FirmwareCurve, ...]:
+    given = found.sensor, found.tables.extra, OUTPUT_UNIT[found.sensor]
+    return (*firmware_curves(*given), *firmware_products(*given))
 
 
 def _shown(values: Array, unit: str) -> Float32:
@@ -168,8 +174,7 @@ class _Extras:
 
 
 def _left_out(found: SensorCalibration) -> tuple[LeftOut, ...]:
-    curves = firmware_curves(found.sensor, found.tables.extra, OUTPUT_UNIT[found.sensor])
-    held = HELD.union(*(curve.effects for curve in curves))
+    held = HELD.union(*(curve.effects for curve in _tables_and_products(found)))
     names = sorted({e.effect for e in found.tables.extra} - held)
     return tuple(_size(found, name) for name in names)
 

@@ -71,7 +71,8 @@ class FirmwareCurve:
     """One table. number: of its kind in the binary image; arrays: name -> values; meaning: in words
 
     bias: C that adds to `bias` of axis i; slope: C that adds to `cubic`, the bend of the slope of axis i at
-        the input v[i]; {s} stands for the sensor; look_up: the C function that both call
+        the input v[i]; aligned: C that turns the input v into `corrected` anew; {s} stands for the sensor;
+        look_up: the C function that these call, if any
     """
 
     number: int
@@ -80,7 +81,8 @@ class FirmwareCurve:
     meaning: Mapping[str, str]
     bias: str = ""
     slope: str = ""
-    look_up: str = LOOK_UP
+    aligned: str = ""
+    look_up: str = ""
 
 
 def firmware_curves(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> tuple[FirmwareCurve, ...]:
@@ -129,6 +131,7 @@ def _load(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCurv
                                   planner_{{s}}_load_curve[i][j][acceleration_g[j] < 0.0f],
                                   {n}, fabsf(acceleration_g[j]));
 """,
+        look_up=LOOK_UP,
     )
 
 
@@ -146,6 +149,7 @@ def _scale(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCur
             cubic += planner_curve(planner_{{s}}_input_node, planner_{{s}}_scale_curve[i][v[i] < 0.0f],
                                    {n}, fabsf(v[i]));
 """,
+        look_up=LOOK_UP,
     )
 
 
@@ -223,6 +227,7 @@ def _drift(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> FirmwareCur
               + (temperature_degc - 20.0f) * planner_curve(planner_{{s}}_time_node,
                                                           planner_{{s}}_time_curve_per_k[i], {n}, time_on_s);
 """,
+        look_up=LOOK_UP,
     )
 
 

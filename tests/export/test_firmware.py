@@ -37,6 +37,15 @@ CURVES = (
     "temperature_rate_table",
     "temperature_rate_table_over_time",
 )
+PRODUCTS = {  # the size of a coefficient for each sensor, SI
+    "drift": {"gyro": 1e-3 * DEG / 3600.0, "accelerometer": 1e-3 * G / 3600.0},
+    "g_squared_sensitivity": {"gyro": 1e-4 * DEG / G**2},
+    "g_product_sensitivity": {"gyro": 1e-4 * DEG / G**2},
+    "vibration_rectification": {"gyro": 1e-5 * DEG / G**2, "accelerometer": 1e-6 / G},
+    "cross_coupling": {"gyro": 1e-6 / DEG, "accelerometer": 1e-6 / G},
+    "g_sensitivity_temperature": {"gyro": 1e-5 * DEG / G},
+    "misalignment_temperature": {"gyro": 1e-5, "accelerometer": 1e-5},
+}
 MAIN = """
 #include <stdio.h>
 #include "calibration.h"
@@ -78,6 +87,9 @@ def tables(sensor: Sensor, seed: int, nodes: int, effects: bool = True) -> Table
             size = 1e-7 / G**2 if name == "scale_factor_acceleration_squared" else size
             size = 1e-3 * unit if name.startswith("temperature_rate_table") else size
             extra += [ExtraTerm(name, t.name, float(rng.normal() * size)) for t in effect.terms(sensor)]
+    for name, sizes in PRODUCTS.items() if effects else ():
+        for t in catalog.effects()[name].terms(sensor) if sensor in sizes else ():
+            extra.append(ExtraTerm(name, t.name, float(rng.normal() * sizes[sensor])))
     return Tables(
         np.linspace(-60.0, 70.0, nodes) + rng.uniform(-2.0, 2.0, nodes),
         rng.normal(size=(3, nodes)) * 0.03 * unit,
