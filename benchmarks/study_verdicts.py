@@ -58,6 +58,7 @@ class Case:
 class Scored:
     """right: as the family asks; near: or a rival, or without a name; wrong: something false is said
 
+    extra: an effect or a fault of the bench is claimed beside the truth, which has none
     inside: whether each interval of a coefficient holds its truth
     over: whether a spread is said to exceed its budget where that budget is the truth
     """
@@ -66,6 +67,7 @@ class Scored:
     right: bool
     near: bool
     wrong: bool
+    extra: bool
     inside: tuple[bool, ...]
     said: str
     seconds: float
@@ -104,12 +106,13 @@ def scored(case: Case) -> Scored:
     start = time.process_time()
     found = diagnose(table, SPEC)
     seconds = time.process_time() - start
-    right, near, wrong = _judged(case, found)
+    right, near, wrong, extra = _judged(case, found)
     return Scored(
         case,
         right,
         near,
         wrong,
+        extra,
         tuple(_inside(case, found, truth.size)),
         said(found),
         seconds,
@@ -147,29 +150,30 @@ def _short(channel: str) -> str:
     return channel.replace("accelerometer", "acc")
 
 
-def _judged(case: Case, found: UnitDiagnosis) -> tuple[bool, bool, bool]:
+def _judged(case: Case, found: UnitDiagnosis) -> tuple[bool, bool, bool, bool]:
     claims = {(e.effect, _short(c)) for e in found.effects for c in e.channels}
     rivals = {(r.effect, _short(c)) for e in found.effects for c in e.channels for r in e.rivals}
     unknown = {(u.varies_with, _short(c)) for u in found.unknown for c in u.channels}
     suspects = {s.hypothesis for s in getattr(found, "reference_suspects", ())}
     if case.family == "clean":
         quiet = not (claims or unknown or suspects)
-        return quiet, quiet, not quiet
+        return quiet, quiet, not quiet, False
     if case.family == "faults":
         known = catalog.effects()
         blamed = any(not known[name].bench_only for name, _ in claims)
         expected = {"no_earth": "earth_rate", "wrong_run": "wrong_label"}.get(case.name, case.name)
         named = expected in suspects | {name for name, _ in claims}
-        return named and not blamed, not blamed, blamed
+        return named and not blamed, not blamed, blamed, False
     if case.family == "nameless":
         variables = NAMELESS[case.name][2]
         tabled = bool(claims) and claims <= {(name, case.channel) for name in TABLES.get(case.name, ())}
         right = not claims and any(c == case.channel and v in variables for v, c in unknown)
-        return right or tabled, not claims or tabled, bool(claims) and not tabled
+        return right or tabled, not claims or tabled, bool(claims) and not tabled, False
     truth = (case.name, case.channel)
     exact = claims == {truth} and not unknown and not suspects
     near = truth in claims or truth in rivals
-    return exact, near, bool(claims) and not near
+    extra = truth in claims and bool(claims - {truth} or suspects)
+    return exact, near, bool(claims) and not near, extra
 
 
 def _inside(case: Case, found: UnitDiagnosis, size: float) -> Iterator[bool]:
@@ -218,6 +222,7 @@ def main() -> None:
                 f"{family}: right {interval(sum(s.right for s in done), n)}; "
                 f"right or near {interval(sum(s.near for s in done), n)}; "
                 f"wrong {interval(sum(s.wrong for s in done), n)}; "
+                f"more beside the truth {interval(sum(s.extra for s in done), n)}; "
                 f"intervals {interval(sum(inside), len(inside))}; "
                 f"{np.mean([s.seconds for s in done]):.1f} s each{true_budget}",
                 flush=True,
