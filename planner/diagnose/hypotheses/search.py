@@ -30,6 +30,7 @@ from planner.diagnose.hypotheses.lack_of_fit import (
     stands_beside,
     unname_where_unnamed_wins,
 )
+from planner.diagnose.hypotheses.plainer import plainer
 from planner.diagnose.hypotheses.pool import Pool, family_wise, given, score
 
 MOST = 8  # effects a sensor; a unit that lacks more has another problem
@@ -48,6 +49,7 @@ def search(pool: Pool, question: Question) -> Found:
         explained(found, lacking, question)
     pairs_for_tables(found, question)
     unname_where_unnamed_wins(found, question)
+    plainer(found, question.library)
     _needless(found, question)
     _judge(found, question)
     return found

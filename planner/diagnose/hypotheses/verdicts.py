@@ -53,20 +53,21 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
     gram, h = _by_run(here, b, starts)
     told = np.flatnonzero(np.trace(gram, axis1=1, axis2=2) > TAIL / len(starts) * np.trace(gram.sum(axis=0)))
     worst, least = _without_one(gram, h, told)
-    s = score(here, [b]) if _is_table(found, b) else found.share(b)
+    s = score(here, [b]) if is_table(found, b) else found.share(b)
     if s.m and _rests_on(gram, h, worst, float(log_p(least, s.m, s.freedom, s.s2))):
         return Veto(b, "it rests on one power-on alone", int(worst))
     if not here.blocks[b].generic and _scatter(gram, h) > SINGLE:
         return Veto(b, "the power-ons scatter about it by more than their noise")
     if a_few_records_explain(found, b):
         return Veto(b, "a few records, each off by itself, explain it as well")
-    least_gain = OF_A_TABLE * score(here, [b]).delta if _is_table(found, b) else 0.0
+    least_gain = OF_A_TABLE * score(here, [b]).delta if is_table(found, b) else 0.0
     if not here.blocks[b].generic and len(told) >= LEAST_RUNS and _gain(gram, h) <= least_gain:
         return Veto(b, "it does not predict power-ons that its fit has not seen")
     return None
 
 
-def _is_table(found: Found, b: int) -> bool:
+def is_table(found: Found, b: int) -> bool:
+    """Whether a block is a table of many values over what changes within a power-on."""
     block = found.pool.blocks[b]
     known = not block.generic and not block.reference
     return known and follows_any_drift(catalog.effects()[block.name])
@@ -74,9 +75,9 @@ def _is_table(found: Found, b: int) -> bool:
 
 def _tables_beside(found: Found, b: int) -> list[int]:
     """Other tables on a table's channels: two that follow one struck row each make the other look sound."""
-    if not _is_table(found, b):
+    if not is_table(found, b):
         return []
-    return [i for i in found.on(found.axes(b)) if i != b and _is_table(found, i)]
+    return [i for i in found.on(found.axes(b)) if i != b and is_table(found, i)]
 
 
 def _by_run(here: Pool, b: int, starts: NDArray[np.int64]) -> tuple[Array, Array]:
