@@ -44,6 +44,8 @@ class ScaleFactorCurve(BaseEffect):
     title = "scale factor over the input, as a table"
     equation = "y_i += u_i Σ_± Σ_k c_i±k (1 − share_k(±u_i)), segments between K's eight inputs"
     source = "K 2.2.5, table 2.4"
+    # where the range ends that the table is counted from: records that stop short of it tell no scale factor
+    end: Mapping[Sensor, str] = {s: f"{INPUTS[s][-1]:g} {UNIT[s][0]}" for s in INPUTS}
 
     def terms(self, sensor: Sensor) -> tuple[Term, ...]:
         """`x +10 deg/s`, … `z -400 deg/s`: channel, direction and start of the segment."""

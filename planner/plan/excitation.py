@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -22,19 +22,23 @@ MINUTE_S = 60.0
 SHOWN = 4  # levels named in a message
 
 
-def excitation(error: ErrorName, channel: int, term: str, seen: Conditions) -> tuple[str, str]:
-    """(what the records offer, what to do) for one term of an error.
+def excitation(
+    error: ErrorName, channel: int, term: str, seen: Conditions, mixed_with: Sequence[str] = ()
+) -> tuple[str, str]:
+    """(what the records offer, what to do) for one term of an error; mixed_with: errors it is taken for.
 
     e.g. `about x the unit turns at 100 deg/s only`, `give them motions at several speeds`
     """
     axis = AXES.index(term[-1]) if term[-1] in AXES else channel
     offers, missing = [], []
+    ends = (getattr(catalog.effects()[ErrorName(e).effect], "end", {}) for e in (error, *mixed_with))
+    up_to = next((f" up to {end[error.sensor]}" for end in ends if end), "")
     if _feels(error, "rate", seen):
         offers.append(_turns(AXES[axis], seen.rate[:, axis]))
-        missing.append(f"turns about {AXES[axis]} at several speeds")
+        missing.append(f"turns about {AXES[axis]} at several speeds{up_to}")
     if _feels(error, "specific_force", seen):
         offers.append(_loads(AXES[axis], seen.specific_force[:, axis]))
-        missing.append(f"several attitudes or loads along {AXES[axis]}")
+        missing.append(f"several attitudes or loads along {AXES[axis]}{up_to}")
     if offers:
         return ", and ".join(offers), f"give them {' and '.join(missing)}, by more motions or a list of them"
     effect = catalog.effects()[error.effect]

@@ -45,7 +45,7 @@ def fault_of(spec: Spec, runs: PowerOns, found: Sequence[Unobservable], remedy: 
     what = f"cannot tell {error} ({terms})" + (f" from {listed(partners)}" if partners else " at all")
     where = "" if first.everywhere else f" at {degrees(first.nodes_degc)}"
     asked = next((p for p in (error, *map(ErrorName, partners)) if catalog.effects()[p.effect].needs), error)
-    seen, advice = excitation(asked, first.channel, first.term, _at(runs, first))
+    seen, advice = excitation(asked, first.channel, first.term, _at(runs, first), partners)
     return f"tests.{listed(tests)}: the records {what}{where}: {seen}; {_advice(spec, remedy, advice)}"
 
 

@@ -169,6 +169,22 @@ def test_an_axis_that_is_never_loaded_is_named() -> None:
     assert passes(loads(axes=1))  # an arm of one axis: remounted, so that every axis lies along it
 
 
+def test_a_curve_counted_from_the_end_of_its_range_asks_for_that_end() -> None:
+    """K's table over the load ends at 100 g, where the scale factor stands: 50 g tell neither."""
+    spec = loads(axes=1)
+    for sensor, name in (
+        ("gyro", "scale_factor_nonlinearity"),
+        ("accelerometer", "scale_factor_nonlinearity"),
+    ):
+        spec["unit"][sensor].pop(name)
+    spec["unit"]["accelerometer"]["scale_factor_curve"] = CUBIC
+    spec["effects"] = [*spec["effects"][:-1], "scale_factor_curve"]
+    spec["tests"]["rates"]["calibrates"] = ["gyro.scale_factor"]
+    spec["tests"]["loads"]["calibrates"] = ["accelerometer.scale_factor_curve"]
+    spec["benches"]["centrifuge"]["limits"] = {"acceleration": "50 g"}
+    assert "several attitudes or loads along x up to 100 g" in refusal(spec)
+
+
 def test_a_declared_effect_that_nobody_calibrates_is_refused_where_a_fit_mixes_it_up() -> None:
     spec = edited(rates__motions=6)
     spec["effects"] = [*spec["effects"], "scale_factor_nonlinearity"]
