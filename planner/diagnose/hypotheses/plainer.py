@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.diagnose.hypotheses.found import SINGLE, Found, free
-from planner.diagnose.hypotheses.pool import RANK, Pool, score
+from planner.diagnose.hypotheses.pool import RANK, Pool, inverse, score
 from planner.diagnose.hypotheses.verdicts import TAIL, is_table
 from planner.nouns.array import Array
 
@@ -64,7 +64,7 @@ class _Runs:
         values = np.linalg.eigvalsh(G)
         return (
             square
-            - float(h @ _inverse(G) @ h)
+            - float(h @ inverse(G) @ h)
             + size
             + float(np.sum(np.log(values[values > RANK * values[-1]])))
         )
@@ -85,7 +85,7 @@ class _Runs:
         tell = int(np.sum(s > TAIL / len(s) * s.sum()))
         if m < 1 or tell - m - 1 < 1:
             return 1.0
-        delta = float(h @ _inverse(G) @ h) - float(h[0] ** 2 / G[0, 0])
+        delta = float(h @ inverse(G) @ h) - float(h[0] ** 2 / G[0, 0])
         return float(f.sf(delta / m, m, tell - m - 1))
 
 
@@ -106,7 +106,3 @@ def _runs(here: Pool, c: int, b: int) -> _Runs:
     assert h is not None
     assert square is not None
     return _Runs(gram, h, square)
-
-
-def _inverse(G: Array) -> Array:
-    return np.asarray(np.linalg.pinv(G, rcond=RANK, hermitian=True))

@@ -158,7 +158,7 @@ def given(pool: Pool, found: Iterable[int]) -> Pool:
 
 def _given(pool: Pool, found: Sequence[int]) -> Pool:
     e = pool.columns(found)
-    A = _inverse(pool.gram[np.ix_(e, e)]) @ pool.gram[e, :]
+    A = inverse(pool.gram[np.ix_(e, e)]) @ pool.gram[e, :]
     square = np.maximum(np.diag(pool.gram), 1e-300)
     left = square - np.einsum("ek,ek->k", pool.gram[e, :], A) > APART * square
     left[e] = False
@@ -177,7 +177,8 @@ def _given(pool: Pool, found: Sequence[int]) -> Pool:
     )
 
 
-def _inverse(G: Array) -> Array:
+def inverse(G: Array) -> Array:
+    """G⁺ (k, k) of a Gram matrix: directions of less than RANK of the largest tell nothing."""
     return np.asarray(np.linalg.pinv(G, rcond=RANK, hermitian=True), dtype=float)
 
 

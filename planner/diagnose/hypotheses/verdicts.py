@@ -21,7 +21,7 @@ from planner import catalog
 from planner.diagnose.hypotheses.candidates import follows_any_drift
 from planner.diagnose.hypotheses.few_records import a_few_records_explain
 from planner.diagnose.hypotheses.found import SINGLE, Found
-from planner.diagnose.hypotheses.pool import RANK, Pool, score
+from planner.diagnose.hypotheses.pool import Pool, inverse, score
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail, student_tail
@@ -117,10 +117,10 @@ def _rests_on(gram: Array, h: Array, run: int, others: float) -> bool:
         return False
     if others > np.log(AGREE) or run < 0:
         return True
-    G, left = gram[run], _inverse(gram.sum(axis=0) - gram[run])
+    G, left = gram[run], inverse(gram.sum(axis=0) - gram[run])
     off = h[run] - G @ left @ (h.sum(axis=0) - h[run])
     rank = int(np.linalg.matrix_rank(G, hermitian=True))
-    return bool(chi_square_tail(float(off @ _inverse(G + G @ left @ G) @ off), rank) < AGREE)
+    return bool(chi_square_tail(float(off @ inverse(G + G @ left @ G) @ off), rank) < AGREE)
 
 
 def _scatter(gram: Array, h: Array) -> float:
@@ -146,14 +146,10 @@ def _gain(gram: Array, h: Array) -> float:
     total = 0.0
     for f in range(int(fold.max()) + 1):
         Gk, hk = gram[fold == f].sum(axis=0), h[fold == f].sum(axis=0)
-        gamma = _inverse(G - Gk) @ (H - hk)
+        gamma = inverse(G - Gk) @ (H - hk)
         total += float(2.0 * hk @ gamma - gamma @ Gk @ gamma)
     return total
 
 
 def _square(G: Array, h: Array) -> float:
-    return float(h @ _inverse(G) @ h)
-
-
-def _inverse(G: Array) -> Array:
-    return np.asarray(np.linalg.pinv(G, rcond=RANK, hermitian=True))
+    return float(h @ inverse(G) @ h)
