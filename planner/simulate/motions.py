@@ -88,18 +88,25 @@ def _loaded(design: Design, records: Records, time: Array) -> tuple[Array, Array
 
 
 def _angles(asked: Sequence[Asked], records: Records, time: Array, axis: int) -> tuple[Array, Array]:
-    """(n,) angle of an axis, rad, and (n,) its rate, rad/s."""
+    """(n,) angle of an axis, rad, and (n,) its rate, rad/s.
+
+    A record has its own rate from its first instant on: where the plan leaves no time before it (at power-on,
+    or behind another record) there is a step, and no part of the record is on its way.
+    """
     from scipy.interpolate import CubicHermiteSpline
 
     start = np.radians([one.motion.get(f"position_{axis}_deg", 0.0) for one in asked])
     speed = np.radians([one.motion.get(f"rate_{axis}_dps", 0.0) for one in asked])
     moments, angles, rates, now = [0.0], [start[0]], [0.0], float(start[0])
+    begins = np.empty(len(asked))
     for k, (a, b) in enumerate(zip(records.begin, records.end, strict=True)):
         begin = start[k] + 2.0 * np.pi * np.round((now - start[k]) / (2.0 * np.pi))  # the shorter way
-        now = begin + speed[k] * (b - a)
+        begins[k], now = begin, begin + speed[k] * (b - a)
         if a > moments[-1]:
             moments, angles, rates = [*moments, a], [*angles, begin], [*rates, speed[k]]
         moments, angles, rates = [*moments, b], [*angles, now], [*rates, speed[k]]
     path = CubicHermiteSpline(moments, angles, rates)
     until = np.minimum(time, moments[-1])
-    return path(until), path(until, 1)
+    inside, of = records.inside(time), records.at(time)
+    straight = begins[of] + speed[of] * (time - records.begin[of])
+    return np.where(inside, straight, path(until)), np.where(inside, speed[of], path(until, 1))

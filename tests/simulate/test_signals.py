@@ -130,6 +130,32 @@ def test_the_mean_over_a_record_is_what_the_record_is_exposed_to(made: Design) -
             )
 
 
+def test_a_record_without_time_before_it_is_no_start_from_rest() -> None:
+    """Records from power-on and one behind another: each turns at its own rate from its first sample on."""
+    hurried = spec()
+    hurried["benches"]["rate_table"]["move"] = "0 s"
+    for test in hurried["tests"].values():
+        test["power_on"] = "0 s"
+    made = design(steps_of(plan_document(exact_plan(loaded(hurried)))), loaded(hurried).spec)
+    turned = 0
+    for rows in made.runs:
+        records = records_of(made, rows)
+        assert records.begin[0] == 0.0
+        time = (np.arange(int(records.end[-1] * 200.0)) + 0.5) / 200.0
+        rate, force = exposed(made, records, time)
+        for k, row in enumerate(rows):
+            mine = records.inside(time) & (records.at(time) == k)
+            asked = made.conditions.rate[row]
+            np.testing.assert_allclose(
+                np.linalg.norm(rate[mine], axis=1), np.linalg.norm(asked), atol=2.1 * EARTH_RATE_RADPS
+            )
+            np.testing.assert_allclose(
+                force[mine].mean(axis=0), made.conditions.specific_force[row], atol=2e-3
+            )
+            turned += bool(np.linalg.norm(asked) > 0.01)
+    assert turned == 12
+
+
 def test_what_turns_between_records_is_what_the_attitude_does(made: Design) -> None:
     """Gravity carried by the rates alone, Ḃ = −ω × B, from power-on to the end: the motion is one motion."""
     rate_hz, records = 1000.0, records_of(made, made.runs[0])
