@@ -94,8 +94,20 @@ def bench_misfit(found: Found, b: int, left: float) -> bool:
         if r != b and of_the_bench(found, r) and found.share(r).delta > own:
             known = max(hypothesis(found.pool.blocks[r].name).misfit, SHARED_MISFIT)
             if left < known * found.share(r).delta:
-                return True
+                return not _is_the_rest(found, b, own)
     return False
+
+
+def _is_the_rest(found: Found, b: int, own: float) -> bool:
+    """Whether an effect of the bench is nearly all that the others leave: an arm bends, and is longer.
+
+    What the geometry of a stronger effect misses has no equation, and none explains it down to the noise.
+    """
+    if not of_the_bench(found, b):
+        return False
+    state = [found.pool.state[axis] for axis in found.axes(b)]
+    rest = sum(float(w.z @ w.z) - len(w.z) for w in state) - score(found.pool, found.others(b)).delta
+    return own >= MOST_OF_BOTH * rest
 
 
 def stands_beside(found: Found, b: int, s: Score) -> bool:
