@@ -12,6 +12,7 @@ and of one coefficient the power-ons themselves must not scatter about it as if 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,7 +51,7 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
     if len(starts) < LEAST_RUNS:
         return None
     here = found.without(b, *_tables_beside(found, b))
-    gram, h = _by_run(here, b, starts)
+    gram, h = per_power_on(here, [b], starts)
     told = np.flatnonzero(np.trace(gram, axis1=1, axis2=2) > TAIL / len(starts) * np.trace(gram.sum(axis=0)))
     worst, least = _without_one(gram, h, told)
     s = score(here, [b]) if is_table(found, b) else found.share(b)
@@ -80,11 +81,11 @@ def _tables_beside(found: Found, b: int) -> list[int]:
     return [i for i in found.on(found.axes(b)) if i != b and is_table(found, i)]
 
 
-def _by_run(here: Pool, b: int, starts: NDArray[np.int64]) -> tuple[Array, Array]:
-    """(g, k, k) CᵀC and (g, k) Cᵀz of every power-on, over the block's channels."""
-    k = here.places[b]
+def per_power_on(here: Pool, blocks: Sequence[int], starts: NDArray[np.int64]) -> tuple[Array, Array]:
+    """(g, k, k) CᵀC and (g, k) Cᵀz of every power-on, C the columns of blocks on the same channels."""
+    k = np.concatenate([here.places[b] for b in blocks])
     gram, h = np.zeros((len(starts), len(k), len(k))), np.zeros((len(starts), len(k)))
-    for axis in here.blocks[b].columns:
+    for axis in here.blocks[blocks[0]].columns:
         w = here.state[axis]
         C = here.parts[axis] @ here.beside[here.axes[axis]][:, k]
         z = w.z
