@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,15 +12,15 @@ from planner.effects import sensed
 from planner.effects._dependence import IN_USE_DEGC, random_conditions
 from planner.effects._shaped import plain_name
 from planner.effects.scale_factor_nonlinearity import REFERENCE_INPUT
+from planner.export.extra_terms import ExtraTerms
 from planner.export.firmware_curves import FirmwareCurve, firmware_curves
 from planner.export.firmware_products import firmware_products
 from planner.nouns.array import Array
-from planner.nouns.calibration import Calibration, ExtraTerm, SensorCalibration, Tables
+from planner.nouns.calibration import Calibration, SensorCalibration, Tables
 from planner.nouns.conditions import Conditions
 from planner.units import STANDARD_GRAVITY_MPS2, from_si, unit_factor
 
 Float32 = NDArray[np.float32]
-AXES = ("x", "y", "z")
 # what the layout has arrays and equations for; whatever else a calibration holds is left out, and said
 HELD = {"temperature_rate", "warm_up", "g_sensitivity", "scale_factor_nonlinearity"}
 ROWS = 2000
@@ -108,7 +107,7 @@ def _plain(found: SensorCalibration) -> SensorCalibration:
 def _of_sensor(found: SensorCalibration) -> FirmwareTables:
     t, unit = found.tables, OUTPUT_UNIT[found.sensor]
     half = t.asymmetry[:, None] / 2.0
-    sorted_out = _Extras(t.extra)
+    sorted_out = ExtraTerms(t.extra)
     warm, tau = sorted_out.warm_up()
     return FirmwareTables(
         sensor=found.sensor,
@@ -138,36 +137,6 @@ def _tables_and_products(found: SensorCalibration) -> tuple[FirmwareCurve, ...]:
 def _shown(values: Array, unit: str) -> Float32:
     """SI values in a unit."""
     return np.asarray(values / unit_factor(unit)[0], dtype=np.float32)
-
-
-@dataclass(frozen=True)
-class _Extras:
-    """The terms outside the temperature tables, sorted by what they become."""
-
-    terms: Sequence[ExtraTerm]
-
-    def of(self, effect: str) -> list[ExtraTerm]:
-        return [e for e in self.terms if e.effect == effect]
-
-    def channels(self, effect: str) -> Array:
-        found = np.zeros(3)
-        for e in self.of(effect):
-            found[AXES.index(e.term)] = e.value
-        return found
-
-    def matrix(self, effect: str) -> Array:
-        found = np.zeros((3, 3))
-        for e in self.of(effect):
-            found[AXES.index(e.term[0]), AXES.index(e.term[1])] = e.value
-        return found
-
-    def warm_up(self) -> tuple[Array, Array]:
-        """Amplitudes and time constants; 1 s where there is none."""
-        tau = np.ones(3)
-        for e in self.of("warm_up"):
-            shape = {**catalog.effects()["warm_up"].nonlinear, **e.nonlinear}
-            tau[AXES.index(e.term)] = shape["time_constant"]
-        return self.channels("warm_up"), tau
 
 
 # ---------------------------------------------------------------- what has no place

@@ -6,17 +6,18 @@ specific force for the gyros (`calibrate.correction`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
+from planner.effects.cross_coupling import PAIRS
+from planner.export.extra_terms import ExtraTerms
 from planner.export.firmware_curves import FirmwareCurve
 from planner.nouns.array import Array
 from planner.nouns.calibration import ExtraTerm
-from planner.protocols import AXES, Sensor
+from planner.protocols import Sensor
 from planner.units import unit_factor
 
-PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 OVER_FORCE = ("g_squared_sensitivity", "g_product_sensitivity", "vibration_rectification")
 _SUM = """\
         for (j = 0; j < 6; ++j) {{{{
@@ -28,22 +29,24 @@ _SUM = """\
 
 def firmware_products(sensor: Sensor, terms: Sequence[ExtraTerm], unit: str) -> tuple[FirmwareCurve, ...]:
     """The terms of a sensor that are products of its conditions; unit: of its output."""
-    found: dict[str, list[ExtraTerm]] = {}
-    for e in terms:
-        found.setdefault(e.effect, []).append(e)
-    makers = (_drift, _over_force, _over_input, _force_over_temperature, _alignment_over_temperature)
-    return tuple(made for make in makers if (made := make(sensor, found, unit)) is not None)
+    found, made = ExtraTerms(terms), list[FirmwareCurve]()
+    of_forces = OVER_FORCE if sensor == "gyro" else (*OVER_FORCE, "cross_coupling")  # it senses forces
+    there = tuple(name for name in of_forces if found.of(name))
+    if found.of("drift"):
+        made.append(_drift(found, unit))
+    if there:
+        made.append(_over_force(there, found, unit))
+    if sensor == "gyro" and found.of("cross_coupling"):
+        made.append(_over_rates(found, unit))
+    if found.of("g_sensitivity_temperature"):
+        made.append(_force_over_temperature(found, unit))
+    if found.of("misalignment_temperature"):
+        made.append(_alignment_over_temperature(found))
+    return tuple(made)
 
 
-_Terms = Mapping[str, Sequence[ExtraTerm]]
-
-
-def _drift(sensor: Sensor, found: _Terms, unit: str) -> FirmwareCurve | None:
-    if "drift" not in found:
-        return None
-    per_hour = np.zeros(3)
-    for e in found["drift"]:
-        per_hour[AXES.index(e.term)] = e.value / unit_factor(f"{unit}/h")[0]
+def _drift(found: ExtraTerms, unit: str) -> FirmwareCurve:
+    per_hour = found.channels("drift") / unit_factor(f"{unit}/h")[0]
     return FirmwareCurve(
         9,
         ("drift",),
@@ -53,25 +56,32 @@ def _drift(sensor: Sensor, found: _Terms, unit: str) -> FirmwareCurve | None:
     )
 
 
-def _over_force(sensor: Sensor, found: _Terms, unit: str) -> FirmwareCurve | None:
-    """Bias per product of two forces; what an accelerometer senses is a force."""
-    names = [n for n in (*OVER_FORCE, *(() if sensor == "gyro" else ("cross_coupling",))) if n in found]
-    if not names:
-        return None
-    values = sum(_pairs(found[n]) for n in names) / unit_factor(f"{unit}/g**2")[0]
+def _over_force(names: tuple[str, ...], found: ExtraTerms, unit: str) -> FirmwareCurve:
+    values = sum(_of_forces(name, found) for name in names) / unit_factor(f"{unit}/g**2")[0]
     return FirmwareCurve(
         10,
-        tuple(names),
+        names,
         {"force_product": np.asarray(values, dtype=np.float32)},
         {"force_product": "{unit} per g squared of the products xx xy xz yy yz zz of the specific force"},
         bias=_SUM.format(name="force_product", x="acceleration_g"),
     )
 
 
-def _over_input(sensor: Sensor, found: _Terms, unit: str) -> FirmwareCurve | None:
-    if sensor != "gyro" or "cross_coupling" not in found:
-        return None
-    values = _pairs(found["cross_coupling"]) * unit_factor(unit)[0]  # per rate: u_j u_k / unit
+def _of_forces(name: str, found: ExtraTerms) -> Array:
+    """(3, 6) bias of each channel per product of two forces, SI."""
+    squares = [PAIRS.index((j, j)) for j in range(3)]
+    values = np.zeros((3, len(PAIRS)))
+    if name == "g_squared_sensitivity":
+        values[range(3), squares] = found.channels(name)
+    elif name == "vibration_rectification":  # of |f|²
+        values[:, squares] = found.channels(name)[:, None]
+    else:
+        values = found.products(name)
+    return values
+
+
+def _over_rates(found: ExtraTerms, unit: str) -> FirmwareCurve:
+    values = found.products("cross_coupling") * unit_factor(unit)[0]  # per rate: u_j u_k / unit
     return FirmwareCurve(
         11,
         ("cross_coupling",),
@@ -81,10 +91,8 @@ def _over_input(sensor: Sensor, found: _Terms, unit: str) -> FirmwareCurve | Non
     )
 
 
-def _force_over_temperature(sensor: Sensor, found: _Terms, unit: str) -> FirmwareCurve | None:
-    if "g_sensitivity_temperature" not in found:
-        return None
-    values = _matrix(found["g_sensitivity_temperature"]) / unit_factor(f"{unit}/g/K")[0]
+def _force_over_temperature(found: ExtraTerms, unit: str) -> FirmwareCurve:
+    values = found.matrix("g_sensitivity_temperature") / unit_factor(f"{unit}/g/K")[0]
     return FirmwareCurve(
         12,
         ("g_sensitivity_temperature",),
@@ -97,14 +105,12 @@ def _force_over_temperature(sensor: Sensor, found: _Terms, unit: str) -> Firmwar
     )
 
 
-def _alignment_over_temperature(sensor: Sensor, found: _Terms, unit: str) -> FirmwareCurve | None:
+def _alignment_over_temperature(found: ExtraTerms) -> FirmwareCurve:
     """u = M⁻¹ (v − (T − 20 °C) M' u) by repetition: M' is some 1e-5 rad/K."""
-    if "misalignment_temperature" not in found:
-        return None
     return FirmwareCurve(
         13,
         ("misalignment_temperature",),
-        {"misalignment_per_k": _matrix(found["misalignment_temperature"]).astype(np.float32)},
+        {"misalignment_per_k": found.matrix("misalignment_temperature").astype(np.float32)},
         {"misalignment_per_k": "rad per kelvin from 20 degC, channel by body axis"},
         aligned="""\
     for (k = 0; k < 5; ++k) {{
@@ -120,28 +126,3 @@ def _alignment_over_temperature(sensor: Sensor, found: _Terms, unit: str) -> Fir
     }}
 """,
     )
-
-
-def _pairs(terms: Sequence[ExtraTerm]) -> Array:
-    """(3, 6) coefficients of the products of two axes on each channel; one axis alone is its square,
-
-    and of vibration rectification all three squares.
-    """
-    found = np.zeros((3, len(PAIRS)))
-    for e in terms:
-        channel, *axes = (AXES.index(a) for a in e.term)
-        if e.effect == "vibration_rectification":
-            pairs = [(j, j) for j in range(3)]
-        else:
-            pairs = [(axes[0], axes[1]) if axes else (channel, channel)]
-        for pair in pairs:
-            found[channel, PAIRS.index(pair)] += e.value
-    return found
-
-
-def _matrix(terms: Sequence[ExtraTerm]) -> Array:
-    """(3, 3) coefficients of channel by body axis."""
-    found = np.zeros((3, 3))
-    for e in terms:
-        found[AXES.index(e.term[0]), AXES.index(e.term[1])] = e.value
-    return found
