@@ -5,16 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import diagnose_sensor
 from planner.nouns.diagnosis import Assumption
+from planner.nouns.dwell_table import DwellTable
 from planner.nouns.sensor import Sensor
 from planner.pipelines.data import simulate
 from planner.simulate.settings import settings_of
 from planner.spec.load import LoadedSpec, load_spec
+from planner.units import STANDARD_GRAVITY_MPS2 as G
 from planner.units import Quantity
 from tests.specs import SHIPPED
 
@@ -57,3 +60,28 @@ def test_a_spread_far_above_its_budget_is_said_with_its_size(seed: int) -> None:
     (said,) = exceeded(judged(unit, seed, "gyro"))
     assert said.error == "gyro.scale_factor"
     assert said.low <= 2e-4 <= said.high
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_power_ons_of_one_face_each_say_nothing_of_the_scale_factor(seed: int) -> None:
+    """Its change and the bias' are one value a power-on; the spread was "known" to rounding, and exceeded."""
+    rng = np.random.default_rng(seed)
+    faces = np.repeat(np.tile(np.vstack([np.eye(3), -np.eye(3)]), (3, 1)), 12, axis=0)
+    n = len(faces)
+    table = DwellTable(
+        unit=np.full(n, "u1"),
+        run=np.arange(n) // 12,
+        day=np.zeros(n),
+        time_on=np.asarray(60.0 * (1.0 + np.arange(n) % 12)),
+        duration=np.full(n, 20.0),
+        temperature_degc=np.full(n, 20.0),
+        temperature_rate=np.zeros(n),
+        ref_rate=0.0 * faces,
+        ref_acc=faces * G,
+        gyro=None,
+        acc=(1.001 * faces + 2e-3 + 3e-5 * rng.normal(size=(n, 3))) * G,
+    )
+    data, spec = prepared(table), loaded().spec
+    found = assumptions(diagnose_sensor(data, "accelerometer", tuple(spec.effects), 1), spec, data)
+    assert not [a for a in found if a.error.endswith("scale_factor") and np.isfinite(a.measured)]
+    assert not exceeded(found)

@@ -148,7 +148,7 @@ def _judged(given: Readings) -> _Judged:
     fixed = _indicators(starts, len(c.r)) if few else np.empty((len(c.r), 0))
     alone = len(starts) == len(c.r)  # one row a run: its spread is the noise
     diagonals = _diagonals(c, given.duration, given.weights)
-    slopes = {} if alone else {name: z for name, z in _slopes(c).items() if not (few and name == LEVEL)}
+    slopes = {} if alone else {name: z for name, z in _slopes(c).items() if not (few and _level(z, starts))}
     effects = _effects(starts, diagonals, slopes)
     rows, firsts = _chosen(starts, len(c.r))
     part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows])
@@ -294,6 +294,13 @@ def _slopes(c: Channel) -> dict[str, Array]:
     if np.ptp(np.abs(c.u)) > EXCITING[c.sensor]:
         found["run_to_run_scale_factor"] = c.u
     return found
+
+
+def _level(z: Array, starts: NDArray[np.int64]) -> bool:
+    """Whether a column is one value in every power-on: beside a level of each it is no own variance."""
+    sizes = np.diff(np.append(starts, len(z)))
+    about = z - np.repeat(np.add.reduceat(z, starts) / sizes, sizes)
+    return bool(np.linalg.norm(about) <= APART * np.linalg.norm(z))
 
 
 def _indicators(starts: NDArray[np.int64], n: int) -> Array:
