@@ -15,15 +15,19 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.prepared import LEAST_OF_MANY
 from planner.diagnose.hypotheses.references import loaded
+from planner.diagnose.hypotheses.whitened import log_p
 from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
+from planner.solvers.least_squares import factors
 from planner.temperature_table import hats, temperature_nodes
 
 MOST_ROWS = 20_000  # of which another unit is asked; 1e6 take minutes and gigabytes
 ANOTHER = 1e-9  # p of an F test, over all places at which another unit's rows could begin
 LEAST_RATIO = 2.0  # of the squares before to those after: no curve that a model misses a little
+LEAST_STEP = 4.0  # the same of levels alone, at which both sensors step together
+ALONE = 1e-6  # p of one channel's step, over all places
 LEAST_SIDE = 0.15  # share of the rows on each side of the place
 TURNS = float(np.radians(3.0))  # from which on a power-on is one of turns, whose level may be its own
 
@@ -86,7 +90,10 @@ def another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | No
             found = _sure(stays)
             found = found if found is not None and _levels_step(y, u, rows, found[1]) else None
         surest = min((one for one in (surest, found) if one is not None), default=None)
-    return None if surest is None else _said(rows, *surest)
+    if surest is not None:
+        return _said(rows, *surest, "scale factors and misalignments")
+    stepped = _all_step(rows)
+    return None if stepped is None else _said(rows, *stepped, "the biases of all channels")
 
 
 def channels_of(table: DwellTable) -> tuple[str, ...]:
@@ -102,7 +109,7 @@ def _sure(p: Array) -> tuple[float, int] | None:
     return (float(weakest[place]), place) if weakest[place] < np.log(ANOTHER) else None
 
 
-def _said(rows: _Rows, p: float, best: int) -> AnotherUnit:
+def _said(rows: _Rows, p: float, best: int, others: str) -> AnotherUnit:
     later, table = rows.run > best, rows.table
     first = int(rows.number[best + 1])
     out = table.run > rows.number[best] if later.sum() <= len(later) / 2 else table.run < first
@@ -112,8 +119,8 @@ def _said(rows: _Rows, p: float, best: int) -> AnotherUnit:
         f"compare the serial numbers before and from run {first} on", float("inf"),
     )  # fmt: skip
     note = (
-        f"from run {first} on scale factors and misalignments are others: rows of another unit, or this one "
-        f"mounted anew; {int(out.sum())} rows are not judged"
+        f"from run {first} on {others} are others: rows of another unit, or this one mounted anew or after a "
+        f"shock; {int(out.sum())} rows are not judged"
     )
     return AnotherUnit(~out, suspect, note)
 
@@ -159,8 +166,6 @@ def _columns(y: Array, u: Array, rows: _Rows, axis: int) -> Array:
 
 def _split_of(X: Array, run: NDArray[np.int64]) -> Array:
     """The same for columns X (n, k + 1), the last of which is what the others are to explain."""
-    from planner.diagnose.hypotheses.whitened import log_p
-
     n = len(X)
     means = np.array([np.bincount(run, c) for c in X.T]).T / np.bincount(run)[:, None]
     X = X - means[run]
@@ -214,9 +219,35 @@ def _levels_step(y: Array, u: Array, rows: _Rows, place: int) -> bool:
     return bool(squares[0] > LEAST_RATIO * squares[1] and log_p < np.log(ANOTHER))
 
 
-def _gain_p(gain: float, columns: int, rest: float, freedom: int) -> float:
-    from planner.diagnose.hypotheses.whitened import log_p
+def _all_step(rows: _Rows) -> tuple[float, int] | None:
+    """Log p and place at which the levels of all channels of both sensors step at once, if they do.
 
+    Beside a curve over temperature, the mean force, a level of turns and a drift over days. One channel may
+    step by as little as it scatters.
+    """
+    channels = [(y[:, axis], u, axis) for y, u in rows.sensors for axis in range(3)]
+    curve, others = _nuisance(rows)
+    days = rows.means(rows.table.day[rows.order][:, None])
+    known = factors(np.column_stack([curve, others, days - days.mean()])).basis
+    runs, freedom = len(known), len(known) - known.shape[1] - 1
+    if len(channels) < 2 * len(AXES) or freedom < 5:
+        return None
+    levels = np.column_stack([_levels(_columns(y, u, rows, axis), rows, None) for y, u, axis in channels])
+    step = (np.arange(runs)[:, None] > np.arange(runs - 1)).astype(float)
+    levels, step = (x - known @ (known.T @ x) for x in (levels, step))
+    length, whole = np.sum(step**2, axis=0)[:, None], np.sum(levels**2, axis=0)
+    gain = np.where(length > LEAST_SIDE, (step.T @ levels) ** 2 / np.maximum(length, LEAST_SIDE), 0.0)
+    rest = np.maximum(whole - gain, 1e-300)
+    p = log_p(gain, 1, freedom, rest / freedom) + np.log(runs)
+    sure = (p < np.log(ALONE)).sum(axis=1) >= len(channels) - 1
+    for three in (slice(0, 3), slice(3, 6)):
+        sure &= whole[three].sum() > LEAST_STEP * rest[:, three].sum(axis=1)
+    place = int(np.argmin(np.where(sure, p.sum(axis=1), 0.0)))
+    found = float(p[place].sum())
+    return (found, place) if sure[place] and found < np.log(ANOTHER) else None
+
+
+def _gain_p(gain: float, columns: int, rest: float, freedom: int) -> float:
     return 0.0 if freedom < 5 else float(log_p(gain, columns, freedom, max(rest, 1e-300) / freedom))
 
 
@@ -231,15 +262,19 @@ def _nuisance(rows: _Rows) -> tuple[Array, Array]:
     return rows.means(rows.weights), rows.means(others)
 
 
-def _levels(X: Array, rows: _Rows, place: int) -> Array:
-    """(runs,) mean of the last column less what the others, fitted about the means of each side, say."""
+def _levels(X: Array, rows: _Rows, place: int | None) -> Array:
+    """(runs,) mean of the last column less what the others, fitted about the means of power-ons, say.
+
+    Fitted on each side of the place by itself, or once.
+    """
     means = rows.means(X)
     about, out = X - means[rows.run], means[:, -1].copy()
-    for later in (False, True):
-        mine = (rows.run > place) == later
-        slope = np.linalg.lstsq(about[mine, :-1], about[mine, -1], rcond=1e-6)[0]
-        side = (np.arange(len(means)) > place) == later
-        out[side] -= means[side, :-1] @ slope
+    side = np.arange(len(means)) > (len(means) if place is None else place)
+    for one in (side, ~side):
+        mine = one[rows.run]
+        if mine.any():
+            slope = np.linalg.lstsq(about[mine, :-1], about[mine, -1], rcond=1e-6)[0]
+            out[one] -= means[one, :-1] @ slope
     return np.asarray(out)
 
 

@@ -21,7 +21,7 @@ from planner.diagnose.hypotheses.prepared import Prepared, prepared
 from planner.diagnose.hypotheses.reported import channel_name, found_effects
 from planner.diagnose.hypotheses.sensor import SensorFound, diagnose_sensor
 from planner.diagnose.hypotheses.suspects import suspects
-from planner.diagnose.left_out import left_out
+from planner.diagnose.left_out import left_out, off_as_a_whole
 from planner.diagnose.records import screened
 from planner.dwells.table_rows import rows_of
 from planner.effects._shaped import plain_names
@@ -72,7 +72,9 @@ def diagnose(
     unknown = [*unnamed, *rest]
     not_found, untestable = _limits(found, data, spec)
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
+    left = left_out(found, data)
     wrong = (*seen.suspects, *late, *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)))
+    wrong = (*wrong, *off_as_a_whole(left))
     return UnitDiagnosis(
         unit=str(table.unit[0]),
         verdict=verdict_of((*effects, *(s for s in wrong if not s.expected)), unknown, not_found),
@@ -91,7 +93,7 @@ def diagnose(
         ),
         reference_suspects=wrong,
         budget_exceeded=exceeded(assumed),
-        rows_left_out=(*seen.left_out, *left_out(found, data)),
+        rows_left_out=(*seen.left_out, *left),
         refused=(*(r for s in found for r in _refused(s)), *spans),
         kept=None if seen.kept.all() else seen.kept,
     )

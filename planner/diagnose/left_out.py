@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.measurement import AXES
-from planner.nouns.diagnosis import RowLeftOut
+from planner.nouns.diagnosis import ReferenceSuspect, RowLeftOut
 
 SEVERAL = 3  # channels of six, from which a row is off as a whole
 MOST = 0.5  # share of a power-on's rows, from which it is off as a whole
@@ -42,9 +42,27 @@ def left_out(found: Sequence[SensorFound], data: Prepared) -> list[RowLeftOut]:
     return out
 
 
+def off_as_a_whole(left: Sequence[RowLeftOut]) -> Iterator[ReferenceSuspect]:
+    """Power-ons of which most rows were left out: what they say is of no use, and why is to be looked up."""
+    runs = {r.run: _whole_run(r.run) for r in left}
+    for run, said in runs.items():
+        mine = [r for r in left if r.run == run and r.guess == said]
+        if mine:
+            check = f"look up the unit's serial number, its mounting and the references of run {run}"
+            yield ReferenceSuspect(
+                "mixed_units", float(run), float(run), float(run), "run",
+                tuple(dict.fromkeys(r.channel for r in mine)), 0.0, max(r.size for r in mine), check,
+                float("inf"),
+            )  # fmt: skip
+
+
+def _whole_run(run: int) -> str:
+    return f"run {run} is off as a whole: another mounting, another unit, or a reference of another run"
+
+
 def _guess(run: int, channels: int, share: float) -> str:
     if share > MOST:
-        return f"run {run} is off as a whole: another mounting, another unit, or a reference of another run"
+        return _whole_run(run)
     if channels >= SEVERAL:
         return "all is off in this record: a shock, a hand on the table, or a wrong reference"
     return "a spike of this channel"

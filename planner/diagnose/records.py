@@ -1,11 +1,11 @@
-"""Records that are not what the table says: a face label that is turned, rows of another unit.
+"""Records that are not what the table says: units of measurement, face labels, rows of another unit.
 
-Both are asked before any error model: they are of the size of the reading, not of its errors.
+All are asked before any error model: they are of the size of the reading, not of its errors.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import permutations, product
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.another_unit import another_unit, channels_of
+from planner.diagnose.other_scale import OtherScale, other_scales
 from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect, RowLeftOut
@@ -41,11 +42,15 @@ class Screened:
 
 
 def screened(table: DwellTable) -> Screened:
-    """Look at labels, then at whose rows these are."""
-    turned = _turned(table)
-    left = tuple(_rows_out(table, turned))
-    suspects = [_label_suspect(table, turned)] if turned else []
-    kept = np.ones(len(table), dtype=bool)
+    """Look at units of measurement and labels, then at whose rows these are.
+
+    Raises InputError where every power-on reads in another unit than its heading says.
+    """
+    scaled = other_scales(table)
+    kept = ~np.any([s.rows for s in scaled], axis=0) if scaled else np.ones(len(table), dtype=bool)
+    turned = {i: turn for i, turn in _turned(table).items() if kept[i]}
+    left = (*_scaled_out(table, scaled), *_rows_out(table, turned))
+    suspects = [_scale_suspect(s) for s in scaled] + ([_label_suspect(table, turned)] if turned else [])
     kept[list(turned)] = False
     other = another_unit(table, kept)
     notes = []
@@ -54,6 +59,25 @@ def screened(table: DwellTable) -> Screened:
         notes.append(other.note)
         kept &= other.kept
     return Screened(kept, left, tuple(suspects), tuple(notes))
+
+
+# ---------------------------------------------------------------- units of measurement
+
+
+def _scaled_out(table: DwellTable, scaled: Sequence[OtherScale]) -> Iterator[RowLeftOut]:
+    for s in scaled:
+        for i in np.flatnonzero(s.rows).tolist():
+            said = _condition(table, i)
+            yield RowLeftOut(s.run, _step(table, i), f"{s.sensor}s", float("inf"), s.guess, said)
+
+
+def _scale_suspect(s: OtherScale) -> ReferenceSuspect:
+    run, channels = float(s.run), tuple(f"{s.sensor}_{a}" for a in AXES)
+    check = f"look up in which unit of measurement run {s.run} was written; {s.guess.split(': ', 1)[1]}"
+    return ReferenceSuspect(
+        "mixed_units", run, run, run, "run", channels, 0.0, float("inf"),
+        check, float("inf"),
+    )  # fmt: skip
 
 
 # ---------------------------------------------------------------- labels
@@ -85,9 +109,8 @@ def _judged(table: DwellTable) -> Iterator[tuple[Array, Array, float, float]]:
 
 def _rows_out(table: DwellTable, turned: dict[int, Array]) -> Iterator[RowLeftOut]:
     for i, turn in sorted(turned.items()):
-        step = "" if table.step is None else str(table.step[i])
         said = _guess(table, i, turn)
-        yield RowLeftOut(int(table.run[i]), step, "all", float("inf"), said, _condition(table, i))
+        yield RowLeftOut(int(table.run[i]), _step(table, i), "all", float("inf"), said, _condition(table, i))
 
 
 def _guess(table: DwellTable, i: int, turn: Array) -> str:
@@ -100,6 +123,10 @@ def _guess(table: DwellTable, i: int, turn: Array) -> str:
 def _face(u: Array) -> str:
     axis = int(np.argmax(np.abs(u)))
     return f"{'+' if u[axis] > 0 else '−'}{AXES[axis]}"
+
+
+def _step(table: DwellTable, i: int) -> str:
+    return "" if table.step is None else str(table.step[i])
 
 
 def _condition(table: DwellTable, i: int) -> str:

@@ -1,7 +1,7 @@
 """The Earth's rate, left out of the bench's reference: y += Ω sin φ · up + Ω cos φ · level (K 2.2.2, eq. 1).
 
-No fault of the unit: a reference that says zero at rest. `up` is along gravity's reaction, on a centrifuge
-along its axis. A dwell table does not say where north is; on the cube of a levelled plate it is taken along
+No fault of the unit: a reference that says zero at rest, or has the rate with the wrong sign and is off by
+twice as much. `up` is along gravity's reaction, on a centrifuge along its axis. A dwell table does not say where north is; on the cube of a levelled plate it is taken along
 the next axis in cyclic order after the one that is vertical, as in the usual set-up, and `east` takes up a
 fixture that is turned. The `…_inverted` parts are for fixtures that turn a unit over about the other axis, so
 that north changes sign with the face. Where the faces are turned one by one, the up term alone carries the
@@ -26,16 +26,16 @@ _STRAIGHT = 0.98  # cosine of an axis with the vertical, above which the face co
 
 
 class EarthRate(BaseEffect):
-    """Ω sin φ and the two parts of Ω cos φ, shared by the three gyros; 15.04 deg/h in all."""
+    """Ω sin φ and the two parts of Ω cos φ, shared by the three gyros; 15.04 deg/h in all, 30.08 of a wrong sign."""
 
     name = "earth_rate"
     sensors: tuple[Sensor, ...] = ("gyro",)
     units: Mapping[Sensor, str] = {"gyro": "deg/s"}
     group: Group = "bias"
     needs = frozenset[Condition](("rate", "specific_force"))
-    largest: Mapping[Sensor, float] | None = {"gyro": EARTH_RATE_RADPS}
+    largest: Mapping[Sensor, float] | None = {"gyro": 2.0 * EARTH_RATE_RADPS}
     misfit = 0.35  # where north is no table says; the horizontal part is 0.31 of the whole at 56°
-    title = "the Earth's rate, left out of the reference"
+    title = "the Earth's rate, left out of the reference or of the wrong sign"
     equation = "y += Ω sin φ · up + Ω cos φ (cos α · north + sin α · east)"
     source = "K 2.2.2, eq. 1"
     bench_only = True

@@ -18,7 +18,7 @@ from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.whitened import SEEN
 from planner.nouns.array import Array
 from planner.solvers.distributions import student_quantile
-from planner.solvers.least_squares import factors
+from planner.solvers.least_squares import Factors, factors
 
 FAR_WEIGHT = 1e-4  # of such a row: 40 sigma then count as 0.4
 CHANCE = 0.02  # rows a channel and campaign that are left out by chance
@@ -32,6 +32,9 @@ NORMAL_MIDDLE = 0.99446  # sigma, within which that share of a normal law lies
 ALIKE = 0.5  # share of a condition's rows, in two power-ons or more, from which they are no accidents
 LEAST_ROWS = 20
 ROUNDS = 4
+STEPS = 30  # of leaving out rows: each takes those within half of the largest, 1e9 to 1
+MOST_FAR = 0.1  # share of the rows that may be left out at first sight: beyond it nothing stands out
+LEAST_FREE = 0.03  # of a row's variance that the fit leaves: of less nothing is told about the row
 NOTHING = 1e-9  # of a column's length, below which what is left about the means of power-ons is rounding
 OUTSIDE = 1e-3  # share of a row's columns that the rows seen may not determine, beyond which it is not judged
 
@@ -63,10 +66,12 @@ def outliers(
         return Far(far, np.zeros(n))
     columns, size = np.column_stack([c.J, candidates]) / spread[:, None], np.zeros(n)
     r = c.r / spread
-    left, freedom = _left(*_within(columns, r, starts, ~far), ~far)
-    far = _at_first_sight(left, starts)
+    about = _within(columns, r, starts, ~far)
+    found = factors(about[0], SEEN)
+    left, freedom = _left(*about, ~far, found)
+    far = _largest_first(found.basis, about[1], starts)
     for attempt in range(ROUNDS):
-        if attempt or far.any():  # no row far at first sight: the first fit is this one
+        if attempt or far.any():  # no row stands out: the first fit is this one
             left, freedom = _left(*_within(columns, r, starts, ~far), ~far)
         if freedom < (~far).sum() / 4.0:
             columns = c.J / spread[:, None]
@@ -83,11 +88,32 @@ def outliers(
     return Far(far, size)
 
 
-def _at_first_sight(left: Array, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """(n,) rows far from the middle of their power-on: one far row pulls the mean of the others along."""
-    middle = np.array([np.median(part) for part in np.split(left, starts[1:])])
-    about = np.abs(left - np.repeat(middle, np.diff(np.append(starts, len(left)))))
-    return np.asarray(about > LEAST_FAR * max(float(np.quantile(about, MIDDLE)) / NORMAL_MIDDLE, 1e-300))
+def _largest_first(basis: Array, r: Array, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(n,) rows that stand out, found by leaving out the largest, then what is largest without them, …
+
+    All at once would not do: a far row bends the fit, and among those that it drags along it may be hidden.
+    basis: (n, k) orthonormal columns about the means of power-ons; r: (n,) the reading about them. Rows D
+    left out change the residual e by H_D (1 − H_DD)⁻¹ e_D, H of columns and means together (Cook, Weisberg,
+    Residuals and Influence in Regression, 1982, 3.4).
+    """
+    sizes = np.diff(np.append(starts, len(r)))
+    run = np.repeat(np.arange(len(starts)), sizes)
+    of_mean = np.where(sizes > 2, 1.0 / sizes, 0.0)[run]
+    share = np.einsum("nk,nk->n", basis, basis) + of_mean
+    e = r - basis @ (basis.T @ r)
+    left, free, far = e, 1.0 - share, np.zeros(len(r), dtype=bool)
+    for _ in range(STEPS):
+        size = np.where(far, 0.0, np.abs(left) / np.sqrt(np.maximum(free, LEAST_FREE)))
+        scale = float(np.quantile(size[~far], MIDDLE)) / NORMAL_MIDDLE
+        now = (size > max(LEAST_FAR * scale, size.max() / 2.0)) & (free > LEAST_FREE)
+        if not now.any() or np.count_nonzero(far | now) > MOST_FAR * len(r):
+            break
+        far |= now
+        H = basis @ basis[far].T + np.where(run[:, None] == run[far], of_mean[:, None], 0.0)
+        turned = H @ np.linalg.pinv(np.eye(H.shape[1]) - H[far], rcond=1e-6, hermitian=True)
+        left = e + turned @ e[far]
+        free = 1.0 - share - np.einsum("nd,nd->n", turned, H)
+    return far
 
 
 def _farthest(size: Array) -> float:
@@ -113,13 +139,15 @@ def _structure(
     return np.asarray(((bad >= ALIKE * count) & (runs > 1))[cells])
 
 
-def _left(columns: Array, r: Array, seen: NDArray[np.bool_]) -> tuple[Array, float]:
+def _left(
+    columns: Array, r: Array, seen: NDArray[np.bool_], found: Factors | None = None
+) -> tuple[Array, float]:
     """(n,) what least squares over the rows seen leaves, at its full size, and the degrees of freedom.
 
     A row that the fit has not seen is off by the fit's own error as well, √(1 + h) of the noise; nothing is
     left of one of which the others do not tell what it should be, as of the only one in an attitude.
     """
-    found = factors(columns[seen], SEEN)
+    found = found or factors(columns[seen], SEEN)
     coefficients = found.to_coefficients @ (found.basis.T @ r[seen])
     share = np.einsum("nk,nk->n", found.basis, found.basis)
     left = r - columns @ coefficients
