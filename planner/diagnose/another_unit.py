@@ -26,7 +26,6 @@ from planner.temperature_table import hats, temperature_nodes
 MOST_ROWS = 20_000  # of which another unit is asked; 1e6 take minutes and gigabytes
 ANOTHER = 1e-9  # p of an F test, over all places at which another unit's rows could begin
 LEAST_RATIO = 2.0  # of the squares before to those after: no curve that a model misses a little
-LEAST_STEP = 4.0  # the same of levels alone, at which both sensors step together
 ALONE = 1e-6  # p of one channel's step, over all places
 LEAST_SIDE = 0.15  # share of the rows on each side of the place
 TURNS = float(np.radians(3.0))  # from which on a power-on is one of turns, whose level may be its own
@@ -241,7 +240,7 @@ def _all_step(rows: _Rows) -> tuple[float, int] | None:
     p = log_p(gain, 1, freedom, rest / freedom) + np.log(runs)
     sure = (p < np.log(ALONE)).sum(axis=1) >= len(channels) - 1
     for three in (slice(0, 3), slice(3, 6)):
-        sure &= whole[three].sum() > LEAST_STEP * rest[:, three].sum(axis=1)
+        sure &= whole[three].sum() > LEAST_RATIO * rest[:, three].sum(axis=1)
     place = int(np.argmin(np.where(sure, p.sum(axis=1), 0.0)))
     found = float(p[place].sum())
     return (found, place) if sure[place] and found < np.log(ANOTHER) else None

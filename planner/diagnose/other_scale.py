@@ -1,9 +1,10 @@
-"""Power-ons whose readings are a multiple of their reference: written in another unit of measurement."""
+"""Power-ons that were written in another unit of measurement: rad/s under deg/s, kelvin under degC."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from planner.units import STANDARD_GRAVITY_MPS2
 FAR_OFF = 0.2  # of the factor of the other power-ons: ten times what one unit is off by
 LEFT = 0.05  # of the input, that the multiple may leave: lean and bias of such a unit
 LEAST_ROWS = 3
+HOTTEST = 175.0  # degC: no silicon sensor is calibrated there; -98 degC in kelvin
 CLOSE = 0.03  # of a factor between units of measurement, within which it is that
 _DEGREE = float(np.pi / 180.0)
 _READ: dict[Sensor, dict[float, str]] = {
@@ -31,17 +33,20 @@ _READ: dict[Sensor, dict[float, str]] = {
 
 @dataclass(frozen=True)
 class OtherScale:
-    """One power-on of one sensor. rows: (n,) of the table; factor: reading over reference."""
+    """One power-on of which a column reads in another unit. rows: (n,) of the table; what: in words.
+
+    sensor: whose readings they are, or "temperature"
+    """
 
     run: int
-    sensor: Sensor
+    sensor: Sensor | Literal["temperature"]
     rows: NDArray[np.bool_]
-    factor: float
+    what: str
 
     @property
     def guess(self) -> str:
         """What it may have been, in words."""
-        return f"run {self.run}: {_said(self.sensor, self.factor)}"
+        return f"run {self.run}: {self.what}"
 
 
 def other_scales(table: DwellTable) -> list[OtherScale]:
@@ -52,15 +57,28 @@ def other_scales(table: DwellTable) -> list[OtherScale]:
     """
     found: list[OtherScale] = []
     for sensor, y, u, least in _inputs(table):
-        strong = np.linalg.norm(u, axis=1) >= least
-        mine = [s for run in np.unique(table.run[strong]) if (s := _scale(table, sensor, y, u, strong, run))]
-        if not mine:
-            continue
-        usual = float(np.median([s.factor for s in mine]))
+        runs, factors = _factors(table.run, y, u, least)
+        usual = float(np.median(factors)) if len(factors) else 1.0
         if _unit(sensor, usual):
             raise InputError(f"{table.source or 'the table'}, unit {table.unit[0]}: {_said(sensor, usual)}")
-        found += [s for s in mine if abs(s.factor / usual - 1.0) > FAR_OFF]
-    return found
+        off = np.abs(factors / usual - 1.0) > FAR_OFF
+        pairs = zip(runs[off].tolist(), factors[off].tolist(), strict=True)
+        found += [OtherScale(run, sensor, table.run == run, _said(sensor, f)) for run, f in pairs]
+    return [*found, *_temperatures(table)]
+
+
+def _temperatures(table: DwellTable) -> Iterator[OtherScale]:
+    """Power-ons at a temperature that no unit stands."""
+    hot = table.temperature_degc > HOTTEST
+    if hot.all():
+        raise InputError(f"{table.source or 'the table'}, unit {table.unit[0]}: {_hot(table, hot)}")
+    for run in np.unique(table.run[hot]).tolist():
+        mine = table.run == run
+        yield OtherScale(run, "temperature", mine, _hot(table, mine & hot))
+
+
+def _hot(table: DwellTable, rows: NDArray[np.bool_]) -> str:
+    return f"the temperature reads {np.median(table.temperature_degc[rows]):.1f} degC, as if in kelvin"
 
 
 def _unit(sensor: Sensor, factor: float) -> str:
@@ -73,18 +91,21 @@ def _said(sensor: Sensor, factor: float) -> str:
     return f"the {sensor}s read {factor:.4g} times their reference" + (f", as if {unit}" if unit else "")
 
 
-def _scale(
-    table: DwellTable, sensor: Sensor, y: Array, u: Array, strong: NDArray[np.bool_], run: int
-) -> OtherScale | None:
-    """Of one power-on, if one factor says its readings; least squares without a constant."""
-    rows = strong & (table.run == run)
-    if rows.sum() < LEAST_ROWS:
-        return None
-    factor = float(np.sum(y[rows] * u[rows]) / np.sum(u[rows] ** 2))
-    left = np.linalg.norm(y[rows] - factor * u[rows], axis=1)
-    fits = left < LEFT * max(abs(factor), 1e-3) * np.linalg.norm(u[rows], axis=1)
-    alike = factor > 0.0 and fits.mean() > 0.5
-    return OtherScale(int(run), sensor, table.run == run, factor) if alike else None
+def _factors(run: NDArray[np.int64], y: Array, u: Array, least: float) -> tuple[NDArray[np.int64], Array]:
+    """Power-ons whose readings (n, 3) are a multiple of their references, and by what factor.
+
+    Least squares without a constant, over the rows with an input of `least` and more.
+    """
+    size = np.linalg.norm(u, axis=1)
+    strong = size >= least
+    runs, which = np.unique(run[strong], return_inverse=True)
+    y, u, size = y[strong], u[strong], size[strong]
+    rows = np.bincount(which, minlength=len(runs))
+    factor = np.bincount(which, np.sum(y * u, axis=1)) / np.bincount(which, size**2)
+    left = np.linalg.norm(y - factor[which][:, None] * u, axis=1)
+    fits = np.bincount(which, left < LEFT * np.maximum(np.abs(factor), 1e-3)[which] * size)
+    alike = (rows >= LEAST_ROWS) & (factor > 0.0) & (fits > 0.5 * rows)
+    return runs[alike], factor[alike]
 
 
 def _inputs(table: DwellTable) -> Iterator[tuple[Sensor, Array, Array, float]]:

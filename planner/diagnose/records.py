@@ -50,7 +50,9 @@ def screened(table: DwellTable) -> Screened:
     kept = ~np.any([s.rows for s in scaled], axis=0) if scaled else np.ones(len(table), dtype=bool)
     turned = {i: turn for i, turn in _turned(table).items() if kept[i]}
     left = (*_scaled_out(table, scaled), *_rows_out(table, turned))
-    suspects = [_scale_suspect(s) for s in scaled] + ([_label_suspect(table, turned)] if turned else [])
+    suspects = [_scale_suspect(table, s) for s in scaled] + (
+        [_label_suspect(table, turned)] if turned else []
+    )
     kept[list(turned)] = False
     other = another_unit(table, kept)
     notes = []
@@ -68,12 +70,13 @@ def _scaled_out(table: DwellTable, scaled: Sequence[OtherScale]) -> Iterator[Row
     for s in scaled:
         for i in np.flatnonzero(s.rows).tolist():
             said = _condition(table, i)
-            yield RowLeftOut(s.run, _step(table, i), f"{s.sensor}s", float("inf"), s.guess, said)
+            yield RowLeftOut(s.run, _step(table, i), "all", float("inf"), s.guess, said)
 
 
-def _scale_suspect(s: OtherScale) -> ReferenceSuspect:
-    run, channels = float(s.run), tuple(f"{s.sensor}_{a}" for a in AXES)
-    check = f"look up in which unit of measurement run {s.run} was written; {s.guess.split(': ', 1)[1]}"
+def _scale_suspect(table: DwellTable, s: OtherScale) -> ReferenceSuspect:
+    every, run = channels_of(table), float(s.run)
+    channels = tuple(c for c in every if c.startswith(s.sensor)) or every
+    check = f"look up in which unit of measurement run {s.run} was written; {s.what}"
     return ReferenceSuspect(
         "mixed_units", run, run, run, "run", channels, 0.0, float("inf"),
         check, float("inf"),

@@ -1,11 +1,12 @@
 """The Earth's rate, left out of the bench's reference: y += Ω sin φ · up + Ω cos φ · level (K 2.2.2, eq. 1).
 
 No fault of the unit: a reference that says zero at rest, or has the rate with the wrong sign and is off by
-twice as much. `up` is along gravity's reaction, on a centrifuge along its axis. A dwell table does not say where north is; on the cube of a levelled plate it is taken along
-the next axis in cyclic order after the one that is vertical, as in the usual set-up, and `east` takes up a
-fixture that is turned. The `…_inverted` parts are for fixtures that turn a unit over about the other axis, so
-that north changes sign with the face. Where the faces are turned one by one, the up term alone carries the
-effect. While the unit turns the horizontal part averages out.
+twice as much. `up` is along gravity's reaction, on a centrifuge along its axis. A dwell table does not say
+where north is; on the cube of a levelled plate it is taken along the next axis in cyclic order after the one
+that is vertical, as in the usual set-up, and `east` takes up a fixture that is turned. The `…_inverted` parts
+are for fixtures that turn a unit over about the other axis, so that north changes sign with the face. Where
+the faces are turned one by one, the up term alone carries the effect. While the unit turns the horizontal
+part averages out.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _STRAIGHT = 0.98  # cosine of an axis with the vertical, above which the face co
 
 
 class EarthRate(BaseEffect):
-    """Ω sin φ and the two parts of Ω cos φ, shared by the three gyros; 15.04 deg/h in all, 30.08 of a wrong sign."""
+    """Ω sin φ and the two parts of Ω cos φ, shared by the three gyros: 15.04 deg/h, of a wrong sign twice."""
 
     name = "earth_rate"
     sensors: tuple[Sensor, ...] = ("gyro",)

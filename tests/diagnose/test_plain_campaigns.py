@@ -9,7 +9,7 @@ import pytest
 import yaml
 from scipy.special import ndtr
 
-from planner.diagnose import records
+from planner.diagnose import another_unit
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import diagnose_sensor
 from planner.diagnose.hypotheses.verdicts import _rests_on, _scatter
@@ -97,8 +97,8 @@ def test_another_unit_is_seen_in_some_of_very_many_power_ons(monkeypatch: pytest
     """Rows between the last judged power-on of this unit and the first of the other are not judged either."""
     table, _ = campaign(1, fault="mixed_units")
     whole = screened(table)
-    monkeypatch.setattr(records, "MOST_ROWS", len(table) // 2)
-    monkeypatch.setattr(records, "LEAST_OF_MANY", 20)
+    monkeypatch.setattr(another_unit, "MOST_ROWS", len(table) // 2)
+    monkeypatch.setattr(another_unit, "LEAST_OF_MANY", 20)
     some = screened(table)
     assert [s.hypothesis for s in whole.suspects] == [s.hypothesis for s in some.suspects] == ["mixed_units"]
     assert not np.any(some.kept & ~whole.kept)

@@ -21,6 +21,7 @@ from planner.nouns.diagnosis import FoundEffect, FoundTerm, UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
 from planner.spec.load import load_spec
 from planner.spec.model import Spec
+from tests.diagnose.labs.bench import bench
 from tests.diagnose.labs.shapes import Hidden
 from tests.diagnose.labs.unit import campaign
 from tests.specs import SHIPPED
@@ -108,6 +109,44 @@ def test_rows_of_a_second_unit_are_found_and_not_judged(seed: int) -> None:
     first = int(seen.suspects[0].value)
     truth = np.unique(table.run)[np.unique(table.run) >= np.quantile(np.unique(table.run), 0.55)][0]
     assert abs(first - truth) <= 1
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_biases_that_all_step_at_once_are_those_of_a_second_unit(seed: int) -> None:
+    """Scale factors and leans stay; one bias that steps is the sensor's own."""
+    table, _ = campaign(seed)
+    rng = np.random.default_rng(seed)
+    runs = np.unique(table.run)
+    later = (table.run >= runs[int(0.4 * len(runs))])[:, None]
+    step = {"gyro": np.radians(0.02) * rng.choice([-1.0, 1.0], 3), "acc": 0.06 * rng.choice([-1.0, 1.0], 3)}
+    both = {name: getattr(table, name) + later * step[name] for name in step}
+    (suspect,) = screened(replace(table, **both)).suspects
+    assert suspect.hypothesis == "mixed_units"
+    assert abs(suspect.value - runs[int(0.4 * len(runs))]) <= 1
+    alone = {name: getattr(table, name) + later * step[name] * [1.0, 0.0, 0.0] for name in step}
+    assert not screened(replace(table, **alone)).suspects
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_the_earths_rate_with_the_wrong_sign_is_no_g_sensitivity(seed: int) -> None:
+    table, _ = campaign(seed, centrifuge=False)
+    b = bench(seed, centrifuge=False)
+    wrong = replace(table, ref_rate=table.ref_rate - 2.0 * np.radians(b.earth), acc=None)
+    found = diagnose(wrong, spec())
+    assert {e.effect for e in found.effects} == {"earth_rate"}
+    up = next(t for e in found.effects for t in e.terms if t.name == "up")
+    assert up.low < 2.0 * np.radians(15.041067 / 3600.0) * np.sin(b.latitude) < up.high
+
+
+@pytest.mark.parametrize(("seed", "channel"), [(80009, "acc_z"), (80020, "gyro_x"), (80045, "acc_z")])
+def test_a_scale_factor_that_settles_after_power_on_has_no_other_name(seed: int, channel: str) -> None:
+    table, _ = campaign(seed, Hidden("scale factor after power-on", channel, 25.0))
+    found = diagnose(replace(table, **{"acc" if channel.startswith("gyro") else "gyro": None}), spec())
+    assert not found.effects
+    (unknown,) = found.unknown
+    over = "rate" if channel.startswith("gyro") else "specific_force"
+    assert unknown.varies_with == f"time_on_and_{over}"
+    assert unknown.channels == (channel.replace("acc", "accelerometer"),)
 
 
 @pytest.mark.parametrize("seed", range(10, 16))

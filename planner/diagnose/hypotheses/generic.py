@@ -14,7 +14,7 @@ import numpy as np
 from planner.diagnose.hypotheses.channels import Channel
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
-from planner.protocols import Condition
+from planner.protocols import Condition, Sensor
 from planner.temperature_table import hats, temperature_nodes
 from planner.units import STANDARD_GRAVITY_MPS2
 
@@ -41,7 +41,8 @@ def generics(c: Channel, table: DwellTable) -> list[Generic]:
 
     Smooth variables come coarse and fine: few columns see a weak bend, many follow a strong one.
     """
-    found = [Generic(name, columns) for name, make in _MAKERS.items() for columns in make(c, table)]
+    makers = {**_MAKERS, **_OF_THE_INPUT[c.sensor]}
+    found = [Generic(name, columns) for name, make in makers.items() for columns in make(c, table)]
     return [g for g in found if g.columns.shape[1] > 0 and np.any(g.columns)]
 
 
@@ -167,6 +168,16 @@ def _temperature_and_rate(c: Channel, table: DwellTable) -> list[Array]:
     return [np.array([s * t**k for s in shapes for k in (1, 2)]).T]
 
 
+def _input_over_time_on(c: Channel, table: DwellTable) -> list[Array]:
+    """A scale factor that changes after power-on: the own input, about its nodes over the time."""
+    return [c.u[:, None] * columns for columns in _time_on(c, table)[:1]]
+
+
+def _input_over_days(c: Channel, table: DwellTable) -> list[Array]:
+    """A scale factor that changes from day to day."""
+    return [c.u[:, None] * columns for columns in _day(c, table)[:1]]
+
+
 def _bench(c: Channel, table: DwellTable) -> list[Array]:
     if table.bench is None:
         return []
@@ -196,4 +207,11 @@ _MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
     "temperature": _temperature,
     "temperature_and_rate": _temperature_and_rate,
     "bench": _bench,
+}
+_OF_THE_INPUT: Mapping[Sensor, Mapping[str, Callable[[Channel, DwellTable], list[Array]]]] = {
+    "gyro": {"time_on_and_rate": _input_over_time_on, "day_and_rate": _input_over_days},
+    "accelerometer": {
+        "time_on_and_specific_force": _input_over_time_on,
+        "day_and_specific_force": _input_over_days,
+    },
 }

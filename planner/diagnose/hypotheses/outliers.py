@@ -69,7 +69,7 @@ def outliers(
     about = _within(columns, r, starts, ~far)
     found = factors(about[0], SEEN)
     left, freedom = _left(*about, ~far, found)
-    far = _largest_first(found.basis, about[1], starts)
+    far = largest_first(found.basis, about[1], starts)
     for attempt in range(ROUNDS):
         if attempt or far.any():  # no row stands out: the first fit is this one
             left, freedom = _left(*_within(columns, r, starts, ~far), ~far)
@@ -88,7 +88,7 @@ def outliers(
     return Far(far, size)
 
 
-def _largest_first(basis: Array, r: Array, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
+def largest_first(basis: Array, r: Array, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
     """(n,) rows that stand out, found by leaving out the largest, then what is largest without them, …
 
     All at once would not do: a far row bends the fit, and among those that it drags along it may be hidden.

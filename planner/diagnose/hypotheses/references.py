@@ -31,6 +31,7 @@ from planner.units import STANDARD_GRAVITY_MPS2
 MOST_THRESHOLDS = 8  # between the rates that were set; neighbours explain nearly the same
 LAGS_S = (60.0, 150.0, 300.0, 600.0)  # a minute to ten, each about twice the one before
 HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate, below which a reference names no north
+MOST_SCALE = 0.05  # by which gravity or a table's rate may be off: beside a scale factor of -2, 2 would fit
 UNLOADED = 0.2  # of g, by which the force may differ from it at rest
 
 Columns = Callable[[Channel, DwellTable, float], Array]
@@ -207,6 +208,7 @@ REFERENCES: Mapping[str, Reference] = {
             _local_gravity,
             "compare the local g of the reference with the site's surveyed value",
             alias="scale_factor",
+            largest={"accelerometer": MOST_SCALE},
             record="a centrifuge record, whose load does not rest on the local gravity",
         ),
         Reference(
@@ -219,6 +221,7 @@ REFERENCES: Mapping[str, Reference] = {
             stated=lambda accuracy: accuracy.rate,
             places=thresholds,
             alias="scale_factor",
+            largest={"gyro": MOST_SCALE},
             record="whole turns timed against a clock",
         ),
         Reference(

@@ -105,13 +105,11 @@ def diagnose_sensor(
 
 
 def _impossible(found: Found) -> list[str]:
-    """Effects of which more would be needed than there can be by nature, beyond the interval."""
-    known = catalog.effects()
+    """Effects and references of which more would be needed than there can be, beyond the interval."""
     names = []
     for e in estimates(found.pool, found.library):
         block = found.pool.blocks[e.block]
-        largest = None if block.reference else known[block.name].largest
-        most = (largest or {}).get(block.sensor, np.inf)
+        most = (hypothesis(block.name).largest or {}).get(block.sensor, np.inf)
         if abs(e.value) - e.half > most:
             names.append(block.name)
     return list(dict.fromkeys(names))
@@ -196,7 +194,7 @@ def begin(
     whole = [channel(sensor, a, conditions, readings[:, a], declared, strong, free) for a in alive]
     mine = tuple(with_read_temperature(c, data.starts) for c in whole)
     library = library_blocks(mine, table, (*plain_names(declared, sensor), *impossible), sensor)
-    library += reference_blocks(mine, table, sensor, benches)
+    library += [b for b in reference_blocks(mine, table, sensor, benches) if b.name not in impossible]
     blocks = [*library, *generic_blocks(mine, table, sensor)]
     triad, far, sizes = _readings(data, mine, blocks)
     state = _whitened(triad)

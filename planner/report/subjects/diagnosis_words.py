@@ -37,6 +37,10 @@ VARIABLES = {
     "rate": "rate",
     "specific_force": "specific force",
     "orientation": "orientation",
+    "time_on_and_rate": "time since power-on and rate, as a scale factor does",
+    "time_on_and_specific_force": "time since power-on and specific force, as a scale factor does",
+    "day_and_rate": "day and rate, as a scale factor does",
+    "day_and_specific_force": "day and specific force, as a scale factor does",
     "bench": "bench",
     "unexplained": "no variable of the table",
 }

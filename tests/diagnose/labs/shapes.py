@@ -90,6 +90,11 @@ NAMELESS: dict[str, tuple[tuple[str, ...], Shape, tuple[str, ...]]] = {
         lambda b, u, c, rng: -np.sign(u[:, c]) * np.maximum(np.abs(u[:, c]) - 12.0, 0.0) ** 2,
         ("specific_force",),
     ),
+    "scale factor after power-on": (
+        ("gyro", "acc"),
+        lambda b, u, c, rng: u[:, c] * np.exp(-b.time_on / rng.uniform(200.0, 500.0)),
+        ("time_on_and_rate", "time_on_and_specific_force"),
+    ),
     "one face": (
         ("gyro", "acc"),
         lambda b, u, c, rng: ((b.up[:, c] < -0.9) & ~b.turns).astype(float),
