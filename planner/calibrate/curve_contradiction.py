@@ -119,7 +119,7 @@ def contradictions(fits: Sequence[Estimate], curves: Curves) -> list[str]:
         prior = curves.prior(error, points)
         if prior is not None and np.any(prior):
             names = families_of(curves.spec)
-            pools: dict[str, Array] = {name: curves.pool(name, error, points) for name in names}
+            pools: dict[str, Array] = {n: curves.pool(n, error, points).T.astype(np.float64) for n in names}
             unit = own_unit(curves.spec, *error)
             found += _said(nodes_at(mine, points, prior), pools, LEVEL / (2 * len(errors)), unit)
     return found

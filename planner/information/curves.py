@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.information.smooth import Moments
 from planner.nouns.array import Array
@@ -68,9 +69,9 @@ class Curves:
         each = [family[error] for family in self._families.values() if error in family]
         return np.mean([self._moment(one, degc) for one in each], axis=0) if each else None
 
-    def pool(self, name: str, error: tuple[Sensor, str], degc: Array) -> Array:
-        """(n, N) curves of one error and family at temperatures (N,), SI."""
-        return self._seen(self._families[name][error], degc)
+    def pool(self, name: str, error: tuple[Sensor, str], degc: Array) -> NDArray[np.float32]:
+        """(N, n) curves of one error and family at temperatures (N,), SI."""
+        return np.ascontiguousarray(self._seen(self._families[name][error], degc).T, dtype=np.float32)
 
     @cached_property
     def _families(self) -> dict[str, dict[tuple[Sensor, str], CurveFamily]]:

@@ -28,7 +28,7 @@ ANY = 2  # times as many where all of a flight is drawn
 LEAST = 30  # th part of them at each temperature
 NOTABLE = 0.01  # of the mean square: what smaller parts lack of a Gaussian goes with the square of this
 AT_ONCE = 4_000_000  # numbers
-SETTLED = 1e-6
+SETTLED = 3e-4  # the last step of secants: what it leaves is a hundredth of it
 LEFT_OUT = 1e-7  # of the largest principal variance
 TINY = 1e-12
 AWAY = 1.01  # times the guess: the second point of the first secant
@@ -60,28 +60,32 @@ class CurveWeights:
         """Of d along axes (S, ρ, ρ), the columns."""
         return CurveWeights(self.error, self.places, np.swapaxes(axes, 1, 2) @ self.weights)
 
-    def of(self, curves: Array, rows: NDArray[np.intp]) -> NDArray[np.float32]:
-        """(S, n, ρ) for curves (m, N), of which each temperature of flight takes its rows (S, n)."""
+    def add_to(self, d: NDArray[np.float32], curves: NDArray[np.float32], rows: Array, sign: Array) -> None:
+        """Adds to flights d (S, ρ, n) the curves (N, m) of which each takes one of rows (S, n), with a sign.
+
+        Temperature by temperature of the flight: one curve's values at one point stay in the nearest cache.
+        """
         # many power-ons have one temperature: its curve is looked up once
         places, at = np.unique(self.places, axis=1, return_inverse=True)
-        weights = np.zeros((*self.weights.shape[:2], places.shape[1]))
+        weights = np.zeros((*self.weights.shape[:2], places.shape[1]), dtype=np.float32)
         for record, place in enumerate(at.ravel()):
             weights[:, :, place] += self.weights[:, :, record]
-        seen = curves[rows[:, :, None], places[:, None, :]]
-        return np.asarray(seen @ np.swapaxes(weights, 1, 2), dtype=np.float32)
+        for flights, W, where, which, signs in zip(d, weights, places, rows, sign, strict=True):
+            seen = np.stack([curves[point].take(which) for point in where])
+            flights += (W @ seen) * signs
 
 
 def drawn_quantile(
     a: Asked,
     rest: Array,
     parts: Sequence[tuple[CurveWeights, Array]],
-    pool: Callable[[Error], Array],
+    pool: Callable[[Error], NDArray[np.float32]],
     draws: int = DRAWS,
     near: float | None = None,
 ) -> float | None:
     """The quantile of the largest |d| over a requirement's instants; None where no curve matters.
 
-    rest: (S, ρ, ρ) covariance without curves; parts: with their own (S, ρ, ρ); pool: error -> (n, N) curves
+    rest: (S, ρ, ρ) covariance without curves; parts: with their own (S, ρ, ρ); pool: error -> (N, n) curves
     draws: flights over all temperatures; near: a first guess, None: as if all were Gaussian
     """
     every = sum((own for _, own in parts), rest)
@@ -123,7 +127,7 @@ def _at_one(
     a: Asked,
     rest: Array,
     parts: Sequence[CurveWeights],
-    curves: Mapping[Error, Array],
+    curves: Mapping[Error, NDArray[np.float32]],
     weights: Array | None,
     near: float,
     draws: int,
@@ -138,10 +142,10 @@ def _at_one(
     share = a.share
     value, axes = np.linalg.eigh(rest)
     sigma = np.sqrt(2.0 * np.maximum(value[:, -1:], TINY * value[:, -1:].max())).astype(np.float32)
-    d = _normals(*_size(rest, draws)) * np.sqrt(np.maximum(value, 0.0)).astype(np.float32)[:, None]
-    d[..., -1] = 0.0
+    d = _normals(*_size(rest, draws)) * np.sqrt(np.maximum(value, 0.0)).astype(np.float32)[:, :, None]
+    d[:, -1] = 0.0
     _add(d, [p.along(axes) for p in parts], curves, 0)
-    beside, along = np.einsum("snc,snc->sn", d[..., :-1], d[..., :-1]), d[..., -1]
+    beside, along = np.einsum("scn,scn->sn", d[:, :-1], d[:, :-1]), d[:, -1]
 
     def missing(length: float) -> float:
         h = np.sqrt(np.maximum(np.float32(length**2) - beside, 0.0))
@@ -172,7 +176,7 @@ def _root(missing: Callable[[float], float], near: float) -> float:
         low *= 0.9
     while missing(high) > 0.0:
         high *= 1.1
-    return float(brentq(missing, low, high, rtol=SETTLED))
+    return float(brentq(missing, low, high, rtol=1e-6))
 
 
 # ---------------------------------------------------------------- at any moment
@@ -182,7 +186,7 @@ def _at_any(
     a: Asked,
     rest: Array,
     parts: Sequence[CurveWeights],
-    curves: Mapping[Error, Array],
+    curves: Mapping[Error, NDArray[np.float32]],
     looked_at: NDArray[np.intp],
     weights: Array | None,
     draws: int,
@@ -196,14 +200,14 @@ def _at_any(
         some = looked_at[start : start + at_once]
         value, vector = np.linalg.eigh(basis.T @ rest[some] @ basis)
         root = (vector * np.sqrt(np.maximum(value, 0.0))[:, None, :]).astype(np.float32)
-        d = _normals(len(some), n, basis.shape[1]) @ np.swapaxes(root, 1, 2)
+        d = root @ _normals(len(some), n, basis.shape[1])
         _add(
             d,
             [p.on(some).along(np.broadcast_to(basis, (len(some), *basis.shape))) for p in parts],
             curves,
             start,
         )
-        found.append(_longest(basis.astype(np.float32) @ np.swapaxes(d, 1, 2), a.response.shape[2]))
+        found.append(_longest(basis.astype(np.float32) @ d, a.response.shape[2]))
     return length_of_share(np.concatenate(found), a.share, weights)
 
 
@@ -253,18 +257,23 @@ def _each(temperatures: int, draws: int) -> int:
 
 
 def _add(
-    d: NDArray[np.float32], parts: Sequence[CurveWeights], curves: Mapping[Error, Array], seed: int
+    d: NDArray[np.float32],
+    parts: Sequence[CurveWeights],
+    curves: Mapping[Error, NDArray[np.float32]],
+    seed: int,
 ) -> None:
-    """Curves to flights d (s, n, ρ), others at every temperature; one is as likely as its opposite."""
+    """Curves to flights d (s, ρ, n), others at every temperature; one is as likely as its opposite."""
     rng = np.random.default_rng(seed)
     for part in parts:
         pool = curves[part.error]
-        which = rng.integers(2 * len(pool), size=d.shape[:2])
-        sign = np.where(which < len(pool), 1.0, -1.0).astype(np.float32)
-        d += sign[..., None] * part.of(pool, which % len(pool))
+        which = rng.integers(2 * pool.shape[1], size=(d.shape[0], d.shape[2]))
+        opposite = which >= pool.shape[1]
+        sign = np.where(opposite, np.float32(-1.0), np.float32(1.0))
+        part.add_to(d, pool, which - pool.shape[1] * opposite, sign)
 
 
 @cache
 def _normals(s: int, n: int, rows: int) -> NDArray[np.float32]:
-    """(s, n, rows), the same for every campaign, so that campaigns are told apart by what they are."""
-    return np.random.default_rng(0).standard_normal((s, n, rows), dtype=np.float32)
+    """(s, rows, n), the same for every campaign, so that campaigns are told apart by what they are."""
+    drawn = np.random.default_rng(0).standard_normal((s, n, rows), dtype=np.float32)
+    return np.ascontiguousarray(np.swapaxes(drawn, 1, 2))

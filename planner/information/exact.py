@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.campaign.design import design
 from planner.campaign.model import Campaign, campaign
@@ -112,7 +113,7 @@ def _quantiles(flight: Flight, promise: Promise, counts: Array, k: int, draws: i
     parts, rest = promise.through_curves(counts[0], k), left[0, 0]
     for name, moments in promise.families.items():
 
-        def pool(error: tuple[Sensor, str], family: str = name) -> Array:
+        def pool(error: tuple[Sensor, str], family: str = name) -> NDArray[np.float32]:
             return flight.curves.pool(family, error, promise.points)
 
         squares = [(p, p.second_moment(moments[p.error])) for p in parts if p.error in moments]

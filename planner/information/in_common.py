@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner.information.told import Alike, Told, shared_places, through_shared
 from planner.nouns.array import Array
@@ -20,18 +19,14 @@ class Common:
     itself −D s²: so sums over the channels, squared, less their own squares.
     """
 
-    campaigns: int
     sums: dict[str, Array] = field(default_factory=dict)
-    own: list[tuple[NDArray[np.intp], Array]] = field(default_factory=list)
-    joined: Array | None = None
+    own: list[Array] = field(default_factory=list)
+    joined: Array = field(default_factory=lambda: np.zeros((1, 1, 1, 1)))
 
     def add(self, group: Alike, found: Told, R: Array) -> None:
-        """A group of channels on some of the campaigns; R: of `reads`."""
+        """A group of channels; R: of `reads`."""
         if common := shared_places(group, found.places):
-            between = through_shared(found, R, common)
-            if self.joined is None:
-                self.joined = np.zeros((self.campaigns, *between.shape[1:]))
-            self.joined[found.which] += between
+            self.joined = self.joined + through_shared(found, R, common)
         if not any(any(c.references) for c in group.channels):
             return
         D = (R @ found.beside[:, :, None]) / group.first.sigma
@@ -39,20 +34,13 @@ class Common:
             for j, name in enumerate(c.references):
                 if name:
                     z = channel[..., j]
-                    if name not in self.sums:
-                        self.sums[name] = np.zeros((self.campaigns, *z.shape[1:]))
-                    self.sums[name][found.which] += z
-                    self.own.append((found.which, z))
+                    self.sums[name] = self.sums.get(name, 0.0) + z
+                    self.own.append(z)
 
     def between(self) -> Array:
         """(B, 1, S, ρ, ρ), to be added to every family."""
-        joined = np.zeros((self.campaigns, 1, 1, 1)) if self.joined is None else self.joined
-        if not self.sums:
-            return np.asarray(joined[:, None])
-        total = np.sum([_square(z) for z in self.sums.values()], axis=0)
-        for which, z in self.own:
-            total[which] -= _square(z)
-        return np.asarray((total + joined)[:, None])
+        total = self.joined + sum(_square(z) for z in self.sums.values()) - sum(map(_square, self.own))
+        return np.asarray(total[:, None])
 
 
 def _square(z: Array) -> Array:

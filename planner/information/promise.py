@@ -94,11 +94,11 @@ class Promise:
         """The errors that fly and of which no record of one campaign (g,) tells some terms: these."""
         names: dict[ErrorName, tuple[str, ...]] = {}
         for group in self._groups:
-            for found in told(group.alike, counts[None], group.curved):
-                for i, c in product(group.asked, range(len(group.alike.channels))):
-                    if found.undetermined[c, :, found.places[i]].any():
-                        term = group.alike.channels[c].terms[i]
-                        names[term.error] = (*names.get(term.error, ()), term.name)
+            found = told(group.alike, counts[None], group.curved)
+            for i, c in product(group.asked, range(len(group.alike.channels))):
+                if found.undetermined[c, :, found.places[i]].any():
+                    term = group.alike.channels[c].terms[i]
+                    names[term.error] = (*names.get(term.error, ()), term.name)
         return names
 
     def covariance(self, counts: Array, requirement: int) -> tuple[Array, NDArray[np.bool_]]:
@@ -114,14 +114,14 @@ class Promise:
         """Per view (B, families, S, ρ, ρ) of d; (B,) whether what flies is undetermined."""
         whole = [np.zeros((len(counts), len(families), *v.own.shape)) for v in self._views]
         undetermined = np.zeros(len(counts), dtype=bool)
-        common = [Common(len(counts)) for _ in self._views]
+        common = [Common() for _ in self._views]
         for group in self._groups:
-            for found in told(group.alike, counts, group.curved):
-                undetermined[found.which] |= group.misses(found)
-                for v, total, of in zip(group.seen_from, whole, common, strict=True):
-                    R = v.reads(found)
-                    total[found.which] += v.left(found, R, families)
-                    of.add(group.alike, found, R)
+            found = told(group.alike, counts, group.curved)
+            undetermined |= group.misses(found)
+            for v, total, of in zip(group.seen_from, whole, common, strict=True):
+                R = v.reads(found)
+                total += v.left(found, R, families)
+                of.add(group.alike, found, R)
         for alone, total, of in zip(self._alone, whole, common, strict=True):
             total += alone[[*families]] + of.between()
         return whole, undetermined
@@ -132,8 +132,8 @@ class Promise:
         view, found = only._views[0], list[CurveWeights]()
         read: set[int] = set()
         for group in only._groups:
-            for one in told(group.alike, counts[None], group.curved):
-                found += group.seen_from[0].through_curves(one, self.flying, group.flown)
+            one = told(group.alike, counts[None], group.curved)
+            found += group.seen_from[0].through_curves(one, self.flying, group.flown)
             read |= {int(k) for i in group.curved for k in group.flown[i]}
         place = self.places(view.temperature_degc)
         tabled = {error for family in self.families.values() for error in family}
@@ -248,7 +248,7 @@ class _Group:
     def misses(self, found: Told) -> NDArray[np.bool_]:
         """(B,) whether a coefficient that the flight reads is undetermined."""
         read = [found.undetermined[:, :, found.places[i]].any(axis=(0, 2)) for i in self.asked]
-        return np.any(read, axis=0) if read else np.zeros(len(found.which), dtype=bool)
+        return np.any(read, axis=0) if read else np.zeros(len(found.kinds), dtype=bool)
 
 
 @dataclass(frozen=True)
@@ -268,13 +268,45 @@ class _Seen:
     smooth: Mapping[int, tuple[Smooth, tuple[Sensor, str]]]
 
     def left(self, found: Told, R: Array, families: Sequence[int]) -> Array:
-        """(B, families, S, ρ, ρ) what estimates leave, and what they make of the curves; R: of `reads`."""
-        flat = R.reshape(*R.shape[:2], -1, R.shape[-1])
-        noise = _between((flat @ found.covariance).reshape(R.shape), R)[:, None]
-        if not self.moments:
-            return noise
-        T = sum(self._curve(found, R, i, families) for i in self.moments)
-        return np.asarray(noise + T + np.swapaxes(T, -1, -2))
+        """(B, families, S, ρ, ρ) what estimates leave, and what they make of the curves; R: of `reads`.
+
+        Σ_channels R (C + Σ_e G_e M_e G_eᵀ) Rᵀ − X − Xᵀ,   X = Σ_e R G_e M_e,flight J_eᵀ
+
+        All channels, errors and families of a campaign are one product: small ones take longer to call.
+        """
+        a, B, S, r, P = R.shape
+        V = found.covariance[:, :, None]
+        for i, M in self.moments.items():
+            G, k = found.gains[i][:, :, None], self.of_kind[found.kinds]
+            among = np.moveaxis(M[[*families]][:, k[:, :, None], k[:, None, :]], 0, 1)
+            V = V + G @ among @ np.swapaxes(G, -1, -2)
+        F = V.shape[2]
+        read = np.swapaxes(R.reshape(a, B, S * r, P), 2, 3)
+        Y = (V.reshape(a, B, F * P, P) @ read).reshape(a, B, F, P, S, r).transpose(1, 4, 0, 3, 2, 5)
+        X = np.ascontiguousarray(R.transpose(1, 2, 3, 0, 4)).reshape(B, S, r, a * P)
+        whole = X @ np.ascontiguousarray(Y).reshape(B, S, a * P, F * r)
+        whole = np.moveaxis(whole.reshape(B, S, r, F, r), 3, 1)
+        for i in self.moments:
+            across = self._across(found, R, i, families)
+            whole = whole - across - np.swapaxes(across, -1, -2)
+        return np.asarray(whole)
+
+    def _across(self, found: Told, R: Array, i: int, families: Sequence[int]) -> Array:
+        """(B, families, S, ρ, ρ) X of one error."""
+        a, B, S, _, P = R.shape
+        felt = self._in_flight[i][:, [*families]][self.of_kind[found.kinds]]  # (B, K, F, S m)
+        F = felt.shape[2]
+        seen = (found.gains[i] @ felt.reshape(*felt.shape[:2], -1)).reshape(a, B, P, F, S, -1)
+        each = np.ascontiguousarray(seen.transpose(0, 1, 4, 2, 3, 5)).reshape(a, B, S, P, -1)
+        u = (R @ each).reshape(*R.shape[:-1], F, -1)
+        J = self.response[i]
+        return np.asarray(np.einsum("absrfm,asqm->bfsrq", u, np.broadcast_to(J, (a, S, *J.shape[2:]))))
+
+    @cached_property
+    def _in_flight(self) -> dict[int, Array]:
+        """term -> (N, families, S m) moments of its curve between the points and the flight's places."""
+        flight = self.of_flight.ravel()
+        return {i: np.swapaxes(M[:, :, flight], 0, 1) for i, M in self.moments.items()}
 
     def through_curves(
         self, found: Told, flying: Sequence[Flying], flown: Mapping[int, NDArray[np.intp]]
@@ -311,32 +343,10 @@ class _Seen:
                 noise = found.covariance[:, :, found.places[i], found.places[i]]
                 smooth, error = self.smooth[i]
                 h = smooth.weights(error, self.temperature_degc.ravel(), nodes, noise)
-            R[..., found.places[i]] = J[:, None] @ h.reshape(*h.shape[:-2], S, m, -1)
+            each = h.reshape(*h.shape[:-2], S, m, -1)
+            R[..., found.places[i]] = sum(J[:, None, ..., k, None] * each[..., None, k, :] for k in range(m))
         R *= ~found.undetermined[:, :, None, None]
         return R
-
-    def _curve(self, found: Told, R: Array, i: int, families: Sequence[int]) -> Array:
-        """(B, families, S, ρ, ρ) half of what estimates make of a curve; all with the curve itself.
-
-        Σ_channels x (½ M xᵀ + M_flight Jᵀ), x what d takes from the curve at the kinds
-        """
-        gain, J = found.gains[i], np.moveaxis(self.response[i], 0, 1)
-        a, B, S, r, _ = R.shape
-        P, K = gain.shape[-2:]
-        seen = -(R.reshape(a, B, S * r, P) @ gain)
-        x = np.moveaxis(seen.reshape(a, B, S, r, K), 0, 3).reshape(B, S, r, a * K)
-        k, each = self.of_kind[found.kinds], []
-        for M in self.moments[i][[*families]]:
-            half = (0.5 * seen @ M[k[:, :, None], k[:, None, :]]).reshape(a, B, S, r, K)
-            felt = np.moveaxis(M[k][..., self.of_flight], 2, 1)[:, :, None] @ np.swapaxes(J, 2, 3)
-            y = half.transpose(1, 2, 0, 4, 3) + felt  # (B, S, a, K, ρ)
-            each.append(x @ y.reshape(B, S, a * K, r))
-        return np.stack(each, axis=1)
-
-
-def _between(x: Array, y: Array) -> Array:
-    """(B, S, ρ, ρ) Σ x yᵀ over the channels and the last axis; both (a, B, S, ρ, n)."""
-    return np.asarray((x @ np.swapaxes(y, -1, -2)).sum(axis=0))
 
 
 def _group(promise: Promise, g: Alike) -> _Group:

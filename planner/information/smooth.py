@@ -21,6 +21,8 @@ from planner.spec.model import Spec
 
 Moments = Mapping[tuple[Sensor, str], Array]
 
+NOWHERE = 1e20  # SI², the variance of what is no node: its weight is nothing
+
 
 @dataclass(frozen=True)
 class Smooth:
@@ -37,14 +39,17 @@ class Smooth:
     def weights(
         self, error: tuple[Sensor, str], temperature_degc: Array, nodes: Array, noise: Array
     ) -> Array:
-        """(a, B, X, K) of nodes (B, K) with covariance (a, B, K, K) at temperatures (X,)."""
-        ends = np.minimum(nodes[:, :1], self.low), np.maximum(nodes[:, -1:], self.high)
+        """(a, B, X, K) of nodes (B, K) with covariance (a, B, K, K) at temperatures (X,); infinite: none."""
+        there = np.isfinite(nodes)
+        last = np.max(nodes, axis=1, initial=-np.inf, where=there)[:, None]
+        ends = np.minimum(nodes[:, :1], self.low), np.maximum(last, self.high)
         # nodes that several visits share lie between theirs, kelvins apart at most
         own, read = nearest(self.points, nodes), nearest(self.points, np.clip(temperature_degc, *ends))
         M = self.prior[error]
-        return kriging_weights(
-            M[own[:, :, None], own[:, None, :]] + noise, M[own[:, :, None], read[:, None, :]]
-        )
+        known = M[own[:, :, None], own[:, None, :]] * (there[:, :, None] & there[:, None, :])
+        apart = np.where(there, 0.0, NOWHERE)[:, :, None] * np.eye(nodes.shape[1])
+        across = M[own[:, :, None], read[:, None, :]] * there[:, :, None]
+        return kriging_weights(known + noise + apart, across)
 
 
 def smooth_of(spec: Spec, points: Array, families: Mapping[str, Moments]) -> Smooth | None:

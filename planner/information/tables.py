@@ -10,17 +10,25 @@ from planner.temperature_table import REACH_K
 
 
 def hats_of(temperature_degc: Array, nodes: Array) -> Array:
-    """(B, X, N) weights of nodes (B, N), ascending, at temperatures (X,) or (B, X), as `hats` gives them."""
+    """(B, X, N) weights of nodes (B, N) at temperatures (X,) or (B, X), as `hats` gives them.
+
+    Nodes ascend; infinite ones, behind the others, are none and weigh nothing.
+    """
     B, N = nodes.shape
     t = np.broadcast_to(temperature_degc, (B, np.shape(temperature_degc)[-1]))
     if N == 1:
         return np.ones((*t.shape, 1))
-    t = np.clip(t, nodes[:, :1] - REACH_K, nodes[:, -1:] + REACH_K)
-    left = np.clip((nodes[:, None, :] <= t[:, :, None]).sum(axis=2) - 1, 0, N - 2)
+    there = np.isfinite(nodes)
+    last = np.max(nodes, axis=1, initial=-np.inf, where=there)[:, None]
+    t = np.clip(t, nodes[:, :1] - REACH_K, last + REACH_K)
+    spare = np.maximum(there.sum(axis=1) - 2, 0)[:, None]
+    left = np.clip((nodes[:, None, :] <= t[:, :, None]).sum(axis=2) - 1, 0, spare)
     low, high = np.take_along_axis(nodes, left, 1), np.take_along_axis(nodes, left + 1, 1)
-    share = (t - low) / (high - low)
-    place = np.arange(N)[None, None, :] - left[:, :, None]
-    return np.where(place == 0, 1.0 - share[:, :, None], np.where(place == 1, share[:, :, None], 0.0))
+    share = (t - low) / (high - low)  # a single node's next one is infinite: nothing
+    found = np.zeros((*t.shape, N))
+    np.put_along_axis(found, left[:, :, None], 1.0 - share[:, :, None], 2)
+    np.put_along_axis(found, left[:, :, None] + 1, share[:, :, None], 2)
+    return found
 
 
 def nearest(points: Array, degc: Array) -> NDArray[np.intp]:

@@ -3,9 +3,9 @@
     M = Λ + Σ_k n_k Q_kᵀ J_k Q_k,   C = M⁻¹,   G_e = C Σ_k n_k Q_kᵀ J_k x_e 1_k
 
 Q_k resolves the terms of a kind into the nodes of the campaign's tables; G_e is what the estimate makes of an
-error's curve at the kinds' temperatures, whether anything is fitted of it or not. Campaigns with as many
-nodes are solved together, and so are the channels of a sensor that have the same errors and are driven by the
-same kinds.
+error's curve at the kinds' temperatures, whether anything is fitted of it or not. All campaigns are solved
+together, those with fewer nodes with some that are none; and so are the channels of a sensor that have the
+same errors and are driven by the same kinds.
 
 What the three channels have a coefficient in common for (of the bench: its arm, its level) is told to each by
 the other two: M of one channel, with the Schur complements of the others' on what they share, has the joint
@@ -64,14 +64,14 @@ class Alike:
 
 @dataclass(frozen=True)
 class Told:
-    """B campaigns whose tables have as many nodes, on a channels: which of all they are, what they tell.
+    """What B campaigns tell on a channels.
 
-    which: (B,); kinds, counts: (B, K); gains: term -> (a, B, P, K), the unfitted ones behind the b fitted
-    covariance: (a, B, P, P) of the estimates' errors; beside: (a, B, P, q) with the q shared ones
-    undetermined: (a, B, P); places: (b,) columns of each term; nodes: (b,) (B, N) of its table, or None
+    kinds: (B, K) those used first; gains: term -> (a, B, P, K), the unfitted ones behind the b fitted
+    covariance: (a, B, P, P) of the estimates' errors, 1 of what is no node; beside: (a, B, P, q) with the
+    q shared ones; undetermined: (a, B, P); places: (b,) columns of each term
+    nodes: (b,) (B, N) of its table, infinite where a campaign has no more of them, or None
     """
 
-    which: NDArray[np.intp]
     kinds: NDArray[np.intp]
     covariance: Array
     beside: Array
@@ -104,23 +104,42 @@ def alike(channels: Sequence[ChannelKinds], degc: Array) -> list[Alike]:
     ]
 
 
-def told(group: Alike, counts: Array, curved: Sequence[int]) -> Iterator[Told]:
+def told(group: Alike, counts: Array, curved: Sequence[int]) -> Told:
     """What campaigns with counts (B, g) tell; curved: the terms whose curves count."""
     order = np.argsort(counts <= 0, axis=1, kind="stable")
-    order = order[:, : int((counts > 0).sum(axis=1).max(initial=1))]
-    n = np.take_along_axis(counts, order, 1)
+    kinds = order[:, : int((counts > 0).sum(axis=1).max(initial=1))]
+    n = np.take_along_axis(counts, kinds, 1)
     nodes, driven = _nodes(group, counts)
-    sizes = np.isfinite(nodes).sum(axis=1) * 1000 + np.isfinite(driven).sum(axis=1)
-    for size in np.unique(sizes):
-        which = np.flatnonzero(sizes == size)
-        N, D = divmod(int(size), 1000)
-        every, own = nodes[which, :N], driven[which, :D]
-        own = every if np.array_equal(own, every) else own  # then everything about them is made once
-        yield _told(group, which, order[which], n[which], every, own, curved)
+    driven = nodes if np.array_equal(driven, nodes) else driven  # then everything about them is made once
+    c, a, (B, K) = group.first, len(group.channels), n.shape
+    b, q = len(c.terms), len(c.sigma)
+    Q, places = _columns(c, group.degc[kinds], nodes, driven)
+    P = Q.shape[-1] - q
+    own = tuple((driven if x.driven else nodes) if x.tabled else None for x in c.terms)
+    repeats = n[:, :, None, None]
+    JQ = (group.information[:, kinds] * repeats) @ Q
+    M = np.swapaxes(Q.reshape(B, K * (b + q), P + q), 1, 2) @ JQ.reshape(a, B, K * (b + q), P + q)
+    if q:
+        M[..., range(P, P + q), range(P, P + q)] += c.sigma**-2.0
+    for place, at in zip(places, own, strict=True):
+        if at is not None:  # what is no node is told by itself, and by nothing else
+            M[..., range(place.start, place.stop), range(place.start, place.stop)] += ~np.isfinite(at)
+    if common := shared_places(group, places):
+        M = _joined(M, common)
+    C, inflated = _inverse(M)
+    felt = {i: JQ[:, :, :, i, :] for i in curved if i < b}  # (a, B, K, P + q)
+    if unfitted := [i for i in curved if i >= b]:
+        z = np.swapaxes(group.astray[:, kinds] * repeats, -1, -2) @ Q
+        felt |= {i: z[:, :, :, i - b, :] for i in unfitted}
+    gains = {i: C[..., :P, :] @ np.swapaxes(each, 2, 3) for i, each in felt.items()}
+    undetermined = inflated[..., :P] > UNSEEN
+    for i, far in _far_from_nodes(c, kinds, n):
+        undetermined[:, far, places[i]] = True
+    return Told(kinds, C[..., :P, :P], C[..., :P, P:], gains, undetermined, places, own)
 
 
 def _nodes(group: Alike, counts: Array) -> tuple[Array, Array]:
-    """(B, T) nodes of tables, and those of scale factors, ascending and infinite where there are no more.
+    """(B, N) nodes of tables, and (B, D) those of scale factors: ascending, infinite where there are no more.
 
     As the fit places them: among many records a temperature of a single one is no node, and temperatures that
     a soaked chamber cannot keep apart share theirs.
@@ -140,7 +159,12 @@ def _nodes(group: Alike, counts: Array) -> tuple[Array, Array]:
         nodes[b, : len(fitted)] = fitted
         fitted = nodes_with_rows(fitted, group.degc[drives[b]])
         own[b, : len(fitted)] = fitted
-    return nodes, own
+    return _trimmed(nodes), _trimmed(own)
+
+
+def _trimmed(nodes: Array) -> Array:
+    """(B, N) as many as some campaign has."""
+    return nodes[:, : int(np.isfinite(nodes).sum(axis=1).max(initial=1))]
 
 
 def _drives(c: ChannelKinds, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -151,48 +175,20 @@ def _drives(c: ChannelKinds, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(~hidden[:, which])
 
 
-def _told(
-    group: Alike,
-    which: NDArray[np.intp],
-    kinds: NDArray[np.intp],
-    n: Array,
-    nodes: Array,
-    driven: Array,
-    curved: Sequence[int],
-) -> Told:
-    c, (B, K) = group.first, n.shape
+def _columns(c: ChannelKinds, degc: Array, nodes: Array, driven: Array) -> tuple[Array, tuple[slice, ...]]:
+    """(B, K, b + q, P + q) what resolves kinds at (B, K) degC into coefficients; the places of the terms."""
+    every = hats_of(degc, nodes)
+    hats = {False: every, True: every if driven is nodes else hats_of(degc, driven)}
     b, q = len(c.terms), len(c.sigma)
-    t = group.degc[kinds]
-    every = hats_of(t, nodes)
-    hats = {False: every, True: every if driven is nodes else hats_of(t, driven)}
-    sizes = [hats[x.driven].shape[2] if x.tabled else 1 for x in c.terms]
-    ends = np.cumsum([0, *sizes])
+    ends = np.cumsum([0, *(hats[x.driven].shape[2] if x.tabled else 1 for x in c.terms)])
     places = tuple(slice(int(a), int(z)) for a, z in pairwise(ends))
     P = int(ends[-1])
-    Q = np.zeros((B, K, b + q, P + q))
+    Q = np.zeros((*degc.shape, b + q, P + q))
     for i, term in enumerate(c.terms):
         Q[:, :, i, places[i]] = hats[term.driven] if term.tabled else 1.0
     for j in range(q):
         Q[:, :, b + j, P + j] = 1.0
-    repeats, a = n[:, :, None, None], len(group.channels)
-    JQ = (group.information[:, kinds] * repeats) @ Q
-    M = np.swapaxes(Q.reshape(B, K * (b + q), P + q), 1, 2) @ JQ.reshape(a, B, K * (b + q), P + q)
-    if q:
-        M[..., range(P, P + q), range(P, P + q)] += c.sigma**-2.0
-    if common := shared_places(group, places):
-        M = _joined(M, common)
-    C, inflated = _inverse(M)
-    felt = {i: JQ[:, :, :, i, :] for i in curved if i < b}  # (a, B, K, P + q)
-    if unfitted := [i for i in curved if i >= b]:
-        z = np.swapaxes(group.astray[:, kinds] * repeats, -1, -2) @ Q
-        felt |= {i: z[:, :, :, i - b, :] for i in unfitted}
-    gains = {i: C[..., :P, :] @ np.swapaxes(each, 2, 3) for i, each in felt.items()}
-    own = tuple((driven if x.driven else nodes) if x.tabled else None for x in c.terms)
-    covariance, beside = C[..., :P, :P], C[..., :P, P:]
-    undetermined = inflated[..., :P] > UNSEEN
-    for i, far in _far_from_nodes(c, kinds, n):
-        undetermined[:, far, places[i]] = True
-    return Told(which, kinds, covariance, beside, gains, undetermined, places, own)
+    return Q, places
 
 
 def _far_from_nodes(

@@ -81,12 +81,12 @@ def _lost(found: Found, test: str) -> set[str]:
     flying = {(f.error, f.term, f.channel) for f in promise.flying if f.error not in promise.unbudgeted}
     lost: set[str] = set()
     for group in alike(promise.kinds.channels, promise.kinds.degc):
-        for known in told(group, counts, ()):
-            for i, term in enumerate(group.first.terms):
-                if known.undetermined[:, :, known.places[i]].any() and any(
-                    (c.terms[i].error, c.terms[i].name, c.channel) in flying for c in group.channels
-                ):
-                    lost.add(term.error.effect)
+        known = told(group, counts, ())
+        for i, term in enumerate(group.first.terms):
+            if known.undetermined[:, :, known.places[i]].any() and any(
+                (c.terms[i].error, c.terms[i].name, c.channel) in flying for c in group.channels
+            ):
+                lost.add(term.error.effect)
     return lost
 
 

@@ -41,7 +41,7 @@ def test_a_curve_of_one_size_shifts_a_gaussian(share: float, size: float) -> Non
     a, rest = asked(share, 1, 1, 1), np.ones((1, 1, 1))
     pool = np.full((2, 1), size)
     parts = moved(weights_of(np.ones(1), 1), size**2)
-    found = drawn_quantile(a, rest, parts, lambda e: pool)
+    found = drawn_quantile(a, rest, parts, lambda e: pool.T)
 
     def missing(r: float) -> float:
         root = np.sqrt(2.0)
@@ -65,7 +65,7 @@ def test_gaussian_curves_leave_a_gaussian(components: int, instants: int, worst:
         a,
         np.broadcast_to(one, (3, *one.shape)),
         moved(weights_of(np.tile(J, instants), 3), 1.0),
-        lambda e: pool,
+        lambda e: pool.T,
     )
     exact = float(percentile(rest + np.outer(J, J), 0.95))
     assert found == pytest.approx(exact, rel=0.015)
@@ -91,7 +91,7 @@ def test_long_tails_lengthen_high_quantiles_and_shorten_low_ones() -> None:
             asked(share, 1, 1, 1),
             np.full((1, 1, 1), 0.2),
             moved(weights_of(np.ones(1), 1), float(moment[0, 0])),
-            lambda e: pool,
+            lambda e: pool.T,
         )
         assert found is not None
         assert (found > float(percentile(total[None], share)[0])) == longer
@@ -107,7 +107,7 @@ def test_the_first_guess_does_not_matter(share: float, weighted: bool) -> None:
     a, rest = asked(share, 3, 1, 2, worst=not weighted), np.broadcast_to(np.diag([0.2, 1.0]), (3, 2, 2))
     parts = moved(weights_of(np.array([1.0, 0.3]), 3), float(moment[0, 0]))
     every = [
-        drawn_quantile(a, rest, parts, lambda e: pool, near=guess)
+        drawn_quantile(a, rest, parts, lambda e: pool.T, near=guess)
         for guess in (None, 2.0, 0.01, 0.5, 8.0, 300.0)
     ]
     assert np.ptp(every) < 1e-5 * every[0]
@@ -123,7 +123,7 @@ def test_other_curves_are_drawn_at_every_temperature(instants: int) -> None:
     for _ in range(20):
         pool = rng.standard_t(4, (40_000, 1))
         parts = moved(weights_of(np.ones(instants), S), float(np.mean(pool**2)))
-        value = drawn_quantile(a, rest, parts, lambda e, pool=pool: pool, draws)
+        value = drawn_quantile(a, rest, parts, lambda e, pool=pool: pool.T, draws)
         assert value is not None
         found.append(value / np.quantile(np.abs(pool), 0.95))
     # √(.05 .95 / 30 000) of a probability is 0.7 % of this quantile; of a thousand flights it would be 4 %
