@@ -238,7 +238,7 @@ def test_what_curve_and_tables_have_in_common_dropped(sound, foreseen, monkeypat
         S, rho = R.shape[2], R.shape[3]
         return np.zeros((R.shape[1], len(families), S, rho, rho))
 
-    monkeypatch.setattr(planner.information.promise._Seen, "_curve", alone)
+    monkeypatch.setattr(planner.information.promise._Seen, "_across", alone)
     assert "families, kink, requirement 1" in faults_by(sound, foreseen)
 
 
