@@ -11,7 +11,6 @@ from planner.diagnose.diagnosis_to_spec import updated_spec
 from planner.errors import InfeasibleError, InputError
 from planner.nouns.diagnosis import CampaignCost, Diagnosis
 from planner.nouns.progress import Progress
-from planner.pipelines import planning
 from planner.spec.load import LoadedSpec, spec_from_bytes
 
 
@@ -26,6 +25,8 @@ def with_cost(
     exceeded = diagnosis.found.budget_exceeded
     if not exceeded or loaded.absent:
         return diagnosis
+    from planner.pipelines import planning  # a quarter of a second that few diagnoses need
+
     progress(f"{diagnosis.found.unit}: what its spreads cost")
     try:
         navigation = planning.navigate(loaded, progress)
@@ -42,6 +43,8 @@ def _campaign(
     diagnosis: Diagnosis, loaded: LoadedSpec, before: float, progress: Progress
 ) -> CampaignCost | None:
     """The shortest campaign under the spreads that were measured, and nothing else that was found."""
+    from planner.pipelines import planning
+
     bare = replace(diagnosis.found, effects=(), unknown=())
     try:
         made = updated_spec(loaded.text, loaded, replace(diagnosis, found=bare, navigation=()))

@@ -26,7 +26,6 @@ from planner.nouns.diagnosis import Diagnosis, FoundEffect, NavigationCost, Resi
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.plan import Plan
 from planner.nouns.progress import Progress
-from planner.pipelines import planning
 from planner.pipelines.budgets import with_cost
 from planner.plan.spec_to_trajectory import flight_path
 from planner.spec.load import LoadedSpec, spec_from_bytes
@@ -53,6 +52,17 @@ def diagnose(
 
     plan: the tree of a plan.json, whose promises make the flight's total
     """
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(
+        limits=1, user_api="blas"
+    ):  # on small matrices threads wait, and burn twice the time
+        return _every_unit(data, loaded, seed, progress, plan)
+
+
+def _every_unit(
+    data: Path, loaded: LoadedSpec, seed: int, progress: Progress, plan: Mapping[str, Any] | None
+) -> tuple[Diagnosed, ...]:
     progress(f"reading {data}")
     table = read_dwells(data)
     digest = _sha256(data)
@@ -179,6 +189,8 @@ def update(loaded: LoadedSpec, diagnosis: Diagnosis, target: Path) -> tuple[Spec
 
 def replanned(old: LoadedSpec, new: LoadedSpec, progress: Progress) -> Replanned:
     """Plan both specs: hours and metres before and after, no genetic campaign, which nothing here shows."""
+    from planner.pipelines import planning  # a quarter of a second that a diagnosis does not need
+
     why: list[str] = []
     plans: list[Plan | None] = []
     for loaded, name in ((old, "the old spec"), (new, "the new spec")):

@@ -26,7 +26,7 @@ def channels_disagree(here: Pool, b: int) -> bool:
     k = here.places[b]
     if len(k) != 1 or len(here.blocks[b].columns) < 2:
         return False
-    columns = {a: here.parts[a] @ here.beside[here.axes[a]][:, k[0]] for a in here.blocks[b].columns}
+    columns = {a: here.seen(a, k)[:, 0] for a in here.blocks[b].columns}
     g = np.array([C @ C for C in columns.values()])
     h = np.array([C @ here.state[a].z for a, C in columns.items()])
     g, h = g[g > TOLD * g.sum()], h[g > TOLD * g.sum()]

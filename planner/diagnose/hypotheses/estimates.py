@@ -46,7 +46,7 @@ def estimates(pool: Pool, believed: Sequence[int]) -> list[Estimate]:
     k = pool.columns(believed)
     if len(k) == 0:
         return []
-    G = pool.gram[np.ix_(k, k)]
+    G = pool.grams(k)
     inverse = np.asarray(np.linalg.pinv(G, rcond=1e-9, hermitian=True), dtype=float)
     seen = np.diag(inverse @ G)
     gamma = inverse @ pool.h[k]
@@ -67,9 +67,9 @@ def estimates(pool: Pool, believed: Sequence[int]) -> list[Estimate]:
 
 def _freedom(pool: Pool, block: int, k: NDArray[np.int64], q: Array) -> tuple[float, float]:
     """Satterthwaite's freedom of a coefficient, the contrast q of the believed columns; its channels' s²."""
-    total = float(q @ pool.gram[np.ix_(k, k)] @ q)
-    R = pool.beside[:, k] @ q / np.sqrt(max(total, 1e-300))
-    return satterthwaite(pool, pool.axes, R[:, None]), max(mean_square(pool, [block]), 1.0)
+    total = float(q @ pool.grams(k) @ q)
+    R = pool.beside(k, q[:, None] / np.sqrt(max(total, 1e-300)))
+    return satterthwaite(pool, pool.axes, R), max(mean_square(pool, [block]), 1.0)
 
 
 @dataclass(frozen=True)

@@ -69,18 +69,6 @@ class ChannelNoise:
         """(n,) one sigma of a row about its run."""
         return np.asarray(np.sqrt(self.covariance.diagonal))
 
-    def shares(self, white: Array) -> Array:
-        """(K, m, m) what each variance gives to the covariance of white columns U (n, m): θ_k Uᵀ W V_k Wᵀ U.
-
-        They add up to UᵀU.
-        """
-        W = self.covariance.whiten_transposed(white)
-        effects = self.covariance.effects
-        drawn = effects.drawn(effects.slopes.T, W)
-        found = [W.T @ (d[:, None] * W) for d in effects.diagonals]
-        found += [drawn[:, k].T @ drawn[:, k] for k in range(drawn.shape[1])]
-        return np.asarray(self.variances.theta[:, None, None] * np.array(found))
-
     @property
     def relative_error(self) -> Array:
         """(K, K) covariance of the variances' estimates, relative to them; 0 for a variance that is zero."""

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.orthogonal import clear
+from planner.diagnose.hypotheses.shares import Segments, Shares
 from planner.diagnose.hypotheses.whitened import SEEN, Whitened, log_p
 from planner.nouns.array import Array
 
@@ -45,12 +46,22 @@ class Contrast:
 
 
 @dataclass(frozen=True)
+class Taken:
+    """What a pool is clear of, M = I − E A. blocks, columns (e,): E; A: (e, K); left: (K,) where a rest is"""
+
+    blocks: tuple[int, ...]
+    columns: NDArray[np.int64]
+    A: Array
+    left: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
 class Pool:
     """state: axis -> channel; blocks, places: block -> its columns; axes: axis -> (k_a,) columns on it
 
     parts: axis -> (n, k_a) of length one over all axes; size: (K,) whitened length that they had, per SI unit
-    gram: (K, K); h: (K,); segments: (s, K) Cᵀ times the residual of the full model, by segment, for the flips
-    shares: axis -> (K, k_a, k_a) of each variance, adding up to C_aᵀC_a; beside: (K, K) the M of what stands
+    gram: (K, K) of the parts; h: (K,) clear of what was taken; segments: for the flips; shares: of variances
+    taken: what the pool is clear of, which never touches (K, K): a search asks for few blocks beside much
     asked, cleared: what was computed of it already: a search asks the same many times
     """
 
@@ -62,9 +73,9 @@ class Pool:
     size: Array
     gram: Array
     h: Array
-    segments: Array
-    shares: Mapping[int, Array]
-    beside: Array
+    segments: Segments
+    shares: Mapping[int, Shares]
+    taken: Taken | None = None
     asked: dict[tuple[int, ...], Contrast] = field(init=False, default_factory=dict, compare=False)
     cleared: dict[tuple[int, ...], Pool] = field(init=False, default_factory=dict, compare=False)
 
@@ -72,6 +83,36 @@ class Pool:
         """The columns of some blocks."""
         found = [self.places[b] for b in chosen]
         return np.concatenate(found) if found else np.empty(0, dtype=np.int64)
+
+    def grams(self, k: NDArray[np.int64]) -> Array:
+        """(k, k) Gram matrix of some columns, clear of what was taken."""
+        G, t = self.gram[k[:, None], k], self.taken
+        if t is None:
+            return np.asarray(G)
+        left = t.left[k]
+        rest = G - self.gram[k[:, None], t.columns] @ t.A[:, k]
+        return np.where(left[:, None] & left, rest, 0.0)
+
+    def beside(self, k: NDArray[np.int64], R: Array) -> Array:
+        """(K, m) M_k R, what contrasts R (k, m) of some columns are of the parts."""
+        out, t = np.zeros((len(self.h), R.shape[1])), self.taken
+        if t is None:
+            out[k] = R
+            return out
+        out[k] = t.left[k][:, None] * R
+        out[t.columns] -= t.A[:, k] @ out[k]
+        return out
+
+    def seen(self, axis: int, k: NDArray[np.int64]) -> Array:
+        """(n, k) some columns on one channel, clear of what was taken."""
+        M = self.beside(k, np.eye(len(k)))[self.axes[axis]]
+        some = M.any(axis=1)
+        return np.asarray(self.parts[axis][:, some] @ M[some])
+
+    def flipped(self, signs: Array) -> Array:
+        """(flips, K) sums of the segments under random signs, clear of what was taken."""
+        H, t = self.segments.flipped(signs), self.taken
+        return H if t is None else np.where(t.left, H - H[:, t.columns] @ t.A, 0.0)
 
 
 def pool_of(state: Mapping[int, Whitened], blocks: Sequence[Block], cuts: NDArray[np.int64]) -> Pool:
@@ -96,48 +137,59 @@ def pool_of(state: Mapping[int, Whitened], blocks: Sequence[Block], cuts: NDArra
     alive = after > SEEN**2 * before
     scale = np.where(alive, 1.0 / np.where(size > 0, size, 1.0), 0.0)
     parts = {axis: part * scale[axes[axis]] for axis, part in parts.items()}
-    shares = {axis: state[axis].noise.shares(part) for axis, part in parts.items()}
     size = np.where(alive, size, 0.0)
-    sums = _sums(state, axes, parts, total, cuts)
-    return Pool(state, tuple(blocks), places, axes, parts, size, *sums, shares, np.eye(total))
-
-
-def _sums(
-    state: Mapping[int, Whitened],
-    axes: Mapping[int, NDArray[np.int64]],
-    parts: Mapping[int, Array],
-    total: int,
-    cuts: NDArray[np.int64],
-) -> tuple[Array, Array, Array]:
-    gram, h, segments = np.zeros((total, total)), np.zeros(total), np.zeros((len(cuts), total))
+    gram, h = np.zeros((total, total)), np.zeros(total)
     for axis, C in parts.items():
-        w, k = state[axis], axes[axis]
-        gram[np.ix_(k, k)] += C.T @ C
-        h[k] += C.T @ w.z
-        segments[:, k] += np.add.reduceat(C * w.remainder[:, None], cuts, axis=0)
-    return gram, h, segments
+        gram[np.ix_(axes[axis], axes[axis])] += C.T @ C
+        h[axes[axis]] += C.T @ state[axis].z
+    of_axis = {a: tuple(i for i, b in enumerate(blocks) if a in b.columns) for a in state}
+    return Pool(
+        state,
+        tuple(blocks),
+        places,
+        axes,
+        parts,
+        size,
+        gram,
+        h,
+        Segments(parts, axes, {a: w.remainder for a, w in state.items()}, total, cuts),
+        {a: Shares(state[a].noise, part, _places(of_axis[a], places)) for a, part in parts.items()},
+    )
+
+
+def _places(mine: Sequence[int], places: Sequence[NDArray[np.int64]]) -> dict[int, NDArray[np.int64]]:
+    """Block -> its columns among those of one channel, whose blocks stand in their order."""
+    firsts = np.cumsum([0, *(len(places[b]) for b in mine)])
+    return {b: np.arange(firsts[i], firsts[i + 1]) for i, b in enumerate(mine)}
 
 
 def extended(pool: Pool, block: Block, cuts: NDArray[np.int64]) -> Pool:
     """The pool with one more block at its end."""
-    one = pool_of(pool.state, [block], cuts)
-    total = len(pool.h)
+    one, total, new = pool_of(pool.state, [block], cuts), len(pool.h), len(pool.blocks)
     axes = {a: np.concatenate([k, one.axes[a] + total]) for a, k in pool.axes.items()}
     parts = {a: np.concatenate([C, one.parts[a]], axis=1) for a, C in pool.parts.items()}
     size = np.concatenate([pool.size, one.size])
-    gram, h, segments = _sums(pool.state, axes, parts, len(size), cuts)
+    gram = np.zeros((len(size), len(size)))
+    gram[:total, :total], gram[total:, total:] = pool.gram, one.gram
+    places, shares = (*pool.places, one.places[0] + total), {}
+    for a, k in pool.axes.items():
+        gram[np.ix_(k, one.axes[a] + total)] += pool.parts[a].T @ one.parts[a]
+        mine = [*pool.shares[a].places, *([new] if a in block.columns else [])]
+        shares[a] = Shares(pool.state[a].noise, parts[a], _places(mine, places))
+    gram[total:, :total] = gram[:total, total:].T
+    flips = pool.segments.flipped_with(one.segments)
     return replace(
         pool,
         blocks=(*pool.blocks, block),
-        places=(*pool.places, one.places[0] + total),
+        places=places,
         axes=axes,
         parts=parts,
         size=size,
         gram=gram,
-        h=h,
-        segments=segments,
-        shares={a: pool.state[a].noise.shares(part) for a, part in parts.items()},
-        beside=np.eye(len(size)),
+        h=np.concatenate([pool.h, one.h]),
+        segments=Segments(parts, axes, pool.segments.remainder, len(size), cuts, flips),
+        shares=shares,
+        taken=None,
     )
 
 
@@ -157,24 +209,14 @@ def given(pool: Pool, found: Iterable[int]) -> Pool:
 
 
 def _given(pool: Pool, found: Sequence[int]) -> Pool:
+    assert pool.taken is None  # all that is believed is taken at once
     e = pool.columns(found)
     A = inverse(pool.gram[np.ix_(e, e)]) @ pool.gram[e, :]
     square = np.maximum(np.diag(pool.gram), 1e-300)
     left = square - np.einsum("ek,ek->k", pool.gram[e, :], A) > APART * square
     left[e] = False
-
-    def cleared(X: Array) -> Array:
-        """X M with M = I − E A, and nothing where nothing is left."""
-        return np.where(left, X - X[:, e] @ A, 0.0)
-
-    gram = cleared(pool.gram)
-    return replace(
-        pool,
-        gram=np.where(left[:, None], gram, 0.0),
-        h=cleared(pool.h[None, :])[0],
-        segments=cleared(pool.segments),
-        beside=cleared(pool.beside),
-    )
+    h = np.where(left, pool.h - pool.h[e] @ A, 0.0)
+    return replace(pool, h=h, taken=Taken(tuple(found), e, A, left))
 
 
 def inverse(G: Array) -> Array:
@@ -226,7 +268,7 @@ def _with_prior(pool: Pool, c: Contrast, stated: float, criterion: float) -> flo
     """
     a = stated * pool.size[c.k]
     b = a * pool.h[c.k] / c.s2
-    L = np.eye(len(a)) + a[:, None] * pool.gram[np.ix_(c.k, c.k)] * a / c.s2
+    L = np.eye(len(a)) + a[:, None] * pool.grams(c.k) * a / c.s2
     occam = min(np.linalg.slogdet(L)[1], c.m * np.log(max(c.freedom, 3.0)))
     within = float(b @ np.linalg.solve(L, b) - occam)
     return max(within, criterion + 2.0 * float(np.log(OUT_OF_ACCURACY)))
@@ -237,11 +279,11 @@ def contrast(pool: Pool, chosen: Sequence[int]) -> Contrast:
     key = tuple(chosen)
     if key not in pool.asked:
         k = pool.columns(chosen)
-        root, m = _root(pool.gram[np.ix_(k, k)])
+        root, m = _root(pool.grams(k))
         freedom, s2 = 1.0, 1.0
         if m:
             axes = _axes(pool, chosen)
-            freedom = satterthwaite(pool, axes, pool.beside[:, k] @ root / np.sqrt(m))
+            freedom = satterthwaite(pool, axes, pool.beside(k, root / np.sqrt(m)))
             s2 = mean_square(pool, chosen)
         pool.asked[key] = Contrast(k, root, freedom, s2)
     return pool.asked[key]
@@ -250,7 +292,7 @@ def contrast(pool: Pool, chosen: Sequence[int]) -> Contrast:
 def delta(pool: Pool, chosen: Sequence[int]) -> float:
     """Δ of some blocks together."""
     k = pool.columns(chosen)
-    return _square(_root(pool.gram[np.ix_(k, k)])[0], pool.h[k])
+    return _square(_root(pool.grams(k))[0], pool.h[k])
 
 
 def _square(root: Array, h: Array) -> float:
@@ -274,11 +316,12 @@ def satterthwaite(pool: Pool, axes: Iterable[int], R: Array) -> float:
     spread = 0.0
     for axis in axes:
         mine = R[pool.axes[axis]]
-        some = np.flatnonzero(mine.any(axis=1))  # of one block alone its own columns, of a hundred
-        if 2 * len(some) < len(mine):
-            A, mine = pool.shares[axis][:, some[:, None], some], mine[some]
-        else:
-            A = pool.shares[axis]
+        some = np.flatnonzero(mine.any(axis=1))
+        if not len(some):
+            continue
+        stand = () if pool.taken is None else pool.taken.blocks
+        A = pool.shares[axis].of(some, [b for b in stand if axis in pool.blocks[b].columns])
+        mine = mine[some]
         share = np.sum(mine * (A @ mine), axis=(1, 2))
         spread += float(share @ pool.state[axis].noise.relative_error @ share)
     return float(np.clip(2.0 / max(spread, 1e-12), 1.0, 1e6))
@@ -320,7 +363,7 @@ class Null:
 def null_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Null:
     """The smallest log p over the tested blocks in every flip."""
     tested = list(tested)
-    H = flips.signs @ pool.segments
+    H = pool.flipped(flips.signs)
     least = np.zeros(len(flips.signs))
     for b in tested:
         c = contrast(pool, [b])

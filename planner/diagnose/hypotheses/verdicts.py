@@ -87,7 +87,7 @@ def per_power_on(here: Pool, blocks: Sequence[int], starts: NDArray[np.int64]) -
     gram, h = np.zeros((len(starts), len(k), len(k))), np.zeros((len(starts), len(k)))
     for axis in here.blocks[blocks[0]].columns:
         w = here.state[axis]
-        C = here.parts[axis] @ here.beside[here.axes[axis]][:, k]
+        C = here.seen(axis, k)
         z = w.z
         gram += np.add.reduceat(C[:, :, None] * C[:, None, :], starts)
         h += np.add.reduceat(C * z[:, None], starts)

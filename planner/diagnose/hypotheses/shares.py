@@ -1,0 +1,113 @@
+"""What each variance of a channel's noise gives to the covariance of its candidates' columns.
+
+    A_k = θ_k Cᵀ W V_k Wᵀ C,   Σ_k A_k = CᵀC,   C (n, q) whitened columns, W V Wᵀ = I
+
+A test of one block asks for a few of these columns only: its own, and those of what stands beside it. So they
+are made block by block, and a row of blocks when one of them is believed, θ_k (W V_k Wᵀ C_b)ᵀ C.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnose.hypotheses.noise import ChannelNoise
+from planner.nouns.array import Array
+
+
+@dataclass(frozen=True)
+class Shares:
+    """One channel's. columns: (n, q) C; places: block -> its columns among these
+
+    rows: block -> (K, k, q) of a block that was asked for beside others
+    """
+
+    noise: ChannelNoise
+    columns: Array
+    places: Mapping[int, NDArray[np.int64]]
+    rows: dict[int, Array] = field(init=False, default_factory=dict, compare=False)
+
+    def of(self, some: NDArray[np.int64], stand: Iterable[int] = ()) -> Array:
+        """(K, s, s) of some columns (s,); stand: blocks that will be asked for again and again."""
+        for b in stand:
+            self._row(b)
+        asked = sorted(set(self._block[some].tolist()), key=lambda b: b in self.rows)
+        out = np.empty((len(self.noise.components), len(some), len(some)))
+        before = np.empty(0, dtype=np.int64)
+        for b in asked:
+            mine = np.flatnonzero(self._block[some] == b)
+            at = some[mine] - self.places[b][0]
+            out[:, mine[:, None], mine] = self._own[b][:, at[:, None], at]
+            if len(before):
+                row = self._row(b)[:, at[:, None], some[before]]
+                out[:, mine[:, None], before] = row
+                out[:, before[:, None], mine] = np.swapaxes(row, 1, 2)
+            before = np.concatenate([before, mine])
+        return out
+
+    @cached_property
+    def _block(self) -> NDArray[np.int64]:
+        """(q,) the block of each column."""
+        return np.concatenate([np.full(len(place), b) for b, place in self.places.items()])
+
+    @cached_property
+    def _own(self) -> dict[int, Array]:
+        """Block -> (K, k, k)."""
+        effects, theta = self.noise.covariance.effects, self.noise.variances.theta
+        U = self.noise.covariance.whiten_transposed(self.columns)
+        drawn = np.swapaxes(effects.drawn(effects.slopes.T, U), 0, 1)
+        found = {b: np.empty((effects.count, len(p), len(p))) for b, p in self.places.items()}
+        for k in range(effects.count):
+            a = len(effects.diagonals)
+            root = drawn[k - a] if k >= a else np.sqrt(effects.diagonals[k])[:, None] * U
+            for b, place in self.places.items():
+                mine = root[:, place[0] : place[-1] + 1]
+                found[b][k] = theta[k] * (mine.T @ mine)
+        return found
+
+    def _row(self, b: int) -> Array:
+        """(K, k, q) of a block's columns with all others."""
+        if b not in self.rows:
+            v, place = self.noise.covariance, self.places[b]
+            U = v.whiten_transposed(self.columns[:, place[0] : place[-1] + 1])
+            images = [v.whiten(v.effects.times(k, U)).T @ self.columns for k in range(v.effects.count)]
+            self.rows[b] = self.noise.variances.theta[:, None, None] * np.array(images)
+        return self.rows[b]
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Cᵀ times the residual of the full model, segment by segment, and its sums under random signs.
+
+    columns: axis -> (n, k_a); places: axis -> (k_a,) which of the `total` columns these are
+    remainder: axis -> (n,); cuts: first row of every segment; flips: signs with what they made, kept
+    """
+
+    columns: Mapping[int, Array]
+    places: Mapping[int, NDArray[np.int64]]
+    remainder: Mapping[int, Array]
+    total: int
+    cuts: NDArray[np.int64]
+    flips: list[tuple[Array, Array]] = field(default_factory=list, compare=False)
+
+    def flipped(self, signs: Array) -> Array:
+        """(flips, total) sums over the segments with signs (flips, segments)."""
+        for known, sums in self.flips:
+            if known is signs:
+                return sums
+        self.flips.append((signs, signs @ self._sums()))
+        return self.flips[-1][1]
+
+    def _sums(self) -> Array:
+        out = np.zeros((len(self.cuts), self.total))
+        for axis, C in self.columns.items():
+            out[:, self.places[axis]] += np.add.reduceat(C * self.remainder[axis][:, None], self.cuts, axis=0)
+        return out
+
+    def flipped_with(self, more: Segments) -> list[tuple[Array, Array]]:
+        """What was flipped already, with the columns of `more` behind."""
+        return [(signs, np.concatenate([sums, more.flipped(signs)], axis=1)) for signs, sums in self.flips]
