@@ -14,7 +14,7 @@ from planner.diagnose.hypotheses.channels import channel, columns
 from planner.diagnose.hypotheses.far_rows import far_rows, scale_scatter
 from planner.diagnose.hypotheses.noise import LEVEL, ChannelNoise, Readings, channel_noise
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
-from planner.diagnose.hypotheses.prepared import prepared
+from planner.diagnose.hypotheses.prepared import referenced
 from planner.diagnose.unseen_runs import LEAST_RUNS, Folds, block_folds, cells_of, folds_of
 from planner.diagnose.weighed_fit import Shapes, Spreads, WeighedFit, weighed_fit
 from planner.dwells.table_rows import by_run, rows_of
@@ -30,7 +30,7 @@ from planner.spec.model import Spec
 
 CONFIDENCE = 0.95  # of the intervals, as calibrate gives them
 UNITS = {"gyro": "deg/s", "accelerometer": "g"}
-MOST_ROWS = 40_000  # six channels with their designs then take 200 MB
+MOST_ROWS = 20_000  # six channels with their designs then take 100 MB, and figures are sure to 1 %
 _MUCH_LESS = 6.0  # times the variance: a held-out branch of three takes about half of the information away
 MOST_UNSURE = 4.0  # variance of a prediction over that of the record, above which it judges no model
 ENOUGH = 0.5  # of the rows that should be held out, which must be predicted for the figure to stand for them
@@ -69,12 +69,12 @@ def unit_fits(table: DwellTable, spec: Spec, found: UnitDiagnosis) -> UnitFits:
     are those of the search. Variances are those that REML finds once, beside what is declared and found, and
     serve both models.
     """
-    data = prepared(table if found.kept is None else rows_of(table, found.kept))
-    ordered, starts = by_run(_fewer_runs(data.full))
+    full, sensors, *_ = referenced(table if found.kept is None else rows_of(table, found.kept))
+    ordered, starts = by_run(_fewer_runs(full))
     channels = tuple(
         fits
         for sensor in SENSORS
-        if sensor in data.sensors
+        if sensor in sensors
         for fits in _sensor_fits(ordered, starts, sensor, spec, found)
     )
     return UnitFits(ordered, starts, channels, len(ordered) / len(table))

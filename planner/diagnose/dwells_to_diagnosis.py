@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner import catalog
 from planner.diagnose.evidence_veto import verdict_of
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.curves import with_curve
-from planner.diagnose.hypotheses.evidence import evidence
+from planner.diagnose.hypotheses.evidence import evidence, over
 from planner.diagnose.hypotheses.generic import VARIES_WITH
 from planner.diagnose.hypotheses.lagging_thermometer import NAME as LAGS
 from planner.diagnose.hypotheses.lagging_thermometer import ahead, lag_of, with_lag
@@ -26,9 +25,7 @@ from planner.diagnose.records import screened
 from planner.dwells.table_rows import rows_of
 from planner.effects._shaped import plain_names
 from planner.errors import InputError
-from planner.nouns.array import Array
 from planner.nouns.diagnosis import (
-    Evidence,
     FoundEffect,
     NotFound,
     Refused,
@@ -55,6 +52,7 @@ def diagnose(
     """
     _check(table)
     seen = screened(table)
+    every = bool(seen.kept.all())
     table = rows_of(table, seen.kept)
     _check(table)
     data = prepared(table, spec.unit)
@@ -82,7 +80,9 @@ def diagnose(
         unknown=tuple(unknown),
         not_found=tuple(not_found),
         untestable=tuple(untestable),
-        evidence=tuple(_over(e, seen.kept) for s in found for e in evidence(s, data)),
+        evidence=tuple(
+            e if every else over(e, seen.kept, len(seen.kept)) for s in found for e in evidence(s, data)
+        ),
         assumptions=assumed,
         notes=(
             *seen.notes,
@@ -95,7 +95,7 @@ def diagnose(
         budget_exceeded=exceeded(assumed),
         rows_left_out=(*seen.left_out, *left),
         refused=(*(r for s in found for r in _refused(s)), *spans),
-        kept=None if seen.kept.all() else seen.kept,
+        kept=None if every else seen.kept,
     )
 
 
@@ -107,18 +107,6 @@ def _searched(data: Prepared, spec: Spec, seed: int, progress: Callable[[str], N
             progress(f"{data.table.unit[0]}: searching the {sensor}s")
             found.append(diagnose_sensor(data, sensor, tuple(spec.effects), seed, benches))
     return found
-
-
-def _over(e: Evidence, kept: NDArray[np.bool_]) -> Evidence:
-    """Evidence of some rows as evidence of all, NaN where a row was not judged."""
-
-    def spread(x: Array) -> Array:
-        out = np.full((len(kept), *x.shape[1:]), np.nan)
-        out[kept] = x
-        return out
-
-    added = {name: spread(x) for name, x in e.added.items()}
-    return Evidence(e.channel, spread(e.before), spread(e.after), spread(e.expected), added)
 
 
 def _check(table: DwellTable) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from planner.dwells.dwell_columns import AXES, COLUMNS, SINGLES, TRIADS, RawDwells
 from planner.dwells.mix_ups import mix_ups
+from planner.dwells.table_rows import alike
 from planner.errors import Fault, InputError
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
@@ -149,13 +150,20 @@ def _copies(raw: RawDwells) -> Iterator[Fault]:
     numbers = [c.name for c in COLUMNS if c.kind == "number" and c.name != "day" and c.name in raw.columns]
     if run is None or not any(name.startswith(("gyro", "acc")) for name in numbers):
         return
-    values = np.column_stack([np.asarray(raw.columns[name], dtype=np.float64) for name in numbers])
+    values = [np.asarray(raw.columns[name], dtype=np.float64) for name in numbers]
     group = _groups(raw, run)
     order = np.argsort(group, kind="stable")
+    starts = np.flatnonzero(np.diff(group[order], prepend=-1))
+    ends = np.append(starts[1:], len(order))
+    heads = np.column_stack([column[order[starts]] for column in values])
+    which = alike(np.column_stack([heads, ends - starts]))[1]
+    twice = np.flatnonzero(np.bincount(which)[which] > 1)  # only what begins alike can be the same
     unit = raw.columns.get("unit", np.full(len(group), ""))
     seen: dict[tuple[str, bytes], int] = {}
-    for rows in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
-        first = seen.setdefault((str(unit[rows[0]]), values[rows].tobytes()), int(rows[0]))
+    for k in twice.tolist():
+        rows = order[starts[k] : ends[k]]
+        whole = np.concatenate([column[rows] for column in values]).tobytes()
+        first = seen.setdefault((str(unit[rows[0]]), whole), int(rows[0]))
         if first != rows[0] and len(rows) >= LEAST_COPY:
             said = f"run {run[rows[0]]:.0f} repeats run {run[first]:.0f} in every reading; remove one of them"
             yield raw.fault(int(rows[0]), "run", said)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 import io
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -45,6 +46,8 @@ def read_dwells(path: Path, motions: bool = False) -> DwellTable:
     _check_names(raw)
     check_values(raw)
     table = _table(raw)
+    del raw
+    _give_back()
     records = without_motions(table)
     notes = [*table.notes, *odd_notes(records)]
     if len(records) < len(table):
@@ -62,6 +65,13 @@ def dwell_form(path: Path) -> str:
     if known is None and path.suffix.lower() not in (".txt", ".tsv", ".dat", ""):
         raise InputError(f"{path}: a dwell table is a .csv, .parquet or .h5 file")
     return known or "csv"
+
+
+def _give_back() -> None:
+    """What pyarrow keeps of its buffers for later: as much as a table of a million rows itself."""
+    arrow = sys.modules.get("pyarrow")
+    if arrow is not None:
+        arrow.default_memory_pool().release_unused()
 
 
 def _read_csv(path: Path) -> RawDwells:
@@ -96,15 +106,16 @@ def _read_parquet(path: Path) -> RawDwells:
     from pyarrow import ArrowException
 
     try:
-        table = pq.read_table(path)
+        with pq.ParquetFile(path) as file:
+            names, metadata = file.schema_arrow.names, file.schema_arrow.metadata or {}
+            _check_doubles(str(path), names)
+            known = [name for name in names if name in BY_NAME]
+            # one by one: a whole table beside its copy is twice the memory
+            columns = {name: file.read([name]).column(0).to_numpy() for name in known}
+        written = metadata.get(b"notes", b"").decode("utf-8", "replace")
     except (ArrowException, OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path} is not a whole Parquet file: {error}") from error
-    _check_doubles(str(path), table.column_names)
-    known = [name for name in table.column_names if name in BY_NAME]
-    columns = {name: table.column(name).to_numpy() for name in known}
-    written = (table.schema.metadata or {}).get(b"notes", b"")
-    notes = tuple(filter(None, written.decode("utf-8", "replace").split("\n")))
-    return RawDwells(str(path), columns, tuple(table.column_names), None, notes)
+    return RawDwells(str(path), columns, tuple(names), None, tuple(filter(None, written.split("\n"))))
 
 
 def _read_hdf5(path: Path) -> RawDwells:

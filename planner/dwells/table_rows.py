@@ -17,11 +17,31 @@ MOTION = "motion"  # kind of the rows that are pieces of a hand turn
 
 
 def rows_of(table: DwellTable, keep: NDArray[Any]) -> DwellTable:
-    """Some rows of a table: (n,) flags or indices."""
+    """Some rows of a table: (n,) flags or indices; the table itself where all of them stay."""
+    if np.asarray(keep).dtype == np.bool_ and np.all(keep):
+        return table
     cut: dict[str, Any] = {
         name: value[keep] for name, value in vars(table).items() if isinstance(value, np.ndarray)
     }
     return replace(table, **cut)
+
+
+def alike(columns: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(m,) first row of every different row of columns (n, k), and (n,) which of those each row is.
+
+    By a number made of the bits of a row, in a tenth of the time and memory of sorting rows; where two unlike
+    rows have one number, by sorting rows after all.
+    """
+    bits = np.ascontiguousarray(columns + 0.0).view(np.uint64)  # −0 becomes 0
+    odd = np.asarray(2 * np.random.default_rng(1).integers(1, 2**62, bits.shape[1]) + 1, dtype=np.uint64)
+    number = np.zeros(len(bits), dtype=np.uint64)
+    for k in range(bits.shape[1]):
+        number = (number ^ bits[:, k]) * odd[k]
+        number ^= number >> np.uint64(29)
+    _, first, which = np.unique(number, return_index=True, return_inverse=True)
+    if any(not np.array_equal(x[first][which], x) for x in columns.T):
+        _, first, which = np.unique(columns, axis=0, return_index=True, return_inverse=True)
+    return first.astype(np.int64), which.ravel().astype(np.int64)
 
 
 def together(rests: DwellTable, motions: DwellTable) -> DwellTable:

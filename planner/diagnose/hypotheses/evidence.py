@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner import catalog
 from planner.diagnose.hypotheses.candidates import effect_blocks
@@ -16,15 +19,36 @@ from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.references import REFERENCES
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.whitened import Whitened
+from planner.dwells.table_rows import rows_of
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import Evidence
 from planner.nouns.dwell_table import DwellTable
 from planner.solvers.least_squares import least_squares
 
+MOST_ROWS = 40_000  # that a chart can show
+
 
 def evidence(s: SensorFound, data: Prepared) -> list[Evidence]:
-    """What the report draws, for the three channels of a sensor."""
-    return [_of(s, data, c) for c in s.channels]
+    """What the report draws, for the three channels of a sensor; NaN in rows that are too many to draw."""
+    n = len(data.full)
+    if n <= MOST_ROWS or data.attitude is not None:
+        return [_of(s, data, c) for c in s.channels]
+    judged = np.flatnonzero(data.where >= 0)
+    rows = judged[:: -(-len(judged) // MOST_ROWS)]
+    part = replace(data, full=rows_of(data.full, rows), where=data.where[rows])
+    return [over(_of(s, part, c), rows, n) for c in s.channels]
+
+
+def over(e: Evidence, rows: NDArray[Any], n: int) -> Evidence:
+    """Evidence of some rows, flags or indices, as evidence of all n, NaN where a row was not judged."""
+
+    def spread(x: Array) -> Array:
+        out = np.full((n, *x.shape[1:]), np.nan)
+        out[rows] = x
+        return out
+
+    added = {name: spread(x) for name, x in e.added.items()}
+    return Evidence(e.channel, spread(e.before), spread(e.after), spread(e.expected), added)
 
 
 def _of(s: SensorFound, data: Prepared, c: Channel) -> Evidence:

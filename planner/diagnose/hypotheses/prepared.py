@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.calibrate.reference_table import with_references
-from planner.dwells.table_rows import by_run, rows_of
+from planner.dwells.table_rows import alike, by_run, rows_of
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
 from planner.spec.model import Unit
 from planner.units import STANDARD_GRAVITY_MPS2
 
-MOST_ROWS = 30_000  # more tell no other verdict, they are averaged in place
+MOST_ROWS = 8_000  # more tell no other verdict; six channels with all candidates then take 400 MB
 ONE_WAY_UP = 0.9995  # cosine, 2 deg: rows whose accelerometers agree to that have one attitude
 A_LEVEL = 0.3 / 60.0  # K/s, 0.3 K/min: chambers hold a ramp to that
 LEAST_OF_MANY = 60  # power-ons that stay when not all are judged
@@ -56,11 +56,11 @@ class Prepared:
 
 def prepared(table: DwellTable, unit: Unit | None = None) -> Prepared:
     """What the diagnosis works on. Raises InputError when nothing can be made of the accelerometers."""
-    full, sensors, notes, attitude = _referenced(_ramps_levelled(table))
+    full, sensors, notes, attitude = referenced(table)
     kept, again = _once(full)
     if len(kept) < len(full):
         notes.append(f"{len(full) - len(kept)} rows are the same as others and count once")
-    table, where = rows_of(full, kept), again
+    table, where = full if len(kept) == len(full) else rows_of(full, kept), again
     block = _blocks(table)
     if block.max(initial=0) + 1 < len(table):
         notes.append(f"{len(table)} rows averaged to {block.max() + 1} of one condition in a run each")
@@ -99,10 +99,11 @@ def _ramps_levelled(table: DwellTable) -> DwellTable:
     return replace(table, temperature_rate=levelled)
 
 
-def _referenced(
+def referenced(
     table: DwellTable,
 ) -> tuple[DwellTable, tuple[str, ...], list[str], NDArray[np.int64] | None]:
-    notes: list[str] = []
+    """The table with references and levelled ramps, the sensors that can be judged, notes, attitudes."""
+    table, notes = _ramps_levelled(table), list[str]()
     sensors = [s for s, y in (("gyro", table.gyro), ("accelerometer", table.acc)) if y is not None]
     if table.ref_acc is not None or table.acc is None:
         full = with_references(table)
@@ -171,12 +172,11 @@ def _once(table: DwellTable) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """
     readings = np.column_stack([y for y in (table.gyro, table.acc) if y is not None])
     rows = np.column_stack([readings, table.temperature_degc])
-    _, first, again = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    if max(len(np.unique(y)) for y in readings.T) < FINE * len(first):
-        rows = np.column_stack([rows, table.run, table.time_on])
-        _, first, again = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    first, again = alike(rows)
+    if not any(len(np.unique(y)) >= FINE * len(first) for y in readings.T):
+        first, again = alike(np.column_stack([rows, table.run, table.time_on]))
     kept = np.sort(first)
-    return kept, np.argsort(np.argsort(first))[again.ravel()]
+    return kept, np.argsort(np.argsort(first))[again]
 
 
 def _blocks(table: DwellTable) -> NDArray[np.int64]:
@@ -189,7 +189,7 @@ def _blocks(table: DwellTable) -> NDArray[np.int64]:
         for reference in (table.ref_rate, table.ref_acc)
         if reference is not None
     ]
-    condition = np.unique(np.column_stack([table.run, *levels]), axis=0, return_inverse=True)[1].ravel()
+    condition = alike(np.column_stack([table.run, *levels]))[1]
     order = np.lexsort((table.time_on, condition))
     first = np.flatnonzero(np.diff(condition[order], prepend=-1))
     rank = np.arange(len(table)) - np.repeat(first, np.diff(np.append(first, len(table))))

@@ -106,7 +106,12 @@ def cannot_fit(s: SensorFound, data: Prepared, axes: Sequence[int]) -> str:
 
 
 def rows_to_fit(s: SensorFound, data: Prepared, table: DwellTable, axes: Sequence[int]) -> DwellTable:
-    """The rows as they came, each once, with a calibration's references, without those that are far off."""
+    """The rows as they came, each once, with a calibration's references, without those that are far off.
+
+    Of a table too large for that the rows of the search, averaged and chosen as its notes say.
+    """
+    if len(data.table) < len(data.once):
+        return rows_of(data.table, ~np.any([s.far[axis] for axis in axes], axis=0))
     own_reference = s.sensor == "gyro" and table.ref_acc is None and table.acc is not None
     full = with_references(table) if own_reference else data.full
     judged = data.where[data.once]
