@@ -7,7 +7,7 @@ levels of the power-ons decide, of which some share a temperature with those bef
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,8 +83,11 @@ def another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | No
         return None
     surest: tuple[float, int] | None = None
     for y, u in rows.sensors:
-        stays, free = np.array([_split_p(y[:, axis], u, rows, axis) for axis in range(3)]).transpose(1, 0, 2)
-        found = _sure(np.maximum(stays, free))
+        stays = _every_channel(y, u, rows, _stays)
+        if stays is None:
+            continue
+        free = _every_channel(y, u, rows, _free)
+        found = None if free is None else _sure(np.maximum(stays, free))
         if found is None:
             found = _sure(stays)
             found = found if found is not None and _levels_step(y, u, rows, found[1]) else None
@@ -144,20 +147,32 @@ def _of_some_runs(run: NDArray[np.int64]) -> NDArray[np.bool_]:
 # ---------------------------------------------------------------- within power-ons
 
 
-def _split_p(y: Array, u: Array, rows: _Rows, axis: int) -> tuple[Array, Array]:
-    """(runs − 1,) log p that coefficients before and after each power-on are the same; 0 where none tells.
+def _every_channel(
+    y: Array, u: Array, rows: _Rows, columns: Callable[[Array, Array, _Rows, int], Array]
+) -> Array | None:
+    """(3, runs − 1) log p that coefficients before and after each power-on are the same; 0 where none tells.
 
     Once with leans that stay and once with leans that are free over temperature; the larger of both counts:
     what a unit does from one temperature to the next, products included, is no other unit, though a campaign
     take its temperatures one after the other; and many columns follow the bends of a curve better in halves.
+    None as soon as the channels cannot be sure of one place together, which is nearly always the first.
     """
-    weights, across = rows.weights, np.delete(u, axis, axis=1)
-    stays = _columns(y, u, rows, axis)
-    free = np.column_stack([*(weights * v[:, None] for v in across.T), stays[:, 2:]])
-    return _split_of(stays, rows.run), _split_of(free, rows.run)
+    found = np.full((3, int(rows.run.max())), -np.inf)
+    for axis in range(3):
+        found[axis] = _split_of(columns(y[:, axis], u, rows, axis), rows.run)
+        if _sure(found) is None:
+            return None
+    return found
 
 
-def _columns(y: Array, u: Array, rows: _Rows, axis: int) -> Array:
+def _free(y: Array, u: Array, rows: _Rows, axis: int) -> Array:
+    """(n, 1 + 3 nodes) the same with leans over temperature."""
+    across = np.delete(u, axis, axis=1)
+    leans = (rows.weights * v[:, None] for v in across.T)
+    return np.column_stack([*leans, _stays(y, u, rows, axis)[:, 2:]])
+
+
+def _stays(y: Array, u: Array, rows: _Rows, axis: int) -> Array:
     """(n, 3 + nodes) leans, the scale factor over temperature, and what the reading is beyond its input."""
     own = u[:, [axis]]
     return np.column_stack([np.delete(u, axis, axis=1), rows.weights * own, y[:, None] - own])
@@ -211,7 +226,7 @@ def _levels_step(y: Array, u: Array, rows: _Rows, place: int) -> bool:
     one, two = np.column_stack([curve, others]), np.column_stack([curve * ~later, curve * later, others])
     squares, log_p = np.zeros(2), 0.0
     for axis in range(3):
-        level = _levels(_columns(y[:, axis], u, rows, axis), rows, place)
+        level = _levels(_stays(y[:, axis], u, rows, axis), rows, place)
         (whole, rank), (split, freer) = _left(one, level), _left(two, level)
         squares += whole, split
         log_p += _gain_p(whole - split, freer - rank, split, len(level) - freer)
@@ -231,7 +246,7 @@ def _all_step(rows: _Rows) -> tuple[float, int] | None:
     runs, freedom = len(known), len(known) - known.shape[1] - 1
     if len(channels) < 2 * len(AXES) or freedom < 5:
         return None
-    levels = np.column_stack([_levels(_columns(y, u, rows, axis), rows, None) for y, u, axis in channels])
+    levels = np.column_stack([_levels(_stays(y, u, rows, axis), rows, None) for y, u, axis in channels])
     step = (np.arange(runs)[:, None] > np.arange(runs - 1)).astype(float)
     levels, step = (x - known @ (known.T @ x) for x in (levels, step))
     length, whole = np.sum(step**2, axis=0)[:, None], np.sum(levels**2, axis=0)

@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 
 # singular values of the scaled columns below this share of the largest are rounding: 1e5 ulps of a double
 RANK_TOLERANCE = 1e-11
+_SAFE = 1e-100, 1e100  # lengths, between which no square has over- or underflown
 _TALL = 3000  # rows from which two products of matrices are cheaper than reflections
 _TAME = 1e-5  # smallest over largest pivot of Cholesky's factor
 _SQUARED = 1e-6  # rank tolerance whose square a product XᵀX still tells from rounding
@@ -60,9 +61,9 @@ def factors(X: Array, tolerance: float = RANK_TOLERANCE) -> Factors:
     Where the tolerance is no finer than XᵀX can tell, the eigenvectors of that, a third of the work.
     Raises ValueError when X or a column is not finite.
     """
-    if not np.isfinite(X).all():
-        raise ValueError("the design has NaN or infinite entries")
     length = _lengths(X)
+    if not np.isfinite(length).all():
+        raise ValueError("the design has NaN or infinite entries")
     scale = np.where(length > 0, length, 1.0)
     if tolerance >= _SQUARED and len(X) >= max(_MANY, 4 * X.shape[1]) and X.shape[1]:
         return _squared(X / scale, scale, tolerance)
@@ -100,8 +101,14 @@ def _lengths(X: Array) -> Array:
 
     A column whose squares vanish has no length: what divides by it would overflow.
     """
-    exponent = np.maximum(np.frexp(np.abs(X).max(axis=0, initial=0.0))[1], 0)
-    return np.asarray(np.ldexp(np.sqrt(np.sum(np.ldexp(X, -exponent) ** 2, axis=0)), exponent))
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        length = np.sqrt(np.einsum("np,np->p", X, X))
+    odd = ~((length > _SAFE[0]) & (length < _SAFE[1]))
+    if odd.any():
+        rest = X[:, odd]
+        exponent = np.maximum(np.frexp(np.abs(rest).max(axis=0, initial=0.0))[1], 0)
+        length[odd] = np.ldexp(np.sqrt(np.sum(np.ldexp(rest, -exponent) ** 2, axis=0)), exponent)
+    return np.asarray(length)
 
 
 def _orthogonal(X: Array) -> tuple[Array, Array]:

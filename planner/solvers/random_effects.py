@@ -203,10 +203,11 @@ class Covariance:
 
     def quadratic(self, A: Array) -> Array:
         """(m, m) AᵀV⁻¹A for A (n, m): a product of matrices and sums over groups."""
-        direct = A / self.diagonal[:, None]
-        found = A.T @ direct
+        root_d = np.sqrt(self.diagonal)[:, None]
+        scaled = A / root_d
+        found = scaled.T @ scaled  # of one array with itself: half of the work
         if self.Z.shape[1]:
-            root = np.swapaxes(np.linalg.cholesky(self.S), 1, 2) @ self.effects.drawn(self.Z, direct)
+            root = np.swapaxes(np.linalg.cholesky(self.S), 1, 2) @ self.effects.drawn(self.Z / root_d, scaled)
             flat = root.reshape(-1, A.shape[1])
             found -= flat.T @ flat
         return np.asarray(found)

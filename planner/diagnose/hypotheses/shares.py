@@ -74,8 +74,9 @@ class Shares:
         if b not in self.rows:
             v, place = self.noise.covariance, self.places[b]
             U = v.whiten_transposed(self.columns[:, place[0] : place[-1] + 1])
-            images = [v.whiten(v.effects.times(k, U)).T @ self.columns for k in range(v.effects.count)]
-            self.rows[b] = self.noise.variances.theta[:, None, None] * np.array(images)
+            images = np.concatenate([v.effects.times(k, U) for k in range(v.effects.count)], axis=1)
+            row = (v.whiten(images).T @ self.columns).reshape(v.effects.count, len(place), -1)
+            self.rows[b] = self.noise.variances.theta[:, None, None] * row
         return self.rows[b]
 
 

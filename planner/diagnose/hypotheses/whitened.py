@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,7 @@ class Whitened:
     z: Array
     remainder: Array
 
-    @property
+    @cached_property
     def mean_square(self) -> float:
         """Of the residual of the full model: 1 when the noise model is right, more when it is too small."""
         return float(np.mean(self.remainder**2))
