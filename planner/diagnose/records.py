@@ -1,4 +1,4 @@
-"""Records that are not what the table says: units of measurement, face labels, rows of another unit.
+"""Records that are not what the table says: units of measurement, readings, labels, rows of another unit.
 
 All are asked before any error model: they are of the size of the reading, not of its errors.
 """
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.another_unit import another_unit, channels_of
+from planner.diagnose.no_readings import NoReading, off_their_reference, said_of, stuck_readings
 from planner.diagnose.other_scale import OtherScale, other_scales
 from planner.measurement import AXES
 from planner.nouns.array import Array
@@ -22,6 +23,7 @@ from planner.units import STANDARD_GRAVITY_MPS2
 
 FAR_OFF_G = 0.2  # ten times the bias and the lean of a unit before calibration: no error of a sensor
 NEARER = 0.3  # of that distance, at which another label explains the reading
+SEVERAL = 3  # rows of a power-on, from which what is off is no single accident
 LEAST_RATE = float(np.radians(3.0))  # below which a bias may be as large as a rate
 FAR_OFF_RATE = 0.2  # share of the rate, as FAR_OFF_G of gravity
 _TURNS: tuple[Array, ...] = tuple(
@@ -42,18 +44,24 @@ class Screened:
 
 
 def screened(table: DwellTable) -> Screened:
-    """Look at units of measurement and labels, then at whose rows these are.
+    """Look at units of measurement, channels that are stuck, labels, readings; then at whose rows these are.
 
     Raises InputError where every power-on reads in another unit than its heading says.
     """
     scaled = other_scales(table)
     kept = ~np.any([s.rows for s in scaled], axis=0) if scaled else np.ones(len(table), dtype=bool)
+    stuck = stuck_readings(table, kept)
+    kept &= ~_any(table, stuck)
     turned = {i: turn for i, turn in _turned(table).items() if kept[i]}
-    left = (*_scaled_out(table, scaled), *_rows_out(table, turned))
+    kept[list(turned)] = False
+    off = off_their_reference(table, kept)
+    kept &= ~_any(table, off)
+    none = (*stuck, *off)
+    left = (*_scaled_out(table, scaled), *_rows_out(table, turned), *_none_out(table, none))
     suspects = [_scale_suspect(table, s) for s in scaled] + (
         [_label_suspect(table, turned)] if turned else []
     )
-    kept[list(turned)] = False
+    suspects += [_none_suspect(table, one) for one in none if one.stuck or _of_a_run(table, one)]
     other = another_unit(table, kept)
     notes = []
     if other is not None:
@@ -80,6 +88,39 @@ def _scale_suspect(table: DwellTable, s: OtherScale) -> ReferenceSuspect:
     return ReferenceSuspect(
         "mixed_units", run, run, run, "run", channels, 0.0, float("inf"),
         check, float("inf"),
+    )  # fmt: skip
+
+
+# ---------------------------------------------------------------- no readings
+
+
+def _any(table: DwellTable, found: Sequence[NoReading]) -> NDArray[np.bool_]:
+    return np.asarray(np.any([np.zeros(len(table), dtype=bool), *(one.rows for one in found)], axis=0))
+
+
+def _none_out(table: DwellTable, found: Sequence[NoReading]) -> Iterator[RowLeftOut]:
+    for one in found:
+        for i in np.flatnonzero(one.rows).tolist():
+            said = said_of(table, one, i)
+            yield RowLeftOut(
+                int(table.run[i]), _step(table, i), one.channel, float("inf"), said, _condition(table, i)
+            )
+
+
+def _of_a_run(table: DwellTable, one: NoReading) -> bool:
+    """Whether some power-on has several such rows, or none else: one row by itself is an accident."""
+    runs, count = np.unique(table.run[one.rows], return_counts=True)
+    every = np.array([np.count_nonzero(table.run == run) for run in runs])
+    return bool(np.any((count >= SEVERAL) | (count > every / 2)))
+
+
+def _none_suspect(table: DwellTable, one: NoReading) -> ReferenceSuspect:
+    count = float(one.rows.sum())
+    runs = ", ".join(map(str, sorted({int(r) for r in table.run[one.rows]})[:5]))
+    check = f"look at the recording of {one.channel.replace('_', ' ')} in run {runs}; these rows are left out"
+    return ReferenceSuspect(
+        "stuck_channel" if one.stuck else "wrong_record", count, count, count, "rows", (one.channel,), 0.0,
+        float("inf"), check, float("inf"),
     )  # fmt: skip
 
 

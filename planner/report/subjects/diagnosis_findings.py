@@ -30,6 +30,8 @@ NAMES = {
     "thermometer_lag": "thermometer behind the unit",
     "wrong_label": "labels of faces turned",
     "mixed_units": "rows of another unit",
+    "stuck_channel": "channel stuck",
+    "wrong_record": "readings far from their reference",
 }
 
 

@@ -1,0 +1,185 @@
+"""Channels that do not follow their reference: stuck, at the end of their range, signs or digits lost.
+
+Like the labels of `records` they are asked before any error model: what is off by a fifth of its input is no
+error of a sensor, and a noise model that must hold it takes the unit for one that exceeds its budgets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.measurement import AXES
+from planner.nouns.array import Array
+from planner.nouns.dwell_table import DwellTable
+from planner.protocols import Sensor
+from planner.units import STANDARD_GRAVITY_MPS2
+
+FAR_OFF = 0.2  # of the input, as for a label: ten times what a unit is off by before calibration
+LEAST_RATE = float(np.radians(3.0))  # below which a bias may be as large as a rate
+LEAST_FORCE = 0.5 * STANDARD_GRAVITY_MPS2
+LEVER_ARM_M = 0.5  # about the widest table: so far off the axis an accelerometer may feel its turns
+REPEATS = 3  # readings of one value to the last digit: two may be alike by rounding
+UNROUNDED = 0.9  # share of different values among the other rows: a resolution that repeats none by chance
+MOVES = 0.02  # of the channel's range, by which their references differ: no table is off by so much
+ALIKE = 0.5  # share of a condition's rows in two power-ons or more: a range that ends is no accident
+MOST = 0.5  # share of the judged rows: where more are off, the reference is no measure of the channel
+FIT_ROWS = 20_000  # of which a line is asked
+FIT_STEPS = 20  # of reweighting: each halves what rows far off still weigh, to 1e-6
+KNOWN = 1e-4  # of the input, that no line leaves: noise and curves over temperature are larger
+HINT = 0.03  # of the reading, to which a lost sign or digit explains it: bias and lean beside
+
+
+@dataclass(frozen=True)
+class NoReading:
+    """Rows of one channel that say nothing of it. rows: (n,); stuck: one value to the last digit"""
+
+    sensor: Sensor
+    axis: int
+    rows: NDArray[np.bool_]
+    stuck: bool
+
+    @property
+    def channel(self) -> str:
+        """`gyro_x` … `accelerometer_z`."""
+        return f"{self.sensor}_{AXES[self.axis]}"
+
+
+def stuck_readings(table: DwellTable, kept: NDArray[np.bool_]) -> list[NoReading]:
+    """Rows whose channel repeats one value to the last digit while its reference moves.
+
+    Readings of fine resolution repeat none at all, whatever the reference does. The rows are either
+    records after one another, or those at the channel's greatest or least reading, wherever they stand.
+    """
+    found = []
+    for sensor, axis, y, u, _, least in _channels(table):
+        order = np.lexsort((table.time_on, table.run))
+        order = order[kept[order] & np.isfinite(y[order])]
+        apart = np.maximum(MOVES * np.ptp(u[order, axis]), FAR_OFF * least) if len(order) else np.inf
+        rows = np.zeros(len(table), dtype=bool)
+        groups = [g for g in (*_stretches(y, order), *_ends(y, order)) if len(g) >= REPEATS]
+        alive = len(order) - sum(map(len, groups))
+        to_the_digit = len(np.unique(y[order])) > UNROUNDED * alive
+        for group in groups:
+            if to_the_digit or np.ptp(u[group, axis]) > apart:
+                rows[group] = True
+        if 0 < rows.sum() <= MOST * len(order):  # a channel that is dead throughout has no rows to spare
+            found.append(NoReading(sensor, axis, rows, True))
+    return found
+
+
+def off_their_reference(table: DwellTable, kept: NDArray[np.bool_]) -> list[NoReading]:
+    """Rows further from their reference than any error of a sensor, in conditions where others are not."""
+    found = []
+    for sensor, axis, y, u, size, least in _channels(table):
+        judged = kept & (size >= least) & np.isfinite(y)
+        if judged.sum() < REPEATS:
+            continue
+        line = _line(y[judged], u[judged], size[judged])
+        off = np.abs(y - np.column_stack([u, np.ones(len(u))]) @ line)
+        far = judged & (off > FAR_OFF * np.maximum(size, least) + _of_a_lever_arm(table, sensor))
+        if not far.any() or far.sum() > MOST * judged.sum():
+            continue
+        far &= ~_alike(far, judged, u, table.run, least)
+        if far.any():
+            found.append(NoReading(sensor, axis, far, False))
+    return found
+
+
+def said_of(table: DwellTable, one: NoReading, i: int) -> str:
+    """What a row's reading looks like, in words."""
+    y, u, unit = _display(table, one)
+    name = f"run {int(table.run[i])}: {one.channel.replace('_', ' ')}"
+    if one.stuck:
+        return f"{name} reads {y[i]:.5g} {unit} whatever its reference: stuck, or at the end of its range"
+    return f"{name} reads {y[i]:.4g} where its reference says {u[i]:.4g} {unit}{_hint(y[i], u[i])}"
+
+
+def _hint(y: float, u: float) -> str:
+    """What would make the reading of its reference, in words."""
+    if u != 0.0 and abs(y / u + 1.0) < HINT:
+        return ", as if its sign were lost"
+    power = np.log10(abs(y / u)) if y != 0.0 and u != 0.0 else 0.0
+    if round(power) != 0 and abs(10.0 ** (power - round(power)) - 1.0) < HINT:
+        return ", as if a digit were lost or doubled"
+    return ""
+
+
+# ---------------------------------------------------------------- channels
+
+
+def _channels(table: DwellTable) -> Iterator[tuple[Sensor, int, Array, Array, Array, float]]:
+    """Sensor, axis, reading (n,), reference (n, 3), its size (n,) and the least of it that tells."""
+    if table.gyro is not None and table.ref_rate is not None:
+        size = np.linalg.norm(table.ref_rate, axis=1)
+        for axis in range(3):
+            yield "gyro", axis, table.gyro[:, axis], table.ref_rate, size, LEAST_RATE
+    if table.acc is not None and table.ref_acc is not None:
+        size = np.linalg.norm(table.ref_acc, axis=1)
+        for axis in range(3):
+            yield "accelerometer", axis, table.acc[:, axis], table.ref_acc, size, LEAST_FORCE
+
+
+def _display(table: DwellTable, one: NoReading) -> tuple[Array, Array, str]:
+    """Reading and reference (n,) of the channel, and their unit, to be read by people."""
+    per, unit = (float(np.radians(1.0)), "deg/s") if one.sensor == "gyro" else (STANDARD_GRAVITY_MPS2, "g")
+    mine = (c for c in _channels(table) if c[:2] == (one.sensor, one.axis))
+    _, axis, y, u, *_ = next(mine)
+    return y / per, u[:, axis] / per, unit
+
+
+def _of_a_lever_arm(table: DwellTable, sensor: Sensor) -> Array | float:
+    if sensor == "gyro" or table.ref_rate is None:
+        return 0.0
+    return np.asarray(LEVER_ARM_M * np.sum(table.ref_rate**2, axis=1))
+
+
+# ---------------------------------------------------------------- values that repeat
+
+
+def _stretches(y: Array, order: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
+    """Rows after one another with the same reading."""
+    if len(order) < REPEATS:
+        return
+    cuts = np.flatnonzero(np.diff(y[order]) != 0.0) + 1
+    for first, last in zip([0, *cuts.tolist()], [*cuts.tolist(), len(order)], strict=True):
+        if last - first >= REPEATS:
+            yield order[first:last]
+
+
+def _ends(y: Array, order: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
+    """Rows at the channel's greatest and at its least reading."""
+    if len(order):
+        yield order[y[order] == y[order].max()]
+        yield order[y[order] == y[order].min()]
+
+
+# ---------------------------------------------------------------- rows far from a line
+
+
+def _line(y: Array, u: Array, size: Array) -> Array:
+    """(4,) y ≈ m·u + b by least moduli of (y − m·u − b)/|u|, reweighted: half of the rows may be anything."""
+    step = -(-len(y) // FIT_ROWS)
+    X, y, size = np.column_stack([u, np.ones(len(u))])[::step], y[::step], size[::step]
+    X, y = X / size[:, None], y / size
+    w: Array = np.ones(len(y))
+    line: Array = np.zeros(4)
+    for _ in range(FIT_STEPS):
+        line = np.asarray(np.linalg.lstsq(X * w[:, None], y * w, rcond=1e-9)[0], dtype=float)
+        w = np.asarray(1.0 / np.sqrt(np.maximum(np.abs(y - X @ line), KNOWN)), dtype=float)
+    return line
+
+
+def _alike(
+    far: NDArray[np.bool_], judged: NDArray[np.bool_], u: Array, run: NDArray[np.int64], least: float
+) -> NDArray[np.bool_]:
+    """(n,) far rows of an input at which most are far, in more than one power-on: a shape, no accident."""
+    level = np.sign(u) * np.round(np.log1p(np.abs(u) / least) / 0.1)  # to a tenth
+    cell = np.unique(level, axis=0, return_inverse=True)[1].ravel()
+    count, bad = np.bincount(cell, judged), np.bincount(cell, far)
+    pairs = np.unique(np.column_stack([cell[far], run[far]]), axis=0)
+    runs = np.bincount(pairs[:, 0], minlength=len(count))
+    return np.asarray(far & ((bad >= ALIKE * count) & (runs > 1))[cell])
