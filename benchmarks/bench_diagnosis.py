@@ -57,10 +57,9 @@ def main() -> None:
             growth = f", grows as n^{power:.2f}"
         print(f"{len(table):6d} dwells: {seconds / 3:6.2f} s a channel{growth}")
         before = len(table), seconds
-    small = command(table_of(4_000), "four_thousand.csv")
-    print(
-        f"planner diagnose, {len(table_of(4_000))} dwells on six channels: {small[0]:.1f} s, {small[1]:.0f} MB"
-    )
+    four = table_of(4_000)
+    small = command(four, "four_thousand.csv")
+    print(f"planner diagnose, {len(four)} dwells on six channels: {small[0]:.1f} s, {small[1]:.0f} MB")
     large = command(million(), "million.parquet")
     print(f"planner diagnose, 1 000 000 dwells: {large[0]:.1f} s, {large[1]:.0f} MB")
     print(f"250 times the dwells: {large[0] / small[0]:.1f} times the seconds")
