@@ -15,7 +15,8 @@ from planner.nouns.dwell_table import DwellTable
 from planner.spec.model import Unit
 from planner.units import STANDARD_GRAVITY_MPS2
 
-MOST_ROWS = 8_000  # more tell no other verdict; six channels with all candidates then take 400 MB
+WHOLE = 30_000  # rows that are judged as they are, in some 1.5 GB; of tables up to half as long again
+MOST_ROWS = 8_000  # of larger ones; six channels with all candidates then take 400 MB
 ONE_WAY_UP = 0.9995  # cosine, 2 deg: rows whose accelerometers agree to that have one attitude
 A_LEVEL = 0.3 / 60.0  # K/s, 0.3 K/min: chambers hold a ramp to that
 LEAST_OF_MANY = 60  # power-ons that stay when not all are judged
@@ -61,11 +62,12 @@ def prepared(table: DwellTable, unit: Unit | None = None) -> Prepared:
     if len(kept) < len(full):
         notes.append(f"{len(full) - len(kept)} rows are the same as others and count once")
     table, where = full if len(kept) == len(full) else rows_of(full, kept), again
-    block = _blocks(table)
+    most = WHOLE if len(table) <= 1.5 * WHOLE else MOST_ROWS
+    block = _blocks(table, most)
     if block.max(initial=0) + 1 < len(table):
         notes.append(f"{len(table)} rows averaged to {block.max() + 1} of one condition in a run each")
         table, where = _averaged(table, block), block[where]
-    chosen = _some_runs(table)
+    chosen = _some_runs(table, most)
     if len(chosen) < len(table):
         runs = len(np.unique(table.run[chosen])), len(np.unique(table.run))
         notes.append(
@@ -179,11 +181,11 @@ def _once(table: DwellTable) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return kept, np.argsort(np.argsort(first))[again]
 
 
-def _blocks(table: DwellTable) -> NDArray[np.int64]:
+def _blocks(table: DwellTable, most: int) -> NDArray[np.int64]:
     """(n,) block of every row: neighbours in time among the rows of one run with one reference, to 1e-3."""
-    if len(table) <= MOST_ROWS:
+    if len(table) <= most:
         return np.arange(len(table))
-    size = -(-len(table) // MOST_ROWS)
+    size = -(-len(table) // most)
     levels = [
         np.round(reference / (1e-3 * max(float(np.abs(reference).max()), 1e-9)))
         for reference in (table.ref_rate, table.ref_acc)
@@ -199,11 +201,11 @@ def _blocks(table: DwellTable) -> NDArray[np.int64]:
     return block
 
 
-def _some_runs(table: DwellTable) -> NDArray[np.int64]:
-    """Rows of evenly chosen power-ons, about MOST_ROWS; of all where they are no more or too few runs."""
+def _some_runs(table: DwellTable, most: int) -> NDArray[np.int64]:
+    """Rows of evenly chosen power-ons, at most about so many; of all where these are no more or of few runs."""
     runs = np.unique(table.run)
-    keep = max(LEAST_OF_MANY, int(len(runs) * MOST_ROWS / len(table)))
-    if len(table) <= 1.5 * MOST_ROWS or keep >= len(runs):
+    keep = max(LEAST_OF_MANY, int(len(runs) * most / len(table)))
+    if len(table) <= 1.5 * most or keep >= len(runs):
         return np.arange(len(table))
     chosen = runs[np.unique(np.linspace(0, len(runs) - 1, keep).round().astype(int))]
     return np.flatnonzero(np.isin(table.run, chosen))
