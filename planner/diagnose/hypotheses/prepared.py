@@ -202,7 +202,7 @@ def _blocks(table: DwellTable, most: int) -> NDArray[np.int64]:
 
 
 def _some_runs(table: DwellTable, most: int) -> NDArray[np.int64]:
-    """Rows of evenly chosen power-ons, at most about so many; of all where these are no more or of few runs."""
+    """Rows of evenly chosen power-ons, about so many at most; all where these are no more or of few runs."""
     runs = np.unique(table.run)
     keep = max(LEAST_OF_MANY, int(len(runs) * most / len(table)))
     if len(table) <= 1.5 * most or keep >= len(runs):
