@@ -293,7 +293,7 @@ def _minimised(spec: Spec) -> str:
         return "campaign time"
     if time <= 1e-6 * power:
         return "power-on time"
-    return f"{time:g} · campaign time + {power:g} · power-on time"
+    return f"{time:g} × time + {power:g} × power-on"
 
 
 def _check_benches(document: Document, spec: Spec) -> Findings:
