@@ -22,6 +22,7 @@ CHUNK = 48  # campaigns that are evaluated together
 MOST_TEMPERATURES = 9
 MOST_STEPS = 400
 EASIER = 1e-6
+INSET = 0.06  # of even temperatures from the ends of the range
 DROPPED = 4  # beginnings of a way through the limit
 MOST_REPEATS = 1000  # that stand for as many as one likes
 
@@ -99,34 +100,53 @@ class Judge:
 def shortest(offers: Offers, judge: Judge, most: int) -> Array | None:
     """(g,) counts of the shortest campaign found, None if none keeps the promise; most: to look at."""
     best: Array | None = None
-    least = np.inf
+    least, seen = np.inf, set[tuple[tuple[str, bool], ...]]()
     for start in beginnings(offers, judge) or one_that_keeps(offers, judge):
+        if best is not None and judge.asked > most and _ways(offers, start) in seen:
+            continue
+        seen.add(_ways(offers, start))
         found = downhill(offers, judge, start)
         cost = float(offers.cost(found[None])[0])
         if cost < least - EASIER:
             best, least = found, cost
-        if judge.asked > most or judge.late():
+        if judge.late():
             break
     return None if best is None else shorter(offers, judge, best, most)
+
+
+def _ways(offers: Offers, n: Array) -> tuple[tuple[str, bool], ...]:
+    """The tests of a campaign, and whether each is made at more than one temperature.
+
+    Downhill hardly leads from one such way of calibrating to another: the shortest of each begins.
+    """
+    visits = [(o.test, int(np.count_nonzero(n[o.places]))) for o in offers.tests]
+    return tuple((test, many > 1) for test, many in visits if many)
 
 
 def beginnings(offers: Offers, judge: Judge) -> list[Array]:
     """Campaigns that keep the promise, the shortest first: tests at N even temperatures, enough repeats.
 
-    Every test at all of them, or one test at all and the others at one.
+    Every test at all of them, or one test at all and the others at one. Where none of few keeps it, as
+    flights that count at the ends of the range may ask, at every temperature that is on offer.
     """
-    chosen = [o.test for o in offers.tests if not o.everywhere and o.fixed is None]
-    found = []
+    chosen = [o for o in offers.tests if not o.everywhere and o.fixed is None]
+    mains = (None, *(o.test for o in chosen)) if len(chosen) > 1 else (None,)
+    found: list[Array] = []
     for N in range(1, MOST_TEMPERATURES + 1) if chosen else (1,):
-        for main in (None, *(chosen if len(chosen) > 1 and N > 1 else ())):
-            every = even(offers, N, main)
-            for some in (every, *_on_one_bench(offers, every)):
-                n = enough(offers, judge, some)
-                if n is not None:
-                    found.append(n)
+        for main in mains if N > 1 else (None,):
+            found += _enough_of(offers, judge, even(offers, N, main))
         if found and judge.late():
             break
+    if chosen and not found:
+        most = max(len(o.places) for o in chosen)
+        found = [n for main in mains for n in _enough_of(offers, judge, even(offers, most, main, inset=0.0))]
     return sorted(found, key=lambda n: float(offers.cost(n[None])[0]))
+
+
+def _enough_of(offers: Offers, judge: Judge, n: Array) -> list[Array]:
+    """The campaign, and its part on each bench, with enough repeats where these keep the promise."""
+    each = [enough(offers, judge, some) for some in (n, *_on_one_bench(offers, n))]
+    return [found for found in each if found is not None]
 
 
 def _on_one_bench(offers: Offers, n: Array) -> list[Array]:
@@ -183,10 +203,11 @@ def most_repeats(offers: Offers, n: Array) -> Array:
     return most
 
 
-def even(offers: Offers, N: int, main: str | None = None) -> Array:
+def even(offers: Offers, N: int, main: str | None = None, inset: float = INSET) -> Array:
     """(g,) tests at N evenly spread temperatures of their places, with the fewest repeats.
 
     main: the only test that is made at all of them; the others are made at the one in the middle
+    inset: the outermost of three and more from the ends, as a share of the range
     """
     n = np.zeros(len(offers.kinds))
     for offer in offers.tests:
@@ -195,7 +216,7 @@ def even(offers: Offers, N: int, main: str | None = None) -> Array:
         elif offer.everywhere:
             n[offer.places] = offer.least
         else:
-            share = (np.arange(N) + 0.5) / N if N < 3 else np.linspace(0.06, 0.94, N)
+            share = (np.arange(N) + 0.5) / N if N < 3 else np.linspace(inset, 1.0 - inset, N)
             if main not in (None, offer.test):
                 share = share[N // 2 : N // 2 + 1]
             chosen = np.round(share * (len(offer.places) - 1)).astype(int)
@@ -211,6 +232,8 @@ def enough(offers: Offers, judge: Judge, n: Array) -> Array | None:
         most[offer.places] = offer.most
         fixed[offer.places] = offer.fixed is not None
     levels = np.unique(np.round(1.5 ** np.arange(0, 24)))
+    if judge.loads(np.where(fixed, n, np.minimum(n * levels[-1], most))[None])[0] > 1.0:
+        return None  # nor do fewer
     every = np.array([np.where(fixed, n, np.minimum(n * k, most)) for k in levels])
     every = np.unique(every, axis=0)
     every = every[np.argsort(offers.cost(every), kind="stable")]

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from planner.errors import InfeasibleError
-from planner.information.choose import Found, campaign_found
+from planner.information.choose import Found, campaign_found, keeps_exactly
 from planner.information.curves import Curves
 from planner.information.exact import foreseen
 from planner.information.exchange import Judge
+from planner.information.model_of import on_offer
 from planner.information.pareto import pareto_set
 from tests.information import cases
 from tests.information.cases import Everything, Tree
@@ -173,3 +174,57 @@ def test_the_promise_is_not_that_of_the_curves_that_chose(seed: int) -> None:
     strange = flight.under(flight.spec.model_copy(update={"plan": other}))
     strange = replace(strange, curves=Curves(strange.spec))
     np.testing.assert_allclose(foreseen(strange.unseen, one.timeline).figures, judged, rtol=0.015)
+
+
+@pytest.mark.parametrize("limit_m", [75.0, 110.0, 130.0])
+def test_what_only_many_temperatures_keep_is_no_longer_than_one_test_at_all_of_them(limit_m: float) -> None:
+    """A flight that warms to the end of the range keeps its limit from no few even temperatures.
+
+    The search then began at all tests with the most repeats: at 75 m it ended 11 % above one test alone, at
+    110 and 130 m it refused what that test keeps.
+    """
+    one = cases.flight(_warming(f"{limit_m:g} m"))
+    found = campaign_found(one, effort="brief")
+    offers, _ = on_offer(one)
+    by_hand = np.array([2.0 if kind.test == "static" else 0.0 for kind in offers.kinds])
+    assert keeps_exactly(one, offers, by_hand, 1.0)
+    assert found.cost <= offers.cost(by_hand[None])[0] + 1e-6
+
+
+def _warming(limit: str) -> Tree:
+    """Two tests on two benches for the same errors, at thirteen temperatures; curves of one fast family."""
+
+    def budget(s: float, left: float, word: str) -> Tree:
+        return {
+            "systematic": f"{20 * s:g} {word}",
+            "run_to_run": f"{0.5 * s:g} {word}",
+            "temperature_residual": {1: f"{left:g} {word}", "figure": "sigma", "curve": "cosines"},
+        }
+
+    def bench(soak: str) -> Tree:
+        chamber = {"range": ["-60 degC", "80 degC"], "heating": "4 K/min", "cooling": "2 K/min", "soak": soak}
+        return {"kind": "rate_table", "axes": 2, "install": "10 min", "chamber": chamber}
+
+    scale = "scale_factor"
+    static = {"calibrates": ["gyro.bias", "accelerometer.bias", f"accelerometer.{scale}"], "motions": 6}
+    rates = {"calibrates": [f"gyro.{scale}"], "motions": 12, "record": "20 s"}
+    return {
+        "planner": 1,
+        "name": "warming",
+        "requirement": [{"error": "position", "limit": limit, "rule": "rss", "temperature": "worst"}],
+        "trajectory": cases.TRAJECTORIES["warming"],
+        "unit": {
+            "gyro": {"bias": budget(0.003, 0.033, "deg/s"), scale: budget(0.03, 0.25, "%")},
+            "accelerometer": {"bias": budget(1.0, 12.0, "mg"), scale: budget(0.03, 0.4, "%")},
+        },
+        "effects": ["bias", "bias_temperature", scale, f"{scale}_temperature"],
+        "benches": {"table": bench("60 min"), "second": bench("90 min")},
+        "tests": {
+            "static": static | {"bench": "table", "record": "60 s", "cool_down": "5 min"},
+            "rates": rates | {"bench": "second", "cool_down": "5 min"},
+        },
+        "plan": {
+            "temperatures": {"range": ["-20 degC", "40 degC"], "step": "5 K"},
+            "repeats": {"least": 2, "most": 2},
+        },
+    }
