@@ -25,6 +25,7 @@ from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS, Sensor
 from planner.solvers.distributions import student_quantile
 from planner.solvers.least_squares import factors
+from planner.solvers.one_thread import one_thread
 from planner.solvers.random_effects import RandomEffects, covariance
 from planner.spec.model import Spec
 
@@ -95,12 +96,10 @@ def _sensor_fits(
     table: DwellTable, starts: NDArray[np.int64], sensor: Sensor, spec: Spec, found: UnitDiagnosis
 ) -> list[ChannelFits]:
     """The three channels, with the variances that REML finds beside all that is declared and found."""
-    from threadpoolctl import threadpool_limits
-
     readings = readings_of(table, sensor)
     assert readings is not None  # asked by the caller
     fits = []
-    with threadpool_limits(limits=1, user_api="blas"):
+    with one_thread():
         for axis in range(3):
             here = _found_on(found, sensor, axis)
             judged = _readings(table, starts, sensor, axis, readings[:, axis], spec, here)

@@ -28,6 +28,7 @@ from planner.nouns.plan import Plan
 from planner.nouns.progress import Progress
 from planner.pipelines.budgets import with_cost
 from planner.plan.spec_to_trajectory import flight_path
+from planner.solvers.one_thread import one_thread
 from planner.spec.load import LoadedSpec, spec_from_bytes
 from planner.spec.model import Given
 from planner.units import unit_factor
@@ -41,6 +42,7 @@ class Diagnosed:
     table: DwellTable
 
 
+@one_thread()
 def diagnose(
     data: Path,
     loaded: LoadedSpec,
@@ -52,17 +54,6 @@ def diagnose(
 
     plan: the tree of a plan.json, whose promises make the flight's total
     """
-    from threadpoolctl import threadpool_limits
-
-    with threadpool_limits(
-        limits=1, user_api="blas"
-    ):  # on small matrices threads wait, and burn twice the time
-        return _every_unit(data, loaded, seed, progress, plan)
-
-
-def _every_unit(
-    data: Path, loaded: LoadedSpec, seed: int, progress: Progress, plan: Mapping[str, Any] | None
-) -> tuple[Diagnosed, ...]:
     progress(f"reading {data}")
     table = read_dwells(data)
     digest = _sha256(data)

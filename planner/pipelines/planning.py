@@ -43,6 +43,7 @@ from planner.plan.spec_to_trajectory import aided, flight_path, trajectory_of
 from planner.plan.task import Task, extreme_allowances, planning_task, within_seconds
 from planner.plan.trade_off import trade_off
 from planner.solvers.genetic import GeneticSettings
+from planner.solvers.one_thread import one_thread
 from planner.spec.height_aid import unaided
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, PercentileRule, Spec
@@ -90,6 +91,7 @@ def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
     return Navigation(models, found, constraints_of(spec, found), trajectory.name, trajectory)
 
 
+@one_thread()
 def allow(
     loaded: LoadedSpec, progress: Progress, stop: Callable[[], bool] = never
 ) -> tuple[Navigation, AllowedErrors]:
@@ -104,6 +106,7 @@ def allow(
     return navigation, _allowed(loaded.spec, task, navigation, progress, stop)
 
 
+@one_thread()
 def plan(loaded: LoadedSpec, progress: Progress, stop: Callable[[], bool] = never) -> Planned:
     """Spec → the shortest campaign that suffices, with its proof and its reasons.
 
@@ -147,6 +150,7 @@ def _published(loaded: LoadedSpec, navigation: Navigation, progress: Progress, d
     return Planned(made, navigation, allowed)
 
 
+@one_thread()
 def afford(loaded: LoadedSpec, seconds: float, progress: Progress) -> Affordable:
     """Spec and hours → the least limits, and the grade of sensor, that so much campaign can keep.
 
@@ -165,6 +169,7 @@ def afford(loaded: LoadedSpec, seconds: float, progress: Progress) -> Affordable
     return affordable(flight_of(spec, navigation.flight), seconds)
 
 
+@one_thread()
 def exact_plan(loaded: LoadedSpec, progress: Progress = silent) -> Plan:
     """Spec → campaign and steps as of `plan`; no genetic algorithm beside them, no trade-off, no notes."""
     navigation = navigate(loaded, progress)

@@ -14,6 +14,7 @@ import numpy as np
 from planner.nouns.array import Array
 from planner.nouns.trajectory import Trajectory
 from planner.protocols import SENSORS, Sensor
+from planner.solvers.one_thread import one_thread
 from planner.spec.model import Given, Requirement, Spec
 from planner.units import unit_factor
 from planner.verify.beside import beside_of
@@ -158,9 +159,7 @@ class Measured:
 
 def run_chunk(e: Experiment, number: int, flights: int = CHUNK) -> Tally:
     """Campaign, calibration and flight of one chunk's units."""
-    from threadpoolctl import threadpool_limits
-
-    with threadpool_limits(limits=1):  # sums split over threads would differ in the last bit
+    with one_thread():
         left = units_left(e, number, flights)
         return _tally(e, left, number, flights)
 

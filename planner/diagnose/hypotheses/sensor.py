@@ -40,6 +40,7 @@ from planner.effects._shaped import plain_names
 from planner.measurement import sensed
 from planner.nouns.array import Array
 from planner.protocols import Sensor
+from planner.solvers.one_thread import one_thread
 from planner.spec.references import BenchAccuracy
 
 FLIPS = 999  # the least p by rank is then 1e-3, half of ALPHA_FURTHER
@@ -88,11 +89,9 @@ def diagnose_sensor(
 
     and again without what cannot be. benches: how well the spec says that the references are known
     """
-    from threadpoolctl import threadpool_limits
-
     strong: tuple[str, ...] = ()
     impossible: tuple[str, ...] = ()
-    with threadpool_limits(limits=1, user_api="blas"):  # small matrices: threads cost more than they give
+    with one_thread():
         s = _searched(data, sensor, declared, strong, impossible, seed, benches)
         for _ in range(AGAIN):
             now, cannot = _strong(s.found), _impossible(s.found)
