@@ -91,9 +91,15 @@ def left_by_campaign(promise: Promise, counts: Array, requirement: int, family: 
 
 
 def _weights(a: Asked) -> Array:
-    """(S,) of the flight's temperatures; where the worst counts, all alike."""
+    """(S,) of the flight's temperatures; where the worst counts, of a mean over the range.
+
+    These lie evenly from end to end: each stands for what is around it, the ends for half as much.
+    """
+    if a.weights is not None:
+        return a.weights
     S = len(a.temperature_degc)
-    return np.full(S, 1.0 / S) if a.weights is None else a.weights
+    around = np.where(np.isin(np.arange(S), (0, S - 1)), 0.5, 1.0)
+    return np.asarray(around / around.sum())
 
 
 def _left(promise: Promise, a: Asked, moments: Moments, counts: Array) -> Array:

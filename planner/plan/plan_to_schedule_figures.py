@@ -65,7 +65,7 @@ def _with_bound(plan: Plan, spec: Spec, chosen: Campaign) -> Plan:
 def _notes(spec: Spec, chosen: Campaign, plan: Plan, time: float) -> Iterator[str]:
     timings = bench_timings(spec, chosen.visits)
     if spec.plan.shifts:
-        waiting = (time - makespan(with_plan(spec, shifts=()), chosen.visits)) / 3600
+        waiting = max(time - makespan(with_plan(spec, shifts=()), chosen.visits), 0.0) / 3600
         yield (
             f"plan.shifts: {waiting:.2f} h of the campaign are waiting for people, which bound_s leaves out; "
             "for this work the timeline is the shortest that plan.order allows"

@@ -20,7 +20,12 @@ from planner.verify.experiment import experiment, flown_with
 from planner.verify.monte_carlo import fly
 from planner.verify.outcome import outcomes
 from planner.verify.prediction import Prediction
-from planner.verify.recount_promise import as_planned, check_promise
+from planner.verify.recount_promise import (
+    _check_allowances,
+    _check_covariance,
+    as_planned,
+    check_promise,
+)
 from planner.verify.starts import anywhere
 from planner.verify.workers import here
 from tests.verify.plans import Planned, planned_from, sealed_again, several
@@ -90,6 +95,19 @@ def test_references_that_err_and_noise_are_in_both(sound):
     assert not faults(one)
     larger, smaller = (p.document["families"]["kink"]["0"] for p in (one, sound))
     assert larger > 1.02 * smaller
+
+
+@pytest.mark.parametrize("inner", [25, 35, 45])
+def test_parts_at_the_worst_temperature_are_means_over_the_range(inner):
+    """Tables that reach beyond their nodes err most at the ends, which are not a 41st of the range each."""
+    spec = by_hand()
+    spec["requirement"] = [spec["requirement"][0] | {"temperature": "worst", "at": "end"}]
+    static = {"temperatures": [f"{-inner} degC", "0 degC", f"{inner} degC"], "repeats": 2}
+    spec["plan"] = spec["plan"] | {"fixed": spec["plan"]["fixed"] | {"static": static}}
+    one = planned_from(spec)
+    foreseen = prediction(one)
+    checks = [_check_allowances(one.document, foreseen), _check_covariance(one.document, foreseen)]
+    assert not [fault for found in checks for fault in found.faults]
 
 
 ALIGNED = ({"roll_pitch": "0.5 deg", "heading": "3 deg"}, {"self_aligned": True, "heading": "3 deg"})
