@@ -25,6 +25,7 @@ from planner.fleet.looks import accepted_as_they_come
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.progress import Progress
 from planner.pipelines.fleet import basis_of
+from planner.solvers.one_thread import one_thread
 from planner.spec.load import LoadedSpec
 
 
@@ -39,6 +40,7 @@ class Accepted:
     notes: tuple[str, ...] = ()
 
 
+@one_thread()
 def accept(
     inputs: Sequence[Path],
     loaded: LoadedSpec,
@@ -93,6 +95,7 @@ class PlannedChecks:
     checks: tuple[Check, ...]
 
 
+@one_thread()
 def plan_check(
     loaded: LoadedSpec,
     plan: Mapping[str, Any] | None,

@@ -28,6 +28,7 @@ from planner.simulate.campaign import Settings, Truth, prepared
 from planner.simulate.campaign import simulate as simulate_unit
 from planner.simulate.families import family_named
 from planner.simulate.hidden import hidden_effect
+from planner.solvers.one_thread import one_thread
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Spec
 
@@ -71,6 +72,7 @@ def simulation_settings(path: Path) -> dict[str, object]:
     return {str(key): value for key, value in written.items()}
 
 
+@one_thread()
 def calibrate(
     data: Path, loaded: LoadedSpec, options: FitOptions, progress: Progress, noise: Path | None = None
 ) -> tuple[Calibration, ...]:

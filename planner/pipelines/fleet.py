@@ -38,6 +38,7 @@ from planner.plan.budget import common_rule
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.task import allowances as allowances_of
 from planner.quantities import DAY_S
+from planner.solvers.one_thread import one_thread
 from planner.spec.attendance import windows_of
 from planner.spec.days_off import days_off_between
 from planner.spec.load import LoadedSpec
@@ -105,6 +106,7 @@ def history_of(read: SourceFiles, basis: Basis, options: ForecastOptions, progre
     return without_shocks(without_suspects(ordered(raw), storage), storage, progress)
 
 
+@one_thread()
 def forecast(
     inputs: Sequence[str],
     loaded: LoadedSpec,
@@ -188,6 +190,7 @@ def _date(option: str, text: str | None) -> date | None:
 # ---------------------------------------------------------------- recalibrate
 
 
+@one_thread()
 def recalibrate(
     loaded: LoadedSpec,
     plan: Mapping[str, Any] | None,

@@ -14,6 +14,7 @@ from planner.nouns.progress import Progress, silent
 from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
 from planner.plan.spec_to_trajectory import flight_path
+from planner.solvers.one_thread import one_thread
 from planner.spec.load import LoadedSpec
 from planner.spec.model import Given, Spec
 from planner.spec.places import did_you_mean
@@ -72,6 +73,7 @@ def checked(options: FlightOptions) -> FlightOptions:
     return options
 
 
+@one_thread()
 def verify(
     loaded: LoadedSpec,
     document: Mapping[str, Any],
