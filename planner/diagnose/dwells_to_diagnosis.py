@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner import catalog
 from planner.diagnose.evidence_veto import verdict_of
@@ -21,6 +22,7 @@ from planner.diagnose.hypotheses.reported import channel_name, found_effects
 from planner.diagnose.hypotheses.sensor import SensorFound, diagnose_sensor
 from planner.diagnose.hypotheses.suspects import suspects
 from planner.diagnose.left_out import left_out, off_as_a_whole
+from planner.diagnose.off_power_on import off_power_on, rows_off
 from planner.diagnose.records import screened
 from planner.dwells.table_rows import rows_of
 from planner.effects._shaped import plain_names
@@ -29,6 +31,7 @@ from planner.nouns.diagnosis import (
     FoundEffect,
     NotFound,
     Refused,
+    RowLeftOut,
     UnitDiagnosis,
     Unknown,
     Untestable,
@@ -52,11 +55,10 @@ def diagnose(
     """
     _check(table)
     seen = screened(table)
-    every = bool(seen.kept.all())
-    table = rows_of(table, seen.kept)
-    _check(table)
-    data = prepared(table, spec.unit)
-    found = _searched(data, spec, seed, progress)
+    _check(rows_of(table, seen.kept))
+    kept, off, data, found = _without_off(table, seen.kept, spec, seed, progress)
+    table = rows_of(table, kept)
+    every = bool(kept.all())
     lag = lag_of(found, data)
     late = [] if lag is None else [with_lag(s, lag) for s in suspects(found) if s.hypothesis == LAGS]
     if lag is not None:
@@ -70,7 +72,7 @@ def diagnose(
     unknown = [*unnamed, *rest]
     not_found, untestable = _limits(found, data, spec)
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
-    left = left_out(found, data)
+    left = [*off, *left_out(found, data)]
     wrong = (*seen.suspects, *late, *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)))
     wrong = (*wrong, *off_as_a_whole(left))
     return UnitDiagnosis(
@@ -80,9 +82,7 @@ def diagnose(
         unknown=tuple(unknown),
         not_found=tuple(not_found),
         untestable=tuple(untestable),
-        evidence=tuple(
-            e if every else over(e, seen.kept, len(seen.kept)) for s in found for e in evidence(s, data)
-        ),
+        evidence=tuple(e if every else over(e, kept, len(kept)) for s in found for e in evidence(s, data)),
         assumptions=assumed,
         notes=(
             *seen.notes,
@@ -95,8 +95,24 @@ def diagnose(
         budget_exceeded=exceeded(assumed),
         rows_left_out=(*seen.left_out, *left),
         refused=(*(r for s in found for r in _refused(s)), *spans),
-        kept=None if every else seen.kept,
+        kept=None if every else kept,
     )
+
+
+def _without_off(
+    table: DwellTable, kept: NDArray[np.bool_], spec: Spec, seed: int, progress: Callable[[str], None]
+) -> tuple[NDArray[np.bool_], list[RowLeftOut], Prepared, list[SensorFound]]:
+    """Rows that are judged, those of a power-on that is off as a whole, and what is found without them."""
+    data = prepared(rows_of(table, kept), spec.unit)
+    found = _searched(data, spec, seed, progress)
+    run = off_power_on(found, data)
+    if run is None:
+        return kept, [], data, found
+    off = list(rows_off(data.full, run, found))
+    kept = kept & (table.run != run)
+    data = prepared(rows_of(table, kept), spec.unit)
+    found = _searched(data, spec, seed, progress)
+    return kept, off, data, found
 
 
 def _searched(data: Prepared, spec: Spec, seed: int, progress: Callable[[str], None]) -> list[SensorFound]:

@@ -44,7 +44,7 @@ def left_out(found: Sequence[SensorFound], data: Prepared) -> list[RowLeftOut]:
 
 def off_as_a_whole(left: Sequence[RowLeftOut]) -> Iterator[ReferenceSuspect]:
     """Power-ons of which most rows were left out: what they say is of no use, and why is to be looked up."""
-    runs = {r.run: _whole_run(r.run) for r in left}
+    runs = {r.run: whole_run(r.run) for r in left}
     for run, said in runs.items():
         mine = [r for r in left if r.run == run and r.guess == said]
         if mine:
@@ -56,13 +56,14 @@ def off_as_a_whole(left: Sequence[RowLeftOut]) -> Iterator[ReferenceSuspect]:
             )  # fmt: skip
 
 
-def _whole_run(run: int) -> str:
+def whole_run(run: int) -> str:
+    """What is said of a power-on that is off as a whole."""
     return f"run {run} is off as a whole: another mounting, another unit, or a reference of another run"
 
 
 def _guess(run: int, channels: int, share: float) -> str:
     if share > MOST:
-        return _whole_run(run)
+        return whole_run(run)
     if channels >= SEVERAL:
         return "all is off in this record: a shock, a hand on the table, or a wrong reference"
     return "a spike of this channel"

@@ -1,0 +1,88 @@
+"""A power-on that is off as a whole: the unit mounted anew, a reference of another run, a hand on the table.
+
+Its rows are too many to be spikes, and as noise they would widen the spreads of every channel: the unit then
+exceeds its budgets, and nothing else is found beside them. Of what a search leaves of each power-on, about
+its mean, it has many times as much as the others, on several channels at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.diagnose.hypotheses.prepared import Prepared
+from planner.diagnose.hypotheses.sensor import SensorFound
+from planner.diagnose.left_out import whole_run
+from planner.diagnose.unseen_runs import cells_of
+from planner.nouns.array import Array
+from planner.nouns.diagnosis import RowLeftOut
+from planner.nouns.dwell_table import DwellTable
+
+LEAST_RUNS = 8  # power-ons, from which the middle one says what is usual
+LEAST_ROWS = 3  # of a power-on, about whose mean something is left
+FARTHER = 25.0  # times the square of the middle power-on: five sigma in every row
+REPEATED = 0.5  # share of its rows whose motion another power-on has: the others say what it should read
+CHANNELS = 3  # of a unit: its own change at one power-on is of one; of heavy tails three are so in 1 of 1e4
+
+
+def off_power_on(found: Sequence[SensorFound], data: Prepared) -> int | None:
+    """Number of the one power-on that is off as a whole, or None: where there are more it is no accident."""
+    run = data.table.run[data.starts]
+    sizes = np.diff(np.append(data.starts, len(data.table)))
+    if len(run) < LEAST_RUNS:
+        return None
+    told = (sizes >= LEAST_ROWS) & (_repeated(data, sizes) >= REPEATED)
+    ratios = np.array([r for s in found for r in _ratios(s, data, sizes)])
+    if len(ratios) < CHANNELS:
+        return None
+    ratio = np.sort(ratios, axis=0)[-CHANNELS]
+    off = np.flatnonzero(told & (ratio > FARTHER))
+    return int(run[off[0]]) if len(off) == 1 else None
+
+
+def rows_off(table: DwellTable, run: int, found: Sequence[SensorFound]) -> Iterator[RowLeftOut]:
+    """Its rows, as findings."""
+    channels = [c.name for s in found for c in s.channels]
+    for i in np.flatnonzero(table.run == run).tolist():
+        step = "" if table.step is None else str(table.step[i])
+        said = f"{table.temperature_degc[i]:.1f} degC, {table.time_on[i]:.0f} s on"
+        for name in channels:
+            yield RowLeftOut(run, step, name, float("inf"), whole_run(run), said)
+
+
+def _ratios(s: SensorFound, data: Prepared, sizes: NDArray[np.int64]) -> Iterator[Array]:
+    """(g,) square a row of each power-on over the middle one's, about their means, of every channel."""
+    for c in s.channels:
+        left = _left(s, c.axis)
+        means = np.add.reduceat(left, data.starts) / sizes
+        about = (left - np.repeat(means, sizes)) ** 2
+        square = np.add.reduceat(about, data.starts) / np.maximum(sizes - 1, 1)
+        usual = np.median(square[sizes >= LEAST_ROWS]) if np.any(sizes >= LEAST_ROWS) else np.inf
+        yield np.asarray(square / max(float(usual), 1e-300))
+
+
+def _left(s: SensorFound, axis: int) -> Array:
+    """(n,) whitened, what the declared model and all that is believed leave of a channel."""
+    w, pool = s.found.pool.state[axis], s.found.pool
+    mine = [pool.blocks[b].columns[axis] for b in s.found.all if axis in pool.blocks[b].columns]
+    if not mine:
+        return w.z
+    basis = orthonormal(clear(w.Q, w.noise.whiten(np.column_stack(mine))), 1e-6)
+    return np.asarray(w.z - basis @ (basis.T @ w.z))
+
+
+def _repeated(data: Prepared, sizes: NDArray[np.int64]) -> Array:
+    """(g,) share of each power-on's rows whose motion, load and ramp another one has too.
+
+    At any temperature: what the declared model has of it each power-on tells by itself.
+    """
+    conditions = data.table.conditions()
+    cells = cells_of(replace(conditions, temperature_degc=np.zeros(len(conditions.day))))
+    which = np.repeat(np.arange(len(sizes)), sizes)
+    pairs = np.unique(np.column_stack([cells, which]), axis=0)
+    several = np.bincount(pairs[:, 0], minlength=int(cells.max()) + 1) > 1
+    return np.asarray(np.add.reduceat(several[cells].astype(float), data.starts) / sizes)

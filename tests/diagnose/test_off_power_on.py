@@ -1,0 +1,55 @@
+"""One power-on that is off as a whole is said, and widens no spread of the unit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.dwells.table_rows import rows_of
+from planner.nouns.dwell_table import DwellTable
+from planner.spec.load import load_spec
+from planner.spec.model import Spec
+from tests.diagnose.labs.unit import campaign
+from tests.specs import SHIPPED
+
+
+@cache
+def spec() -> Spec:
+    return load_spec(SHIPPED / "small_uav.yaml").spec
+
+
+def rests(seed: int, tails: float = 0.0) -> DwellTable:
+    """Accelerometers at rest: seven attitudes a power-on, 15 to 25 power-ons."""
+    table, _ = campaign(seed, centrifuge=False, tails=tails)
+    assert table.ref_rate is not None
+    still = (np.linalg.norm(table.ref_rate, axis=1) < np.radians(0.1)) & (table.temperature_rate == 0.0)
+    return replace(rows_of(table, still), gyro=None)
+
+
+@pytest.mark.parametrize("seed", [302, 304, 306, 307])
+def test_a_unit_that_sat_crooked_in_one_power_on(seed: int) -> None:
+    table = rests(seed)
+    assert table.acc is not None
+    runs = np.unique(table.run)
+    run = int(runs[len(runs) // 2])
+    turned = table.acc + np.cross(np.radians([0.3, -0.4, 0.5]), table.acc)
+    found = diagnose(
+        replace(table, acc=np.where((table.run == run)[:, None], turned, table.acc)),
+        spec(),
+    )
+    assert [(s.hypothesis, s.value) for s in found.reference_suspects] == [("mixed_units", run)]
+    assert {r.run for r in found.rows_left_out} == {run}
+    assert not found.effects
+    assert not found.budget_exceeded
+    assert found.verdict == "explained"
+
+
+@pytest.mark.parametrize(("seed", "tails"), [(310, 0.0), (311, 2.5), (312, 2.5)])
+def test_no_power_on_of_a_plain_campaign_is_off(seed: int, tails: float) -> None:
+    found = diagnose(rests(seed, tails), spec())
+    assert not found.reference_suspects
+    assert found.kept is None
