@@ -144,6 +144,7 @@ def test_more_rows_than_are_judged_are_averaged_by_condition_and_thinned_by_powe
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     table = campaign(86)
+    monkeypatch.setattr(rows, "WHOLE", 200)
     monkeypatch.setattr(rows, "MOST_ROWS", 200)
     made = prepared(table)
     assert len(made.table) < 0.6 * len(table)
