@@ -31,6 +31,7 @@ from planner.plan.campaign_by_total import by_total
 from planner.plan.campaign_to_plan import plan_of
 from planner.plan.errors_to_points import point_menus
 from planner.plan.genetic_campaign import genetic_plan, told_above
+from planner.plan.genetic_settings import genetic_settings
 from planner.plan.observable_campaign import observable_campaign, refuse_what_no_campaign_observes
 from planner.plan.plan_to_schedule_figures import with_schedule_figures
 from planner.plan.repeats_to_schedule import campaign
@@ -42,7 +43,6 @@ from planner.plan.spec_to_sensitivity import sensitivities as sensitivities_of
 from planner.plan.spec_to_trajectory import aided, flight_path, trajectory_of
 from planner.plan.task import Task, extreme_allowances, planning_task, within_seconds
 from planner.plan.trade_off import trade_off
-from planner.solvers.genetic import GeneticSettings
 from planner.solvers.one_thread import one_thread
 from planner.spec.height_aid import unaided
 from planner.spec.load import LoadedSpec
@@ -136,7 +136,7 @@ def _published(loaded: LoadedSpec, navigation: Navigation, progress: Progress, d
         progress("genetic algorithm beside the exact campaign")
         late = deadline.stops(BESIDE, "the genetic campaign")
         above = told_above(chosen.objective, spec.plan.genetic.generations, progress)
-        genetic = genetic_plan(task, chosen, rule, _settings(spec, late), spec.plan.seed, above)
+        genetic = genetic_plan(task, chosen, rule, genetic_settings(spec, late), spec.plan.seed, above)
     progress("the same with waiting and batches in sight")
     chosen = observable_campaign(task, by_total(within_seconds(task, deadline.left), chosen))
     if not deadline.over(BESIDE, "what the limits cost as a percentile"):
@@ -340,7 +340,7 @@ def _allowed(
         {a.error: a.unit for a in smallest},
         {a.error: a.allowed for a in smallest},
         {a.error: a.allowed for a in largest},
-        _settings(spec, late),
+        genetic_settings(spec, late),
         spec.plan.seed,
     )
 
@@ -357,7 +357,7 @@ def _allowed_in_flight(
     units = {model.name: model.unit for model in navigation.models}
     constraints = in_sizes(navigation.constraints, spec)
     return allowed_errors(
-        constraints, [*smallest], units, smallest, largest, _settings(spec, late), spec.plan.seed
+        constraints, [*smallest], units, smallest, largest, genetic_settings(spec, late), spec.plan.seed
     )
 
 
@@ -377,21 +377,6 @@ def _allowed_or_why_not(
         return None, [
             "no region of allowed errors: the requirements mix rules, and sums of parts exceed them"
         ]
-
-
-def _settings(spec: Spec, late: Callable[[], bool] = never) -> GeneticSettings:
-    genetic = spec.plan.genetic
-    return GeneticSettings(
-        individuals=genetic.individuals,
-        best=genetic.best,
-        crossover=genetic.crossover,
-        mutation=genetic.mutation,
-        generations=genetic.generations,
-        bits=genetic.bits,
-        patience=genetic.patience,
-        tolerance=genetic.tolerance,
-        late=late,
-    )
 
 
 def _notes(loaded: LoadedSpec, navigation: Navigation) -> list[str]:

@@ -132,12 +132,12 @@ def test_the_bits_of_a_gene_are_the_users(bits):
 
 
 def test_every_published_parameter_is_a_key_of_the_spec():
-    from planner.pipelines.planning import _settings
+    from planner.plan.genetic_settings import genetic_settings
     from tests.specs import loaded, small, with_plan
 
     genetic = {
         "individuals": 64, "best": 8, "crossover": 0.6, "mutation": 0.02, "generations": 9, "bits": 8,
         "patience": 5, "tolerance": 1e-3,
     }  # fmt: skip
-    found = _settings(loaded(with_plan(small(), genetic=genetic)).spec)
+    found = genetic_settings(loaded(with_plan(small(), genetic=genetic)).spec)
     assert {key: getattr(found, key) for key in genetic} == genetic
