@@ -29,6 +29,7 @@ LEAST = 30  # th part of them at each temperature
 NOTABLE = 0.01  # of the mean square: what smaller parts lack of a Gaussian goes with the square of this
 AT_ONCE = 4_000_000  # numbers
 SETTLED = 3e-4  # the last step of secants: what it leaves is a hundredth of it
+HALVED_TO = 1e-6  # where secants did not end
 LEFT_OUT = 1e-7  # of the largest principal variance
 TINY = 1e-12
 AWAY = 1.01  # times the guess: the second point of the first secant
@@ -176,7 +177,7 @@ def _root(missing: Callable[[float], float], near: float) -> float:
         low *= 0.9
     while missing(high) > 0.0:
         high *= 1.1
-    return float(brentq(missing, low, high, rtol=1e-6))
+    return float(brentq(missing, low, high, rtol=HALVED_TO))
 
 
 # ---------------------------------------------------------------- at any moment

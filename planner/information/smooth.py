@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.information.tables import nearest
+from planner.information.tables import last_of, nearest
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 from planner.solvers.kriging import kriging_weights
@@ -41,8 +41,7 @@ class Smooth:
     ) -> Array:
         """(a, B, X, K) of nodes (B, K) with covariance (a, B, K, K) at temperatures (X,); infinite: none."""
         there = np.isfinite(nodes)
-        last = np.max(nodes, axis=1, initial=-np.inf, where=there)[:, None]
-        ends = np.minimum(nodes[:, :1], self.low), np.maximum(last, self.high)
+        ends = np.minimum(nodes[:, :1], self.low), np.maximum(last_of(nodes), self.high)
         # nodes that several visits share lie between theirs, kelvins apart at most
         own, read = nearest(self.points, nodes), nearest(self.points, np.clip(temperature_degc, *ends))
         M = self.prior[error]

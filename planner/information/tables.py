@@ -18,10 +18,8 @@ def hats_of(temperature_degc: Array, nodes: Array) -> Array:
     t = np.broadcast_to(temperature_degc, (B, np.shape(temperature_degc)[-1]))
     if N == 1:
         return np.ones((*t.shape, 1))
-    there = np.isfinite(nodes)
-    last = np.max(nodes, axis=1, initial=-np.inf, where=there)[:, None]
-    t = np.clip(t, nodes[:, :1] - REACH_K, last + REACH_K)
-    spare = np.maximum(there.sum(axis=1) - 2, 0)[:, None]
+    t = np.clip(t, nodes[:, :1] - REACH_K, last_of(nodes) + REACH_K)
+    spare = np.maximum(np.isfinite(nodes).sum(axis=1) - 2, 0)[:, None]
     left = np.clip((nodes[:, None, :] <= t[:, :, None]).sum(axis=2) - 1, 0, spare)
     low, high = np.take_along_axis(nodes, left, 1), np.take_along_axis(nodes, left + 1, 1)
     share = (t - low) / (high - low)  # a single node's next one is infinite: nothing
@@ -29,6 +27,11 @@ def hats_of(temperature_degc: Array, nodes: Array) -> Array:
     np.put_along_axis(found, left[:, :, None], 1.0 - share[:, :, None], 2)
     np.put_along_axis(found, left[:, :, None] + 1, share[:, :, None], 2)
     return found
+
+
+def last_of(nodes: Array) -> Array:
+    """(B, 1) the hottest of nodes (B, N), ascending, infinite where there are no more."""
+    return np.asarray(np.max(nodes, axis=1, initial=-np.inf, where=np.isfinite(nodes))[:, None])
 
 
 def nearest(points: Array, degc: Array) -> NDArray[np.intp]:
