@@ -91,8 +91,10 @@ def foreseen_of(flight: Flight, made: Campaign, draws: int = FLIGHTS) -> Foresee
 
 def _kinds(made: Campaign) -> Kinds:
     """Every power-on of the campaign as a kind of its own."""
-    degc = made.runs.conditions.temperature_degc[made.runs.starts]
-    kinds = tuple(Kind("", round(float(t), 6)) for t in degc)
+    runs = made.runs
+    degc = np.round(runs.conditions.temperature_degc[runs.starts], 6)
+    bench = [""] * len(degc) if runs.bench is None else runs.bench[runs.starts]
+    kinds = tuple(Kind("", float(t), str(b)) for t, b in zip(degc, bench, strict=True))
     return Kinds(kinds, tuple(map(channel_kinds, made.channels.values())))
 
 
@@ -107,11 +109,12 @@ def laid_out(flight: Flight, visits: Sequence[TestVisits]) -> tuple[Step, ...]:
 def _quantiles(flight: Flight, promise: Promise, counts: Array, k: int, draws: int) -> list[float]:
     """Of one requirement for every family, with the curves drawn; infinite where one is undetermined."""
     a, found = promise.asked[k], list[float]()
-    left, undetermined = replace(promise, families={"": {}}).covariance(counts, k)
+    left, undetermined = promise.without_curves().covariance(counts, k)
     if undetermined[0]:
         return [np.inf] * len(promise.families)
-    parts, rest = promise.through_curves(counts[0], k), left[0, 0]
-    for name, moments in promise.families.items():
+    parts = promise.through_curves(counts[0], k)
+    without = np.broadcast_to(left[0], (len(promise.families), *left.shape[2:]))
+    for (name, moments), rest in zip(promise.families.items(), without, strict=True):
 
         def pool(error: tuple[Sensor, str], family: str = name) -> NDArray[np.float32]:
             return flight.curves.pool(family, error, promise.points)

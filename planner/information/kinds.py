@@ -30,10 +30,11 @@ from planner.spec.model import Spec
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of power-on: a repeat of a test at a temperature."""
+    """One kind of power-on: a repeat of a test at a temperature. bench: "" where nobody says it"""
 
     test: str
     temperature_degc: float
+    bench: str = ""
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,7 @@ def kinds_of(spec: Spec, offered: Sequence[tuple[str, Sequence[float]]]) -> Kind
     for test, temperatures in offered:
         one = repeat_records(spec, test)
         if one is not None:
-            kinds += [Kind(test, float(t)) for t in temperatures]
+            kinds += [Kind(test, float(t), spec.tests[test].bench) for t in temperatures]
             records += [one] * len(temperatures)
     runs = _runs(spec, kinds, records)
     made = campaign(spec, runs)
@@ -123,7 +124,6 @@ def kinds_of(spec: Spec, offered: Sequence[tuple[str, Sequence[float]]]) -> Kind
 def _runs(spec: Spec, kinds: Sequence[Kind], records: Sequence[RepeatRecords]) -> PowerOns:
     sizes = [len(r.duration) for r in records]
     benches = list(spec.benches)
-    bench = [spec.tests[k.test].bench for k in kinds]
     parts = [
         replace(r.conditions, temperature_degc=np.full(n, k.temperature_degc))
         for k, r, n in zip(kinds, records, sizes, strict=True)
@@ -139,8 +139,8 @@ def _runs(spec: Spec, kinds: Sequence[Kind], records: Sequence[RepeatRecords]) -
         np.concatenate([r.duration for r in records]),
         np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64),
         np.ones(len(kinds)),
-        np.repeat(bench, sizes),
-        np.repeat([benches.index(b) + 1 for b in bench], sizes),
+        np.repeat([k.bench for k in kinds], sizes),
+        np.repeat([benches.index(k.bench) + 1 for k in kinds], sizes),
     )
 
 

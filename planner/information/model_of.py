@@ -14,6 +14,7 @@ from planner.campaign.out_of_range import out_of_range
 from planner.information.curves import Curves
 from planner.information.in_flight import SCENARIOS, Asked, asked
 from planner.information.kinds import Kinds, kinds_of
+from planner.information.misread import misread_of
 from planner.information.offers import Offers, offered, offers_of
 from planner.information.promise import Promise
 from planner.information.smooth import smooth_of
@@ -155,7 +156,8 @@ def promise_of(flight: Flight, kinds: Kinds, wanted: tuple[Asked, ...]) -> Promi
         if budget is not None and budget.systematic_size > 0.0 and error.effect not in flight.spec.effects
     }
     unread = {error: out_of_range(flight.spec, error) for error in budgets}
-    return Promise(kinds, wanted, flying, points, families, smooth, unbudgeted, constants, unread)
+    misread = misread_of(flight.spec, kinds, flight.curves)
+    return Promise(kinds, wanted, flying, points, families, smooth, unbudgeted, constants, unread, misread)
 
 
 def bare_promise(flight: Flight) -> Promise:

@@ -2,9 +2,9 @@
 
 Marginal sigmas of each error's largest term, root mean square over the flight's temperatures: the flight's
 own power-on and drift; `storage`, the walk in store after the campaign; `estimate`, what noise, references
-and the walk during the campaign leave of the coefficients as they are at its end, and the constants of errors
-that no effect is declared for; `temperature`, what tables miss of the curves. The covariance of all terms
-stands beside them.
+(a thermometer with what it makes of the curves) and the walk during the campaign leave of the coefficients as
+they are at its end, and the constants of errors that no effect is declared for; `temperature`, what tables
+miss of the curves. The covariance of all terms stands beside them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from planner.information.exact import Foreseen
 from planner.information.in_flight import Asked, collapsed, drawn_by_flights, drawn_in_flight
 from planner.information.model_of import Flight
 from planner.information.promise import Promise
-from planner.information.smooth import Moments
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying
@@ -46,9 +45,10 @@ def left_in_flight(flight: Flight, found: Foreseen, requirement: int) -> Left:
     a = promise.asked[requirement]
     weights = _weights(a)
     each = _each_term(a, len(promise.flying))
-    curves = promise.families[found.binding(requirement)]
+    family = found.binding(requirement)
     noise, whole = (
-        np.tensordot(weights, _left(promise, each, moments, found.counts), 1) for moments in ({}, curves)
+        np.tensordot(weights, _left(p, each, found.counts), 1)
+        for p in (promise.under(family, {}), promise.under(family))
     )
     own = {f: _own(flight, f, a, weights, found.days) for f in promise.flying}
     variances = {
@@ -86,7 +86,7 @@ def _above(whole: float, noise: float) -> float:
 def left_by_campaign(promise: Promise, counts: Array, requirement: int, family: str) -> Array:
     """(F,) variances of what counts (g,) leave of every term, the flight's own draws left out, SI²."""
     a = promise.asked[requirement]
-    left = _left(promise, _each_term(a, len(promise.flying)), promise.families[family], counts[None])
+    left = _left(promise.under(family), _each_term(a, len(promise.flying)), counts[None])
     return np.asarray(np.diagonal(np.tensordot(_weights(a), left, 1)))
 
 
@@ -102,9 +102,9 @@ def _weights(a: Asked) -> Array:
     return np.asarray(around / around.sum())
 
 
-def _left(promise: Promise, a: Asked, moments: Moments, counts: Array) -> Array:
-    """(S, F, F) what a campaign leaves of what is asked, under one family."""
-    covariance, _ = replace(promise, asked=(a,), families={"": moments}).covariance(counts, 0)
+def _left(promise: Promise, a: Asked, counts: Array) -> Array:
+    """(S, F, F) what a campaign leaves of what is asked, under the only family."""
+    covariance, _ = replace(promise, asked=(a,)).covariance(counts, 0)
     return np.asarray(covariance[0, 0])
 
 
@@ -152,8 +152,7 @@ def shares(flight: Flight, found: Foreseen, requirement: int) -> dict[str, float
     response, seen = collapsed(each, a.profile)
     S, n, c = len(seen), each.shape[1], J.shape[2]
     asked = replace(a, share=None, temperature_degc=seen, response=response, own=np.zeros((S, n, c, n, c)))
-    name = found.binding(requirement)
-    only = replace(promise, asked=(asked,), families={name: promise.families[name]})
+    only = replace(promise.under(found.binding(requirement)), asked=(asked,))
     left, _ = only.covariance(found.counts, 0)
     left = left[0, 0].reshape(S, n, c, n, c)
     own = drawn_by_flights(flight.spec, flight.response, each[:, :-1], a.profile, found.days)

@@ -11,7 +11,7 @@ campaign, `own` does not.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise, product
@@ -23,7 +23,9 @@ from planner.information.drawn import CurveWeights
 from planner.information.in_common import Common
 from planner.information.in_flight import Asked
 from planner.information.kinds import Kinds
+from planner.information.misread import Misread
 from planner.information.remembered import Remembered
+from planner.information.seen import Seen, each_start
 from planner.information.smooth import Moments, Smooth
 from planner.information.tables import nearest
 from planner.information.told import Alike, Told, alike, told
@@ -43,6 +45,7 @@ class Promise:
         but the fit's noise flies
     constants: (sensor, effect) -> variance of a term of an error that no effect is declared for, SI²
     unread: error -> terms that no temperature of use reaches
+    misread: what thermometers do to the curves; None: they are right
     """
 
     kinds: Kinds
@@ -54,6 +57,7 @@ class Promise:
     unbudgeted: frozenset[ErrorName] = frozenset()
     constants: Mapping[tuple[Sensor, str], float] = field(default_factory=dict)
     unread: Mapping[ErrorName, frozenset[str]] = field(default_factory=dict)
+    misread: Misread | None = None
     remembered: Remembered = field(default_factory=Remembered, init=False, repr=False, compare=False)
 
     def figures(self, counts: Array, families: Sequence[str] | None = None) -> Array:
@@ -140,7 +144,7 @@ class Promise:
         for k, f in enumerate(self.flying):
             J = view.response[:, :, k]
             if k not in read and f.error.parts in tabled and np.any(J):
-                found.append(CurveWeights(f.error.parts, place, _each_start(J, len(place))))
+                found.append(CurveWeights(f.error.parts, place, each_start(J, len(place))))
         return found
 
     def _blocks(self, a: Asked, whole: Sequence[Array]) -> Array:
@@ -151,6 +155,21 @@ class Promise:
         split = own.reshape(*own.shape[:3], instants, c, instants, c)
         return np.asarray(np.moveaxis(np.diagonal(split, axis1=3, axis2=5), -1, 3))
 
+    def without_curves(self) -> Promise:
+        """The same where tables miss nothing of the curves; what thermometers do to these is as it was.
+
+        One family by no name where thermometers are right: without curves all are alike.
+        """
+        return replace(
+            self, families={"": {}} if self.misread is None else {name: {} for name in self.families}
+        )
+
+    def under(self, family: str, moments: Moments | None = None) -> Promise:
+        """One family alone, with its second moments or others; by no name."""
+        known = self.families[family] if moments is None else moments
+        misread = None if self.misread is None else self.misread.under(family, "")
+        return replace(self, families={"": known}, misread=misread)
+
     def reads(self, error: ErrorName, term: str) -> bool:
         """Whether a term must be told: the unit has something of it, and flights read it."""
         return error not in self.unbudgeted and term not in self.unread.get(error, ())
@@ -159,6 +178,10 @@ class Promise:
         """(N, N) or 0 per family: of an error's curve, and of its constant where nothing is fitted of it."""
         constant = self.constants.get(error.parts, 0.0)
         return [constant + family.get(error.parts, 0.0) for family in self.families.values()]
+
+    def misread_of(self, error: ErrorName) -> list[Array | float]:
+        """(g, g) or 0 per family: of what thermometers make of an error's curve at the kinds' records."""
+        return [0.0] * len(self.families) if self.misread is None else self.misread.of(error.parts)
 
     @cached_property
     def _views(self) -> list[_View]:
@@ -206,17 +229,12 @@ def _view(promise: Promise, group: Sequence[Asked]) -> _View:
         for a, n in zip(group, sizes, strict=True)
     ]
     starts = max(map(len, flat))
-    response = np.concatenate([_each_start(J, starts) for J in flat], axis=1)
+    response = np.concatenate([each_start(J, starts) for J in flat], axis=1)
     degc = group[0].temperature_degc
     own = np.zeros((len(degc), ends[-1], ends[-1]))
     for a, n in zip(group, sizes, strict=True):
         own[:, rows[a.index], rows[a.index]] += a.own.reshape(len(degc), n, n)
     return _View(degc, response, rows, own)
-
-
-def _each_start(J: Array, starts: int) -> Array:
-    """Responses (S or 1, ...) at each of so many starts (S, ...)."""
-    return np.broadcast_to(J, (starts, *J.shape[1:]))
 
 
 def _alone(promise: Promise, view: _View) -> Array:
@@ -243,7 +261,7 @@ class _Group:
     flown: Mapping[int, NDArray[np.intp]]
     asked: tuple[int, ...]
     curved: tuple[int, ...]
-    seen_from: tuple[_Seen, ...]
+    seen_from: tuple[Seen, ...]
 
     def misses(self, found: Told) -> NDArray[np.bool_]:
         """(B,) whether a coefficient that the flight reads is undetermined."""
@@ -251,102 +269,13 @@ class _Group:
         return np.any(read, axis=0) if read else np.zeros(len(found.kinds), dtype=bool)
 
 
-@dataclass(frozen=True)
-class _Seen:
-    """A group of channels as one view sees it.
-
-    response: term -> (a, S or 1, ρ, m); moments: term -> (families, N, N)
-    of_kind: (g,), of_flight: (S, m) places among the points
-    smooth: term -> the error as which its table is read smoothly
-    """
-
-    temperature_degc: Array
-    response: Mapping[int, Array]
-    moments: Mapping[int, Array]
-    of_kind: NDArray[np.intp]
-    of_flight: NDArray[np.intp]
-    smooth: Mapping[int, tuple[Smooth, tuple[Sensor, str]]]
-
-    def left(self, found: Told, R: Array, families: Sequence[int]) -> Array:
-        """(B, families, S, ρ, ρ) what estimates leave, and what they make of the curves; R: of `reads`.
-
-        Σ_channels R (C + Σ_e G_e M_e G_eᵀ) Rᵀ − X − Xᵀ,   X = Σ_e R G_e M_e,flight J_eᵀ
-
-        All channels, errors and families of a campaign are one product: small ones take longer to call.
-        """
-        a, B, S, r, P = R.shape
-        V = found.covariance[:, :, None]
-        for i, M in self.moments.items():
-            G, k = found.gains[i][:, :, None], self.of_kind[found.kinds]
-            among = np.moveaxis(M[[*families]][:, k[:, :, None], k[:, None, :]], 0, 1)
-            V = V + G @ among @ np.swapaxes(G, -1, -2)
-        F = V.shape[2]
-        read = np.swapaxes(R.reshape(a, B, S * r, P), 2, 3)
-        Y = (V.reshape(a, B, F * P, P) @ read).reshape(a, B, F, P, S, r).transpose(1, 4, 0, 3, 2, 5)
-        X = np.ascontiguousarray(R.transpose(1, 2, 3, 0, 4)).reshape(B, S, r, a * P)
-        whole = X @ np.ascontiguousarray(Y).reshape(B, S, a * P, F * r)
-        whole = np.moveaxis(whole.reshape(B, S, r, F, r), 3, 1)
-        for i in self.moments:
-            across = self._across(found, R, i, families)
-            whole = whole - across - np.swapaxes(across, -1, -2)
-        return np.asarray(whole)
-
-    def _across(self, found: Told, R: Array, i: int, families: Sequence[int]) -> Array:
-        """(B, families, S, ρ, ρ) X of one error."""
-        a, B, S, _, P = R.shape
-        felt = self._in_flight[i][:, [*families]][self.of_kind[found.kinds]]  # (B, K, F, S m)
-        F = felt.shape[2]
-        seen = (found.gains[i] @ felt.reshape(*felt.shape[:2], -1)).reshape(a, B, P, F, S, -1)
-        each = np.ascontiguousarray(seen.transpose(0, 1, 4, 2, 3, 5)).reshape(a, B, S, P, -1)
-        u = (R @ each).reshape(*R.shape[:-1], F, -1)
-        J = self.response[i]
-        return np.asarray(np.einsum("absrfm,asqm->bfsrq", u, np.broadcast_to(J, (a, S, *J.shape[2:]))))
-
-    @cached_property
-    def _in_flight(self) -> dict[int, Array]:
-        """term -> (N, families, S m) moments of its curve between the points and the flight's places."""
-        flight = self.of_flight.ravel()
-        return {i: np.swapaxes(M[:, :, flight], 0, 1) for i, M in self.moments.items()}
-
-    def through_curves(
-        self, found: Told, flying: Sequence[Flying], flown: Mapping[int, NDArray[np.intp]]
-    ) -> Iterator[CurveWeights]:
-        """Of every curved term of every channel, for the only campaign that is told."""
-        R = self.reads(found)
-        used, which = np.unique(self.of_kind[found.kinds[0]], return_inverse=True)
-        together = np.eye(len(used))[which]  # repeats at one temperature see one value of a curve
-        places = np.concatenate(
-            [np.broadcast_to(used, (len(self.of_flight), len(used))), self.of_flight], axis=1
-        )
-        for i in self.moments:
-            gain = found.gains[i][:, 0, None]
-            seen = -(R[:, 0] @ (gain @ together))
-            for k, own, J in zip(flown[i], seen, self.response[i], strict=True):
-                weights = np.concatenate([own, _each_start(J, len(own))], axis=2)
-                yield CurveWeights(flying[int(k)].error.parts, places, weights)
-
-    def reads(self, found: Told) -> Array:
-        """(a, B, S, ρ, P) what d takes from the coefficients."""
-        S, m = self.temperature_degc.shape
-        hats = found.reads(self.temperature_degc.ravel())
-        a, B, P = found.covariance.shape[:3]
-        first = next(iter(self.response.values()))
-        R = np.zeros((a, B, S, first.shape[2], P))
-        for i, J in self.response.items():
-            if i >= len(hats):
-                continue  # nothing is fitted of it
-            h, nodes = hats[i], found.nodes[i]
-            if h is None or nodes is None:
-                R[..., found.places[i]] = J.sum(axis=3)[:, None, :, :, None]
-                continue
-            if i in self.smooth:
-                noise = found.covariance[:, :, found.places[i], found.places[i]]
-                smooth, error = self.smooth[i]
-                h = smooth.weights(error, self.temperature_degc.ravel(), nodes, noise)
-            each = h.reshape(*h.shape[:-2], S, m, -1)
-            R[..., found.places[i]] = sum(J[:, None, ..., k, None] * each[..., None, k, :] for k in range(m))
-        R *= ~found.undetermined[:, :, None, None]
-        return R
+def _per_term(terms: Mapping[int, Sequence[Array | float]], size: int) -> dict[int, Array]:
+    """term -> (families, size, size), of those of which some family has anything."""
+    return {
+        i: np.stack([np.broadcast_to(m, (size, size)) for m in each])
+        for i, each in terms.items()
+        if any(map(np.any, each))
+    }
 
 
 def _group(promise: Promise, g: Alike) -> _Group:
@@ -357,18 +286,18 @@ def _group(promise: Promise, g: Alike) -> _Group:
         each = [known.get((t[i].error, t[i].name, c.channel)) for c, t in zip(g.channels, terms, strict=True)]
         if all(k is not None for k in each):
             flown[i] = np.array(each, dtype=np.intp)
-    moments, N = {}, len(promise.points)
-    for i in flown:
-        each_family = promise.moments_of(terms[0][i].error)
-        if any(map(np.any, each_family)):
-            moments[i] = np.stack([np.broadcast_to(m, (N, N)) for m in each_family])
+    misread = _per_term({i: promise.misread_of(terms[0][i].error) for i in flown}, len(g.degc))
+    N = len(promise.points)
+    moments = _per_term({i: promise.moments_of(terms[0][i].error) for i in flown}, N)
+    moments |= {i: np.zeros((len(promise.families), N, N)) for i in misread if i not in moments}
     s, errors = promise.smooth, {i: terms[0][i].error.parts for i in flown if i < fitted}
     smooth = {} if s is None else {i: (s, error) for i, error in errors.items() if error in s.prior}
     seen = tuple(
-        _Seen(
+        Seen(
             v.temperature_degc,
             {i: np.moveaxis(v.response[:, :, f], 2, 0) for i, f in flown.items()},
             moments,
+            misread,
             promise.places(g.degc),
             promise.places(v.temperature_degc),
             smooth,

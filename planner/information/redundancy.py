@@ -31,7 +31,8 @@ def survives_any_loss(promise: Promise, counts: Array) -> bool:
         (*promise.kinds.kinds, *(promise.kinds.kinds[k] for k, _ in lost)),
         tuple(_without(c, lost) for c in promise.kinds.channels),
     )
-    return not np.any(replace(promise, kinds=kinds, families={"": {}}, smooth=None).left(tried)[1])
+    plain = replace(promise, kinds=kinds, families={"": {}}, smooth=None, misread=None)
+    return not np.any(plain.left(tried)[1])
 
 
 def _records(kinds: Kinds, kind: int) -> int:

@@ -34,7 +34,8 @@ class Estimates:
 
     noise: (P, P) covariance by runs, drift, white noise and references of the campaign
     constant: error -> (P, t) by one of its constants; curve: error -> (P, t, N) by its curve at each of the
-    temperatures degc (N,); slope: the same by its slope, one column for a kelvin of each thermometer's sigma
+    temperatures degc (N,); slope: the same by its slope on the bench of each thermometer that errs, with the
+    thermometer's sigma, K
     walk: error -> (P, t, D) by the walk on the days (D,)
     """
 
@@ -43,7 +44,7 @@ class Estimates:
     constant: Mapping[Error, Array]
     degc: Array
     curve: Mapping[Error, Array]
-    slope: Mapping[Error, Sequence[Array]]
+    slope: Mapping[Error, Sequence[tuple[float, Array]]]
     days: Array
     walk: Mapping[Error, Array]
 
@@ -73,7 +74,7 @@ def estimates(
         constant[error] = each.sum(axis=2)
         curve[error] = _summed(each, at, len(degc))
         slope[error] = [
-            sigma * _summed(each * rows, at, len(degc)) for sigma, rows in thermometers(records, spec)
+            (sigma, _summed(each * rows, at, len(degc))) for sigma, rows in thermometers(records, spec)
         ]
         walk[error] = _summed(each, on, len(days))
     return Estimates(tuple(every), noise, constant, degc, curve, slope, days, walk)

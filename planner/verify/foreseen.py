@@ -129,8 +129,9 @@ class Seen:
         """(R, R) of what thermometers do to the curves."""
         known, found = self.foresight.estimates, np.zeros(2 * (len(self.reads),))
         for error, moment in moments.items():
-            for one in known.slope[error]:
-                found += _through(np.swapaxes(_over(self.reads, one), 1, 2), moment.of_slopes(known.degc))
+            for sigma, one in known.slope[error]:
+                off = sigma**2 * moment.of_slopes(known.degc, sigma)
+                found += _through(np.swapaxes(_over(self.reads, one), 1, 2), off)
         return found
 
     def of_curves(self) -> dict[Error, Array]:

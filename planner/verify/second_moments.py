@@ -43,11 +43,13 @@ class Moment:
         """(k, l) of f at temperatures (k,) with f at others (l,)."""
         return self._mixed(self._ends(one), self._ends(other))
 
-    def of_slopes(self, degc: Array) -> Array:
-        """(k, k) of the slopes of f, per K²."""
-        left = self._left(degc)
-        each = 1.0 / (self.grid[left + 1] - self.grid[left])
-        ends = [(left, -each), (left + 1, each)]
+    def of_slopes(self, degc: Array, around: float) -> Array:
+        """(k, k) of the mean slopes of f between so many K below and above, per K²."""
+        ends = [
+            (place, sign / (2.0 * around) * weight)
+            for sign in (-1.0, 1.0)
+            for place, weight in self._ends(degc + sign * around)
+        ]
         return self._mixed(ends, ends)
 
     def _left(self, degc: Array) -> NDArray[np.intp]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -184,7 +185,7 @@ class Fleet:
         if family is not None:
             pool = family.draws(POOL, rng)
             curve = pool[rng.integers(POOL, size=B)] * rng.choice([-1.0, 1.0], (B, 1))
-            place = np.interp(t, family.grid, np.arange(len(family.grid)))
+            place = (t + self._warmer(made) - family.grid[0]) / np.diff(family.grid[:2])
             records += _between(curve, np.broadcast_to(place, (B, n)))
         if effect not in self.spec.effects:
             walk = walk + rng.uniform(-1.0, 1.0, B) * budget.systematic_size
@@ -193,6 +194,17 @@ class Fleet:
             if family is not None:
                 total += _between(curve, np.interp(along, family.grid, np.arange(len(family.grid))))
         return records, flown
+
+    def _warmer(self, made: Design) -> Array:
+        """(B, n) K that units are warmer than their bench's thermometer says: one draw a unit and bench."""
+        return np.asarray(
+            sum(off[:, None] * (made.bench == bench) for bench, off in self._thermometers.items())
+        )
+
+    @cached_property
+    def _thermometers(self) -> dict[str, Array]:
+        sigma = {name: b.accuracy.temperature if b.accuracy else 0.0 for name, b in self.spec.benches.items()}
+        return {name: s * self.rng.normal(size=self.units) if s else np.zeros(1) for name, s in sigma.items()}
 
     def _drift(self, budget: ErrorBudget, at: Array) -> Array:
         """(B, m) first-order Gauss-Markov from moment to moment."""

@@ -107,6 +107,24 @@ def test_what_is_promised_is_what_flies(trajectory: str, family: str) -> None:
     np.testing.assert_allclose(found.families[family], flown(flight, family), rtol=0.05)
 
 
+@pytest.mark.parametrize("family", ["kink", "cubic"])
+def test_a_thermometer_that_errs_misreads_the_curves(family: str) -> None:
+    """2 K off: every unknown curve is read that much further on, on all records of a bench alike.
+
+    By the slope of the curve: of waves that are hardly longer than the offset it would be up to 10 % wrong.
+    """
+    benches = tree("level")["benches"]
+    bench = benches["rate_table"] | {"accuracy": {"temperature": "2 K"}}
+    flight = cases.flight(tree("level", benches={"rate_table": bench}))
+    found = foreseen(flight, laid_out(flight, CAMPAIGN))
+    np.testing.assert_allclose(found.families[family], flown(flight, family), rtol=0.05)
+    _, right = promised("level")
+    assert np.all(np.array(found.families[family]) > 1.015 * np.array(right.families[family]))
+    every = Everything(flight)
+    quick = every.promise.figures(every.offers.counts(CAMPAIGN)[None])[0]
+    np.testing.assert_allclose(quick, found.promise.figures(found.counts)[0], rtol=0.01)
+
+
 def test_the_search_and_the_promise_see_the_same_flights() -> None:
     """The quick figure of a campaign of half a day, sixty days before the flight, is the exact one to 1 %.
 

@@ -11,7 +11,9 @@ import pytest
 
 import planner.campaign.noise
 import planner.information.curves
+import planner.information.model_of
 import planner.information.promise
+import planner.information.seen
 from planner.information import in_flight, told
 from planner.information.model_of import flight_of
 from planner.pipelines import planning
@@ -95,6 +97,19 @@ def test_references_that_err_and_noise_are_in_both(sound):
     assert not faults(one)
     larger, smaller = (p.document["families"]["kink"]["0"] for p in (one, sound))
     assert larger > 1.02 * smaller
+
+
+def test_what_a_thermometer_that_errs_makes_of_the_curves_is_in_both(monkeypatch):
+    """A chamber 2 K off reads every unknown curve 2 K further on; no number of repeats averages it."""
+    spec = by_hand()
+    bench = spec["benches"]["rate_table"]
+    spec["benches"] = {"rate_table": bench | {"accuracy": {"temperature": "2 K"}}}
+    one = planned_from(spec)
+    foreseen = prediction(one)
+    assert not faults_in(one.document, foreseen)
+    monkeypatch.setattr(planner.information.model_of, "misread_of", lambda *asked: None)
+    found = faults_in(planned_from(spec).document, foreseen)
+    assert {"families, cosines, requirement 0", "allowances, gyro.bias, estimate"} <= {*found}
 
 
 @pytest.mark.parametrize("inner", [25, 35, 45])
@@ -256,7 +271,7 @@ def test_what_curve_and_tables_have_in_common_dropped(sound, foreseen, monkeypat
         S, rho = R.shape[2], R.shape[3]
         return np.zeros((R.shape[1], len(families), S, rho, rho))
 
-    monkeypatch.setattr(planner.information.promise._Seen, "_across", alone)
+    monkeypatch.setattr(planner.information.seen.Seen, "_across", alone)
     assert "families, kink, requirement 1" in faults_by(sound, foreseen)
 
 
