@@ -40,6 +40,7 @@ from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS, Sensor
 from planner.spec.model import Spec
 
+AGAIN = 2  # searches, of what explains a channel instead of an effect that the fit leaves nothing of
 SURE = 5.0  # sigma, at which a variable is told although its effect is not
 LEAST_ROWS = 8  # a channel has about as many declared coefficients at one temperature
 
@@ -64,9 +65,7 @@ def diagnose(
     if lag is not None:
         data = prepared(ahead(table, lag.value), spec.unit)
         found = _searched(data, spec, seed, progress)
-    progress(f"{table.unit[0]}: fitting what was found with what is declared")
-    effects, said = found_effects(found, data, table, spec)
-    effects, spans, rest = told_from_zero(effects)
+    found, effects, said, spans, rest = _fitted(found, data, table, spec, seed, progress)
     names = list(dict.fromkeys(e.effect for e in effects))
     unnamed = [with_curve(u, s, data, table, spec, names) for s in found for u in _unknown(s)]
     unknown = [*unnamed, *rest]
@@ -99,6 +98,32 @@ def diagnose(
     )
 
 
+def _fitted(
+    found: list[SensorFound],
+    data: Prepared,
+    table: DwellTable,
+    spec: Spec,
+    seed: int,
+    progress: Callable[[str], None],
+) -> tuple[list[SensorFound], list[FoundEffect], list[str], list[Refused], list[Unknown]]:
+    """What was found, fitted with what is declared; where that leaves nothing of it, what explains it else.
+
+    The search saw something on that channel: "nothing is missing" is no answer to it.
+    """
+    refused, unsure = list[Refused](), list[Unknown]()
+    for again in range(AGAIN + 1):
+        progress(f"{table.unit[0]}: fitting what was found with what is declared")
+        effects, said = found_effects(found, data, table, spec)
+        effects, falls, rest = told_from_zero(effects)
+        refused, unsure = [*refused, *falls], [*unsure, *rest]
+        if not falls or again == AGAIN:
+            break
+        found = _searched(data, spec, seed, progress, refused)
+    told = {c for e in effects for c in e.channels}
+    told |= {c for s in found for u in _unknown(s) for c in u.channels}
+    return found, effects, said, refused, [u for u in unsure if told.isdisjoint(u.channels)]
+
+
 def _without_off(
     table: DwellTable, kept: NDArray[np.bool_], spec: Spec, seed: int, progress: Callable[[str], None]
 ) -> tuple[NDArray[np.bool_], list[RowLeftOut], Prepared, list[SensorFound]]:
@@ -115,13 +140,21 @@ def _without_off(
     return kept, off, data, found
 
 
-def _searched(data: Prepared, spec: Spec, seed: int, progress: Callable[[str], None]) -> list[SensorFound]:
-    """Every sensor that can be judged, searched."""
+def _searched(
+    data: Prepared,
+    spec: Spec,
+    seed: int,
+    progress: Callable[[str], None],
+    refused: Sequence[Refused] = (),
+) -> list[SensorFound]:
+    """Every sensor that can be judged, searched. refused: what is not asked again on its channels"""
     found, benches = [], [b.accuracy for b in spec.benches.values()]
     for sensor in SENSORS:
         if sensor in data.sensors:
             progress(f"{data.table.unit[0]}: searching the {sensor}s")
-            found.append(diagnose_sensor(data, sensor, tuple(spec.effects), seed, benches))
+            mine = {channel_name(sensor, a): a for a in range(3)}
+            fallen = {(r.effect, mine[c]) for r in refused for c in r.channels if c in mine}
+            found.append(diagnose_sensor(data, sensor, tuple(spec.effects), seed, benches, fallen))
     return found
 
 

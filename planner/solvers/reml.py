@@ -211,6 +211,33 @@ def restricted_loglik(sample: Sample, theta: Array) -> float:
     return _state(sample.left, sample.basis, sample.effects, theta).loglik
 
 
+def reml_roughly(sample: Sample, start: Array, settled: float) -> Array:
+    """θ (K,) from a start by the average information alone: to compare models whose likelihoods lie apart.
+
+    The search ends where a step gains less than `settled`; a component that is zero there may stay so.
+    """
+    size = sample.effects.mean_sizes()
+    total = float(np.sum(start * size))
+    part = Sample(sample.left / np.sqrt(total), sample.basis, sample.effects.scaled(1.0 / size), True)
+    theta, sought = np.asarray(start * size / total), sample.effects.free
+    states = _states([part], theta)
+    for _ in range(_MOST_STEPS):
+        new, better = _improved([part], theta, _step(theta, *_slope(states, False), sought), _total(states))
+        if better is None:
+            break
+        gained = _total(better) - _total(states)
+        theta, states = new, better
+        if gained < settled:
+            break
+    return np.asarray(theta * total / size)
+
+
+def loglik(sample: Sample, theta: Array) -> float:
+    """−½ (log|V| + yᵀPy) at θ, with the best coefficients: differences over θ and over X count."""
+    s = _state(sample.left, sample.basis, sample.effects, theta)
+    return s.loglik + 0.5 * float(np.linalg.slogdet(s.information)[1])
+
+
 def reml_information(sample: Sample, theta: Array) -> Array:
     """(K, K) expected information on all variances at θ, those at zero too."""
     size = sample.effects.mean_sizes()

@@ -105,13 +105,14 @@ def _temperature_rate(c: Channel, table: DwellTable) -> list[Array]:
 
 
 def _rate(c: Channel, table: DwellTable) -> list[Array]:
-    """Bins of the own rate, of its modulus in any direction, of the other axes' rates."""
+    """Bins of the own rate, of its modulus in any direction, of the other axes' rates; whether it turns."""
     if c.sensor != "gyro":
         return []
     rate = c.model.conditions.rate
     others = np.concatenate([_hats(rate[:, j], REST_RATE, 7) for j in range(3) if j != c.axis], axis=1)
-    own = _hats(c.u, REST_RATE, MOST_RATES)
-    return [own, _hats(np.linalg.norm(rate, axis=1), REST_RATE, MOST_RATES), others]
+    own, size = _hats(c.u, REST_RATE, MOST_RATES), np.linalg.norm(rate, axis=1)
+    turns = (size > REST_RATE).astype(float)[:, None]
+    return [own, _hats(size, REST_RATE, MOST_RATES), others, turns]
 
 
 def _orientation(c: Channel, table: DwellTable) -> list[Array]:

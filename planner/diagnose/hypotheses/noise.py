@@ -29,8 +29,10 @@ from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
 from planner.solvers.reml import (
     Sample,
     Variances,
+    loglik,
     reml_and_information,
     reml_information,
+    reml_roughly,
     reml_together,
     restricted_loglik,
 )
@@ -39,10 +41,12 @@ LEAST_RUNS = 20  # power-ons, from which their spread is a variance: 19 degrees 
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
 SETTLED = 1e-3  # of the log-likelihood: a decision needs no variance to less than 5 % of its error
+ROUGHLY = 1.0  # of it where columns are weighed, which must gain five times as much
 MOST_ROWS = 1000  # for the variances; more rows tell nothing that a campaign's decision needs
 ROUNDING = 1e-9  # of the largest reading: data without any noise still have this much
 WELL_KNOWN = 40.0  # degrees of freedom, from which a channel's own variance is as good as the triad's
 UNLIKE = 0.05  # p of the likelihood ratio, below which the channels of a triad are judged each for itself
+TOLD = 1e-5  # of a column's length that must be left beside a model, or it says nothing new
 TOLD_APART = 1e-9  # of the information, each variance in its own units: less is rounding
 MEDIAN = 0.67  # sigma: what a variance estimated as zero may well be, the middle of half a normal law
 
@@ -110,6 +114,62 @@ def channel_noise(readings: Readings) -> ChannelNoise:
     return _noise(judged, *_without_zeros([_own(judged)]))
 
 
+@dataclass(frozen=True)
+class Weighed:
+    """A channel's noise under some columns. loglik: of the rows at its variances, theta (K,)."""
+
+    judged: _Judged
+    theta: Array
+    loglik: float
+
+    @property
+    def columns(self) -> int:
+        """How many columns the model has."""
+        return int(self.judged.sample.basis.shape[1])
+
+    @property
+    def rows(self) -> int:
+        """How many rows were looked at."""
+        return len(self.judged.sample.y)
+
+    @property
+    def starts(self) -> NDArray[np.int64]:
+        """(g,) first of these rows of every power-on."""
+        return self.judged.sample.effects.starts
+
+    def white(self) -> tuple[Array, Array]:
+        """(n, p) the model's columns and (n,) the readings, whitened."""
+        sample = self.judged.sample
+        both = woodbury(sample.effects, self.theta).whiten(np.column_stack([sample.basis, sample.y]))
+        return both[:, :-1], both[:, -1]
+
+    def beside(self, block: Array) -> Weighed | None:
+        """The same with a block (n, k) more; None where the rows do not carry it."""
+        sample = self.judged.sample
+        rows, firsts = _chosen(self.judged.starts, len(block))
+        seen = block[rows]
+        left = clear(sample.basis, seen)
+        told = np.sum(left**2, axis=0) > TOLD**2 * np.sum(seen**2, axis=0)
+        basis = np.column_stack([sample.basis, orthonormal(left[:, told], TOLD)])
+        if len(rows) - basis.shape[1] < _least_freedom(firsts):
+            return None
+        return _weighed(replace(self.judged, sample=replace(sample, X=basis)), self.theta)
+
+
+def weighed(readings: Readings) -> Weighed | None:
+    """A channel under its own candidates; None where the rows tell no variance."""
+    judged = _judged(readings)
+    effects = judged.sample.effects
+    even = max(float(np.var(judged.sample.left)), judged.least[0]) / effects.count / effects.mean_sizes()
+    return _weighed(judged, np.maximum(even, judged.least))
+
+
+def _weighed(j: _Judged, start: Array) -> Weighed | None:
+    theta = np.maximum(reml_roughly(j.sample, start, ROUGHLY), j.least)
+    found = loglik(j.sample, theta)
+    return Weighed(j, theta, found) if np.isfinite(found) else None
+
+
 def _noise(j: _Judged, v: Variances) -> ChannelNoise:
     return ChannelNoise(woodbury(j.effects, v.theta), v, j.components, j.fixed, j.starts)
 
@@ -140,12 +200,16 @@ def _judged(given: Readings) -> _Judged:
     effects = _effects(starts, diagonals, slopes)
     rows, firsts = _chosen(starts, len(c.r))
     part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows])
-    basis = factors(np.column_stack([c.J, given.candidates, fixed])[rows], 1e-5).basis
-    if len(rows) - basis.shape[1] < max(10, len(firsts) // 4):
+    basis = factors(np.column_stack([c.J, given.candidates, fixed])[rows], TOLD).basis
+    if len(rows) - basis.shape[1] < _least_freedom(firsts):
         basis = factors(c.J[rows], 1e-7).basis
     least = np.zeros(effects.count)
     least[0] = (ROUNDING * float(np.abs(c.y).max(initial=1e-30))) ** 2
     return _Judged(Sample(c.r[rows], basis, part, True), effects, (*diagonals, *slopes), fixed, starts, least)
+
+
+def _least_freedom(starts: NDArray[np.int64]) -> int:
+    return max(10, len(starts) // 4)
 
 
 def _own(j: _Judged) -> Variances:

@@ -33,8 +33,12 @@ def coarse(blocks: Sequence[Block], axis: int) -> list[Array]:
     return kept
 
 
-def of_the_full_model(blocks: Sequence[Block], axis: int, rows: int, runs: int) -> list[Array]:
+def of_the_full_model(
+    blocks: Sequence[Block], axis: int, rows: int, runs: int
+) -> tuple[list[Array], list[Array]]:
     """Columns under which the noise is judged: every candidate, but few of those that tell power-ons apart.
+
+    And the blocks without a name that stay out.
 
     Thirty power-ons under sixteen steps and as many days would leave nothing to tell run-to-run by, and where
     all columns together are too many for the rows those without a name stay out.
@@ -47,7 +51,8 @@ def of_the_full_model(blocks: Sequence[Block], axis: int, rows: int, runs: int) 
     thin = steps[:: -(-len(steps) // most)] if steps else []
     single = [b for b in mine if not _steps_between_runs(b)]
     kept = [b for b in single if not (b.name == "day" and b.columns[axis].shape[1] > most)]
-    return [b.columns[axis] for b in (*kept, *thin)]
+    out = [b for b in whole if wide and b.generic]
+    return [b.columns[axis] for b in (*kept, *thin)], [b.columns[axis] for b in out]
 
 
 def _steps_between_runs(block: Block) -> bool:

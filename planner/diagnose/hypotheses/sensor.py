@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from planner.diagnose.hypotheses.estimates import Shape, estimates, shape_of
 from planner.diagnose.hypotheses.far_rows import far_rows, scale_scatter
 from planner.diagnose.hypotheses.found import Found, Question, on
 from planner.diagnose.hypotheses.generic import VARIES_WITH
+from planner.diagnose.hypotheses.hidden_columns import with_what_hides
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
 from planner.diagnose.hypotheses.noise import LEAST_RUNS, Readings, triad_noise
 from planner.diagnose.hypotheses.noise_columns import coarse, of_the_full_model
@@ -48,6 +49,8 @@ STRONG = 60.0  # sigma; products are about 1 % of an effect
 AGAIN = 2  # searches more: with what was found strong, and with what was strong beside that
 DRIVEN = 0.5  # of what tells an effect that multiplies an input, that records with such an input must tell
 SEGMENTS = 40  # that change sign together where there are too few power-ons
+
+Fallen = Set[tuple[str, int]]
 
 
 @dataclass(frozen=True)
@@ -84,22 +87,24 @@ def diagnose_sensor(
     declared: tuple[str, ...],
     seed: int,
     benches: Sequence[BenchAccuracy] = (),
+    fallen: Fallen = frozenset(),
 ) -> SensorFound:
     """Search one sensor of a prepared table; again where what was found is so strong that products count,
 
     and again without what cannot be. benches: how well the spec says that the references are known
+    fallen: (effect, axis) of which the fit of all coefficients left nothing
     """
     strong: tuple[str, ...] = ()
     impossible: tuple[str, ...] = ()
     with one_thread():
-        s = _searched(data, sensor, declared, strong, impossible, seed, benches)
+        s = _searched(data, sensor, declared, strong, impossible, seed, benches, fallen)
         for _ in range(AGAIN):
             now, cannot = _strong(s.found), _impossible(s.found)
             if set(now) <= set(strong) and not cannot:
                 break
             impossible = (*impossible, *cannot)
             strong = tuple(n for n in dict.fromkeys((*strong, *now)) if n not in impossible)
-            s = _searched(data, sensor, declared, strong, impossible, seed, benches)
+            s = _searched(data, sensor, declared, strong, impossible, seed, benches, fallen)
     return replace(s, impossible=impossible)
 
 
@@ -132,8 +137,9 @@ def _searched(
     impossible: tuple[str, ...],
     seed: int,
     benches: Sequence[BenchAccuracy],
+    fallen: Fallen,
 ) -> SensorFound:
-    b = begin(data, sensor, declared, strong, impossible, benches)
+    b = begin(data, sensor, declared, strong, impossible, benches, fallen)
     signs = np.random.default_rng([seed, 17]).choice([-1.0, 1.0], size=(FLIPS, len(b.cuts)))
     shown = {name: ranges(e, data.table) for name, e in catalog.effects().items() if e.parameters}
 
@@ -182,6 +188,7 @@ def begin(
     strong: tuple[str, ...] = (),
     impossible: tuple[str, ...] = (),
     benches: Sequence[BenchAccuracy] = (),
+    fallen: Fallen = frozenset(),
 ) -> Begun:
     """The declared fit taken off every channel, its noise judged, all candidates whitened by it."""
     table = data.table
@@ -194,6 +201,7 @@ def begin(
     mine = tuple(with_read_temperature(c, data.starts) for c in whole)
     library = library_blocks(mine, table, (*plain_names(declared, sensor), *impossible), sensor)
     library += [b for b in reference_blocks(mine, table, sensor, benches) if b.name not in impossible]
+    library = [b for b in library if fallen.isdisjoint((b.name, a) for a in b.columns)]
     blocks = [*library, *generic_blocks(mine, table, sensor)]
     triad, far, sizes = _readings(data, mine, blocks)
     state = _whitened(triad)
@@ -209,13 +217,14 @@ def _readings(
     cells = cells_of(data.table.conditions())
     triad, far, sizes = [], {}, {}
     for c in channels:
-        full = of_the_full_model(blocks, c.axis, len(c.r), len(data.starts))
+        full, unnamed = of_the_full_model(blocks, c.axis, len(c.r), len(data.starts))
         few = np.column_stack([nothing, *coarse(blocks, c.axis)])
         off = far_rows(c, few, data.starts, data.table.duration, cells, scale_scatter(data.unit, c))
         far[c.axis], sizes[c.axis] = off.rows, off.size
         weights = np.where(off.rows, FAR_WEIGHT, 1.0)
         candidates = np.column_stack([nothing, *full])
-        triad.append(Readings(c, data.starts, data.table.duration, candidates, weights))
+        plain = Readings(c, data.starts, data.table.duration, candidates, weights)
+        triad.append(with_what_hides(plain, unnamed))
     return triad, far, sizes
 
 

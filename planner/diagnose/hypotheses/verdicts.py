@@ -62,7 +62,7 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
     if a_few_records_explain(found, b):
         return Veto(b, "a few records, each off by itself, explain it as well")
     least_gain = OF_A_TABLE * score(here, [b]).delta if is_table(found, b) else 0.0
-    if not here.blocks[b].generic and len(told) >= LEAST_RUNS and _gain(gram, h) <= least_gain:
+    if not here.blocks[b].generic and len(told) >= LEAST_RUNS and predicted(gram, h) <= least_gain:
         return Veto(b, "it does not predict power-ons that its fit has not seen")
     return None
 
@@ -140,8 +140,11 @@ def _scatter(gram: Array, h: Array) -> float:
     return float(2.0 * student_tail(t, effective - 1.0))
 
 
-def _gain(gram: Array, h: Array) -> float:
-    """How much less is left of the folds' squares when the other folds' coefficients are taken off."""
+def predicted(gram: Array, h: Array) -> float:
+    """How much less is left of the folds' squares when the other folds' coefficients are taken off.
+
+    gram: (g, k, k) CᵀC and h: (g, k) Cᵀz of every power-on
+    """
     fold = np.arange(len(gram)) % min(FOLDS, len(gram))
     G, H = gram.sum(axis=0), h.sum(axis=0)
     total = 0.0

@@ -95,6 +95,17 @@ NAMELESS: dict[str, tuple[tuple[str, ...], Shape, tuple[str, ...]]] = {
         lambda b, u, c, rng: u[:, c] * np.exp(-b.time_on / rng.uniform(200.0, 500.0)),
         ("time_on_and_rate", "time_on_and_specific_force"),
     ),
+    "asymmetry over temperature": (
+        ("gyro",),
+        lambda b, u, c, rng: (b.temperature - 20.0) / 60.0 * np.abs(u[:, c]),
+        ("temperature_and_rate",),
+    ),
+    "scale factor from day to day": (
+        ("gyro", "acc"),
+        lambda b, u, c, rng: u[:, c] * (b.day > np.quantile(np.unique(b.day), 0.5)),
+        ("day_and_rate", "day_and_specific_force"),
+    ),
+    "turning or not": (("gyro",), lambda b, u, c, rng: b.turns.astype(float), ("rate",)),
     "one face": (
         ("gyro", "acc"),
         lambda b, u, c, rng: ((b.up[:, c] < -0.9) & ~b.turns).astype(float),

@@ -1,0 +1,37 @@
+"""What has no name is no noise: few rows carry no more than the candidates that have one."""
+
+from __future__ import annotations
+
+import pytest
+
+from planner.diagnose.dwells_to_diagnosis import diagnose
+from tests.diagnose.labs.shapes import Hidden
+from tests.diagnose.labs.unit import campaign
+from tests.specs import shipped
+
+SPEC = shipped("small_uav").spec
+STRENGTH = 20.0
+
+
+@pytest.mark.parametrize("seed", [70203, 70205])
+def test_what_hides_along_a_variable_without_a_name_does_not_count_as_noise(seed: int) -> None:
+    """It was judged at 9 to 10 sigma where it was seen at all: the share of the rate in the noise had it."""
+    channel = "xyz"[seed % 3]
+    table, _ = campaign(seed, Hidden("asymmetry over temperature", f"gyro_{channel}", STRENGTH))
+    found = diagnose(table, SPEC)
+    assert not found.effects
+    assert [(u.varies_with, u.channels) for u in found.unknown] == [
+        ("temperature_and_rate", (f"gyro_{channel}",))
+    ]
+    assert found.unknown[0].strength == pytest.approx(STRENGTH, rel=0.25)
+
+
+@pytest.mark.parametrize("seed", [70200, 70204])
+def test_where_a_name_does_not_stand_in_the_fit_something_else_is_looked_for(seed: int) -> None:
+    """An offset of all turns: its hysteresis had intervals around zero, and "nothing is missing" was said."""
+    channel = f"gyro_{'xyz'[seed % 3]}"
+    table, _ = campaign(seed, Hidden("turning or not", channel, STRENGTH))
+    found = diagnose(table, SPEC)
+    assert any(r.effect == "hysteresis" and r.channels == (channel,) for r in found.refused)
+    assert {c for one in (*found.effects, *found.unknown) for c in one.channels} == {channel}
+    assert found.verdict != "clean"
