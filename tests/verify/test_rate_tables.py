@@ -9,7 +9,6 @@ from planner.pipelines.promise import FlightOptions, verify
 from tests.specs import small
 from tests.verify.plans import Planned, planned_from
 
-
 NODES = (-60.0, -20.0, 0.0, 20.0, 40.0, 60.0)  # degC, of the tables
 
 
