@@ -379,10 +379,9 @@ def _lower(least: Array, values: Array, c: Contrast) -> None:
 
     Below the largest Δ of the table that is no rarer than any of them already is, nothing is to be looked up.
     """
-    top = float(values.max(initial=0.0))
-    if top <= 0.0:
+    grid = GRID * float(values.max(initial=0.0))
+    if grid[-1] <= 0.0:
         return
-    grid = GRID * top
     table = log_p(grid, c.m, c.freedom, c.s2)
     rare = values > grid[table >= least.max()][-1]  # of Δ = 0 log p is 0, and no smaller one is larger
     least[rare] = np.minimum(least[rare], np.interp(values[rare], grid, table))
