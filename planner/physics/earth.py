@@ -48,7 +48,11 @@ def gravity(latitude: Scalars, altitude: Scalars) -> Array:
     formula of TR8350.2 (eq 4-3) the gradient differs by less than 0.7 % near the ground, that is by less than
     0.07 % of any position error after 600 s.
     """
-    sin2 = np.sin(latitude) ** 2
+    return _gravity(np.asarray(np.sin(latitude) ** 2), altitude)
+
+
+def _gravity(sin2: Array, altitude: Scalars) -> Array:
+    """The same by sin²φ."""
     surface = GRAVITY_EQUATOR_MPS2 * (1.0 + _SOMIGLIANA * sin2) / np.sqrt(1.0 - ECCENTRICITY_SQUARED * sin2)
     return np.asarray(surface * (1.0 - 2.0 * np.asarray(altitude, dtype=float) / SEMI_MAJOR_AXIS_M))
 
@@ -63,12 +67,14 @@ def gravitation(position: Array) -> Array:
     """The Earth's attraction alone (..., 3), m/s²: gravity less its centrifugal part, γ = g - Ω² (x, y, 0).
 
     position: (..., 3) m in any axes whose z is the Earth's axis, e or i alike; the result is in the same.
+    Flights ask for it at every step, so directions are taken by their sines and cosines, without an angle.
     """
-    latitude, longitude, altitude = ecef_to_lla(position)
-    g = gravity(latitude, altitude)
-    level = g * np.cos(latitude)
-    down = [-level * np.cos(longitude), -level * np.sin(longitude), -g * np.sin(latitude)]
-    return np.asarray(np.stack(down, axis=-1) - EARTH_RATE_RADPS**2 * position * np.array([1.0, 1.0, 0.0]))
+    x, y, z = position[..., 0], position[..., 1], position[..., 2]
+    distance = np.hypot(x, y)
+    sin, cos, altitude = _geodetic(distance, z)
+    g = _gravity(sin * sin, altitude)
+    outwards = EARTH_RATE_RADPS**2 + g * cos / np.where(distance > 0.0, distance, 1.0)
+    return np.stack([-outwards * x, -outwards * y, -g * sin], axis=-1)
 
 
 def earth_rate_ned(latitude: Scalars) -> Array:
@@ -106,23 +112,33 @@ def ecef_to_lla(position: Array) -> tuple[Array, Array, Array]:
     Source: B. R. Bowring, "Transformation from spatial to geographical coordinates", Survey Review 23 (1976).
     """
     r = np.asarray(position, dtype=float)
-    distance, z = np.hypot(r[..., 0], r[..., 1]), r[..., 2]
-    reduced = np.arctan2(z, distance * (1.0 - FLATTENING))
-    latitude = _bowring(reduced, distance, z)
-    latitude = _bowring(np.arctan2((1.0 - FLATTENING) * np.sin(latitude), np.cos(latitude)), distance, z)
-    sin, cos = np.sin(latitude), np.cos(latitude)
-    altitude = distance * cos + z * sin - SEMI_MAJOR_AXIS_M * np.sqrt(1.0 - ECCENTRICITY_SQUARED * sin**2)
-    return latitude, np.arctan2(r[..., 1], r[..., 0]), altitude
+    sin, cos, altitude = _geodetic(np.hypot(r[..., 0], r[..., 1]), r[..., 2])
+    return np.arctan2(sin, cos), np.arctan2(r[..., 1], r[..., 0]), altitude
 
 
-def _bowring(reduced: Array, distance: Array, z: Array) -> Array:
+def _geodetic(distance: Array, z: Array) -> tuple[Array, Array, Array]:
+    """Sine and cosine of the latitude, and altitude; distance: from the Earth's axis, m."""
+    sin, cos = _direction(z, distance * (1.0 - FLATTENING))  # of the reduced latitude
+    sin, cos = _bowring(sin, cos, distance, z)
+    sin, cos = _direction((1.0 - FLATTENING) * sin, cos)
+    sin, cos = _bowring(sin, cos, distance, z)
+    surface = SEMI_MAJOR_AXIS_M * np.sqrt(1.0 - ECCENTRICITY_SQUARED * sin * sin)
+    return sin, cos, np.asarray(distance * cos + z * sin - surface)
+
+
+def _bowring(sin: Array, cos: Array, distance: Array, z: Array) -> tuple[Array, Array]:
+    """Sine and cosine of the latitude by those of a reduced one."""
     second = ECCENTRICITY_SQUARED / (1.0 - ECCENTRICITY_SQUARED)
-    return np.asarray(
-        np.arctan2(
-            z + second * SEMI_MINOR_AXIS_M * np.sin(reduced) ** 3,
-            distance - ECCENTRICITY_SQUARED * SEMI_MAJOR_AXIS_M * np.cos(reduced) ** 3,
-        )
+    return _direction(
+        z + second * SEMI_MINOR_AXIS_M * sin * sin * sin,
+        distance - ECCENTRICITY_SQUARED * SEMI_MAJOR_AXIS_M * cos * cos * cos,
     )
+
+
+def _direction(up: Array, out: Array) -> tuple[Array, Array]:
+    """Sine and cosine of the angle whose tangent is up / out."""
+    length = np.hypot(up, out)
+    return np.asarray(up / length), np.asarray(out / length)
 
 
 def ecef_from_ned(latitude: Scalars, longitude: Scalars) -> Array:

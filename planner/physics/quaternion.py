@@ -11,9 +11,16 @@ import numpy as np
 from planner.physics.attitude import rotation_vector_from_dcm
 from planner.physics.earth import Array
 
+_FEW = 1500  # elements, up to which calls take longer than copies
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
+
 
 def cross(a: Array, b: Array) -> Array:
     """a × b, (3, ...)."""
+    if max(a.size, b.size) <= _FEW:
+        return np.asarray(
+            a.take(_NEXT, axis=0) * b.take(_LAST, axis=0) - a.take(_LAST, axis=0) * b.take(_NEXT, axis=0)
+        )
     result = np.empty(np.broadcast_shapes(a.shape, b.shape))
     for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
         np.multiply(a[j], b[k], out=result[i, ...])

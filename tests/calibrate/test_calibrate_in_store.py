@@ -194,7 +194,8 @@ def test_hand_held_gyros_carry_gravity_from_rest_to_rest(unit: int) -> None:
     assert np.abs(np.diag(fit.K) - 1.0).max() < 0.02
 
 
-@pytest.mark.parametrize("unit", range(5))
+@pytest.mark.parametrize("unit", [0])
+@pytest.mark.further("unit", range(1, 5))
 def test_samples_of_a_turn_carry_gravity_better_than_its_means(unit: int) -> None:
     path = recording(f"five_units_multi_position/imu{unit}.log", "every 10 ms of the turns between two rests")
     readings = np.loadtxt(path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -244,15 +245,17 @@ def test_an_unknown_method_is_refused_with_the_nearest() -> None:
 # ---------------------------------------------------------------- robust
 
 
+@cache
+def fitted(outliers: float, robust: str) -> Calibration:
+    """A campaign with a share of its rows far off, by a method."""
+    table = world.campaign(6, [], LAYOUT, world.Noise(outliers=outliers))
+    return by(method="temperature_tables", table=table, robust=robust)
+
+
 @pytest.mark.parametrize("robust", ["huber", "bisquare"])
 def test_outliers_are_resisted(robust: str) -> None:
     """Two rows in a hundred are 40 sigma off: the plain fit is thrown, the robust one is not."""
-    clean = world.campaign(6, [], LAYOUT)
-    spoiled = world.campaign(6, [], LAYOUT, world.Noise(outliers=0.02))
-    options = {"method": "temperature_tables"}
-    best, plain, sturdy = (
-        by(**options, table=t, robust=r) for t, r in ((clean, "no"), (spoiled, "no"), (spoiled, robust))
-    )
+    best, plain, sturdy = fitted(0.0, "no"), fitted(0.02, "no"), fitted(0.02, robust)
 
     def off(found: Calibration) -> float:
         pairs = zip(best.sensors[0].coefficients, found.sensors[0].coefficients, strict=True)

@@ -53,8 +53,9 @@ def test_twice_the_coefficients_cost_twice_and_half_the_interval_leaves_half():
 
 def test_effects_on_two_channels_add_as_vectors():
     one, other = (found_effect("g_sensitivity", f"gyro_{a}", VALUE, 1e-7) for a in "xz")
-    assert cost(one, other).before <= cost(one).before + cost(other).before + 1e-9
-    assert cost(one, other).after == pytest.approx(cost(one).after + cost(other).after)
+    first, second, both = cost(one), cost(other), cost(one, other)
+    assert both.before <= first.before + second.before + 1e-9
+    assert both.after == pytest.approx(first.after + second.after)
 
 
 def test_a_stricter_confidence_leaves_more_of_the_same_interval():

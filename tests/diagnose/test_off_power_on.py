@@ -30,7 +30,8 @@ def rests(seed: int, tails: float = 0.0) -> DwellTable:
     return replace(rows_of(table, still), gyro=None)
 
 
-@pytest.mark.parametrize("seed", [302, 304, 306, 307])
+@pytest.mark.parametrize("seed", [304])
+@pytest.mark.further("seed", [302, 306, 307])
 def test_a_unit_that_sat_crooked_in_one_power_on(seed: int) -> None:
     table = rests(seed)
     assert table.acc is not None

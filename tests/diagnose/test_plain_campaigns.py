@@ -21,7 +21,8 @@ from tests.diagnose.labs.unit import campaign
 from tests.specs import SHIPPED, loaded
 
 
-@pytest.mark.parametrize("seed", [6, 20, 42])
+@pytest.mark.parametrize("seed", [6])
+@pytest.mark.further("seed", [20, 42])
 def test_what_wanders_within_power_ons_is_no_effect(seed: int) -> None:
     """At 5.3 to 6.2 sigma of white noise it had been asymmetry or drift of an accelerometer."""
     unit = load_spec(SHIPPED / "small_uav.yaml")
@@ -83,7 +84,8 @@ def test_a_power_on_that_is_not_like_the_others_is_found_beside_a_faint_effect()
     assert np.all(np.array(said)[faint])
 
 
-@pytest.mark.parametrize("seed", [70038, 70077, 70088])
+@pytest.mark.parametrize("seed", [70038])
+@pytest.mark.further("seed", [70077, 70088])
 def test_no_lag_of_the_thermometer_where_there_is_none(seed: int) -> None:
     """It was a suspect at 4.1 to 5.7 sigma; in the first the channels said 2.9, 0 and .5 times its value."""
     kind = {"struck": 0.007} if seed == 70038 else {"tails": 2.5} if seed == 70077 else {}
@@ -120,7 +122,8 @@ def loaded_arm() -> LoadedSpec:
     return loaded(tree)
 
 
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", [3])
+@pytest.mark.further("seed", [4])
 @pytest.mark.parametrize(
     "hidden", ["g_squared_sensitivity=1.6e-4 deg/s/g^2", "gyro.arm_bending=3e-4 deg/g"], ids=["unit", "arm"]
 )

@@ -32,9 +32,9 @@ def found(made: Tree, effort: Literal["brief", "usual"] = "usual") -> Found:
 
 
 @cache
-def usual() -> Found:
-    """The campaign of `small` as it stands."""
-    return found(small())
+def brief() -> Found:
+    """The campaign of `small` as it stands, found with little effort."""
+    return found(small(), "brief")
 
 
 def kept(campaign: Found, bounded: bool = True) -> None:
@@ -100,7 +100,7 @@ def test_several_benches_with_chambers() -> None:
     made = small()
     made["benches"]["second"] = made["benches"]["rate_table"] | {"kind": "rate_table"}
     made["tests"]["rates"]["bench"] = "second"
-    kept(found(made))
+    kept(found(made, "brief"), bounded=False)
 
 
 @pytest.mark.parametrize(
@@ -108,9 +108,9 @@ def test_several_benches_with_chambers() -> None:
 )
 def test_units_and_shifts(more: Tree) -> None:
     """The campaign of one unit is the same; hours of work are those of its batch."""
-    made, alone = small(**more), usual()
+    made, alone = small(**more), brief()
     made["benches"]["rate_table"] |= {"units": 4, "attended": False}
-    kept(campaign := found(made))
+    kept(campaign := found(made, "brief"), bounded=False)
     assert campaign.visits == alone.visits
     assert campaign.cost == pytest.approx(alone.cost)
 
@@ -151,7 +151,8 @@ def test_one_record_among_many_is_no_node() -> None:
     np.testing.assert_allclose(quick, found.promise.figures(found.counts)[0].max(axis=0), rtol=0.01)
 
 
-@pytest.mark.parametrize("effect", ["ageing", "bias_step"])
+@pytest.mark.parametrize("effect", ["ageing"])
+@pytest.mark.further("effect", ["bias_step"])
 def test_what_only_days_tell_is_named_and_may_stay_whole(effect: str) -> None:
     """A campaign is planned as of one day; left out of `effects` the same budget stays whole."""
     made = small()

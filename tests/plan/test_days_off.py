@@ -20,7 +20,7 @@ from planner.report.subjects.plan_loads import moment
 from planner.report.subjects.plan_schedule import people_hours
 from planner.spec.days_off import days_off, days_off_between
 from planner.verify.recount import recount
-from tests.specs import loaded, planned, shared, small, with_limit, with_plan
+from tests.specs import loaded, planned_exactly, shared, small, with_limit, with_plan
 
 HOUR = 3600.0
 WORK = {"days": ["mon", "tue", "wed", "thu", "fri"], "from": "08:00", "to": "12:00"}
@@ -40,12 +40,12 @@ def spec(**shift: Any) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def made() -> Any:
-    return planned(spec(holidays=OFF))
+    return planned_exactly(spec(holidays=OFF))
 
 
 @pytest.fixture(scope="module")
 def document(made: Any) -> dict[str, Any]:
-    return plan_document(made.plan)
+    return plan_document(made)
 
 
 def at(seconds: float) -> datetime:
@@ -54,7 +54,7 @@ def at(seconds: float) -> datetime:
 
 def test_nobody_works_on_a_day_off(made):
     plan, off = (
-        made.plan,
+        made,
         {date(2026, 12, d) for d in (24, 25, 28, 29, 30, 31)} | {date(2027, 1, d) for d in (1, 6)},
     )
     days = {at(step.start_s).date() for step in plan.steps if step.attended}
@@ -70,13 +70,13 @@ def test_nobody_works_on_a_day_off(made):
 
 
 def test_days_off_lengthen_a_campaign_that_meets_them_and_no_other(made):
-    plain = planned(spec()).plan
-    late = planned(spec(holidays=["2027-02-01..2027-02-05"])).plan
+    plain = planned_exactly(spec())
+    late = planned_exactly(spec(holidays=["2027-02-01..2027-02-05"]))
     assert plain.time_s == late.time_s
     # the fifth day of work is 7 January instead of 28 December
-    assert made.plan.time_s - plain.time_s == 10 * 24 * HOUR
+    assert made.time_s - plain.time_s == 10 * 24 * HOUR
     assert [s.id for s in plain.steps if s.action == "record"] == [
-        s.id for s in made.plan.steps if s.action == "record"
+        s.id for s in made.steps if s.action == "record"
     ]
 
 
@@ -87,19 +87,19 @@ def test_the_recount_knows_them_by_itself(document):
     assert faults(document) == []
     forgotten = document | {"days_off": document["days_off"][1:]}
     assert any("days_off" in fault for fault in faults(forgotten))
-    worked = planned(spec()).plan  # the same steps at hours at which nobody is there
+    worked = planned_exactly(spec())  # the same steps at hours at which nobody is there
     assert faults(document | {"steps": plan_document(worked)["steps"]})
 
 
 @pytest.mark.charts
 def test_pages_name_dates_and_days_off(made):
-    words = people_hours(made.plan)
+    words = people_hours(made)
     assert "begins tue 08:00, 2026-12-22" in words
     assert "2026-12-24, 2026-12-25 (Christmas Day)" in words
     assert "2027-03-29" not in words  # Easter Monday, long after it
-    last = made.plan.steps[-1]
-    assert moment(made.plan, last.end_s).startswith(f"{at(last.end_s):%Y-%m-%d} ")
-    assert "23.12." in campaign_picture(made.plan).svg
+    last = made.steps[-1]
+    assert moment(made, last.end_s).startswith(f"{at(last.end_s):%Y-%m-%d} ")
+    assert "23.12." in campaign_picture(made).svg
 
 
 def test_a_calendar_holds_them_and_no_appointment_on_them(document):

@@ -57,9 +57,10 @@ def random_stops(rng: np.random.Generator, n: int) -> Stops:
     )
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0])
+@pytest.mark.further("seed", [1, 2])
 def test_no_order_under_shifts_is_home_earlier(seed):
-    """750 cases of up to six temperatures, every permutation of each."""
+    """250 cases a seed of up to six temperatures, every permutation of each."""
     rng, better = np.random.default_rng(seed), 0
     for _ in range(250):
         stops = random_stops(

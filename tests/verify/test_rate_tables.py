@@ -5,11 +5,11 @@ from __future__ import annotations
 import copy
 from typing import Any
 
-import pytest
-
 from planner.pipelines.promise import FlightOptions, verify
 from tests.specs import small
-from tests.verify.plans import planned_from
+from tests.verify.plans import Planned, planned_from
+
+NODES = (-60.0, -20.0, 0.0, 20.0, 40.0, 60.0)  # degC, of the tables
 
 
 def spec(effect: str) -> dict[str, Any]:
@@ -40,15 +40,26 @@ def spec(effect: str) -> dict[str, Any]:
     }
 
 
-@pytest.mark.parametrize("effect", ["temperature_rate_table", "temperature_rate_table_over_time"])
-def test_what_is_promised_of_a_rate_table_is_counted(effect: str) -> None:
+def test_what_is_promised_of_a_rate_table_is_counted() -> None:
     """Nodes that no record comes near are known to neither; the points of the front have their ramps."""
-    with_front = effect == "temperature_rate_table"
-    one = planned_from(spec(effect), with_genetic=with_front)
-    nodes = (-60.0, -20.0, 0.0, 20.0, 40.0, 60.0)
+    one = planned_from(spec("temperature_rate_table"), with_genetic=True)
     (ramps,) = (t["temperatures_degc"] for t in one.document["tests"] if t["test"] == "ramps")
-    assert all(min(abs(t - node) for t in ramps) < 32.0 for node in nodes)
+    assert all(min(abs(t - node) for t in ramps) < 32.0 for node in NODES)
+    assert counted(one)
+    assert "ramps" in [v["test"] for campaign in one.document["genetic"]["campaigns"] for v in campaign]
+
+
+def test_what_is_promised_of_a_rate_table_over_time_is_counted() -> None:
+    """By hand, at every node."""
+    degc = [f"{t:g} degC" for t in NODES]
+    made = spec("temperature_rate_table_over_time")
+    fixed = {test: {"temperatures": degc, "repeats": 2} for test in made["tests"]}
+    made["requirement"][0]["limit"] = "100 km"
+    assert counted(planned_from(made | {"plan": made["plan"] | {"fixed": fixed}}))
+
+
+def counted(one: Planned) -> bool:
+    """Whether verify counts what was planned."""
     found = verify(one.loaded, one.document, FlightOptions(flights=0), lambda message: None)
     assert found.recount.ok, found.recount.faults[:3]
-    if with_front:
-        assert "ramps" in [v["test"] for campaign in one.document["genetic"]["campaigns"] for v in campaign]
+    return found.recount.ok

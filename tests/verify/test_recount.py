@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import copy
 import math
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,11 +16,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import planner.verify
+from planner.nouns.trajectory import Trajectory
+from planner.protocols import Sensor
+from planner.verify import recount_navigation
 from planner.verify.experiment import experiment
 from planner.verify.lengths import length_quantile
 from planner.verify.prediction import Prediction
 from planner.verify.recount import Recount, is_by_information, recount
 from planner.verify.recount_promise import as_planned, check_promise
+from planner.verify.recount_sensitivities import Slopes, slopes_of
 from tests.specs import small
 from tests.verify.plans import SPECS, plan_of, planned_from, sealed_again
 
@@ -98,6 +103,22 @@ def is_little(document: dict[str, Any], place: tuple[Any, ...]) -> bool:
     every = np.abs(list(value_at(document, place[:-1]).values()))
     whole = np.linalg.norm(every) if "parts" in place else every.sum()
     return bool(abs(value_at(document, place)) < 0.1 * whole)
+
+
+@pytest.fixture(autouse=True)
+def _a_flight_is_integrated_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Edits of a plan leave its flight as it is: what is flown of a trajectory is the same at every count."""
+    monkeypatch.setattr(recount_navigation, "slopes_of", slopes_once)
+
+
+def slopes_once(trajectory: Trajectory, errors: Sequence[tuple[Sensor, str]], instants: np.ndarray) -> Slopes:
+    key = (id(trajectory), tuple(errors), instants.tobytes())
+    if key not in FLOWN:
+        FLOWN[key] = trajectory, slopes_of(trajectory, errors, instants)
+    return FLOWN[key][1]
+
+
+FLOWN: dict[tuple[int, tuple[tuple[Sensor, str], ...], bytes], tuple[Trajectory, Slopes]] = {}
 
 
 @cache

@@ -135,7 +135,7 @@ def test_a_worker_killed_in_the_middle_of_verify_changes_nothing(run, pools, mon
 
     (tmp_path / "spec.yaml").write_bytes(yaml.safe_dump(flown(), sort_keys=False).encode())
     (tmp_path / "plan.json").write_text(json.dumps(plan_of("flown").document))
-    chunks = ("--flights", 8 * CHUNK, "--workers", 2, "--through-files", 0)
+    chunks = ("--flights", 4 * CHUNK, "--workers", 2, "--through-files", 0)
     arguments = ("verify", "spec.yaml", "plan.json", *chunks, "--json", "-o")
     undisturbed = run(*arguments, "undisturbed")
     assert undisturbed.code in (0, 4), undisturbed.err  # kept, or not sure yet after so few flights

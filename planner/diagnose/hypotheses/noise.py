@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +74,7 @@ class ChannelNoise:
         """(n,) one sigma of a row about its run."""
         return np.asarray(np.sqrt(self.covariance.diagonal))
 
-    @property
+    @cached_property
     def relative_error(self) -> Array:
         """(K, K) covariance of the variances' estimates, relative to them; 0 for a variance that is zero."""
         size = np.outer(self.variances.theta, self.variances.theta)

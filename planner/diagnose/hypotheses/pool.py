@@ -322,14 +322,15 @@ def satterthwaite(pool: Pool, axes: Iterable[int], R: Array) -> float:
         stand = () if pool.taken is None else pool.taken.blocks
         A = pool.shares[axis].of(some, [b for b in stand if axis in pool.blocks[b].columns])
         mine = mine[some]
-        share = np.sum(mine * (A @ mine), axis=(1, 2))
+        share = np.einsum("sm,ksm->k", mine, A @ mine)
         spread += float(share @ pool.state[axis].noise.relative_error @ share)
-    return float(np.clip(2.0 / max(spread, 1e-12), 1.0, 1e6))
+    return min(max(2.0 / max(spread, 1e-12), 1.0), 1e6)
 
 
 def mean_square(pool: Pool, chosen: Sequence[int]) -> float:
     """Mean square of the remainder on the channels of some blocks: 1 when the noise model is right."""
-    return max(float(np.mean([pool.state[a].mean_square for a in _axes(pool, chosen)])), 1e-3)
+    axes = _axes(pool, chosen)
+    return max(sum(pool.state[a].mean_square for a in axes) / len(axes), 1e-3)
 
 
 def _axes(pool: Pool, chosen: Sequence[int]) -> list[int]:
@@ -368,18 +369,22 @@ def null_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Null:
     for b in tested:
         c = contrast(pool, [b])
         if c.m:
-            values = np.sum((H[:, c.k] @ c.root) ** 2, axis=1)
-            least = np.minimum(least, _log_p_of_many(values, c.m, c.freedom, c.s2))
+            seen = H[:, c.k] @ c.root
+            _lower(least, np.einsum("fm,fm->f", seen, seen), c)
     return Null(least, float(len({pool.blocks[b].key for b in tested})) if flips.few_runs else 1.0)
 
 
-def _log_p_of_many(values: Array, m: int, freedom: float, s2: float) -> Array:
-    """log p of very many Δ from a table: they only count which of them are rarer."""
-    top = float(values.max(initial=0.0))
-    if top <= 0.0:
-        return np.zeros_like(values)
-    grid = GRID * top
-    return np.interp(values, grid, log_p(grid, m, freedom, s2))
+def _lower(least: Array, values: Array, c: Contrast) -> None:
+    """`least` down to log p of very many Δ of a contrast, from a table: they only count which are rarer.
+
+    Below the largest Δ of the table that is no rarer than any of them already is, nothing is to be looked up.
+    """
+    grid = GRID * float(values.max(initial=0.0))
+    if grid[-1] <= 0.0:
+        return
+    table = log_p(grid, c.m, c.freedom, c.s2)
+    rare = values > grid[table >= least.max()][-1]  # of Δ = 0 log p is 0, and no smaller one is larger
+    least[rare] = np.minimum(least[rare], np.interp(values[rare], grid, table))
 
 
 def family_wise(found: float, null: Null) -> float:

@@ -9,7 +9,7 @@ import pytest
 
 from tests.diagnose.hypotheses.coverage import Campaign, hidden_together
 
-SEEDS = (0, 1, 2)
+SEEDS = (0, 1)
 
 
 @pytest.fixture(scope="module")
@@ -20,12 +20,12 @@ def campaigns() -> dict[str, list[Campaign]]:
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say(campaigns: dict[str, list[Campaign]]) -> None:
-    """18 intervals of 95 %: fewer than 15 hold it by chance in 1.1 % of such tests, were they independent."""
+    """12 intervals of 95 %: fewer than 10 hold it by chance in 2 % of such tests, were they independent."""
     held = [
         inside for several in campaigns.values() for c in several for inside in (c.covered or {}).values()
     ]
     assert len(held) == len(SEEDS) * (3 + 1 + 2)
-    assert sum(held) >= 15
+    assert sum(held) >= 10
 
 
 def test_a_coefficient_of_its_own_is_as_many_sigma_as_the_effect(

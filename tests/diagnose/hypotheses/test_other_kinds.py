@@ -61,7 +61,8 @@ def test_a_step_between_any_two_of_sixty_days_is_named_with_its_day() -> None:
     assert d.effects[0].nonlinear["day"] == pytest.approx(1.85, abs=0.1)  # power-ons are 0.05 days apart
 
 
-@pytest.mark.parametrize("strength", [12.0, 25.0])
+@pytest.mark.parametrize("strength", [12.0])
+@pytest.mark.further("strength", [25.0])
 def test_a_cubic_seen_by_a_centrifuge_is_no_unknown(strength: float) -> None:
     # the freedom of a noise that is nearly zero made F's tail so long that 27 sigma were not significant
     d = diagnosed(3, FEW, Hidden("scale_factor_nonlinearity", "gyro_z", strength))

@@ -29,7 +29,8 @@ def named(table: DwellTable) -> set[str]:
     return {e.effect for e in found.effects}
 
 
-@pytest.mark.parametrize("seed", [70002, 70015])
+@pytest.mark.parametrize("seed", [70015])
+@pytest.mark.further("seed", [70002])
 def test_a_coefficient_that_scatters_is_one_coefficient(seed: int) -> None:
     table, _ = campaign(seed)
     runs, place = np.unique(table.run, return_inverse=True)
@@ -37,7 +38,8 @@ def test_a_coefficient_that_scatters_is_one_coefficient(seed: int) -> None:
     assert named(ramped(seed, factor[place], table)) == {"temperature_rate"}
 
 
-@pytest.mark.parametrize("seed", [70002, 70012])
+@pytest.mark.parametrize("seed", [70012])
+@pytest.mark.further("seed", [70002])
 def test_a_table_stays_one(seed: int) -> None:
     """A slope that goes from 0.7 to 1.3 of its middle over the temperatures, the same in every power-on."""
     table, _ = campaign(seed)

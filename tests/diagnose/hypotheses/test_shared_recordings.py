@@ -7,6 +7,7 @@ sweep the temperature alone takes 95 % of the spread off gyro_y and acc_x, so it
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -45,6 +46,12 @@ def declared(effects: str) -> Spec:
     return spec_from_bytes(SPEC.replace("DECLARED", effects).encode(), Path("consumer.yaml")).spec
 
 
+@cache
+def accelerometers_of_the_sweep() -> UnitDiagnosis:
+    """Their diagnosis with a declared curve over temperature."""
+    return diagnose(replace(table("thermal_sweep"), gyro=None), declared("bias, bias_temperature"))
+
+
 def names(found: UnitDiagnosis) -> set[str]:
     return {e.effect for e in found.effects}
 
@@ -80,7 +87,7 @@ def test_a_sweep_without_a_declared_temperature_lacks_it_and_something_more() ->
 def test_every_accelerometer_of_the_sweep_lags_behind_its_thermometer() -> None:
     """A polynomial over temperature leaves 0.0109, 0.0352, 0.066 m/s² on unseen branches, with a lag half."""
     sweep, spec = replace(table("thermal_sweep"), gyro=None), declared("bias, bias_temperature")
-    found = diagnose(sweep, spec)
+    found = accelerometers_of_the_sweep()
     lags = {e.channels: e for e in found.effects if e.effect == "thermal_lag"}
     assert set(lags) == {(f"accelerometer_{a}",) for a in "xyz"}
     for e in lags.values():

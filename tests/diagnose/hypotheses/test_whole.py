@@ -12,9 +12,8 @@ from planner.diagnose.hypotheses.pool import Pool
 from planner.dwells.table_rows import rows_of
 from planner.errors import InputError
 from tests.calibrate.world import Hidden, Layout, Noise, campaign
-from tests.diagnose.hypotheses.worlds import RATE_TABLES, spec, whole
+from tests.diagnose.hypotheses.worlds import spec, whole
 
-DRIFT_TABLES = ("drift_curve", "drift_curve_temperature", "drift_curve_over_temperature")
 SMALL = Layout(later=(30.0,), rate_repeats=2, centrifuge=False)
 NOT_GONE = ("clean", "untestable")
 
@@ -31,6 +30,18 @@ def found(warm):
     return whole(warm)
 
 
+@pytest.fixture(scope="module")
+def gyros(warm):
+    """Its gyros alone."""
+    return replace(warm, acc=None)
+
+
+@pytest.fixture(scope="module")
+def found_of_gyros(gyros):
+    """Their diagnosis, where what is asked needs no second sensor."""
+    return whole(gyros)
+
+
 def test_coefficients_come_with_intervals_that_hold_the_truth(found) -> None:
     assert found.verdict == "explained"
     (effect,) = found.effects
@@ -44,9 +55,9 @@ def test_coefficients_come_with_intervals_that_hold_the_truth(found) -> None:
     assert not effect.below_bench_uncertainty
 
 
-def test_evidence_stands_in_the_order_of_the_table(warm, found) -> None:
-    order = np.random.default_rng(1).permutation(len(warm))
-    straight, mixed = found, whole(rows_of(warm, order))
+def test_evidence_stands_in_the_order_of_the_table(gyros, found_of_gyros) -> None:
+    order = np.random.default_rng(1).permutation(len(gyros))
+    straight, mixed = found_of_gyros, whole(rows_of(gyros, order))
     for a, b in zip(straight.evidence, mixed.evidence, strict=True):
         np.testing.assert_allclose(a.before[order], b.before, atol=1e-9)
         np.testing.assert_allclose(a.expected[order], b.expected, rtol=1e-6)
@@ -56,11 +67,11 @@ def test_evidence_stands_in_the_order_of_the_table(warm, found) -> None:
     assert np.polyfit(adds, reading, 1)[0] == pytest.approx(1.0, abs=0.1)
 
 
-def test_the_same_seed_gives_the_same_answer_and_keeps_nothing_of_the_search(warm, found) -> None:
+def test_the_same_seed_gives_the_same_answer_and_keeps_nothing_of_the_search(gyros, found_of_gyros) -> None:
     gc.collect()
     gc.disable()  # then only what holds itself outlives a diagnosis
     try:
-        one, two = found, whole(warm)
+        one, two = found_of_gyros, whole(gyros)
         assert [o for o in gc.get_objects() if isinstance(o, Pool)] == []
     finally:
         gc.enable()
@@ -73,20 +84,6 @@ def test_limits_of_what_was_not_found_are_below_what_would_have_been(found) -> N
     assert 0.0 < limits["temperature_rate", "gyro"] < np.radians(0.002) * 60.0  # per K/s
     assert ("warm_up", "gyro") not in limits
     assert ("warm_up", "accelerometer") in limits
-
-
-@pytest.mark.parametrize(
-    ("column", "effects"),
-    [
-        ("time_on_s", {"warm_up", "drift", "thermal_lag", "settling", RATE_TABLES[1], *DRIFT_TABLES}),
-        ("day", {"ageing", "bias_step"}),
-        ("temp_rate_degc_min", {"temperature_rate", "thermal_lag", "hysteresis", *RATE_TABLES}),
-    ],
-)
-def test_effects_whose_column_is_missing_are_untestable(column: str, effects: set[str], warm) -> None:
-    found = whole(replace(warm, absent=(column,)))
-    said = {u.effect: u.why for u in found.untestable if column in u.why}
-    assert set(said) == effects
 
 
 def test_what_the_centrifuge_shows_is_untestable_without_one(found) -> None:
@@ -103,9 +100,9 @@ def test_an_effect_that_the_spec_declares_is_no_candidate(warm) -> None:
     assert "warm_up" not in {n.effect for n in found.not_found}
 
 
-def test_rows_twice_do_not_fake_certainty(warm, found) -> None:
-    twice = rows_of(warm, np.repeat(np.arange(len(warm)), 2))
-    once, doubled = found, whole(twice)
+def test_rows_twice_do_not_fake_certainty(gyros, found_of_gyros) -> None:
+    twice = rows_of(gyros, np.repeat(np.arange(len(gyros)), 2))
+    once, doubled = found_of_gyros, whole(twice)
     assert any("count once" in note for note in doubled.notes)
     assert doubled.effects == once.effects
     assert len(doubled.evidence[0].before) == len(twice)
