@@ -1,8 +1,9 @@
 """Plans of the shipped specs, made once a test run and shared by its workers.
 
 The first worker that asks for a plan makes it behind a lock of the operating system, which falls with its
-owner; the others read what it wrote. The folder belongs to one run of pytest, and a file's name holds the
-hash of every file of planner and of every shipped file, so no plan of other code can be met.
+owner; another that asks for it makes the next one meanwhile, and then reads what the first wrote. The folder
+belongs to one run of pytest, and a file's name holds the hash of every file of planner and of every shipped
+file, so no plan of other code can be met.
 """
 
 from __future__ import annotations
@@ -36,16 +37,33 @@ def shipped_plan(name: str) -> pipeline.Planned:
     folder = os.environ.get(FOLDER)
     if folder is None:  # benchmarks have no workers to share with
         return made(name)
-    kept = Path(folder) / f"{name}-{sources()}.pickle"
+    others = (n for n in NAMES if not kept_in(folder, n).exists())
+    while not there(folder, name):
+        other = next(others, None)
+        there(folder, other or name, wait=other is None)
+    planned = pickle.loads(kept_in(folder, name).read_bytes())
+    assert isinstance(planned, pipeline.Planned)
+    return planned
+
+
+def there(folder: str, name: str, *, wait: bool = False) -> bool:
+    """Whether a plan is kept, made here if it was not; False where another worker is at it."""
+    kept = kept_in(folder, name)
     with kept.with_suffix(".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        except BlockingIOError:
+            return False
         if not kept.exists():
             part = kept.with_suffix(".part")
             part.write_bytes(pickle.dumps(made(name)))
             part.replace(kept)
-    planned = pickle.loads(kept.read_bytes())
-    assert isinstance(planned, pipeline.Planned)
-    return planned
+    return True
+
+
+def kept_in(folder: str, name: str) -> Path:
+    """The file of a plan."""
+    return Path(folder) / f"{name}-{sources()}.pickle"
 
 
 @cache

@@ -19,7 +19,7 @@ from planner.information.model_of import Flight, on_offer
 from planner.information.offers import Offers
 from planner.information.promise import Promise
 from planner.information.redundancy import survives_any_loss
-from planner.information.refusal import nearest, refusal
+from planner.information.refusal import nearest, refusal, untold
 from planner.information.spreads import spread_factor
 from planner.nouns.array import Array
 from planner.nouns.choices import TestVisits
@@ -77,13 +77,16 @@ def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thoroug
 
     effort: brief looks at few campaigns and bounds nothing, thorough may prove for `plan.time_limit`.
     What hands made altogether is only foreseen.
-    Raises InfeasibleError (what binds, nearest limit) when nothing on offer keeps the promise.
+    Raises InfeasibleError (what binds, nearest limit) when nothing on offer keeps the promise, InputError
+    when no record tells something that flies.
     """
     offers, promise = on_offer(flight)
     late = flight.deadline.stops(SEARCH, "the search")
     judge = Judge(promise, allowed=_allowed(flight, promise), late=late)
     if is_hand_made(flight.spec):
         counts = even(offers, 1)
+        if not np.all(np.isfinite(promise.figures(counts[None]))):
+            raise untold(judge, [counts], "the campaign that is fixed by hand does not tell")
         cost = float(offers.cost(counts[None])[0])
         return found_of(flight, offers, judge, counts, cost, proved=True)
     counts, judge, exact = _searched(flight, offers, judge, BRIEFLY if effort == "brief" else LOOKED_AT)

@@ -43,7 +43,7 @@ def refusal(
     each = near[1:] or near
     figures = judge.promise.figures(np.array(each)).max(axis=1)
     if not np.any(np.isfinite(figures)):
-        return InputError(_untold(judge, each))
+        return untold(judge, each, "no campaign of the tests on offer tells")
     beyond = [_beyond(flight, offers, judge, n, k) for k, n in enumerate(each)]
     found = [b for b in beyond if b is not None]
     if not found:
@@ -53,7 +53,7 @@ def refusal(
     return InfeasibleError(said, requirement=first.requirement, binds=first.binds, nearest_limit=first.value)
 
 
-def _untold(judge: Judge, near: Sequence[Array]) -> str:
+def untold(judge: Judge, near: Sequence[Array], opening: str) -> InputError:
     """What flies and no record tells, of the campaign that leaves the least of it open, and what helps."""
     names = min((judge.promise.untold(n) for n in near), key=len)
     effects = dict.fromkeys(name.effect for name in names)
@@ -64,8 +64,8 @@ def _untold(judge: Judge, near: Sequence[Array]) -> str:
         else "add motions, loads or temperatures that show it"
     )
     whose = ", ".join(f"{name} ({_some(terms)})" for name, terms in names.items())
-    return (
-        f"no campaign of the tests on offer tells {whose}; {why}; "
+    return InputError(
+        f"{opening} {whose}; {why}; "
         f"take {', '.join(effects)} out of 'effects': its budget then stays whole in what is promised"
     )
 

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from typing import Any
 
+import pytest
+
+from planner.errors import InputError
 from planner.pipelines.promise import FlightOptions, verify
 from tests.specs import small
 from tests.verify.plans import Planned, planned_from
@@ -51,11 +55,21 @@ def test_what_is_promised_of_a_rate_table_is_counted() -> None:
 
 def test_what_is_promised_of_a_rate_table_over_time_is_counted() -> None:
     """By hand, at every node."""
-    degc = [f"{t:g} degC" for t in NODES]
+    assert counted(planned_from(by_hand(NODES)))
+
+
+def test_nodes_that_hands_left_out_are_refused_by_their_names() -> None:
+    """They made figures that are infinite, and those a plan.json that could not be written."""
+    with pytest.raises(InputError, match=r"fixed by hand does not tell gyro.*0 degC -2 K/min"):
+        planned_from(by_hand([t for t in NODES if abs(t) in (20.0, 60.0)]))
+
+
+def by_hand(degc: Sequence[float]) -> dict[str, Any]:
     made = spec("temperature_rate_table_over_time")
-    fixed = {test: {"temperatures": degc, "repeats": 2} for test in made["tests"]}
+    at = [f"{t:g} degC" for t in degc]
+    fixed = {test: {"temperatures": at, "repeats": 2} for test in made["tests"]}
     made["requirement"][0]["limit"] = "100 km"
-    assert counted(planned_from(made | {"plan": made["plan"] | {"fixed": fixed}}))
+    return made | {"plan": made["plan"] | {"fixed": fixed}}
 
 
 def counted(one: Planned) -> bool:
