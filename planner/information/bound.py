@@ -134,13 +134,14 @@ class Prover:
         Soaks and ramps of the set, the cheapest test at each of its temperatures, every test without which
         something that flies is undetermined: at one of them in the place of the cheapest, or in the room.
         """
-        offers, once = self.offers, np.zeros((len(sets), len(self.offers.once_price)), dtype=bool)
+        offers, (used_once, price) = self.offers, self.offers.wherever
+        once = np.zeros((len(sets), len(price)), dtype=bool)
         here = (sets[:, :, None] == np.arange(len(self._grid))).any(axis=1)
         total = here @ self._cheapest
         for t, used in enumerate(self._paid_once):
             once[here[:, t]] |= used
         for offer in self._needed:
-            once |= offers.once[offer.places].all(axis=0)
+            once |= used_once[offer.places].all(axis=0)
             least = np.array([self._least(int(k)) for k in offer.places])
             if not offers.soaked[offer.places[0]]:
                 total += least.min()
@@ -148,7 +149,7 @@ class Prover:
             places = np.searchsorted(self._grid, offers.degc[offer.places])
             instead = np.where(here[:, places], least - self._cheapest[places], np.inf).min(axis=1)
             total += np.where(np.isfinite(instead), instead, 0.0)
-        return np.asarray(total + once @ offers.once_price)
+        return np.asarray(total + once @ price)
 
     @cached_property
     def _cheapest(self) -> Array:
@@ -158,16 +159,15 @@ class Prover:
     @cached_property
     def _paid_once(self) -> NDArray[np.bool_]:
         """(T, R) what every campaign at a temperature pays once, and what it may save there."""
-        paid = [
-            self.offers.once[kinds].all(axis=0) | s for kinds, s in zip(self._at, self._saved, strict=True)
-        ]
-        return np.array(paid, dtype=bool).reshape(len(self._at), len(self.offers.once_price))
+        once, price = self.offers.wherever
+        paid = [once[kinds].all(axis=0) | s for kinds, s in zip(self._at, self._saved, strict=True)]
+        return np.array(paid, dtype=bool).reshape(len(self._at), len(price))
 
     @cached_property
     def _own(self) -> Array:
         """(T,) what a temperature costs at least beside all others."""
         alone = self._paid_once & (self._paid_once.sum(axis=0) == 1)
-        return np.asarray(self._cheapest + alone @ self.offers.once_price)
+        return np.asarray(self._cheapest + alone @ self.offers.wherever[1])
 
     @cached_property
     def _uniform(self) -> bool:
@@ -205,8 +205,8 @@ class Prover:
     @cached_property
     def _saved(self) -> list[NDArray[np.bool_]]:
         """What may be saved at each temperature: resources of a negative price, whichever test uses them."""
-        cheap = self.offers.once_price < 0
-        return [self.offers.once[kinds].any(axis=0) & cheap for kinds in self._at]
+        once, price = self.offers.wherever
+        return [once[kinds].any(axis=0) & (price < 0) for kinds in self._at]
 
     # ------------------------------------------------------------ one by one
 
@@ -246,10 +246,8 @@ class Prover:
         offers, steps = self.offers, 0
         kinds = [k for t in some for k in self._at[t]] + np.flatnonzero(~offers.soaked).tolist()
         groups = [frozenset(self._at[t]) for t in some]
-        once = np.zeros(len(offers.once_price), dtype=bool)
-        for t in some:
-            once |= offers.once[self._at[t]].all(axis=0) | self._saved[t]
-        slack = cost - EASIER - float(once @ offers.once_price)
+        once = self._paid_once[list(some)].any(axis=0)
+        slack = cost - EASIER - float(once @ offers.wherever[1])
         ways = [[0, *_repeats(self._offer_of[k])] for k in kinds]
         price = [float(offers.each_price[k]) for k in kinds]
         made = [0] * len(kinds)

@@ -189,7 +189,7 @@ def keeps_exactly(flight: Flight, offers: Offers, counts: Array, factor: float) 
 
 def exactly(flight: Flight, offers: Offers, counts: Array) -> Foreseen:
     """The exact promise of a campaign, by curves that no search has seen: what plan.json says of it."""
-    return foreseen(flight.unseen, laid_out(flight, offers.visits(counts)))
+    return foreseen(flight.unseen, laid_out(flight, offers.visits(counts), first_only=True))
 
 
 def is_kept(flight: Flight, exact: Foreseen, factor: float) -> bool:

@@ -98,9 +98,9 @@ def _kinds(made: Campaign) -> Kinds:
     return Kinds(kinds, tuple(map(channel_kinds, made.channels.values())))
 
 
-def laid_out(flight: Flight, visits: Sequence[TestVisits]) -> tuple[Step, ...]:
-    """The steps of visits on the benches."""
-    return steps(flight.spec, Choice(tuple(visits), (), 0.0, 0.0, False))
+def laid_out(flight: Flight, visits: Sequence[TestVisits], *, first_only: bool = False) -> tuple[Step, ...]:
+    """The steps of visits on the benches; first_only: of the first units alone, of which one is foreseen."""
+    return steps(flight.spec, Choice(tuple(visits), (), 0.0, 0.0, False), first_only=first_only)
 
 
 # ---------------------------------------------------------------- quantiles

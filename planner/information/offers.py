@@ -7,7 +7,7 @@ paid for once, as in `planner.plan.costs`; every repeat for itself.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +17,7 @@ from planner.information.kinds import Kind
 from planner.nouns.array import Array
 from planner.nouns.choices import TestVisits
 from planner.plan.by_hand import chosen_by_hand, fixed_repeats, in_room, temperatures_of
-from planner.plan.costs import Tariff
+from planner.plan.costs import Resource, Tariff
 from planner.spec.model import Spec
 from planner.temperature_table import GAP_K
 
@@ -44,7 +44,7 @@ class Offer:
 
 @dataclass(frozen=True)
 class Offers:
-    """Everything on offer. kinds: g of them; once: (g, R) what a kind uses of what is paid once."""
+    """Everything on offer. kinds: g of them; once: (g, R) what a kind uses of the resources paid once."""
 
     spec: Spec
     kinds: tuple[Kind, ...]
@@ -52,6 +52,24 @@ class Offers:
     once: NDArray[np.bool_]
     once_price: Array
     each_price: Array
+    resources: tuple[Resource, ...]
+
+    @cached_property
+    def wherever(self) -> tuple[NDArray[np.bool_], Array]:
+        """(g, W) and (W,): what is paid once, whichever bench it is on, at the least of their prices.
+
+        A soak is needed at a temperature on one bench or another: by these no campaign costs more than it
+        does. What may be saved may be saved on all of them.
+        """
+        names = list(dict.fromkeys(replace(r, bench="") for r in self.resources))
+        same = np.array(
+            [[replace(r, bench="") == name for name in names] for r in self.resources], dtype=bool
+        )
+        price = self.once_price[:, None]
+        least = np.where(same, price, np.inf).min(axis=0, initial=np.inf)
+        saved = np.where(same, np.minimum(price, 0.0), 0.0).sum(axis=0)
+        used = self.once.astype(float) @ same.reshape(len(self.resources), len(names)) > 0
+        return np.asarray(used), np.asarray(np.where(saved < 0.0, saved, least))
 
     def cost(self, counts: Array) -> Array:
         """(B,) weighted seconds of one batch's work for counts (B, g)."""
@@ -145,6 +163,7 @@ def offers_of(spec: Spec, kinds: Sequence[Kind], prices: Array | None = None) ->
         amounts[:, ~each] > 0,
         prices[~each],
         amounts[:, each] @ prices[each],
+        tuple(r for r in tariff.resources if r.kind not in PAID_ONCE),
     )
 
 

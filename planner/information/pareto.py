@@ -141,7 +141,7 @@ def _exactly(flight: Flight, found: Found, points: Sequence[Point], late: Callab
 
 def _exact(flight: Flight, found: Found, point: Point, draws: int) -> _Exact:
     visits = found.offers.visits(point.counts)
-    exact = foreseen(flight, laid_out(flight, visits), draws)
+    exact = foreseen(flight, laid_out(flight, visits, first_only=True), draws)
     keeps = is_kept(flight, exact, spread_factor(flight, visits)) and found.judge.allowed(point.counts)
     return _Exact(point, np.array(exact.largest), keeps)
 

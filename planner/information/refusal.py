@@ -93,7 +93,7 @@ def _easiest(offers: Offers, judge: Judge, k: int) -> Array:
 def _beyond(flight: Flight, offers: Offers, judge: Judge, n: Array, k: int) -> _Beyond | None:
     wanted = flight.spec.requirement[k]
     visits = offers.visits(n)
-    exact = foreseen(flight.unseen, laid_out(flight, visits)).largest[k]
+    exact = foreseen(flight.unseen, laid_out(flight, visits, first_only=True)).largest[k]
     value = max(exact * spread_factor(flight, visits), float(judge.figures(n[None])[0, k])) * FORESEEN
     if value <= wanted.limit.si:
         return None

@@ -111,7 +111,7 @@ def prices_by_total(spec: Spec, resources: Sequence[Resource]) -> Iterator[Price
     names = used_benches(spec)
     loads = {name: least_loads(spec, name) for name in names}
     several = max(loads.values(), default=1) > 1
-    for shares in _shares(len(names)) if several else [(0.0,) * len(names)]:
+    for shares in _shares([*loads.values()]) if several else [(0.0,) * len(names)]:
         bottleneck = dict(zip(names, shares, strict=True))
         passes = np.array(
             [1.0 + (loads.get(r.bench, 1) - 1) * bottleneck.get(r.bench, 0.0) for r in resources]
@@ -122,10 +122,17 @@ def prices_by_total(spec: Spec, resources: Sequence[Resource]) -> Iterator[Price
                 yield Prices(weighted, worth == 1.0)
 
 
-def _shares(count: int) -> list[tuple[float, ...]]:
-    """Who is the bottleneck: each bench alone, all alike, and for two benches something between."""
+def _shares(loads: Sequence[int]) -> list[tuple[float, ...]]:
+    """Who is the bottleneck: each bench alone, all alike, what lies between two, all by what they can carry.
+
+    By 1 / (loads − 1) work costs the same on every bench: whichever is left out, the bound stays.
+    """
+    count = len(loads)
     if count == 1:
         return [(1.0,)]
     alone = [tuple(float(i == j) for i in range(count)) for j in range(count)]
     between = [(0.75, 0.25), (0.25, 0.75)] if count == 2 else []
+    if min(loads) > 1 < len(set(loads)):
+        carried = np.array([1.0 / (n - 1) for n in loads])
+        between.append(tuple(map(float, carried / carried.sum())))
     return [*alone, (1.0 / count,) * count, *between]

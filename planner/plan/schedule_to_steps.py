@@ -38,8 +38,11 @@ if TYPE_CHECKING:  # `check` lays steps and makes no plan, whose records take 15
     from planner.nouns.plan import PlannedTest
 
 
-def steps(spec: Spec, campaign: Campaign) -> tuple[Step, ...]:
-    """The whole campaign in the order of its starts, times in seconds from its start."""
+def steps(spec: Spec, campaign: Campaign, *, first_only: bool = False) -> tuple[Step, ...]:
+    """The whole campaign in the order of its starts, times in seconds from its start.
+
+    first_only: of every bench's first load alone, which is all that one unit meets
+    """
     timings = bench_timings(spec, campaign.visits)
     sizes = load_sizes(spec, timings)
     begun, several = begins(timings, sizes), max((len(own) for own in sizes.values()), default=1) > 1
@@ -47,7 +50,8 @@ def steps(spec: Spec, campaign: Campaign) -> tuple[Step, ...]:
     for timing in timings:
         name = timing.work.bench
         each = copies(name, timing.count)
-        for number, (units, (begin, copy)) in enumerate(zip(sizes[name], begun[name], strict=True), start=1):
+        loads = list(zip(sizes[name], begun[name], strict=True))
+        for number, (units, (begin, copy)) in enumerate(loads[:1] if first_only else loads, start=1):
             prefix = f"b{number:02d}/" if several else ""
             own = _on_bench(spec, timing, begin, prefix, units)
             found += (_elsewhere(step, name, each[copy]) for step in own) if copy else own

@@ -41,6 +41,45 @@ def test_no_campaign_costs_less_than_its_temperatures(seed: int) -> None:
         assert p._least_floor(size) <= floors.min() + 1e-6
 
 
+def on_two_benches(second: cases.Tree) -> cases.Tree:
+    """Every test of a case on a second bench too, which has other prices."""
+    made = needed_and_cheap()
+    made["benches"]["other"] = made["benches"]["table"] | second
+    made["tests"] = {"faces": made["tests"]["faces"], "rates": made["tests"]["rates"]}
+    for test in ("faces", "rates"):
+        made["tests"][test] |= {"bench": "table"}
+        made["tests"][f"{test}_there"] = made["tests"][test] | {"bench": "other"}
+    made["plan"] |= {"repeats": {"least": 1, "most": 1}, "fixed": {}}
+    return made
+
+
+@pytest.mark.parametrize("second", [{}, {"install": "4 min"}, {"install": "40 min"}], ids=str)
+def test_a_set_costs_no_less_on_two_benches_than_on_the_cheapest_of_each(second: cases.Tree) -> None:
+    """What a soak is on one bench or another is paid for once, and by every campaign at its temperature."""
+    every = Everything(cases.flight(on_two_benches(second)))
+    counts = every.counts()
+    counts = counts[np.all(np.isfinite(every.quick(counts)), axis=1)]
+    p, cost = prover(every), every.offers.cost(counts)
+    for size, each in sets_of(every, p, counts).items():
+        floors = p._floors(np.array([s for s, _ in each], dtype=np.intp).reshape(len(each), size))
+        least: dict[tuple[int, ...], float] = {}
+        for (places, b), floor in zip(each, floors, strict=True):
+            assert floor <= cost[b] + 1e-6
+            least[places] = min(least.get(places, np.inf), cost[b])
+        assert p._least_floor(size) <= floors.min() + 1e-6
+        if not second:  # and it is as near as with one bench
+            assert floors.min() >= 0.6 * min(least.values())
+
+
+def test_a_second_bench_of_the_same_kind_leaves_the_bound() -> None:
+    made = on_two_benches({})
+    alone = {**made, "tests": {k: t for k, t in made["tests"].items() if t["bench"] == "table"}}
+    alone["benches"] = {"table": made["benches"]["table"]}
+    one, two = (prover(Everything(cases.flight(tree))) for tree in (alone, made))
+    for size in range(1, 4):
+        assert two._least_floor(size) == pytest.approx(one._least_floor(size))
+
+
 def test_a_cheap_test_elsewhere_does_not_raise_what_a_needed_one_costs() -> None:
     """The cheap one is made at 12 degC only and tells no scale factor; faces are needed, and may be all."""
     made = needed_and_cheap()
