@@ -28,12 +28,14 @@ from planner.nouns.array import Array
 from planner.spec.budget import STORAGE_DAYS
 from planner.spec.model import Spec
 from planner.spec.references import BenchAccuracy
+from planner.units import STANDARD_GRAVITY_MPS2
 
 MODES = 8
 CARRIED = 0.995
 PLACES = 400  # days that are told apart
 WORTH = 1e-3  # share of the variance of the mean power-on, below which a walk over the campaign is nothing
 TURNING = float(np.radians(1.0))  # rad/s, far above the Earth's rate
+LOADED = 1.005 * STANDARD_GRAVITY_MPS2  # m/s², of a tenth of a g across gravity; its own mean is never longer
 EARTH = 1e-6  # rad/s: a reference without the Earth's rate does not say where north is
 HALF_KELVIN = 0.5
 
@@ -150,14 +152,18 @@ def _mountings(
 
 
 def _driven(model: ChannelModel) -> Array:
-    """(n,) what the table's rate adds, all of it for gyros; a centrifuge's load goes with its square."""
+    """(n,) what the table's rate adds, all of it for gyros; a centrifuge's load goes with its square.
+
+    Gravity across a table's axis does not: of less than a whole turn some of its mean is left.
+    """
     c, i = model.conditions, model.channel
     turns = np.linalg.norm(c.rate, axis=1) > TURNING
     if model.sensor == "gyro":
         return np.where(turns, c.rate[:, i], 0.0)
     axis = c.rate / np.maximum(np.linalg.norm(c.rate, axis=1, keepdims=True), TURNING)
     across = c.specific_force - axis * np.sum(axis * c.specific_force, axis=1, keepdims=True)
-    return np.where(turns, 2.0 * across[:, i], 0.0)
+    loaded = np.linalg.norm(c.specific_force, axis=1) > LOADED
+    return np.where(turns & loaded, 2.0 * across[:, i], 0.0)
 
 
 def _tilts(model: ChannelModel) -> Iterator[tuple[str, Array]]:

@@ -131,7 +131,7 @@ def _shares(loads: Sequence[int]) -> list[tuple[float, ...]]:
     if count == 1:
         return [(1.0,)]
     alone = [tuple(float(i == j) for i in range(count)) for j in range(count)]
-    between = [(0.75, 0.25), (0.25, 0.75)] if count == 2 else []
+    between: list[tuple[float, ...]] = [(0.75, 0.25), (0.25, 0.75)] if count == 2 else []
     if min(loads) > 1 < len(set(loads)):
         carried = np.array([1.0 / (n - 1) for n in loads])
         between.append(tuple(map(float, carried / carried.sum())))

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 import planner.campaign.noise
 import planner.information.curves
@@ -18,6 +19,7 @@ from planner.information import in_flight, told
 from planner.information.model_of import flight_of
 from planner.pipelines import planning
 from planner.pipelines.promise import FlightOptions, verify
+from planner.spec.starter import starter_text
 from planner.verify.experiment import experiment, flown_with
 from planner.verify.monte_carlo import fly
 from planner.verify.outcome import outcomes
@@ -110,6 +112,17 @@ def test_what_a_thermometer_that_errs_makes_of_the_curves_is_in_both(monkeypatch
     monkeypatch.setattr(planner.information.model_of, "misread_of", lambda *asked: None)
     found = faults_in(planned_from(spec).document, foreseen)
     assert {"families, cosines, requirement 0", "allowances, gyro.bias, estimate"} <= {*found}
+
+
+def test_a_table_that_errs_in_rate_loads_no_accelerometer():
+    """Of part of a turn gravity's mean across the axis is left; it goes with no square of the rate."""
+    spec = yaml.safe_load(starter_text())
+    spec["benches"]["rate_table"]["accuracy"] = {"rate": "20 ppm"}
+    at = ["-50 degC", "0 degC", "50 degC"]
+    spec["plan"]["fixed"] = {"rates": {"temperatures": at, "repeats": 2}}
+    spec["requirement"][0]["limit"] = "300 m"
+    del spec["tests"]["static"]
+    assert not faults(planned_from(spec))
 
 
 @pytest.mark.parametrize("inner", [35])
