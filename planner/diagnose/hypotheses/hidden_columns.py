@@ -19,13 +19,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
 from planner.diagnose.hypotheses.noise import Readings, Weighed, weighed
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.pool import inverse
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, predicted
 from planner.nouns.array import Array
 
-DECISIVE = 10.0  # of twice the log-likelihood: "very strong", Kass and Raftery, Bayes factors, 1995, 3.2
 STRONG = 30.0  # sigma explained by what has a name: how it misses looks like anything, and hides nothing
 MOST = 3  # blocks on one channel; what more would explain is a channel that follows nothing
 
