@@ -81,22 +81,25 @@ def _linearised(turns: Sequence[Turn], S: Array) -> tuple[Array, Array]:
             other[k] += sign * _DELTA
             moved.append(other.reshape(3, 3))
     all_S = np.array(moved)
-    r = np.concatenate([_carried(turn, all_S) - _unit(turn.after) for turn in turns], axis=1)
+    after = np.array([_unit(turn.after) for turn in turns])
+    r = np.swapaxes(_carried(turns, all_S) - after[:, None], 0, 1).reshape(len(all_S), -1)
     return r[0], ((r[1::2] - r[2::2]) / (2.0 * _DELTA)).T
 
 
 def carried(turn: Turn, S: Array) -> Array:
     """(3,) gravity's direction after a turn by gyros whose ω = S (ω_m − b)."""
-    return np.asarray(_carried(turn, S[None])[0])
+    return np.asarray(_carried([turn], S[None])[0, 0])
 
 
-def _carried(turn: Turn, S: Array) -> Array:
-    """(s, 3) gravity's direction after the turn, by each of S (s, 3, 3)."""
-    B = np.broadcast_to(_unit(turn.before), (len(S), 3))
-    angles = np.einsum("sij,mj->msi", S, turn.rates - turn.bias) * turn.spacing[:, None, None]
-    for phi in angles:
-        B = _turned(B, phi)
-    return np.asarray(B)
+def _carried(turns: Sequence[Turn], S: Array) -> Array:
+    """(n, s, 3) gravity's direction after each turn, by each of S (s, 3, 3); all turns go on together."""
+    angles = np.zeros((max(len(turn.rates) for turn in turns), len(turns), 3))  # a turn that is over rests
+    for i, turn in enumerate(turns):
+        angles[: len(turn.rates), i] = (turn.rates - turn.bias) * turn.spacing[:, None]
+    B = np.repeat([_unit(turn.before) for turn in turns], len(S), axis=0)
+    for read in angles:
+        B = _turned(B, np.einsum("sij,nj->nsi", S, read).reshape(-1, 3))
+    return np.asarray(B.reshape(len(turns), len(S), 3))
 
 
 def _turned(B: Array, phi: Array) -> Array:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,13 +63,21 @@ class Estimator:
 
     def reads(self, effect: str, index: int, degc: Array) -> tuple[list[int], Array]:
         """Places of a term's coefficients, and their weights (..., N) at temperatures (...)."""
-        columns = self.model.columns
-        mine = [i for i, c in enumerate(columns) if (c.effect, c.index) == (effect, index)]
-        nodes = np.array([columns[i].node_degc for i in mine])
+        mine, nodes, noise = self._places[effect, index]
         if np.isnan(nodes).any():
             return mine, np.ones((*np.shape(degc), len(mine)))
-        noise = self.covariance[np.ix_(mine, mine)]
         return mine, self.tables.weights((self.model.sensor, effect), degc, nodes, noise)
+
+    @cached_property
+    def _places(self) -> dict[tuple[str, int], tuple[list[int], Array, Array]]:
+        """Effect and term -> places of its coefficients, their nodes and covariance."""
+        places: dict[tuple[str, int], list[int]] = {}
+        for i, c in enumerate(self.model.columns):
+            places.setdefault((c.effect, c.index), []).append(i)
+        nodes = np.array([c.node_degc for c in self.model.columns])
+        return {
+            term: (mine, nodes[mine], self.covariance[np.ix_(mine, mine)]) for term, mine in places.items()
+        }
 
 
 def estimators(

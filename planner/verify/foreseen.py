@@ -43,6 +43,15 @@ class Foresight:
         """Those that stand for themselves in flight."""
         return flying(list(self.unit.budgets))
 
+    @cached_property
+    def drift(self) -> dict[Error, Array]:
+        """Every budgeted error -> (K, K) of its drift within the flight's power-on."""
+        apart = np.abs(np.subtract.outer(self.time, self.time))
+        return {
+            error: budget.in_run_sigma**2 * np.exp(-apart / budget.in_run_time)
+            for error, budget in self.unit.budgets.items()
+        }
+
     def seen(self, asked: Asked, degc: Array) -> Seen:
         """What is asked of a flight at temperatures (K,)."""
         return Seen(self, degc, self._tables(asked, degc), self._flown(asked, degc))
@@ -108,9 +117,7 @@ class Seen:
             stored = budget.storage_sigma**2 * f.stored(own)
             found["storage"] += stored
             found["estimate"] += budget.storage_sigma**2 * f.walked(G, error, own) - stored
-            apart = np.abs(np.subtract.outer(f.time, f.time))
-            drift = budget.in_run_sigma**2 * np.exp(-apart / budget.in_run_time)
-            found["in_run"] += _through(own, drift)
+            found["in_run"] += _through(own, f.drift[error])
             s, length = budget.run_to_run_sigma(degc), budget.temperature_correlation
             warmer = np.subtract.outer(degc, degc)
             alike = 1.0 if length is None else np.exp(-0.5 * (warmer / length) ** 2)
@@ -145,7 +152,8 @@ class Seen:
 
 def _over(G: Array, estimates: Array) -> Array:
     """(R, P) · (P, t, N) -> (R, t, N)."""
-    return np.asarray(np.tensordot(G, estimates, axes=1))
+    _, terms, records = estimates.shape
+    return np.asarray((G @ estimates.reshape(-1, terms * records)).reshape(-1, terms, records))
 
 
 def _through(rows: Array, kernel: Array) -> Array:

@@ -8,6 +8,7 @@ exp(−y / 2(λ₁cos² + λ₂sin²)); the third is integrated out by Gauss-Leg
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 
@@ -57,12 +58,18 @@ def beyond(variances: Array, x: float) -> float:
         return float(erfc(np.sqrt(x / (2.0 * largest[0]))))
     if len(largest) == 2:
         return float(_of_two(largest, np.array([x]))[0])
-    node, weight = np.polynomial.legendre.leggauss(96)
+    node, weight = _rule()
     most = min(np.sqrt(x / largest[2]), 12.0)
     z = 0.5 * most * (node + 1.0)
     density = np.exp(-(z**2) / 2.0) / np.sqrt(2.0 * np.pi)
     inside = float(np.sum(weight * density * _of_two(largest, x - largest[2] * z**2)) * most)  # both signs
     return inside + float(erfc(most / np.sqrt(2.0)))
+
+
+@cache
+def _rule() -> tuple[Array, Array]:
+    """(96,) nodes and weights of Gauss-Legendre, which take longer than the integral."""
+    return np.polynomial.legendre.leggauss(96)
 
 
 def _of_two(variances: Array, y: Array) -> Array:

@@ -42,8 +42,8 @@ def read(temperature_degc: Array, nodes: Array) -> Array:
     """(..., N) what each node counts at temperatures (...): straight lines between nodes."""
     if len(nodes) == 1:
         return np.ones((*np.shape(temperature_degc), 1))
-    t = np.clip(temperature_degc, nodes[0] - REACH_K, nodes[-1] + REACH_K)
-    left = np.clip(np.searchsorted(nodes, t, side="right") - 1, 0, len(nodes) - 2)
+    t = np.minimum(np.maximum(temperature_degc, nodes[0] - REACH_K), nodes[-1] + REACH_K)
+    left = np.searchsorted(nodes[1:-1], t, side="right")
     share = ((t - nodes[left]) / np.diff(nodes)[left])[..., None]
     one = np.eye(len(nodes))
     return np.asarray((1.0 - share) * one[left] + share * one[left + 1])

@@ -44,9 +44,16 @@ class DrawnCurves:
         return self._pools[family]
 
 
+Row = tuple[Error, str]
+Parts = tuple[list[Row], dict[str, Array]]
+
+
 @dataclass(frozen=True)
 class Prediction:
-    """An experiment that has a flight, foreseen. curves: of its spec"""
+    """An experiment that has a flight, foreseen. curves: of its spec
+
+    covariances, shares: what verify has found of it so far, by starts and family
+    """
 
     e: Experiment
     flight: FlightModel
@@ -55,6 +62,8 @@ class Prediction:
     _figures: dict[tuple[object, ...], dict[str, float]] = field(default_factory=dict)
     _drawn: dict[tuple[object, ...], float] = field(default_factory=dict)
     _worst: dict[tuple[int, str], tuple[Starts, float]] = field(default_factory=dict)
+    covariances: dict[tuple[object, ...], Parts] = field(default_factory=dict)
+    shares: dict[tuple[object, ...], dict[str, float]] = field(default_factory=dict)
 
     @cached_property
     def foresight(self) -> Foresight:

@@ -31,7 +31,7 @@ from planner.verify.experiment import Experiment
 from planner.verify.findings import Document, Findings
 from planner.verify.foreseen import PARTS, Asked, Foresight
 from planner.verify.outcome import sigmas_planned
-from planner.verify.prediction import DrawnCurves, Prediction
+from planner.verify.prediction import DrawnCurves, Parts, Prediction, Row
 from planner.verify.recount_budget import budgets_of, calibrated_errors
 from planner.verify.references import directions
 from planner.verify.second_moments import Error
@@ -41,7 +41,6 @@ from planner.verify.starts import Starts, anywhere, starts_of
 SAME = 0.02
 NOTHING = 1e-6  # of a limit, or of an error before calibration: perfect records leave rounding
 _EXACT = 1e-9
-Row = tuple[Error, str]
 
 
 def as_planned(e: Experiment, curves: DrawnCurves | None = None) -> Prediction | None:
@@ -199,8 +198,15 @@ def sigmas_of(p: Prediction, starts: Starts, family: str) -> dict[str, dict[str,
     return {str(ErrorName.of(*error)): _largest(squares, rows, error) for error in p.foresight.errors}
 
 
-def covariance_of(p: Prediction, starts: Starts, family: str) -> tuple[list[Row], dict[str, Array]]:
+def covariance_of(p: Prediction, starts: Starts, family: str) -> Parts:
     """(error, term) of the rows, part -> (R, R) of all terms when flights start, mean over the starts, SI."""
+    at = (*starts.key, family)
+    if at not in p.covariances:
+        p.covariances[at] = _covariance(p, starts, family)
+    return p.covariances[at]
+
+
+def _covariance(p: Prediction, starts: Starts, family: str) -> Parts:
     f, rows = p.foresight, list[Row]()
     for error in f.errors:
         rows += [(error, t.name) for t in catalog.effects()[error[1]].terms(error[0])]
@@ -253,6 +259,13 @@ def _part(of: Mapping[str, float], error: str) -> float:
 
 def shares_of(p: Prediction, index: int, starts: Starts, family: str) -> dict[str, float]:
     """Error -> its part of the mean square of |d| at the last instant: E d_e · d, d = Σ d_e, SI²."""
+    at = (index, *starts.key, family)
+    if at not in p.shares:
+        p.shares[at] = _shares(p, index, starts, family)
+    return p.shares[at]
+
+
+def _shares(p: Prediction, index: int, starts: Starts, family: str) -> dict[str, float]:
     f, n = p.foresight, p.asked[index]
     rows = len(n.beside) // n.instants
     degc, weights = starts.grid(p.profile)

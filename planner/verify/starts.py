@@ -30,6 +30,11 @@ class Starts:
     degc: Array
     shares: Array
 
+    @property
+    def key(self) -> tuple[object, ...]:
+        """The same for the same starts."""
+        return self.word, *self.within, *self.degc.tolist(), *self.shares.tolist()
+
     def drawn(self, profile: Array, flights: int, rng: np.random.Generator) -> Array:
         """(flights, K) temperatures along a profile (K,) for flights that start as this says; or (K,)."""
         if self.word == "flight":

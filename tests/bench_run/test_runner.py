@@ -295,7 +295,8 @@ def test_resuming_within_a_repeat_soaks_and_powers_on_again_and_says_so(tmp_path
     assert lines[target.id]["session"] == 2
 
 
-@pytest.mark.parametrize("index", range(0, 110, 7))
+@pytest.mark.parametrize("index", range(0, 110, 14))
+@pytest.mark.further("index", range(7, 110, 14))
 def test_a_stop_anywhere_and_every_record_is_made_once(index, tmp_path):
     job, path = small_job(), tmp_path / "run.jsonl"
     stopped_before(job, path, index % len(job.steps))

@@ -34,7 +34,8 @@ def changes(table: DwellTable, found: UnitDiagnosis = NOTHING):
     return {c.channel: c for c in residual_changes(unit_fits(table, SPEC, found))}
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3])
 def test_the_missing_effect_takes_the_residual_down_to_the_noise(seed):
     hidden = sized(Hidden("g_sensitivity", "gyro_y"), 60.0, seed, SMALL)
     table = campaign(seed, [hidden], SMALL)
@@ -58,7 +59,8 @@ def test_where_nothing_was_found_before_is_after_and_equals_the_noise_floor(seed
         assert 0.6 < change.after / change.noise_floor < 1.6
 
 
-@pytest.mark.parametrize("seed", [6, 7])
+@pytest.mark.parametrize("seed", [6])
+@pytest.mark.further("seed", [7])
 def test_an_effect_that_is_not_there_buys_nothing_on_runs_not_seen(seed):
     """In the rows that were fitted three more coefficients always lower the residual."""
     table = campaign(seed, (), SMALL)
@@ -82,7 +84,8 @@ def test_the_level_of_a_power_on_is_no_noise_within_it_however_unequally_long_it
     assert _within(noise + level, group, sigma) == pytest.approx(_within(noise, group, sigma), rel=1e-9)
 
 
-@pytest.mark.parametrize("seed", [13, 14])
+@pytest.mark.parametrize("seed", [13])
+@pytest.mark.further("seed", [14])
 def test_ten_times_the_spread_of_power_ons_leaves_the_same_within_them(seed):
     quiet, loud = (changes(campaign(seed, (), SMALL, Noise(acc_run=x))) for x in (8e-4, 8e-3))
     for channel in ("accelerometer_x", "accelerometer_y", "accelerometer_z"):

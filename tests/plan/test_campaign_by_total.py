@@ -36,8 +36,8 @@ def every_total(task) -> list[float]:
     return [total(task.spec, each) for each in visits]
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
-@pytest.mark.further("seed", [0, *range(5, 12)])
+@pytest.mark.parametrize("seed", [2, 3, 4])
+@pytest.mark.further("seed", [0, 1, *range(5, 12)])
 def test_the_bound_holds_for_every_campaign_and_none_that_was_tried_is_shorter(seed):
     source = loaded(raw(seed))
     task = task_of(source.spec, navigate(source, lambda message: None))

@@ -40,10 +40,10 @@ def test_a_rest_feels_one_g_and_the_earth(p1: float, p2: float) -> None:
     "motion",
     [
         {"position_2_deg": 30.0, "rate_1_dps": 17.0},
-        {"position_1_deg": 90.0, "rate_2_dps": -41.0},
         {"position_1_deg": 20.0, "rate_2_dps": 3.0},
     ],
 )
+@pytest.mark.further("motion", [{"position_1_deg": 90.0, "rate_2_dps": -41.0}])
 def test_a_turn_is_the_mean_of_its_rests(motion: dict[str, float]) -> None:
     duration, n = 7.0, 4000
     t = (np.arange(n) + 0.5) / n * duration

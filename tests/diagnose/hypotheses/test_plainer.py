@@ -16,11 +16,11 @@ SPEC = shipped("small_uav").spec
 
 
 def ramped(seed: int, factor: np.ndarray, table: DwellTable) -> DwellTable:
-    """Gyro x with 0.1 deg/s per K/min times a factor (n,) of each row."""
+    """The gyros alone, x with 0.1 deg/s per K/min times a factor (n,) of each row."""
     assert table.gyro is not None
     gyro = table.gyro.copy()
     gyro[:, 0] += np.radians(0.1) * factor * table.temperature_rate * 60.0
-    return replace(table, gyro=gyro)
+    return replace(table, gyro=gyro, acc=None)
 
 
 def named(table: DwellTable) -> set[str]:

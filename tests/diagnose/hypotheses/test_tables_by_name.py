@@ -82,33 +82,31 @@ TOGETHER: dict[str, tuple[Sensor, dict[str, str], set[tuple[str, str]]]] = {
         {"gyro.scale_factor_acceleration_squared.x": "0.0003 %/g^2"},
         {("scale_factor_acceleration_squared", "x")},
     ),
-    "gyro k1 a + k2 a²": (
+    "gyro k1 a + k2 a², polynomial one way": (
         "gyro",
         {
             "gyro.scale_factor_acceleration.x": "0.001 %/g",
             "gyro.scale_factor_acceleration_squared.x": "0.00003 %/g^2",
+            "gyro.scale_factor_polynomial.y +1": "0.3 %",
+            "gyro.scale_factor_polynomial.y +2": "0.2 %",
         },
-        {("scale_factor_acceleration", "x"), ("scale_factor_acceleration_squared", "x")},
+        {
+            ("scale_factor_acceleration", "x"),
+            ("scale_factor_acceleration_squared", "x"),
+            ("scale_factor_polynomial", "y"),
+        },
     ),
-    "gyro polynomial, one way": (
-        "gyro",
-        {"gyro.scale_factor_polynomial.x +1": "0.3 %", "gyro.scale_factor_polynomial.x +2": "0.2 %"},
-        {("scale_factor_polynomial", "x")},
-    ),
-    "accelerometer polynomial": (
+    "accelerometer tables, polynomial": (
         "accelerometer",
         {
+            "accelerometer.scale_factor_curve.x +10 g": "0.5 %",
             "accelerometer.scale_factor_polynomial.y +1": "0.4 %",
             "accelerometer.scale_factor_polynomial.y -1": "0.4 %",
             "accelerometer.scale_factor_polynomial.y +2": "0.3 %",
             "accelerometer.scale_factor_polynomial.y -2": "0.2 %",
+            "accelerometer.drift_curve.z 600 s": "2 mg",
         },
-        {("scale_factor_polynomial", "y")},
-    ),
-    "accelerometer tables": (
-        "accelerometer",
-        {"accelerometer.scale_factor_curve.x +10 g": "0.5 %", "accelerometer.drift_curve.z 600 s": "2 mg"},
-        {("scale_factor_curve", "x"), ("drift_curve", "z")},
+        {("scale_factor_curve", "x"), ("scale_factor_polynomial", "y"), ("drift_curve", "z")},
     ),
     "the arm": ("accelerometer", {"arm_length": "0.5 %"}, {("arm_length", "xyz")}),
 }
