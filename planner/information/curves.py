@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from planner.information.smooth import Moments
 from planner.nouns.array import Array
-from planner.protocols import Sensor
+from planner.protocols import SENSORS, Sensor
 from planner.simulate.curves.cosines import Cosines
 from planner.simulate.curves.grid import Shape, along, centred, largest_left
 from planner.simulate.families import curve_families
@@ -27,7 +27,7 @@ CURVES = 2000  # drawn of every family: a second moment is then known to 2 % in 
 UNSEEN = 8000  # others, by which what was chosen is judged; not kept, they are drawn block by block
 BLOCK = 500
 MOST_SHAPES = 16  # of unseen curves, of which a process remembers what it looked at: plans are of few tables
-MOST_POINTS = 400  # temperatures at which curves and their second moments are kept
+MOST_POINTS = 400  # temperatures at which curves and their second moments are kept, or twice as many as are asked
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,12 @@ class Curves:
     on_offer: Array = field(default_factory=lambda: np.empty(0))
     known: _Known = field(default_factory=lambda: _Known(), repr=False, compare=False)
 
+    def under(self, spec: Spec) -> Curves:
+        """Those of another spec: the same ones where its budgets have the same curves."""
+        if _curved(spec) == _curved(self.spec):
+            return self
+        return Curves(spec, self.drawn, self.unseen, self.on_offer)
+
     def moments(self, degc: Array) -> dict[str, Moments]:
         """family -> (sensor, effect) -> (N, N) second moment at temperatures (N,) ascending, SI².
 
@@ -53,7 +59,7 @@ class Curves:
         known = self.known
         if not np.isin(degc, known.degc).all():
             every = np.union1d(np.union1d(known.degc, self.on_offer), degc)
-            known.degc = every if len(every) <= MOST_POINTS else degc
+            known.degc = every if len(every) <= max(MOST_POINTS, 2 * len(degc)) else degc
             known.moments = {
                 name: {error: self._moment(family, known.degc) for error, family in each.items()}
                 for name, each in self._families.items()
@@ -142,7 +148,7 @@ class _Drawn:
         new = np.empty(0) if np.isin(degc, at).all() else np.setdiff1d(np.union1d(degc, on_offer), at)
         if not numbers and not len(new):
             return
-        if len(at) + len(new) > MOST_POINTS:
+        if len(at) + len(new) > max(MOST_POINTS, 2 * len(degc)):
             at, curves, new = np.empty(0), np.empty((0, 0)), degc
         found = [
             (along(new, family.grid, block), *(largest_left(block, n) for n in numbers))
@@ -177,6 +183,16 @@ def _blocks(shape: Shape, rng: Callable[[], np.random.Generator]) -> Iterator[Ar
 
 
 _REDRAWN: dict[Hashable, _Drawn] = {}
+
+
+def _curved(spec: Spec) -> object:
+    """What curves are made of; equal for specs whose curves are the same ones."""
+    budgets = [
+        (sensor, effect, budget.temperature_residual)
+        for sensor in SENSORS
+        for effect, budget in getattr(spec.unit, sensor).items()
+    ]
+    return budgets, spec.plan.temperatures.range, spec.plan.seed
 
 
 def _ends(family: TableCurves) -> bytes:

@@ -47,9 +47,7 @@ class Flight:
 
     def under(self, spec: Spec) -> Flight:
         """The same flight with another spec of the same errors; shapes of curves stay drawn."""
-        return replace(
-            self, spec=spec, curves=Curves(spec, self.curves.drawn, self.curves.unseen, self.curves.on_offer)
-        )
+        return replace(self, spec=spec, curves=self.curves.under(spec))
 
     @cached_property
     def unseen(self) -> Flight:
