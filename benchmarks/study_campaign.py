@@ -65,7 +65,7 @@ def one(name: str, seeds: range) -> list[Row]:
     spec = noisy(name)
     plan = laid_out(spec)
     unit, settings = prepared(spec), settings_of(spec)
-    promised = {k: c.known() for k, c in campaign(spec, of_design(plan)).channels.items()}
+    promised = {k: c.known() for k, c in campaign(spec, of_design(plan, spec)).channels.items()}
     rows: list[Row] = []
     for seed in seeds:
         table, truth = simulate(plan, unit, seed, settings=settings)

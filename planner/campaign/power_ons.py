@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.campaign.design import Design
+from planner.campaign.reference_errors import reference_errors
 from planner.measurement import Acting, response
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Sensor
+from planner.spec.model import Spec
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,7 @@ class PowerOns:
     conditions: of every record; duration: (n,) s; starts: (g,) first record of every power-on
     counts: (g,) how often each is made: 1 in measured data, repeats in a plan; 0: not used
     bench: (n,) names, installation: (n,) which installation of the unit; None where nobody says
+    misplaced: (n, 3, 2, 3) of `reference_errors`; None: nobody knows the motions
     """
 
     conditions: Conditions
@@ -32,6 +35,7 @@ class PowerOns:
     counts: Array
     bench: NDArray[np.str_] | None = None
     installation: NDArray[np.int64] | None = None
+    misplaced: Array | None = None
 
     def __len__(self) -> int:
         return len(self.duration)
@@ -68,9 +72,15 @@ def of_table(table: DwellTable) -> PowerOns:
     return PowerOns(table.conditions(), table.duration, starts, np.ones(len(starts)), table.bench)
 
 
-def of_design(design: Design) -> PowerOns:
-    """The power-ons that a plan's steps make of one unit, each once."""
+def of_design(design: Design, spec: Spec | None = None) -> PowerOns:
+    """The power-ons that a plan's steps make of one unit, each once; spec: None where no bench errs."""
     starts = design.starts.astype(np.int64)
     return PowerOns(
-        design.conditions, design.duration, starts, np.ones(len(starts)), design.bench, design.installation
+        design.conditions,
+        design.duration,
+        starts,
+        np.ones(len(starts)),
+        design.bench,
+        design.installation,
+        None if spec is None else reference_errors(design.asked, design.bench.tolist(), spec),
     )

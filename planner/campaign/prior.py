@@ -117,9 +117,9 @@ def _references(
         if accuracy is None:
             continue
         if accuracy.rate > 0.0:
-            yield Shared(f"rate of {bench}"), _driven(model) * rows, accuracy.rate
-        if model.sensor == "accelerometer" and accuracy.level > 0.0:
-            for name, z in _tilts(model):
+            yield Shared(f"rate of {bench}"), _driven(model, runs) * rows, accuracy.rate
+        if accuracy.level > 0.0:
+            for name, z in _tilts(model, runs):
                 yield Shared(f"level of {bench} about {name}"), z * rows, accuracy.level
         if accuracy.mounting > 0.0:
             yield from _mountings(model, runs, bench, rows, accuracy)
@@ -151,11 +151,13 @@ def _mountings(
                 yield Shared(name), z * mine, accuracy.mounting
 
 
-def _driven(model: ChannelModel) -> Array:
+def _driven(model: ChannelModel, runs: PowerOns) -> Array:
     """(n,) what the table's rate adds, all of it for gyros; a centrifuge's load goes with its square.
 
     Gravity across a table's axis does not: of less than a whole turn some of its mean is left.
     """
+    if runs.misplaced is not None:
+        return _known(model, runs.misplaced)[:, 2]
     c, i = model.conditions, model.channel
     turns = np.linalg.norm(c.rate, axis=1) > TURNING
     if model.sensor == "gyro":
@@ -166,7 +168,21 @@ def _driven(model: ChannelModel) -> Array:
     return np.where(turns & loaded, 2.0 * across[:, i], 0.0)
 
 
-def _tilts(model: ChannelModel) -> Iterator[tuple[str, Array]]:
+def _known(model: ChannelModel, misplaced: Array) -> Array:
+    """(n, 3) what the bench's references add to the channel; misplaced: (n, 3, 2, 3)."""
+    return np.asarray(misplaced[:, :, 0 if model.sensor == "gyro" else 1, model.channel])
+
+
+def _tilts(model: ChannelModel, runs: PowerOns) -> Iterator[tuple[str, Array]]:
+    """What a tilt of the base adds, about north and about west where the records' motions are known."""
+    if runs.misplaced is not None:
+        yield from zip(("north", "west"), _known(model, runs.misplaced)[:, :2].T, strict=True)
+    elif model.sensor == "accelerometer":
+        yield from _tilts_at_rest(model)
+        yield from _tilts_of_turns(model)
+
+
+def _tilts_at_rest(model: ChannelModel) -> Iterator[tuple[str, Array]]:
     """What a tilt of the base about north and about west adds to the specific force of a unit at rest.
 
     North is the horizontal part of the Earth's rate in the reference; without it the tilt is about two axes
@@ -181,6 +197,24 @@ def _tilts(model: ChannelModel) -> Iterator[tuple[str, Array]]:
     north = np.divide(across, length, out=_any_across(up), where=length > EARTH)
     for name, axis in (("north", north), ("west", np.cross(up, north))):
         yield name, np.where(rest, np.cross(axis, f)[:, model.channel], 0.0)
+
+
+def _tilts_of_turns(model: ChannelModel) -> Iterator[tuple[str, Array]]:
+    """A tilt of the axis that a unit turns about: what of gravity comes to lie along it stays in the mean.
+
+    √(g² − f_axis²) per radian. A table does not say where the axis points, so it counts as an unknown of its
+    own for each axis of the body.
+    """
+    f, w = model.conditions.specific_force, model.conditions.rate
+    speed = np.linalg.norm(w, axis=1)
+    axis = w / np.maximum(speed, TURNING)[:, None]
+    which = np.argmax(np.abs(axis), axis=1)
+    axis *= np.sign(np.take_along_axis(axis, which[:, None], axis=1))
+    along = np.sum(axis * f, axis=1)
+    level = np.sqrt(np.maximum(STANDARD_GRAVITY_MPS2**2 - along**2, 0.0))
+    turns = (speed > TURNING) & (np.linalg.norm(f, axis=1) <= LOADED)
+    for k in range(3):
+        yield f"the {'xyz'[k]} axis", np.where(turns & (which == k), level * axis[:, model.channel], 0.0)
 
 
 def _any_across(up: Array) -> Array:

@@ -51,7 +51,7 @@ def _unsealed(plan: Plan) -> dict[str, Any]:
             str(k): number(v * unit_factor(plan.requirements[k].unit)[0])
             for k, v in plan.hours_per_limit.items()
         },
-        "spread_factor": number(plan.spread_factor),
+        "spread_factor": number(max(r.spread_factor for r in plan.requirements)),
         "worth": [_worth(w, plan) for w in plan.worth],
         "prices": [_plain(vars(p)) for p in plan.prices],
         "start": plan.start,
@@ -197,8 +197,12 @@ def _requirement(r: Achieved) -> Mapping[str, Any]:
         "unit": r.unit,
         "met": r.met,
         "shares": {error: number(share) for error, share in r.shares.items()},
-        **({"family": r.family, "temperature": r.temperature} if r.family else {}),
+        **(_by_information(r) if r.family else {}),
     }
+
+
+def _by_information(r: Achieved) -> Mapping[str, Any]:
+    return {"family": r.family, "temperature": r.temperature, "spread_factor": number(r.spread_factor)}
 
 
 def _allowance(a: Allowance) -> Mapping[str, Any]:

@@ -20,7 +20,7 @@ from planner.information.offers import Offers
 from planner.information.promise import Promise
 from planner.information.redundancy import survives_any_loss
 from planner.information.refusal import nearest, refusal, untold
-from planner.information.spreads import spread_factor
+from planner.information.spreads import spread_factors
 from planner.nouns.array import Array
 from planner.nouns.choices import TestVisits
 from planner.nouns.deadline import BOUND, SEARCH, never
@@ -42,7 +42,7 @@ class Found:
     """The campaign, its steps, what it promises exactly, and how much shorter another one could be.
 
     judge: by quick figures that meet the exact ones of this campaign, at the asked confidence
-    spread_factor: what figures are multiplied by to hold with that confidence over spreads that are estimates
+    spread_factors: (requirements,) times which figures hold with it over spreads that are estimates
     total_bound: of the weighted total with waiting and loads, None: the work's own; by_total: chosen for it
     """
 
@@ -52,7 +52,7 @@ class Found:
     visits: tuple[TestVisits, ...]
     timeline: tuple[Step, ...]
     foreseen: Foreseen
-    spread_factor: float
+    spread_factors: Array
     bound: float
     proved: bool
     total_bound: float | None = None
@@ -93,8 +93,7 @@ def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thoroug
     if effort == "brief":
         return found_of(flight, offers, judge, counts, exact=exact)
     far = Effort(*(LONG if effort == "thorough" else QUICK), flight.deadline.stops(BOUND, "the bound"))
-    factor = spread_factor(flight, offers.visits(counts))  # hardly another for a campaign that is as long
-    prover = Prover(flight, offers, judge, lambda n: keeps_exactly(flight, offers, n, factor))
+    prover = Prover(flight, offers, judge, lambda n: keeps_exactly(flight, offers, n))
     bounded = prover.bounded(counts, far)
     known = exact if np.array_equal(bounded.best, counts) else None
     return found_of(flight, offers, judge, bounded.best, bounded.bound, proved=bounded.proved, exact=known)
@@ -130,7 +129,7 @@ def _begun(
             continue
         exact = exactly(flight, offers, start)
         judge = judge.meeting(exact.figures / quick)
-        if is_kept(flight, exact, spread_factor(flight, offers.visits(start))) and judge.allowed(start):
+        if is_kept(flight, exact, spread_factors(flight, offers.visits(start))) and judge.allowed(start):
             return _Kept(start, judge, exact), judge
     return None, judge
 
@@ -151,9 +150,9 @@ def _shortened(
         counts = shortest(offers, judge, most) if best is None else shorter(offers, judge, best.counts, most)
         if counts is None or (best is not None and not _cheaper(offers, counts, best.counts)):
             break
-        exact, factor = exactly(flight, offers, counts), spread_factor(flight, offers.visits(counts))
-        closer = exact.figures * factor / judge.promise.figures(counts[None])[0] * CLOSER
-        if is_kept(flight, exact, factor):
+        exact, factors = exactly(flight, offers, counts), spread_factors(flight, offers.visits(counts))
+        closer = exact.figures * factors / judge.promise.figures(counts[None])[0] * CLOSER
+        if is_kept(flight, exact, factors):
             judge = judge.meeting(closer)
             best = _Kept(counts, judge, exact)
             flight.deadline.report(float(offers.cost(counts[None])[0]))
@@ -171,7 +170,7 @@ def _exactly(flight: Flight, offers: Offers) -> Callable[[Array], bool]:
     def kept(n: Array) -> bool:
         key = n.tobytes()
         if key not in known:
-            known[key] = keeps_exactly(flight, offers, n, spread_factor(flight, offers.visits(n)))
+            known[key] = keeps_exactly(flight, offers, n)
         return known[key]
 
     return kept
@@ -182,9 +181,12 @@ def _cheaper(offers: Offers, n: Array, than: Array) -> bool:
     return bool(first < second - EASIER)
 
 
-def keeps_exactly(flight: Flight, offers: Offers, counts: Array, factor: float) -> bool:
-    """Whether a campaign keeps every requirement by its exact figures, times a factor for its spreads."""
-    return is_kept(flight, exactly(flight, offers, counts), factor)
+def keeps_exactly(flight: Flight, offers: Offers, counts: Array) -> bool:
+    """Whether a campaign keeps every requirement by its exact figures, times its factors for spreads."""
+    exact = exactly(flight, offers, counts)
+    return is_kept(flight, exact, np.ones(1)) and is_kept(
+        flight, exact, spread_factors(flight, offers.visits(counts))
+    )
 
 
 def exactly(flight: Flight, offers: Offers, counts: Array) -> Foreseen:
@@ -192,10 +194,10 @@ def exactly(flight: Flight, offers: Offers, counts: Array) -> Foreseen:
     return foreseen(flight.unseen, laid_out(flight, offers.visits(counts), first_only=True))
 
 
-def is_kept(flight: Flight, exact: Foreseen, factor: float) -> bool:
-    """Whether every exact figure, times a factor for spreads that are estimates, is within its limit."""
+def is_kept(flight: Flight, exact: Foreseen, factors: Array) -> bool:
+    """Whether every exact figure, times its factor for spreads that are estimates, is within its limit."""
     limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
-    return bool(np.all(exact.figures * factor <= limits * KEPT))
+    return bool(np.all(exact.figures * factors <= limits * KEPT))
 
 
 def _allowed(flight: Flight, promise: Promise) -> Callable[[Array], bool]:
@@ -219,7 +221,7 @@ def found_of(
     visits = offers.visits(counts)
     laid = laid_out(flight, visits)
     exact = exact or foreseen(flight.unseen, laid)
-    factor = spread_factor(flight, visits)
+    factors = spread_factors(flight, visits)
     closer = exact.figures / judge.promise.figures(counts[None])[0]
-    meets = replace(judge.quick().meeting(closer * factor), late=never)
-    return Found(offers, meets, counts, visits, laid, exact, factor, bound, proved)
+    meets = replace(judge.quick().meeting(closer * factors), late=never)
+    return Found(offers, meets, counts, visits, laid, exact, factors, bound, proved)

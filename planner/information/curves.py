@@ -27,7 +27,9 @@ CURVES = 2000  # drawn of every family: a second moment is then known to 2 % in 
 UNSEEN = 8000  # others, by which what was chosen is judged; not kept, they are drawn block by block
 BLOCK = 500
 MOST_SHAPES = 16  # of unseen curves, of which a process remembers what it looked at: plans are of few tables
-MOST_POINTS = 400  # temperatures at which curves and their second moments are kept, or twice as many as are asked
+MOST_POINTS = (
+    400  # temperatures at which curves and their second moments are kept, or twice as many as are asked
+)
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,9 @@ class Foreseen:
 
 def foreseen(flight: Flight, steps: Sequence[Step], draws: int = FLIGHTS) -> Foreseen:
     """The promise of the campaign that these steps make of one unit; draws: flights for a quantile."""
-    return foreseen_of(flight, campaign(flight.spec, of_design(design(steps, flight.spec))), draws)
+    return foreseen_of(
+        flight, campaign(flight.spec, of_design(design(steps, flight.spec), flight.spec)), draws
+    )
 
 
 def quickly(flight: Flight, promise: Promise, counts: Array) -> Foreseen:

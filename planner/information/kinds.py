@@ -141,6 +141,7 @@ def _runs(spec: Spec, kinds: Sequence[Kind], records: Sequence[RepeatRecords]) -
         np.ones(len(kinds)),
         np.repeat([k.bench for k in kinds], sizes),
         np.repeat([benches.index(k.bench) + 1 for k in kinds], sizes),
+        np.concatenate([r.misplaced for r in records]),
     )
 
 

@@ -19,7 +19,7 @@ from planner.information.exact import foreseen, laid_out
 from planner.information.exchange import Judge, even
 from planner.information.model_of import Flight
 from planner.information.offers import Offer, Offers
-from planner.information.spreads import spread_factor
+from planner.information.spreads import spread_factors
 from planner.nouns.allowances import GeneticHistory
 from planner.nouns.array import Array
 from planner.nouns.deadline import never
@@ -142,7 +142,7 @@ def _exactly(flight: Flight, found: Found, points: Sequence[Point], late: Callab
 def _exact(flight: Flight, found: Found, point: Point, draws: int) -> _Exact:
     visits = found.offers.visits(point.counts)
     exact = foreseen(flight, laid_out(flight, visits, first_only=True), draws)
-    keeps = is_kept(flight, exact, spread_factor(flight, visits)) and found.judge.allowed(point.counts)
+    keeps = is_kept(flight, exact, spread_factors(flight, visits)) and found.judge.allowed(point.counts)
     return _Exact(point, np.array(exact.largest), keeps)
 
 

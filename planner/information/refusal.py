@@ -14,7 +14,7 @@ from planner.information.exchange import Judge, easiest
 from planner.information.model_of import Flight
 from planner.information.offers import Offers
 from planner.information.parts import left_in_flight, shares
-from planner.information.spreads import spread_factor
+from planner.information.spreads import spread_factors
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.repeats_to_schedule import figure, rounded_up
@@ -94,7 +94,7 @@ def _beyond(flight: Flight, offers: Offers, judge: Judge, n: Array, k: int) -> _
     wanted = flight.spec.requirement[k]
     visits = offers.visits(n)
     exact = foreseen(flight.unseen, laid_out(flight, visits, first_only=True)).largest[k]
-    value = max(exact * spread_factor(flight, visits), float(judge.figures(n[None])[0, k])) * FORESEEN
+    value = max(exact * spread_factors(flight, visits)[k], float(judge.figures(n[None])[0, k])) * FORESEEN
     if value <= wanted.limit.si:
         return None
     unit, binds = NAVIGATION_ERRORS[wanted.error], _binding(flight, judge, n, k)

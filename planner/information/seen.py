@@ -70,7 +70,9 @@ class Seen:
         seen = (found.gains[i] @ felt.reshape(*felt.shape[:2], -1)).reshape(a, B, P, F, S, -1)
         each = np.ascontiguousarray(seen.transpose(0, 1, 4, 2, 3, 5)).reshape(a, B, S, P, -1)
         u = (R @ each).reshape(*R.shape[:-1], F, -1).transpose(2, 1, 3, 4, 0, 5)
-        J = self.response[i].transpose(1, 0, 3, 2)  # one product per start over channels and parts of the flight
+        J = self.response[i].transpose(
+            1, 0, 3, 2
+        )  # one product per start over channels and parts of the flight
         X = u.reshape(S, -1, a * u.shape[-1]) @ J.reshape(len(J), a * u.shape[-1], -1)
         return np.asarray(X.reshape(*u.shape[:4], -1).transpose(1, 3, 0, 2, 4))
 

@@ -1,4 +1,4 @@
-"""Spreads that are estimates: by how much the promise must be kept, to be kept with the asked confidence.
+"""Spreads that are estimates: by how much limits must be kept, to be kept with the asked confidence.
 
 A run-to-run spread s estimated from n power-ons leaves the true one open: s_true² = s² κ, κ = ν/χ²_ν,
 ν = n − 1 (with the prior that knows nothing of its size). The square of a figure is nearly linear in every
@@ -6,8 +6,9 @@ A run-to-run spread s estimated from n power-ons leaves the true one open: s_tru
 
     F²(κ) ≈ F² + Σ_e (κ_e − 1) ∂F²/∂κ_e
 
-so that the load L = max_k F_k/limit_k is drawn over all spreads jointly in no time. The factor is its
-quantile at `plan.confidence` over what it is at the stated spreads.
+so that F_k(κ)/F_k is drawn for all requirements k jointly in no time. The factor of each is its quantile at
+one level for all, at which all hold together with `plan.confidence` (simultaneous quantiles). It goes by no
+limit: what is kept easily needs no room of what is not.
 """
 
 from __future__ import annotations
@@ -48,24 +49,32 @@ def estimated_spreads(spec: Spec) -> tuple[Estimated, ...]:
     )
 
 
-def spread_factor(flight: Flight, visits: Sequence[TestVisits]) -> float:
-    """By what the load is multiplied to hold with `plan.confidence`; 1 if all spreads are known."""
-    spreads = estimated_spreads(flight.spec)
+def spread_factors(flight: Flight, visits: Sequence[TestVisits]) -> Array:
+    """(requirements,) times which figures hold with `plan.confidence`; 1 where spreads are known."""
+    spec = flight.spec
+    spreads = estimated_spreads(spec)
     if not spreads:
-        return 1.0
-    limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
+        return np.ones(len(spec.requirement))
 
-    def squares(spec: Spec) -> Array:
-        return np.asarray((figures_with(flight, visits, spec).max(axis=0) / limits) ** 2)
+    def squares(other: Spec) -> Array:
+        return np.asarray(figures_with(flight, visits, other).max(axis=0) ** 2)
 
-    stated = squares(flight.spec)
-    slopes = [squares(scaled(flight.spec, s.error, TWICE, ("run_to_run",))) - stated for s in spreads]
-    rng = np.random.default_rng(flight.spec.plan.seed)
+    stated = squares(spec)
+    slopes = [squares(scaled(spec, s.error, TWICE, ("run_to_run",))) / stated - 1.0 for s in spreads]
+    rng = np.random.default_rng(spec.plan.seed)
     freedom = np.array([s.power_ons - 1 for s in spreads])
     kappa = freedom / rng.chisquare(freedom, size=(DRAWS, len(spreads)))
-    loads = np.sqrt(np.maximum(stated + (kappa - 1.0) @ np.array(slopes), 0.0).max(axis=1))
-    found = float(np.quantile(loads, flight.spec.plan.confidence) / np.sqrt(stated.max()))
-    return max(found, 1.0)
+    ratios = np.sqrt(np.maximum(1.0 + (kappa - 1.0) @ np.array(slopes), 0.0))
+    return np.maximum(simultaneous(ratios, spec.plan.confidence), 1.0)
+
+
+def simultaneous(drawn: Array, share: float) -> Array:
+    """(k,) quantiles at one level, within all of which together lies a share of draws (n, k)."""
+    from scipy.stats import rankdata
+
+    ranks = rankdata(drawn, method="min", axis=0)  # what does not vary is within any level
+    level = np.quantile(ranks.max(axis=1), share, method="higher")
+    return np.asarray(np.sort(drawn, axis=0)[int(level) - 1])
 
 
 def figures_with(flight: Flight, visits: Sequence[TestVisits], spec: Spec) -> Array:

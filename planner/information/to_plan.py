@@ -84,7 +84,6 @@ def plan_of(
         objective_bound=round(least, 6),
         proved=by_hand or found.proved,
         proved_of=proved_of(found, spec.plan.temperature_estimator),
-        spread_factor=found.spread_factor,
         hours_per_limit={},
         genetic=genetic,
         worth=worth,
@@ -136,10 +135,11 @@ def _achieved(flight: Flight, found: Found, index: int) -> Achieved:
         unit=NAVIGATION_ERRORS[wanted.error],
         limit=wanted.limit.si,
         achieved=value,
-        met=value * found.spread_factor <= wanted.limit.si * (1.0 + 1e-6),
+        met=bool(value * found.spread_factors[index] <= wanted.limit.si * (1.0 + 1e-6)),
         shares=shares(flight, found.foreseen, index),
         family=found.foreseen.binding(index),
         temperature=temperature_words(wanted),
+        spread_factor=float(found.spread_factors[index]),
     )
 
 

@@ -24,7 +24,7 @@ def worth_of(found: Found) -> tuple[Worth, ...]:
     places = (int(k) for offer in found.offers.tests for k in offer.places)
     kinds = [k for k in places if n[k] > 0]
     changed = np.array([_with(n, k, to) for k in kinds for to in (0, max(n[k] - 1, 0), n[k] + 1)])
-    figures = found.judge.figures(changed) / found.spread_factor
+    figures = found.judge.figures(changed) / found.spread_factors
     saved = float(found.offers.cost(n[None])[0]) - found.offers.cost(changed)
     return tuple(_worths(found, kinds, figures.reshape(len(kinds), 3, -1), saved.reshape(len(kinds), 3)))
 

@@ -67,7 +67,8 @@ class Achieved:
     """One requirement and what the plan reaches: `achieved` by the requirement's own rule, SI.
 
     family: of temperature curves, under which that is largest; temperature: where flights start, in words;
-    both empty for a plan by the published method
+    both empty for a plan by the published method; spread_factor: `achieved` times it holds with the spec's
+    confidence over spreads that are estimates
     """
 
     error: str
@@ -80,6 +81,7 @@ class Achieved:
     shares: Mapping[str, float]  # error name -> its part of `achieved` (worst_case) or of its square
     family: str = ""
     temperature: str = ""
+    spread_factor: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -210,7 +212,6 @@ class Plan:
     temperature_estimator: Literal["lines", "smooth"] = "lines"
     families: Mapping[str, Mapping[int, float]] = field(default_factory=dict)
     proved_of: str = ""
-    spread_factor: float = 1.0
     worth: tuple[Worth, ...] = ()
     prices: tuple[Price, ...] = ()
     covariance: FlownCovariance | None = None

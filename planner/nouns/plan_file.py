@@ -54,6 +54,7 @@ class RequirementFigures(Part):
     """One requirement, and what the plan reaches, in `unit`; shares of every error.
 
     family: of temperature curves, under which that is largest; temperature: where flights start
+    spread_factor: `achieved` times it holds with the spec's confidence over spreads that are estimates
     """
 
     error: str
@@ -66,6 +67,7 @@ class RequirementFigures(Part):
     shares: dict[str, Number]
     family: str | None = None
     temperature: str | None = None
+    spread_factor: Positive = 1.0
 
 
 class SensitivityFigures(Part):

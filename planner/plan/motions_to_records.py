@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.campaign.design import DEFAULT_LATITUDE
-from planner.campaign.exposure import exposure, mounting
+from planner.campaign.exposure import Asked, mounting
+from planner.campaign.reference_errors import reference_errors
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.spec.attendance import record_time
@@ -20,11 +21,12 @@ ANY_DEGC = 20.0  # of a repeat; effects of temperature are not told apart within
 
 @dataclass(frozen=True)
 class RepeatRecords:
-    """The m records of one repeat of a test. duration: (m,) s."""
+    """The m records of one repeat of a test. duration: (m,) s; misplaced: of `reference_errors`."""
 
     test: str
     conditions: Conditions
     duration: Array
+    misplaced: Array
 
 
 def repeat_records(spec: Spec, name: str) -> RepeatRecords | None:
@@ -35,10 +37,11 @@ def repeat_records(spec: Spec, name: str) -> RepeatRecords | None:
     if any(motion is None for motion in motions):
         return None
     m = len(motions)
-    seen = [
-        exposure(motion, test.record, DEFAULT_LATITUDE, arm=bench.arm, mount=mounting(k, m, bench.axes))
+    asked = [
+        Asked(motion or {}, test.record, DEFAULT_LATITUDE, bench.arm, mounting(k, m, bench.axes))
         for k, motion in enumerate(motions)
     ]
+    seen = [one.exposed() for one in asked]
     conditions = Conditions(
         rate=np.array([e.rate for e in seen]),
         specific_force=np.array([e.specific_force for e in seen]),
@@ -47,7 +50,8 @@ def repeat_records(spec: Spec, name: str) -> RepeatRecords | None:
         time_on=record_middles(bench, test, m),
         day=np.zeros(m),
     )
-    return RepeatRecords(name, conditions, np.full(m, test.record))
+    misplaced = reference_errors(asked, [test.bench] * m, spec)
+    return RepeatRecords(name, conditions, np.full(m, test.record), misplaced)
 
 
 def record_middles(bench: Bench, test: Test, count: int) -> Array:

@@ -70,7 +70,7 @@ def campaign_of(spec: Spec, visits: Sequence[TestVisits], *, largest: bool = Fal
     alone = with_plan(spec, units=None, shifts=())
     laid = steps(alone, Chosen(tuple(known), (), 0.0, 0.0, False))
     made = design(laid, spec)
-    runs = of_design(made)
+    runs = of_design(made, spec)
     if largest:
         tests = {step.id: step.test or "" for step in laid}
         runs = _counted(spec, runs, [tests[str(made.step[start])] for start in runs.starts])

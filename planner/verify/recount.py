@@ -365,11 +365,15 @@ def _check_spreads(document: Document, spec: Spec) -> Findings:
     """Figures need no room for spreads that are known; for estimates they need some."""
     found = Findings("spreads", "the factor that figures keep for spreads that are estimates")
     budgets = [b for sensor in SENSORS for b in getattr(spec.unit, sensor).values()]
-    factor = document.get("spread_factor", 1.0)
-    if all(b.power_ons is None or b.run_to_run_largest == 0.0 for b in budgets):
-        found.same("spread_factor", factor, 1.0, 0.0)
-    else:
-        found.at_most("spread_factor", 1.0, factor, 0.0)
+    largest = document.get("spread_factor", 1.0)
+    factors = [r.get("spread_factor", largest) for r in document["requirements"]]
+    found.same("spread_factor", largest, max(factors), 0.0)
+    known = all(b.power_ons is None or b.run_to_run_largest == 0.0 for b in budgets)
+    for i, factor in enumerate(factors):
+        if known:
+            found.same(f"requirements {i}, spread_factor", factor, 1.0, 0.0)
+        else:
+            found.at_most(f"requirements {i}, spread_factor", 1.0, factor, 0.0)
     return found
 
 

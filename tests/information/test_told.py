@@ -35,7 +35,7 @@ def drawn(every: Everything, count: int, seed: int) -> Array:
 
 def laid(flight: Flight, every: Everything, n: Array) -> dict[tuple[str, int], ChannelCampaign]:
     """The campaign model of the steps; all on one day, as `told` is without days."""
-    runs = of_design(design(laid_out(flight, every.offers.visits(n)), flight.spec))
+    runs = of_design(design(laid_out(flight, every.offers.visits(n)), flight.spec), flight.spec)
     runs.conditions.day[:] = 0.0
     return {(s, k): c for (s, k), c in campaign(flight.spec, runs).channels.items()}
 
@@ -89,7 +89,7 @@ def test_the_covariance_is_dense_algebras(seed: int) -> None:
     counts = drawn(every, 2, seed + 1)
     for group, one in each(every, counts):
         for b, n in enumerate(counts):
-            runs, mine = of_design(design(laid_out(flight, every.offers.visits(n)), spec)), own(one, b)
+            runs, mine = of_design(design(laid_out(flight, every.offers.visits(n)), spec), spec), own(one, b)
             for a, c in enumerate(group.channels):
                 budgets = getattr(spec.unit, c.sensor)
                 names = dict.fromkeys(t.error.effect for t in c.terms)
@@ -213,7 +213,7 @@ def test_tables_are_those_of_the_campaign_itself(used: str, apart: float) -> Non
     kinds = kinds_of(spec, [(test, (-30.0, 10.0 + i * apart, 40.0)) for i, test in enumerate(spec.tests)])
     offers = offers_of(spec, kinds.kinds)
     n = np.array([2.0 if k.test in used.split() else 0.0 for k in kinds.kinds])
-    runs = of_design(design(steps(spec, Choice(offers.visits(n), (), 0.0, 0.0, False)), spec))
+    runs = of_design(design(steps(spec, Choice(offers.visits(n), (), 0.0, 0.0, False)), spec), spec)
     made = campaign(spec, runs).channels
     for group in alike(kinds.channels, kinds.degc):
         one = told(group, n[None], [])

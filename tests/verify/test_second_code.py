@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,15 +11,19 @@ from hypothesis import strategies as st
 
 from planner.campaign.design import design
 from planner.campaign.exposure import Misplaced, exposure
+from planner.campaign.model import campaign
+from planner.campaign.power_ons import of_design
+from planner.campaign.reference_errors import reference_errors
 from planner.nouns.plan_file import steps_of
 from planner.protocols import SENSORS
 from planner.simulate.campaign import Settings
 from planner.simulate.temperature_curves import curve_family
+from planner.spec.references import BenchAccuracy
 from planner.verify.chance import Chance
 from planner.verify.curves import family
 from planner.verify.exposures import BENCH_LATITUDE, motion_of, turned_by
 from planner.verify.records import records_of
-from planner.verify.references import felt
+from planner.verify.references import directions, felt
 from tests.verify.plans import SPECS, plan_of
 
 angle = st.floats(-360.0, 360.0)
@@ -51,6 +57,39 @@ def test_benches_do_to_a_unit_what_simulate_says(asked, seconds, mount, arm, lev
     rate, force = felt(motion_of(asked, seconds, arm, mount), base, held, np.array([faster]))
     np.testing.assert_allclose(rate[0], wanted.rate, atol=1e-11)
     np.testing.assert_allclose(force[0], wanted.specific_force, atol=1e-10)
+
+
+def test_what_errs_on_a_bench_adds_to_first_order_what_verify_says():
+    """Levels about north and west, and the rate, of records that lie, stand and turn."""
+    plan = plan_of("flown")
+    spec = plan.loaded.spec
+    accuracy = BenchAccuracy.model_validate({"level": "0.05 deg", "rate": "100 ppm"})
+    benches = {name: bench.model_copy(update={"accuracy": accuracy}) for name, bench in spec.benches.items()}
+    spec = spec.model_copy(update={"benches": benches})
+    made = design(steps_of(plan.document), spec)
+    own = reference_errors(made.asked, made.bench.tolist(), spec)
+    ways = directions(records_of(plan.document, spec), spec)
+    wanted = np.zeros_like(own)
+    for number, way in enumerate(ways):  # two levels and a rate of every bench
+        wanted[:, number % 3] += np.stack([way.rate, way.specific_force], axis=1)
+    assert len(ways) == 3 * len(dict.fromkeys(made.bench.tolist()))
+    assert np.abs(wanted[:, :2, 1][np.linalg.norm(made.conditions.rate, axis=1) > 0.1]).max() > 1.0
+    np.testing.assert_allclose(own, wanted, atol=1e-6 * np.abs(wanted).max())
+
+
+def test_a_table_whose_motions_nobody_knows_is_as_well_known_as_a_plan_of_it():
+    """What a tilt adds to rests and to turns is then told by the conditions alone."""
+    plan = plan_of("flown")
+    right = plan.loaded.spec
+    accuracy = BenchAccuracy.model_validate({"level": "0.05 deg", "rate": "100 ppm"})
+    benches = {name: bench.model_copy(update={"accuracy": accuracy}) for name, bench in right.benches.items()}
+    spec = right.model_copy(update={"benches": benches})
+    runs = of_design(design(steps_of(plan.document), spec), spec)
+    table = replace(runs, misplaced=None)
+    for channel, known in campaign(spec, runs).channels.items():
+        sigma, without = known.known().sigma, campaign(right, runs).channels[channel].known().sigma
+        assert np.any(sigma > 1.01 * without)
+        np.testing.assert_allclose(campaign(spec, table).channels[channel].known().sigma, sigma, rtol=0.01)
 
 
 @pytest.mark.parametrize("name", SPECS)

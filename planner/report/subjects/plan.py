@@ -129,10 +129,12 @@ def verdict(achieved: Achieved, why: tuple[str, ...]) -> Verdict:
     sign = "≤" if achieved.met else ">"
     reached, limit = (quantity(value, achieved.unit) for value in (achieved.achieved, achieved.limit))
     at = f", {_FLOWN[achieved.temperature]}" if achieved.temperature in _FLOWN else ""
-    room = achieved.limit - achieved.achieved
+    factor = achieved.spread_factor
+    times = f" × {factor:.4g} for spreads that are estimates" if factor > 1.0 else ""
+    room = achieved.limit - achieved.achieved * factor
     margin = f"{quantity(abs(room), achieved.unit, 3)}, {percent(abs(room) / achieved.limit)}"
     return Verdict(
-        f"{achieved.error}: {reached} {sign} {limit}",
+        f"{achieved.error}: {reached}{times} {sign} {limit}",
         f"{'margin' if room >= 0 else 'over by'} {margin}; "
         f"{when(achieved.at)}, {achieved.rule.replace('_', ' ')}{at}",
         achieved.achieved,
