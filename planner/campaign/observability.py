@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import catalog
-from planner.campaign.model import DEGENERATE, Campaign, ChannelCampaign
+from planner.campaign.model import Campaign, ChannelCampaign
 from planner.campaign.noise import budget_of
 from planner.campaign.out_of_range import out_of_range
 from planner.measurement import Carried, ChannelModel, Column, sensed
@@ -27,6 +27,7 @@ from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS, Sensor
 from planner.solvers.least_squares import factors
 
+DEGENERATE = 1e-9  # share of the largest singular value at which a combination of columns is not seen
 TWO_SIDED = 1.96  # sigmas within which 95 % of a normal variate lie
 PARTNER = 0.1  # share of the strongest coefficient in a combination from which one takes part in it
 BY_TEMPERATURE = frozenset(("temperature_degc",))
@@ -41,7 +42,6 @@ class Unobservable:
     nodes_degc: the nodes of its table where that is so, none without a table; everywhere: it is so at all of
         them
     partners: the other errors of the combinations that hide it most; none when no record shows it at all
-    known_to: 1.96 standard errors of the worst node, SI; infinite when a combination is not seen at all
     """
 
     error: ErrorName
@@ -50,7 +50,6 @@ class Unobservable:
     nodes_degc: tuple[float, ...]
     everywhere: bool
     partners: tuple[ErrorName, ...]
-    known_to: float
 
 
 def unobservable(
@@ -172,9 +171,7 @@ def _unobservable(rows: _Rows, asked: Collection[ErrorName], campaign: Campaign)
         partners = dict.fromkeys(e for errors in hidden for e in errors if e != error)
         nodes = tuple(n for i in indices if not np.isnan(n := rows.columns[i].column.node_degc))
         every = sum((p.channel, p.error, p.column.term) == (channel, error, term) for p in rows.columns)
-        yield Unobservable(
-            error, term, channel, nodes, len(indices) == every, tuple(partners), float(reach[indices].max())
-        )
+        yield Unobservable(error, term, channel, nodes, len(indices) == every, tuple(partners))
 
 
 def _shows(rows: _Rows, i: int, campaign: Campaign, hidden: bool) -> bool:
