@@ -109,7 +109,7 @@ def _descended(
         step = np.zeros(9)
         if found.rank < len(index) and len(index) < 9:
             break
-        step[index] = found.to_coefficients @ (found.basis.T @ -np.concatenate([residual, prior * p]))
+        step[index] = found.solve(-np.concatenate([residual, prior * p]))
         p = p + step
         if np.abs(J @ step).max() < 1e-12 * g:
             break
@@ -177,7 +177,7 @@ def _start(a: Array, g: float, form: Form) -> Array:
     found = factors(H, _RANK)
     if found.rank < 9:
         return nothing
-    c = found.to_coefficients @ (found.basis.T @ np.ones(len(a)))
+    c = found.solve(np.ones(len(a)))
     M = np.array([[c[0], c[3], c[4]], [c[3], c[1], c[5]], [c[4], c[5], c[2]]])
     if np.linalg.eigvalsh(M).min() <= 0:
         return nothing

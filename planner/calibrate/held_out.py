@@ -49,7 +49,7 @@ def _predicted_from_others(fit: Estimate, y: Array, rows: NDArray[np.int64]) -> 
     for k in range(rows.max() + 1):
         out = rows == k
         found = factors(white[~out, :-1])
-        beta = found.to_coefficients @ (found.basis.T @ white[~out, -1])
+        beta = found.solve(white[~out, -1])
         left[out] = target[out] - fit.J[out] @ beta
     return left
 

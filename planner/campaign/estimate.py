@@ -158,7 +158,7 @@ def weighed(
     X, target, effects, full = _with_pseudo_records(y, J, prior, noise, variances)
     white = covariance(effects, full.theta).whiten(np.column_stack([X, target]))
     found = factors(white[:, :-1])
-    beta = found.to_coefficients @ (found.basis.T @ white[:, -1])
+    beta = found.solve(white[:, -1])
     error = np.sqrt(np.sum(found.to_coefficients**2, axis=1))
     return beta[:p], error[:p], (white[:, -1] - white[:, :-1] @ beta)[:n]
 

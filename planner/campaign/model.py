@@ -29,6 +29,8 @@ from planner.solvers.random_effects import covariance
 from planner.solvers.reml import Variances
 from planner.spec.model import Spec
 
+DEGENERATE = 1e-9  # share of the largest singular value at which a combination of columns is not seen
+
 
 @dataclass(frozen=True)
 class ChannelCampaign:
@@ -76,6 +78,14 @@ class ChannelCampaign:
         p, q = self.model.linear, len(self.prior.sigma)
         pseudo = np.hstack([np.zeros((q, p)), np.diag(1.0 / self.prior.sigma)]) if q else np.empty((0, p))
         return np.vstack([rows, pseudo])
+
+    def sigma(self) -> Array:
+        """(p,) standard error of every linear coefficient, infinite where no record sees it by itself."""
+        from planner.solvers.least_squares import factors
+
+        found = factors(self.rows(), DEGENERATE)
+        variance = np.diag(found.to_coefficients @ found.to_coefficients.T)
+        return np.where(found.undetermined(), np.inf, np.sqrt(variance))[: self.model.linear]
 
     def whiten(self, rows: Array) -> Array:
         """W r for rows (n, m), W V Wᵀ = I."""

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import catalog
-from planner.campaign.model import Campaign, ChannelCampaign
+from planner.campaign.model import DEGENERATE, Campaign, ChannelCampaign
 from planner.campaign.noise import budget_of
 from planner.campaign.out_of_range import out_of_range
 from planner.measurement import Carried, ChannelModel, Column, sensed
@@ -27,7 +27,6 @@ from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS, Sensor
 from planner.solvers.least_squares import factors
 
-DEGENERATE = 1e-9  # share of the largest singular value at which a combination of columns is not seen
 TWO_SIDED = 1.96  # sigmas within which 95 % of a normal variate lie
 PARTNER = 0.1  # share of the strongest coefficient in a combination from which one takes part in it
 BY_TEMPERATURE = frozenset(("temperature_degc",))

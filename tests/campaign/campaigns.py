@@ -78,7 +78,7 @@ def counted(runs: PowerOns, counts: Array) -> PowerOns:
 
 @dataclass(frozen=True)
 class Known:
-    """What a campaign tells of the linear coefficients of one channel: (p,), (p, p) and (p,)."""
+    """What a campaign tells of the linear coefficients of one channel; sigma: standard errors."""
 
     columns: tuple[Column, ...]
     covariance: Array
@@ -91,4 +91,4 @@ def known(c: ChannelCampaign) -> Known:
     size = np.linalg.norm(rows, axis=0)
     root = np.linalg.pinv(rows / size) / size[:, None]
     covariance = (root @ root.T)[:p, :p]
-    return Known(c.model.columns()[:p], covariance, np.sqrt(np.diag(covariance)))
+    return Known(c.model.columns()[:p], covariance, c.sigma())
