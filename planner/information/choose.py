@@ -194,8 +194,7 @@ def exactly(flight: Flight, offers: Offers, counts: Array) -> Foreseen:
 
 def is_kept(flight: Flight, exact: Foreseen, factor: float) -> bool:
     """Whether every exact figure, times a factor for spreads that are estimates, is within its limit."""
-    limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
-    return bool(np.all(exact.figures * factor <= limits * KEPT))
+    return bool(np.all(exact.figures * factor <= flight.limits * KEPT))
 
 
 def _allowed(flight: Flight, promise: Promise) -> Callable[[Array], bool]:

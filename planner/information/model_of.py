@@ -51,6 +51,11 @@ class Flight:
             self, spec=spec, curves=Curves(spec, self.curves.drawn, self.curves.unseen, self.curves.on_offer)
         )
 
+    @property
+    def limits(self) -> Array:
+        """(requirements,) SI."""
+        return np.array([wanted.limit.si for wanted in self.spec.requirement])
+
     @cached_property
     def unseen(self) -> Flight:
         """The same flight under other curves, and more of them, than a campaign is searched by."""

@@ -53,10 +53,9 @@ def spread_factor(flight: Flight, visits: Sequence[TestVisits]) -> float:
     spreads = estimated_spreads(flight.spec)
     if not spreads:
         return 1.0
-    limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
 
     def squares(spec: Spec) -> Array:
-        return np.asarray((figures_with(flight, visits, spec).max(axis=0) / limits) ** 2)
+        return np.asarray((figures_with(flight, visits, spec).max(axis=0) / flight.limits) ** 2)
 
     stated = squares(flight.spec)
     slopes = [squares(scaled(flight.spec, s.error, TWICE, ("run_to_run",))) - stated for s in spreads]

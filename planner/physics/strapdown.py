@@ -81,9 +81,9 @@ def integrate(
     attitude = quaternion.to_matrix(turned[:, 1:]).swapaxes(0, 1)
     state = from_inertial(attitude, speed[:, 1:].T, position[:, 1:].T, at * step_s)
     if instants is None:
-        state = _part(state, (slice(None), 0))
+        state = part_of(state, (slice(None), 0))
     single = angle.ndim == velocity.ndim == 2 and np.ndim(start.latitude) == 0
-    return _part(state, (0,)) if single else state
+    return part_of(state, (0,)) if single else state
 
 
 def compensate(angle: Array, velocity: Array) -> tuple[Array, Array]:
@@ -267,9 +267,10 @@ def _carried(position: Array) -> Array:
 
 
 def _with_flights(state: NavigationState) -> NavigationState:
-    return _part(state, (None,)) if np.ndim(state.latitude) == 0 else state
+    return part_of(state, (None,)) if np.ndim(state.latitude) == 0 else state
 
 
-def _part(state: NavigationState, index: tuple[slice | int | None, ...]) -> NavigationState:
+def part_of(state: NavigationState, index: tuple[slice | int | Sequence[int] | None, ...]) -> NavigationState:
+    """Some of the states, as NumPy takes an index."""
     fields = (state.latitude, state.longitude, state.altitude, state.velocity, state.attitude)
     return NavigationState(*(np.asarray(x)[index] for x in fields))
