@@ -29,7 +29,7 @@ _RANK = 1e-6  # a combination of unknowns that changes |f| a million times less 
 
 @dataclass(frozen=True)
 class FreeFit:
-    """K (3, 3) and b (3,) m/s² of a = K f + b, with covariance (9, 9) of `unknowns` and what is not seen.
+    """K (3, 3) and b (3,) m/s² of a = K f + b, with covariance (9, 9) of the unknowns and what is not seen.
 
     unknowns: (9,) diagonal of K − I, three lower off-diagonal numbers of K, b
     residual: (n,) |f| − g in m/s²; freedom: rows less the rank
@@ -43,11 +43,6 @@ class FreeFit:
     freedom: int
     condition: float
     square: bool = False  # the axes were taken as square to each other, for lack of orientations
-
-    @property
-    def unknowns(self) -> Array:
-        """(9,)."""
-        return np.concatenate([np.diag(self.K) - 1.0, self.K[[1, 2, 2], [0, 0, 1]], self.b])
 
 
 def shapes(form: Form) -> Array:
