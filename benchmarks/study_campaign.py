@@ -65,7 +65,7 @@ def one(name: str, seeds: range) -> list[Row]:
     spec = noisy(name)
     plan = laid_out(spec)
     unit, settings = prepared(spec), settings_of(spec)
-    promised = {k: c.known() for k, c in campaign(spec, of_design(plan, spec)).channels.items()}
+    promised = {k: c.sigma() for k, c in campaign(spec, of_design(plan, spec)).channels.items()}
     rows: list[Row] = []
     for seed in seeds:
         table, truth = simulate(plan, unit, seed, settings=settings)
@@ -73,8 +73,8 @@ def one(name: str, seeds: range) -> list[Row]:
             readings = table.gyro if sensor == "gyro" else table.acc
             assert readings is not None
             for fit in fit_triad(sensor, readings, of_table(table), spec, spec.effects):
-                known = promised[sensor, fit.model.channel]
-                for c, sigma in zip(coefficients_of(fit, spec), known.sigma, strict=True):
+                sigmas = promised[sensor, fit.model.channel]
+                for c, sigma in zip(coefficients_of(fit, spec), sigmas, strict=True):
                     degc = 20.0 if c.temperature_degc is None else c.temperature_degc
                     true = truth.at(c.error, c.term, degc)
                     key = f"{name} {c.error} {c.channel} {c.term} {degc:.0f}"

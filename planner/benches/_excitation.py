@@ -28,6 +28,9 @@ _BASE: tuple[str, ...] = get_args(Group)  # every group is called after its plai
 _LEAST_SHARE = 1e-3
 
 
+Motion = Mapping[str, float]
+
+
 class Observable(Set[str]):
     """Errors, as `gyro.bias`, shown by a bench that excites some of rate, gravity, acceleration, temperature.
 
@@ -51,6 +54,17 @@ class Observable(Set[str]):
     @classmethod
     def _from_iterable(cls, errors: Iterable[str]) -> Set[str]:  # type: ignore[override]  # the base's is generic, this set holds str alone
         return frozenset(errors)  # what `&` and `|` give
+
+
+class Bench:
+    """What our kinds of bench have in common; each has a name and offers its motions."""
+
+    excites: frozenset[str]
+
+    @property
+    def observes(self) -> Set[str]:
+        """Errors, as `gyro.scale_factor`, that its records can show."""
+        return Observable(self.excites)
 
 
 @cache
@@ -129,7 +143,7 @@ def directions() -> Array:
     return np.array([np.array(v) * sign / np.linalg.norm(v) for v in ordered for sign in (1.0, -1.0)])
 
 
-def pointing_up(direction: Array) -> Mapping[str, float]:
+def pointing_up(direction: Array) -> Motion:
     """Positions of a two-axis table at which a body direction (3,) points up.
 
     Axis 1 carries the unit and is its z axis, axis 2 tilts axis 1 and is the unit's y axis at zero, so up is

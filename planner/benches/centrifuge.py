@@ -7,26 +7,19 @@ or more axes, axis 2 turns the unit at the arm's end and brings its x, y, −x, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Sequence
 from itertools import cycle, islice, product
 
 import numpy as np
 
-from planner.benches._excitation import LOADS_G, Observable, chosen
-
-Motion = Mapping[str, float]
+from planner.benches._excitation import LOADS_G, Bench, Motion, chosen
 
 
-class Centrifuge:
+class Centrifuge(Bench):
     """Excites acceleration together with rate, gravity (by mounting) and, with a chamber, temperature."""
 
     name = "centrifuge"
     excites = frozenset({"rate", "gravity", "acceleration", "temperature"})
-
-    @property
-    def observes(self) -> Set[str]:
-        """Errors, as `gyro.scale_factor_acceleration`, that its records can show."""
-        return Observable(self.excites)
 
     def motions(
         self,

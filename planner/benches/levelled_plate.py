@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Sequence
 from itertools import cycle, islice
 
 import numpy as np
 
-from planner.benches._excitation import Observable, directions, pointing_up
-
-Motion = Mapping[str, float]
+from planner.benches._excitation import Bench, Motion, directions, pointing_up
 
 
-class LevelledPlate:
+class LevelledPlate(Bench):
     """Excites gravity and, with a chamber, temperature; it has no drive, so no rate."""
 
     name = "levelled_plate"
     excites = frozenset({"gravity", "temperature"})
-
-    @property
-    def observes(self) -> Set[str]:
-        """Errors, as `accelerometer.bias`, that its records can show."""
-        return Observable(self.excites)
 
     def motions(
         self,

@@ -8,27 +8,20 @@ A table of one axis cannot turn over: the operator remounts the unit between its
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Sequence
 from itertools import cycle, islice, product
 
 import numpy as np
 
-from planner.benches._excitation import RATES_DPS, Observable, chosen, directions, pointing_up
+from planner.benches._excitation import RATES_DPS, Bench, Motion, chosen, directions, pointing_up
 from planner.catalog import effects
 
-Motion = Mapping[str, float]
 
-
-class RateTable:
+class RateTable(Bench):
     """Excites rate, gravity (by attitude) and, in its chamber, temperature; never more than 1 g."""
 
     name = "rate_table"
     excites = frozenset({"rate", "gravity", "temperature"})
-
-    @property
-    def observes(self) -> Set[str]:
-        """Errors, as `gyro.scale_factor`, that its records can show."""
-        return Observable(self.excites)
 
     def motions(
         self,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from planner.calibrate.held_out import residual_of
 from planner.calibrate.in_store import EFFECTS as RENEWED
 from planner.calibrate.in_store import by_the_old, renewed
 from planner.calibrate.methods import CUBES, METHODS, Method, resting
+from planner.calibrate.reference_table import with_gravity
 from planner.calibrate.rest_methods import (
     AGED,
     accelerometers_by_free_orientations,
@@ -41,7 +41,6 @@ from planner.nouns.progress import Progress, silent
 from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS, Sensor
 from planner.spec.model import Spec
-from planner.units import STANDARD_GRAVITY_MPS2
 
 
 def calibrate(
@@ -113,12 +112,9 @@ def _by_declared_effects(
     notes: list[str] = []
     found: list[SensorCalibration] = []
     if table.ref_acc is None and table.acc is not None:
-        free = accelerometers_by_free_orientations(table)
+        table, free = with_gravity(table)
         notes.append("no ref_acc: the accelerometers are calibrated by |f| = g and are the reference then")
         found.append(free)
-        f = true_input(table.acc, free.tables, "accelerometer", table.conditions())
-        size = np.linalg.norm(f, axis=1, keepdims=True)
-        table = replace(table, ref_acc=f * STANDARD_GRAVITY_MPS2 / np.where(size > 0, size, 1.0))
     table, assumed = referenced(table, options.latitude)
     wanted: tuple[Sensor, ...] = ("gyro",) if found else SENSORS
     fitted, missing = _fitted(table, wanted, curves, curves.spec.effects, options)

@@ -85,6 +85,7 @@ def coefficients_of(fit: Estimate, spec: Spec, faint: NDArray[np.bool_] | None =
         if p is not None and p.scale == "logarithmic":  # the interval is one of the logarithm
             value, low, high = (p.value(x) for x in (value, low, high))
             error *= value
+        status: Status = "undetermined" if fit.fit.undetermined[i] else "weak" if faint[i] else "determined"
         found.append(
             Coefficient(
                 error=f"{fit.model.sensor}.{column.effect}",
@@ -97,7 +98,7 @@ def coefficients_of(fit: Estimate, spec: Spec, faint: NDArray[np.bool_] | None =
                 freedom=float(fit.fit.freedom[i]),
                 low=low,
                 high=high,
-                status=_status(bool(fit.fit.undetermined[i]), bool(faint[i])),
+                status=status,
             )
         )
     return found
@@ -111,10 +112,6 @@ def half_widths(fit: Estimate) -> Array:
 
 def _errors(fit: Estimate) -> Array:
     return np.sqrt(np.maximum(np.diag(fit.fit.covariance), 0.0))
-
-
-def _status(undetermined: bool, faint: bool) -> Status:
-    return "undetermined" if undetermined else "weak" if faint else "determined"
 
 
 def _remedies(sensor: str, fits: Sequence[Estimate]) -> list[str]:

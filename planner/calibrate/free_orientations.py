@@ -29,7 +29,7 @@ _RANK = 1e-6  # a combination of unknowns that changes |f| a million times less 
 
 @dataclass(frozen=True)
 class FreeFit:
-    """K (3, 3) and b (3,) m/s² of a = K f + b, with covariance (9, 9) of `unknowns` and what is not seen.
+    """K (3, 3) and b (3,) m/s² of a = K f + b, with covariance (9, 9) of the unknowns and what is not seen.
 
     unknowns: (9,) diagonal of K − I, three lower off-diagonal numbers of K, b
     residual: (n,) |f| − g in m/s²; freedom: rows less the rank
@@ -43,11 +43,6 @@ class FreeFit:
     freedom: int
     condition: float
     square: bool = False  # the axes were taken as square to each other, for lack of orientations
-
-    @property
-    def unknowns(self) -> Array:
-        """(9,)."""
-        return np.concatenate([np.diag(self.K) - 1.0, self.K[[1, 2, 2], [0, 0, 1]], self.b])
 
 
 def shapes(form: Form) -> Array:
@@ -109,7 +104,7 @@ def _descended(
         step = np.zeros(9)
         if found.rank < len(index) and len(index) < 9:
             break
-        step[index] = found.to_coefficients @ (found.basis.T @ -np.concatenate([residual, prior * p]))
+        step[index] = found.solve(-np.concatenate([residual, prior * p]))
         p = p + step
         if np.abs(J @ step).max() < 1e-12 * g:
             break
@@ -177,7 +172,7 @@ def _start(a: Array, g: float, form: Form) -> Array:
     found = factors(H, _RANK)
     if found.rank < 9:
         return nothing
-    c = found.to_coefficients @ (found.basis.T @ np.ones(len(a)))
+    c = found.solve(np.ones(len(a)))
     M = np.array([[c[0], c[3], c[4]], [c[3], c[1], c[5]], [c[4], c[5], c[2]]])
     if np.linalg.eigvalsh(M).min() <= 0:
         return nothing

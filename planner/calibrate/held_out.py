@@ -26,18 +26,18 @@ def residual_of(fit: Estimate, y: Array) -> Residual:
     starts = fit.noise.effects.starts
     fold = _folds(fit, starts)
     raw = y - fit.model.u
-    own = _rms(fit.residual)
+    own = rms(fit.residual)
     channel = AXES[fit.model.channel]
     if fold.max(initial=-1) < 1:
         how = "no run has a repeat to be held out: these figures are of the rows that were fitted"
-        return Residual(channel, _rms(raw), own, own, False, len(y), len(starts), how)
+        return Residual(channel, rms(raw), own, own, False, len(y), len(starts), how)
     rows = np.repeat(fold, np.diff(np.append(starts, len(y))))
     left = _predicted_from_others(fit, y, rows)
     seen = rows >= 0
     alone = int((fold < 0).sum())
     how = f"{fold.max() + 1} folds of whole runs; {alone} runs without a repeat stay in every fit"
     return Residual(
-        channel, _rms(raw[seen]), _rms(left[seen]), own, True, int(seen.sum()), int((fold >= 0).sum()), how
+        channel, rms(raw[seen]), rms(left[seen]), own, True, int(seen.sum()), int((fold >= 0).sum()), how
     )
 
 
@@ -49,7 +49,7 @@ def _predicted_from_others(fit: Estimate, y: Array, rows: NDArray[np.int64]) -> 
     for k in range(rows.max() + 1):
         out = rows == k
         found = factors(white[~out, :-1])
-        beta = found.to_coefficients @ (found.basis.T @ white[~out, -1])
+        beta = found.solve(white[~out, -1])
         left[out] = target[out] - fit.J[out] @ beta
     return left
 
@@ -86,5 +86,6 @@ def _conditions_of_runs(fit: Estimate, starts: NDArray[np.int64]) -> NDArray[np.
     return columns.astype(np.int64)
 
 
-def _rms(x: Array) -> float:
+def rms(x: Array) -> float:
+    """Root mean square of (n,); nan of nothing."""
     return float(np.sqrt(np.mean(x * x))) if len(x) else float("nan")

@@ -56,7 +56,7 @@ def poisson_gyro(turns: Sequence[Turn]) -> PoissonFit:
     for _ in range(_STEPS):
         r, J = _linearised(turns, S)
         found = factors(J, _RANK)
-        step = found.to_coefficients @ (found.basis.T @ -r)
+        step = found.solve(-r)
         S = S + step.reshape(3, 3)
         if np.abs(step).max() < 1e-9:
             break

@@ -9,6 +9,7 @@ import numpy as np
 from planner.calibrate.correction import true_input
 from planner.calibrate.rest_methods import accelerometers_by_free_orientations
 from planner.dwells.references import referenced
+from planner.nouns.calibration import SensorCalibration
 from planner.nouns.dwell_table import DwellTable
 from planner.units import STANDARD_GRAVITY_MPS2
 
@@ -20,8 +21,14 @@ def with_references(table: DwellTable) -> DwellTable:
     at rest. Raises InputError when the accelerometers read no gravity.
     """
     if table.ref_acc is None and table.acc is not None:
-        free = accelerometers_by_free_orientations(table)
-        f = true_input(table.acc, free.tables, "accelerometer", table.conditions())
-        size = np.linalg.norm(f, axis=1, keepdims=True)
-        table = replace(table, ref_acc=f * STANDARD_GRAVITY_MPS2 / np.where(size > 0, size, 1.0))
+        table, _ = with_gravity(table)
     return referenced(table, None)[0]
+
+
+def with_gravity(table: DwellTable) -> tuple[DwellTable, SensorCalibration]:
+    """The table with `ref_acc`: the direction of its accelerometers as calibrated by |f| = g, and these."""
+    assert table.acc is not None  # asked by the caller
+    free = accelerometers_by_free_orientations(table)
+    f = true_input(table.acc, free.tables, "accelerometer", table.conditions())
+    size = np.linalg.norm(f, axis=1, keepdims=True)
+    return replace(table, ref_acc=f * STANDARD_GRAVITY_MPS2 / np.where(size > 0, size, 1.0)), free

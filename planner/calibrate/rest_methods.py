@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.calibrate.free_orientations import Form, FreeFit, ellipsoid, free_orientations
+from planner.calibrate.held_out import rms
 from planner.dwells.table_rows import level, rows_of
 from planner.errors import InputError
 from planner.nouns.array import Array
@@ -94,10 +95,10 @@ def _notes(fit: FreeFit, form: Form, coefficients: Sequence[Coefficient]) -> Ite
 def _modulus(a: Array, fit: FreeFit, form: Form, by: str) -> Residual:
     """RMS of |f| − g before and after, the latter on rests that were left out of the fit."""
     before = np.linalg.norm(a, axis=1) - STANDARD_GRAVITY_MPS2
-    own = _rms(fit.residual)
+    own = rms(fit.residual)
     if len(a) < 9 + FOLDS or fit.undetermined.any():
         return Residual(
-            "modulus", _rms(before), own, own, False, len(a), len(a), "of the rests that were fitted"
+            "modulus", rms(before), own, own, False, len(a), len(a), "of the rests that were fitted"
         )
     left = np.zeros(len(a))
     for k in range(FOLDS):
@@ -106,11 +107,7 @@ def _modulus(a: Array, fit: FreeFit, form: Form, by: str) -> Residual:
         f = (a[out] - other.b) @ np.linalg.inv(other.K).T
         left[out] = np.linalg.norm(f, axis=1) - STANDARD_GRAVITY_MPS2
     how = f"|f| − g on rests left out, {FOLDS} folds"
-    return Residual("modulus", _rms(before), _rms(left), own, True, len(a), len(a), how)
-
-
-def _rms(x: Array) -> float:
-    return float(np.sqrt(np.mean(x * x)))
+    return Residual("modulus", rms(before), rms(left), own, True, len(a), len(a), how)
 
 
 def _coefficients(fit: FreeFit) -> list[Coefficient]:
@@ -120,22 +117,28 @@ def _coefficients(fit: FreeFit) -> list[Coefficient]:
     for row, (_, i, j) in enumerate(_LOWER, start=3):
         to[row, row], to[row, i] = 1.0 / K[i, i], -K[i, j] / K[i, i] ** 2
     error = np.sqrt(np.maximum(np.diag(to @ fit.covariance @ to.T), 0.0))
-    half = student_quantile(0.975, fit.freedom) * error if fit.freedom > 0 else np.full(9, np.inf)
     names = [("scale_factor", x, "1") for x in "xyz"]
     names += [("misalignment", term, "deg") for term, _, _ in _LOWER]
     names += [("bias", x, "g") for x in "xyz"]
-    found = []
-    for k, (effect, term, unit) in enumerate(names):
-        h = float(half[k]) if np.isfinite(half[k]) else np.inf
-        status: Status = "undetermined" if fit.undetermined[k] else "determined" if h < np.inf else "weak"
-        v = float(value[k])
-        name = f"accelerometer.{effect}"
-        found.append(
-            Coefficient(
-                name, term[0], term, None, unit, v, float(error[k]), fit.freedom, v - h, v + h, status
-            )
+    return [
+        coefficient(
+            f"accelerometer.{effect}", term, unit, float(value[k]), float(error[k]), fit.freedom,
+            undetermined=bool(fit.undetermined[k]),
         )
-    return found
+        for k, (effect, term, unit) in enumerate(names)
+    ]  # fmt: skip
+
+
+def coefficient(
+    error: str, term: str, unit: str, value: float, standard: float, freedom: float, *, undetermined: bool
+) -> Coefficient:
+    """One of the channel that its term names first, with its interval by Student's t where it has one."""
+    half = float(student_quantile(0.975, freedom) * standard) if freedom > 0 else np.inf
+    half = half if np.isfinite(half) else np.inf
+    status: Status = "undetermined" if undetermined else "determined" if half < np.inf else "weak"
+    return Coefficient(
+        error, term[0], term, None, unit, value, standard, freedom, value - half, value + half, status
+    )
 
 
 # ---------------------------------------------------------------- cube

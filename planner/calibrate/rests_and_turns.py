@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.calibrate.correction import true_input
+from planner.calibrate.held_out import rms
 from planner.calibrate.poisson_gyro import PoissonFit, Turn, carried, poisson_gyro
-from planner.calibrate.rest_methods import accelerometers_by_free_orientations
+from planner.calibrate.rest_methods import accelerometers_by_free_orientations, coefficient
 from planner.dwells.table_rows import MOTION, by_run, level, rows_of
 from planner.errors import InputError
 from planner.nouns.array import Array
@@ -38,8 +39,8 @@ def by_rests_and_turns(table: DwellTable) -> list[SensorCalibration]:
     if moves.all():
         raise InputError("--method rests_and_turns: no row rests; it needs rests before and after every turn")
     accelerometers = accelerometers_by_free_orientations(rows_of(ordered, ~moves))
-    acc = np.zeros((len(ordered), 3)) if ordered.acc is None else ordered.acc
-    f = true_input(acc, accelerometers.tables, "accelerometer", ordered.conditions())
+    assert ordered.acc is not None  # the table has them
+    f = true_input(ordered.acc, accelerometers.tables, "accelerometer", ordered.conditions())
     turns = _turns(ordered, starts, moves, f)
     try:
         fit = poisson_gyro(turns)
@@ -77,7 +78,7 @@ def _gyros(
 ) -> SensorCalibration:
     rest = table_gyro(table)[~moves]
     bias = rest.mean(axis=0)
-    after = _rms(fit.residual) * np.sqrt(3.0)
+    after = rms(fit.residual) * np.sqrt(3.0)
     alone = poisson_residual_before(turns)
     scale = np.diag(fit.K) - 1.0
     coefficients = [*_biases(rest, bias), *_coefficients(fit)]
@@ -102,9 +103,9 @@ def _gyros(
         ),
         residuals=(
             *(
-                Residual(x, _rms(rest[:, i]), s, s, False, len(rest), 1, "rests that were fitted")
+                Residual(x, rms(rest[:, i]), s, s, False, len(rest), 1, "rests that were fitted")
                 for i, x in enumerate("xyz")
-                for s in [_rms(rest[:, i] - bias[i])]
+                for s in [rms(rest[:, i] - bias[i])]
             ),
             _turned(turns, fit),
         ),
@@ -122,13 +123,13 @@ def _turned(turns: list[Turn], fit: PoissonFit) -> Residual:
     n = len(turns)
     if n < LEAST_TURNS or fit.undetermined.any():
         how = "gravity missed after the turns that were fitted, for their time"
-        return Residual("turns", _rms(before), _rms(own), _rms(own), False, n, n, how)
+        return Residual("turns", rms(before), rms(own), rms(own), False, n, n, how)
     left = np.zeros(n)
     for k in range(FOLDS):
         others = poisson_gyro([turn for i, turn in enumerate(turns) if i % FOLDS != k])
         left[k::FOLDS] = _missed_rate(turns[k::FOLDS], others.K)
     how = f"gravity missed after turns left out, for their time, {FOLDS} folds"
-    return Residual("turns", _rms(before), _rms(left), _rms(own), True, n, n, how)
+    return Residual("turns", rms(before), rms(left), rms(own), True, n, n, how)
 
 
 def _missed_rate(turns: list[Turn], K: Array) -> Array:
@@ -161,21 +162,14 @@ def _biases(rest: Array, bias: Array) -> list[Coefficient]:
 def _coefficients(fit: PoissonFit) -> list[Coefficient]:
     """Scale factors K_ii − 1 and misalignment K_ij/K_ii, with intervals by Student's t."""
     error = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
-    quantile = student_quantile(0.975, fit.freedom) if fit.freedom > 0 else np.inf
     found = []
     for k, (effect, term) in enumerate(_NAMES):
         i, j = divmod(k, 3)
         value = float(fit.K[i, j] / (1.0 if i == j else fit.K[i, i]) - (i == j))
-        half = float(quantile * error[k]) if np.isfinite(quantile * error[k]) else np.inf
-        status: Status = "undetermined" if fit.undetermined[k] else "determined" if half < np.inf else "weak"
         found.append(
-            Coefficient(
-                f"gyro.{effect}", term[0], term if i != j else term[0], None, "1" if i == j else "deg", value,
-                float(error[k]), float(fit.freedom), value - half, value + half, status,
+            coefficient(
+                f"gyro.{effect}", term if i != j else term[0], "1" if i == j else "deg", value,
+                float(error[k]), float(fit.freedom), undetermined=bool(fit.undetermined[k]),
             )
         )  # fmt: skip
     return found
-
-
-def _rms(x: Array) -> float:
-    return float(np.sqrt(np.mean(x * x)))

@@ -24,7 +24,7 @@ from planner.campaign.spread import (
     augmented_variances,
     measured_variances,
 )
-from planner.measurement import ChannelModel, Parts, evaluate, jacobian
+from planner.measurement import ChannelModel, evaluate, jacobian
 from planner.nouns.array import Array
 from planner.solvers.least_squares import factors, least_squares
 from planner.solvers.mixed_model import MixedFit, mixed_fit
@@ -50,22 +50,20 @@ CHANGED = 0.02  # of a standard error, by which a parameter moves before the var
 
 @dataclass(frozen=True)
 class Estimate:
-    """One channel's estimate. theta: (p,), parameters as they are carried; parts, J: the model there, (n, p).
+    """One channel's estimate. theta: (p,), parameters as they are carried; J: (n, p), the slope there.
 
     fit: coefficients with covariance (p, p) and degrees of freedom (p,), the shared unknowns taken out;
         whitened: (n,) residuals that should be white; noise, variances: V; prior: P
-    weights: (n,) of the rows; residual: (n,) y − ŷ(θ); notes: sentences
+    residual: (n,) y − ŷ(θ); notes: sentences
     """
 
     model: ChannelModel
     theta: Array
-    parts: Parts
     J: Array
     fit: MixedFit
     noise: Noise
     variances: Variances
     prior: Prior
-    weights: Array
     residual: Array
     notes: tuple[str, ...]
 
@@ -141,13 +139,12 @@ def _fitted(
         if robust == "no" and np.all(np.abs(step) <= _SETTLED * error + 1e-15):
             break
     fit = solved(target, J, prior, noise, variances)
-    parts = evaluate(model, theta)
     far = int(np.sum(np.abs(fit.whitened) > FAR))
     if far and robust == "no":
         notes += [f"{far} rows lie more than {FAR:g} sigma off; the robust fit (--robust) resists them"]
     notes = [*notes, *_slow(fit.whitened, runs)]
-    residual = y - parts.predicted
-    return Estimate(model, theta, parts, J, fit, noise, variances, prior, weights, residual, tuple(notes))
+    residual = y - evaluate(model, theta).predicted
+    return Estimate(model, theta, J, fit, noise, variances, prior, residual, tuple(notes))
 
 
 def weighed(
@@ -158,7 +155,7 @@ def weighed(
     X, target, effects, full = _with_pseudo_records(y, J, prior, noise, variances)
     white = covariance(effects, full.theta).whiten(np.column_stack([X, target]))
     found = factors(white[:, :-1])
-    beta = found.to_coefficients @ (found.basis.T @ white[:, -1])
+    beta = found.solve(white[:, -1])
     error = np.sqrt(np.sum(found.to_coefficients**2, axis=1))
     return beta[:p], error[:p], (white[:, -1] - white[:, :-1] @ beta)[:n]
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner import catalog
 from planner.campaign.power_ons import PowerOns
@@ -217,13 +216,10 @@ def spec_variances(noise: Noise, unit: Unit, white: float | None = None, shared:
     """
     theta = np.array([_from_spec(c, noise, unit, white) for c in noise.components])
     e, K = noise.effects, len(theta)
-    between = float(np.sum(np.where(_is_drawn(noise), theta * e.mean_sizes(), 0.0)))
+    drawn = [c.kind in ("run_to_run", "in_run") for c in noise.components]
+    between = float(np.sum(np.where(drawn, theta * e.mean_sizes(), 0.0)))
     theta[0] = max(theta[0], LEAST_WHITE * between, LEAST_BESIDE_SHARED * shared, NO_NOISE)
     return Variances(theta, np.zeros((K, K)), theta > 0, float("nan"), True)
-
-
-def _is_drawn(noise: Noise) -> NDArray[np.bool_]:
-    return np.array([c.kind in ("run_to_run", "in_run") for c in noise.components], dtype=bool)
 
 
 def _from_spec(c: Component, noise: Noise, unit: Unit, white: float | None) -> float:

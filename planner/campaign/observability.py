@@ -41,7 +41,6 @@ class Unobservable:
     nodes_degc: the nodes of its table where that is so, none without a table; everywhere: it is so at all of
         them
     partners: the other errors of the combinations that hide it most; none when no record shows it at all
-    known_to: 1.96 standard errors of the worst node, SI; infinite when a combination is not seen at all
     """
 
     error: ErrorName
@@ -50,7 +49,6 @@ class Unobservable:
     nodes_degc: tuple[float, ...]
     everywhere: bool
     partners: tuple[ErrorName, ...]
-    known_to: float
 
 
 def unobservable(
@@ -172,9 +170,7 @@ def _unobservable(rows: _Rows, asked: Collection[ErrorName], campaign: Campaign)
         partners = dict.fromkeys(e for errors in hidden for e in errors if e != error)
         nodes = tuple(n for i in indices if not np.isnan(n := rows.columns[i].column.node_degc))
         every = sum((p.channel, p.error, p.column.term) == (channel, error, term) for p in rows.columns)
-        yield Unobservable(
-            error, term, channel, nodes, len(indices) == every, tuple(partners), float(reach[indices].max())
-        )
+        yield Unobservable(error, term, channel, nodes, len(indices) == every, tuple(partners))
 
 
 def _shows(rows: _Rows, i: int, campaign: Campaign, hidden: bool) -> bool:

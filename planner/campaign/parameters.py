@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -31,8 +31,7 @@ def best_parameters(
     would else be chosen to follow the draws.
     """
     rows, part = _some(effects)
-    c = model.conditions
-    cut = replace(model, conditions=replace(c, **{f.name: getattr(c, f.name)[rows] for f in fields(c)}))
+    cut = replace(model, conditions=model.conditions.at(rows))
     v = covariance(part, variances)
     theta = theta.copy()
     names = [effect for effect, _ in model.fitted_parameters]

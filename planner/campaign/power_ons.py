@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -60,10 +60,6 @@ class PowerOns:
     def response(self, sensor: Sensor, acting: Sequence[Acting]) -> Array:
         """(n, 3) what a unit reads in every record without noise, SI."""
         return response(sensor, self.conditions, acting)
-
-    def counted(self, counts: Array) -> PowerOns:
-        """The same kinds of power-on, made as often as `counts` (g,) says."""
-        return replace(self, counts=np.asarray(counts, dtype=np.float64))
 
 
 def of_table(table: DwellTable) -> PowerOns:

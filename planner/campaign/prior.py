@@ -25,6 +25,7 @@ from planner.campaign.noise import budget_of, columns_of_errors, unfitted_column
 from planner.campaign.power_ons import PowerOns
 from planner.measurement import ChannelModel, Parts, evaluate, sensed
 from planner.nouns.array import Array
+from planner.physics.attitude import unit
 from planner.spec.budget import STORAGE_DAYS
 from planner.spec.model import Spec
 from planner.spec.references import BenchAccuracy
@@ -189,8 +190,7 @@ def _tilts_at_rest(model: ChannelModel) -> Iterator[tuple[str, Array]]:
     across the vertical, which is as good where all faces are up once.
     """
     f, w = model.conditions.specific_force, model.conditions.rate
-    size = np.linalg.norm(f, axis=1, keepdims=True)
-    up = np.divide(f, size, out=np.zeros_like(f), where=size > 0.0)
+    up = unit(f)
     across = w - up * np.sum(up * w, axis=1, keepdims=True)
     length = np.linalg.norm(across, axis=1, keepdims=True)
     rest = np.linalg.norm(w, axis=1) <= TURNING

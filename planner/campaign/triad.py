@@ -173,7 +173,6 @@ def _stacked_noise(found: Sequence[Estimate]) -> tuple[Noise, Variances]:
 
 
 def _of_channel(e: Estimate, theta: Array, fit: MixedFit, place: list[int], y: Array) -> Estimate:
-    parts = evaluate(e.model, theta)
     i, n = e.model.channel, len(y)
     mine = replace(
         fit,
@@ -184,4 +183,4 @@ def _of_channel(e: Estimate, theta: Array, fit: MixedFit, place: list[int], y: A
         whitened=fit.whitened[i * n : (i + 1) * n],
         variances=e.variances,
     )
-    return replace(e, theta=theta, parts=parts, fit=mine, residual=y - parts.predicted)
+    return replace(e, theta=theta, fit=mine, residual=y - evaluate(e.model, theta).predicted)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
+from planner.physics.attitude import unit
 from planner.units import STANDARD_GRAVITY_MPS2
 
 TURNING = np.radians(1.0)  # rad/s: above it a record is of a turn, far above the Earth's rate
@@ -21,8 +22,8 @@ def turning(conditions: Conditions) -> NDArray[np.bool_]:
 def upwards(conditions: Conditions) -> Array:
     """(n, 3) unit vector that points up: along gravity's reaction, on a loaded turn along its axis."""
     f = conditions.specific_force
-    up = _unit(f)
-    axis = _unit(conditions.rate)
+    up = unit(f)
+    axis = unit(conditions.rate)
     axis = axis * np.where(np.sum(axis * f, axis=1, keepdims=True) < 0.0, -1.0, 1.0)
     across = f - axis * np.sum(axis * f, axis=1, keepdims=True)
     loaded = turning(conditions) & (np.linalg.norm(across, axis=1) > LOADED_G * STANDARD_GRAVITY_MPS2)
@@ -36,8 +37,3 @@ def load(conditions: Conditions) -> Array:
     across = f - up * np.sum(up * f, axis=1, keepdims=True)
     big = np.linalg.norm(across, axis=1, keepdims=True) > LOADED_G * STANDARD_GRAVITY_MPS2
     return np.where(big & turning(conditions)[:, np.newaxis], across, 0.0)
-
-
-def _unit(a: Array) -> Array:
-    length = np.linalg.norm(a, axis=1, keepdims=True)
-    return np.asarray(np.divide(a, length, out=np.zeros_like(a), where=length > 0.0))

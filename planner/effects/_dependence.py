@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import cache
 from typing import get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner.nouns.conditions import Conditions
 from planner.protocols import Condition, Effect, Sensor
@@ -36,11 +35,6 @@ def random_conditions(
         time_on=rng.uniform(0.0, 7200.0, n),
         day=rng.uniform(0.0, 365.0, n),
     )
-
-
-def rows_of(conditions: Conditions, rows: NDArray[np.int64]) -> Conditions:
-    """Some of the rows, in their order."""
-    return Conditions(*(getattr(conditions, f.name)[rows] for f in fields(Conditions)))
 
 
 def moved(here: Conditions, there: Conditions, names: Iterable[Condition]) -> Conditions:

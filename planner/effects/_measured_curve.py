@@ -23,6 +23,7 @@ import numpy as np
 from planner.effects._channels import AXES, BaseEffect
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
+from planner.physics.attitude import unit
 from planner.protocols import Condition, Group, Sensor, Term
 from planner.units import STANDARD_GRAVITY_MPS2
 
@@ -65,10 +66,8 @@ def _load(conditions: Conditions, axis: int) -> Array:
 
 def _ways_up(conditions: Conditions, axis: int) -> Array:
     """The share of each way up but the first, (f_j / |f|)² on its side: (n, 5); all six are a constant."""
-    f = conditions.specific_force
-    size = np.linalg.norm(f, axis=1, keepdims=True)
-    unit = np.divide(f, size, out=np.zeros_like(f), where=size > 0.0)
-    ways = np.stack([np.where(s * unit > 0.0, unit**2, 0.0) for s in (1.0, -1.0)], axis=2).reshape(-1, 6)
+    up = unit(conditions.specific_force)
+    ways = np.stack([np.where(s * up > 0.0, up**2, 0.0) for s in (1.0, -1.0)], axis=2).reshape(-1, 6)
     return np.asarray(ways[:, 1:])
 
 

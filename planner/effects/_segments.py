@@ -16,6 +16,8 @@ import numpy as np
 
 from planner.nouns.array import Array
 
+WITHIN = 0.05  # share of a segment: nearer to its ends a record does not tell its slope
+
 
 def shares(x: Array, nodes: Sequence[float]) -> Array:
     """(…, K) how far x (…) has come through each of the K segments between K + 1 nodes that rise: 0 … 1."""
@@ -23,9 +25,9 @@ def shares(x: Array, nodes: Sequence[float]) -> Array:
     return np.asarray(np.clip((x[..., np.newaxis] - at[:-1]) / np.diff(at), 0.0, 1.0))
 
 
-def segments_reached(x: Array, nodes: Sequence[float], within: float = 0.05) -> int:
-    """In how many segments some x (n,) lies, further in than a share `within` of it."""
+def segments_reached(x: Array, nodes: Sequence[float]) -> int:
+    """In how many segments some x (n,) lies, further in than a share of it."""
     return sum(
-        bool(np.any((x > low + within * (high - low)) & (x <= high * (1.0 + within))))
+        bool(np.any((x > low + WITHIN * (high - low)) & (x <= high * (1.0 + WITHIN))))
         for low, high in pairwise(nodes)
     )

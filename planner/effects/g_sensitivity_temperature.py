@@ -6,28 +6,22 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from planner.effects._channels import AXES, REFERENCE_DEGC, BaseEffect, side_by_side
+from planner.effects._channels import REFERENCE_DEGC, side_by_side
+from planner.effects.g_sensitivity import GSensitivity
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
-from planner.protocols import Condition, Group, Sensor, Term
+from planner.protocols import Condition, Sensor
 
 
-class GSensitivityTemperature(BaseEffect):
+class GSensitivityTemperature(GSensitivity):
     """k_ij, the change of gyro i's g-sensitivity along body axis j per kelvin."""
 
     name = "g_sensitivity_temperature"
-    sensors: tuple[Sensor, ...] = ("gyro",)
     units: Mapping[Sensor, str] = {"gyro": "deg/s/g/K"}
-    group: Group = "bias"
     needs = frozenset[Condition](("specific_force", "temperature_degc"))
-    variable: Condition | None = "specific_force"
     title = "g-sensitivity over temperature"
     equation = "y_i += (T − 20 °C) Σ k_ij f_j"
     source = "K 2.2.6, eq. 21, over temperature"
-
-    def terms(self, sensor: Sensor) -> tuple[Term, ...]:
-        """xx, xy, xz, yx, … zz: channel, then the axis of the specific force."""
-        return tuple(Term(channel + axis) for channel in AXES for axis in AXES)
 
     def regressors(
         self, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None

@@ -65,12 +65,11 @@ def affordable(flight: Flight, seconds: float) -> Affordable:
     judge = Judge(promise, families=list(promise.families))
     counts = _most_accurate(offers, judge, seconds)
     found = found_of(flight, offers, judge, counts)
-    limits = np.array([w.limit.si for w in flight.spec.requirement])
-    load = float((np.array(found.foreseen.largest) / limits).max())
+    load = float((np.array(found.foreseen.largest) / flight.limits).max())
     errors = [e for e in dict.fromkeys(f.error for f in promise.flying) if e not in promise.unbudgeted]
     grades = [_grade(flight, found, load, "", errors)]
     grades += [_grade(flight, found, load, str(e), [e]) for e in errors]
-    return Affordable(found, load, tuple(float(x) for x in load * limits), tuple(grades))
+    return Affordable(found, load, tuple(float(x) for x in load * flight.limits), tuple(grades))
 
 
 def _most_accurate(offers: Offers, judge: Judge, seconds: float) -> Array:

@@ -196,8 +196,7 @@ def exactly(flight: Flight, offers: Offers, counts: Array) -> Foreseen:
 
 def is_kept(flight: Flight, exact: Foreseen, factors: Array) -> bool:
     """Whether every exact figure, times its factor for spreads that are estimates, is within its limit."""
-    limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
-    return bool(np.all(exact.figures * factors <= limits * KEPT))
+    return bool(np.all(exact.figures * factors <= flight.limits * KEPT))
 
 
 def _allowed(flight: Flight, promise: Promise) -> Callable[[Array], bool]:

@@ -49,6 +49,11 @@ class Flight:
         """The same flight with another spec of the same errors; shapes of curves stay drawn."""
         return replace(self, spec=spec, curves=self.curves.under(spec))
 
+    @property
+    def limits(self) -> Array:
+        """(requirements,) SI."""
+        return np.array([wanted.limit.si for wanted in self.spec.requirement])
+
     @cached_property
     def unseen(self) -> Flight:
         """The same flight under other curves, and more of them, than a campaign is searched by."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,13 +25,11 @@ class Neighbours:
         found = [n.copy()]
         for moves in (self._fewer, self._moved, self._joined, self._exchanged, self._spread):
             found += list(moves(n))
-        every = np.unique(np.array(found), axis=0)
-        return np.asarray(every[(every != n).any(axis=1) & (every > 0).any(axis=1)])
+        return _others(found, n)
 
     def fewer(self, n: Array) -> NDArray[np.float64]:
         """(B, g) distinct campaigns with something left out."""
-        every = np.unique(np.array([n, *self._fewer(n)]), axis=0)
-        return np.asarray(every[(every != n).any(axis=1) & (every > 0).any(axis=1)])
+        return _others([n, *self._fewer(n)], n)
 
     def more(self, n: Array) -> NDArray[np.float64]:
         """(B, g) campaigns with more records: a repeat more somewhere, or a visit more."""
@@ -40,10 +38,10 @@ class Neighbours:
             for k in offer.places:
                 step = 1 if n[k] > 0 else offer.least
                 if n[k] + step <= offer.most:
-                    found.append(_with(n, (k, n[k] + step)))
+                    found.append(altered(n, (k, n[k] + step)))
             used = [k for k in offer.places if 0 < n[k] < offer.most]
             if len(used) > 1:
-                found.append(_with(n, *((k, n[k] + 1) for k in used)))
+                found.append(altered(n, *((k, n[k] + 1) for k in used)))
         return np.array(found).reshape(-1, len(n))
 
     def most(self, n: Array) -> NDArray[np.float64]:
@@ -51,7 +49,7 @@ class Neighbours:
         found = []
         for offer in self._movable:
             repeats = max(n[offer.places].max(), offer.least)
-            found += [_with(n, (k, repeats)) for k in offer.places if n[k] == 0]
+            found += [altered(n, (k, repeats)) for k in offer.places if n[k] == 0]
         return np.array(found).reshape(-1, len(n))
 
     def shaken(self, n: Array, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
@@ -86,16 +84,16 @@ class Neighbours:
             used = self._used(n, offer)
             for k in used:
                 if n[k] > offer.least:
-                    yield _with(n, (k, n[k] - 1))
+                    yield altered(n, (k, n[k] - 1))
                 if not offer.everywhere:
-                    yield _with(n, (k, 0))
+                    yield altered(n, (k, 0))
             if used and all(n[k] > offer.least for k in used):
-                yield _with(n, *((k, n[k] - 1) for k in used))
+                yield altered(n, *((k, n[k] - 1) for k in used))
             if used:
-                yield _with(n, *((k, offer.least) for k in used))
-                yield _with(n, *((k, 0) for k in used))
+                yield altered(n, *((k, offer.least) for k in used))
+                yield altered(n, *((k, 0) for k in used))
         for t in self._temperatures(n):
-            yield _with(n, *((k, 0) for k in self._at(n, t)))
+            yield altered(n, *((k, 0) for k in self._at(n, t)))
 
     def _moved(self, n: Array) -> Iterator[Array]:
         """Every visit for itself, and every temperature with all that is done there."""
@@ -130,13 +128,13 @@ class Neighbours:
                 continue
             for other, j in used:
                 if j != k and n[j] < other.most:
-                    yield _with(n, (k, less), (j, n[j] + 1))
+                    yield altered(n, (k, less), (j, n[j] + 1))
 
     def _spread(self, n: Array) -> Iterator[Array]:
         """A temperature less, and those next to it moved towards where it was."""
         visited = sorted(self._temperatures(n))
         for i, t in enumerate(visited):
-            without = _with(n, *((k, 0) for k in self._at(n, t)))
+            without = altered(n, *((k, 0) for k in self._at(n, t)))
             for near, towards in ((i - 1, 1), (i + 1, -1)):
                 if 0 <= near < len(visited):
                     for by in (1, 2, 3):
@@ -169,13 +167,20 @@ class Neighbours:
         return None
 
 
-def _with(n: Array, *changes: tuple[int, float]) -> Array:
-    changed = n.copy()
+def _others(found: Sequence[Array], n: Array) -> NDArray[np.float64]:
+    """(B, g) those of the campaigns that are not n, and something, each once."""
+    every = np.unique(np.array(found), axis=0)
+    return np.asarray(every[(every != n).any(axis=1) & (every > 0).any(axis=1)])
+
+
+def altered(n: Array, *changes: tuple[int, float]) -> Array:
+    """The campaign n (g,) with other counts at some places."""
+    found = n.copy()
     for k, value in changes:
-        changed[k] = value
-    return changed
+        found[k] = value
+    return found
 
 
 def _onto(n: Array, k: int, to: int) -> Array:
     """The visit at k made at `to` instead; where there is one already the larger stays."""
-    return _with(n, (to, max(n[k], n[to])), (k, 0)) if k != to else n
+    return altered(n, (to, max(n[k], n[to])), (k, 0)) if k != to else n

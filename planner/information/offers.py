@@ -96,18 +96,6 @@ class Offers:
                 found.append(TestVisits(offer.test, tuple(t for t, _ in made), tuple(n for _, n in made)))
         return tuple(found)
 
-    def counts(self, visits: Sequence[TestVisits]) -> Array:
-        """(g,) counts of visits. Raises ValueError for a visit that is not on offer."""
-        n = np.zeros(len(self.kinds))
-        for visit in visits:
-            offer = next(o for o in self.tests if o.test == visit.test)
-            for t, repeats in zip(visit.temperatures_degc, visit.repeats, strict=True):
-                near = [k for k in offer.places if abs(self.kinds[k].temperature_degc - t) < 1e-6]
-                if not near:
-                    raise ValueError(f"{visit.test} at {t:g} degC is not on offer")
-                n[near[0]] = repeats
-        return n
-
 
 def offered(spec: Spec, also: Sequence[float] = ()) -> list[tuple[str, tuple[float, ...]]]:
     """(test, temperatures) on offer: the grid where the planner may choose, else what hands chose."""

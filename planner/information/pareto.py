@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.information.choose import Found, is_kept
 from planner.information.drawn import DRAWS, ROUGH
@@ -76,8 +77,13 @@ def undominated(points: Sequence[Point]) -> list[Point]:
     """The distinct points than which none is better in cost, load and power-on together."""
     distinct = [*{p.counts.tobytes(): p for p in points}.values()]
     of = np.array([[p.cost, p.load, p.power_on_s] for p in distinct]).reshape(-1, 3)
+    return [distinct[i] for i in np.flatnonzero(_is_best(of))]
+
+
+def _is_best(of: Array) -> NDArray[np.bool_]:
+    """(n,) rows (n, k) than which no other is as small in everything and smaller in something."""
     better = (of[:, None] <= of[None, :]).all(axis=2) & (of[:, None] < of[None, :]).any(axis=2)
-    return [distinct[i] for i in np.flatnonzero(~better.any(axis=0))]
+    return np.asarray(~better.any(axis=0))
 
 
 def genetic_beside(
@@ -149,9 +155,7 @@ def _exact(flight: Flight, found: Found, point: Point, draws: int) -> _Exact:
 def _undominated(shown: Sequence[_Exact]) -> list[_Exact]:
     """Those than which none is better in cost, power-on and every figure together."""
     of = np.array([[p.cost, p.point.power_on_s, *p.figures] for p in shown])
-    better = (of[:, None] <= of[None, :]).all(axis=2) & (of[:, None] < of[None, :]).any(axis=2)
-    kept = ~better.any(axis=0) & np.isfinite(of).all(axis=1)
-    return [shown[i] for i in np.flatnonzero(kept).tolist()]
+    return [shown[i] for i in np.flatnonzero(_is_best(of) & np.isfinite(of).all(axis=1)).tolist()]
 
 
 def _figures(p: _Exact) -> dict[str, float]:

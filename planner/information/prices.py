@@ -175,8 +175,7 @@ def _of_spreads(
 
 def loads_with(flight: Flight, found: Found, spec: Spec) -> float:
     """The load of the same campaign under another error model, by the quick figures."""
-    limits = np.array([wanted.limit.si for wanted in flight.spec.requirement])
-    return float((figures_with(flight, found.visits, spec) * found.judge.tightened / limits).max())
+    return float((figures_with(flight, found.visits, spec) * found.judge.tightened / flight.limits).max())
 
 
 def parts_by_share(

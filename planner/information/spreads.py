@@ -60,12 +60,16 @@ def spread_factors(flight: Flight, visits: Sequence[TestVisits]) -> Array:
         return np.asarray(figures_with(flight, visits, other).max(axis=0) ** 2)
 
     stated = squares(spec)
-    slopes = [squares(scaled(spec, s.error, TWICE, ("run_to_run",))) / stated - 1.0 for s in spreads]
+    found, told = np.ones(len(stated)), np.isfinite(stated) & (stated > 0.0)
+    larger = [squares(scaled(spec, s.error, TWICE, ("run_to_run",))) for s in spreads]
+    slopes = [each[told] / stated[told] - 1.0 for each in larger]
     rng = np.random.default_rng(spec.plan.seed)
     freedom = np.array([s.power_ons - 1 for s in spreads])
     kappa = freedom / rng.chisquare(freedom, size=(DRAWS, len(spreads)))
     ratios = np.sqrt(np.maximum(1.0 + (kappa - 1.0) @ np.array(slopes), 0.0))
-    return np.maximum(simultaneous(ratios, spec.plan.confidence), 1.0)
+    if told.any():
+        found[told] = np.maximum(simultaneous(ratios, spec.plan.confidence), 1.0)
+    return found
 
 
 def simultaneous(drawn: Array, share: float) -> Array:

@@ -1,4 +1,4 @@
-"""Tables over temperature for many campaigns at once: hats, nodes, columns."""
+"""Tables over temperature for many campaigns at once: hats, nodes, places."""
 
 from __future__ import annotations
 
@@ -41,8 +41,3 @@ def nearest(points: Array, degc: Array) -> NDArray[np.intp]:
     right = np.clip(np.searchsorted(points, degc), 1, len(points) - 1)
     nearer = degc - points[right - 1] <= points[right] - degc
     return np.asarray(np.where(nearer, right - 1, right))
-
-
-def distinct(temperature_degc: Array, used: NDArray[np.bool_]) -> list[Array]:
-    """For every campaign its distinct temperatures, ascending: (B, K) with a mask -> B arrays."""
-    return [np.unique(t[u]) for t, u in zip(temperature_degc, used, strict=True)]

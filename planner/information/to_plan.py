@@ -17,7 +17,7 @@ from planner.information.prices import parts_by_share, prices_of
 from planner.information.scaled import Part
 from planner.information.worth import worth_of
 from planner.nouns.allowances import Allowance, ErrorModel, FlownCovariance, FlownTerm
-from planner.nouns.choices import Campaign, RepeatReason
+from planner.nouns.choices import RepeatReason
 from planner.nouns.deadline import BESIDE
 from planner.nouns.plan import Achieved, GeneticPlan, Plan, Price, Worth
 from planner.nouns.sensitivities import Constraint
@@ -53,14 +53,10 @@ def plan_of(
 ) -> Plan:
     """Everything that plan.json and the report show of a campaign by information."""
     spec = flight.spec
-    by_hand = is_hand_made(spec)
-    chosen = Campaign(found.visits, (), found.cost, found.bound, found.proved)
-    tests = planned_tests(spec, chosen, found.timeline)
+    tests = planned_tests(spec, found.visits, found.timeline)
     left = left_in_flight(flight, found.foreseen, 0)
     allowed = tuple(_allowances(spec, left, models))
     power_on = round(sum(test.power_on_s for test in tests), 6)
-    least = found.cost if by_hand else found.bound
-    worth, prices = _worth_and_prices(flight, found, by_hand)
     return Plan(
         version=version,
         name=spec.name,
@@ -77,33 +73,35 @@ def plan_of(
         steps=found.timeline,
         reasons=tuple(_reasons(spec, found, models)),
         time_s=round(max((s.end_s for s in found.timeline), default=0.0), 6),
-        bound_s=round(least, 6),
-        gap=0.0 if by_hand else max(0.0, found.cost - least) / found.cost,
+        bound_s=round(found.bound, 6),
+        gap=max(0.0, found.cost - found.bound) / found.cost if found.cost else 0.0,
         power_on_s=power_on,
         objective_value=round(found.cost, 6),
-        objective_bound=round(least, 6),
-        proved=by_hand or found.proved,
+        objective_bound=round(found.bound, 6),
+        proved=found.proved,
         proved_of=proved_of(found, spec.plan.temperature_estimator),
         hours_per_limit={},
         genetic=genetic,
-        worth=worth,
+        worth=_worth(flight, found),
         covariance=_covariance(left, models),
-        prices=prices,
+        prices=_prices(flight, found),
         notes=(*notes, *_notes(flight, found, power_on)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),
     )
 
 
-def _worth_and_prices(
-    flight: Flight, found: Found, by_hand: bool
-) -> tuple[tuple[Worth, ...], tuple[Price, ...]]:
+def _worth(flight: Flight, found: Found) -> tuple[Worth, ...]:
+    """As far as there is time; of what hands made always."""
+    late = not is_hand_made(flight.spec) and flight.deadline.over(BESIDE, "the worth of visits")
+    return () if late else worth_of(found)
+
+
+def _prices(flight: Flight, found: Found) -> tuple[Price, ...]:
     """As far as there is time; hands have no prices."""
-    if by_hand:
-        return worth_of(found), ()
-    late = flight.deadline.over
-    worth = () if late(BESIDE, "the worth of visits") else worth_of(found)
-    return worth, () if late(BESIDE, "prices") else prices_of(flight, found, _spreads(flight, found))
+    if is_hand_made(flight.spec) or flight.deadline.over(BESIDE, "prices"):
+        return ()
+    return prices_of(flight, found, _spreads(flight, found))
 
 
 def proved_of(found: Found, estimator: Literal["lines", "smooth"]) -> str:

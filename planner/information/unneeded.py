@@ -33,9 +33,8 @@ OF_REST = 0.5  # of the time that the plan has left, for what a campaign without
 def unneeded(flight: Flight, found: Found) -> Iterator[str]:
     """Remarks on a campaign that could be shorter if less were calibrated."""
     spec = flight.spec
-    limits = np.array([wanted.limit.si for wanted in spec.requirement])
     bare = _left_alone(flight, spec.model_copy(update={"effects": ()}))
-    if np.all(bare <= limits):
+    if np.all(bare <= flight.limits):
         said = ", ".join(
             f"{wanted.error} {from_si(value, unit):.4g} {unit}"
             for wanted, value in zip(spec.requirement, bare, strict=True)
@@ -46,10 +45,10 @@ def unneeded(flight: Flight, found: Found) -> Iterator[str]:
     for visit in found.visits:
         if flight.deadline.over(BESIDE, "what is not needed"):
             return
-        yield from _without(flight, found, visit.test, limits)
+        yield from _without(flight, found, visit.test)
 
 
-def _without(flight: Flight, found: Found, test: str, limits: Array) -> Iterator[str]:
+def _without(flight: Flight, found: Found, test: str) -> Iterator[str]:
     """A shorter campaign that leaves the errors uncalibrated which only this test tells."""
     lost = _lost(found, test)
     kept = tuple(e for e in flight.spec.effects if e not in lost)
@@ -58,7 +57,7 @@ def _without(flight: Flight, found: Found, test: str, limits: Array) -> Iterator
     tests = {name: t for name, t in flight.spec.tests.items() if name != test}
     spec = flight.spec.model_copy(update={"effects": kept, "tests": tests})
     other = replace(flight.under(spec), deadline=Deadline(OF_REST * flight.deadline.left))
-    if np.any(_left_alone(flight, spec, own_only=True) > limits):
+    if np.any(_left_alone(flight, spec, own_only=True) > flight.limits):
         return
     try:
         shorter = campaign_found(other)

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from planner.information.choose import Found
+from planner.information.neighbours import altered
 from planner.nouns.array import Array
 from planner.nouns.plan import Worth
 
@@ -23,16 +24,10 @@ def worth_of(found: Found) -> tuple[Worth, ...]:
     n = found.counts
     places = (int(k) for offer in found.offers.tests for k in offer.places)
     kinds = [k for k in places if n[k] > 0]
-    changed = np.array([_with(n, k, to) for k in kinds for to in (0, max(n[k] - 1, 0), n[k] + 1)])
+    changed = np.array([altered(n, (k, to)) for k in kinds for to in (0, max(n[k] - 1, 0), n[k] + 1)])
     figures = found.judge.figures(changed) / found.spread_factors
     saved = float(found.offers.cost(n[None])[0]) - found.offers.cost(changed)
     return tuple(_worths(found, kinds, figures.reshape(len(kinds), 3, -1), saved.reshape(len(kinds), 3)))
-
-
-def _with(n: Array, kind: int, to: float) -> Array:
-    changed = n.copy()
-    changed[kind] = to
-    return changed
 
 
 def _worths(found: Found, kinds: list[int], figures: Array, saved: Array) -> Iterator[Worth]:

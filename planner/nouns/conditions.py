@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 
@@ -25,3 +28,7 @@ class Conditions:
     temperature_rate: Array
     time_on: Array
     day: Array
+
+    def at(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> Conditions:
+        """Some of the rows, in their order."""
+        return Conditions(*(getattr(self, f.name)[rows] for f in fields(self)))

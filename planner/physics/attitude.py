@@ -38,6 +38,12 @@ def rotate(matrix: Array, vector: Array) -> Array:
     return np.asarray((matrix @ vector[..., None])[..., 0])
 
 
+def unit(vector: Array) -> Array:
+    """The directions (..., 3) of vectors; of none zero."""
+    length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    return np.asarray(np.divide(vector, length, out=np.zeros_like(vector), where=length > 0.0))
+
+
 def wrapped(angle: Array) -> Array:
     """The same angle (...), rad, in [-π, π)."""
     return np.asarray(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)

@@ -47,7 +47,7 @@ from planner.physics.blocks import (
     pieces,
 )
 from planner.physics.earth import EARTH_RATE_RADPS, Array
-from planner.physics.vertical import holding
+from planner.physics.vertical import holding, local_to_inertial
 
 _DOWN_TO_UP = np.array([1.0, 1.0, -1.0])[:, None]
 
@@ -153,13 +153,8 @@ def gravity_gradient(motion: Motion, at: Indices) -> Array:
     gradient[:, 1, 1] = -g / (transverse + altitude)
     gradient[:, 2, 0] = slope / (meridian + altitude)
     gradient[:, 2, 2] = earth.gravity(latitude, altitude - 0.5) - earth.gravity(latitude, altitude + 0.5)
-    c_in = _local_to_inertial(motion, at)
+    c_in = local_to_inertial(motion, at)
     return c_in @ gradient @ c_in.swapaxes(1, 2) - np.diag([1.0, 1.0, 0.0]) * EARTH_RATE_RADPS**2
-
-
-def _local_to_inertial(motion: Motion, at: Indices) -> Array:
-    turned = EARTH_RATE_RADPS * (motion.time_s[at] - motion.time_s[0])
-    return earth.ecef_from_ned(motion.latitude[at], motion.longitude[at] + turned)
 
 
 def _in_local_axes(motion: Motion, at: Indices, state: Array) -> ErrorHistory:
@@ -168,7 +163,7 @@ def _in_local_axes(motion: Motion, at: Indices, state: Array) -> ErrorHistory:
     δr^n = C_ni δr;   ε = (δr_E/(R_E+h), -δr_N/(R_N+h), -δr_E tanφ/(R_E+h))   tilt of the computed local frame
     δv^n = C_ni (δv - Ω × δr) - ε × v^n;   ψ = C_ni φ - ε, then ψ to roll, pitch, heading
     """
-    to_local = _local_to_inertial(motion, at).swapaxes(1, 2)
+    to_local = local_to_inertial(motion, at).swapaxes(1, 2)
     rotation, velocity, position = (state[:, part] for part in (ROTATION, VELOCITY, POSITION))
     relative = velocity.copy()
     relative[:, 0] += EARTH_RATE_RADPS * position[:, 1]

@@ -38,7 +38,7 @@ from planner.physics.blocks import (
 from planner.physics.earth import Array
 from planner.physics.error_dynamics import ErrorHistory
 from planner.physics.quaternion import cross
-from planner.physics.strapdown import NavigationState, from_inertial, to_inertial
+from planner.physics.strapdown import NavigationState, from_inertial, part_of, to_inertial
 from planner.physics.vertical import hold
 
 
@@ -73,7 +73,7 @@ def navigate_with_errors(
         position[at, None] + dr,
         time[at, None],
     )
-    return _difference(computed, _at(true, at), motion.time_s[edges[at]])
+    return _difference(computed, part_of(true, (at, None)), motion.time_s[edges[at]])
 
 
 _Step = tuple[float, Array, Array, Array]  # duration, X (3, 1), Y (3, 1), u (9, B)
@@ -144,12 +144,6 @@ def _states(motion: Motion, at: Indices) -> NavigationState:
         motion.velocity[at],
         motion.attitude[at],
     )
-
-
-def _at(state: NavigationState, at: Sequence[int]) -> NavigationState:
-    """The states (k, 1) that runs (k, B) are compared with."""
-    fields = (state.latitude, state.longitude, state.altitude, state.velocity, state.attitude)
-    return NavigationState(*(x[at][:, None] for x in fields))
 
 
 def _difference(computed: NavigationState, true: NavigationState, time_s: Array) -> ErrorHistory:

@@ -71,7 +71,8 @@ def integrate(
     samples = angle.shape[-2]
     at = np.array([samples]) if instants is None else np.rint(np.asarray(instants) / step_s).astype(int)
     edges = _edges(samples, at, None if height is None else HELD_S / step_s)
-    c_bi, speed, position = to_inertial(_with_flights(start))
+    alone = np.ndim(start.latitude) == 0
+    c_bi, speed, position = to_inertial(part_of(start, (None,)) if alone else start)
     frame = quaternion.from_matrix(c_bi), speed.T, position.T
     moved = _reduce(angle.reshape(-1, samples, 3), velocity.reshape(-1, samples, 3), edges, step_s)
     chosen = [0, *np.searchsorted(edges, at)]
@@ -81,9 +82,9 @@ def integrate(
     attitude = quaternion.to_matrix(turned[:, 1:]).swapaxes(0, 1)
     state = from_inertial(attitude, speed[:, 1:].T, position[:, 1:].T, at * step_s)
     if instants is None:
-        state = _part(state, (slice(None), 0))
-    single = angle.ndim == velocity.ndim == 2 and np.ndim(start.latitude) == 0
-    return _part(state, (0,)) if single else state
+        state = part_of(state, (slice(None), 0))
+    single = alone and angle.ndim == velocity.ndim == 2
+    return part_of(state, (0,)) if single else state
 
 
 def compensate(angle: Array, velocity: Array) -> tuple[Array, Array]:
@@ -266,10 +267,7 @@ def _carried(position: Array) -> Array:
     return EARTH_RATE_RADPS * np.stack([-y, x, np.zeros_like(x)], axis=-1)
 
 
-def _with_flights(state: NavigationState) -> NavigationState:
-    return _part(state, (None,)) if np.ndim(state.latitude) == 0 else state
-
-
-def _part(state: NavigationState, index: tuple[slice | int | None, ...]) -> NavigationState:
+def part_of(state: NavigationState, index: tuple[slice | int | Sequence[int] | None, ...]) -> NavigationState:
+    """Some of the states, as NumPy takes an index."""
     fields = (state.latitude, state.longitude, state.altitude, state.velocity, state.attitude)
     return NavigationState(*(np.asarray(x)[index] for x in fields))

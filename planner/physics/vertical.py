@@ -38,8 +38,7 @@ def holding(motion: Motion, at: Indices) -> Array:
 
     n, e, d: local north, east and down; the last term is the tilt of the computed frame times velocity.
     """
-    turned = EARTH_RATE_RADPS * (motion.time_s[at] - motion.time_s[0])
-    c_in = earth.ecef_from_ned(motion.latitude[at], motion.longitude[at] + turned)
+    c_in = local_to_inertial(motion, at)
     north, east, down = (c_in[:, :, k] for k in range(3))
     meridian, transverse = earth.principal_radii(motion.latitude[at])
     height, v = motion.altitude[at], motion.velocity[at]
@@ -53,3 +52,9 @@ def holding(motion: Motion, at: Indices) -> Array:
     across = np.cross(down, _SPIN) + tilted  # d · (Ω × δr) = (d × Ω) · δr
     found[:, VELOCITY, POSITION] = down[:, :, None] * (across[:, None, :] @ level)
     return found
+
+
+def local_to_inertial(motion: Motion, at: Indices) -> Array:
+    """C_in (m, 3, 3) at samples (m,); its columns are north, east and down."""
+    turned = EARTH_RATE_RADPS * (motion.time_s[at] - motion.time_s[0])
+    return earth.ecef_from_ned(motion.latitude[at], motion.longitude[at] + turned)

@@ -285,7 +285,7 @@ def _timed(
         navigation.constraints,
         chosen,
         timeline,
-        planned_tests(loaded.spec, chosen, timeline),
+        planned_tests(loaded.spec, chosen.visits, timeline),
         version=__version__,
         sha256=loaded.sha256,
         genetic=genetic,

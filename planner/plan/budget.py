@@ -18,8 +18,6 @@ from planner.nouns.array import Array
 from planner.nouns.sensitivities import Constraint
 from planner.solvers.linear_combination import combination
 
-PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
-
 
 def constant_parts(model: ErrorModel) -> tuple[float, float, float]:
     """Run-to-run, in-run and storage: what no choice of the campaign changes."""

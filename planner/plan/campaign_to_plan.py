@@ -123,14 +123,10 @@ def idle_benches(spec: Spec, timeline: Sequence[Step]) -> Iterator[str]:
             yield f"benches.{name}: idle: this plan makes no test on it"
 
 
-def requirement_limit_of(constraints: Sequence[Constraint], index: int) -> list[Constraint]:
-    """The constraints (instants) that one requirement became."""
-    return [c for c in constraints if c.requirement == index]
-
-
 def _tightest(index: int, constraints: Sequence[Constraint], allowed: Sequence[Allowance]) -> Constraint:
     """The instant at which a requirement is used most."""
-    return max(requirement_limit_of(constraints, index), key=lambda c: reached(c, allowed) / c.limit)
+    own = (c for c in constraints if c.requirement == index)
+    return max(own, key=lambda c: reached(c, allowed) / c.limit)
 
 
 def rule_name(requirement: Requirement) -> str:

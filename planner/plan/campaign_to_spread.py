@@ -41,8 +41,8 @@ def _sigmas(spec: Spec, visits: Sequence[TestVisits]) -> Mapping[str, float]:
     made = campaign_of(spec, visits)
     found: dict[str, float] = {}
     for (sensor, _), channel in made.channels.items() if made is not None else ():
-        known = channel.known()
-        for column, sigma in zip(known.columns, known.sigma.tolist(), strict=True):
+        columns = channel.model.columns()[: channel.model.linear]
+        for column, sigma in zip(columns, channel.sigma().tolist(), strict=True):
             error = ErrorName.of(sensor, column.effect)
             found[error] = max(found.get(error, 0.0), sigma)
     return found

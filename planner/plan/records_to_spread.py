@@ -88,21 +88,19 @@ def _of_channel(
     x = columns_of(sensor, channel, terms, records.conditions)
     by_name = {model.name: model for model in models}
     run = np.array([by_name[t.error].largest_run_to_run for t in terms])
-    drift = drifts_of([by_name[t.error] for t in terms])
+    drift = np.array([(by_name[t.error].in_run, by_name[t.error].in_run_time) for t in terms])
     V, U = covariances(records, x, np.where(mine, 0.0, np.sqrt(2.0) * run), drift, spec.unit.white(sensor))
     sigma = estimate_sigma(x[:, mine], V, root_of(U, x, run))
     return list(zip([t for t, m in zip(terms, mine, strict=True) if m], sigma.tolist(), strict=True))
 
 
-def drifts_of(models: Sequence[ErrorModel]) -> Array:
-    """(k, 2) in-run sigma and correlation time of each error."""
-    return np.array([[m.in_run, m.in_run_time] for m in models]).reshape(-1, 2)
-
-
 def covariances(
     records: RepeatRecords, x: Array, run: Array, drift: Array, white: float
 ) -> tuple[Array, Array]:
-    """V and U (m, m): records with columns x (m, k), sigmas run (k,), drift (k, 2), noise density white."""
+    """V and U (m, m): records with columns x (m, k), sigmas run (k,), noise density white.
+
+    drift: (k, 2) in-run sigma and correlation time of each error
+    """
     t = records.conditions.time_on
     apart = np.abs(t[:, None] - t[None, :])
     shared = (x * run**2) @ x.T

@@ -92,11 +92,13 @@ def makespan(
     return clock
 
 
-def planned_tests(spec: Spec, campaign: Campaign, timeline: Sequence[Step]) -> tuple[PlannedTest, ...]:
+def planned_tests(
+    spec: Spec, visits: Sequence[TestVisits], timeline: Sequence[Step]
+) -> tuple[PlannedTest, ...]:
     """What each test does and how long its own steps take for one load, without ramps, soaks, installing."""
     from planner.nouns.plan import PlannedTest
 
-    loads = {name: len(own) for name, own in load_sizes(spec, bench_timings(spec, campaign.visits)).items()}
+    loads = {name: len(own) for name, own in load_sizes(spec, bench_timings(spec, visits)).items()}
     time = dict.fromkeys(spec.tests, 0.0)
     for step in timeline:
         if step.test is not None:
@@ -113,7 +115,7 @@ def planned_tests(spec: Spec, campaign: Campaign, timeline: Sequence[Step]) -> t
             motions=spec.tests[visit.test].motion_count,
             attended=is_attended(spec, visit.test),
         )
-        for visit in campaign.visits
+        for visit in visits
     )
 
 

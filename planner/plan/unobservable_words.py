@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
 
 import numpy as np
 
@@ -55,7 +54,7 @@ def _at(runs: PowerOns, u: Unobservable) -> Conditions:
     if not len(nodes):
         return c
     rows = np.abs(c.temperature_degc[:, None] - nodes).min(axis=1) <= GAP_K
-    return replace(c, **{f.name: getattr(c, f.name)[rows] for f in fields(c)})
+    return c.at(rows)
 
 
 def _advice(spec: Spec, remedy: Remedy | None, motions: str) -> str:

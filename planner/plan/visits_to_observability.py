@@ -7,6 +7,7 @@ leaves open another may close, if it is made at the same temperatures.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -80,4 +81,5 @@ def campaign_of(spec: Spec, visits: Sequence[TestVisits], *, largest: bool = Fal
 def _counted(spec: Spec, runs: PowerOns, tests: Sequence[str]) -> PowerOns:
     """Every power-on as often as it stands for: the most repeats where they are free."""
     most = spec.plan.repeats.most / min(ENOUGH, spec.plan.repeats.most)
-    return runs.counted(np.array([1.0 if fixed_repeats(spec, t) is not None else most for t in tests]))
+    counts = np.array([1.0 if fixed_repeats(spec, t) is not None else most for t in tests])
+    return replace(runs, counts=counts)

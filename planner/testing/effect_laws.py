@@ -14,7 +14,7 @@ from typing import get_args
 import numpy as np
 
 from planner import catalog
-from planner.effects._dependence import CONDITIONS, moved, random_conditions, rows_of
+from planner.effects._dependence import CONDITIONS, moved, random_conditions
 from planner.errors import InputError
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
@@ -178,7 +178,7 @@ def _asked(law: Check, seen: _Seen) -> Iterator[str]:
 def _form(seen: _Seen) -> Iterator[str]:
     terms = len(seen.effect.terms(seen.sensor))
     for rows in (0, 1, ROWS):
-        found = seen.ask(rows_of(seen.here, np.arange(rows)))
+        found = seen.ask(seen.here.at(np.arange(rows)))
         if found.shape != (rows, 3, terms) or found.dtype != np.float64:
             yield (
                 f"regressors of {rows} rows are {found.dtype} {found.shape}; they must be float64 "
@@ -219,7 +219,7 @@ def _rows(seen: _Seen) -> Iterator[str]:
     if getattr(seen.effect, "history", False):
         return  # what came before a row is part of its conditions
     some = seen.rng.permutation(ROWS)[: ROWS // 3]
-    if not _same(seen.ask(rows_of(seen.here, some)), whole[some]):
+    if not _same(seen.ask(seen.here.at(some)), whole[some]):
         yield "rows know of each other: fewer rows, or in another order, give other regressors"
 
 
@@ -228,7 +228,7 @@ def _same(a: Array, b: Array) -> bool:
 
 
 def _left_alone(seen: _Seen) -> Iterator[str]:
-    before = rows_of(seen.here, np.arange(ROWS))
+    before = seen.here.at(np.arange(ROWS))
     first = seen.ask(seen.here)
     kept = first.copy()
     if first.flags.writeable:

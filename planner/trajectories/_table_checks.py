@@ -70,8 +70,8 @@ def _of_derived(table: Table, fault: Fault) -> Fault:
 
 def moved(table: Table) -> Array:
     """(m − 1, 3) metres north, east, down from row to row, by the positions; longitude may pass ±180 deg."""
-    latitude, longitude = np.radians(table.column("lat_deg")), np.radians(unwrapped(table, "lon_deg"))
-    return _steps(latitude, longitude, table.column("alt_m"))
+    longitude = np.unwrap(table.column("lon_deg"), period=360.0)
+    return _steps(np.radians(table.column("lat_deg")), np.radians(longitude), table.column("alt_m"))
 
 
 def _steps(latitude: Array, longitude: Array, altitude: Array) -> Array:
@@ -90,11 +90,6 @@ def velocity(table: Table) -> Array:
 def quaternion(table: Table) -> Array:
     """(m, 4) attitude."""
     return quaternion_from_rph(*(np.radians(table.column(f"{a}_deg")) for a in ("roll", "pitch", "heading")))
-
-
-def unwrapped(table: Table, name: str) -> Array:
-    """(m,) an angle's column without its jumps of 360 deg."""
-    return np.asarray(np.unwrap(table.column(name), period=360.0))
 
 
 def _times(table: Table) -> Iterator[Fault]:

@@ -31,10 +31,15 @@ def position() -> Array:
     return np.linspace(0.0, 1.0, POINTS)
 
 
+def angles(x: Array) -> Array:
+    """(MODES, k) mπx of the modes 1 … MODES at x (k,)."""
+    return np.asarray(np.pi * np.arange(1, MODES + 1)[:, None] * x)
+
+
 def cosines(count: int, rng: np.random.Generator, amplitude: Array) -> Array:
     """(count, POINTS) sums of the modes 1 … MODES of amplitudes (MODES,)."""
     phase = rng.uniform(0.0, 2.0 * np.pi, size=(count, MODES))
-    angle = np.pi * np.arange(1, MODES + 1)[:, None] * position()
+    angle = angles(position())
     return np.asarray(
         (amplitude * np.cos(phase)) @ np.cos(angle) - (amplitude * np.sin(phase)) @ np.sin(angle)
     )

@@ -19,9 +19,10 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.nouns.array import Array
-from planner.verify.curve_shapes import DRAWN, MODES, POINTS, ROWS, cosines
+from planner.verify.curve_shapes import DRAWN, MODES, POINTS, ROWS, angles, cosines
 
 Figure = Literal["largest", "sigma"]
 MOST_POINTS = 10  # of the table that one measured curve is turned into
@@ -138,8 +139,7 @@ def _amplitudes(numbers: Sequence[int], left: Array, figure: Figure) -> Array:
 
 def _of_modes(points: int) -> Array:
     """(MODES,) mean square, over phase and x, of what a table leaves of each mode."""
-    x = np.linspace(0.0, 1.0, _FINE)
-    angle = np.pi * np.arange(1, MODES + 1)[:, None] * x
+    angle = angles(np.linspace(0.0, 1.0, _FINE))
     parts = [wave - tabled(wave, points) for wave in (np.cos(angle), np.sin(angle))]
     return np.asarray(sum(np.mean(part**2, axis=1) for part in parts) / 2.0)
 
@@ -173,16 +173,23 @@ def tabled(curve: Array, points: int) -> Array:
     """(m, G) what tables with evenly spread points give of curves (m, G); one point stands in the middle."""
     x = np.linspace(0.0, 1.0, curve.shape[1])
     nodes = np.linspace(0.0, 1.0, points) if points > 1 else np.array([0.5])
-    left = np.clip(np.searchsorted(x, nodes, side="right") - 1, 0, len(x) - 2)
-    share = (nodes - x[left]) / (x[left + 1] - x[left])
+    left, share = between(x, nodes)
     values = curve[:, left] * (1.0 - share) + curve[:, left + 1] * share
     return np.asarray(values @ np.array([np.interp(x, nodes, row) for row in np.eye(len(nodes))]))
 
 
+def between(grid: Array, x: Array) -> tuple[NDArray[np.intp], Array]:
+    """Of x (...) the points of a grid (G,) to its left, and its share of the way to the next ones.
+
+    Beyond the grid the end segments go on.
+    """
+    left = np.clip(np.searchsorted(grid, x, side="right") - 1, 0, len(grid) - 2)
+    return left, np.asarray((x - grid[left]) / (grid[left + 1] - grid[left]))
+
+
 def along(temperature_degc: Array, grid: Array, curve: Array) -> Array:
     """(B, t, K) curves (B, t, G) at temperatures (B, K); the end segments go on beyond the grid."""
-    left = np.clip(np.searchsorted(grid, temperature_degc, side="right") - 1, 0, len(grid) - 2)
-    share = (temperature_degc - grid[left]) / (grid[left + 1] - grid[left])
+    left, share = between(grid, temperature_degc)
     unit = np.arange(len(curve))[:, None]
     below = np.stack([curve[unit, t, left] for t in range(curve.shape[1])], axis=1)
     above = np.stack([curve[unit, t, left + 1] for t in range(curve.shape[1])], axis=1)

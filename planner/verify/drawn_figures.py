@@ -14,7 +14,7 @@ import numpy as np
 
 from planner.nouns.array import Array
 from planner.verify.asked import Navigation, weighed_quantile
-from planner.verify.curves import Curves
+from planner.verify.curves import Curves, between
 from planner.verify.draws import generator
 from planner.verify.foreseen import Seen
 from planner.verify.second_moments import Error, Moment
@@ -33,8 +33,7 @@ class Pool:
 
     def at(self, degc: Array) -> Array:
         """(POOL, k) at temperatures (k,), the end segments going on beyond the grid."""
-        left = np.clip(np.searchsorted(self.grid, degc, side="right") - 1, 0, len(self.grid) - 2)
-        share = (degc - self.grid[left]) / (self.grid[left + 1] - self.grid[left])
+        left, share = between(self.grid, degc)
         return np.asarray(self.values[:, left] * (1.0 - share) + self.values[:, left + 1] * share)
 
 

@@ -157,11 +157,10 @@ class Measured:
     flight: Exposed
 
 
+@one_thread()
 def run_chunk(e: Experiment, number: int, flights: int = CHUNK) -> Tally:
     """Campaign, calibration and flight of one chunk's units."""
-    with one_thread():
-        left = units_left(e, number, flights)
-        return _tally(e, left, number, flights)
+    return _tally(e, units_left(e, number, flights), number, flights)
 
 
 def units_measured(e: Experiment, number: int, flights: int = CHUNK) -> Measured:
@@ -180,7 +179,11 @@ def units_measured(e: Experiment, number: int, flights: int = CHUNK) -> Measured
 
 def units_left(e: Experiment, number: int, flights: int = CHUNK) -> list[Left]:
     """What the calibrations of one chunk's units leave in flight."""
-    made = units_measured(e, number, flights)
+    return left_by(e, units_measured(e, number, flights), flights)
+
+
+def left_by(e: Experiment, made: Measured, flights: int) -> list[Left]:
+    """What the calibrations of units that were measured leave in flight."""
     theta = {
         sensor: [calibrated(x, made.met.shown, made.readings[sensor], flights) for x in e.estimators[sensor]]
         for sensor in SENSORS

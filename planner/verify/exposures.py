@@ -33,14 +33,12 @@ class Motion:
     """What a bench does during one record.
 
     turned: (3, 3) mean of a bench vector's components in the unit; driven: (3,) rate that the axes give,
-    rad/s; pushed: (3,) specific force that an arm gives, m/s²; spinning: whether the base turns under the
-    unit, so that a tilt of it averages out. All in the unit's axes.
+    rad/s; pushed: (3,) specific force that an arm gives, m/s². All in the unit's axes.
     """
 
     turned: Array
     driven: Array
     pushed: Array
-    spinning: bool = False
 
 
 def motion_of(asked: Mapping[str, float] | None, seconds: float, arm: float | None, along: int) -> Motion:
@@ -53,7 +51,7 @@ def motion_of(asked: Mapping[str, float] | None, seconds: float, arm: float | No
         outward = np.array([np.cos(side), np.sin(side), 0.0])
         spin = np.sqrt(abs(load) / (arm or ARM_M)) * np.array([0.0, 0.0, 1.0])
         upright = np.diag([0.0, 0.0, 1.0])  # what is level turns round with the arm
-        return Motion(cyclic @ upright, cyclic @ spin, cyclic @ (-load * outward), True)
+        return Motion(cyclic @ upright, cyclic @ spin, cyclic @ (-load * outward))
     start = [np.radians(said.get(f"position_{k}_deg", 0.0)) for k in (1, 2)]
     speed = [np.radians(said.get(f"rate_{k}_dps", 0.0)) for k in (1, 2)]
     a = _mean(start[0], speed[0] * seconds)

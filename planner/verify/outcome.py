@@ -293,12 +293,7 @@ def claims_of(e: Experiment, tally: Tally, confidence: float) -> tuple[Claim, ..
     found = []
     for (inside, every), name in zip(tally.claimed, names_of(e), strict=True):
         if e.half_widths.get(name, 0.0) > 0 and every > 0:
-            found.append(
-                Claim(name, inside / every, *_units_interval(inside / every, tally.flights), confidence)
-            )
+            # as if a unit were one observation: its nodes and axes are drawn together
+            low, high = share_interval(round(inside / every * tally.flights), tally.flights)
+            found.append(Claim(name, inside / every, low, high, confidence))
     return tuple(found)
-
-
-def _units_interval(share: float, units: int) -> tuple[float, float]:
-    """As if a unit were one observation: its nodes and axes are drawn together."""
-    return share_interval(round(share * units), units)

@@ -8,7 +8,7 @@ estimate = q(n) s / √n,   q the two-sided normal or Student's quantile, s of o
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -128,16 +128,9 @@ def _check_reasons(
     found: Findings, document: Document, spec: Spec
 ) -> dict[str, tuple[str, list[float], float]]:
     """Error -> its test, its temperatures, and the half-width that its repeats reach, SI."""
-    made = {
-        (t["test"], float(x)): n
-        for t in document["tests"]
-        for x, n in zip(t["temperatures_degc"], t["repeats"], strict=False)
-    }
     reached: dict[str, tuple[str, list[float], float]] = {}
     added = _added(found, document, spec)
-    for i, r in enumerate(document["reasons"]):
-        where = f"reasons {i}, {r['error']} at {r['temperature_degc']:g} degC"
-        n = made.get((r["test"], float(r["temperature_degc"])))
+    for where, r, n in _reasons(document):
         if n is None or r["error"] not in budgets_of(spec) or r["test"] not in spec.tests:
             found.fault(where, f"no such error is measured there by test {r['test']}")
             continue
@@ -161,16 +154,9 @@ def _check_reasons(
 
 def _check_beside(found: Findings, document: Document, spec: Spec) -> None:
     """K's half-widths of the same records, beside a plan that does not rest on them."""
-    made = {
-        (t["test"], float(x)): n
-        for t in document["tests"]
-        for x, n in zip(t["temperatures_degc"], t["repeats"], strict=False)
-    }
     added = _added(found, document, spec)
-    for i, r in enumerate(document["reasons"]):
-        where = f"reasons {i}, {r['error']} at {r['temperature_degc']:g} degC"
-        n = made.get((r["test"], float(r["temperature_degc"])), 0)
-        if n < 1 or r["error"] not in budgets_of(spec):
+    for where, r, n in _reasons(document):
+        if n is None or n < 1 or r["error"] not in budgets_of(spec):
             found.fault(where, f"no such error is measured there by test {r['test']}")
             continue
         unit = unit_said(document, r["error"])
@@ -178,6 +164,18 @@ def _check_beside(found: Findings, document: Document, spec: Spec) -> None:
         found.same(f"{where}, needed_half_width", r["needed_half_width"], r["half_width"], 1e-8)
         wanted = "promise" if _fixed(spec, r["test"])[1] is None else "fixed"
         found.same(f"{where}, bound_by", r["bound_by"], wanted)
+
+
+def _reasons(document: Document) -> Iterator[tuple[str, Document, int | None]]:
+    """Where every reason stands, itself, and how often its test is made there (None: not said)."""
+    made = {
+        (t["test"], float(x)): n
+        for t in document["tests"]
+        for x, n in zip(t["temperatures_degc"], t["repeats"], strict=False)
+    }
+    for i, r in enumerate(document["reasons"]):
+        where = f"reasons {i}, {r['error']} at {r['temperature_degc']:g} degC"
+        yield where, r, made.get((r["test"], float(r["temperature_degc"])))
 
 
 def _added(found: Findings, document: Document, spec: Spec) -> dict[tuple[str, str], float]:

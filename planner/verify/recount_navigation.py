@@ -163,10 +163,15 @@ def _unlike(document: Document, vectors: Vectors, lengths: Mapping[str, Array]) 
     """Sum of squares of differences of the columns' lengths, each times its error's size."""
     total = 0.0
     for name, said in lengths.items():
-        own = np.linalg.norm(vectors[name], axis=1) if name in vectors else np.zeros(0)
+        own = _lengths_of(vectors, name)
         if len(own) == len(said):
             total += float(np.sum((own - said) ** 2)) * _size(document, name, False) ** 2
     return total
+
+
+def _lengths_of(vectors: Vectors, name: str) -> Array:
+    """(terms,) of an error's columns; none of an error that does not fly."""
+    return np.linalg.norm(vectors[name], axis=1) if name in vectors else np.zeros(0)
 
 
 def _likely(document: Document, wanted: Requirement, instants: Sequence[Vectors]) -> Sequence[Vectors]:
@@ -234,7 +239,7 @@ def _check_columns(
     expected = []
     for name, a in document["allowances"].items():
         sensor, effect = ErrorName(name).parts
-        lengths = np.linalg.norm(vectors[name], axis=1) if name in vectors else np.zeros(0)
+        lengths = _lengths_of(vectors, name)
         terms = [t.name for t in catalog.effects()[effect].terms(sensor)]
         axes = terms if len(terms) == len(lengths) else ["all"] * len(lengths)
         per = unit_factor(a["unit"])[0] / unit_factor(unit)[0]

@@ -156,9 +156,6 @@ def _check_order(order: Findings, spec: Spec, bench: str, found: Sequence[float]
         order.fault(bench, f"the chamber travels {lengths:g} K, {shortest:g} K would do")
 
 
-# ---------------------------------------------------------------- what the spec asks for
-
-
 # ---------------------------------------------------------------- people
 
 

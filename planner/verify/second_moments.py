@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.protocols import Sensor
-from planner.verify.curve_shapes import DRAWN, MODES, POINTS, ROWS, cosines, position
-from planner.verify.curves import Curves, Family, OneUnits, SeveralUnits, left_of, scales
+from planner.verify.curve_shapes import DRAWN, POINTS, ROWS, angles, cosines, position
+from planner.verify.curves import Curves, Family, OneUnits, SeveralUnits, between, left_of, scales
 from planner.verify.draws import generator
 
 CURVES = 20_000
@@ -52,12 +52,8 @@ class Moment:
         ]
         return self._mixed(ends, ends)
 
-    def _left(self, degc: Array) -> NDArray[np.intp]:
-        return np.clip(np.searchsorted(self.grid, degc, side="right") - 1, 0, len(self.grid) - 2)
-
     def _ends(self, degc: Array) -> _Ends:
-        left = self._left(degc)
-        share = (degc - self.grid[left]) / (self.grid[left + 1] - self.grid[left])
+        left, share = between(self.grid, degc)
         return [(left, 1.0 - share), (left + 1, share)]
 
     def _mixed(self, one: _Ends, other: _Ends) -> Array:
@@ -96,7 +92,7 @@ def _exact(curves: Curves) -> Moment:
 
 def _modes(amplitude: Array) -> Array:
     """(2 MODES, POINTS) rows of cosines of any phase."""
-    angle = np.pi * np.arange(1, MODES + 1)[:, None] * position()
+    angle = angles(position())
     rows = np.vstack([np.cos(angle), np.sin(angle)]) * np.tile(amplitude, 2)[:, None]
     return np.asarray(rows / np.sqrt(2.0))
 

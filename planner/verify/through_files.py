@@ -28,12 +28,12 @@ from planner.protocols import SENSORS, Sensor
 from planner.spec.model import NAVIGATION_ERRORS
 from planner.units import from_si, unit_factor
 from planner.verify.along_flight import apart, conditions_of, height_of, start_of
-from planner.verify.calibrations import calibrated, readings
+from planner.verify.calibrations import readings
 from planner.verify.draws import DrawnError, Exposed
-from planner.verify.experiment import CHUNK, Experiment, Measured, units_measured
+from planner.verify.experiment import CHUNK, Experiment, Measured, left_by, units_measured
 from planner.verify.findings import Fault
 from planner.verify.flights import FlightModel, exact_coefficients, vectors_of
-from planner.verify.residuals import Left, left_over
+from planner.verify.residuals import Left
 from planner.verify.tally import Tally
 
 SIGMAS = 5.0
@@ -91,7 +91,7 @@ def through_files(e: Experiment, tally: Tally, units: int, way: Pipeline, folder
     size = min(CHUNK, tally.flights)
     units = min(units, size)
     made = units_measured(e, 0, size)
-    left = _left(e, made, size)
+    left = left_by(e, made, size)
     bare = e.flight.without_beside()
     direct = bare.navigate(exact_coefficients(bare, left)[:units])
     checks, faults = [], []
@@ -106,13 +106,6 @@ def through_files(e: Experiment, tally: Tally, units: int, way: Pipeline, folder
             other = vectors_of(flown, bare.instants, wanted)[:, :, 0]
             checks.append(_compared(i, wanted.error, own, other, _scatter(e, tally, r)))
     return ThroughFiles(units, tuple(checks), (*faults, *_faults(checks)))
-
-
-def _left(e: Experiment, made: Measured, size: int) -> list[Left]:
-    theta = {
-        s: [calibrated(x, made.met.shown, made.readings[s], size) for x in e.estimators[s]] for s in SENSORS
-    }
-    return left_over(made.errors, e.estimators, theta, made.flight)
 
 
 def _scatter(e: Experiment, tally: Tally, requirement: int) -> float:

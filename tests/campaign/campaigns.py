@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from planner.campaign.model import ChannelCampaign
 from planner.campaign.power_ons import PowerOns
+from planner.measurement import Column
+from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.spec.load import load_spec
 from planner.spec.model import Spec
@@ -65,3 +69,26 @@ def drifting(storage: str = "0 deg/s") -> Spec:
         },
         {"bias": {"run_to_run": "1 mg", "in_run": "0.5 mg"}, "scale_factor": {"run_to_run": "0.02 %"}},
     )
+
+
+def counted(runs: PowerOns, counts: Array) -> PowerOns:
+    """The same kinds of power-on, made as often as `counts` (g,) says."""
+    return replace(runs, counts=counts)
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a campaign tells of the linear coefficients of one channel; sigma: standard errors."""
+
+    columns: tuple[Column, ...]
+    covariance: Array
+    sigma: Array
+
+
+def known(c: ChannelCampaign) -> Known:
+    """M⁻¹ of the rows with the shared unknowns among them: these leave their part in the covariance."""
+    rows, p = c.rows(), c.model.linear
+    size = np.linalg.norm(rows, axis=0)
+    root = np.linalg.pinv(rows / size) / size[:, None]
+    covariance = (root @ root.T)[:p, :p]
+    return Known(c.model.columns()[:p], covariance, c.sigma())

@@ -6,7 +6,7 @@ laid out, hours those of the steps.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import product
@@ -275,3 +275,13 @@ def limited(made: Tree, values: Array) -> Tree:
 def visits(*each: tuple[str, tuple[float, ...], tuple[int, ...]]) -> tuple[TestVisits, ...]:
     """(test, temperatures, repeats) as visits."""
     return tuple(TestVisits(t, degc, n) for t, degc, n in each)
+
+
+def counts_of(offers: Offers, made: Sequence[TestVisits]) -> Array:
+    """(g,) counts of visits, each of which is on offer."""
+    n = np.zeros(len(offers.kinds))
+    for visit in made:
+        offer = next(o for o in offers.tests if o.test == visit.test)
+        for t, repeats in zip(visit.temperatures_degc, visit.repeats, strict=True):
+            n[next(k for k in offer.places if abs(offers.kinds[k].temperature_degc - t) < 1e-6)] = repeats
+    return n

@@ -123,7 +123,7 @@ def test_a_thermometer_that_errs_misreads_the_curves(family: str) -> None:
     _, right = promised("level")
     assert np.all(np.array(found.families[family]) > 1.015 * np.array(right.families[family]))
     every = Everything(flight)
-    quick = every.promise.figures(every.offers.counts(CAMPAIGN)[None])[0]
+    quick = every.promise.figures(cases.counts_of(every.offers, CAMPAIGN)[None])[0]
     np.testing.assert_allclose(quick, found.promise.figures(found.counts)[0], rtol=0.01)
 
 
@@ -134,7 +134,7 @@ def test_the_search_and_the_promise_see_the_same_flights() -> None:
     """
     flight, found = promised("warming")
     every = Everything(flight)
-    quick = every.promise.figures(every.offers.counts(CAMPAIGN)[None])[0]
+    quick = every.promise.figures(cases.counts_of(every.offers, CAMPAIGN)[None])[0]
     np.testing.assert_allclose(quick, found.promise.figures(found.counts)[0], rtol=0.01)
     np.testing.assert_allclose(quick, found.figures, rtol=0.1)
 

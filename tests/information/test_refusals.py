@@ -139,7 +139,9 @@ def test_one_record_among_many_is_no_node() -> None:
     made["tests"] = {"static": static, "drift": static | {"motions": 1}}
     every = cases.Everything(cases.flight(made))
     one, two = (
-        every.offers.counts(cases.visits(("static", (20.0,), (2,)), ("drift", (-20.0, 40.0), (n, n))))
+        cases.counts_of(
+            every.offers, cases.visits(("static", (20.0,), (2,)), ("drift", (-20.0, 40.0), (n, n)))
+        )
         for n in (1, 2)
     )
     (quick,), (more,) = every.quick(one[None]), every.quick(two[None])

@@ -310,8 +310,8 @@ def test_by_hand_the_half_width_is_the_campaigns_where_no_test_has_one(repeats: 
 
 
 def _columns_and_sigmas(made: Campaign, axis: int) -> tuple[tuple[Column, ...], Array]:
-    known = made.channels["accelerometer", axis].known()
-    return known.columns, known.sigma
+    channel = made.channels["accelerometer", axis]
+    return channel.model.columns()[: channel.model.linear], channel.sigma()
 
 
 # ---------------------------------------------------------------- the shipped ones, and the commands
