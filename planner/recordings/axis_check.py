@@ -72,7 +72,7 @@ def _turns(windows: Windows, rests: Sequence[Segment]) -> Iterator[Turn]:
 
 
 def _misses(turn: Turn, choices: Array) -> Array:
-    """(c,) angles between gravity as the accelerometers end and as the gyros carry it, of (c, 3, 3) choices."""
+    """Angles (c,) between gravity as the accelerometers end and as gyros of (c, 3, 3) choices carry it."""
     before, after, small = turn
     direction = np.tile(before, (len(choices), 1))
     for w in small:
