@@ -64,6 +64,15 @@ Cluster = Annotated[
 ]
 
 
+MadeFor = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="OLD", help="Spec that the plan is of, to fly an old plan with units of an updated SPEC."
+    ),
+]
+VerifyFolder = Annotated[
+    Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder for verify.json and report.html.")
+]
 Vary = Annotated[
     list[str],
     typer.Option(
@@ -89,16 +98,8 @@ def verify(
     workers: Workers = 1,
     cluster: Cluster = None,
     through_files: ThroughFiles = 2,
-    made_for: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="OLD", help="Spec that the plan is of, to fly an old plan with units of an updated SPEC."
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("-o", "--out", metavar="DIR", help="Folder for verify.json and report.html."),
-    ] = None,
+    made_for: MadeFor = None,
+    out: VerifyFolder = None,
     as_json: AsJson = False,
 ) -> None:
     """Count a plan again without the planner's arithmetic, then fly it: is its promise kept?
