@@ -26,6 +26,7 @@ class Row:
     """One row, SI; mean, spread: (6,) gyros and accelerometers; reference: (6,) or None; times in s.
 
     start, end: since the first sample; temperature_degc None when the recording has none
+    n_samples: used; left_out: reason -> number of samples left out
     """
 
     unit: str
