@@ -85,11 +85,11 @@ class SweepAnswer(Answer):
 
     def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
         """sweep.csv, sweep.json and report.html in the folder `out`."""
-        from planner.export.verify import sweep_csv
+        from planner.export.csv_text import csv_text
         from planner.report.subjects.sweep import csv_columns, csv_rows
 
         document = self.to_dict()
-        table = sweep_csv(csv_columns(document), csv_rows(document))
+        table = csv_text(csv_columns(document), csv_rows(document))
         return {out / "sweep.csv": table, **document_and_page(self, out, "sweep.json", command)}
 
 

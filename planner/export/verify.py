@@ -1,9 +1,9 @@
-"""verify.json and sweep files: what the verification found, in display units."""
+"""verify.json: what the verification found, in display units."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -184,15 +184,3 @@ def _claim(c: Claim) -> Mapping[str, Any]:
         "ci95": [number(c.low), number(c.high)],
         "claimed": number(c.claimed),
     }
-
-
-def sweep_csv(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    """sweep.csv: one line a point."""
-    import csv
-    import io
-
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(["" if cell is None else cell for cell in row] for row in rows)
-    return out.getvalue()
