@@ -21,12 +21,6 @@ Faults = Annotated[
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the program."""
-    app.command()(export)
-    app.command("bench-simulator")(bench_simulator)
-
-
 def export(
     plan: PlanFile,
     form: Annotated[

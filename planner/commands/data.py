@@ -91,12 +91,6 @@ NoiseAccount = Annotated[
 _DEFAULTS = {"case": "random", "signs": "random", "temperature_error": "0.0 K", "spikes": 0.0}
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the program."""
-    for command in (simulate, calibrate, apply):
-        app.command()(command)
-
-
 def simulate(
     spec: SpecFile,
     out: Annotated[Path, typer.Option("-o", "--out", metavar="DATA", help="Dwell table to write.")],

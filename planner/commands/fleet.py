@@ -105,12 +105,6 @@ CorrectedBy = Annotated[
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the program."""
-    for command in (accept, forecast, recalibrate):
-        app.command()(command)
-
-
 def accept(
     spec: SpecOption,
     data: Checks = None,

@@ -81,12 +81,6 @@ Vary = Annotated[
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the program."""
-    for command in (verify, sweep):
-        app.command()(command)
-
-
 def verify(
     spec: SpecFile,
     plan: PlanFile,

@@ -88,12 +88,6 @@ ClockPorts = Annotated[
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the program."""
-    app.command()(run)
-    app.command("bench-check")(bench_check)
-
-
 def run(
     plan: PlanFile,
     table: Tables = None,
