@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from planner.commands.options import AsJson, PlanFile
+from planner.commands.options import AsJson, Axes, PlanFile
 from planner.commands.output import answer, progress_line
 from planner.errors import InputError
 
@@ -197,7 +197,7 @@ def bench_check(
     chamber_dialect: Annotated[
         str | None, typer.Option(metavar="NAME_OR_FILE", help="What the chamber speaks [espec_p300].")
     ] = None,
-    axes: Annotated[int, typer.Option(min=1, max=6, help="How many axes the table has.")] = 1,
+    axes: Axes = 1,
     move: Annotated[
         bool, typer.Option("--move", help="Also turn axis 1 by a degree and slowly; hands off the table.")
     ] = False,
