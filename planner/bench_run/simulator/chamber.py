@@ -42,7 +42,7 @@ class _Course:
 class Chamber:
     """A chamber in a room of 20 °C; rates in K/min.
 
-    refusals: every message that was answered with NA; stalls: it never quite gets to its next setpoints.
+    refusals: every message that was answered with NA.
     """
 
     def __init__(
@@ -96,6 +96,10 @@ class Chamber:
         """Note a refusal; its reply."""
         self.refusals.append(Refusal(self._clock.now(), message, why))
         return f"NA:{why}"
+
+    def stall(self) -> None:
+        """From the next setpoint on the chamber never quite gets there."""
+        self.stalls = True
 
     def cut(self) -> None:
         """The mains go: off, and the air leaks towards the room until somebody starts it again."""

@@ -55,7 +55,7 @@ def test_without_power_nothing_happens():
 
 def test_a_chamber_that_never_settles_stops_short():
     clock, chamber = running()
-    chamber.stalls = True
+    chamber.stall()
     chamber.receive("TEMP,S-40.0")
     clock.sleep(1e5)
     assert chamber.at() == pytest.approx(-35.0)
