@@ -31,7 +31,7 @@ def _is_wide() -> bool:
 
 
 def _help() -> str:
-    """What typer says of all commands; `tests/test_cli.py` holds the file to that."""
+    """What typer says of all commands; `tests/commands/test_every_command.py` holds the file to that."""
     from pathlib import Path
 
     return (Path(__file__).parent / "commands" / "help.txt").read_text(encoding="utf-8")

@@ -74,24 +74,40 @@ def root(
         raise typer.Exit()
 
 
-FAMILIES = (
-    starting,
-    planning,
-    bench,
-    running,
-    recordings,
-    data,
-    diagnosis,
-    promise,
-    fleet,
-    effects,
-    explaining,
-    docs,
-    migrating,
-    reproducing,
+COMMANDS = (
+    planning.check,
+    planning.schema,
+    planning.plan,
+    planning.sensitivity,
+    planning.allow,
+    planning.compare,
+    planning.why,
+    planning.afford,
+    bench.export,
+    bench.bench_simulator,
+    running.run,
+    running.bench_check,
+    recordings.reduce,
+    recordings.look,
+    data.simulate,
+    data.calibrate,
+    data.apply,
+    diagnosis.diagnose,
+    diagnosis.update,
+    promise.verify,
+    promise.sweep,
+    fleet.accept,
+    fleet.forecast,
+    fleet.recalibrate,
+    effects.effects,
+    explaining.explain,
+    docs.docs,
+    migrating.migrate,
+    reproducing.reproduce,
 )
-for family in FAMILIES:
-    family.register(app)
+app.command(context_settings=starting.UNREAD)(starting.init)
+for command in COMMANDS:
+    app.command()(command)
 
 
 def main() -> None:

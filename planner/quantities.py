@@ -130,7 +130,20 @@ def _moment(value: object) -> object:
         raise Unfit(
             "P114", f"{_brief(value)} is no moment; write e.g. 'mon 08:00', or with a date '2026-12-21 08:00'"
         )
-    return DAY_S * WEEKDAYS.index(day) + float(str(_clock(clock)))
+    return week_seconds(text)
+
+
+def week_seconds(words: str) -> float:
+    """Seconds from Monday 00:00 to `tue 08:30`."""
+    day, clock = words.split()
+    hours, minutes = clock.split(":")
+    return DAY_S * WEEKDAYS.index(day) + 3600.0 * int(hours) + 60.0 * int(minutes)
+
+
+def week_words(seconds: float) -> str:
+    """`tue 08:30`, so many seconds from Monday 00:00."""
+    day, rest = divmod(seconds, DAY_S)
+    return f"{WEEKDAYS[int(day)]} {int(rest // 3600):02d}:{int(rest % 3600 // 60):02d}"
 
 
 def date_of(text: str) -> date:

@@ -131,7 +131,10 @@ def document_and_page(answer: Answer, out: Path, name: str, command: str) -> dic
     return {out / name: json_text(answer.to_dict()), out / "report.html": page(report, command)}
 
 
-def plan_tree(plan: str | Path | Mapping[str, Any] | Answer | Plan) -> dict[str, Any]:
+PlanLike = str | Path | Mapping[str, Any] | Answer
+
+
+def plan_tree(plan: PlanLike | Plan) -> dict[str, Any]:
     """The tree of a plan: of plan.json or its folder, of a plan made just now, or a tree itself.
 
     Raises InputError for what is no plan.
@@ -153,9 +156,11 @@ def plan_tree(plan: str | Path | Mapping[str, Any] | Answer | Plan) -> dict[str,
     return dict(plan)
 
 
+def plan_tree_if_any(plan: PlanLike | None) -> dict[str, Any] | None:
+    """The tree of a plan, where one is given. Raises InputError as `plan_tree`."""
+    return None if plan is None else plan_tree(plan)
+
+
 def of_units(documents: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """The document of one unit as it is; those of several under `units`."""
     return dict(documents[0]) if len(documents) == 1 else {"units": list(documents)}
-
-
-PlanLike = str | Path | Mapping[str, Any] | Answer

@@ -1,4 +1,4 @@
-"""Measured data: simulate, reduce, look, calibrate, apply."""
+"""Measured data: reduce, look, calibrate, apply."""
 
 from __future__ import annotations
 
@@ -43,9 +43,6 @@ def rows_of(table: DwellTable) -> Sequence[Row]:
 
     found: list[dict[str, Any]] = pq.read_table(BytesIO(dwells_bytes(table, "parquet"))).to_pylist()
     return found
-
-
-# ---------------------------------------------------------------- simulate
 
 
 # ---------------------------------------------------------------- recordings

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.api.answer import Answer, Row, of_units, page, plan_tree
+from planner.api.answer import Answer, PlanLike, Row, of_units, page, plan_tree_if_any
 from planner.api.given import SpecLike, read, whole
 from planner.errors import InputError
 from planner.nouns.progress import Progress, silent
@@ -92,7 +92,7 @@ def diagnose(
     data: str | Path,
     spec: SpecLike,
     *,
-    plan: str | Path | Mapping[str, Any] | Answer | None = None,
+    plan: PlanLike | None = None,
     seed: int = 1,
     progress: Progress = silent,
 ) -> DiagnoseAnswer:
@@ -102,8 +102,8 @@ def diagnose(
     """
     from planner.pipelines import diagnosing as pipeline
 
-    tree = None if plan is None else plan_tree(plan)
-    return DiagnoseAnswer(pipeline.diagnose(Path(data), read(spec), seed, progress, tree))
+    found = pipeline.diagnose(Path(data), read(spec), seed, progress, plan_tree_if_any(plan))
+    return DiagnoseAnswer(found)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.api.answer import Answer, PlanLike, Row, document_and_page, plan_tree
+from planner.api.answer import Answer, PlanLike, Row, document_and_page, plan_tree_if_any
 from planner.api.given import SpecLike, read, whole
 from planner.nouns.progress import Progress, silent
 
@@ -20,10 +20,6 @@ if TYPE_CHECKING:
     from planner.pipelines.fleet import Forecasted
     from planner.report.blocks import Report
     from planner.spec.load import LoadedSpec
-
-
-def _tree(plan: PlanLike | None) -> dict[str, Any] | None:
-    return None if plan is None else plan_tree(plan)
 
 
 def _source(loaded: LoadedSpec) -> dict[str, str]:
@@ -108,7 +104,7 @@ def accept(
     from planner.spec.sensor_alone import needs
 
     rates = ErrorRates(good_rejected, bad_accepted)
-    loaded, tree = read(spec), _tree(plan)
+    loaded, tree = read(spec), plan_tree_if_any(plan)
     planned = () if plan is not None else ("benches", "tests")  # a plan says what is left of its campaign
     needs(loaded, "what a unit is held against", "requirement", "trajectory", *planned)
     inputs = [Path(one) for one in data]
@@ -171,7 +167,7 @@ def plan_check(
     from planner.pipelines import acceptance as pipeline
 
     rates = ErrorRates(good_rejected, bad_accepted)
-    found = pipeline.plan_check(whole(spec), _tree(plan), load, decided, rates, progress)
+    found = pipeline.plan_check(whole(spec), plan_tree_if_any(plan), load, decided, rates, progress)
     return PlanCheckAnswer(found, rates)
 
 
@@ -237,7 +233,7 @@ def forecast(
     from planner.pipelines import fleet as pipeline
 
     options = pipeline.options_of(until, method, 100 * confidence, corrected_by, today, start)
-    loaded, tree = whole(spec), _tree(plan)
+    loaded, tree = whole(spec), plan_tree_if_any(plan)
     return ForecastAnswer(pipeline.forecast(list(map(str, history)), loaded, tree, options, progress))
 
 
@@ -320,5 +316,5 @@ def recalibrate(
     from planner.pipelines import fleet as pipeline
 
     options = pipeline.options_of(until, method, 100 * confidence, corrected_by, today, start)
-    loaded, tree = whole(spec), _tree(plan)
+    loaded, tree = whole(spec), plan_tree_if_any(plan)
     return RecalibrateAnswer(pipeline.recalibrate(loaded, tree, list(map(str, history)), options, progress))

@@ -1,4 +1,4 @@
-"""From a spec to a plan: check, plan, sensitivity, allow, compare, why, afford."""
+"""From a spec to a plan: check, plan, sensitivity, allow; an answer as a page, and schemas of files."""
 
 from __future__ import annotations
 
@@ -289,7 +289,7 @@ def allow(
     return AllowAnswer(pipeline.allow(whole(spec), progress, stop or never)[1])
 
 
-# ---------------------------------------------------------------- compare, why, afford
+# ---------------------------------------------------------------- pages, schemas
 
 
 def report(answer: Answer, *, command: str = "") -> str:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.api.answer import Answer, Row, page, plan_tree
+from planner.api.answer import Answer, PlanLike, Row, document_and_page, plan_tree
 from planner.api.given import SpecLike, whole
 from planner.nouns.progress import Progress, silent
 
@@ -65,17 +65,12 @@ class VerifyAnswer(Answer):
 
     def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
         """verify.json and report.html in the folder `out`."""
-        from planner.export.verify import verify_text
-
-        return {
-            out / "verify.json": verify_text(self.record),
-            out / "report.html": page(self.reports[0], command),
-        }
+        return document_and_page(self, out, "verify.json", command)
 
 
 def verify(
     spec: SpecLike,
-    plan: str | Path | Mapping[str, Any] | Answer,
+    plan: PlanLike,
     *,
     flights: int = 2000,
     seed: int = 1,

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.api.answer import Answer, PlanLike, Row, plan_tree
+from planner.api.answer import Answer, PlanLike, Row, plan_tree_if_any
 from planner.api.data import frame_of, rows_of
 from planner.api.given import SpecLike, whole
 from planner.nouns.progress import Progress, silent
@@ -81,7 +81,7 @@ def simulate(
 
     loaded = whole(spec)
     drawn = settings_from(dict(settings or {}), settings_of(loaded.spec))
-    tree = None if plan is None else plan_tree(plan)
+    tree = plan_tree_if_any(plan)
     return SimulateAnswer(*pipeline.simulate(loaded, tree, hidden, seed, drawn, latitude_deg, curves))
 
 
@@ -134,7 +134,7 @@ def simulate_signals(
     from planner.export.signals import form_named
     from planner.pipelines.signals import simulate_signals as flow
 
-    tree = None if plan is None else plan_tree(plan)
+    tree = plan_tree_if_any(plan)
     found = flow(
         whole(spec), tree, Path(out), form_named(form), hidden, seed, dict(settings or {}),
         rate=rate_hz, flight=flight, latitude_deg=latitude_deg, curves=curves, progress=progress,

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner.api.answer import Answer, Row, page
+from planner.api.answer import Answer, Row, document_and_page
 from planner.api.given import SpecLike, whole
 from planner.nouns.progress import Progress, silent
 
@@ -85,16 +85,12 @@ class SweepAnswer(Answer):
 
     def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
         """sweep.csv, sweep.json and report.html in the folder `out`."""
-        from planner.export.json_figures import json_text
-        from planner.export.verify import sweep_csv
+        from planner.export.csv_text import csv_text
         from planner.report.subjects.sweep import csv_columns, csv_rows
 
         document = self.to_dict()
-        return {
-            out / "sweep.csv": sweep_csv(csv_columns(document), csv_rows(document)),
-            out / "sweep.json": json_text(document),
-            out / "report.html": page(self.reports[0], command),
-        }
+        table = csv_text(csv_columns(document), csv_rows(document))
+        return {out / "sweep.csv": table, **document_and_page(self, out, "sweep.json", command)}
 
 
 def sweep(

@@ -62,14 +62,11 @@ class ChamberDriver:
 
     def swept(self, temperature_degc: float) -> None:
         """Raises BenchFault when the air is not near where a ramp should have brought it."""
-        now = self.temperature_degc()
-        if abs(now - temperature_degc) > self._within.drift_k:  # a single reading is a doubt
-            self._air.forget()
-            self.talk.doubt()
-            now = self.temperature_degc()
-        if abs(now - temperature_degc) > self._within.drift_k:
+        strayed = self._strayed(temperature_degc)
+        if strayed is not None:
             raise BenchFault(
-                f"the chamber does not follow its ramp: it reads {now:g} degC, not {temperature_degc:g} degC"
+                f"the chamber does not follow its ramp: it reads {strayed:g} degC, "
+                f"not {temperature_degc:g} degC"
             )
 
     def temperature_degc(self) -> float:
@@ -81,13 +78,9 @@ class ChamberDriver:
         """Raises BenchFault when the air has strayed from the temperature that it had."""
         if self._target is None:
             return
-        now = self.temperature_degc()
-        if abs(now - self._target) > self._within.drift_k:  # a single reading is a doubt
-            self._air.forget()
-            self.talk.doubt()
-            now = self.temperature_degc()
-        if abs(now - self._target) > self._within.drift_k:
-            raise BenchFault(f"the chamber has left {self._target:g} degC: it reads {now:g} degC")
+        strayed = self._strayed(self._target)
+        if strayed is not None:
+            raise BenchFault(f"the chamber has left {self._target:g} degC: it reads {strayed:g} degC")
         self._good_s = self._clock.now()
 
     def reconnect(self) -> float:
@@ -204,6 +197,15 @@ class ChamberDriver:
             mode = "refused"
         self._tells_mode = self._tells_mode or mode != "refused"
         return "" if mode == "refused" or question.is_good(mode) else mode
+
+    def _strayed(self, degc: float) -> float | None:
+        """What the air reads, where that is off a temperature twice: a single reading is a doubt."""
+        now = self.temperature_degc()
+        if abs(now - degc) > self._within.drift_k:
+            self._air.forget()
+            self.talk.doubt()
+            now = self.temperature_degc()
+        return now if abs(now - degc) > self._within.drift_k else None
 
     def _measured(self, text: str) -> float:
         found = self._dialect.questions.temperature.understood(text)

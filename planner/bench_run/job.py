@@ -10,7 +10,7 @@ from planner.errors import InputError
 from planner.nouns.bench import BenchFacts, Stops
 from planner.nouns.plan_file import typed_plan
 from planner.nouns.step import Step
-from planner.quantities import DAY_S, FIRST_MONDAY, WEEKDAYS
+from planner.quantities import DAY_S, FIRST_MONDAY, week_seconds
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def job_from(
         plan.steps,
         benches,
         shifts=() if any_time else tuple((shift.opens_s, shift.closes_s) for shift in plan.shifts),
-        start_s=monday_s + _moment(plan.start),
+        start_s=monday_s + (week_seconds(plan.start) if plan.start else 0.0),
         any_time=any_time,
         monday_s=monday_s,
         period_s=plan.shifts_period_s,
@@ -79,12 +79,3 @@ def job_from(
 def _monday(day: date | None) -> float:
     """Seconds from FIRST_MONDAY to the Monday of a day's week; 0 without a day."""
     return 0.0 if day is None else (day - FIRST_MONDAY).days // 7 * 7 * DAY_S
-
-
-def _moment(words: str | None) -> float:
-    """`tue 08:30` as seconds from Monday 00:00; 0 when the plan says nothing."""
-    if words is None:
-        return 0.0
-    day, time = words.split()
-    hours, minutes = time.split(":")
-    return DAY_S * WEEKDAYS.index(day) + 3600.0 * int(hours) + 60.0 * int(minutes)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TypeVar
@@ -12,11 +11,11 @@ from planner.bench_run.equipment import Equipment, Say
 from planner.bench_run.errors import BenchFault, LineLost, Silent
 from planner.bench_run.safety import Left, make_safe
 from planner.bench_run.table import TableDriver
+from planner.control.ramp import stair
 from planner.errors import PlannerError
 from planner.nouns.bench import BenchFacts
 
 LONGEST_WAIT_S = 60.0  # how long nobody looks at table and chamber
-STAIR_K = 0.2  # between two setpoints of a ramp: two of the tenths that many a chamber takes
 AGAIN_S = (1.0, 30.0)  # between two attempts to connect: at first, and at most
 Done = TypeVar("Done")
 
@@ -113,19 +112,18 @@ class OpenBench:
         if self.chamber is None:
             self.hold(seconds, given_up)
             return
-        chamber, (begin, end), start = self.chamber, swept_degc, self._clock.now()
-        stairs = max(1, math.ceil(abs(end - begin) / STAIR_K - 1e-9))
-        looked = start
-        for k in range(stairs):
+        chamber, start = self.chamber, self._clock.now()
+        degrees, looked = stair(*swept_degc), start
+        for k, degc in enumerate(degrees, start=1):
             if given_up():
                 return
-            self.steady(partial(chamber.sweep_to, begin + (end - begin) * (k + 0.5) / stairs))
-            until = start + seconds * (k + 1) / stairs
+            self.steady(partial(chamber.sweep_to, degc))
+            until = start + seconds * k / len(degrees)
             if self._clock.now() - looked > LONGEST_WAIT_S and until < start + seconds:
                 self.look(turning=seconds > 2 * LONGEST_WAIT_S)
                 looked = self._clock.now()
             self.hold(until - self._clock.now(), given_up)
-        self.steady(partial(chamber.swept, end))
+        self.steady(partial(chamber.swept, swept_degc[1]))
 
     def is_sure(self) -> bool:
         """Whether no reply has come that nobody asked for."""

@@ -22,7 +22,7 @@ from datetime import datetime
 from planner.bench_run.clock import Clock
 from planner.bench_run.job import Job
 from planner.nouns.step import Step
-from planner.quantities import DAY_S, FIRST_MONDAY, WEEKDAYS
+from planner.quantities import DAY_S, FIRST_MONDAY, week_words
 from planner.solvers.calendar import Calendar, Passage, Span, calendar
 
 WEEK_S = 7 * DAY_S
@@ -60,8 +60,7 @@ class Hours:
 
     def opens(self, index: int) -> str:
         """When step `index` may begin, as `mon 08:00`."""
-        day, rest = divmod((self._week() + self.left(index) + 30.0) % WEEK_S, DAY_S)
-        return f"{WEEKDAYS[int(day)]} {int(rest // 3600):02d}:{int(rest % 3600 // 60):02d}"
+        return week_words((self._week() + self.left(index) + 30.0) % WEEK_S)
 
     def _passage(self, spans: tuple[Span, ...]) -> Passage:
         """Work that ends with its last attended step; what fits into no week needs people only to begin."""

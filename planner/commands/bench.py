@@ -7,10 +7,11 @@ from typing import Annotated
 
 import typer
 
-from planner.commands.options import AsJson, PlanFile
+from planner.commands.options import AsJson, Axes, PlanFile
 from planner.commands.output import STANDARD, answer, say, say_text
 from planner.errors import InputError
 
+Port = Annotated[int, typer.Option(min=0, max=65535, help="0: any free port.")]
 Faults = Annotated[
     list[str] | None,
     typer.Option(
@@ -19,12 +20,6 @@ Faults = Annotated[
         "chamber.nan_reading@3+ …; an unknown name lists them all.",
     ),
 ]
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands to the program."""
-    app.command()(export)
-    app.command("bench-simulator")(bench_simulator)
 
 
 def export(
@@ -65,11 +60,11 @@ def export(
 
 
 def bench_simulator(
-    table_port: Annotated[int, typer.Option(min=0, max=65535, help="0: any free port.")] = 0,
-    chamber_port: Annotated[int, typer.Option(min=0, max=65535, help="0: any free port.")] = 0,
-    clock_port: Annotated[int, typer.Option(min=0, max=65535, help="0: any free port.")] = 0,
+    table_port: Port = 0,
+    chamber_port: Port = 0,
+    clock_port: Port = 0,
     host: Annotated[str, typer.Option(help="An address of this machine, no other.")] = "127.0.0.1",
-    axes: Annotated[int, typer.Option(min=1, max=6, help="How many axes the table has.")] = 3,
+    axes: Axes = 3,
     speed: Annotated[
         float, typer.Option(metavar="FACTOR", help="Its seconds per second, while nobody moves its clock.")
     ] = 1.0,

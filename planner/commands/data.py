@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -90,12 +91,6 @@ NoiseAccount = Annotated[
 _DEFAULTS = {"case": "random", "signs": "random", "temperature_error": "0.0 K", "spikes": 0.0}
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the program."""
-    for command in (simulate, calibrate, apply):
-        app.command()(command)
-
-
 def simulate(
     spec: SpecFile,
     out: Annotated[Path, typer.Option("-o", "--out", metavar="DATA", help="Dwell table to write.")],
@@ -128,41 +123,28 @@ def simulate(
     """
     from planner.api import simulating
     from planner.export.truth import truth_path
-    from planner.pipelines.data import simulation_settings
-    from planner.simulate.settings import pairs
 
     shown = {"case": case, "signs": signs, "temperature_error": f"{temperature_error} K", "spikes": spikes}
-    chosen = {key: value for key, value in shown.items() if value != _DEFAULTS[key]}
-    written = {} if settings is None else simulation_settings(settings)
-    chosen = {**written, **chosen, **pairs(assign or [])}
+    asked: dict[str, Any] = {"plan": plan, "hidden": hidden or (), "seed": seed, "curves": curves}
+    asked |= {"latitude_deg": latitude, "settings": _settings(settings, shown, assign or [])}
     if signals is not None:
         with progress_line() as progress:
             recorded = simulating.simulate_signals(
-                spec,
-                out,
-                form=signals,
-                rate_hz=rate,
-                flight=flight,
-                plan=plan,
-                hidden=hidden or (),
-                seed=seed,
-                settings=chosen,
-                curves=curves,
-                latitude_deg=latitude,
-                progress=progress,
+                spec, out, form=signals, rate_hz=rate, flight=flight, progress=progress, **asked
             )
         say(recorded, as_json)
         return
-    found = simulating.simulate(
-        spec,
-        plan=plan,
-        hidden=hidden or (),
-        seed=seed,
-        settings=chosen,
-        curves=curves,
-        latitude_deg=latitude,
-    )
+    found = simulating.simulate(spec, **asked)
     say(found, as_json, out, extra={"written": [str(out), str(truth_path(out))]})
+
+
+def _settings(file: Path | None, shown: Mapping[str, object], assigned: list[str]) -> dict[str, object]:
+    """Settings of a file, then options that are not left as they are, then --set."""
+    from planner.pipelines.data import simulation_settings
+    from planner.simulate.settings import pairs
+
+    chosen = {key: value for key, value in shown.items() if value != _DEFAULTS[key]}
+    return {**({} if file is None else simulation_settings(file)), **chosen, **pairs(assigned)}
 
 
 def calibrate(

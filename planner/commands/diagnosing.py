@@ -12,12 +12,6 @@ from planner.commands.output import progress_line, refuse_others, say
 from planner.errors import InputError
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the program."""
-    for command in (diagnose, update):
-        app.command()(command)
-
-
 def diagnose(
     data: DataTable,
     spec: SpecOption,

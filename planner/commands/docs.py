@@ -14,11 +14,6 @@ if TYPE_CHECKING:
     from planner.api.documentation.pages import Command
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the program."""
-    app.command()(docs)
-
-
 def docs(
     context: typer.Context,
     page: Annotated[

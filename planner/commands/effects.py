@@ -12,11 +12,6 @@ from planner.commands.output import answer, notes, refuse_existing, result
 from planner.errors import InputError
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the program."""
-    app.command()(effects)
-
-
 def effects(
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show this one only.")] = None,
     template: Annotated[

@@ -12,11 +12,6 @@ from planner.commands.output import answer
 from planner.errors import InputError
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the program."""
-    app.command()(explain)
-
-
 def explain(
     code: Annotated[
         str | None, typer.Argument(metavar="[CODE]", help="As it stands behind a fault; left out: all.")

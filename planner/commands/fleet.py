@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from planner.commands.options import AsJson, SpecFile, SpecOption
 from planner.commands.output import progress_line, refuse_others, say
+
+if TYPE_CHECKING:
+    from planner.api.answer import Answer
 
 PlanOption = Annotated[
     Path | None,
@@ -102,12 +105,6 @@ CorrectedBy = Annotated[
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the program."""
-    for command in (accept, forecast, recalibrate):
-        app.command()(command)
-
-
 def accept(
     spec: SpecOption,
     data: Checks = None,
@@ -140,29 +137,15 @@ def accept(
     from planner.api import fleet
 
     refuse_others(spec, out, "report.html")
+    asked: dict[str, Any] = {"spec": spec, "plan": plan}
+    asked |= {"good_rejected": good_rejected / 100, "bad_accepted": bad_accepted / 100}
+    found: Answer
     with progress_line() as progress:
         if plan_check or not data:
-            checks = fleet.plan_check(
-                spec,
-                plan=plan,
-                load=load / 100,
-                decided=decided / 100,
-                good_rejected=good_rejected / 100,
-                bad_accepted=bad_accepted / 100,
-                progress=progress,
-            )
+            found = fleet.plan_check(load=load / 100, decided=decided / 100, progress=progress, **asked)
         else:
-            found = fleet.accept(
-                *data,
-                spec=spec,
-                plan=plan,
-                good_rejected=good_rejected / 100,
-                bad_accepted=bad_accepted / 100,
-                as_residual=as_residual,
-                looks=looks,
-                progress=progress,
-            )
-    say(checks if plan_check or not data else found, as_json, out, spec)
+            found = fleet.accept(*data, as_residual=as_residual, looks=looks, progress=progress, **asked)
+    say(found, as_json, out, spec)
 
 
 def forecast(

@@ -11,11 +11,6 @@ from planner.commands.options import AsJson, SpecFile
 from planner.commands.output import STANDARD, asked, refuse_existing, say, say_text
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the program."""
-    app.command()(migrate)
-
-
 def migrate(
     spec: SpecFile,
     out: Annotated[

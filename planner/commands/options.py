@@ -14,4 +14,5 @@ PlanFile = Annotated[
 ]
 DataTable = Annotated[Path, typer.Argument(metavar="DATA", help="Dwell table.", show_default=False)]
 Seed = Annotated[int, typer.Option(min=0, help="Of every random number.")]
+Axes = Annotated[int, typer.Option(min=1, max=6, help="How many axes the table has.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Machine-readable result on stdout.")]

@@ -20,12 +20,6 @@ from planner.commands.output import (
 )
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the program."""
-    for command in (check, schema, plan, sensitivity, allow, compare, why, afford):
-        app.command()(command)
-
-
 def check(spec: SpecFile, as_json: AsJson = False) -> None:
     """Validate a spec: every fault at once, each with file:line:column.
 

@@ -64,18 +64,21 @@ Cluster = Annotated[
 ]
 
 
+MadeFor = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="OLD", help="Spec that the plan is of, to fly an old plan with units of an updated SPEC."
+    ),
+]
+VerifyFolder = Annotated[
+    Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder for verify.json and report.html.")
+]
 Vary = Annotated[
     list[str],
     typer.Option(
         metavar="KEY=A..B|A,B,…", help="A key of the spec and its values; may be given several times."
     ),
 ]
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands to the program."""
-    for command in (verify, sweep):
-        app.command()(command)
 
 
 def verify(
@@ -89,16 +92,8 @@ def verify(
     workers: Workers = 1,
     cluster: Cluster = None,
     through_files: ThroughFiles = 2,
-    made_for: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="OLD", help="Spec that the plan is of, to fly an old plan with units of an updated SPEC."
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("-o", "--out", metavar="DIR", help="Folder for verify.json and report.html."),
-    ] = None,
+    made_for: MadeFor = None,
+    out: VerifyFolder = None,
     as_json: AsJson = False,
 ) -> None:
     """Count a plan again without the planner's arithmetic, then fly it: is its promise kept?

@@ -24,12 +24,6 @@ Latitude = Annotated[
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the program."""
-    for command in (reduce, look):
-        app.command()(command)
-
-
 def reduce(
     raw: Annotated[
         list[Path] | None,

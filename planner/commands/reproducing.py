@@ -11,11 +11,6 @@ from planner.commands.options import AsJson, PlanFile
 from planner.commands.output import progress_line, say
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the program."""
-    app.command()(reproduce)
-
-
 def reproduce(
     plan: PlanFile,
     spec: Annotated[

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from planner.commands.options import AsJson, PlanFile
+from planner.commands.options import AsJson, Axes, PlanFile
 from planner.commands.output import answer, progress_line
 from planner.errors import InputError
 
 if TYPE_CHECKING:
+    from planner.bench_run.bench_check import Tried
     from planner.bench_run.job import Job
     from planner.bench_run.session import Request
 
@@ -87,12 +88,6 @@ ClockPorts = Annotated[
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the program."""
-    app.command()(run)
-    app.command("bench-check")(bench_check)
-
-
 def run(
     plan: PlanFile,
     table: Tables = None,
@@ -141,12 +136,7 @@ def run(
         page=page,
         notify=notify,
     )
-    if from_start and not resume:
-        raise InputError("--from-start goes with --resume; without it a run begins at the start anyway")
-    if dry_run:
-        session.rehearse(job, request, typer.echo)
-    else:
-        _execute(job, request, as_json)
+    _run(job, request, dry_run, as_json)
 
 
 def _seconds(option: str, text: str) -> float:
@@ -177,9 +167,15 @@ def _job(
     return (job, "run.jsonl") if bench is None else (job.on(bench), f"run.{file_name(bench)}.jsonl")
 
 
-def _execute(job: Job, request: Request, as_json: bool) -> None:
+def _run(job: Job, request: Request, dry_run: bool, as_json: bool) -> None:
+    """Rehearse, or execute and say what was made."""
     from planner.bench_run import session
 
+    if request.from_start and not request.resume:
+        raise InputError("--from-start goes with --resume; without it a run begins at the start anyway")
+    if dry_run:
+        session.rehearse(job, request, typer.echo)
+        return
     with progress_line() as progress:
         done = session.run(job, request, lambda text: typer.echo(text, err=True), line=progress)
     answer(
@@ -201,7 +197,7 @@ def bench_check(
     chamber_dialect: Annotated[
         str | None, typer.Option(metavar="NAME_OR_FILE", help="What the chamber speaks [espec_p300].")
     ] = None,
-    axes: Annotated[int, typer.Option(min=1, max=6, help="How many axes the table has.")] = 1,
+    axes: Axes = 1,
     move: Annotated[
         bool, typer.Option("--move", help="Also turn axis 1 by a degree and slowly; hands off the table.")
     ] = False,
@@ -235,10 +231,15 @@ def bench_check(
             check_chamber(VisaLine(chamber, air.connection.ends_with, baud), clock, air, moving=move)
         )
         lacks += [f"chamber ({air.name}): {text}" for text in air.lacks()]
+    _tell(tried, lacks, as_json)
+
+
+def _tell(tried: Sequence[Tried], lacks: Sequence[str], as_json: bool) -> None:
+    """What was tried, and what the device lacks. Exit 1: something fails."""
     lines = [f"{'ok  ' if one.ok else 'FAIL'} {one.device:8} {one.what:24} {one.seen}" for one in tried]
     lines += [f"lacks {text}" for text in lacks]
     ok = all(one.ok for one in tried)
-    tree = {"ok": ok, "tried": [vars(one) for one in tried], "lacks": lacks}
+    tree = {"ok": ok, "tried": [vars(one) for one in tried], "lacks": list(lacks)}
     answer(tree, "\n".join(lines), as_json, 0 if ok else 1)
     if not ok:
         raise typer.Exit(1)

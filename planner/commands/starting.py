@@ -13,11 +13,7 @@ from planner.commands.options import AsJson
 from planner.commands.output import STANDARD, answer, refuse_existing
 from planner.errors import InputError
 
-
-def register(app: typer.Typer) -> None:
-    """Add the command to the program."""
-    further = {"allow_extra_args": True, "ignore_unknown_options": True}  # the terms of data sheets
-    app.command(context_settings=further)(init)
+UNREAD = {"allow_extra_args": True, "ignore_unknown_options": True}  # the terms of data sheets
 
 
 def init(

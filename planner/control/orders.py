@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from planner.nouns.bench import BenchFacts
-from planner.spec.axis_travel import reduced, same_attitude
+from planner.spec.axis_travel import outside, reduced, same_attitude
 from planner.units import STANDARD_GRAVITY_MPS2
 
 Motion = Mapping[str, float]
@@ -113,6 +113,5 @@ def _inside(value: float, axis: int, bench: BenchFacts) -> float:
         return float(reduced(value))
     same = same_attitude(value, bench.travel[axis])
     if same is None:
-        least, most = bench.travel[axis]
-        raise MotionError(f"{value:g} deg is outside the stops of axis {axis}, {least:g} .. {most:g} deg")
+        raise MotionError(outside(value, axis, bench.travel[axis]))
     return float(same)

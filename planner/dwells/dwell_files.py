@@ -121,6 +121,8 @@ def _read_parquet(path: Path) -> RawDwells:
 def _read_hdf5(path: Path) -> RawDwells:
     import h5py
 
+    from planner.readers._arrays import same_length
+
     try:
         with h5py.File(path, "r") as file:
             group = file.get("dwells", file)
@@ -132,10 +134,7 @@ def _read_hdf5(path: Path) -> RawDwells:
     wrong = [name for name, values in columns.items() if values.ndim != 1]
     if wrong:
         raise InputError(f"{path}: {', '.join(wrong)} must have one dimension, one value a row")
-    lengths = {name: len(values) for name, values in columns.items()}
-    if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise InputError(f"{path}: the columns have different lengths: {told}")
+    same_length(path, columns)
     return RawDwells(str(path), columns, names, None, notes)
 
 

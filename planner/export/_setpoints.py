@@ -5,21 +5,18 @@ A test that records on a ramp has a stair of setpoints, which the chamber's air 
 
 from __future__ import annotations
 
-import csv
-import io
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from planner.control.ramp import stair
 from planner.control.words import figure
-from planner.export.header import header
+from planner.export.csv_text import csv_text
+from planner.export.header import HEADER_COLUMNS, header_cells
 from planner.nouns.bench import BenchFacts
 from planner.nouns.step import Step
 
-STAIR_K = 0.2  # of a ramp, which setpoints follow: two of the tenths that a controller takes
 SETPOINT_COLUMNS = ("start_s", "end_s", "setpoint_degc", "soaked_s", "step")
-HEADER_COLUMNS = ("plan_sha256", "spec_sha256", "schema_version")
 
 
 @dataclass(frozen=True)
@@ -56,20 +53,16 @@ def _wanted(step: Step) -> Iterator[tuple[float | None, float]]:
     if step.swept_degc is None:
         yield step.temperature_degc, step.start_s
         return
-    begin, end = step.swept_degc
-    count = max(1, math.ceil(abs(end - begin) / STAIR_K - 1e-9))
-    for k in range(count):
-        degc = begin + (end - begin) * (k + 0.5) / count
-        yield round(degc, 6), round(step.start_s + step.seconds * k / count, 6)
+    degrees = stair(*step.swept_degc)
+    for k, degc in enumerate(degrees):
+        yield round(degc, 6), round(step.start_s + step.seconds * k / len(degrees), 6)
 
 
 def setpoint_text(document: Mapping[str, Any], bench: BenchFacts, steps: Sequence[Step]) -> str:
     """The setpoints as CSV: seconds from the start of the campaign, degrees Celsius."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(SETPOINT_COLUMNS + HEADER_COLUMNS)
-    plan = [header(document)[name] for name in HEADER_COLUMNS]
-    for p in setpoints(bench, steps):
-        figures = [figure(x) for x in (p.start_s, p.end_s, p.degc, p.soaked_s)]
-        writer.writerow([*figures, p.step, *plan])
-    return out.getvalue()
+    plan = header_cells(document)
+    rows = (
+        [*map(figure, (p.start_s, p.end_s, p.degc, p.soaked_s)), p.step, *plan]
+        for p in setpoints(bench, steps)
+    )
+    return csv_text(SETPOINT_COLUMNS + HEADER_COLUMNS, rows)

@@ -15,6 +15,7 @@ from planner.nouns.diagnosis import (
     SpreadInFlight,
     UnitDiagnosis,
 )
+from planner.nouns.sensor import short
 from planner.units import unit_factor
 
 
@@ -25,7 +26,7 @@ def findings_document(found: UnitDiagnosis) -> dict[str, Any]:
         "rows_left_out": [_row(r) for r in found.rows_left_out],
         "budget_exceeded": [_budget(b) for b in found.budget_exceeded],
         "refused": [
-            {"effect": r.effect, "channels": [channel(c) for c in r.channels], "why": r.why}
+            {"effect": r.effect, "channels": [short(c) for c in r.channels], "why": r.why}
             for r in found.refused
         ],
     }
@@ -37,7 +38,7 @@ def _suspect(s: ReferenceSuspect) -> dict[str, Any]:
         "value": figure(s.value),
         "unit": s.unit,
         "ci95": [figure(s.low), figure(s.high)],
-        "channels": [channel(c) for c in s.channels],
+        "channels": [short(c) for c in s.channels],
         "p_value": figure(s.p_value),
         "check": s.check,
         "separated_by": figure(s.separated_by),
@@ -54,7 +55,7 @@ def _row(r: RowLeftOut) -> dict[str, Any]:
     return {
         "run": r.run,
         "step": r.step or None,
-        "channel": channel(r.channel),
+        "channel": short(r.channel),
         "size_sigma": figure(r.size),
         "guess": r.guess,
         "condition": r.condition,
@@ -69,7 +70,7 @@ def _budget(b: BudgetExceeded) -> dict[str, Any]:
         "ci95": [shown(b.low, b.unit), shown(b.high, b.unit)],
         "budget": shown(b.budget, b.unit),
         "unit": b.unit,
-        "channel": channel(b.channel) or None,
+        "channel": short(b.channel) or None,
         "flight": None if b.flight is None else _flight(b.flight),
     }
 
@@ -85,11 +86,6 @@ def _flight(f: SpreadInFlight) -> dict[str, Any]:
         "promised": shown(f.promised, f.unit),
         "rule": "worst_case" if f.worst_case else "squares",
     }
-
-
-def channel(name: str) -> str:
-    """`accelerometer_x` as files write it: `acc_x`."""
-    return name.replace("accelerometer_", "acc_")
 
 
 # ---------------------------------------------------------------- reading back

@@ -13,7 +13,7 @@ from typing import Any
 
 from planner import catalog
 from planner.errors import InputError
-from planner.export.diagnosis_findings import channel, findings_document, findings_from, float_from
+from planner.export.diagnosis_findings import findings_document, findings_from, float_from
 from planner.export.documents import json_tree
 from planner.export.json_figures import figure, json_text, shown
 from planner.nouns.diagnosis import (
@@ -32,6 +32,7 @@ from planner.nouns.diagnosis import (
     Untestable,
 )
 from planner.nouns.given_files import DIAGNOSIS
+from planner.nouns.sensor import short
 from planner.units import UnitError, unit_factor
 
 SCHEMA_VERSION = 1
@@ -52,7 +53,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "effects": [_effect(e) for e in found.effects],
         "unknown": [
             {
-                "channels": [channel(c) for c in u.channels],
+                "channels": [short(c) for c in u.channels],
                 "varies_with": u.varies_with,
                 "p_value": figure(u.p_value),
                 "strength_sigma": figure(u.strength),
@@ -71,7 +72,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         ],
         "untestable": [{"effect": u.effect, "why": u.why, "sensor": u.sensor} for u in found.untestable],
         **findings_document(found),
-        "residual": {channel(r.channel): _residual(r) for r in diagnosis.residual},
+        "residual": {short(r.channel): _residual(r) for r in diagnosis.residual},
         "navigation": _first_navigation(diagnosis),
         "navigation_of_every_requirement": [_navigation(n) for n in diagnosis.navigation],
         "campaign": _campaign(diagnosis.campaign),
@@ -89,7 +90,7 @@ def diagnosis_text(diagnosis: Diagnosis) -> str:
 def _effect(e: FoundEffect) -> dict[str, Any]:
     return {
         "effect": e.effect,
-        "channels": [channel(c) for c in e.channels],
+        "channels": [short(c) for c in e.channels],
         "terms": [_term(t) for t in e.terms],
         "p_value": figure(e.p_value),
         "rivals": [{"effect": r.effect, "separated_by": figure(r.separated_by)} for r in e.rivals],
@@ -107,7 +108,7 @@ def _term(t: FoundTerm) -> dict[str, Any]:
         "value": value,
         "unit": t.unit,
         "ci95": [low, high],
-        "channel": channel(t.channel),
+        "channel": short(t.channel),
         "degrees_of_freedom": figure(t.freedom),
         "nonlinear": t.parameter,
     }
@@ -188,7 +189,7 @@ def _measurement(m: NextMeasurement) -> dict[str, Any]:
 def _assumption(a: Assumption) -> dict[str, Any]:
     return {
         "error": a.error,
-        "channel": channel(a.channel) or None,
+        "channel": short(a.channel) or None,
         "part": a.part,
         "unit": a.unit,
         "assumed": None if a.assumed is None else shown(a.assumed, a.unit),

@@ -17,6 +17,8 @@ from planner.errors import InputError
 from planner.nouns.plan_file import SCHEMA_VERSION
 
 _OUTSIDE = ("plan_sha256", "$schema")
+# In columns, not in `#` lines: every reader of CSV then takes the file as it is.
+HEADER_COLUMNS = ("plan_sha256", "spec_sha256", "schema_version")
 
 
 def plan_sha256(document: Mapping[str, Any]) -> str:
@@ -62,6 +64,11 @@ def header(document: Mapping[str, Any]) -> dict[str, str]:
         "schema_version": str(document["schema_version"]),
         "planner": str(document["planner"]),
     }
+
+
+def header_cells(document: Mapping[str, Any]) -> list[str]:
+    """The header in the columns HEADER_COLUMNS, the same in every row."""
+    return [header(document)[name] for name in HEADER_COLUMNS]
 
 
 def comment_lines(document: Mapping[str, Any], *more: str) -> Iterator[str]:

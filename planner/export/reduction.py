@@ -46,10 +46,10 @@ def reduction_document(reduction: Reduction) -> dict[str, Any]:
             {
                 "unit": row.unit,
                 "run": row.run,
-                "step": row.label,
+                "step": row.step,
                 "start_s": row.start,
                 "end_s": row.end,
-                "samples": row.samples,
+                "samples": row.n_samples,
                 "left_out": dict(row.left_out),
             }
             for row in reduction.rows

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import asdict, astuple, fields
 from typing import Any
 
 import numpy as np
 
+from planner.export.csv_text import csv_text
 from planner.nouns.sensitivities import Sensitivities
 from planner.plan.flights_side_by_side import FlightBeside
 from planner.plan.spec_to_sensitivity import SensitivityRow, sensitivity_rows
@@ -53,12 +52,10 @@ def over_flight_text(found: Sensitivities) -> str:
 
     At most 600 instants, evenly spread, the end among them.
     """
-    lines = io.StringIO()
-    writer = csv.writer(lines, lineterminator="\n")
-    names = [f.name for f in fields(SensitivityRow)]
     last = len(found.time_s) - 1
-    writer.writerow(names)
-    for k in np.unique(np.linspace(0, last, min(last + 1, _MOST_INSTANTS)).astype(int)):
-        for row in sensitivity_rows(found, float(found.time_s[k])):
-            writer.writerow([f"{x:.9g}" if isinstance(x, float) else x for x in astuple(row)])
-    return lines.getvalue()
+    rows = (
+        [f"{x:.9g}" if isinstance(x, float) else x for x in astuple(row)]
+        for k in np.unique(np.linspace(0, last, min(last + 1, _MOST_INSTANTS)).astype(int))
+        for row in sensitivity_rows(found, float(found.time_s[k]))
+    )
+    return csv_text([f.name for f in fields(SensitivityRow)], rows)

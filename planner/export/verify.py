@@ -1,15 +1,15 @@
-"""verify.json and sweep files: what the verification found, in display units."""
+"""verify.json: what the verification found, in display units."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from planner.export.json import number
-from planner.export.json_figures import json_text
 from planner.nouns.array import Array
 from planner.spec.model import NAVIGATION_ERRORS
 from planner.units import from_si
@@ -55,11 +55,6 @@ def verify_document(v: Verification) -> dict[str, Any]:
     }
 
 
-def verify_text(v: Verification) -> str:
-    """verify.json."""
-    return json_text(verify_document(v))
-
-
 def recount_document(recount: Recount) -> dict[str, Any]:
     """The checks, and every fault."""
     return {
@@ -67,7 +62,7 @@ def recount_document(recount: Recount) -> dict[str, Any]:
         "checks": [
             {"check": c.name, "what": c.what, "ok": c.ok, "figures": c.figures} for c in recount.checks
         ],
-        "faults": [{"check": f.check, "where": f.where, "what": f.what} for f in recount.faults],
+        "faults": list(map(asdict, recount.faults)),
         "not_recounted": list(recount.not_recounted),
     }
 
@@ -94,7 +89,7 @@ def _files(files: ThroughFiles) -> dict[str, Any]:
             }
             for c in files.checks
         ],
-        "faults": [{"check": f.check, "where": f.where, "what": f.what} for f in files.faults],
+        "faults": list(map(asdict, files.faults)),
     }
 
 
@@ -189,15 +184,3 @@ def _claim(c: Claim) -> Mapping[str, Any]:
         "ci95": [number(c.low), number(c.high)],
         "claimed": number(c.claimed),
     }
-
-
-def sweep_csv(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    """sweep.csv: one line a point."""
-    import csv
-    import io
-
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(["" if cell is None else cell for cell in row] for row in rows)
-    return out.getvalue()

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from planner.fleet.allowed_region import PARTS, AllowedRegion, Reserve, reserve_of
 from planner.fleet.check_residual import MeasuredResidual
 from planner.fleet.judge import MOST_RECORDS, ErrorRates, Judgement, Verdict, judged, quantile, room_left
-from planner.nouns.array import Array
 
 Place = Literal["inside", "outside", "open", "not measured"]
 REACH = 0.8  # share of the plan's temperature range that a check must span to show the temperature residual
@@ -274,8 +273,3 @@ def counts(units: Sequence[UnitAcceptance]) -> Mapping[Verdict, int]:
     """How many units have each verdict."""
     every: tuple[Verdict, ...] = ("accepted", "rejected", "undecided")
     return {v: sum(u.verdict == v for u in units) for v in every}
-
-
-def loads(units: Sequence[UnitAcceptance]) -> Array:
-    """(units,) shares of the limit."""
-    return np.array([u.load for u in units])

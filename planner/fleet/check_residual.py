@@ -32,7 +32,6 @@ from planner.plan.confidence import spread_at
 from planner.protocols import SENSORS, Group, Sensor
 from planner.solvers.distributions import chi_square_tail
 
-AXES = ("x", "y", "z")
 CONTRADICTED = 0.01  # probability below which the spread of the budgets is not believed
 _LEAST_NOISE = 1e-3  # of the run-to-run: rounding of the readings is below that
 # terms that others are dropped for when a check cannot tell them apart, first the ones that stay

@@ -236,15 +236,10 @@ def _of_calibrations(files: Sequence[tuple[str, str | None]]) -> History:
             points.setdefault((unit.unit, error, term), []).append((day, value, sigma))
             shown[unit.unit, error, term] = display
     series = tuple(
-        _series(key, shown[key], np.array(sorted(p, key=lambda point: point[0])))
+        Series(*key, shown[key], *np.transpose(sorted(p, key=lambda point: point[0])))
         for key, p in sorted(points.items())
     )
     return History(series, "calibrations", start)
-
-
-def _series(key: tuple[str, str, str], shown: str, points: Array) -> Series:
-    """points: (n, 3) day, value, sigma."""
-    return Series(*key, shown, points[:, 0], points[:, 1], points[:, 2])
 
 
 def _at_room(unit: CalibratedUnit) -> list[tuple[str, str, str, float, float]]:

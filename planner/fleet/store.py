@@ -141,17 +141,6 @@ def _acc(asked: Recalibration, rests: Array, turns: int) -> Array:
     return Z
 
 
-@dataclass(frozen=True)
-class Renewal:
-    """What a visit leaves of every term of the region, one sigma, SI: (t,); infinite if unseen."""
-
-    sigma: Array
-
-    def size(self, quantile: float) -> Array:
-        """(t,) half-widths."""
-        return np.asarray(quantile * self.sigma)
-
-
 class StoreBench:
     """The store as a bench: what is left of every term after a visit, worked out once for each visit."""
 
@@ -159,15 +148,15 @@ class StoreBench:
         self.asked, self.region = asked, region
         self.records = store_records(asked)
         self._sensors = [_Sensor(s, models, self.records) for s in SENSORS]
-        self._known: dict[tuple[int, int], Renewal] = {}
+        self._known: dict[tuple[int, int], Array] = {}
 
     @cached_property
     def every(self) -> tuple[Visit, ...]:
         """Every visit that the spec allows, the shortest first."""
         return visits(self.asked)
 
-    def renewal(self, rests: int, turns: int) -> Renewal:
-        """After so many power-ons with rests, and with turns."""
+    def left(self, rests: int, turns: int) -> Array:
+        """(t,) one sigma of every term after so many power-ons with rests and turns; infinite if unseen."""
         if (rests, turns) not in self._known:
             sigma = np.full(len(self.region.terms), np.inf)
             for sensor in self._sensors:
@@ -175,7 +164,7 @@ class StoreBench:
                     place = self.region.index(*name)
                     if place is not None:
                         sigma[place] = value
-            self._known[rests, turns] = Renewal(sigma)
+            self._known[rests, turns] = sigma
         return self._known[rests, turns]
 
 

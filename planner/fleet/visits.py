@@ -67,7 +67,7 @@ class StorePlanner:
     def renewed(self, state: State, place: int, visit: Visit) -> State:
         """The state after a visit on a day of the grid."""
         before = self.sizes(state)[place]
-        after = self.bench.renewal(visit.rests, visit.turns).size(self.quantile)
+        after = self.quantile * self.bench.left(visit.rests, visit.turns)
         better = after < before
         return State(np.where(better, after, state.size), np.where(better, place + 1, state.since))
 
@@ -110,7 +110,7 @@ class StorePlanner:
 
     def left_by(self, choices: Sequence[Visit]) -> Array:
         """(C, t) half-widths that visits leave."""
-        return np.array([self.bench.renewal(v.rests, v.turns).size(self.quantile) for v in choices])
+        return np.array([self.quantile * self.bench.left(v.rests, v.turns) for v in choices])
 
     # ---------------------------------------------------------------- questions
 
@@ -237,7 +237,7 @@ class StorePlanner:
         found: list[Visit] = []
         shares: list[Array] = []
         for visit in visits(self.bench.asked, sorted({min(n, most) for n in numbers})):
-            left = self.bench.renewal(visit.rests, visit.turns).size(self.quantile)
+            left = self.quantile * self.bench.left(visit.rests, visit.turns)
             share = np.minimum(left, self._ends()) * slope
             others = np.array(shares).reshape(-1, len(share))
             if np.all(np.maximum(others - share, 0.0).sum(axis=1) > _ALIKE):
@@ -327,7 +327,7 @@ class StorePlanner:
         values = [float(self.region.value(c, size, self.reserve)) / c.limit for c in self.region.constraints]
         worst = int(np.argmax(values))
         share = size * self.region.constraints[worst].steepest / self.region.constraints[worst].limit
-        best = self.bench.renewal(self.bench.asked.repeats, self.bench.asked.repeats).size(self.quantile)
+        best = self.quantile * self.bench.left(self.bench.asked.repeats, self.bench.asked.repeats)
         order = np.argsort(-share)[:5]
         found = tuple((self.region.terms[t].name, float(share[t]), bool(best[t] < size[t])) for t in order)
         return found, worst
@@ -351,6 +351,6 @@ def renewable(
 ) -> tuple[bool, ...]:
     """For every term: whether the most thorough visit leaves less than there is at the end of the period."""
     most = bench.asked.repeats
-    best = bench.renewal(most, most).size(float(two_sided(confidence, np.inf)))
+    best = float(two_sided(confidence, np.inf)) * bench.left(most, most)
     end = growth.start + growth.between[:, 0, -1]
     return tuple(bool(b < e) and t.term != ALL_AXES for b, e, t in zip(best, end, region.terms, strict=True))

@@ -8,6 +8,11 @@ Sensor = Literal["gyro", "accelerometer"]
 SENSORS: tuple[Sensor, ...] = ("gyro", "accelerometer")
 
 
+def short(channel: str) -> str:
+    """`acc_x` for `accelerometer_x`, as files and pages write it."""
+    return channel.replace("accelerometer_", "acc_")
+
+
 class ErrorName(str):
     """`<sensor>.<effect>`, e.g. `gyro.bias`: reads, sorts and prints as its text, and knows its two parts.
 

@@ -12,7 +12,7 @@ from planner.calibrate.dwells_to_fit import calibrate as calibrate_table
 from planner.calibrate.fit_options import SINS_OUTPUTS, FitOptions
 from planner.calibrate.lines_in_flight import lines_in_flight
 from planner.calibrate.nothing_found import refuse_nothing
-from planner.campaign.design import design
+from planner.campaign.design import Design, design
 from planner.errors import unusable_file
 from planner.export.reduction import noise_of_account
 from planner.nouns.calibration import Calibration, RandomCharacteristic
@@ -47,15 +47,15 @@ def simulate(
     curves: the family of the temperature curves. Raises InputError for one that there is not.
     """
     effects = [hidden_effect(text) for text in hidden]
-    spec = loaded.spec
+    bench = bench_design(loaded.spec, plan, latitude_deg)
+    unit = prepared(loaded.spec, family_named(curves))
+    return simulate_unit(bench, unit, seed, hidden=effects, settings=settings)
+
+
+def bench_design(spec: Spec, plan: Mapping[str, object] | None, latitude_deg: float) -> Design:
+    """What the bench does by a plan's tree; without one, the spec's tests by default."""
     steps = steps_of_campaign(spec, default_campaign(spec)) if plan is None else steps_of(plan)
-    return simulate_unit(
-        design(steps, spec, float(np.radians(latitude_deg))),
-        prepared(spec, family_named(curves)),
-        seed,
-        hidden=effects,
-        settings=settings,
-    )
+    return design(steps, spec, float(np.radians(latitude_deg)))
 
 
 def simulation_settings(path: Path) -> dict[str, object]:

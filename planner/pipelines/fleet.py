@@ -261,7 +261,7 @@ def _growths(
     found = drifts_on(read, basis, asked, progress, validated=False)
     days = grid(found.until - found.today, found.today)
     adds = any(c.rule == "worst_case" for c in basis.region.constraints)
-    once = bench.renewal(1, 1).sigma
+    once = bench.left(1, 1)
     growths = {
         unit: growth_of(
             basis.region, basis.models, days, confidence,

@@ -6,16 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from planner.campaign.design import design
 from planner.errors import InputError
 from planner.export.signals import Form, packets_map, signal_files
 from planner.export.truth import truth_text
-from planner.nouns.plan_file import steps_of
 from planner.nouns.progress import Progress, silent
-from planner.plan.default_campaign import default_campaign
-from planner.plan.schedule_to_steps import steps as steps_of_campaign
+from planner.pipelines.data import bench_design
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.simulate.campaign import Truth, prepared
 from planner.simulate.families import family_named
@@ -65,9 +60,8 @@ def simulate_signals(
     except (UnitError, ValueError) as error:
         raise InputError(f"simulation setting: {error}") from error
     spec = loaded.spec
-    steps = steps_of_campaign(spec, default_campaign(spec)) if plan is None else steps_of(plan)
     unit, truth = recorded(
-        design(steps, spec, float(np.radians(latitude_deg))),
+        bench_design(spec, plan, latitude_deg),
         prepared(spec, family_named(curves)),
         seed,
         settings_from(rest, settings_of(spec)),

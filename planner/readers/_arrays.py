@@ -132,22 +132,22 @@ def wanted_blocks(
     Raises InputError when their lengths differ, when there are no rows, and for what is no number.
     """
     chosen = {name: columns[name] for name in wanted}
-    rows = _same_length(path, {name: len(column) for name, column in chosen.items()})
+    rows = same_length(path, chosen)
+    if not rows:
+        raise InputError(f"{path} has no rows")
     for start in range(0, rows, BLOCK_ROWS):
         stop = min(start + BLOCK_ROWS, rows)
         block = {name: as_column(path, name, c[start:stop], name in texts) for name, c in chosen.items()}
         yield RawBlock(block, np.arange(start, stop), {})
 
 
-def _same_length(path: Path, lengths: Mapping[str, int]) -> int:
-    """The number of rows that all wanted columns have. Raises InputError when they differ, or it is none."""
+def same_length(path: Path, columns: Mapping[str, Any]) -> int:
+    """The number of rows that all columns have. Raises InputError when they differ."""
+    lengths = {name: len(column) for name, column in columns.items()}
     if len(set(lengths.values())) > 1:
         told = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise InputError(f"{path}: the columns have different lengths: {told}")
-    rows = next(iter(lengths.values()), 0)
-    if not rows:
-        raise InputError(f"{path} has no rows")
-    return rows
+    return next(iter(lengths.values()), 0)
 
 
 def as_column(path: Path, name: str, values: Any, text: bool) -> NDArray[Any]:

@@ -23,7 +23,6 @@ NUMBER = re.compile(
 )
 _COMMENT = ("#", "%", "//")
 _DELIMITERS = ("\t", ";", "|", ",", " ")
-_UNIT_CELL = re.compile(r"[\[({]?\s*(?:[-%°º\w]+(?:[/*·^ -]*[-\w²³°()]+)*)?\s*[\])}]?")
 _KNOWN_UNIT = re.compile(
     r"(?:m?s|[num]?sec\w*|[nuµ]s|[mu]?g|m/s.*|.*/s(?:ec)?|.*deg.*|.*°.*|dps|rad.*|counts?|lsb|k|c|hz|-|)",
     re.IGNORECASE,
@@ -110,7 +109,7 @@ class _Table:
     def strict(self) -> Layout:
         """The first line is the header unless every cell of it is a number."""
         if self.numbers[0] == len(self.cells[0]):
-            return self._layout(0, None)
+            return self._layout(0)
         return self._headed(0, 1)
 
     def free(self) -> Layout:
@@ -121,7 +120,7 @@ class _Table:
         width = len(self.cells[first])
         header = next((i for i in reversed(range(first)) if self._heads(i, width)), None)
         if header is None:
-            return self._layout(first, None, skipped=first)
+            return self._layout(first, skipped=first)
         units = first if header + 1 == first else header + 1
         if header >= 1 and self._is_units(header) and self._heads(header - 1, width):
             return self._headed(header - 1, header + 1, tuple(_bare(c) for c in self.cells[header]), width)
@@ -164,9 +163,9 @@ class _Table:
         names = self._names(header, width or len(self.cells[header]))
         return self._made(names, True, line.number + 1, line.end, units, header)
 
-    def _layout(self, first: int, names: list[str] | None, skipped: int = 0) -> Layout:
+    def _layout(self, first: int, skipped: int = 0) -> Layout:
         width = len(self.cells[first])
-        told = names or names_of_comments(self.said, width, self.delimiter)
+        told = names_of_comments(self.said, width, self.delimiter)
         line = self.body[first]
         return self._made(told or [], told is not None, line.number, line.start, (), skipped, width)
 

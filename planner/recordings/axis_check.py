@@ -8,17 +8,17 @@ accelerometers together leave no trace here; they need a reference.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import islice, pairwise, permutations, product
+from itertools import islice, permutations, product
 
 import numpy as np
 
 from planner.nouns.array import Array
 from planner.recordings.column_map import AXES
-from planner.recordings.rests import Segment, mean_of
+from planner.recordings.rests import Segment
+from planner.recordings.turns import Turn, apart, carried, neighbours
 from planner.recordings.windows import Windows
 
 LEAST_TURN = np.radians(30.0)
-LONGEST_S = 60.0  # over which a bias of 0.1 deg/s turns 6°
 AGREES = np.radians(10.0)
 APART = np.radians(30.0)
 LEAST_TURNS, MOST_TURNS = 3, 40
@@ -60,15 +60,9 @@ def _named(choice: Array) -> str:
     return "gyro " + ", ".join(found)
 
 
-def _turns(windows: Windows, rests: Sequence[Segment]) -> Iterator[tuple[Array, Array, Array]]:
-    """(direction before, direction after, (m, 3) small turns in rad) between neighbouring rests."""
-    if not np.isfinite(windows.mean).all():
-        return
-    for a, b in pairwise(rests):
-        whole = windows.whole[a.last : b.first].all() and b.first > a.last
-        if not whole or windows.start[b.first] - windows.end[a.last - 1] > LONGEST_S:
-            continue
-        before, after = mean_of(windows, a), mean_of(windows, b)
+def _turns(windows: Windows, rests: Sequence[Segment]) -> Iterator[Turn]:
+    """Those by at least 30° between neighbouring rests."""
+    for a, b, before, after in neighbours(windows, rests):
         f, g = (x[3:] / max(float(np.linalg.norm(x[3:])), 1e-12) for x in (before, after))
         if np.arccos(np.clip(f @ g, -1, 1)) < LEAST_TURN:
             continue
@@ -77,18 +71,12 @@ def _turns(windows: Windows, rests: Sequence[Segment]) -> Iterator[tuple[Array, 
         yield f, g, (windows.mean[part, :3][: len(spacing)] - before[:3]) * spacing[:, None]
 
 
-def _misses(turn: tuple[Array, Array, Array], choices: Array) -> Array:
-    """(c,) angles between gravity as the accelerometers end and as the gyros carry it, for (c, 3, 3) choices.
-
-    The body turns by +w, so a vector that stands still in space turns by −w in it (Rodrigues).
-    """
+def _misses(turn: Turn, choices: Array) -> Array:
+    """Angles (c,) between gravity as the accelerometers end and as gyros of (c, 3, 3) choices carry it."""
     before, after, small = turn
     direction = np.tile(before, (len(choices), 1))
     for w in small:
         angle = float(np.linalg.norm(w))
-        if angle < 1e-9:
-            continue
-        e = choices @ (w / angle)
-        along = e * (e * direction).sum(axis=1, keepdims=True)
-        direction = along + (direction - along) * np.cos(angle) - np.cross(e, direction) * np.sin(angle)
-    return np.asarray(np.arccos(np.clip(direction @ after, -1, 1)))
+        if angle >= 1e-9:
+            direction = carried(direction, choices @ (w / angle), angle)
+    return apart(direction, after)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.recordings.guess_roles import WINDOW
+from planner.recordings.turns import Turn, apart, carried
 from planner.units import STANDARD_GRAVITY_MPS2 as G
 
 COMMON_G = (16384.0, 8192.0, 4096.0, 2048.0, 1024.0, 512.0, 256.0, 128.0, 64.0)  # counts in 1 g, data sheets
@@ -188,9 +189,6 @@ def carried_by(gyro: Array, force: Array, time: Array, rests: Rests) -> tuple[fl
     return best
 
 
-Turn = tuple[Array, Array, Array]
-
-
 def _turns(gyro: Array, force: Array, time: Array, rests: Rests) -> Iterator[Turn]:
     """(direction before, after, (m, 3) readings times seconds) between neighbouring rests."""
     for (a, b), (c, d) in zip(rests.bounds, rests.bounds[1:], strict=False):
@@ -212,11 +210,8 @@ def _missed(turn: Turn, scales: Array) -> Array:
         size = float(np.linalg.norm(w))
         if size == 0:
             continue
-        e = np.tile(w / size, (len(scales), 1))
-        angle = (scales * size)[:, None]
-        along = e * (e * direction).sum(axis=1, keepdims=True)
-        direction = along + (direction - along) * np.cos(angle) - np.cross(e, direction) * np.sin(angle)
-    return np.asarray(np.arccos(np.clip(direction @ after, -1, 1)))
+        direction = carried(direction, w / size, (scales * size)[:, None])
+    return apart(direction, after)
 
 
 def whole_numbers(values: NDArray[np.float64]) -> bool:

@@ -21,6 +21,7 @@ from planner.recordings.raw_to_dwells import doubted, rows_of_file, scanned
 from planner.recordings.recording import recordings_of
 from planner.recordings.reduction import ScannedFile
 from planner.recordings.rest_allan import noise_of
+from planner.recordings.rests import span
 from planner.recordings.samples import CHANNELS, READ
 from planner.recordings.temperature import alive
 from planner.recordings.windows import longest_gap
@@ -103,8 +104,7 @@ def _looked(file: ScannedFile, columns: ColumnMap) -> Looked:
     rests, loud = calm(file, rows)
     left_out: dict[str, float] = {}
     for segment, reason in [*without, *loud]:
-        span = float(file.windows.end[segment.last - 1] - file.windows.start[segment.first])
-        left_out[reason] = left_out.get(reason, 0.0) + span
+        left_out[reason] = left_out.get(reason, 0.0) + span(file.windows, segment)
     turns = len({row.step[: len(MOTION) + 4] for row in motion_rows(file, rests)})
     gravity = [float(np.linalg.norm(rest.row.mean[3:]) / G) for rest in rests] if columns.acc else []
     findings = tuple(_findings(file, rests))

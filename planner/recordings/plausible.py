@@ -7,8 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from planner.recordings.rests import Segment, mean_of
+from planner.recordings.rests import Segment, mean_of, pause
 from planner.recordings.samples import CHANNELS
+from planner.recordings.turns import neighbours
 from planner.recordings.windows import Windows
 from planner.units import STANDARD_GRAVITY_MPS2 as G
 from planner.units import ZERO_CELSIUS_K
@@ -84,18 +85,10 @@ def _pairs(windows: Windows, rests: Sequence[Segment]) -> Iterator[tuple[float, 
 
     The path ∫|ω| dt can be longer than the angle, never shorter. The bias is that of the rest before.
     """
-    if not np.isfinite(windows.mean).all():
-        return
-    for a, b in pairwise(rests):
-        if not windows.whole[a.last : b.first].all() or windows.start[b.first] - windows.end[a.last - 1] > 60:
-            continue
-        before, after = mean_of(windows, a), mean_of(windows, b)
+    for a, b, before, after in neighbours(windows, rests):
         cosine = before[3:] @ after[3:] / (np.linalg.norm(before[3:]) * np.linalg.norm(after[3:]))
-        part = windows[a.last : b.first]
-        if not len(part):
-            continue
         spacing = np.diff(windows.start[a.last : b.first + 1])
-        path = float(np.linalg.norm(part.mean[:, :3] - before[:3], axis=1) @ spacing)
+        path = float(np.linalg.norm(windows.mean[a.last : b.first, :3] - before[:3], axis=1) @ spacing)
         yield float(np.arccos(np.clip(cosine, -1, 1))), path
 
 
@@ -104,7 +97,7 @@ def jumps_between(windows: Windows, segments: Sequence[Segment]) -> list[str]:
     found = []
     rests = [s for s in segments if s.kind == "rest"]
     for a, b in pairwise(rests):
-        if windows.start[b.first] - windows.end[a.last - 1] > 0.5 or min(_used(a), _used(b)) < 5:
+        if pause(windows, a, b) > 0.5 or min(_used(a), _used(b)) < 5:
             continue
         apart = mean_of(windows, b) - mean_of(windows, a)
         scatter = np.hypot(_error(windows, a), _error(windows, b))

@@ -26,7 +26,7 @@ from planner.recordings.hand_turns import Rest, calm, motion_rows
 from planner.recordings.plan_records import PlannedRecord, labelled
 from planner.recordings.plausible import suspicious
 from planner.recordings.recording import Recording, other_files, recordings_of
-from planner.recordings.reduction import LeftOut, Reduction, RowAccount, ScannedFile
+from planner.recordings.reduction import LeftOut, Reduction, ScannedFile
 from planner.recordings.reduction_notes import notes_of
 from planner.recordings.rest_allan import RECORD_LIMITS_S, noise_of, snippet
 from planner.recordings.rests import Segment, segments_of, steps_of
@@ -73,7 +73,7 @@ def reduce_recordings(
         notes.append("no references: with --latitude they are taken from the plan's motions")
     return Reduction(
         table=replace(table, notes=tuple(notes), source=", ".join(str(path) for path in paths)),
-        rows=tuple(_row_account(row) for row in rows),
+        rows=tuple(rows),
         left_out=tuple(left_out),
         counts={file.name: dict(file.account.counts) for file in files},
         allan=noise.allan,
@@ -305,10 +305,6 @@ def _left(file: ScannedFile, segment: Segment, reason: str) -> LeftOut:
     return LeftOut(
         file.unit, file.run, segment.kind, float(part.start[0]), float(part.end[-1]), samples, reason
     )
-
-
-def _row_account(row: Row) -> RowAccount:
-    return RowAccount(row.unit, row.run, row.step, row.start, row.end, row.n_samples, row.left_out)
 
 
 def _refuse_copies(files: Sequence[ScannedFile], rows: Sequence[Row]) -> None:

@@ -13,6 +13,7 @@ from planner.recordings.coloured_noise import NoiseOfSamples
 from planner.recordings.recording import Recording
 from planner.recordings.rests import Segment
 from planner.recordings.samples import Account
+from planner.recordings.segments_to_rows import Row
 from planner.recordings.windows import Windows
 
 
@@ -28,22 +29,6 @@ class ScannedFile:
     segments: tuple[Segment, ...]
     account: Account
     name: str = ""
-
-
-@dataclass(frozen=True)
-class RowAccount:
-    """One row of the table: where it stands in the recording and how many samples it used and left out.
-
-    start, end: s since the first sample; reason -> number of samples left out
-    """
-
-    unit: str
-    run: int
-    label: str
-    start: float
-    end: float
-    samples: int
-    left_out: Mapping[str, int]
 
 
 @dataclass(frozen=True)
@@ -74,7 +59,7 @@ class Reduction:
     """
 
     table: DwellTable
-    rows: tuple[RowAccount, ...]
+    rows: tuple[Row, ...]
     left_out: tuple[LeftOut, ...]
     counts: Mapping[str, Mapping[str, int]]
     allan: tuple[AllanResult, ...]

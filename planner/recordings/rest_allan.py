@@ -12,7 +12,7 @@ from planner.nouns.array import Array
 from planner.recordings.allan import LEAST_SAMPLES, AllanResult, allan
 from planner.recordings.coloured_noise import NoiseOfSamples, noise_of_samples
 from planner.recordings.reduction import ScannedFile
-from planner.recordings.rests import Segment, used_channels
+from planner.recordings.rests import Segment, span, used_channels
 from planner.recordings.samples import CHANNELS, Samples
 from planner.recordings.spikes import block_length, longest_spike, spikes
 from planner.recordings.temperature import alive
@@ -53,11 +53,8 @@ def noise_of(files: Sequence[ScannedFile]) -> RestNoise:
     fitted = (noise_of_samples(values[:, i], rate, CHANNELS[i]) for i in living)
     coloured = tuple(one for one in fitted if one is not None)
     record, bound = recommended(results)
-    span, kelvin = (
-        file.windows.end[segment.last - 1] - file.windows.start[segment.first],
-        _warming(file, segment),
-    )
-    place = f"{span:.0f} s of {file.unit} run {file.run}"
+    kelvin = _warming(file, segment)
+    place = f"{span(file.windows, segment):.0f} s of {file.unit} run {file.run}"
     if kelvin <= MOST_KELVIN:
         return RestNoise(results, place, record, bound, coloured)
     place += f", over which the temperature moves by {kelvin:.3g} K; so they recommend no record"
@@ -65,15 +62,9 @@ def noise_of(files: Sequence[ScannedFile]) -> RestNoise:
 
 
 def _longest(files: Sequence[ScannedFile]) -> tuple[ScannedFile, Segment] | None:
-    best: tuple[float, ScannedFile, Segment] | None = None
-    for file in files:
-        for segment in file.segments:
-            if segment.kind not in ("rest", "step"):
-                continue
-            span = float(file.windows.end[segment.last - 1] - file.windows.start[segment.first])
-            if span >= LEAST_S and (best is None or span > best[0]):
-                best = (span, file, segment)
-    return None if best is None else best[1:]
+    every = ((file, s) for file in files for s in file.segments if s.kind in ("rest", "step"))
+    longest = max(every, key=lambda one: span(one[0].windows, one[1]), default=None)
+    return longest if longest is not None and span(longest[0].windows, longest[1]) >= LEAST_S else None
 
 
 def _warming(file: ScannedFile, segment: Segment) -> float:

@@ -194,6 +194,16 @@ def mean_of(windows: Windows, segment: Segment) -> Array:
     return np.asarray((weight[:, None] * part.mean).sum(axis=0) / max(weight.sum(), 1.0))
 
 
+def span(windows: Windows, segment: Segment) -> float:
+    """Seconds from the first sample of a segment to its last."""
+    return float(windows.end[segment.last - 1] - windows.start[segment.first])
+
+
+def pause(windows: Windows, before: Segment, after: Segment) -> float:
+    """Seconds from the last sample of a segment to the first of another."""
+    return float(windows.start[after.first] - windows.end[before.last - 1])
+
+
 def _rest_level(windows: Windows, found: list[Segment]) -> Array:
     """(3,) the gyros' reading at rest: the middle of all quiet windows."""
     quiet = np.concatenate([segment.quiet & (segment.kind == "rest") for segment in found])
@@ -221,9 +231,8 @@ def _tilting(windows: Windows, segment: Segment) -> float:
     quarter = max(1, count // 4)
     a = windows.mean[segment.first : segment.first + quarter, 3:].mean(axis=0)
     b = windows.mean[segment.last - quarter : segment.last, 3:].mean(axis=0)
-    duration = windows.end[segment.last - 1] - windows.start[segment.first]
     scatter = windows.mean[segment.first : segment.last, 3:].std(axis=0).max() * 4 / np.sqrt(quarter)
     long_a, long_b = float(np.linalg.norm(a)), float(np.linalg.norm(b))
     apart = float(np.linalg.norm(np.cross(a, b))) / max(long_a * long_b, 1e-12)
     sure = apart * long_a > 4 * scatter
-    return float(np.arcsin(min(1.0, apart)) / max(0.75 * duration, 1e-9)) if sure else 0.0
+    return float(np.arcsin(min(1.0, apart)) / max(0.75 * span(windows, segment), 1e-9)) if sure else 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,25 @@ READ = "read"  # the count of samples that came through
 CHANNELS = tuple(f"{sensor}_{axis}" for sensor in ("gyro", "acc") for axis in AXES)
 
 
+class Columns:
+    """Columns of one length: a subclass is a frozen dataclass of arrays, None for what there is not."""
+
+    def __getitem__(self, rows: slice | NDArray[np.bool_]) -> Self:
+        return type(self)(*(None if column is None else column[rows] for column in vars(self).values()))
+
+
+Part = TypeVar("Part", bound=Columns)
+
+
+def joined(parts: Sequence[Part]) -> Part:
+    """Rows one behind the other."""
+    together = zip(*(vars(part).values() for part in parts), strict=True)
+    columns: list[Any] = [None if c[0] is None else np.concatenate(c) for c in together]
+    return type(parts[0])(*columns)
+
+
 @dataclass(frozen=True)
-class Samples:
+class Samples(Columns):
     """n consecutive samples.
 
     time: (n,) s since the first sample of the recording; values: (n, 6) gyros rad/s, accelerometers m/s^2,
@@ -37,17 +54,6 @@ class Samples:
 
     def __len__(self) -> int:
         return len(self.time)
-
-    def __getitem__(self, rows: slice | NDArray[np.bool_]) -> Samples:
-        columns: list[Any] = [None if a is None else a[rows] for a in vars(self).values()]
-        return Samples(*columns)
-
-
-def joined(parts: Sequence[Samples]) -> Samples:
-    """Samples one behind the other."""
-    together = zip(*(vars(part).values() for part in parts), strict=True)
-    columns: list[Any] = [None if c[0] is None else np.concatenate(c) for c in together]
-    return Samples(*columns)
 
 
 @dataclass

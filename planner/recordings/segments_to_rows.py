@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
 from planner.recordings.column_map import ColumnMap
-from planner.recordings.rests import Segment, mean_of
+from planner.recordings.rests import Segment, mean_of, span
 from planner.recordings.temperature import slope
 from planner.recordings.windows import Windows
 
@@ -26,6 +26,7 @@ class Row:
     """One row, SI; mean, spread: (6,) gyros and accelerometers; reference: (6,) or None; times in s.
 
     start, end: since the first sample; temperature_degc None when the recording has none
+    n_samples: used; left_out: reason -> number of samples left out
     """
 
     unit: str
@@ -54,11 +55,12 @@ def cut(windows: Windows, segment: Segment, longest: float) -> Sequence[Segment]
     quiet = segment.quiet.copy()
     if len(quiet) > 4:
         quiet[[0, -1]] = False
-    span = float(windows.end[segment.last - 1] - windows.start[segment.first])
+    seconds = span(windows, segment)
     value = windows.temperature_degc[segment.first : segment.last]
     kelvin = float(np.nanmax(value) - np.nanmin(value)) if np.isfinite(value).any() else 0.0
     parts = max(
-        int(np.ceil(span / longest)), min(int(np.ceil(kelvin / MOST_KELVIN)), int(span / SHORTEST_PART_S))
+        int(np.ceil(seconds / longest)),
+        min(int(np.ceil(kelvin / MOST_KELVIN)), int(seconds / SHORTEST_PART_S)),
     )
     edges = np.linspace(segment.first, segment.last, max(1, parts) + 1).round().astype(int)
     return [

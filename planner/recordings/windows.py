@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
-from planner.recordings.samples import Samples, joined
+from planner.recordings.samples import Columns, Samples, joined
 from planner.recordings.spikes import block_length, longest_spike, spikes
 
 WINDOW_S = 0.05
@@ -24,7 +23,7 @@ BATCH = 1 << 16
 
 
 @dataclass(frozen=True)
-class Windows:
+class Windows(Columns):
     """n windows of a recording.
 
     start, end: (n,) s, times of the first and last sample
@@ -56,10 +55,6 @@ class Windows:
     def __len__(self) -> int:
         return len(self.start)
 
-    def __getitem__(self, rows: slice | NDArray[np.bool_]) -> Windows:
-        columns: list[Any] = [None if a is None else a[rows] for a in vars(self).values()]
-        return Windows(*columns)
-
 
 def window_length(rate: float) -> int:
     """Samples in a window at a sampling rate in Hz."""
@@ -83,9 +78,9 @@ def windows_of(blocks: Iterator[Samples], rate: float) -> Windows:
         parts.append(made)
         pending += len(made)
         if pending > MOST_WINDOWS:
-            parts, factor = [halved(_together(parts))], factor * 2
+            parts, factor = [halved(joined(parts))], factor * 2
             pending = len(parts[0])
-    return _together(parts)
+    return joined(parts)
 
 
 def _without_spikes(blocks: Iterator[Samples], size: int, rate: float) -> Iterator[Samples]:
@@ -132,7 +127,7 @@ def _batch_windows(batch: Samples, size: int, longest_step: float) -> Windows:
     rest = batch[whole:]
     if not len(rest):
         return made
-    return _together([made, _equal_windows(rest, len(rest), longest_step)])
+    return joined([made, _equal_windows(rest, len(rest), longest_step)])
 
 
 def _equal_windows(batch: Samples, size: int, longest_step: float) -> Windows:
@@ -189,12 +184,6 @@ def _mean_of_known(values: Array) -> Array:
     return np.where(known.any(axis=1), total / np.maximum(known.sum(axis=1), 1), np.nan)
 
 
-def _together(parts: list[Windows]) -> Windows:
-    together = zip(*(vars(part).values() for part in parts), strict=True)
-    columns: list[Any] = [None if c[0] is None else np.concatenate(c) for c in together]
-    return Windows(*columns)
-
-
 def halved(windows: Windows) -> Windows:
     """Neighbours joined to windows of twice the length; an odd last one stays as it is.
 
@@ -223,7 +212,7 @@ def halved(windows: Windows) -> Windows:
         held=np.where(a.peak == peak, a.held, 0) + np.where(b.peak == peak, b.held, 0),
         turned=(a.turned + b.turned) / 2,
     )
-    return _together([pair, last]) if len(last) else pair
+    return joined([pair, last]) if len(last) else pair
 
 
 def _squares(windows: Windows, mean: Array) -> Array:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from datetime import date, timedelta
 
 from planner import catalog
-from planner.quantities import DAY_S, WEEKDAYS
+from planner.quantities import DAY_S, WEEKDAYS, week_words
 from planner.solvers.calendar import Calendar, Span, calendar
 from planner.spec.days_off import WEEKS, days_off, first_monday
 from planner.spec.model import Bench, Spec, Test
@@ -53,8 +53,7 @@ def start_words(spec: Spec) -> str | None:
     """`mon 08:00`, or None without shifts."""
     if not spec.plan.shifts:
         return None
-    day, rest = divmod(start_of(spec), DAY_S)
-    return f"{WEEKDAYS[int(day)]} {int(rest // 3600):02d}:{int(rest % 3600 // 60):02d}"
+    return week_words(start_of(spec))
 
 
 def first_day(spec: Spec) -> date | None:

@@ -85,8 +85,7 @@ class _Path:
     def follow(self, step: StepKind) -> Iterator[tuple[StepKind, str]]:
         """A motion begins."""
         for key, value in (step.motion or {}).items():
-            quantity, _, rest = key.partition("_")
-            axis = int(rest[0]) if rest[:1].isdigit() else 0
+            quantity, axis = quantity_and_axis(key)
             if axis not in self.travel or axis in self.turning:
                 continue
             if quantity == "position":
@@ -97,7 +96,7 @@ class _Path:
     def _hold(self, step: StepKind, axis: int, angle: float) -> Iterator[tuple[StepKind, str]]:
         self.at[axis] = same_attitude(angle, self.travel[axis])
         if self.at[axis] is None:
-            yield step, f"{angle:g} deg is outside the stops of axis {axis}, {_said(self.travel[axis])}"
+            yield step, outside(angle, axis, self.travel[axis])
 
     def _turn(self, step: StepKind, axis: int, rate: float) -> Iterator[tuple[StepKind, str]]:
         if self.at[axis] is None:
@@ -124,6 +123,17 @@ class _Path:
                     f"beyond its stops, {_said(self.travel[axis])}",
                 )
         self.turning = {}
+
+
+def quantity_and_axis(key: str) -> tuple[str, int]:
+    """`position_1_deg` -> `position` and 1; axis 0 where a motion names none."""
+    quantity, _, rest = key.partition("_")
+    return quantity, int(rest[0]) if rest[:1].isdigit() else 0
+
+
+def outside(angle: float, axis: int, stops: Stops) -> str:
+    """What is wrong with an angle in deg that an axis has not."""
+    return f"{angle:g} deg is outside the stops of axis {axis}, {_said(stops)}"
 
 
 def _said(stops: Stops) -> str:

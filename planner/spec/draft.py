@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, ValidationError
 from planner.quantities import AnyQuantity, PositiveSeconds
 from planner.spec.forms import Name, one_or_many
 from planner.spec.model import Bench, Requirement, Spec, Test, Unit
-from planner.spec.places import data_path
+from planner.spec.places import data_path, part_at
 from planner.spec.plan_choice import PlanChoice, Shift
 from planner.spec.yaml12 import Path
 from planner.units import parse
@@ -94,12 +94,7 @@ def drafted(
 
 def _remove(value: Any, path: Sequence[Any]) -> None:
     """Take a part out; an item of a list leaves a gap, so that the others keep their numbers."""
-    for part in path[:-1]:
-        known = range(len(value)) if isinstance(value, list) else value if isinstance(value, dict) else ()
-        if part not in known:
-            return
-        value = value[part]
-    last = path[-1]
+    value, last = part_at(value, path[:-1]), path[-1]
     if isinstance(value, list) and isinstance(last, int) and last < len(value):
         value[last] = "" if any(isinstance(item, str) for item in value) else None
     elif isinstance(value, dict):

@@ -25,6 +25,16 @@ def _place(document: Document, path: Path, key: bool) -> Place:
     return document.values.get((), (1, 1))
 
 
+def part_at(value: Any, path: Sequence[Any]) -> Any:
+    """What stands at a path of a tree, or None."""
+    for part in path:
+        known = range(len(value)) if isinstance(value, list) else value if isinstance(value, dict) else ()
+        if part not in known:
+            return None
+        value = value[part]
+    return value
+
+
 def did_you_mean(word: object, options: Iterable[str]) -> str:
     """`; did you mean 'confidence'?`, or the options when none is near and they are few."""
     known = sorted(set(options))

@@ -11,7 +11,7 @@ from planner.errors import Fault
 from planner.protocols import SENSORS, Sensor
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Bench, Requirement, Spec, Test
-from planner.spec.places import fault_at
+from planner.spec.places import fault_at, part_at
 from planner.spec.yaml12 import Document, Path
 
 
@@ -50,13 +50,7 @@ class Review:
 
     def written(self, path: Path) -> Any:
         """What the file says at a path, or None."""
-        value = self.document.value
-        for part in path:
-            known = range(len(value)) if isinstance(value, list) else value if isinstance(value, dict) else ()
-            if part not in known:
-                return None
-            value = value[part]
-        return value
+        return part_at(self.document.value, path)
 
     def names(self, *path: str) -> list[str]:
         """Keys of the mapping at a path as the file has them, the unreadable ones too."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from planner.spec.axis_travel import same_attitude
+from planner.spec.axis_travel import outside, quantity_and_axis, same_attitude
 from planner.spec.model import Bench, Test
 from planner.spec.motions import motions_of
 from planner.spec.review import Review
@@ -46,11 +46,8 @@ def _motions(sheet: Review, name: str, test: Test, bench: Bench) -> None:
 
 
 def _problem(key: str, value: float, stops: dict[int, tuple[float, float]]) -> str | None:
-    quantity, _, rest = key.partition("_")
-    axis = int(rest[0]) if rest[:1].isdigit() else 0
+    quantity, axis = quantity_and_axis(key)
     if axis not in stops or stops[axis][0] >= stops[axis][1]:
         return None
-    least, most = stops[axis]
-    if quantity == "position" and same_attitude(value, stops[axis]) is None:
-        return f"{value:g} deg is outside the stops of axis {axis}, {least:g} .. {most:g} deg"
-    return None
+    wrong = quantity == "position" and same_attitude(value, stops[axis]) is None
+    return outside(value, axis, stops[axis]) if wrong else None

@@ -34,7 +34,12 @@ def json_schema() -> Schema:
         "title": "planner spec",
         "description": "What a navigation must achieve, what the sensors and benches are like, how to plan.",
     }
-    return {**{key: value for key, value in schema.items() if key not in head}, **head}
+    return headed(schema, head)
+
+
+def headed(schema: Schema, head: Schema) -> Schema:
+    """A schema that says these keys last, in place of its own."""
+    return {key: value for key, value in schema.items() if key not in head} | head
 
 
 def tidy(node: Any) -> Any:

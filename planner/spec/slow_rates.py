@@ -30,9 +30,9 @@ def spread_of_one(rate: float, own: float, bias: float) -> float:
     return float(np.hypot(own, bias / abs(rate)))
 
 
-def repeats_for(spread: float, half_width: float = ENOUGH) -> int:
+def repeats_for(spread: float) -> int:
     """n by K's eq. 27 at 99 %."""
-    return int(np.ceil((CONFIDENCE_99 * spread / half_width) ** 2))
+    return int(np.ceil((CONFIDENCE_99 * spread / ENOUGH) ** 2))
 
 
 def slow_rates(spec: Spec) -> Iterator[tuple[str, str]]:

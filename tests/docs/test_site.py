@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+from posixpath import dirname, join, normpath
 
 import jsonschema
 import pytest
@@ -10,7 +12,7 @@ import typer
 
 import planner
 from planner.api.documentation.pages import Page, page_named, pages
-from planner.api.documentation.site import dead_links, html_of, site
+from planner.api.documentation.site import html_of, site
 from planner.cli import app
 from planner.codes import rules
 from planner.commands.docs import commands_of
@@ -31,6 +33,17 @@ def found(program) -> tuple[Page, ...]:
 
 def text_of(found: tuple[Page, ...], name: str) -> str:
     return page_named(name, found).text
+
+
+def dead_links(pages):
+    """`page: link` of links that lead to no page of the site."""
+    there = {f"{page.name}.html" for page in pages}
+    return [
+        f"{page.name}: {target}"
+        for page in pages
+        for target in re.findall(r"\]\(([^)#\s]+)", page.text)
+        if "://" not in target and normpath(join(dirname(page.name), target)) not in there
+    ]
 
 
 def test_every_written_page_is_on_the_site_and_no_link_is_dead(found):

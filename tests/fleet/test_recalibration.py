@@ -126,7 +126,7 @@ def test_misalignment_and_temperature_terms_are_not_renewed():
 @given(rests=st.integers(1, 10), turns=st.integers(1, 10))
 def test_more_power_ons_never_leave_more_and_always_take_longer(rests, turns):
     bench = StoreBench(ASKED, MODELS, small_basis().region)
-    fewer, more = bench.renewal(rests, turns).sigma, bench.renewal(rests + 1, turns).sigma
+    fewer, more = bench.left(rests, turns), bench.left(rests + 1, turns)
     seen = np.isfinite(fewer)
     assert np.all(more[seen] <= fewer[seen] * (1 + 1e-9))
     assert visit_time(ASKED, rests, turns) < visit_time(ASKED, rests + 1, turns)

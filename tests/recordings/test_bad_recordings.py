@@ -327,7 +327,7 @@ def test_any_damage_to_the_text_is_read_or_refused(tmp_path_factory, data):
     except InputError:
         return
     assert np.isfinite(found.table.gyro).all()
-    told = sum(r.samples + sum(r.left_out.values()) for r in found.rows) + sum(
+    told = sum(r.n_samples + sum(r.left_out.values()) for r in found.rows) + sum(
         p.samples for p in found.left_out
     )
     assert told == next(iter(found.counts.values()))["read"]

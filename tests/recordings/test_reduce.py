@@ -33,7 +33,7 @@ def reduced(
 
 def samples_told(found: Reduction) -> int:
     """Samples in rows, left out of rows, and in stretches without a row."""
-    rows = sum(row.samples + sum(row.left_out.values()) for row in found.rows)
+    rows = sum(row.n_samples + sum(row.left_out.values()) for row in found.rows)
     return rows + sum(part.samples for part in found.left_out)
 
 
@@ -97,7 +97,7 @@ def test_a_unit_that_never_moves_gives_rows_all_along(tmp_path):
     recorded = tumbled(turns=(), rest=60.0)
     found = reduced(tmp_path, recorded)
     assert samples_told(found) == 12000
-    assert sum(row.samples for row in found.rows) > 0.98 * 12000
+    assert sum(row.n_samples for row in found.rows) > 0.98 * 12000
 
 
 def test_a_long_rest_is_cut_into_records(tmp_path):
@@ -123,8 +123,8 @@ def test_steps_of_a_column_are_the_records(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("\n".join([HEADER + ",step", *lines]) + "\n")
     found = reduce_recordings([path])
-    assert [row.label for row in found.rows] == ["table/20/static/r01/m1", "table/20/static/r01/m2"]
-    assert [row.samples for row in found.rows] == [600, 800]
+    assert [row.step for row in found.rows] == ["table/20/static/r01/m1", "table/20/static/r01/m2"]
+    assert [row.n_samples for row in found.rows] == [600, 800]
     np.testing.assert_allclose(found.table.gyro[0], np.radians(values[200:800, 1:4].mean(axis=0)), rtol=1e-9)
     assert samples_told(found) == len(values)
 
@@ -135,7 +135,7 @@ def test_steps_of_the_plan_are_laid_over_by_time(tmp_path):
     path = save(tmp_path / "a.csv", values)
     columns = ColumnMap.model_validate(standard() | {"plan_time": "100 s"})
     found = reduce_recordings([path], columns, records)
-    assert [row.label for row in found.rows] == ["a/m1", "a/m2"]
+    assert [row.step for row in found.rows] == ["a/m1", "a/m2"]
     assert found.rows[0].start == pytest.approx(1.0, abs=0.051)  # whole windows of 50 ms
     assert found.rows[1].end == pytest.approx(12.0, abs=0.051)
 

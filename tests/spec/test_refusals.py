@@ -3,11 +3,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
-from planner.export.flight import flight_template
 from tests.spec.example import EXAMPLE, changed, faults, loaded, place
 
 CURVE = "{curve: {-60 degC: 5 mg, 20 degC: 0 mg, 60 degC: -3 mg}}"
@@ -16,7 +13,6 @@ SPREADS = "{-55 degC: 0.02 %, 20 degC: 0.01 %, 65 degC: 0.03 %}"
 CANDIDATES = "candidates: [1, 3, 5, 7, 10, 12, 15, 20]"
 CHAMBER = "    chamber: {range: [-65 degC, 85 degC], heating: 4 K/min, cooling: 2 K/min, soak: 30 min}\n"
 STATIC = "static:     {bench: rate_table, calibrates: [gyro.bias, accelerometer.bias],"
-REQUIREMENT = "  - {error: position, limit: 10 m, rule: worst_case}"
 FIXED = "fixed: {gyro_drift: {temperatures: 15, repeats: 15}}"
 RATES = "motions: 30,"
 SPIN = "motions: [{rate_1: 100 deg/s}, {rate_1: -700 deg/s}],"
@@ -367,135 +363,3 @@ def test_temperatures_said_twice_and_differently() -> None:
         "plan.fixed.gyro_drift.temperatures",
         place(text, "temperatures: 15")[0],
     )
-
-
-def test_given_sensitivities_in_the_published_form() -> None:
-    given = (
-        "{given: {gyro.bias: 578.5 m/(deg/s), accelerometer.bias: 311.25 m/g, gyro.scale_factor: 3.4 m/%}}"
-    )
-    assert loaded(changed(("simulated", given)))
-    per_ten_thousandth = given.replace("3.4 m/%", "0.034 m/(0.01 %)")
-    (fault,) = faults(changed(("simulated", per_ten_thousandth)))
-    assert fault.path == "sensitivities.given.gyro.scale_factor"
-
-
-def test_given_sensitivities_hold_at_the_end_only() -> None:
-    given = (
-        "{given: {gyro.bias: 578.5 m/(deg/s), accelerometer.bias: 311.25 m/g, gyro.scale_factor: 3.4 m/%}}"
-    )
-    (fault,) = faults(changed(("simulated", given), ("worst_case}", "worst_case, at: any}")))
-    assert fault.path == "requirement[0].at"
-
-
-@pytest.mark.parametrize("name", ['"a\\0b.csv"', "a" * 300, "' '", ".", "[x]", "5", "{}"])
-def test_names_that_no_flight_file_has(name: str) -> None:
-    (fault,) = faults(changed(("small_uav_1", f"{{file: {name}}}")))
-    assert fault.path == "trajectory.file"
-
-
-@pytest.mark.parametrize("name", ["[x]", "{}", "5", "true"])
-def test_names_that_no_trajectory_has(name: str) -> None:
-    (fault,) = faults(changed(("small_uav_1", f"{{name: {name}}}")))
-    assert fault.path == "trajectory.name"
-
-
-def test_a_flight_file_lies_beside_the_spec(tmp_path: Path) -> None:
-    (tmp_path / "flight.csv").write_text(flight_template(), encoding="utf-8")
-    assert loaded(changed(("small_uav_1", "{file: flight.csv}")), tmp_path / "campaign.yaml")
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "path", "words"),
-    [
-        ("bias_temperature, ", "", "unit.gyro.bias.temperature_residual", "bias_temperature"),
-        (
-            "scale_factor_temperature, ",
-            "",
-            "unit.gyro.scale_factor.temperature_residual",
-            "scale_factor_temperature",
-        ),
-        (", misalignment]", ", warm_up]", "effects[4]", "warm_up"),
-        (CANDIDATES, "candidates: [1, 2, 3]", "plan.temperatures.candidates", "2:"),
-        ("  centrifuge: {", "  big_one: {", "benches.big_one", "no kind of bench"),
-        ("worst_case}", "worst_case, temperature: worst}", "requirement[0].temperature", "says nothing"),
-        (
-            "worst_case}",
-            "rss, temperature: {distribution: {0 degC: 1, 61 degC: 1}}}",
-            "requirement[0].temperature.distribution",
-            "61 degC: outside",
-        ),
-    ],
-)
-def test_what_is_odd_but_possible_is_a_warning(old: str, new: str, path: str, words: str) -> None:
-    found = {fault.path: fault.message for fault in loaded(changed((old, new))).warnings}
-    assert words in found[path]
-
-
-INFORMATION = ("worst_case}", "rss}")
-
-
-@pytest.mark.parametrize(
-    ("changes", "idle"),
-    [
-        ([INFORMATION], {"plan.quantile", "plan.temperatures.candidates"}),
-        ([("worst_case}", "{percentile: 95 %}}")], {"plan.quantile", "plan.temperatures.candidates"}),
-        (
-            [INFORMATION, ("  quantile: student\n", ""), (CANDIDATES, "interpolate: true")],
-            {"plan.temperatures.interpolate"},
-        ),
-        ([INFORMATION, ("  quantile: student\n", ""), (f", {CANDIDATES}", "")], set()),
-        ([], set()),  # worst_case
-        ([INFORMATION, ("confidence: 95 %", "method: published")], set()),
-        (
-            [
-                (REQUIREMENT, f"{REQUIREMENT}\n  - {{error: up, limit: 1 m, rule: rss}}"),
-            ],
-            set(),
-        ),
-        (
-            [
-                INFORMATION,
-                (
-                    "simulated",
-                    "{given: {gyro.bias: 5 m/(deg/s), accelerometer.bias: 3 m/g, gyro.scale_factor: 3 m/%}}",
-                ),
-            ],
-            set(),
-        ),
-    ],
-)
-def test_what_says_nothing_under_method_information_is_remarked_if_it_stands_there(
-    changes: list[tuple[str, str]], idle: set[str]
-) -> None:
-    found = {w.path for w in loaded(changed(*changes)).warnings if "method information" in w.message}
-    assert found == idle
-
-
-def test_nothing_is_remarked_of_a_method_that_is_not_readable() -> None:
-    found = faults(changed(INFORMATION, ("confidence: 95 %", "method: informaton")))
-    assert [fault.path for fault in found] == ["plan.method"]
-
-
-def test_one_repeat_and_any_residual_will_do_where_no_student_and_no_candidate_counts() -> None:
-    once, other = ("least: 2,", "least: 1,"), (CANDIDATES, "candidates: [8]")
-    assert {fault.path for fault in faults(changed(once, other))} == {
-        "plan.repeats.least",
-        "plan.temperatures.candidates",
-    }
-    assert loaded(changed(INFORMATION, once, other))
-
-
-def test_a_temperature_with_a_rule_that_is_wrong_is_not_remarked() -> None:
-    (fault,) = faults(changed(("worst_case}", "worst, temperature: range}")))
-    assert fault.path == "requirement[0].rule"
-
-
-def test_one_fault_in_a_requirement_is_one_fault() -> None:
-    (fault,) = faults(changed(("rule: worst_case}", "rule: worst_case, rul: rss}")))
-    assert fault.path == "requirement[0].rul"
-
-
-def test_interpolation_uses_the_candidates_between() -> None:
-    text = changed((CANDIDATES, "candidates: [2, 4], interpolate: true"))
-    assert "plan.temperatures.candidates" not in {fault.path for fault in loaded(text).warnings}
-    assert faults(text.replace("true", "false"))

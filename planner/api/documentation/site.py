@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from itertools import groupby
-from pathlib import PurePosixPath
 
 from planner import __version__
 from planner.api.documentation.pages import Page
@@ -51,26 +50,3 @@ def _anchored(heading: re.Match[str]) -> str:
 def anchor(title: str) -> str:
     """A heading as an anchor: letters, digits, hyphens."""
     return re.sub(r"[^\w]+", "-", title.lower()).strip("-")
-
-
-def dead_links(pages: Sequence[Page]) -> list[str]:
-    """`page: link` of links that lead to no page of the site."""
-    there = {f"{page.name}.html" for page in pages}
-    dead = []
-    for page in pages:
-        for target in re.findall(r"\]\(([^)#\s]+)", page.text):
-            place = PurePosixPath(page.name).parent / target
-            if "://" not in target and _plain(place) not in there:
-                dead.append(f"{page.name}: {target}")
-    return dead
-
-
-def _plain(place: PurePosixPath) -> str:
-    """Without `..`."""
-    parts: list[str] = []
-    for part in place.parts:
-        if part == ".." and parts:
-            parts.pop()
-        else:
-            parts.append(part)
-    return "/".join(parts)

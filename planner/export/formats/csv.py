@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Mapping
 from typing import Any
 
-from planner.export.header import header
+from planner.export.csv_text import csv_text
+from planner.export.header import HEADER_COLUMNS, header_cells
 from planner.export.json import plan_document
 from planner.nouns.plan import Plan
 from planner.nouns.plan_file import typed_plan
@@ -29,8 +28,6 @@ COLUMNS = (
     "attended",
     RATE,
 )
-# In columns, not in `#` lines: every reader of CSV then takes the file as it is.
-HEADER_COLUMNS = ("plan_sha256", "spec_sha256", "schema_version")
 
 
 def steps_text(plan: Plan) -> str:
@@ -45,16 +42,15 @@ def document_steps_text(document: Mapping[str, Any]) -> str:
 
 
 def _text(document: Mapping[str, Any]) -> str:
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS + HEADER_COLUMNS)
-    plan = [header(document)[name] for name in HEADER_COLUMNS]
-    for row in document["steps"]:
-        motion = "" if row["motion"] is None else json.dumps(row["motion"])
-        attended = "true" if row.get("attended") else "false"
-        cells = {RATE: None} | row | {"motion": motion, "attended": attended}
-        writer.writerow([*(cells[name] for name in COLUMNS), *plan])
-    return out.getvalue()
+    plan = header_cells(document)
+    return csv_text(COLUMNS + HEADER_COLUMNS, (_cells(row) + plan for row in document["steps"]))
+
+
+def _cells(row: Mapping[str, Any]) -> list[Any]:
+    motion = "" if row["motion"] is None else json.dumps(row["motion"])
+    attended = "true" if row.get("attended") else "false"
+    cells = {RATE: None, **row, "motion": motion, "attended": attended}
+    return [cells[name] for name in COLUMNS]
 
 
 class Csv:

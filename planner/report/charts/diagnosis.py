@@ -9,11 +9,11 @@ import numpy as np
 
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import Diagnosis, Evidence, FoundEffect
+from planner.nouns.sensor import short
 from planner.report.blocks import Picture
 from planner.report.charts import theme
 from planner.report.charts.residuals import BINS, POINTS, same_channel, thinned
 from planner.report.subjects import diagnosis_words as words
-from planner.report.subjects.diagnosis_words import short
 from planner.units import from_si
 
 if TYPE_CHECKING:

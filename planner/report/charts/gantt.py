@@ -16,7 +16,7 @@ import numpy as np
 from planner.nouns.array import Array
 from planner.nouns.plan import Plan
 from planner.nouns.step import Step
-from planner.quantities import DAY_S, WEEKDAYS
+from planner.quantities import DAY_S, WEEKDAYS, week_seconds
 from planner.report.blocks import Picture
 from planner.report.charts import theme
 from planner.report.time_spent import action_of, action_order
@@ -132,9 +132,7 @@ def _draw(plan: Plan, benches: Sequence[str], tests: Sequence[str]) -> Figure:
 
 def _days(every: Sequence[Axes], plan: Plan) -> None:
     """Midnights and weekdays on the axis of time, and the hours of people behind the lanes."""
-    day, _, clock = str(plan.start).partition(" ")
-    hour, minute = clock.split(":")
-    begun = WEEKDAYS.index(day) * DAY_S + 3600.0 * int(hour) + 60.0 * int(minute)
+    begun = week_seconds(str(plan.start))
     midnights = np.arange(np.ceil(begun / DAY_S), (begun + plan.time_s) / DAY_S + 1e-9)
     midnights = midnights[:: max(1, -(-len(midnights) // MOST_DAYS))]
     if len(midnights):

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import Evidence
 from planner.nouns.dwell_table import DwellTable
+from planner.nouns.sensor import short
 from planner.report.blocks import Picture, Table
 from planner.report.blocks import table as build_table
 from planner.report.charts import theme
 from planner.report.numbers import NOTHING, digits
 from planner.report.subjects import diagnosis_words as words
-from planner.report.subjects.diagnosis_words import short
+from planner.units import STANDARD_GRAVITY_MPS2 as G
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -139,16 +140,11 @@ def variables_of(channel: str, table: DwellTable) -> list[Variable]:
         Variable("rate", f"rate about {channel[-1]}, deg/s", rate[:, axis], "rate", 5.0),
         Variable("whole rate", "rate about any axis, deg/s", np.linalg.norm(rate, axis=1), "rate", 5.0),
         *(
-            Variable(f"specific force {a}", f"specific force {a}, g", from_si_array(f), "specific_force", 1.0)
+            Variable(f"specific force {a}", f"specific force {a}, g", f / G, "specific_force", 1.0)
             for a, f in zip("xyz", conditions.specific_force.T, strict=True)
         ),
     ]
     return [v for v in every if np.ptp(v.values) > 1e-9 * max(1.0, float(np.abs(v.values).max(initial=0.0)))]
-
-
-def from_si_array(force: Array) -> Array:
-    """m/s² as g."""
-    return np.asarray(force / 9.80665)
 
 
 def same_channel(channel: str, channels: Sequence[str]) -> bool:

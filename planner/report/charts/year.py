@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from calendar import monthrange
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date, timedelta
@@ -59,7 +60,7 @@ def _year(days: dict[date, tuple[int, int]], today: date) -> Figure:
     every = [
         (date(y, m + 1, 1) + timedelta(days=i), r)
         for r, (y, m) in enumerate(months)
-        for i in range(_length(y, m + 1))
+        for i in range(monthrange(y, m + 1)[1])
     ]
     for alpha, weekend in ((0.35, False), (0.9, True)):
         places = [(day.day, row) for day, row in every if (day.weekday() >= 5) == weekend]
@@ -78,8 +79,3 @@ def _year(days: dict[date, tuple[int, int]], today: date) -> Figure:
     axes.set_xlim(0.3, 31.7)
     axes.grid(visible=False)
     return figure
-
-
-def _length(year: int, month: int) -> int:
-    """Days of a month."""
-    return (date(year + month // 12, month % 12 + 1, 1) - timedelta(days=1)).day

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from planner.nouns.diagnosis import Diagnosis, NavigationCost, UnitDiagnosis
 from planner.nouns.dwell_table import DwellTable
+from planner.nouns.sensor import short
 from planner.report.blocks import Block, Fact, Items, Report, Section, Text, Verdict, existing, facts, section
 from planner.report.charts import diagnosis as charts
 from planner.report.charts import residuals
@@ -190,7 +191,7 @@ def _change(diagnosis: Diagnosis) -> Iterator[Block | None]:
     yield charts.change_picture(diagnosis)
     yield words.residual_table(diagnosis)
     how = words.how_held_out(diagnosis)
-    unnamed = sorted({words.short(c) for u in diagnosis.found.unknown if not u.curve for c in u.channels})
+    unnamed = sorted({short(c) for u in diagnosis.found.unknown if not u.curve for c in u.channels})
     if unnamed:
         said = f"What has no curve is in no model: on {words.joined(unnamed)} it is left after as before."
         how = (*how, said)
@@ -199,12 +200,12 @@ def _change(diagnosis: Diagnosis) -> Iterator[Block | None]:
 
 def _against(diagnosis: Diagnosis, table: DwellTable) -> Iterator[Block | None]:
     found = diagnosis.found
-    named = {words.short(c) for e in found.effects for c in e.channels}
-    touched = named | {words.short(c) for u in found.unknown for c in u.channels}
-    shown = [e for e in found.evidence if words.short(e.channel) in touched] or list(found.evidence)
+    named = {short(c) for e in found.effects for c in e.channels}
+    touched = named | {short(c) for u in found.unknown for c in u.channels}
+    shown = [e for e in found.evidence if short(e.channel) in touched] or list(found.evidence)
     yield residuals.residual_picture(shown[:MOST_CHANNELS], table, sorted(named))
     yield residuals.residual_table(found.evidence, table, sorted(named))
-    others = [words.short(e.channel) for e in found.evidence if e not in shown[:MOST_CHANNELS]]
+    others = [short(e.channel) for e in found.evidence if e not in shown[:MOST_CHANNELS]]
     if others:
         yield Text(f"Nothing was found on {words.joined(others)}: not drawn.")
 

@@ -16,9 +16,10 @@ from planner.nouns.diagnosis import (
     SpreadInFlight,
     UnitDiagnosis,
 )
+from planner.nouns.sensor import short
 from planner.report.blocks import Items, Table, table
 from planner.report.numbers import SPACE, digits, hours, in_unit, quantity
-from planner.report.subjects.diagnosis_words import chance, length, plain_name, short
+from planner.report.subjects.diagnosis_words import chance, length, plain_name
 
 MOST_ROWS = 40  # of those left out that a page lists
 NAMES = {

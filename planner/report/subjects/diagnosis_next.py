@@ -6,8 +6,9 @@ import math
 from collections.abc import Sequence
 
 from planner.nouns.diagnosis import Diagnosis, FoundEffect, FoundTerm
+from planner.nouns.sensor import short
 from planner.report.numbers import SPACE, digits, hours
-from planner.report.subjects.diagnosis_words import in_words, joined, plain_name, short
+from planner.report.subjects.diagnosis_words import in_words, joined, plain_name
 
 MOST_SIZES = 3  # effects on the first screen; the table below has all
 

@@ -18,6 +18,7 @@ from planner.nouns.diagnosis import (
     UnitDiagnosis,
     Unknown,
 )
+from planner.nouns.sensor import short
 from planner.report.blocks import Table, table
 from planner.report.numbers import NOTHING, SPACE, digits, display_unit, hours, in_unit, quantity
 
@@ -44,11 +45,6 @@ VARIABLES = {
     "bench": "bench",
     "unexplained": "no variable of the table",
 }
-
-
-def short(channel: str) -> str:
-    """`acc_x` for `accelerometer_x`, as files and pages write it."""
-    return channel.replace("accelerometer_", "acc_")
 
 
 def plain_name(effect: str) -> str:

@@ -12,7 +12,7 @@ from datetime import timedelta
 
 from planner.nouns.plan import Plan
 from planner.nouns.step import Step
-from planner.quantities import DAY_S, WEEKDAYS
+from planner.quantities import DAY_S, week_seconds, week_words
 from planner.report.blocks import Items, Picture, Section, Table, section, table
 from planner.report.charts import gantt
 from planner.report.numbers import counted, hours
@@ -130,12 +130,9 @@ def moment(plan: Plan, seconds: float) -> str:
     """`tue 09:30` (`week 2, tue 09:30`) where the plan has shifts and so a weekday, else `25.50 h`."""
     if plan.start is None:
         return f"{hours(seconds)} h"
-    day, _, clock = plan.start.partition(" ")
-    hour, minute = clock.split(":")
-    at = WEEKDAYS.index(day) * DAY_S + 3600.0 * int(hour) + 60.0 * int(minute) + seconds
+    at = week_seconds(plan.start) + seconds
     week, rest = divmod(at, 7 * DAY_S)
-    number, left = divmod(rest, DAY_S)
-    text = f"{WEEKDAYS[int(number)]} {int(left // 3600):02d}:{int(left % 3600 // 60):02d}"
+    text = week_words(rest)
     if plan.first_day is not None:
         date = plan.first_day + timedelta(days=int(at // DAY_S) - plan.first_day.weekday())
         return f"{date.isoformat()} {text}"

@@ -258,7 +258,7 @@ def _shortest_row(s: ShortestVisit, found: Recalibrated) -> tuple[str, ...]:
 def renewal_table(found: Recalibrated) -> Table | None:
     """A row per term: what the most thorough visit leaves, beside what there is in the end."""
     most = found.bench.asked.repeats
-    one, left = (found.bench.renewal(n, n).size(_TWO_SIDED_95) for n in (1, most))
+    one, left = (_TWO_SIDED_95 * found.bench.left(n, n) for n in (1, most))
     grown = found.growth.start + found.growth.between[:, 0, -1]
     rows: list[tuple[str, ...]] = []
     for t, term in enumerate(found.basis.region.terms):

@@ -77,7 +77,7 @@ def _recording(reduction: Reduction, unit: str, run: int) -> tuple[str, ...]:
         unit,
         str(run),
         str(len(rows)),
-        str(sum(row.samples for row in rows)),
+        str(sum(row.n_samples for row in rows)),
         str(sum(sum(row.left_out.values()) for row in rows)),
         f"{data.duration[mine].sum():.1f}",
         "—" if "temp_degc" in data.absent else f"{t.min():.1f} … {t.max():.1f}",
