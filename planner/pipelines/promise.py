@@ -192,7 +192,7 @@ def _worst(e: Experiment, prediction: Prediction | None) -> Worst:
     """Looked for by verify's own linear model; without a flight nothing depends on the temperature."""
     if prediction is None:
         return lambda index, family: as_flown(e.spec)
-    return lambda index, family: prediction.worst(index, family)[0]
+    return lambda index, family: prediction.worst(index, family)
 
 
 def _units_of_another(loaded: LoadedSpec, made_for: LoadedSpec) -> str:

@@ -8,7 +8,7 @@ instants, by draws; the root mean square at the instant at which it is largest.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,23 +17,26 @@ from planner.spec.model import PercentileRule, Requirement
 from planner.verify.draws import generator
 from planner.verify.flight_columns import Columns
 from planner.verify.flights import FlightModel, beside_coefficients, vectors_of
-from planner.verify.foreseen import Asked, Foresight
+from planner.verify.foreseen import Asked, Seen
 from planner.verify.lengths import mixed_quantile
 from planner.verify.second_moments import Error, Moment
-from planner.verify.starts import Starts
 
 DRAWS = 100_000  # of flights, for a requirement at any moment: a 95 % quantile is then known to 0.3 %
 
 
 @dataclass(frozen=True)
 class Navigation:
-    """One requirement. asked: error -> `Columns.responses`, R = instants · components; beside: (R, R)."""
+    """One requirement. asked: error -> `Columns.responses`, R = instants · components; beside: (R, R).
+
+    kept: what of its variances no campaign changes (variances), by starts and family
+    """
 
     wanted: Requirement
     instants: int
     asked: Mapping[Error, Array]
     beside: Array
     columns: Columns
+    kept: dict[tuple[object, ...], Array] = field(default_factory=dict)
 
     def at(self, degc: Array) -> Asked:
         """What is asked of a flight at temperatures (K,)."""
@@ -53,12 +56,11 @@ def navigation(flight: FlightModel, wanted: Requirement, errors: Sequence[Error]
 
 
 def covariances(
-    n: Navigation, f: Foresight, degc: Array, families: Mapping[str, Mapping[Error, Moment]]
+    n: Navigation, flights: Sequence[Seen], families: Mapping[str, Mapping[Error, Moment]]
 ) -> dict[str, Array]:
-    """Family -> (S, R, R) at temperatures (S, K) along the flight."""
+    """Family -> (S, R, R) of S flights."""
     found: dict[str, list[Array]] = {family: [] for family in families}
-    for one in degc:
-        seen = f.seen(n.at(one), one)
+    for seen in flights:
         for family, moments in families.items():
             found[family].append(seen.rest + n.beside + (seen.curves(moments) + seen.misread(moments)))
     return {family: np.array(several) for family, several in found.items()}
@@ -69,11 +71,15 @@ def figure(n: Navigation, covariances: Array, shares: Array) -> float:
     rule = n.wanted.rule
     p = rule.percentile if isinstance(rule, PercentileRule) else None
     if p is None:
-        squares = shares @ np.diagonal(covariances, axis1=1, axis2=2)
-        return float(np.sqrt(squares.reshape(n.instants, -1).sum(axis=1).max()))
+        return root_mean_square(n, np.diagonal(covariances, axis1=1, axis2=2), shares)
     if n.instants > 1:
         return weighed_quantile(*_longest(n, covariances, shares), p)
     return mixed_quantile(list(covariances), shares.tolist(), p)
+
+
+def root_mean_square(n: Navigation, variances: Array, shares: Array) -> float:
+    """At the instant at which it is largest, of flights that have variances (S, R) in shares (S,), SI."""
+    return float(np.sqrt((shares @ variances).reshape(n.instants, -1).sum(axis=1).max()))
 
 
 def _longest(n: Navigation, covariances: Array, shares: Array) -> tuple[Array, Array]:
@@ -94,16 +100,3 @@ def weighed_quantile(values: Array, weights: Array, p: float) -> float:
     """The value within which a share p of the weights (n,) of values (n,) lies."""
     order = np.argsort(values)
     return float(values[order][np.searchsorted(np.cumsum(weights[order]), p)])
-
-
-def worst_start(
-    n: Navigation, f: Foresight, moments: Mapping[Error, Moment], starts: Starts, profile: Array, degc: Array
-) -> tuple[float, float]:
-    """(start, figure) of the worst of the starts (S,)."""
-    every = covariances(n, f, starts.along(profile, degc), {"": moments})[""]
-    if n.instants > 1:  # where an instant is worst by its mean square, for draws at all starts take long
-        squares = np.diagonal(every, axis1=1, axis2=2).reshape(len(every), n.instants, -1).sum(axis=2)
-        worst = int(np.argmax(squares.max(axis=1)))
-    else:
-        worst = int(np.argmax([figure(n, one[None], np.ones(1)) for one in every]))
-    return float(degc[worst]), figure(n, every[worst][None], np.ones(1))

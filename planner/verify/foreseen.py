@@ -11,8 +11,8 @@ the planner's: its information matrices are not asked, and curves count by verif
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,8 @@ from planner.verify.residuals import carrier, flying, share
 from planner.verify.second_moments import Error, Moment
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
+KEPT = 48  # drifts of 3 MB where 120 instants ask for three components each at 240 moments
+REMEMBERED = 128  # starts whose tables are read once for all requirements and families
 Asked = Mapping[Error, Array]
 """Error -> (R, K, t): what is asked of its terms at the moments of the flight."""
 
@@ -37,6 +39,8 @@ class Foresight:
     estimates: Estimates
     time: Array
     day: float
+    _read: dict[tuple[object, ...], list[tuple[Error, int, list[int], Array]]] = field(default_factory=dict)
+    _drifted: dict[tuple[Error, int], tuple[Array, Array]] = field(default_factory=dict)
 
     @property
     def errors(self) -> list[Error]:
@@ -60,22 +64,51 @@ class Foresight:
         """(R, P): what is asked of every coefficient, as tables are read in flight."""
         rows = len(next(iter(asked.values())))
         G = np.zeros((rows, len(self.estimates.noise)))
+        for error, term, places, weights in self.read(degc):
+            if error in asked:
+                G[:, places] = np.ascontiguousarray(asked[error][:, :, term]) @ weights
+        return G
+
+    def read(self, degc: Array) -> list[tuple[Error, int, list[int], Array]]:
+        """Error, term, places of its coefficients, and their weights (..., K, N) at temperatures (..., K)."""
+        key = (*degc.shape, degc.tobytes())
+        if key not in self._read:
+            if len(self._read) >= REMEMBERED:
+                self._read.clear()
+            self._read[key] = [*self._reads(degc)]
+        return self._read[key]
+
+    def _reads(self, degc: Array) -> Iterator[tuple[Error, int, list[int], Array]]:
         for sensor, first, e in self.estimates.estimators:
             for effect, term in dict.fromkeys((c.effect, c.index) for c in e.model.columns):
-                if (sensor, effect) in asked:
-                    mine, weights = e.reads(effect, term, degc)
-                    G[:, [first + i for i in mine]] = asked[sensor, effect][:, :, term] @ weights
-        return G
+                mine, weights = e.reads(effect, term, degc)
+                yield (sensor, effect), term, [first + i for i in mine], weights
 
     def _flown(self, asked: Asked, degc: Array) -> dict[Error, Array]:
         """Every budgeted error -> (R, K, t): what is asked of it, through the error that carries it."""
-        every = list(self.unit.budgets)
+        return {error: self.own(error, asked[error[0], self.by(error)], degc) for error in self.unit.budgets}
+
+    def by(self, error: Error) -> str:
+        """The effect as which an error flies."""
+        return carrier(*error, list(self.unit.budgets))
+
+    def own(self, error: Error, asked: Array, degc: Array) -> Array:
+        """(R, K, t) asked of an error at temperatures (K,), of what is asked of the one that carries it."""
+        by = self.by(error)
+        if by == error[1]:
+            return asked
         seen = Exposed(degc, self.time, self.day)
-        found = {}
-        for sensor, effect in every:
-            by = carrier(sensor, effect, every)
-            found[sensor, effect] = asked[sensor, by] * share(sensor, effect, by, degc, seen)
-        return found
+        return np.asarray(asked * share(*error, by, degc, seen))
+
+    def drifted(self, error: Error, own: Array) -> Array:
+        """(R, R) of an error's drift: the same at all starts, where the same is asked there."""
+        key = (error, id(own))
+        if key not in self._drifted:
+            if len(self._drifted) >= KEPT:
+                self._drifted.clear()
+            # with what is asked, so that nothing else has its id
+            self._drifted[key] = own, _through(own, self.drift[error])
+        return self._drifted[key][1]
 
     def walked(self, G: Array, error: Error, own: Array) -> Array:
         """(R, R) of a walk of unit sigma in STORAGE_DAYS, from day 0 through the records to the flight."""
@@ -83,7 +116,24 @@ class Foresight:
         weights = np.concatenate([-_over(G, self.estimates.walk[error]), own.sum(axis=1)[:, :, None]], axis=2)
         later = np.cumsum(weights[:, :, ::-1], axis=2)[:, :, ::-1]  # each step is in all that follows
         width = np.diff(np.concatenate([[0.0], days, [max(self.day, days[-1])]])) / STORAGE_DAYS
-        return _through(np.swapaxes(later, 1, 2), np.diag(width))
+        over = (later * np.sqrt(width)).reshape(len(later), -1)
+        return np.asarray(over @ over.T)
+
+    def misread(self, moments: Mapping[Error, Moment]) -> Array:
+        """(P, P) of what thermometers do to the curves, in the estimates."""
+        known = self.estimates
+        found = np.zeros(known.noise.shape)
+        for error, moment in moments.items():
+            for sigma, one in known.slope[error]:
+                found += sigma**2 * _through(np.swapaxes(one, 1, 2), moment.of_slopes(known.degc, sigma))
+        return found
+
+    def told(self, moments: Mapping[Error, Moment]) -> Array:
+        """(P, P) of the curves in the estimates, with what thermometers do to them."""
+        known, found = self.estimates, self.misread(moments)
+        for error, moment in moments.items():
+            found += moment.through(np.ascontiguousarray(np.moveaxis(known.curve[error], 1, 0)), known.degc)
+        return found
 
     def stored(self, own: Array) -> Array:
         """(R, R) of the same walk after the last day of the records alone."""
@@ -117,29 +167,28 @@ class Seen:
             stored = budget.storage_sigma**2 * f.stored(own)
             found["storage"] += stored
             found["estimate"] += budget.storage_sigma**2 * f.walked(G, error, own) - stored
-            found["in_run"] += _through(own, f.drift[error])
+            if budget.in_run_sigma > 0:
+                found["in_run"] += f.drifted(error, own)
             s, length = budget.run_to_run_sigma(degc), budget.temperature_correlation
-            warmer = np.subtract.outer(degc, degc)
-            alike = 1.0 if length is None else np.exp(-0.5 * (warmer / length) ** 2)
-            found["run_to_run"] += _through(own, np.outer(s, s) * alike)
+            if length is None:
+                met = np.tensordot(own, s, axes=(1, 0))
+                found["run_to_run"] += met @ met.T
+            else:
+                alike = np.exp(-0.5 * (np.subtract.outer(degc, degc) / length) ** 2)
+                found["run_to_run"] += _through(own, np.outer(s, s) * alike)
         return found
 
     def curves(self, moments: Mapping[Error, Moment]) -> Array:
         """(R, R) of what tables miss of the curves."""
         weights, missed = self.of_curves(), np.zeros(2 * (len(self.reads),))
         for error, moment in moments.items():
-            at = moment.at(np.concatenate([self.foresight.estimates.degc, self.degc]))
-            missed += _through(np.swapaxes(weights[error], 1, 2), at)
+            at = np.concatenate([self.foresight.estimates.degc, self.degc])
+            missed += moment.through(np.ascontiguousarray(np.moveaxis(weights[error], 1, 0)), at)
         return missed
 
     def misread(self, moments: Mapping[Error, Moment]) -> Array:
         """(R, R) of what thermometers do to the curves."""
-        known, found = self.foresight.estimates, np.zeros(2 * (len(self.reads),))
-        for error, moment in moments.items():
-            for sigma, one in known.slope[error]:
-                off = sigma**2 * moment.of_slopes(known.degc, sigma)
-                found += _through(np.swapaxes(_over(self.reads, one), 1, 2), off)
-        return found
+        return np.asarray(self.reads @ self.foresight.misread(moments) @ self.reads.T)
 
     def of_curves(self) -> dict[Error, Array]:
         """Error -> (R, t, N + K) what its curve weighs at the records' temperatures, then in flight."""
@@ -158,5 +207,5 @@ def _over(G: Array, estimates: Array) -> Array:
 
 def _through(rows: Array, kernel: Array) -> Array:
     """(R, R) Σ over terms of rows K rowsᵀ; rows: (R, K, t)."""
-    by_term = np.moveaxis(rows, 2, 0)
+    by_term = np.ascontiguousarray(np.moveaxis(rows, 2, 0))  # strided arrays take ten times as long
     return np.asarray((by_term @ kernel @ np.swapaxes(by_term, 1, 2)).sum(axis=0))

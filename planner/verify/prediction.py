@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -10,26 +10,42 @@ import numpy as np
 
 from planner.nouns.array import Array
 from planner.spec.model import PercentileRule, Spec
-from planner.verify.asked import Navigation, covariances, figure, navigation, worst_start
+from planner.verify.asked import Navigation, covariances, figure, navigation, root_mean_square
 from planner.verify.drawn_figures import Pool, drawn_quantile, pools_of
 from planner.verify.estimate_covariance import estimates
 from planner.verify.experiment import Experiment
 from planner.verify.families import curves_in
 from planner.verify.flights import FlightModel
-from planner.verify.foreseen import Foresight, Seen
+from planner.verify.foreseen import Foresight
 from planner.verify.second_moments import Error, Moment, moments_of
+from planner.verify.smooth import Tables, tables_of
 from planner.verify.starts import Starts, anywhere, at_one
+from planner.verify.variances import AtStarts
+from planner.verify.worst import worst_of
 
 FINE = 25  # starts among which the worst is looked for
 
 
 @dataclass(frozen=True)
 class DrawnCurves:
-    """The curves of a spec's families, drawn when they are asked for."""
+    """The curves of a spec's families, drawn when they are asked for; and what else its campaigns share."""
 
     spec: Spec
     _moments: dict[str, Mapping[Error, Moment]] = field(default_factory=dict)
     _pools: dict[str, Mapping[Error, Pool]] = field(default_factory=dict)
+    _asked: dict[int, tuple[FlightModel, list[Navigation]]] = field(default_factory=dict)
+
+    @cached_property
+    def tables(self) -> Tables:
+        """How the spec's calibrations read their tables."""
+        return tables_of(self.spec)
+
+    def asked(self, flight: FlightModel, errors: Sequence[Error]) -> list[Navigation]:
+        """What the spec's requirements ask of a flight."""
+        if id(flight) not in self._asked:  # kept with the flight, so that no other one has its id
+            every = [navigation(flight, wanted, errors) for wanted in self.spec.requirement]
+            self._asked[id(flight)] = flight, every
+        return self._asked[id(flight)][1]
 
     def moments(self, family: str) -> Mapping[Error, Moment]:
         """Second moments of the curves of a family."""
@@ -58,10 +74,10 @@ class Prediction:
     e: Experiment
     flight: FlightModel
     curves: DrawnCurves
-    _flights: dict[tuple[object, ...], list[Seen]] = field(default_factory=dict)
-    _figures: dict[tuple[object, ...], dict[str, float]] = field(default_factory=dict)
+    _flights: dict[tuple[object, ...], AtStarts] = field(default_factory=dict)
+    _figures: dict[tuple[object, ...], float] = field(default_factory=dict)
     _drawn: dict[tuple[object, ...], float] = field(default_factory=dict)
-    _worst: dict[tuple[int, str], tuple[Starts, float]] = field(default_factory=dict)
+    _worst: dict[tuple[int, str], Starts] = field(default_factory=dict)
     covariances: dict[tuple[object, ...], Parts] = field(default_factory=dict)
     shares: dict[tuple[object, ...], dict[str, float]] = field(default_factory=dict)
 
@@ -75,7 +91,7 @@ class Prediction:
     @cached_property
     def asked(self) -> list[Navigation]:
         """Its requirements."""
-        return [navigation(self.flight, wanted, self.foresight.errors) for wanted in self.e.requirements]
+        return self.curves.asked(self.flight, self.foresight.errors)
 
     @cached_property
     def profile(self) -> Array:
@@ -83,40 +99,48 @@ class Prediction:
         flown = self.flight.trajectory
         return np.interp(self.flight.moments, flown.time_s, flown.temperature_degc)
 
+    def _at(self, index: int, degc: Array) -> AtStarts:
+        """A requirement at temperatures (S, K) along the flight."""
+        key = (index, *degc.shape, degc.tobytes())
+        if key not in self._flights:
+            self._flights[key] = AtStarts(self.asked[index], self.foresight, degc)
+        return self._flights[key]
+
     def figures(self, index: int, starts: Starts, families: tuple[str, ...]) -> dict[str, float]:
         """Family -> the quantile or root mean square of a requirement, SI."""
-        key = (index, starts.word, *starts.degc.tolist(), *families)
+        return {family: self._figure(index, starts, family) for family in families}
+
+    def _figure(self, index: int, starts: Starts, family: str) -> float:
+        key = (index, *starts.key, family)
         if key not in self._figures:
             degc, shares = starts.grid(self.profile)
-            moments, wanted = {name: self.curves.moments(name) for name in families}, self.asked[index]
-            found = covariances(wanted, self.foresight, degc, moments)
-            self._figures[key] = {name: figure(wanted, each, shares) for name, each in found.items()}
+            n, at, moments = self.asked[index], self._at(index, degc), self.curves.moments(family)
+            if isinstance(n.wanted.rule, PercentileRule):
+                whole = covariances(n, at.seen, {family: moments})[family]
+                self._figures[key] = figure(n, whole, shares)
+            else:
+                self._figures[key] = root_mean_square(n, at.variances(family, moments), shares)
         return self._figures[key]
 
     def drawn(self, index: int, family: str, starts: Starts) -> float:
         """The figure of a requirement with curves drawn from a family, SI; a root mean square needs none."""
         rule = self.e.requirements[index].rule
         if not isinstance(rule, PercentileRule):
-            return self.figures(index, starts, (family,))[family]
-        at = (index, starts.word, *starts.degc.tolist())
-        if (*at, family) not in self._drawn:
+            return self._figure(index, starts, family)
+        key = (index, *starts.key, family)
+        if key not in self._drawn:
             degc, shares = starts.grid(self.profile)
             wanted, pools, moments = self.asked[index], self.curves.pools(family), self.curves.moments(family)
-            if at not in self._flights:
-                self._flights[at] = [self.foresight.seen(wanted.at(one), one) for one in degc]
-            quantile = drawn_quantile(wanted, self._flights[at], shares, pools, moments, rule.percentile)
-            self._drawn[*at, family] = quantile
-        return self._drawn[*at, family]
+            flights = self._at(index, degc).seen
+            self._drawn[key] = drawn_quantile(wanted, flights, shares, pools, moments, rule.percentile)
+        return self._drawn[key]
 
-    def worst(self, index: int, family: str) -> tuple[Starts, float]:
-        """The start of the range at which a requirement is worst, and its figure there."""
+    def worst(self, index: int, family: str) -> Starts:
+        """The start of the range at which a requirement is worst."""
         if (index, family) not in self._worst:
-            self._worst[index, family] = self._looked_for(index, family)
+            spec = self.e.spec
+            grid = np.linspace(*spec.plan.temperatures.range, FINE)
+            at = self._at(index, anywhere(spec).along(self.profile, grid))
+            worst = worst_of(at, family, self.curves.moments(family))
+            self._worst[index, family] = at_one(spec, float(grid[worst]))
         return self._worst[index, family]
-
-    def _looked_for(self, index: int, family: str) -> tuple[Starts, float]:
-        spec = self.e.spec
-        grid = np.linspace(*spec.plan.temperatures.range, FINE)
-        wanted, moments = self.asked[index], self.curves.moments(family)
-        degc, most = worst_start(wanted, self.foresight, moments, anywhere(spec), self.profile, grid)
-        return at_one(spec, degc), most

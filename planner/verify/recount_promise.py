@@ -35,7 +35,6 @@ from planner.verify.prediction import DrawnCurves, Parts, Prediction, Row
 from planner.verify.recount_budget import budgets_of, calibrated_errors
 from planner.verify.references import directions
 from planner.verify.second_moments import Error
-from planner.verify.smooth import tables_of
 from planner.verify.starts import Starts, anywhere, starts_of
 
 SAME = 0.02
@@ -53,9 +52,9 @@ def as_planned(e: Experiment, curves: DrawnCurves | None = None) -> Prediction |
         return None
     chance = Chance(white={s: e.spec.unit.white(s) for s in SENSORS}, flown=e.chance.flown)
     off = directions(e.records, e.spec)
-    known = estimators(e.records, e.unit, e.spec.effects, chance, off, tables_of(e.spec))
-    planned = replace(e, chance=chance, estimators=known)
-    return Prediction(planned, e.flight, curves or DrawnCurves(e.spec))
+    curves = curves or DrawnCurves(e.spec)
+    known = estimators(e.records, e.unit, e.spec.effects, chance, off, curves.tables)
+    return Prediction(replace(e, chance=chance, estimators=known), e.flight, curves)
 
 
 def check_promise(document: Document, p: Prediction | None) -> list[Findings]:
@@ -112,7 +111,7 @@ def _check_families(document: Document, p: Prediction) -> Findings:
 def figures_of(p: Prediction, index: int, names: tuple[str, ...]) -> dict[str, float]:
     """Family -> figure of a requirement at its own temperatures, SI."""
     starts = starts_of(p.e.requirements[index], p.e.spec)
-    return {family: p.drawn(index, family, starts or p.worst(index, family)[0]) for family in names}
+    return {family: p.drawn(index, family, starts or p.worst(index, family)) for family in names}
 
 
 def temperature_words(wanted: Requirement) -> str:

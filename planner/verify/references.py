@@ -83,13 +83,14 @@ def _off(records: Records, units: int, spec: Spec, key: tuple[int, int]) -> tupl
 
 
 def felt(motion: Motion, base: Array, mounted: Array, faster: Array) -> tuple[Array, Array]:
-    """(B, 3) rate and specific force of B units on benches that are off.
+    """(..., B, 3) rate and specific force of B units on benches that are off, in one motion or many (...).
 
     base: (B, 3, 3) turns gravity and the Earth's rate in the bench; mounted: (B, 3, 3) turns everything in
     the unit; faster: (B,) relative error of the driven rate, whose square an arm's load follows
     """
-    turn = (base @ earth_rate()) @ motion.turned.T + np.outer(1.0 + faster, motion.driven)
-    load = (base @ upward()) @ motion.turned.T + np.outer((1.0 + faster) ** 2, motion.pushed)
+    to_unit, wide = np.swapaxes(motion.turned, -1, -2), (1.0 + faster)[:, None]
+    turn = (base @ earth_rate()) @ to_unit + wide * motion.driven[..., None, :]
+    load = (base @ upward()) @ to_unit + wide**2 * motion.pushed[..., None, :]
     return (mounted @ turn[..., None])[..., 0], (mounted @ load[..., None])[..., 0]
 
 
@@ -123,14 +124,16 @@ def directions(records: Records, spec: Spec) -> tuple[Direction, ...]:
 
 def _slope(records: Records, way: int, rows: NDArray[np.int64]) -> tuple[Array, Array]:
     """(n, 3) rate and force per radian of a tilt (0, 1) or a turn (3, 4, 5), or per one of a rate (2)."""
-    sign = np.array([1.0, -1.0])
     off = np.zeros((2, 6))
-    off[:, way] = _STEP * sign
+    off[:, way] = _STEP, -_STEP
     base, mounted = turned_by(off[:, :3] * [1.0, 1.0, 0.0]), turned_by(off[:, 3:])
+    every = [records.motions[row] for row in rows]
+    turned, driven, pushed = (
+        np.stack([getattr(m, of) for m in every]) for of in ("turned", "driven", "pushed")
+    )
     rate, force = np.zeros((2, len(records), 3))
-    for row in rows:
-        turn, load = felt(records.motions[row], base, mounted, off[:, 2])
-        rate[row], force[row] = sign @ turn / (2.0 * _STEP), sign @ load / (2.0 * _STEP)
+    turn, load = felt(Motion(turned, driven, pushed), base, mounted, off[:, 2])
+    rate[rows], force[rows] = ((x[:, 0] - x[:, 1]) / (2.0 * _STEP) for x in (turn, load))
     return rate, force
 
 

@@ -7,7 +7,7 @@ scaled up), so that 20 000 of them are needed to know it to 2 %, and a figure in
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -43,6 +43,30 @@ class Moment:
         """(k, l) of f at temperatures (k,) with f at others (l,)."""
         return self._mixed(self._ends(one), self._ends(other))
 
+    def through(self, rows: Array, degc: Array) -> Array:
+        """(r, r) Σ over terms of rows · E f fᵀ · rowsᵀ; rows (t, r, k) of f at temperatures (k,)."""
+        over, kernel = self._on_grid(rows, degc)
+        return np.asarray((over @ kernel @ np.swapaxes(over, 1, 2)).sum(axis=0))
+
+    def squares(self, rows: Array, degc: Array) -> Array:
+        """(r,) the diagonal of `through` alone."""
+        over, kernel = self._on_grid(rows, degc)
+        return np.asarray(np.einsum("trg,trg->r", over @ kernel, over))
+
+    def _on_grid(self, rows: Array, degc: Array) -> tuple[Array, Array]:
+        """Rows (t, r, g) of f at g points of the grid, and E f fᵀ there; at (k,) where these are fewer.
+
+        Hundreds of moments of a flight that warms by 20 K lie between a few dozen points.
+        """
+        left = self._left(degc)
+        used, place = np.unique(np.concatenate([left, left + 1]), return_inverse=True)
+        if len(used) >= len(degc):
+            return rows, self.at(degc)
+        share, k = (degc - self.grid[left]) / (self.grid[left + 1] - self.grid[left]), np.arange(len(degc))
+        between = np.zeros((len(degc), len(used)))
+        between[k, place[: len(k)]], between[k, place[len(k) :]] = 1.0 - share, share
+        return rows @ between, self.value[np.ix_(used, used)]
+
     def of_slopes(self, degc: Array, around: float) -> Array:
         """(k, k) of the mean slopes of f between so many K below and above, per K²."""
         ends = [
@@ -59,6 +83,18 @@ class Moment:
     def _mixed(self, one: _Ends, other: _Ends) -> Array:
         parts = [np.outer(a, b) * self.value[np.ix_(i, j)] for i, a in one for j, b in other]
         return np.asarray(sum(parts))
+
+
+def mean_of(moments: Sequence[Moment]) -> list[Moment]:
+    """Moments whose sum is the mean of several: those of one grid are one."""
+    found: list[Moment] = []
+    for one in moments:
+        same = [i for i, m in enumerate(found) if np.array_equal(m.grid, one.grid)]
+        if same:
+            found[same[0]] = Moment(one.grid, found[same[0]].value + one.value / len(moments))
+        else:
+            found.append(Moment(one.grid, one.value / len(moments)))
+    return found
 
 
 def moments_of(curves: Mapping[Error, Curves], most: int = CURVES) -> dict[Error, Moment]:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from planner.spec.curve_names import families_of
 from planner.spec.model import Spec
 from planner.verify.families import curves_in
 from planner.verify.nodes import read
-from planner.verify.second_moments import BLOCK, Error, Moment, moments_of
+from planner.verify.second_moments import BLOCK, Error, Moment, mean_of, moments_of
 
 CURVES = BLOCK  # of every family: moments known to 5 % cost weights a thousandth of what they leave
 SMALL = 1e-9  # of the nodes' mean variance, on its diagonal: two nodes of a smooth curve are nearly one
@@ -55,7 +56,12 @@ class Tables:
         return np.asarray(found.T.reshape(*np.shape(degc), n))
 
     def _moment(self, error: Error, one: Array, other: Array) -> Array:
-        return np.asarray(np.mean([m.between(one, other) for m in self.prior[error]], axis=0))
+        return np.asarray(sum(m.between(one, other) for m in self._mean[error]))
+
+    @cached_property
+    def _mean(self) -> dict[Error, list[Moment]]:
+        """Error -> moments whose sum is the mean over the families."""
+        return {error: mean_of(several) for error, several in self.prior.items()}
 
 
 LINES = Tables()
