@@ -58,14 +58,13 @@ class Moment:
 
         Hundreds of moments of a flight that warms by 20 K lie between a few dozen points.
         """
-        left = self._left(degc)
+        left, share = between(self.grid, degc)
         used, place = np.unique(np.concatenate([left, left + 1]), return_inverse=True)
         if len(used) >= len(degc):
             return rows, self.at(degc)
-        share, k = (degc - self.grid[left]) / (self.grid[left + 1] - self.grid[left]), np.arange(len(degc))
-        between = np.zeros((len(degc), len(used)))
-        between[k, place[: len(k)]], between[k, place[len(k) :]] = 1.0 - share, share
-        return rows @ between, self.value[np.ix_(used, used)]
+        k, hats = np.arange(len(degc)), np.zeros((len(degc), len(used)))
+        hats[k, place[: len(k)]], hats[k, place[len(k) :]] = 1.0 - share, share
+        return rows @ hats, self.value[np.ix_(used, used)]
 
     def of_slopes(self, degc: Array, around: float) -> Array:
         """(k, k) of the mean slopes of f between so many K below and above, per K²."""
