@@ -23,7 +23,8 @@ from planner.verify.starts import Starts, anywhere, at_one
 from planner.verify.variances import AtStarts
 from planner.verify.worst import worst_of
 
-FINE = 25  # starts among which the worst is looked for
+STARTS = 25  # among which the worst is looked for
+FINER = 17  # and between the neighbours of that one: tables miss most in a peak between two nodes
 
 
 @dataclass(frozen=True)
@@ -139,8 +140,14 @@ class Prediction:
         """The start of the range at which a requirement is worst."""
         if (index, family) not in self._worst:
             spec = self.e.spec
-            grid = np.linspace(*spec.plan.temperatures.range, FINE)
-            at = self._at(index, anywhere(spec).along(self.profile, grid))
-            worst = worst_of(at, family, self.curves.moments(family))
-            self._worst[index, family] = at_one(spec, float(grid[worst]))
+            every = np.linspace(*spec.plan.temperatures.range, STARTS)
+            place = self._worst_of(index, family, every)
+            near = np.linspace(every[max(place - 1, 0)], every[min(place + 1, STARTS - 1)], FINER)
+            at = float(near[self._worst_of(index, family, near)])
+            self._worst[index, family] = at_one(spec, at)
         return self._worst[index, family]
+
+    def _worst_of(self, index: int, family: str, degc: Array) -> int:
+        """Which of the starts at temperatures (S,)."""
+        at = self._at(index, anywhere(self.e.spec).along(self.profile, degc))
+        return worst_of(at, family, self.curves.moments(family))
