@@ -130,7 +130,7 @@ def verdict(achieved: Achieved, why: tuple[str, ...]) -> Verdict:
     reached, limit = (quantity(value, achieved.unit) for value in (achieved.achieved, achieved.limit))
     at = f", {_FLOWN[achieved.temperature]}" if achieved.temperature in _FLOWN else ""
     factor = achieved.spread_factor
-    times = f" × {factor:.4g} for spreads that are estimates" if factor > 1.0 else ""
+    times = f" × {factor:.4g} for spreads that are estimates" if factor >= ROOM_SHOWN else ""
     room = achieved.limit - achieved.achieved * factor
     margin = f"{quantity(abs(room), achieved.unit, 3)}, {percent(abs(room) / achieved.limit)}"
     return Verdict(
@@ -158,6 +158,7 @@ def _facts(plan: Plan, trajectory_name: str) -> tuple[Fact, ...]:
     )
 
 
+ROOM_SHOWN = 1.0005  # times a figure, below which four digits do not show it
 BUDGET = (
     "Each bar is what one sensor error adds to the navigation error. Run to run, in run and storage stay "
     "whatever the campaign does; temperature points and repeats buy the other two."
