@@ -73,18 +73,18 @@ def test_what_is_planned_keeps_its_limits_with_the_room_of_its_own_spreads(seed:
     np.testing.assert_array_equal(found.spread_factors, spread_factors(flight, found.visits))
 
 
-@pytest.mark.parametrize("seed", [3])
-@pytest.mark.further("seed", [5, 8])
+@pytest.mark.parametrize("seed", [4, 6])
+@pytest.mark.further("seed", [10])
 def test_the_nearest_limits_of_two_requirements_can_be_met_together(seed: int) -> None:
     made = few_power_ons(seed, 5)
     one = made["requirement"][0] | {"rule": {"percentile": "90 %"}, "temperature": "range"}
     made["requirement"] = [one | {"error": e, "limit": "0.001 m"} for e in ("horizontal", "up")]
     with pytest.raises(InfeasibleError) as refused:
-        campaign_found(cases.flight(made))
+        campaign_found(cases.flight(made), effort="brief")
     nearest = re.findall(r"nearest limit that can be met is (\S+) m", str(refused.value))
     assert len(nearest) == 2
     for requirement, limit in zip(made["requirement"], nearest, strict=True):
         requirement["limit"] = f"{1.02 * float(limit):.6g} m"
     flight = cases.flight(made)
-    found = campaign_found(flight)
+    found = campaign_found(flight, effort="brief")
     assert is_kept(flight, found.foreseen, found.spread_factors)
