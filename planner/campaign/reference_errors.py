@@ -42,7 +42,8 @@ def _slopes(
     asked = Asked(dict(motion), duration, latitude, arm, mount)
     return np.array(
         [
-            (_flat(asked.exposed(_off(way, _STEP))) - _flat(asked.exposed(_off(way, -_STEP)))) / (2.0 * _STEP)
+            (_means(asked.exposed(_off(way, _STEP))) - _means(asked.exposed(_off(way, -_STEP))))
+            / (2.0 * _STEP)
             for way in np.eye(3)
         ]
     )
@@ -52,5 +53,6 @@ def _off(way: Array, size: float) -> Misplaced:
     return Misplaced(way[:2] * size, np.zeros(3), float(way[2] * size))
 
 
-def _flat(e: Exposure) -> Array:
+def _means(e: Exposure) -> Array:
+    """(2, 3) rate and specific force."""
     return np.array([e.rate, e.specific_force])

@@ -88,7 +88,9 @@ class AtStarts:
 
     def _kept(self, family: str = "", moments: Moments | None = None) -> Array:
         """(S, R) of drift and run to run, or of a family's curves themselves: no campaign changes them."""
-        key = (family, *self.degc.shape, self.degc.tobytes())
+        f = self.foresight  # the share of an error in another one's table may go by the flight's day
+        carried = any(f.by(error) != error[1] for error in f.unit.budgets)
+        key = (family, f.day if carried else None, *self.degc.shape, self.degc.tobytes())
         if key not in self.asked.kept:
             found = np.zeros((len(self.degc), self._rows))
             for error, at, own in self._flown():

@@ -18,6 +18,7 @@ from planner.nouns.plan_file import steps_of
 from planner.protocols import SENSORS
 from planner.simulate.campaign import Settings
 from planner.simulate.temperature_curves import curve_family
+from planner.spec.model import Spec
 from planner.spec.references import BenchAccuracy
 from planner.verify.chance import Chance
 from planner.verify.curves import family
@@ -59,13 +60,17 @@ def test_benches_do_to_a_unit_what_simulate_says(asked, seconds, mount, arm, lev
     np.testing.assert_allclose(force[0], wanted.specific_force, atol=1e-10)
 
 
+def erring(spec: Spec) -> Spec:
+    """The spec with benches whose levels and rates err."""
+    accuracy = BenchAccuracy.model_validate({"level": "0.05 deg", "rate": "100 ppm"})
+    benches = {name: bench.model_copy(update={"accuracy": accuracy}) for name, bench in spec.benches.items()}
+    return spec.model_copy(update={"benches": benches})
+
+
 def test_what_errs_on_a_bench_adds_to_first_order_what_verify_says():
     """Levels about north and west, and the rate, of records that lie, stand and turn."""
     plan = plan_of("flown")
-    spec = plan.loaded.spec
-    accuracy = BenchAccuracy.model_validate({"level": "0.05 deg", "rate": "100 ppm"})
-    benches = {name: bench.model_copy(update={"accuracy": accuracy}) for name, bench in spec.benches.items()}
-    spec = spec.model_copy(update={"benches": benches})
+    spec = erring(plan.loaded.spec)
     made = design(steps_of(plan.document), spec)
     own = reference_errors(made.asked, made.bench.tolist(), spec)
     ways = directions(records_of(plan.document, spec), spec)
@@ -81,9 +86,7 @@ def test_a_table_whose_motions_nobody_knows_is_as_well_known_as_a_plan_of_it():
     """What a tilt adds to rests and to turns is then told by the conditions alone."""
     plan = plan_of("flown")
     right = plan.loaded.spec
-    accuracy = BenchAccuracy.model_validate({"level": "0.05 deg", "rate": "100 ppm"})
-    benches = {name: bench.model_copy(update={"accuracy": accuracy}) for name, bench in right.benches.items()}
-    spec = right.model_copy(update={"benches": benches})
+    spec = erring(right)
     runs = of_design(design(steps_of(plan.document), spec), spec)
     table = replace(runs, misplaced=None)
     for channel, known in campaign(spec, runs).channels.items():
