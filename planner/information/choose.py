@@ -82,7 +82,7 @@ def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thoroug
     """
     offers, promise = on_offer(flight)
     late = flight.deadline.stops(SEARCH, "the search")
-    judge = Judge(promise, allowed=_allowed(flight, promise), late=late)
+    judge = Judge(promise, allowed=condition_of(flight, promise), late=late)
     if is_hand_made(flight.spec):
         counts = even(offers, 1)
         if not np.all(np.isfinite(promise.figures(counts[None]))):
@@ -199,7 +199,7 @@ def is_kept(flight: Flight, exact: Foreseen, factors: Array) -> bool:
     return bool(np.all(exact.figures * factors <= flight.limits * KEPT))
 
 
-def _allowed(flight: Flight, promise: Promise) -> Callable[[Array], bool]:
+def condition_of(flight: Flight, promise: Promise) -> Callable[[Array], bool]:
     """Further conditions on a campaign: that it can lose any one record, unless the spec lowers that."""
     if flight.spec.plan.redundancy == 0:
         return lambda n: True

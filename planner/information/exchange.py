@@ -69,6 +69,9 @@ class Judge:
     def keep(self, counts: Array) -> NDArray[np.bool_]:
         """(B,) whether campaigns keep the promise under the families that have decided so far."""
         self.asked += len(counts)
+        return self._within(counts)
+
+    def _within(self, counts: Array) -> NDArray[np.bool_]:
         limits = np.array([a.limit for a in self.promise.asked])
         asked = [i for i, name in enumerate(self.promise.families) if name in self.families]
         return self.promise.within(counts, limits / self.tightened[asked], self.families)
@@ -86,7 +89,12 @@ class Judge:
         return replace(self, families=list(self.families), exactly=_anything)
 
     def keeps(self, n: Array) -> bool:
-        """Whether a campaign that keeps it so far keeps it under every family; what breaks it stays."""
+        """Whether a campaign that keeps it so far keeps it under every family; what breaks it stays.
+
+        Those that have decided are asked as well: one may have joined them since they were.
+        """
+        if not self._within(n[None])[0]:
+            return False
         left = [f for f in self.promise.families if f not in self.families]
         if left:
             self.asked += 1

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -132,8 +133,8 @@ def _exactly(flight: Flight, found: Found, points: Sequence[Point], late: Callab
     """
     places = np.unique(np.linspace(0, len(points) - 1, min(SHOWN, len(points))).astype(int))
     known: dict[int, _Exact] = {}
-    keeping = [i for i, p in enumerate(points) if p.load <= 1.0 and found.judge.keeps(p.counts)]
-    for i in keeping[:TRIED]:
+    keeping = (i for i, p in enumerate(points) if p.load <= 1.0 and found.judge.keeps(p.counts))
+    for i in islice(keeping, TRIED):
         known[i] = _exact(flight, found, points[i], DRAWS)
         if known[i].keeps or late():
             break

@@ -1,4 +1,4 @@
-"""A spec whose spreads are smaller or larger: what a better sensor of its kind would say."""
+"""A spec whose spreads or limits are smaller or larger: a better sensor of its kind, a looser requirement."""
 
 from __future__ import annotations
 
@@ -22,6 +22,12 @@ def scaled(spec: Spec, error: ErrorName, factor: float, parts: tuple[Part, ...] 
     return spec.model_copy(
         update={"unit": spec.unit.model_copy(update={error.sensor: {**budgets, error.effect: new}})}
     )
+
+
+def with_limits(spec: Spec, factor: float) -> Spec:
+    """The spec with every limit multiplied."""
+    wanted = [r.model_copy(update={"limit": _times(r.limit, factor)}) for r in spec.requirement]
+    return spec.model_copy(update={"requirement": type(spec.requirement)(wanted)})
 
 
 def scaled_budget(budget: ErrorBudget, factor: float, parts: tuple[Part, ...]) -> ErrorBudget:

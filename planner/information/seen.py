@@ -52,11 +52,11 @@ class Seen:
                 among = among + _among(self.misread[i][[*families]], k)
             V = V + G @ among @ np.swapaxes(G, -1, -2)
         F = V.shape[2]
-        read = np.swapaxes(R.reshape(a, B, S * r, P), 2, 3)
-        Y = (V.reshape(a, B, F * P, P) @ read).reshape(a, B, F, P, S, r).transpose(1, 4, 0, 3, 2, 5)
-        X = np.ascontiguousarray(R.transpose(1, 2, 3, 0, 4)).reshape(B, S, r, a * P)
-        whole = X @ np.ascontiguousarray(Y).reshape(B, S, a * P, F * r)
-        whole = np.moveaxis(whole.reshape(B, S, r, F, r), 3, 1)
+        # laid out so that nothing as large as what is read of V is ever copied
+        families_beside = np.ascontiguousarray(np.swapaxes(V, 2, 3)).reshape(a, B, P, F * P)
+        read = (R.reshape(a, B, S * r, P) @ families_beside).reshape(a, B, S, r * F, P)
+        each = (read @ np.swapaxes(R, -1, -2)).reshape(a, B, S, r, F, r)
+        whole = np.moveaxis(each.sum(axis=0), 3, 1)
         for i in self.moments:
             across = self._across(found, R, i, families)
             whole = whole - across - np.swapaxes(across, -1, -2)

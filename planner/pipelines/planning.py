@@ -166,7 +166,7 @@ def afford(loaded: LoadedSpec, seconds: float, progress: Progress) -> Affordable
     navigation = navigate(loaded, progress)
     assert navigation.flight is not None  # sensitivities are simulated
     progress("what the hours can keep")
-    return affordable(flight_of(spec, navigation.flight), seconds)
+    return affordable(flight_of(spec, navigation.flight, Deadline(spec.plan.time_limit)), seconds)
 
 
 @one_thread()

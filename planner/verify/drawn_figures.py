@@ -105,13 +105,13 @@ def _taken(
     rng: np.random.Generator,
 ) -> Iterator[Taken]:
     """Of every term that has curves: which one each flight takes, their values (POOL, k), weights (k, R)."""
-    there, column = np.unique(own, return_inverse=True)
+    order = np.argsort(own, kind="stable")
+    there, starts = np.unique(own[order], return_index=True)
     for error, weights in seen.of_curves().items():
         if error in curves:
             values = curves[error][:, there]
             for term in np.moveaxis(weights, 1, 0):
-                whole = np.zeros((len(there), len(term)), dtype=np.float32)
-                np.add.at(whole, column, term.T)
+                whole = np.add.reduceat(term[:, order], starts, axis=1).T.astype(np.float32)
                 yield rng.integers(POOL, size=each), values, whole
 
 

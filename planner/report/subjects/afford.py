@@ -16,6 +16,7 @@ def afford_document(found: Affordable, spec: Spec) -> dict[str, Any]:
     return {
         "time_s": found.found.timeline[-1].end_s,
         "load": found.load,
+        "cut_short": list(found.cut),
         "requirements": [
             {
                 "error": wanted.error,
@@ -45,7 +46,10 @@ def afford_report(found: Affordable, spec: Spec, wanted_hours: float) -> Report:
         kind="What the hours can keep",
         title=spec.name,
         answer=f"{hours(found.found.timeline[-1].end_s)} h of {digits(wanted_hours)} h",
-        sentences=(f"The limits of the spec {kept}: {percent(found.load)} of them is used.",),
+        sentences=(
+            f"The limits of the spec {kept}: {percent(found.load)} of them is used.",
+            *(f"plan.time_limit cut short {what}: less may be possible." for what in found.cut),
+        ),
         sections=existing(
             section("limits", "The least limits", _limits(found, spec)),
             section("campaign", "The campaign", _campaign(found)),
