@@ -1,8 +1,8 @@
 """What a change of the requirement, the bench or the sensor is worth in hours.
 
-Changes of the bench leave the campaign as it is and count its time again. A change of the limit plans again
-from the campaign downhill (and, for a tighter limit, from one with more repeats). A better sensor is judged
-on the same campaign: what it eases the promise by is worth what as much room in the limits is worth.
+Changes of the bench leave the campaign as it is and count its time again. A change of the limit plans again,
+briefly. A better sensor is judged on the same campaign: what it eases the promise by is worth what as much
+room in the limits is worth.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.information.choose import Found
-from planner.information.exchange import Judge, downhill, enough
+from planner.information.exchange import Judge, beginnings, shorter, shortest
 from planner.information.model_of import Flight
 from planner.information.scaled import PARTS, Part, scaled
 from planner.information.spreads import figures_with
@@ -26,6 +26,7 @@ from planner.spec.model import Spec
 
 ROOM = (1.1, 1.3, 2.0)  # limits, as multiples, from which hours against room are known
 TIGHTER = 0.9
+LOOKED_AT = 60  # campaigns for every other limit
 TEN_MINUTES = 600.0
 NOTABLE = 0.02  # share of the square that a spread makes, from which on it has a price
 WORDS: dict[Part, str] = {
@@ -51,7 +52,7 @@ def prices_of(
 
 @dataclass(frozen=True)
 class _Room:
-    """Weighted seconds of the shortest campaigns downhill from the plan, with limits multiplied."""
+    """Weighted seconds of the shortest campaigns that are found from the plan, with limits multiplied."""
 
     factors: Array
     seconds: Array
@@ -59,11 +60,10 @@ class _Room:
     @staticmethod
     def of(found: Found) -> _Room:
         """At the plan's own load, and at ROOM beyond it; more room is never worth less."""
-        seconds = [found.cost]
+        best, seconds = found.counts, [found.cost]
         for factor in ROOM:
-            judge = replace_judge(found.judge, 1.0 / factor)
-            shorter = downhill(found.offers, judge, found.counts)
-            seconds.append(min(float(found.offers.cost(shorter[None])[0]), seconds[-1]))
+            best = shorter(found.offers, replace_judge(found.judge, 1.0 / factor), best, LOOKED_AT)
+            seconds.append(min(float(found.offers.cost(best[None])[0]), seconds[-1]))
         return _Room(np.array([1.0, *ROOM]), np.array(seconds))
 
     def saved(self, factor: float) -> float:
@@ -80,9 +80,9 @@ def _of_limit(found: Found, room: _Room) -> Iterator[Price]:
     percent = 100.0 * (ROOM[0] - 1.0)
     yield Price("limits 1 % wider, on average up to 10 %", -room.saved(ROOM[0]) / percent)
     judge = replace_judge(found.judge, 1.0 / TIGHTER)
-    start = enough(found.offers, judge, found.counts)
-    if start is not None:
-        cost = float(found.offers.cost(downhill(found.offers, judge, start)[None])[0])
+    longer = shortest(found.offers, judge, LOOKED_AT) if beginnings(found.offers, judge) else None
+    if longer is not None:
+        cost = float(found.offers.cost(longer[None])[0])
         yield Price(
             "limits 1 % tighter, on average up to 10 %", max(cost - found.cost, 0.0) / (100 * (1 - TIGHTER))
         )
