@@ -18,7 +18,8 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.information.exchange import CHUNK, EASIER, Judge
+from planner.information.easiest import EASIER
+from planner.information.exchange import CHUNK, Judge
 from planner.information.model_of import Flight
 from planner.information.offers import Offer, Offers
 from planner.information.perfect_knowledge import DRAWN, PerfectKnowledge

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.campaign.alike_power_ons import alike_together
 from planner.campaign.design import design
 from planner.campaign.model import Campaign, campaign
 from planner.campaign.power_ons import of_design
@@ -62,9 +63,21 @@ class Foreseen:
 
 def foreseen(flight: Flight, steps: Sequence[Step], draws: int = FLIGHTS) -> Foreseen:
     """The promise of the campaign that these steps make of one unit; draws: flights for a quantile."""
-    return foreseen_of(
-        flight, campaign(flight.spec, of_design(design(steps, flight.spec), flight.spec)), draws
-    )
+    runs = alike_together(of_design(design(steps, flight.spec), flight.spec), flight.spec)
+    return foreseen_of(flight, campaign(flight.spec, runs), draws)
+
+
+def unseen(flight: Flight, visits: Sequence[TestVisits]) -> Foreseen:
+    """The exact promise of a campaign, by curves that no search has seen: what plan.json says of it."""
+    exact = foreseen(flight.unseen, laid_out(flight, visits, first_only=True))
+    flight.foreseen[tuple(visits)] = exact.figures
+    return exact
+
+
+def unseen_figures(flight: Flight, visits: Sequence[TestVisits]) -> Array:
+    """(families, requirements) of `unseen`; of a campaign that was asked before they are remembered."""
+    known = flight.foreseen.get(tuple(visits))
+    return unseen(flight, visits).figures if known is None else known
 
 
 def quickly(flight: Flight, promise: Promise, counts: Array) -> Foreseen:
@@ -92,7 +105,7 @@ def foreseen_of(flight: Flight, made: Campaign, draws: int = FLIGHTS) -> Foresee
 
 
 def _kinds(made: Campaign) -> Kinds:
-    """Every power-on of the campaign as a kind of its own."""
+    """Every power-on of the campaign that is unlike the others as a kind of its own."""
     runs = made.runs
     degc = np.round(runs.conditions.temperature_degc[runs.starts], 6)
     bench = [""] * len(degc) if runs.bench is None else runs.bench[runs.starts]
