@@ -16,7 +16,7 @@ from planner.information.bound import Effort, Prover
 from planner.information.easiest import EASIER
 from planner.information.even import even
 from planner.information.exact import Foreseen, foreseen, laid_out, unseen, unseen_figures
-from planner.information.exchange import Judge, beginnings, shorter, shortest
+from planner.information.exchange import Judge, beginnings, enough, shorter, shortest
 from planner.information.model_of import Flight, on_offer
 from planner.information.offers import Offers
 from planner.information.promise import Promise
@@ -146,7 +146,7 @@ def _shortened(
     judge stricter and is searched again, what keeps it with room goes downhill from where it is.
     anew: whether to look for other beginnings first
     """
-    best = None if anew else begun
+    best, missed = None if anew else begun, None
     for _ in range(ROUNDS):
         if (best or begun) and judge.late():
             break
@@ -160,11 +160,33 @@ def _shortened(
             judge = judge.meeting(closer)
             best = _Kept(counts, judge, exact)
             flight.deadline.report(float(offers.cost(counts[None])[0]))
-        elif np.any(closer > MISJUDGED * judge.tightened):  # what quick figures cannot see: ask exact ones
+            continue
+        missed = counts
+        if np.any(closer > MISJUDGED * judge.tightened):  # what quick figures cannot see: ask exact ones
             judge = replace(judge, exactly=_exactly(flight, offers), asked=0)
         else:
             judge = judge.meeting(np.maximum(judge.tightened, closer))
+    if best is None and begun is not None and missed is not None:
+        best = _mended(flight, offers, judge.quick(), missed, begun)
     return best or begun, judge
+
+
+def _mended(flight: Flight, offers: Offers, judge: Judge, missed: Array, begun: _Kept) -> _Kept | None:
+    """A campaign that misses its limits, made more often until it keeps them, if that is shorter.
+
+    Where the time is over before a search ends well, what was begun with may be all repeats of all tests.
+    """
+    for _ in range(ROUNDS):
+        counts = enough(offers, judge, missed)
+        if counts is None or not _cheaper(offers, counts, begun.counts):
+            return None
+        visits = offers.visits(counts)
+        exact, factors = unseen(flight, visits), spread_factors(flight, visits)
+        closer = exact.figures * factors / judge.promise.figures(counts[None])[0] * CLOSER
+        if is_kept(flight, exact.figures, factors):
+            return _Kept(counts, judge.meeting(closer), exact)
+        judge = judge.meeting(np.maximum(judge.tightened, closer))
+    return None
 
 
 def _exactly(flight: Flight, offers: Offers) -> Callable[[Array], bool]:

@@ -11,8 +11,12 @@ import pytest
 
 import planner.information.exact
 from planner.errors import InfeasibleError
+from planner.information.choose import _Kept, _mended, keeps_exactly
 from planner.information.easiest import _least
+from planner.information.even import even, most_repeats
 from planner.information.exact import foreseen, laid_out
+from planner.information.exchange import Judge
+from planner.information.model_of import on_offer
 from planner.nouns.array import Array
 from planner.nouns.choices import TestVisits
 from tests.information import cases
@@ -66,3 +70,20 @@ def test_power_ons_that_tell_the_same_are_counted(monkeypatch: pytest.MonkeyPatc
     assert together.counts.shape[1] < 450 < 800 == alone.counts.shape[1] == together.counts.sum()
     assert together.days == alone.days
     np.testing.assert_allclose(together.figures, alone.figures, rtol=1e-5)
+
+
+def test_a_search_that_is_cut_short_mends_what_it_found() -> None:
+    """Else its answer were the campaign that it began with: all repeats of all tests."""
+    made = small()
+    made["plan"]["repeats"] = {"least": 1, "most": 60}
+    made["requirement"][0]["limit"] = "173.0 m"  # by quick figures 174.5 by one repeat, 172.4 by sixty
+    flight = cases.flight(made)
+    offers, promise = on_offer(flight)
+    few = even(offers, 3)
+    judge = Judge(promise, families=[*promise.families])
+    assert judge.loads(few[None])[0] > 1.0
+    begun = _Kept(most_repeats(offers, few), judge)
+    mended = _mended(flight, offers, judge, few, begun)
+    assert mended is not None
+    assert keeps_exactly(flight, offers, mended.counts)
+    assert offers.cost(mended.counts[None])[0] < 0.5 * offers.cost(begun.counts[None])[0]
