@@ -31,7 +31,7 @@ from planner.spec.model import Unit
 Kind = Literal["white", "temperature_stray", "constant", "rate_noise", "run_to_run", "in_run", "prior"]
 RATE_NOISE_FROM = {"gyro": 0.5, "accelerometer": 30.0}  # rad/s, m/s²: below, a reading's error is no noise
 LEAST_WHITE = 1e-8  # of the run-to-run variance: readings without any noise must not make V singular
-LEAST_BESIDE_SHARED = 1e-6  # of what shared unknowns add: thousands of records may tell one from a constant
+LEAST_BESIDE_SHARED = 1e-8  # of what shared unknowns add; at 500 deg/s a good gyro has 1e-6 of a mounting
 NO_NOISE = 1e-24  # SI²: of a sensor of which the spec knows neither noise nor spread
 BIAS, SCALE_FACTOR = "bias", "scale_factor"  # what every power-on may draw anew, whatever the spec says
 

@@ -74,7 +74,7 @@ _Unknown = tuple[Shared, Array, float]
 
 
 def _storage(model: ChannelModel, parts: Parts, runs: PowerOns, spec: Spec) -> Iterator[_Unknown]:
-    modes = np.repeat(walk_modes(runs.conditions.day[runs.starts]), runs.sizes, axis=0)
+    modes = np.repeat(walk_modes(runs.conditions.day[runs.starts], runs.counts), runs.sizes, axis=0)
     if not modes.size:
         return
     span = np.ptp(runs.on_day)
@@ -91,20 +91,28 @@ def _storage(model: ChannelModel, parts: Parts, runs: PowerOns, spec: Spec) -> I
             yield unknown, z * mode, budget.storage_sigma
 
 
-def walk_modes(day: Array) -> Array:
-    """(g, k) modes φ of a walk back from the last of the days (g,), of unit variance over STORAGE_DAYS."""
-    ago = np.max(day, initial=-np.inf) - day
-    span = float(np.max(ago, initial=0.0))
+def walk_modes(day: Array, counts: Array | None = None) -> Array:
+    """(g, k) modes φ of a walk back from the last of the days (g,), of unit variance over STORAGE_DAYS.
+
+    counts: (g,) how often there is a power-on; None: once
+    """
+    ago, span = walked_since(day)
     if span <= 0.0:
         return np.empty((len(day), 0))
     places, at = np.unique(np.round(ago / span * PLACES), return_inverse=True)
     back = places * (span / PLACES / STORAGE_DAYS)
-    often = np.sqrt(np.bincount(at))
+    often = np.sqrt(np.bincount(at, counts))
     value, vector = np.linalg.eigh(often[:, None] * np.minimum.outer(back, back) * often)
     value, vector = value[::-1], vector[:, ::-1]
     enough = int(np.searchsorted(np.cumsum(value), CARRIED * value.sum())) + 1
     kept = slice(min(enough, MODES))
     return np.asarray((vector[:, kept] * np.sqrt(value[kept]) / often[:, None])[at])
+
+
+def walked_since(day: Array) -> tuple[Array, float]:
+    """(g,) days from each of the days (g,) to the last, and the most of them."""
+    ago = np.max(day, initial=-np.inf) - day
+    return ago, float(np.max(ago, initial=0.0))
 
 
 # ---------------------------------------------------------------- references

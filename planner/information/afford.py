@@ -14,7 +14,9 @@ import numpy as np
 
 from planner.errors import InfeasibleError
 from planner.information.choose import Found, campaign_found, condition_of, found_of
-from planner.information.exchange import CHUNK, MOST_STEPS, MOST_TEMPERATURES, Judge, even, shortest
+from planner.information.easiest import MOST_STEPS
+from planner.information.even import MOST_TEMPERATURES, even
+from planner.information.exchange import CHUNK, Judge, shortest
 from planner.information.model_of import Flight, on_offer
 from planner.information.neighbours import Neighbours
 from planner.information.offers import Offers

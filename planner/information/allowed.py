@@ -13,8 +13,9 @@ from statistics import NormalDist
 
 import numpy as np
 
+from planner.information.easiest import easiest
 from planner.information.exact import quickly
-from planner.information.exchange import Judge, easiest
+from planner.information.exchange import Judge
 from planner.information.in_flight import share_of
 from planner.information.model_of import Flight, bare_promise, on_offer
 from planner.information.parts import left_in_flight
@@ -51,7 +52,7 @@ def in_sizes(constraints: Sequence[Constraint], spec: Spec) -> tuple[Constraint,
 def _most_accurate(flight: Flight) -> Sizes:
     offers, promise = on_offer(flight)
     judge = Judge(promise, families=list(promise.families))
-    n = easiest(offers, judge.loads)
+    n = easiest(offers, judge.by_family, judge.families)
     return _sizes(flight, promise, n[None])
 
 

@@ -18,7 +18,9 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.information.exchange import CHUNK, EASIER, Judge
+from planner.information.easiest import EASIER
+from planner.information.even import most_repeats
+from planner.information.exchange import CHUNK, Judge
 from planner.information.model_of import Flight
 from planner.information.offers import Offer, Offers
 from planner.information.perfect_knowledge import DRAWN, PerfectKnowledge
@@ -89,7 +91,7 @@ class Prover:
         """(floor, set) of all that cost less and may keep the promise; the least of those not looked at."""
         found: list[tuple[float, Set]] = []
         T, left = len(self._grid), effort.sets
-        for size in range(0 if len(self._knowledge.free) else 1, T + 1):
+        for size in range(0 if self._in_the_room else 1, T + 1):
             if np.sort(self._own)[:size].sum() >= cost - EASIER:
                 return found, np.inf
             if self._least_floor(size) >= cost - EASIER:
@@ -123,13 +125,18 @@ class Prover:
         temperatures cost what is paid for each alone.
         """
         T = len(self._grid)
-        if self._uniform:
+        if self._uniform or size == 0:
             runs = np.array([[*range(i, i + size)] for i in range(T - size + 1)], dtype=np.intp)
             return float(self._floors(runs.reshape(T - size + 1, size)).min(initial=np.inf))
-        return float(np.sort(self._own)[:size].sum() + self._floors(np.empty((1, 0), dtype=np.intp))[0])
+        return float(np.sort(self._own)[:size].sum() + self._of_sets(np.empty((1, 0), dtype=np.intp))[0])
 
     def _floors(self, sets: NDArray[np.intp]) -> Array:
-        """(B,) weighted seconds that a campaign at sets (B, K) costs at least.
+        """(B,) weighted seconds that a campaign at sets (B, K) costs at least."""
+        floors = self._of_sets(sets)
+        return floors if sets.shape[1] else np.maximum(floors, self._room_floor)
+
+    def _of_sets(self, sets: NDArray[np.intp]) -> Array:
+        """(B,) the same by what is soaked.
 
         Soaks and ramps of the set, the cheapest test at each of its temperatures, every test without which
         something that flies is undetermined: at one of them in the place of the cheapest, or in the room.
@@ -186,15 +193,42 @@ class Prover:
 
         Any of the others: a test that tells a node of a table too little leaves it undetermined.
         """
-        return tuple(o for o in self.offers.tests if o.fixed is not None or not self._do_without(o))
+        tests = self.offers.tests
+        return tuple(o for o in tests if o.fixed is not None or not self._do_without(o, tests))
 
-    def _do_without(self, offer: Offer) -> bool:
-        others = [o for o in self.offers.tests if o is not offer]
+    def _do_without(self, offer: Offer, tests: Sequence[Offer]) -> bool:
+        others = [o for o in tests if o is not offer]
         counts = np.zeros((2 ** len(others), len(self.offers.kinds)))
         for i, o in enumerate(others):
             made = np.arange(len(counts)) >> i & 1
             counts[:, o.places] = made[:, None]
         return len(counts) > 1 and not np.all(self.judge.promise.left(counts[1:])[1])
+
+    @cached_property
+    def _in_the_room(self) -> tuple[Offer, ...]:
+        """The tests that need no soak; none where they cannot tell all that flies, made ever so often."""
+        n = most_repeats(self.offers, np.where(self.offers.soaked, 0.0, 1.0))
+        if not np.any(n > 0) or self.judge.promise.left(n[None])[1][0]:
+            return ()
+        return tuple(o for o in self.offers.tests if not self.offers.soaked[o.places[0]])
+
+    @cached_property
+    def _room_floor(self) -> float:
+        """What a campaign without any soak costs at least: those of its tests that all others miss, or one.
+
+        Beside tests that soak none of them may be missed; it was taken for a campaign that costs nothing.
+        """
+        room = self._in_the_room
+        if not room:
+            return 0.0
+        needed = [o for o in room if not self._do_without(o, room)]
+        return self._made(needed) if needed else min(self._made([o]) for o in room)
+
+    def _made(self, tests: Sequence[Offer]) -> float:
+        """What tests cost at least when each is made somewhere, with all that may be saved."""
+        once, price = self.offers.wherever
+        paid = np.any([once[o.places].all(axis=0) for o in tests], axis=0) | (price < 0.0)
+        return float(sum(min(map(self._least, o.places.tolist())) for o in tests) + paid @ price)
 
     @cached_property
     def _at(self) -> list[list[int]]:

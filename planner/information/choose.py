@@ -13,8 +13,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from planner.information.bound import Effort, Prover
-from planner.information.exact import Foreseen, foreseen, laid_out
-from planner.information.exchange import EASIER, Judge, beginnings, even, shorter, shortest
+from planner.information.easiest import EASIER
+from planner.information.even import even
+from planner.information.exact import Foreseen, foreseen, laid_out, unseen, unseen_figures
+from planner.information.exchange import Judge, beginnings, enough, shorter, shortest
 from planner.information.model_of import Flight, on_offer
 from planner.information.offers import Offers
 from planner.information.promise import Promise
@@ -65,11 +67,11 @@ class Found:
 
 
 class _Kept(NamedTuple):
-    """A campaign (g,) that keeps the promise exactly, the judge that meets its figures, and these."""
+    """A campaign (g,) that keeps the promise exactly, the judge that meets its figures; these, if at hand."""
 
     counts: Array
     judge: Judge
-    exact: Foreseen
+    exact: Foreseen | None = None
 
 
 def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thorough"] = "usual") -> Found:
@@ -127,10 +129,11 @@ def _begun(
         quick = judge.promise.figures(start[None])[0]
         if not np.all(np.isfinite(quick)):
             continue
-        exact = exactly(flight, offers, start)
-        judge = judge.meeting(exact.figures / quick)
-        if is_kept(flight, exact, spread_factors(flight, offers.visits(start))) and judge.allowed(start):
-            return _Kept(start, judge, exact), judge
+        visits = offers.visits(start)
+        figures = unseen_figures(flight, visits)
+        judge = judge.meeting(figures / quick)
+        if is_kept(flight, figures, spread_factors(flight, visits)) and judge.allowed(start):
+            return _Kept(start, judge), judge
     return None, judge
 
 
@@ -143,24 +146,47 @@ def _shortened(
     judge stricter and is searched again, what keeps it with room goes downhill from where it is.
     anew: whether to look for other beginnings first
     """
-    best = None if anew else begun
+    best, missed = None if anew else begun, None
     for _ in range(ROUNDS):
         if (best or begun) and judge.late():
             break
         counts = shortest(offers, judge, most) if best is None else shorter(offers, judge, best.counts, most)
         if counts is None or (best is not None and not _cheaper(offers, counts, best.counts)):
             break
-        exact, factors = exactly(flight, offers, counts), spread_factors(flight, offers.visits(counts))
+        visits = offers.visits(counts)
+        exact, factors = unseen(flight, visits), spread_factors(flight, visits)
         closer = exact.figures * factors / judge.promise.figures(counts[None])[0] * CLOSER
-        if is_kept(flight, exact, factors):
+        if is_kept(flight, exact.figures, factors):
             judge = judge.meeting(closer)
             best = _Kept(counts, judge, exact)
             flight.deadline.report(float(offers.cost(counts[None])[0]))
-        elif np.any(closer > MISJUDGED * judge.tightened):  # what quick figures cannot see: ask exact ones
+            continue
+        missed = counts
+        if np.any(closer > MISJUDGED * judge.tightened):  # what quick figures cannot see: ask exact ones
             judge = replace(judge, exactly=_exactly(flight, offers), asked=0)
         else:
             judge = judge.meeting(np.maximum(judge.tightened, closer))
+    if best is None and begun is not None and missed is not None:
+        best = _mended(flight, offers, judge.quick(), missed, begun)
     return best or begun, judge
+
+
+def _mended(flight: Flight, offers: Offers, judge: Judge, missed: Array, begun: _Kept) -> _Kept | None:
+    """A campaign that misses its limits, made more often until it keeps them, if that is shorter.
+
+    Where the time is over before a search ends well, what was begun with may be all repeats of all tests.
+    """
+    for _ in range(ROUNDS):
+        counts = enough(offers, judge, missed)
+        if counts is None or not _cheaper(offers, counts, begun.counts):
+            return None
+        visits = offers.visits(counts)
+        exact, factors = unseen(flight, visits), spread_factors(flight, visits)
+        closer = exact.figures * factors / judge.promise.figures(counts[None])[0] * CLOSER
+        if is_kept(flight, exact.figures, factors):
+            return _Kept(counts, judge.meeting(closer), exact)
+        judge = judge.meeting(np.maximum(judge.tightened, closer))
+    return None
 
 
 def _exactly(flight: Flight, offers: Offers) -> Callable[[Array], bool]:
@@ -183,20 +209,14 @@ def _cheaper(offers: Offers, n: Array, than: Array) -> bool:
 
 def keeps_exactly(flight: Flight, offers: Offers, counts: Array) -> bool:
     """Whether a campaign keeps every requirement by its exact figures, times its factors for spreads."""
-    exact = exactly(flight, offers, counts)
-    return is_kept(flight, exact, np.ones(1)) and is_kept(
-        flight, exact, spread_factors(flight, offers.visits(counts))
-    )
+    visits = offers.visits(counts)
+    figures = unseen_figures(flight, visits)
+    return is_kept(flight, figures, np.ones(1)) and is_kept(flight, figures, spread_factors(flight, visits))
 
 
-def exactly(flight: Flight, offers: Offers, counts: Array) -> Foreseen:
-    """The exact promise of a campaign, by curves that no search has seen: what plan.json says of it."""
-    return foreseen(flight.unseen, laid_out(flight, offers.visits(counts), first_only=True))
-
-
-def is_kept(flight: Flight, exact: Foreseen, factors: Array) -> bool:
+def is_kept(flight: Flight, figures: Array, factors: Array) -> bool:
     """Whether every exact figure, times its factor for spreads that are estimates, is within its limit."""
-    return bool(np.all(exact.figures * factors <= flight.limits * KEPT))
+    return bool(np.all(figures * factors <= flight.limits * KEPT))
 
 
 def condition_of(flight: Flight, promise: Promise) -> Callable[[Array], bool]:

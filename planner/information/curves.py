@@ -21,10 +21,11 @@ from planner.simulate.curves.grid import Shape, along, centred, largest_left
 from planner.simulate.families import curve_families
 from planner.simulate.temperature_curves import CurveFamily, TableCurves, second_moment
 from planner.spec.curve_names import families_of
-from planner.spec.model import Spec
+from planner.spec.model import PercentileRule, Spec
 
 CURVES = 2000  # drawn of every family: a second moment is then known to 2 % in sigma, a part of the whole
-UNSEEN = 8000  # others, by which what was chosen is judged; not kept, they are drawn block by block
+UNSEEN = 8000, 32_000  # others, by which what was chosen is judged; not kept, they are drawn block by block
+BEYOND = 160  # of them beyond a requirement's share: these make its quantile
 BLOCK = 500
 MOST_SHAPES = 16  # of unseen curves, of which a process remembers what it looked at: plans are of few tables
 MOST_POINTS = (
@@ -87,7 +88,7 @@ class Curves:
 
     @property
     def _count(self) -> int:
-        return UNSEEN if self.unseen else CURVES
+        return unseen_curves(self.spec) if self.unseen else CURVES
 
     def _rng(self) -> np.random.Generator:
         seed = self.spec.plan.seed
@@ -116,11 +117,11 @@ class Curves:
 
     def _redrawn(self, shape: Shape) -> _Drawn:
         """Curves that are drawn whenever they are looked at, the same ones again, instead of being kept."""
-        key = (_key(shape), self.spec.plan.seed)
+        key = (_key(shape), self.spec.plan.seed, self._count)
         if key not in _REDRAWN:
             while len(_REDRAWN) >= MOST_SHAPES:
                 _REDRAWN.pop(next(iter(_REDRAWN)))
-            _REDRAWN[key] = _Drawn(partial(_blocks, shape, self._rng))
+            _REDRAWN[key] = _Drawn(partial(_blocks, shape, self._rng, self._count))
         return _REDRAWN[key]
 
 
@@ -179,9 +180,16 @@ class _Drawn:
         return np.where(np.isfinite(least), least, 0.0)
 
 
-def _blocks(shape: Shape, rng: Callable[[], np.random.Generator]) -> Iterator[Array]:
+def unseen_curves(spec: Spec) -> int:
+    """How many curves of a family judge campaigns: more where the least share of flights is left out."""
+    rules = [wanted.rule for wanted in spec.requirement]
+    out = min((1.0 - rule.percentile for rule in rules if isinstance(rule, PercentileRule)), default=1.0)
+    return BLOCK * round(float(np.clip(BEYOND / max(out, 1e-9), *UNSEEN)) / BLOCK)
+
+
+def _blocks(shape: Shape, rng: Callable[[], np.random.Generator], count: int) -> Iterator[Array]:
     one = rng()
-    return (centred(shape.evenly(BLOCK, one)) for _ in range(UNSEEN // BLOCK))
+    return (centred(shape.evenly(BLOCK, one)) for _ in range(count // BLOCK))
 
 
 _REDRAWN: dict[Hashable, _Drawn] = {}

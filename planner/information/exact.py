@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.campaign.alike_power_ons import alike_together
 from planner.campaign.design import design
 from planner.campaign.model import Campaign, campaign
 from planner.campaign.power_ons import of_design
 from planner.information.drawn import DRAWS as FLIGHTS
-from planner.information.drawn import drawn_quantile, length_of_share, nearly
+from planner.information.drawn import drawn_quantile, nearly
 from planner.information.in_flight import Asked
 from planner.information.kinds import Kind, Kinds, channel_kinds
 from planner.information.model_of import Flight, asked_of, promise_of
@@ -29,7 +30,6 @@ from planner.plan.schedule_to_steps import steps
 from planner.protocols import Sensor
 from planner.solvers.gaussian_length import exceedance
 
-DRAWS = 4000  # of a flight at each temperature, for a requirement at any moment
 SETTLED = 1e-7
 
 
@@ -62,9 +62,21 @@ class Foreseen:
 
 def foreseen(flight: Flight, steps: Sequence[Step], draws: int = FLIGHTS) -> Foreseen:
     """The promise of the campaign that these steps make of one unit; draws: flights for a quantile."""
-    return foreseen_of(
-        flight, campaign(flight.spec, of_design(design(steps, flight.spec), flight.spec)), draws
-    )
+    runs = alike_together(of_design(design(steps, flight.spec), flight.spec), flight.spec)
+    return foreseen_of(flight, campaign(flight.spec, runs), draws)
+
+
+def unseen(flight: Flight, visits: Sequence[TestVisits]) -> Foreseen:
+    """The exact promise of a campaign, by curves that no search has seen: what plan.json says of it."""
+    exact = foreseen(flight.unseen, laid_out(flight, visits, first_only=True))
+    flight.foreseen[tuple(visits)] = exact.figures
+    return exact
+
+
+def unseen_figures(flight: Flight, visits: Sequence[TestVisits]) -> Array:
+    """(families, requirements) of `unseen`; of a campaign that was asked before they are remembered."""
+    known = flight.foreseen.get(tuple(visits))
+    return unseen(flight, visits).figures if known is None else known
 
 
 def quickly(flight: Flight, promise: Promise, counts: Array) -> Foreseen:
@@ -92,7 +104,7 @@ def foreseen_of(flight: Flight, made: Campaign, draws: int = FLIGHTS) -> Foresee
 
 
 def _kinds(made: Campaign) -> Kinds:
-    """Every power-on of the campaign as a kind of its own."""
+    """Every power-on of the campaign that is unlike the others as a kind of its own."""
     runs = made.runs
     degc = np.round(runs.conditions.temperature_degc[runs.starts], 6)
     bench = [""] * len(degc) if runs.bench is None else runs.bench[runs.starts]
@@ -123,21 +135,17 @@ def _quantiles(flight: Flight, promise: Promise, counts: Array, k: int, draws: i
 
         squares = [(p, p.second_moment(moments[p.error])) for p in parts if p.error in moments]
         drawn = drawn_quantile(a, rest, squares, pool, draws)
-        found.append(_quantile(a, sum((own for _, own in squares), rest)) if drawn is None else drawn)
+        found.append(_exact(a, sum((own for _, own in squares), rest)) if drawn is None else drawn)
     return found
 
 
-def _quantile(a: Asked, S: Array) -> float:
-    """The quantile of the largest |d| over the instants; S: (S, I c, I c)."""
-    instants, c = a.response.shape[1:3]
-    if instants == 1:
-        return _exact(a, S, nearly(a, S))
-    return _drawn(a, S, c)
+def _exact(a: Asked, S: Array) -> float:
+    """At one instant, of what is Gaussian: the root of the mean (or largest) exceedance, by bisection.
 
-
-def _exact(a: Asked, S: Array, near: float) -> float:
-    """The root of the mean (or largest) exceedance over the flight's temperatures, by bisection."""
+    S: (S, c, c)
+    """
     assert a.share is not None
+    near = nearly(a, S)
     low, high = 0.5 * near, 2.0 * near
     while high - low > SETTLED * high:
         middle = 0.5 * (low + high)
@@ -145,17 +153,3 @@ def _exact(a: Asked, S: Array, near: float) -> float:
         found = beyond.max() if a.weights is None else beyond @ a.weights
         low, high = (middle, high) if found > 1.0 - a.share else (low, middle)
     return high
-
-
-def _drawn(a: Asked, S: Array, c: int) -> float:
-    """By draws of whole flights at every temperature: the instants of one flight go together."""
-    assert a.share is not None
-    rng = np.random.default_rng(0)
-    value, vector = np.linalg.eigh(S)
-    root = vector * np.sqrt(np.maximum(value, 0.0))[:, None, :]
-    rank = max(int((value > 1e-9 * value.max()).sum(axis=1).max()), 1)
-    longest = []
-    for one in root[:, :, -rank:]:
-        d = (one @ rng.normal(size=(rank, DRAWS))).reshape(-1, c, DRAWS)
-        longest.append(np.sqrt(np.max(np.sum(d**2, axis=1), axis=0)))
-    return length_of_share(np.array(longest), a.share, a.weights)

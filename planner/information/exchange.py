@@ -12,6 +12,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.information.easiest import EASIER, MOST_STEPS, easiest
+from planner.information.even import MOST_TEMPERATURES, even
 from planner.information.neighbours import Neighbours
 from planner.information.offers import Offers
 from planner.information.promise import Promise
@@ -19,12 +21,7 @@ from planner.nouns.array import Array
 from planner.nouns.deadline import never
 
 CHUNK = 48  # campaigns that are evaluated together
-MOST_TEMPERATURES = 9
-MOST_STEPS = 400
-EASIER = 1e-6
-INSET = 0.06  # of even temperatures from the ends of the range
 DROPPED = 4  # beginnings of a way through the limit
-MOST_REPEATS = 1000  # that stand for as many as one likes
 
 
 def _anything(n: Array) -> bool:
@@ -59,8 +56,12 @@ class Judge:
         self.asked += len(counts)
         return np.asarray(self._loads(counts, families or self.families).max(axis=1))
 
-    def _loads(self, counts: Array, families: Sequence[str]) -> Array:
+    def by_family(self, counts: Array, families: Sequence[str]) -> Array:
         """(B, families) loads, in the promise's order of the families."""
+        self.asked += len(counts)
+        return self._loads(counts, families)
+
+    def _loads(self, counts: Array, families: Sequence[str]) -> Array:
         asked = [i for i, name in enumerate(self.promise.families) if name in families]
         figures = self.promise.figures(counts, families)
         limits = np.array([a.limit for a in self.promise.asked])
@@ -170,66 +171,9 @@ def _on_one_bench(offers: Offers, n: Array) -> list[Array]:
 
 def one_that_keeps(offers: Offers, judge: Judge) -> list[Array]:
     """A campaign that keeps the promise, where none at even temperatures does; none where none is found."""
-    every = list(judge.promise.families)
-    n = easiest(offers, lambda counts: judge.loads(counts, every), judge.late, 1.0)
+    every = [*judge.promise.families]
+    n = easiest(offers, judge.by_family, every, judge.late, enough=1.0)
     return [n] if judge.loads(n[None], every)[0] <= 1.0 and judge.keeps(n) else []
-
-
-def easiest(
-    offers: Offers, load_of: Callable[[Array], Array], late: Callable[[], bool] = never, enough: float = 0.0
-) -> Array:
-    """The campaign that is found to load the promise least, or so little as is enough, whatever it costs.
-
-    From the best of those at even temperatures with the most repeats, step by step; more records are not
-    always better, because straight lines between other temperatures miss another part of the curves.
-    """
-    every = np.array([even(offers, N) for N in range(1, MOST_TEMPERATURES + 1)])
-    every = np.concatenate([every, np.array([most_repeats(offers, n) for n in every])])
-    loads = load_of(every)
-    n, load = every[np.argmin(loads)], float(loads.min())
-    moves = Neighbours(offers)
-    for _ in range(MOST_STEPS):
-        if load <= enough or late():
-            break
-        near = np.concatenate([moves.of(n), moves.more(n), moves.most(n)])
-        if not len(near):  # all is fixed, and as often as the spec allows
-            break
-        loads = load_of(near)
-        best = int(np.argmin(loads))
-        if not loads[best] < load * (1.0 - EASIER):
-            break
-        n, load = near[best], float(loads[best])
-    return np.asarray(n)
-
-
-def most_repeats(offers: Offers, n: Array) -> Array:
-    """The campaign with as many repeats as the spec allows."""
-    most = n.copy()
-    for offer in offers.tests:
-        if offer.fixed is None:
-            most[offer.places] = np.where(n[offer.places] > 0, min(offer.most, MOST_REPEATS), 0)
-    return most
-
-
-def even(offers: Offers, N: int, main: str | None = None, inset: float = INSET) -> Array:
-    """(g,) tests at N evenly spread temperatures of their places, with the fewest repeats.
-
-    main: the only test that is made at all of them; the others are made at the one in the middle
-    inset: the outermost of three and more from the ends, as a share of the range
-    """
-    n = np.zeros(len(offers.kinds))
-    for offer in offers.tests:
-        if offer.fixed is not None:
-            n[offer.places] = offer.fixed
-        elif offer.everywhere:
-            n[offer.places] = offer.least
-        else:
-            share = (np.arange(N) + 0.5) / N if N < 3 else np.linspace(inset, 1.0 - inset, N)
-            if main not in (None, offer.test):
-                share = share[N // 2 : N // 2 + 1]
-            chosen = np.round(share * (len(offer.places) - 1)).astype(int)
-            n[offer.places[np.unique(chosen)]] = offer.least
-    return n
 
 
 def enough(offers: Offers, judge: Judge, n: Array) -> Array | None:

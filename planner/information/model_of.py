@@ -19,6 +19,7 @@ from planner.information.offers import Offers, offered, offers_of
 from planner.information.promise import Promise
 from planner.information.smooth import smooth_of
 from planner.nouns.array import Array
+from planner.nouns.choices import TestVisits
 from planner.nouns.deadline import Deadline
 from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
@@ -37,6 +38,7 @@ class Flight:
     """A spec with its flight's linear combination and its families of curves.
 
     day: of the flight since the first calibration, 0: not said; deadline: of the plan
+    foreseen: exact figures (families, requirements) of the campaigns that were asked so far
     """
 
     spec: Spec
@@ -44,6 +46,9 @@ class Flight:
     curves: Curves
     day: float = 0.0
     deadline: Deadline = field(default_factory=Deadline)
+    foreseen: dict[tuple[TestVisits, ...], Array] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     def under(self, spec: Spec) -> Flight:
         """The same flight with another spec of the same errors; shapes of curves stay drawn."""

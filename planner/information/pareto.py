@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from planner.information.choose import Found, is_kept
 from planner.information.drawn import DRAWS, ROUGH
+from planner.information.even import even
 from planner.information.exact import foreseen, laid_out
-from planner.information.exchange import Judge, even
+from planner.information.exchange import Judge
 from planner.information.model_of import Flight
 from planner.information.offers import Offer, Offers
 from planner.information.spreads import spread_factors
@@ -149,7 +150,9 @@ def _exactly(flight: Flight, found: Found, points: Sequence[Point], late: Callab
 def _exact(flight: Flight, found: Found, point: Point, draws: int) -> _Exact:
     visits = found.offers.visits(point.counts)
     exact = foreseen(flight, laid_out(flight, visits, first_only=True), draws)
-    keeps = is_kept(flight, exact, spread_factors(flight, visits)) and found.judge.allowed(point.counts)
+    keeps = is_kept(flight, exact.figures, spread_factors(flight, visits)) and found.judge.allowed(
+        point.counts
+    )
     return _Exact(point, np.array(exact.largest), keeps)
 
 

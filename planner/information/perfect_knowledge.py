@@ -18,7 +18,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.information.exchange import even
+from planner.information.even import even
 from planner.information.in_flight import Asked
 from planner.information.model_of import Flight, asked_of
 from planner.information.offers import Offers

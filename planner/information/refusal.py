@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner import catalog
 from planner.errors import InfeasibleError, InputError
-from planner.information.exact import foreseen, laid_out, quickly
-from planner.information.exchange import Judge, easiest
+from planner.information.easiest import easiest
+from planner.information.exact import quickly, unseen_figures
+from planner.information.exchange import Judge
 from planner.information.model_of import Flight
 from planner.information.offers import Offers
 from planner.information.parts import left_in_flight, shares
@@ -31,7 +32,7 @@ def nearest(offers: Offers, judge: Judge) -> list[Array]:
     First of all requirements together, then of each alone; of one requirement that is the same.
     """
     every = list(judge.promise.families)
-    together = easiest(offers, lambda counts: judge.loads(counts, every), judge.late)
+    together = easiest(offers, judge.by_family, every, judge.late)
     alone = range(len(judge.promise.asked)) if len(judge.promise.asked) > 1 else ()
     return [together, *(_easiest(offers, judge, k) for k in alone)]
 
@@ -86,14 +87,16 @@ class _Beyond:
 
 
 def _easiest(offers: Offers, judge: Judge, k: int) -> Array:
-    """The campaign that keeps requirement k most easily."""
-    return easiest(offers, lambda counts: judge.promise.figures(counts)[:, :, k].max(axis=1), judge.late)
+    """The campaign that keeps requirement k most easily; the others are not asked."""
+    alone = replace(judge.promise, asked=(judge.promise.asked[k],))
+    families = [*alone.families]
+    return easiest(offers, lambda n, names: alone.figures(n, names)[:, :, 0], families, judge.late)
 
 
 def _beyond(flight: Flight, offers: Offers, judge: Judge, n: Array, k: int) -> _Beyond | None:
     wanted = flight.spec.requirement[k]
     visits = offers.visits(n)
-    exact = foreseen(flight.unseen, laid_out(flight, visits, first_only=True)).largest[k]
+    exact = float(unseen_figures(flight, visits)[:, k].max())
     value = max(exact * spread_factors(flight, visits)[k], float(judge.figures(n[None])[0, k])) * FORESEEN
     if value <= wanted.limit.si:
         return None

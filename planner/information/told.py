@@ -127,12 +127,13 @@ def told(group: Alike, counts: Array, curved: Sequence[int]) -> Told:
     if common := shared_places(group, places):
         M = _joined(M, common)
     C, inflated = _inverse(M)
+    inflated = _by_coefficients(inflated[..., :P], M[..., :P, :P]) if q else inflated
     felt = {i: JQ[:, :, :, i, :] for i in curved if i < b}  # (a, B, K, P + q)
     if unfitted := [i for i in curved if i >= b]:
         z = np.swapaxes(group.astray[:, kinds] * repeats, -1, -2) @ Q
         felt |= {i: z[:, :, :, i - b, :] for i in unfitted}
     gains = {i: C[..., :P, :] @ np.swapaxes(each, 2, 3) for i, each in felt.items()}
-    undetermined = inflated[..., :P] > UNSEEN
+    undetermined = inflated > UNSEEN
     for i, far in _far_from_nodes(c, kinds, n):
         undetermined[:, far, places[i]] = True
     return Told(kinds, C[..., :P, :P], C[..., :P, P:], gains, undetermined, places, own)
@@ -230,6 +231,18 @@ def _joined(M: Array, common: Sequence[int]) -> Array:
     joined = M.copy()
     joined[s] += told.sum(axis=0) - told
     return joined
+
+
+def _by_coefficients(inflated: Array, M: Array) -> Array:
+    """Inflations (a, B, P) by the other coefficients alone, where with the shared unknowns they are large.
+
+    What only a reference keeps from being known is as uncertain as that is; M: (a, B, P, P) of coefficients.
+    """
+    far = (inflated > UNSEEN).any(axis=(0, 2))
+    found = inflated.copy()
+    if far.any():
+        found[:, far] = np.minimum(found[:, far], _inverse(M[:, far])[1])
+    return found
 
 
 def _inverse(M: Array) -> tuple[Array, Array]:

@@ -10,43 +10,61 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.verify.asked import Navigation, weighed_quantile
-from planner.verify.curves import Curves, between
+from planner.verify.curves import Curves, Family, between
 from planner.verify.draws import generator
 from planner.verify.foreseen import Seen
 from planner.verify.second_moments import Error, Moment
 
 DRAWS = 60_000  # of flights: a 95 % quantile is then known to 0.4 %
-POOL = 4_000  # curves of every error, from which all of them take theirs
+POOL = 4_000, 24_000  # curves of every error, from which all of them take theirs
+BEYOND = 200  # of them beyond the promised share: they are what its quantile is made of
+AT_ONCE = 2_000  # of them that are drawn
+EVERY = 4  # points of a grid that are kept, of curves without fast waves
+LEAST = 0.5**31
+GROUPS = 8  # of flights, each with curves of its own: what their quantiles differ by is what one may err
 NOTHING = 1e-12  # of the largest principal variance
 BLOCK = 2_000  # flights of 240 rows in 2 MB: what fits a cache is not fetched again
 
 
 @dataclass(frozen=True)
 class Pool:
-    """Curves of one error to take from. grid: (G,) degC; values: (POOL, G)."""
+    """Curves of one error to take from. grid: (G,) degC; values: (n, G)."""
 
     grid: Array
-    values: Array
+    values: NDArray[np.float32]
 
-    def at(self, degc: Array) -> Array:
-        """(POOL, k) at temperatures (k,), the end segments going on beyond the grid."""
-        left, share = between(self.grid, degc)
-        return np.asarray(self.values[:, left] * (1.0 - share) + self.values[:, left + 1] * share)
+    def at(self, degc: Array) -> NDArray[np.float32]:
+        """(n, k) at temperatures (k,), the end segments going on beyond the grid."""
+        left, further = between(self.grid, degc)
+        share = further.astype(np.float32)
+        return np.asarray(self.values[:, left] * (1 - share) + self.values[:, left + 1] * share)
 
 
-def pools_of(curves: Mapping[Error, Curves]) -> dict[Error, Pool]:
-    """Of the curves of every error."""
-    return {
-        error: Pool(one.grid, one.drawn(POOL, generator(0, 0, "pool", *error)))
-        for error, one in curves.items()
-    }
+def pools_of(curves: Mapping[Error, Curves], share: float) -> dict[Error, Pool]:
+    """Of the curves of every error, for quantiles of a share of the flights."""
+    count = AT_ONCE * round(float(np.clip(BEYOND / max(1.0 - share, 1e-9), *POOL)) / AT_ONCE)
+    return {error: _pool(one, count, generator(0, 0, "pool", *error)) for error, one in curves.items()}
+
+
+def _pool(curves: Curves, count: int, rng: np.random.Generator) -> Pool:
+    fast = not isinstance(curves, Family) or curves.shape == "cosines"
+    kept = slice(None, None, 1 if fast else EVERY)
+    drawn = [curves.drawn(AT_ONCE, rng)[:, kept].astype(np.float32) for _ in range(count // AT_ONCE)]
+    return Pool(curves.grid[kept], np.concatenate(drawn))
+
+
+class Quantile(NamedTuple):
+    """Within which a share of drawn flights lies, and one sigma of what their number lets it err."""
+
+    value: float
+    sigma: float
 
 
 def drawn_quantile(
@@ -56,16 +74,16 @@ def drawn_quantile(
     pools: Mapping[Error, Pool],
     moments: Mapping[Error, Moment],
     p: float,
-) -> float:
+) -> Quantile:
     """Of the largest |d| over the requirement's instants; flights at S temperatures in shares (S,)."""
     rng = generator(0, 0, "drawn quantile")
-    each = DRAWS // len(flights)
+    each = DRAWS // len(flights) // GROUPS * GROUPS
     longest: list[NDArray[np.float32]] = []
     # records of one temperature see one value of a curve: some ten places instead of hundreds
     asked = [np.concatenate([seen.foresight.estimates.degc, seen.degc]) for seen in flights]
     degc, place = np.unique(np.concatenate(asked), return_inverse=True)
     places = np.split(place, np.cumsum([len(one) for one in asked])[:-1])
-    curves = {error: pool.at(degc).astype(np.float32) for error, pool in pools.items()}
+    curves = {error: pool.at(degc) for error, pool in pools.items()}
     for seen, own in zip(flights, places, strict=True):
         value, vector = np.linalg.eigh(seen.rest + seen.misread(moments) + n.beside)
         notable = value > NOTHING * value[-1]
@@ -73,7 +91,18 @@ def drawn_quantile(
         fresh = not longest
         z = _first_of(rng, each, root.shape[1]) if fresh else _normals(rng, each, root.shape[1])
         longest.append(_longest(z, root.T, [*_taken(seen, own, curves, each, rng)], n.instants))
-    return weighed_quantile(np.concatenate(longest), np.repeat(shares / each, each), p)
+    return _quantile(np.array(longest, dtype=float), shares, p)
+
+
+def _quantile(longest: Array, shares: Array, p: float) -> Quantile:
+    """longest: (S, each), group after group."""
+    each = np.broadcast_to((shares / longest.shape[1])[:, None], longest.shape)
+    groups = [
+        weighed_quantile(own.ravel(), GROUPS * weights.ravel(), p)
+        for own, weights in zip(np.split(longest, GROUPS, 1), np.split(each, GROUPS, 1), strict=True)
+    ]
+    value = weighed_quantile(longest.ravel(), each.ravel(), p)
+    return Quantile(value, float(np.std(groups, ddof=1) / np.sqrt(GROUPS)))
 
 
 Taken = tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32]]
@@ -86,7 +115,15 @@ def _first_of(rng: np.random.Generator, each: int, count: int) -> NDArray[np.flo
 
 
 def _normals(rng: np.random.Generator, each: int, count: int) -> NDArray[np.float32]:
-    return rng.standard_normal((each, count), dtype=np.float32)
+    """(each, count) even in their law, most so in the last columns, which are the largest components.
+
+    A scrambled net: Owen, Scrambled net variance for integrals of smooth functions, 1997.
+    """
+    from scipy.special import ndtri
+    from scipy.stats.qmc import Sobol
+
+    net = Sobol(max(count, 1), seed=rng).random_base2(int(np.ceil(np.log2(each))))[:each, :count]
+    return np.asarray(ndtri(np.clip(net, LEAST, 1.0 - LEAST))[:, ::-1], dtype=np.float32)
 
 
 @lru_cache(maxsize=1)  # 60 MB for 240 rows
@@ -112,7 +149,13 @@ def _taken(
             values = curves[error][:, there]
             for term in np.moveaxis(weights, 1, 0):
                 whole = np.add.reduceat(term[:, order], starts, axis=1).T.astype(np.float32)
-                yield rng.integers(POOL, size=each), values, whole
+                yield _drawn_from(len(values), each, rng), values, whole
+
+
+def _drawn_from(pool: int, each: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """(each,) which curve every flight takes: those of one group of flights are of one part of the pool."""
+    part, flights = pool // GROUPS, each // GROUPS
+    return np.concatenate([g * part + rng.permutation(flights) % part for g in range(GROUPS)])
 
 
 def _longest(

@@ -11,7 +11,7 @@ import numpy as np
 from planner.nouns.array import Array
 from planner.spec.model import PercentileRule, Spec
 from planner.verify.asked import Navigation, covariances, figure, navigation, root_mean_square
-from planner.verify.drawn_figures import Pool, drawn_quantile, pools_of
+from planner.verify.drawn_figures import Pool, Quantile, drawn_quantile, pools_of
 from planner.verify.estimate_covariance import estimates
 from planner.verify.experiment import Experiment
 from planner.verify.families import curves_in
@@ -57,7 +57,9 @@ class DrawnCurves:
     def pools(self, family: str) -> Mapping[Error, Pool]:
         """Curves of a family to take from."""
         if family not in self._pools:
-            self._pools[family] = pools_of(curves_in(self.spec, family))
+            rules = [wanted.rule for wanted in self.spec.requirement]
+            share = max((rule.percentile for rule in rules if isinstance(rule, PercentileRule)), default=0.0)
+            self._pools[family] = pools_of(curves_in(self.spec, family), share)
         return self._pools[family]
 
 
@@ -77,7 +79,7 @@ class Prediction:
     curves: DrawnCurves
     _flights: dict[tuple[object, ...], AtStarts] = field(default_factory=dict)
     _figures: dict[tuple[object, ...], float] = field(default_factory=dict)
-    _drawn: dict[tuple[object, ...], float] = field(default_factory=dict)
+    _drawn: dict[tuple[object, ...], Quantile] = field(default_factory=dict)
     _worst: dict[tuple[int, str], Starts] = field(default_factory=dict)
     covariances: dict[tuple[object, ...], Parts] = field(default_factory=dict)
     shares: dict[tuple[object, ...], dict[str, float]] = field(default_factory=dict)
@@ -125,9 +127,13 @@ class Prediction:
 
     def drawn(self, index: int, family: str, starts: Starts) -> float:
         """The figure of a requirement with curves drawn from a family, SI; a root mean square needs none."""
+        return self.quantile(index, family, starts).value
+
+    def quantile(self, index: int, family: str, starts: Starts) -> Quantile:
+        """The same, with what it may err by its draws."""
         rule = self.e.requirements[index].rule
         if not isinstance(rule, PercentileRule):
-            return self._figure(index, starts, family)
+            return Quantile(self._figure(index, starts, family), 0.0)
         key = (index, *starts.key, family)
         if key not in self._drawn:
             degc, shares = starts.grid(self.profile)

@@ -27,7 +27,7 @@ from planner.verify.records import records_of
 from planner.verify.recount import weights_of
 from planner.verify.recount_hours import earliest
 from planner.verify.recount_loads import used_benches
-from planner.verify.recount_promise import NOTHING, as_planned, figures_of
+from planner.verify.recount_promise import NOTHING, SIGMAS, as_planned, figures_of
 
 SAME, APART = 0.03, 0.05
 FEW = 2  # temperatures, up to which figures may be so far apart
@@ -99,9 +99,9 @@ def _check_point(
     assert prediction is not None  # there is a flight
     few = len({degc for test in planned["tests"] for degc in test["temperatures_degc"]}) <= FEW
     for i, wanted in enumerate(e.spec.requirement):
-        figure = max(figures_of(prediction, i, families_of(e.spec)).values())
+        figure, sigma = max(figures_of(prediction, i, families_of(e.spec)).values())
         factor = unit_factor(NAVIGATION_ERRORS[wanted.error])[0]
-        within = max((APART if few else SAME) * figure, NOTHING * wanted.limit.si) / factor
+        within = max((APART if few else SAME) * figure, SIGMAS * sigma, NOTHING * wanted.limit.si) / factor
         if found.same(f"{where}, requirement {i}", str(i) in point, True):
             found.near(f"{where}, requirement {i}", point[str(i)], figure / factor, within)
 

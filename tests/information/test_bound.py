@@ -169,3 +169,18 @@ def test_a_proof_without_time_says_less_but_nothing_wrong(seed: int) -> None:
         found = prover(every).bounded(most, effort)
         assert found.bound <= cost + 1e-6
         assert not found.proved or every.offers.cost(found.best[None])[0] <= cost + 1e-6
+
+
+def test_a_campaign_without_soaks_costs_its_tests_in_the_room() -> None:
+    """Where the same is on offer in soaked chambers none of them is needed; it seemed to cost nothing."""
+    made = needed_and_cheap()
+    tests = {name: made["tests"][name] for name in ("faces", "rates")}
+    room = {f"{name}_in_the_room": test | {"temperatures": "room"} for name, test in tests.items()}
+    made["tests"] = tests | room
+    made["plan"] |= {"repeats": {"least": 1, "most": 1}, "fixed": {}}
+    every = Everything(cases.flight(made))
+    counts = every.counts()
+    counts = counts[np.all(np.isfinite(every.quick(counts)), axis=1)]
+    unsoaked = ~np.any(counts[:, every.offers.soaked] > 0, axis=1)
+    least = every.offers.cost(counts[unsoaked]).min()
+    assert 0.0 < prover(every)._least_floor(0) <= least + 1e-6

@@ -7,10 +7,14 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import erf
 
+from planner.information.curves import unseen_curves
 from planner.information.drawn import CurveWeights, drawn_quantile
 from planner.information.in_flight import Asked
 from planner.nouns.array import Array
 from planner.solvers.gaussian_length import percentile
+from planner.spec.model import PercentileRule
+from tests.information.test_promise import tree
+from tests.specs import loaded
 
 ERROR = ("gyro", "bias")
 SHARES = (0.5, 0.9, 0.95, 0.99)
@@ -78,6 +82,23 @@ def test_where_no_curve_matters_nothing_is_drawn() -> None:
         raise AssertionError("drawn")
 
     assert drawn_quantile(a, np.ones((1, 1, 1)), moved(small, 1.0), never) is None
+
+
+@pytest.mark.parametrize("share", [0.95, 0.99, 0.997])
+def test_the_worst_of_many_temperatures_is_no_worse_for_being_drawn(share: float) -> None:
+    """Forty alike, two equal instants, no curve: the largest of forty scattered quantiles is above theirs."""
+    rest = np.tile(np.diag([1.0, 0.5, 0.1]), (2, 2))
+    found = drawn_quantile(asked(share, 40, 2, 3, worst=True), np.broadcast_to(rest, (40, 6, 6)), [], len)
+    assert found == pytest.approx(float(percentile(rest[:3, :3], share)), rel=0.006)
+
+
+def test_rare_flights_are_judged_by_more_curves() -> None:
+    """Three in a thousand of 8000 are 24 curves, whose largest scatter by 3 %."""
+    made = loaded(tree("level")).spec
+    for percentile_of, count in (("95 %", 8000), ("99 %", 16_000), ("99.7 %", 32_000)):
+        rule = PercentileRule.model_validate({"percentile": percentile_of})
+        wanted = made.requirement[0].model_copy(update={"rule": rule})
+        assert unseen_curves(made.model_copy(update={"requirement": (wanted,)})) == count
 
 
 def test_long_tails_lengthen_high_quantiles_and_shorten_low_ones() -> None:

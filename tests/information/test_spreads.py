@@ -52,7 +52,7 @@ def test_the_room_of_a_requirement_goes_by_no_limit() -> None:
 
 
 def _visits(flight: Any) -> Any:
-    from planner.information.exchange import even
+    from planner.information.even import even
     from planner.information.model_of import on_offer
 
     offers, _ = on_offer(flight)
@@ -69,7 +69,7 @@ def test_what_is_planned_keeps_its_limits_with_the_room_of_its_own_spreads(seed:
         requirement["limit"] = f"{1.15 * figure:.6g} m"
     flight = cases.flight(made)
     found = campaign_found(flight)
-    assert is_kept(flight, found.foreseen, spread_factors(flight, found.visits))
+    assert is_kept(flight, found.foreseen.figures, spread_factors(flight, found.visits))
     np.testing.assert_array_equal(found.spread_factors, spread_factors(flight, found.visits))
 
 
@@ -87,4 +87,4 @@ def test_the_nearest_limits_of_two_requirements_can_be_met_together(seed: int) -
         requirement["limit"] = f"{1.02 * float(limit):.6g} m"
     flight = cases.flight(made)
     found = campaign_found(flight, effort="brief")
-    assert is_kept(flight, found.foreseen, found.spread_factors)
+    assert is_kept(flight, found.foreseen.figures, found.spread_factors)
