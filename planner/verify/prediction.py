@@ -21,7 +21,7 @@ from planner.verify.second_moments import Error, Moment, moments_of
 from planner.verify.smooth import Tables, tables_of
 from planner.verify.starts import Starts, anywhere, at_one
 from planner.verify.variances import AtStarts
-from planner.verify.worst import worst_of
+from planner.verify.worst import badness, peaks
 
 STARTS = 25  # among which the worst is looked for
 FINER = 17  # and between the neighbours of that one: tables miss most in a peak between two nodes
@@ -143,17 +143,23 @@ class Prediction:
         return self._drawn[key]
 
     def worst(self, index: int, family: str) -> Starts:
-        """The start of the range at which a requirement is worst."""
+        """The start of the range at which a requirement is worst.
+
+        Where two far from each other are nearly as bad, quantiles decide: their tails differ.
+        """
         if (index, family) not in self._worst:
             spec = self.e.spec
             every = np.linspace(*spec.plan.temperatures.range, STARTS)
-            place = self._worst_of(index, family, every)
-            near = np.linspace(every[max(place - 1, 0)], every[min(place + 1, STARTS - 1)], FINER)
-            at = float(near[self._worst_of(index, family, near)])
-            self._worst[index, family] = at_one(spec, at)
+            found = []
+            for place in peaks(self._badness(index, family, every)):
+                near = np.linspace(every[max(place - 1, 0)], every[min(place + 1, STARTS - 1)], FINER)
+                found.append(at_one(spec, float(near[np.argmax(self._badness(index, family, near))])))
+            if len(found) > 1:
+                found.sort(key=lambda start: -self.drawn(index, family, start))
+            self._worst[index, family] = found[0]
         return self._worst[index, family]
 
-    def _worst_of(self, index: int, family: str, degc: Array) -> int:
-        """Which of the starts at temperatures (S,)."""
+    def _badness(self, index: int, family: str, degc: Array) -> Array:
+        """Of the starts at temperatures (S,)."""
         at = self._at(index, anywhere(self.e.spec).along(self.profile, degc))
-        return worst_of(at, family, self.curves.moments(family))
+        return badness(at, family, self.curves.moments(family))

@@ -92,6 +92,18 @@ def test_the_worst_of_many_temperatures_is_no_worse_for_being_drawn(share: float
     assert found == pytest.approx(float(percentile(rest[:3, :3], share)), rel=0.006)
 
 
+def test_the_worst_temperature_is_looked_for_on_both_sides() -> None:
+    """A Gaussian of variance 1.1 and 1.05 at one end, a seldom large curve of mean square 1 at the other."""
+    rng = np.random.default_rng(4)
+    pool = np.where(rng.random((40_000, 1)) < 0.04, 5.0, 0.0)
+    rest = np.array([0.01, 0.01, 0.01, 1.05, 1.1])[:, None, None] * np.eye(1)
+    weights = np.array([1.0, 0.0, 0.0, 0.0, 0.0])[:, None, None]
+    part = CurveWeights(ERROR, np.zeros((5, 1), dtype=np.intp), weights)
+    parts = [(part, part.second_moment(np.ones((1, 1))))]
+    found = drawn_quantile(asked(0.99, 5, 1, 1, worst=True), rest, parts, lambda e: pool.T)
+    assert found == pytest.approx(5.0, abs=0.15)
+
+
 def test_rare_flights_are_judged_by_more_curves() -> None:
     """Three in a thousand of 8000 are 24 curves, whose largest scatter by 3 %."""
     made = loaded(tree("level")).spec

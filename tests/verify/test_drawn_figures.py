@@ -7,6 +7,7 @@ import pytest
 
 from planner.verify.curves import family
 from planner.verify.drawn_figures import DRAWS, GROUPS, _drawn_from, _quantile, pools_of
+from planner.verify.worst import peaks
 
 ERROR = ("gyro", "bias")
 
@@ -35,3 +36,9 @@ def test_groups_of_flights_have_curves_of_their_own() -> None:
 def test_rare_flights_have_more_curves_to_take_from(share: float, count: int) -> None:
     curves = {ERROR: family({1: 0.03, 3: 0.0085}, -40.0, 60.0, "largest", "kink")}
     assert len(pools_of(curves, share)[ERROR].values) == count
+
+
+def test_the_worst_start_is_looked_for_on_both_sides() -> None:
+    """Neighbours of the worst are no peak, nor is what is far less bad."""
+    assert peaks(np.array([9.0, 5.0, 3.0, 4.0, 2.0, 9.5, 10.0])) == [6, 0]
+    assert peaks(np.array([7.0, 5.0, 8.5, 4.0, 10.0])) == [4, 2]
