@@ -27,6 +27,7 @@ DETERMINED = 1e-6  # of a coefficient's column that may lie in what the data do 
 NEAR = 10.0  # criterion units (odds of exp(5)) by which a rival may be worse and still be one
 STEP = 1e-3  # of a parameter as a fit carries it, or of its range, for its derivative
 WIDEST = 10.0  # half of an interval: a factor of 22 000, or ten times the range of a linear one
+HOLD_EACH_OTHER = ({"orientation", "specific_force"}, {"time_on", "time_on_and_temperature"})
 APART_SIGMA = 5.5  # an effect must explain that much beside its rival: the better of 30 alternatives won
 
 
@@ -232,8 +233,8 @@ def _other_variables(found: Found, b: int, here: Pool) -> list[tuple[str, float]
 
 
 def _variables_of(own: str) -> set[str]:
-    """A variable and what is the same in other words: which way is up is the force at rest."""
-    return {own, *({"orientation", "specific_force"} if own in ("orientation", "specific_force") else ())}
+    """A variable and those that have all of it: which way is up is the force at rest."""
+    return {own}.union(*(same for same in HOLD_EACH_OTHER if own in same))
 
 
 def _apart(found: Found, b: int, rival: int) -> float:
