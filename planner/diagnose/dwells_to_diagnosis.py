@@ -12,7 +12,7 @@ from planner.diagnose.evidence_veto import verdict_of
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.curves import with_curve
 from planner.diagnose.hypotheses.evidence import evidence, over
-from planner.diagnose.hypotheses.generic import VARIES_WITH
+from planner.diagnose.hypotheses.generic import VARIES_WITH, of_the_sensor
 from planner.diagnose.hypotheses.lagging_thermometer import NAME as LAGS
 from planner.diagnose.hypotheses.lagging_thermometer import ahead, lag_of, with_lag
 from planner.diagnose.hypotheses.limits import limits
@@ -42,6 +42,7 @@ from planner.spec.model import Spec
 
 AGAIN = 2  # searches, of what explains a channel instead of an effect that the fit leaves nothing of
 SURE = 5.0  # sigma, at which a variable is told although its effect is not
+BEYOND_DOUBT = 10.0  # sigma of several coefficients together, none of which is told from zero by itself
 LEAST_ROWS = 8  # a channel has about as many declared coefficients at one temperature
 
 
@@ -176,15 +177,19 @@ def told_from_zero(
 ) -> tuple[list[FoundEffect], list[Refused], list[Unknown]]:
     """The effects of which some coefficient's interval leaves zero out; the others; what is sure of those.
 
-    A size and a time constant may hide each other: that something follows the variable is then sure, no more.
+    A size and a time constant may hide each other, and so may the coefficients of one curve: that something
+    follows the variable is then sure, no more.
     """
     stands, falls, rest = [], [], []
     for e in effects:
         linear = [t for t in e.terms if not t.parameter]
         if all(t.low <= 0.0 <= t.high for t in linear):
             why = "fitted with all that is declared, the interval of each of its coefficients holds zero"
-            falls.append(Refused(e.effect, e.channels, why))
             variable = VARIES_WITH.get(catalog.effects()[e.effect].variable)
+            if variable and len(linear) > 1 and e.strength > BEYOND_DOUBT and len(e.channels) == 1:
+                rest.append(Unknown(e.channels, of_the_sensor(variable, e.sensor), e.p_value, e.strength))
+                continue
+            falls.append(Refused(e.effect, e.channels, why))
             if variable and e.nonlinear and e.strength > SURE:
                 rest.append(Unknown(e.channels, variable, e.p_value, e.strength))
         else:

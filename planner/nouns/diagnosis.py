@@ -47,7 +47,7 @@ class FoundTerm:
 
 @dataclass(frozen=True)
 class Rival:
-    """An effect that the data cannot tell from the one found.
+    """An effect that the data cannot tell from the one found; or a variable, along which nobody has a name.
 
     separated_by: square root of the noncentrality by which the data prefer the found one, in sigma
     """

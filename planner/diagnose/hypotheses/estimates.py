@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from planner.diagnose.hypotheses.candidates import Block, effect_blocks
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.found import ALPHA_FURTHER, Found, free
-from planner.diagnose.hypotheses.lack_of_fit import own_variable
+from planner.diagnose.hypotheses.lack_of_fit import along, own_variable
 from planner.diagnose.hypotheses.parameters import Range
 from planner.diagnose.hypotheses.pool import Pool, extended, given, mean_square, satterthwaite, score
 from planner.nouns.array import Array
@@ -27,6 +27,7 @@ DETERMINED = 1e-6  # of a coefficient's column that may lie in what the data do 
 NEAR = 10.0  # criterion units (odds of exp(5)) by which a rival may be worse and still be one
 STEP = 1e-3  # of a parameter as a fit carries it, or of its range, for its derivative
 WIDEST = 10.0  # half of an interval: a factor of 22 000, or ten times the range of a linear one
+HOLD_EACH_OTHER = ({"orientation", "specific_force"}, {"time_on", "time_on_and_temperature"})
 APART_SIGMA = 5.5  # an effect must explain that much beside its rival: the better of 30 alternatives won
 
 
@@ -111,12 +112,12 @@ def shape_of(
     stand beside the block (Found.aliased) are left out: in one long record they follow its derivatives, as
     they follow anything.
     """
-    smooth = [r.parameter for r in ranges if not r.parameter.stepped]
     value = found.pool.blocks[b].nonlinear
     wider, new = found.pool, None
     sizes: dict[str, Estimate] = {}
-    if smooth:
-        wider = extended(found.pool, _derivatives(found, b, smooth, channels), cuts)
+    slopes = slopes_of(found, b, channels, ranges)
+    if slopes is not None:
+        wider = extended(found.pool, slopes, cuts)
         new = len(found.pool.blocks)
         beside = _beside(found, b)
         sizes = {e.term: e for e in estimates(wider, [*beside, new]) if e.block == new}
@@ -148,8 +149,14 @@ def _between(r: Range, value: float) -> ParameterInterval:
     return ParameterInterval(r.parameter.name, value, float(low), float(high), np.inf)
 
 
-def _derivatives(found: Found, b: int, smooth: Sequence[Parameter], channels: Sequence[Channel]) -> Block:
-    """∂(γ G(p))/∂p at what was found, p as a fit carries it, as a block of one column a parameter."""
+def slopes_of(found: Found, b: int, channels: Sequence[Channel], ranges: Sequence[Range]) -> Block | None:
+    """∂(γ G(p))/∂p at what was found, p as a fit carries it, a block of one column a parameter.
+
+    None where no parameter is smooth.
+    """
+    smooth = [r.parameter for r in ranges if not r.parameter.stepped]
+    if not smooth:
+        return None
     block = found.pool.blocks[b]
     gamma = np.zeros(len(block.terms))
     gamma[[bool(t) for t in block.terms]] = [
@@ -181,7 +188,10 @@ def _slope(block: Block, p: Parameter, gamma: Array, channels: Sequence[Channel]
 
 
 def rivals(found: Found, b: int, library: Sequence[int]) -> list[tuple[str, float]]:
-    """(effect, √Δ(b | rival)) of the effects of the library that could stand in b's place."""
+    """(effect, √Δ(b | rival)) of the effects of the library that could stand in b's place.
+
+    And of other variables: what nobody has named may go along one of those that explains as much.
+    """
     pool = found.pool
     others = found.others(b)
     here = given(pool, others)
@@ -197,9 +207,37 @@ def rivals(found: Found, b: int, library: Sequence[int]) -> list[tuple[str, floa
             best[name] = s.criterion, c
     out = []
     for name, (criterion, c) in best.items():
-        s = score(here, [c])
-        apart = float(np.sqrt(max(score(given(pool, [*others, c]), [b]).delta, 0.0)))
+        s, apart = score(here, [c]), _apart(found, b, c)
         near = mine.criterion - criterion < NEAR or apart < APART_SIGMA
         if near and s.log_p < np.log(ALPHA_FURTHER) and s.delta > 0.25 * mine.delta:
             out.append((name, apart))
-    return sorted(out, key=lambda r: r[1])
+    return sorted([*out, *_other_variables(found, b, here)], key=lambda r: r[1])
+
+
+def _other_variables(found: Found, b: int, here: Pool) -> list[tuple[str, float]]:
+    """(variable, √Δ(b | its bins)) of variables but the effect's own that explain as much on its channel."""
+    pool, mine = found.pool, score(here, [b])
+    if len(pool.blocks[b].columns) > 1:
+        return []
+    own = _variables_of(along(pool, b))
+    told: dict[str, float] = {}
+    for g, block in enumerate(pool.blocks):
+        if not block.generic or block.columns.keys() != pool.blocks[b].columns.keys() or block.name in own:
+            continue
+        s = score(here, [g])
+        if s.criterion > NEAR and s.delta / s.s2 > mine.delta / mine.s2 - NEAR:
+            apart = _apart(found, b, g)
+            if apart < APART_SIGMA:
+                told[block.name] = min(apart, told.get(block.name, np.inf))
+    return list(told.items())
+
+
+def _variables_of(own: str) -> set[str]:
+    """A variable and those that have all of it: which way is up is the force at rest."""
+    return {own}.union(*(same for same in HOLD_EACH_OTHER if own in same))
+
+
+def _apart(found: Found, b: int, rival: int) -> float:
+    """√Δ(b | rival) beside everything else that is believed."""
+    beside = given(found.pool, [*found.others(b), rival])
+    return float(np.sqrt(max(score(beside, [b]).delta, 0.0)))

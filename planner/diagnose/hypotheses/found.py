@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from planner.diagnose.hypotheses.agreement import channels_disagree
+from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.pool import (
     Flips,
     Null,
@@ -39,12 +40,14 @@ class Question:
     """What is asked of a pool. library, generic: its blocks; flips: of the residual of the full model
 
     refine: (pool, believed, block) -> pool with the block at its best nonlinear parameter, and its number
+    slopes: (found, block) -> what the block adds, derived by its parameters, as a block; None: it has none
     """
 
     library: tuple[int, ...]
     generic: tuple[int, ...]
     flips: Flips
     refine: Refine
+    slopes: Callable[[Found, int], Block | None]
 
     @property
     def every(self) -> tuple[int, ...]:

@@ -22,6 +22,10 @@ MOST_LEVELS = 12  # of one variable; more nodes would follow single records
 MOST_RATES = 24  # a table and a centrifuge together have some twenty rates
 MOST_LOADS = 17
 COARSE, FINE = 9, 25
+NEARLY_ALONG = 0.87  # cosine of 30 degrees: what leans further is on no face
+LEAST_APART = 12  # power-ons, below which a ramp is a time since power-on, and a wave of the day anything
+FEW = 4  # nodes of one variable where it is multiplied by several others
+LEVEL_RATE = float(np.radians(1e-3))  # of the Earth's 4.2e-3 deg/s, from which it names a north
 A_NODE = 5  # observations: rows for what varies within a power-on, power-ons for what varies between them
 REST_RATE = float(np.radians(1.0))  # the Earth turns 240 times slower, tables do not turn slower than this
 _LOADED = 1.5 * STANDARD_GRAVITY_MPS2  # below that a load is not told from gravity
@@ -53,7 +57,7 @@ def levels(values: Array, gap: float, most: int = MOST_LEVELS) -> Array:
         return v
     middles = np.array([float(np.median(part)) for part in np.split(v, np.flatnonzero(np.diff(v) > gap) + 1)])
     if len(middles) > most:
-        middles = np.unique(np.quantile(v, np.linspace(0.0, 1.0, most)))
+        middles = np.unique(np.quantile(middles, np.linspace(0.0, 1.0, most)))
     return middles
 
 
@@ -100,6 +104,14 @@ def _day(c: Channel, table: DwellTable) -> list[Array]:
     return _smooth(table.day, 0.02, len(np.unique(table.run)) // A_NODE)
 
 
+def _time_of_day(c: Channel, table: DwellTable) -> list[Array]:
+    """A wave of one day, whatever its phase: the hall's temperature, the mains, who sits at the bench."""
+    if len(np.unique(table.run)) < LEAST_APART:
+        return []
+    around = 2.0 * np.pi * table.day
+    return [np.column_stack([np.sin(around), np.cos(around)])]
+
+
 def _temperature_rate(c: Channel, table: DwellTable) -> list[Array]:
     return [_hats(table.temperature_rate * 60.0, 0.3)]
 
@@ -116,20 +128,38 @@ def _rate(c: Channel, table: DwellTable) -> list[Array]:
 
 
 def _orientation(c: Channel, table: DwellTable) -> list[Array]:
-    return [_ways_up(c)]
+    """Which way is up; and at rest alone, for a gyro with which way is north."""
+    rate = c.model.conditions.rate
+    still = np.linalg.norm(rate, axis=1) < REST_RATE
+    if still.all() and c.sensor != "gyro":
+        return [_ways_up(c)]
+    at_rest = [_ways_up(c, still)]
+    if c.sensor == "gyro":
+        f = c.model.conditions.specific_force
+        up = f / np.maximum(np.linalg.norm(f, axis=1, keepdims=True), 1e-9)
+        level = rate - up * np.sum(up * rate, axis=1, keepdims=True)
+        size = np.linalg.norm(level, axis=1)
+        at_rest.append(_ways(level, still & (size > LEVEL_RATE)))
+    return [_ways_up(c), np.concatenate(at_rest, axis=1)]
 
 
-def _ways_up(c: Channel) -> Array:
+def _ways_up(c: Channel, among: Array | bool = True) -> Array:
     """The six ways up, at one g; one less where they are all there is, for the constant has their sum."""
     f = c.model.conditions.specific_force
     size = np.linalg.norm(f, axis=1)
-    along = np.argmax(np.abs(f), axis=1)
-    up = f[np.arange(len(f)), along] > 0
-    rest = (size > _ONE_G[0]) & (size < _ONE_G[1])
-    bins = [(rest & (along == j) & (up == s)).astype(float) for j in range(3) for s in (True, False)]
+    return _ways(f, (size > _ONE_G[0]) & (size < _ONE_G[1]) & among)
+
+
+def _ways(v: Array, there: Array) -> Array:
+    """(n, k) along which body axis a vector (n, 3) points, either way, in the rows where it is there."""
+    along = np.argmax(np.abs(v), axis=1)
+    positive = v[np.arange(len(v)), along] > 0
+    size = np.linalg.norm(v, axis=1)
+    there = there & (np.abs(v[np.arange(len(v)), along]) > NEARLY_ALONG * size)
+    bins = [(there & (along == j) & (positive == s)).astype(float) for j in range(3) for s in (True, False)]
     kept = [b for b in bins if b.any()]
     if len(kept) < 2:
-        return np.empty((len(f), 0))
+        return np.empty((len(v), 0))
     return np.array(kept[1:] if np.all(np.sum(kept, axis=0) == 1.0) else kept).T
 
 
@@ -169,14 +199,29 @@ def _temperature_and_rate(c: Channel, table: DwellTable) -> list[Array]:
     return [np.array([s * t**k for s in shapes for k in (1, 2)]).T]
 
 
+def _time_on_and_temperature(c: Channel, table: DwellTable) -> list[Array]:
+    """What changes after power-on by another amount at every temperature."""
+    if len(np.unique(table.run)) < LEAST_APART:
+        return []
+    t = (table.temperature_degc - 20.0) / 60.0
+    few = _smooth(table.time_on, 15.0, min(FEW, len(table) // A_NODE))[:1]
+    return [np.concatenate([columns * (t**k)[:, None] for k in (0, 1, 2)], axis=1) for columns in few]
+
+
 def _input_over_time_on(c: Channel, table: DwellTable) -> list[Array]:
     """A scale factor that changes after power-on: the own input, about its nodes over the time."""
     return [c.u[:, None] * columns for columns in _time_on(c, table)[:1]]
 
 
 def _input_over_days(c: Channel, table: DwellTable) -> list[Array]:
-    """A scale factor that changes from day to day."""
-    return [c.u[:, None] * columns for columns in _day(c, table)[:1]]
+    """A scale factor that changes from day to day; what the other inputs add, not on an arm: that bends."""
+    own = [c.u[:, None] * columns for columns in _day(c, table)[:1]]
+    conditions = c.model.conditions
+    unloaded = np.linalg.norm(conditions.specific_force, axis=1) < _LOADED
+    inputs = conditions.rate if c.sensor == "gyro" else conditions.specific_force
+    others = [inputs[:, j] * unloaded for j in range(3) if j != c.axis]
+    few = _smooth(table.day, 0.02, min(FEW, len(np.unique(table.run)) // A_NODE))[:1]
+    return [*own, *(np.concatenate([x[:, None] * columns for x in others], axis=1) for columns in few)]
 
 
 def _bench(c: Channel, table: DwellTable) -> list[Array]:
@@ -198,15 +243,23 @@ VARIES_WITH: Mapping[Condition | None, str] = {
 }
 """The condition along which an effect runs -> the generic alternative over the same variable."""
 
+
+def of_the_sensor(variable: str, sensor: Sensor) -> str:
+    """A variable as it is called of a sensor: an accelerometer's input is the load."""
+    return "specific_force" if variable == "rate" and sensor == "accelerometer" else variable
+
+
 _MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
     "time_on": _time_on,
     "day": _day,
+    "time_of_day": _time_of_day,
     "temperature_rate": _temperature_rate,
     "rate": _rate,
     "orientation": _orientation,
     "specific_force": _specific_force,
     "temperature": _temperature,
     "temperature_and_rate": _temperature_and_rate,
+    "time_on_and_temperature": _time_on_and_temperature,
     "bench": _bench,
 }
 _OF_THE_INPUT: Mapping[Sensor, Mapping[str, Callable[[Channel, DwellTable], list[Array]]]] = {

@@ -23,7 +23,7 @@ from planner.diagnose.hypotheses.found import (
     on,
     significant,
 )
-from planner.diagnose.hypotheses.generic import VARIES_WITH
+from planner.diagnose.hypotheses.generic import VARIES_WITH, of_the_sensor
 from planner.diagnose.hypotheses.pool import Pool, Score, delta, family_wise, null_of, score
 from planner.diagnose.hypotheses.references import hypothesis
 
@@ -36,7 +36,6 @@ ONE_VARIABLE = 0.95  # of what it and the library effects explain together, from
 # share of an effect's Δ that may be left although it is the right one
 SHARED_MISFIT = 0.03  # of what several channels share, an effect of the bench: its geometry is known roughly
 DECISIVE = 10.0  # of the criterion: "very strong", Kass and Raftery, Bayes factors, 1995, 3.2
-MISFIT_OF_A_NAME = 0.02  # share of Δ that readings with noise leave of an equation that is right
 OWN_MISFIT = 0.1  # over the variable that drives it: that is read with noise, and bins average it
 
 
@@ -153,7 +152,7 @@ def _tells_all(found: Found, here: Pool, mine: Sequence[int], unnamed: int, ques
     of it. A load that saturates is a pair as well, roughly, and bins of the load leave nothing of it.
     """
     axes = found.axes(unnamed)
-    named = delta(here, mine) / score(here, mine).s2 - sum(_penalty(here, b) for b in mine)
+    named = delta(here, mine) / score(here, mine).s2 - sum(penalty(here, b) for b in mine)
     if named < score(here, [unnamed]).criterion + DECISIVE:
         return False
     curve = found.tried([b for b in found.library if b not in mine])
@@ -177,8 +176,8 @@ def pairs_for_tables(found: Found, question: Question) -> None:
         pair = _best_pair(found, {axis}, question) if score(here, mine).m > 2 else None
         if pair is None or sum(score(here, [b]).m for b in pair) >= score(here, mine).m:
             continue
-        together = delta(here, pair) - sum(_penalty(here, b) for b in pair)
-        if together < score(here, mine).delta - _penalty(here, mine[0]) + DECISIVE:
+        together = delta(here, pair) - sum(penalty(here, b) for b in pair)
+        if together < score(here, mine).delta - penalty(here, mine[0]) + DECISIVE:
             continue
         tried = found.tried([*(b for b in found.library if b not in mine), *pair])
         tried.refine(question)
@@ -187,43 +186,18 @@ def pairs_for_tables(found: Found, question: Question) -> None:
             _taken(found, tried, {axis}, question)
 
 
-def unname_where_unnamed_wins(found: Found, question: Question) -> None:
-    """A name that one generic alternative over another variable beats decisively is none: that variable is.
-
-    A table of the library over one variable follows what goes with another: a face at rest is −1 g of the
-    channel's input. An equation that is right has fewer columns and leaves no more, so nothing beats it.
-    """
-    if question.flips.few_runs:
-        return  # all variables go together: fine bins of time follow anything
-    for axis in found.pool.axes:
-        mine = found.on({axis})
-        before = on(found.pool, found.unknown, {axis})
-        if not mine or before or any(len(found.pool.blocks[b].columns) > 1 or found.stands(b) for b in mine):
-            continue
-        here = found.without(*mine)
-        together = delta(here, mine) / score(here, mine).s2
-        named = together - sum(_penalty(here, b) for b in mine)
-        own = {_along(found.pool, b) for b in mine}
-        every = on(found.pool, question.generic, {axis})
-        scores = {g: score(here, [g]).criterion for g in every if found.pool.blocks[g].name not in own}
-        best = max(scores, key=lambda g: scores[g], default=None)
-        if best is not None and scores[best] > named + max(DECISIVE, MISFIT_OF_A_NAME * together):
-            found.library = [b for b in found.library if b not in mine]
-            found.unknown.append(best)
-
-
 def _same_variable(pool: Pool, mine: Sequence[int]) -> str:
     """The variable along which a pair of a channel's own effects runs: two powers of one input; else ""."""
     if len(mine) != CHAIN - 1 or any(len(pool.blocks[b].columns) > 1 for b in mine):
         return ""
-    along = {_along(pool, b) for b in mine}
-    return along.pop() if len(along) == 1 else ""
+    variables = {along(pool, b) for b in mine}
+    return variables.pop() if len(variables) == 1 else ""
 
 
-def _along(pool: Pool, b: int) -> str:
-    """The generic alternative over a library effect's variable; an accelerometer's input is the load."""
+def along(pool: Pool, b: int) -> str:
+    """The generic alternative over a library effect's variable."""
     name = VARIES_WITH.get(hypothesis(pool.blocks[b].name).variable, "")
-    return "specific_force" if name == "rate" and pool.blocks[b].sensor == "accelerometer" else name
+    return of_the_sensor(name, pool.blocks[b].sensor)
 
 
 def explained(found: Found, lacking: Sequence[int], question: Question) -> None:
@@ -271,12 +245,12 @@ def _taken(found: Found, tried: Found, axes: set[int], question: Question) -> bo
 def _unnamed_is_better(found: Found, axes: set[int], named: Sequence[int], question: Question) -> bool:
     """Whether one generic alternative explains the channel better than these library effects together."""
     here = found.without(*found.on(axes))
-    together = delta(here, named) - sum(_penalty(here, b) for b in named)
+    together = delta(here, named) - sum(penalty(here, b) for b in named)
     every = free(found.pool, on(found.pool, question.generic, axes), found.unknown)
     return together < max(score(here, [g]).criterion for g in every)
 
 
-def _penalty(here: Pool, block: int) -> float:
+def penalty(here: Pool, block: int) -> float:
     """What the criterion takes off Δ for a block's columns."""
     s = score(here, [block])
     return s.delta / s.s2 - s.criterion
@@ -305,10 +279,10 @@ def _best_pair(found: Found, axes: set[int], question: Question) -> tuple[int, i
     mine = found.on(axes)
     here = found.without(*mine)
     candidates = free(found.pool, on(found.pool, question.library, axes), found.others(*mine))
-    penalty = {b: _penalty(here, b) for b in candidates if score(here, [b]).m}
+    costs = {b: penalty(here, b) for b in candidates if score(here, [b]).m}
     pairs = {
-        (a, b): delta(here, [a, b]) - penalty[a] - penalty[b]
-        for a, b in combinations(penalty, 2)
+        (a, b): delta(here, [a, b]) - costs[a] - costs[b]
+        for a, b in combinations(costs, 2)
         if found.pool.blocks[a].key != found.pool.blocks[b].key
     }
     return max(pairs, key=lambda p: pairs[p]) if pairs else None

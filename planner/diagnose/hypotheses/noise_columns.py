@@ -52,7 +52,16 @@ def of_the_full_model(
     single = [b for b in mine if not _steps_between_runs(b)]
     kept = [b for b in single if not (b.name == "day" and b.columns[axis].shape[1] > most)]
     out = [b for b in whole if wide and b.generic]
-    return [b.columns[axis] for b in (*kept, *thin)], [b.columns[axis] for b in out]
+    return [b.columns[axis] for b in (*kept, *thin)], [b.columns[axis] for b in _coarse_of(out)]
+
+
+def _coarse_of(blocks: Sequence[Block]) -> list[Block]:
+    """The blocks without fine ones: beside few rows 25 columns cost more than what the 9 do not see."""
+    return [
+        b
+        for i, b in enumerate(blocks)
+        if b.name not in FINE_ONES or b.name not in {o.name for o in blocks[:i]}
+    ]
 
 
 def _steps_between_runs(block: Block) -> bool:

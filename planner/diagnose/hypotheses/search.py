@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from planner.diagnose.hypotheses.forms import only_forms_that_hold
 from planner.diagnose.hypotheses.found import (
     ALPHA_UNKNOWN,
     TIE,
@@ -28,10 +29,10 @@ from planner.diagnose.hypotheses.lack_of_fit import (
     lack_of_fit,
     pairs_for_tables,
     stands_beside,
-    unname_where_unnamed_wins,
 )
 from planner.diagnose.hypotheses.plainer import plainer
 from planner.diagnose.hypotheses.pool import Pool, family_wise, given, score
+from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 
 MOST = 8  # effects a sensor; a unit that lacks more has another problem
 ROUNDS = 6  # of search and lack of fit
@@ -50,6 +51,7 @@ def search(pool: Pool, question: Question) -> Found:
     pairs_for_tables(found, question)
     unname_where_unnamed_wins(found, question)
     plainer(found, question.library)
+    only_forms_that_hold(found, question)
     _needless(found, question)
     _judge(found, question)
     return found

@@ -12,18 +12,17 @@ from planner import catalog
 from planner.campaign.channel_model import EXCITING
 from planner.diagnose.hypotheses.candidates import (
     Block,
-    follows_any_drift,
     generic_blocks,
     library_blocks,
     reference_blocks,
 )
 from planner.diagnose.hypotheses.channels import Channel, channel
-from planner.diagnose.hypotheses.estimates import Shape, estimates, shape_of
+from planner.diagnose.hypotheses.estimates import Shape, estimates, shape_of, slopes_of
 from planner.diagnose.hypotheses.far_rows import far_rows, scale_scatter
 from planner.diagnose.hypotheses.found import Found, Question, on
 from planner.diagnose.hypotheses.generic import VARIES_WITH
 from planner.diagnose.hypotheses.hidden_columns import with_what_hides
-from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, STAYS
 from planner.diagnose.hypotheses.noise import LEAST_RUNS, Readings, triad_noise
 from planner.diagnose.hypotheses.noise_columns import coarse, of_the_full_model
 from planner.diagnose.hypotheses.nonlinear import refined
@@ -34,7 +33,7 @@ from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.read_temperature import with_read_temperature
 from planner.diagnose.hypotheses.references import hypothesis
 from planner.diagnose.hypotheses.search import search
-from planner.diagnose.hypotheses.verdicts import Veto, vetoed
+from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, SCATTERS, Veto, per_power_on, predicted, vetoed
 from planner.diagnose.hypotheses.whitened import Whitened, whitened
 from planner.diagnose.unseen_runs import cells_of
 from planner.effects._shaped import plain_names
@@ -146,11 +145,14 @@ def _searched(
     def refine(p: Pool, believed: Sequence[int], i: int) -> tuple[Pool, int]:
         return refined(p, believed, i, b.channels, b.cuts, shown[p.blocks[i].name])
 
+    def slopes(f: Found, i: int) -> Block | None:
+        return slopes_of(f, i, b.channels, shown.get(f.pool.blocks[i].name, ()))
+
     faint = hardly_driven(b.pool, range(b.library))
     named = [i for i in range(b.library) if i not in faint]
     unnamed = range(b.library, len(b.pool.blocks))
     flips = Flips(signs, len(data.starts) < LEAST_RUNS)
-    found = search(b.pool, Question(tuple(named), tuple(unnamed), flips, refine))
+    found = search(b.pool, Question(tuple(named), tuple(unnamed), flips, refine, slopes))
     _unname_the_undetermined(found, b.channels, b.cuts, shown)
     return SensorFound(
         sensor,
@@ -241,26 +243,33 @@ def _refused(found: Found, starts: NDArray[np.int64]) -> tuple[Veto, ...]:
         if veto is not None:
             (found.library if b in found.library else found.unknown).remove(b)
             out.append(veto)
-            _unnamed_in_place(found, b, starts)
+            if not found.pool.blocks[b].generic and veto.why != SCATTERS:
+                _unnamed_in_place(found, b, starts)
     return tuple(out)
 
 
 def _unnamed_in_place(found: Found, b: int, starts: NDArray[np.int64]) -> None:
-    """Where the power-ons refuse a table, bins over its own variable may stand: the variable is sure."""
+    """Where the power-ons refuse a name, bins over a variable may stand: something is there all the same.
+
+    They must predict unseen power-ons themselves. Where those scatter it wanders, and no bins are asked.
+    """
     pool = found.pool
-    if pool.blocks[b].generic or not follows_any_drift(catalog.effects()[pool.blocks[b].name]):
-        return
-    variable = VARIES_WITH.get(catalog.effects()[pool.blocks[b].name].variable)
     here = found.without()
     same = on(pool, range(len(pool.blocks)), found.axes(b))
-    scores = {g: score(here, [g]) for g in same if pool.blocks[g].generic and pool.blocks[g].name == variable}
+    scores = {g: score(here, [g]) for g in same if pool.blocks[g].generic}
     best = max(scores, key=lambda g: scores[g].criterion, default=None)
-    if best is None or scores[best].criterion < DECISIVE or set(on(pool, found.all, found.axes(b))):
+    if best is None or scores[best].criterion < DECISIVE or on(pool, found.unknown, found.axes(b)):
         return
     found.unknown.append(best)
     found.p[best] = found.p[b]
-    if vetoed(found, best, starts) is not None:
+    foreseen = predicted(*per_power_on(found.without(best), [best], starts))
+    if vetoed(found, best, starts) is not None or foreseen <= OF_A_TABLE * scores[best].delta:
         found.unknown.remove(best)
+        return
+    for i in found.on(found.axes(b)):
+        alone = score(found.without(i, best), [i]).delta
+        if len(found.axes(i)) == 1 and found.share(i).delta < STAYS * alone:
+            found.library.remove(i)  # what is left of it may as well be the other's
 
 
 def hardly_driven(pool: Pool, library: Iterable[int]) -> set[int]:

@@ -32,7 +32,9 @@ LEAST_RUNS = 3  # power-ons, below which none can be left out
 OF_A_TABLE = (
     0.5  # of what a table explains: its many values follow struck rows, a true one predicts 0.7 of it
 )
+FOLLOWS_DRIFT = ("time_on_and_temperature",)  # without a name: what wanders within power-ons looks like it
 LEAST_OF_SCATTER = 8.0  # power-ons that tell a coefficient, from which their scatter is one
+SCATTERS = "the power-ons scatter about it by more than their noise"
 AGREE = 0.01  # p of the others alone, and of a power-on that is as they are
 TAIL = 1e-3  # of a block's square that power-ons may have and still count as telling nothing of it
 
@@ -58,11 +60,13 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
     if s.m and _rests_on(gram, h, worst, float(log_p(least, s.m, s.freedom, s.s2))):
         return Veto(b, "it rests on one power-on alone", int(worst))
     if not here.blocks[b].generic and _scatter(gram, h) > SINGLE:
-        return Veto(b, "the power-ons scatter about it by more than their noise")
+        return Veto(b, SCATTERS)
     if a_few_records_explain(found, b):
         return Veto(b, "a few records, each off by itself, explain it as well")
-    least_gain = OF_A_TABLE * score(here, [b]).delta if is_table(found, b) else 0.0
-    if not here.blocks[b].generic and len(told) >= LEAST_RUNS and predicted(gram, h) <= least_gain:
+    wanders = here.blocks[b].name in FOLLOWS_DRIFT
+    least_gain = OF_A_TABLE * score(here, [b]).delta if wanders or is_table(found, b) else 0.0
+    must = wanders or not here.blocks[b].generic
+    if must and len(told) >= LEAST_RUNS and predicted(gram, h) <= least_gain:
         return Veto(b, "it does not predict power-ons that its fit has not seen")
     return None
 
@@ -144,13 +148,16 @@ def predicted(gram: Array, h: Array) -> float:
     """How much less is left of the folds' squares when the other folds' coefficients are taken off.
 
     gram: (g, k, k) CᵀC and h: (g, k) Cᵀz of every power-on
+    Coefficients are drawn to zero as far as their own size says, γ ~ N(0, Δ / m) a column of length one: a
+    node that the other folds hardly reach is not extrapolated to.
     """
     fold = np.arange(len(gram)) % min(FOLDS, len(gram))
     G, H = gram.sum(axis=0), h.sum(axis=0)
+    drawn = np.diag(np.diag(G)) * len(H) / max(_square(G, H), len(H))
     total = 0.0
     for f in range(int(fold.max()) + 1):
         Gk, hk = gram[fold == f].sum(axis=0), h[fold == f].sum(axis=0)
-        gamma = inverse(G - Gk) @ (H - hk)
+        gamma = inverse(G - Gk + drawn) @ (H - hk)
         total += float(2.0 * hk @ gamma - gamma @ Gk @ gamma)
     return total
 

@@ -16,6 +16,8 @@ from planner.solvers.least_squares import factors
 
 SMALL = 0.5  # sigma, that a slope can amount to in all rows, below which it takes no degree of freedom
 LEAST_TAIL = 1e-280  # of a double, whose smallest is 2e-308
+A_COLUMN = 8  # rows for each column that is taken for what hides
+STANDS_OUT = 1.5  # of what the largest column of noise explains
 SEEN = 1e-5  # of a column's whitened length that must be left beside the declared model
 
 
@@ -44,9 +46,10 @@ def whitened(c: Channel, noise: ChannelNoise, candidates: Array) -> Whitened:
     least = SMALL / np.append(np.maximum(c.most, 1e-300), np.full(noise.fixed_runs.shape[1], np.inf))
     Q = orthonormal(white[:, 1:][:, np.linalg.norm(white[:, 1:], axis=0) >= least])
     z = clear(Q, white[:, 0])
-    R = np.column_stack([Q, factors(_seen(Q, noise.whiten(candidates)), SEEN).basis])
+    seen = _seen(Q, noise.whiten(candidates))
+    R = np.column_stack([Q, factors(seen, SEEN).basis])
     if len(z) - R.shape[1] < len(z) / 4.0:
-        R = Q  # too few rows for all candidates at once: what hides then counts as noise
+        R = np.column_stack([Q, _largest(seen, z)])  # too few rows for all candidates at once
     n, g = len(z), len(noise.starts)
     taken = min(_between_rank(R, noise.starts), g - 1.0)
     between = max(1.0, g - taken)
@@ -60,6 +63,27 @@ def _seen(Q: Array, candidates: Array) -> Array:
     """(n, k') what is left of white candidates (n, k) beside a basis; rounding is no candidate."""
     left = clear(Q, candidates)
     return left[:, np.sum(left**2, axis=0) > SEEN**2 * np.sum(candidates**2, axis=0)]
+
+
+def _largest(seen: Array, z: Array) -> Array:
+    """(n, r) basis of the columns that stand out of what hides, taken one after the other.
+
+    Orthogonal matching pursuit, as long as one explains more than the largest of so many columns of noise,
+    2 log k (Donoho, Johnstone, Biometrika 81, 1994): else what hides would count as noise, and its flips
+    look like it.
+    """
+    basis = np.empty((len(z), 0))
+    least = SEEN * np.linalg.norm(seen, axis=0)
+    for _ in range(len(z) // A_COLUMN):
+        length = np.linalg.norm(seen, axis=0)
+        sizes = np.where(length > least, (z @ seen) / np.maximum(length, 1e-300), 0.0)
+        best = int(np.argmax(np.abs(sizes))) if len(sizes) else -1
+        if best < 0 or sizes[best] ** 2 <= 2.0 * STANDS_OUT * np.log(len(sizes)):
+            break
+        u = seen[:, [best]] / length[best]
+        basis = np.column_stack([basis, u])
+        z, seen = clear(u, z), clear(u, seen)
+    return basis
 
 
 def _full_size(left: Array, starts: NDArray[np.int64], between: float, within: float) -> Array:

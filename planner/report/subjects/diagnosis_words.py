@@ -35,6 +35,7 @@ VARIABLES = {
     "temperature_rate": "rate of temperature",
     "time_on": "time since power-on",
     "day": "day",
+    "time_of_day": "time of day",
     "rate": "rate",
     "specific_force": "specific force",
     "orientation": "orientation",
@@ -42,6 +43,8 @@ VARIABLES = {
     "time_on_and_specific_force": "time since power-on and specific force, as a scale factor does",
     "day_and_rate": "day and rate, as a scale factor does",
     "day_and_specific_force": "day and specific force, as a scale factor does",
+    "time_on_and_temperature": "time since power-on and temperature",
+    "temperature_and_rate": "temperature and rate",
     "bench": "bench",
     "unexplained": "no variable of the table",
 }
@@ -288,6 +291,11 @@ def length(si: float, cost: NavigationCost, unit: str | None = None) -> str:
     return digits(in_unit(size, cost.unit), 3) if unit == "" else quantity(size, cost.unit, 3)
 
 
+def rival_name(rival: str) -> str:
+    """An effect's name, or that the rival is something that goes with a variable."""
+    return plain_name(rival) if rival in catalog.effects() else f"anything over {varies_with(rival)}"
+
+
 def rivals_table(found: Sequence[FoundEffect]) -> Table | None:
     """Effects that the data cannot tell from those found."""
     return table(
@@ -297,7 +305,7 @@ def rivals_table(found: Sequence[FoundEffect]) -> Table | None:
             (
                 plain_name(e.effect),
                 ", ".join(map(short, e.channels)),
-                plain_name(r.effect),
+                rival_name(r.effect),
                 digits(r.separated_by, 2),
             )
             for e in found

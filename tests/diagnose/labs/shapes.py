@@ -112,6 +112,47 @@ NAMELESS: dict[str, tuple[tuple[str, ...], Shape, tuple[str, ...]]] = {
         ("orientation", "specific_force"),
     ),
 }
+# as NAMELESS, shapes that an effect of the library follows in most of what they do
+MIMICS: dict[str, tuple[tuple[str, ...], Shape, tuple[str, ...]]] = {
+    "cubic of another rate": (
+        ("gyro",),
+        lambda b, u, c, rng: (u[:, (c + 1) % 3] / np.abs(u).max()) ** 3,
+        ("rate",),
+    ),
+    "modulus of another rate": (("gyro",), lambda b, u, c, rng: np.abs(u[:, (c + 2) % 3]), ("rate",)),
+    "bump of the days": (
+        ("gyro", "acc"),
+        lambda b, u, c, rng: np.exp(-(((b.day - np.median(b.day)) / (0.15 * b.day.max())) ** 2)),
+        ("day",),
+    ),
+    "misalignment from day to day": (
+        ("gyro", "acc"),
+        lambda b, u, c, rng: u[:, (c + 1) % 3] * (b.day > np.quantile(np.unique(b.day), 0.5)),
+        ("day_and_rate", "day_and_specific_force"),
+    ),
+    "time of day": (
+        ("gyro", "acc"),
+        lambda b, u, c, rng: np.sin(2 * np.pi * (b.day + rng.random())),
+        ("time_of_day",),
+    ),
+    "decay over temperature": (
+        ("gyro", "acc"),
+        lambda b, u, c, rng: (
+            ((b.temperature - 20.0) / 60.0) ** 2 * np.exp(-b.time_on / rng.uniform(150.0, 400.0))
+        ),
+        ("time_on_and_temperature",),
+    ),
+    "heading at rest": (
+        ("gyro",),
+        lambda b, u, c, rng: ((b.north[:, (c + 1) % 3] > 0.7) & ~b.turns).astype(float),
+        ("orientation",),
+    ),
+    "step of the temperature in the input": (
+        ("gyro", "acc"),
+        lambda b, u, c, rng: (b.temperature > np.median(b.temperature)) * u[:, c] * np.abs(u[:, c]),
+        ("temperature_and_rate", "rate", "specific_force"),
+    ),
+}
 FAULTS = (
     "base_tilt",
     "local_gravity",

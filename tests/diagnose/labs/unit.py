@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.nouns.dwell_table import DwellTable
 from tests.diagnose.labs.bench import Array, Bench, G, bench
-from tests.diagnose.labs.shapes import LIBRARY, MORE, NAMELESS, Hidden
+from tests.diagnose.labs.shapes import LIBRARY, MIMICS, MORE, NAMELESS, Hidden
 
 SENSORS = ("gyro", "acc")
 
@@ -80,7 +80,8 @@ def campaign(
 
 
 def _shape(name: str):  # type: ignore[no-untyped-def]  # one of three tables
-    return {**{k: v[1] for k, v in (LIBRARY | MORE).items()}, **{k: v[1] for k, v in NAMELESS.items()}}[name]
+    unnamed = {k: v[1] for k, v in (NAMELESS | MIMICS).items()}
+    return {**{k: v[1] for k, v in (LIBRARY | MORE).items()}, **unnamed}[name]
 
 
 # ---------------------------------------------------------------- what the unit reads
