@@ -213,8 +213,10 @@ def _doubts(found: FoundEffect) -> list[str]:
     if found.below_bench_uncertainty:
         notes.append(f"{error} is below the bench's own uncertainty: it may be the bench")
     if found.rivals:
-        others = ", ".join(dict.fromkeys(r.effect for r in found.rivals))
-        notes.append(f"{error} cannot be told from {others} by these data; next_measurement says what would")
+        known, names = catalog.effects(), list(dict.fromkeys(r.effect for r in found.rivals))
+        others = ", ".join(name if name in known else f"anything over {name}" for name in names)
+        would = "; next_measurement says what would" if any(name in known for name in names) else ""
+        notes.append(f"{error} cannot be told from {others} by these data{would}")
     return notes + parameter_notes(found)
 
 
