@@ -113,7 +113,7 @@ def _by_exact_figures(flight: Flight, best: Found, seconds: float) -> Found:
 
 def _by_quick_figures(offers: Offers, judge: Judge, seconds: float) -> list[Array]:
     """(g,) campaigns of small loads within the seconds, the smallest first."""
-    begun = shortest(offers, _loosened(judge, ANY), LOOKED_AT)
+    begun = shortest(offers, judge.loosened(ANY), LOOKED_AT)
     cost = np.inf if begun is None else float(offers.cost(begun[None])[0])
     if begun is None or cost > seconds:
         least = "" if begun is None else f"; the shortest found that does takes {cost / 3600:.2f} h"
@@ -134,7 +134,7 @@ def _tightened(offers: Offers, judge: Judge, load: float, seconds: float) -> lis
     """Campaigns within the seconds, each of less load than the one before and than `load`."""
     found: list[Array] = []
     while not judge.late():
-        n = shortest(offers, _loosened(judge, FARTHER * load), LOOKED_AT)
+        n = shortest(offers, judge.loosened(FARTHER * load), LOOKED_AT)
         if n is None or offers.cost(n[None])[0] > seconds:
             break
         found.append(_eased(offers, judge, n, seconds))
@@ -143,11 +143,6 @@ def _tightened(offers: Offers, judge: Judge, load: float, seconds: float) -> lis
             break
         load = reached
     return found
-
-
-def _loosened(judge: Judge, load: float) -> Judge:
-    """The judge of limits that are so many times as wide."""
-    return judge.meeting(judge.tightened / load)
 
 
 def _loads(judge: Judge, counts: Array) -> Array:

@@ -153,12 +153,9 @@ def _shortened(
         counts = shortest(offers, judge, most) if best is None else shorter(offers, judge, best.counts, most)
         if counts is None or (best is not None and not _cheaper(offers, counts, best.counts)):
             break
-        visits = offers.visits(counts)
-        exact, factors = unseen(flight, visits), spread_factors(flight, visits)
-        closer = exact.figures * factors / judge.promise.figures(counts[None])[0] * CLOSER
-        if is_kept(flight, exact.figures, factors):
-            judge = judge.meeting(closer)
-            best = _Kept(counts, judge, exact)
+        kept, closer = _asked(flight, offers, judge, counts)
+        if kept is not None:
+            best, judge = kept, kept.judge
             flight.deadline.report(float(offers.cost(counts[None])[0]))
             continue
         missed = counts
@@ -171,6 +168,15 @@ def _shortened(
     return best or begun, judge
 
 
+def _asked(flight: Flight, offers: Offers, judge: Judge, counts: Array) -> tuple[_Kept | None, Array]:
+    """A campaign, if it keeps the promise exactly, and what draws quick figures to its exact ones."""
+    visits = offers.visits(counts)
+    exact, factors = unseen(flight, visits), spread_factors(flight, visits)
+    closer = exact.figures * factors / judge.promise.figures(counts[None])[0] * CLOSER
+    kept = is_kept(flight, exact.figures, factors)
+    return (_Kept(counts, judge.meeting(closer), exact) if kept else None), closer
+
+
 def _mended(flight: Flight, offers: Offers, judge: Judge, missed: Array, begun: _Kept) -> _Kept | None:
     """A campaign that misses its limits, made more often until it keeps them, if that is shorter.
 
@@ -180,11 +186,9 @@ def _mended(flight: Flight, offers: Offers, judge: Judge, missed: Array, begun: 
         counts = enough(offers, judge, missed)
         if counts is None or not _cheaper(offers, counts, begun.counts):
             return None
-        visits = offers.visits(counts)
-        exact, factors = unseen(flight, visits), spread_factors(flight, visits)
-        closer = exact.figures * factors / judge.promise.figures(counts[None])[0] * CLOSER
-        if is_kept(flight, exact.figures, factors):
-            return _Kept(counts, judge.meeting(closer), exact)
+        kept, closer = _asked(flight, offers, judge, counts)
+        if kept is not None:
+            return kept
         judge = judge.meeting(np.maximum(judge.tightened, closer))
     return None
 

@@ -53,8 +53,7 @@ class Judge:
 
     def loads(self, counts: Array, families: list[str] | None = None) -> Array:
         """(B,) loads under the families that have decided so far, or those that are named."""
-        self.asked += len(counts)
-        return np.asarray(self._loads(counts, families or self.families).max(axis=1))
+        return np.asarray(self.by_family(counts, families or self.families).max(axis=1))
 
     def by_family(self, counts: Array, families: Sequence[str]) -> Array:
         """(B, families) loads, in the promise's order of the families."""
@@ -84,6 +83,10 @@ class Judge:
     def meeting(self, tightened: Array) -> Judge:
         """The same judge with other factors between quick and exact figures."""
         return replace(self, tightened=tightened, families=list(self.families), asked=0)
+
+    def loosened(self, factor: float) -> Judge:
+        """The same judge of limits that are so many times as wide."""
+        return self.meeting(self.tightened / factor)
 
     def quick(self) -> Judge:
         """The same judge by quick figures alone: for limits that are not the spec's, or that count later."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.information.choose import Found
-from planner.information.exchange import Judge, beginnings, shorter, shortest
+from planner.information.exchange import beginnings, shorter, shortest
 from planner.information.model_of import Flight
 from planner.information.scaled import PARTS, Part, scaled
 from planner.information.spreads import figures_with
@@ -62,7 +62,7 @@ class _Room:
         """At the plan's own load, and at ROOM beyond it; more room is never worth less."""
         best, seconds = found.counts, [found.cost]
         for factor in ROOM:
-            best = shorter(found.offers, replace_judge(found.judge, 1.0 / factor), best, LOOKED_AT)
+            best = shorter(found.offers, found.judge.loosened(factor), best, LOOKED_AT)
             seconds.append(min(float(found.offers.cost(best[None])[0]), seconds[-1]))
         return _Room(np.array([1.0, *ROOM]), np.array(seconds))
 
@@ -71,15 +71,10 @@ class _Room:
         return float(self.seconds[0] - np.interp(factor, self.factors, self.seconds))
 
 
-def replace_judge(judge: Judge, times: float) -> Judge:
-    """The judge with every figure multiplied: a looser promise for less than 1."""
-    return judge.meeting(judge.tightened * times)
-
-
 def _of_limit(found: Found, room: _Room) -> Iterator[Price]:
     percent = 100.0 * (ROOM[0] - 1.0)
     yield Price("limits 1 % wider, on average up to 10 %", -room.saved(ROOM[0]) / percent)
-    judge = replace_judge(found.judge, 1.0 / TIGHTER)
+    judge = found.judge.loosened(TIGHTER)
     longer = shortest(found.offers, judge, LOOKED_AT) if beginnings(found.offers, judge) else None
     if longer is not None:
         cost = float(found.offers.cost(longer[None])[0])
