@@ -134,6 +134,15 @@ def covariance(
     return V
 
 
+def strayed(sensor: Sensor, conditions: Conditions, slopes: Mapping[str, Array]) -> Array:
+    """(n, 3) sigma of what 0.05 K from record to record make of curves with slopes (n,), SI/K."""
+    found = np.zeros((len(conditions.day), 3))
+    for effect, slope in slopes.items():
+        x = catalog.effects()[effect].regressors(sensor, conditions)
+        found += np.sum((0.05 * slope[:, None, None] * x) ** 2, axis=2)
+    return np.sqrt(found)
+
+
 def posterior(A: Array, V: Array, T: Array, precision: Array) -> Array:
     """cov(x | campaign) = (Λ + AᵀV⁻¹A)⁻¹, (p, p). Raises LinAlgError where something is not told."""
     told = A @ T

@@ -10,8 +10,8 @@ white on the variances too: each is worked out once.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +24,7 @@ from planner.campaign.prior import Prior, prior_of
 from planner.campaign.triad import ALL, fit_triad
 from planner.measurement import ChannelModel, Parts, evaluate, jacobian
 from planner.nouns.array import Array
+from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS, Sensor
 from planner.solvers.random_effects import covariance
 from planner.solvers.reml import Variances
@@ -34,11 +35,15 @@ DEGENERATE = 1e-9  # share of the largest singular value at which a combination 
 
 @dataclass(frozen=True)
 class ChannelCampaign:
-    """One channel of a campaign, with the variances of the spec."""
+    """One channel of a campaign, with the variances of the spec.
+
+    slopes: of curves that are not known, (n,) root mean square at the records, SI/K
+    """
 
     model: ChannelModel
     runs: PowerOns
     spec: Spec
+    slopes: Mapping[ErrorName, Array] = field(default_factory=dict)
 
     # ------------------------------------------------------------ what depends on the records alone
 
@@ -61,7 +66,9 @@ class ChannelCampaign:
     def noise(self) -> Noise:
         """Which variances the records have."""
         every = np.ones(len(self.runs))
-        return noise_model(self.model, self.parts, self.runs, self.spec.unit, every, sizes_known=True)
+        return noise_model(
+            self.model, self.parts, self.runs, self.spec.unit, every, sizes_known=True, slopes=self.slopes
+        )
 
     # ------------------------------------------------------------ what depends on the variances too
 
@@ -87,6 +94,10 @@ class ChannelCampaign:
         variance = np.diag(found.to_coefficients @ found.to_coefficients.T)
         return np.where(found.undetermined(), np.inf, np.sqrt(variance))[: self.model.linear]
 
+    def solved(self, rows: Array) -> Array:
+        """V⁻¹ r for rows (n, m)."""
+        return np.asarray(covariance(self.noise.effects, self.variances.theta).solve(rows))
+
     def whiten(self, rows: Array) -> Array:
         """W r for rows (n, m), W V Wᵀ = I."""
         v = covariance(self.noise.effects, self.variances.theta)
@@ -95,11 +106,15 @@ class ChannelCampaign:
 
 @dataclass(frozen=True)
 class Campaign:
-    """The campaign of one unit: its power-ons under a spec, with the declared effects as unknowns."""
+    """The campaign of one unit: its power-ons under a spec, with the declared effects as unknowns.
+
+    slopes: of curves that are not known, (n,) root mean square at the records, SI/K
+    """
 
     spec: Spec
     runs: PowerOns
     effects: tuple[str, ...]
+    slopes: Mapping[ErrorName, Array] = field(default_factory=dict)
 
     @cached_property
     def channels(self) -> dict[tuple[Sensor, int], ChannelCampaign]:
@@ -109,7 +124,7 @@ class Campaign:
             for channel in range(3):
                 model = channel_model(sensor, channel, self.runs.conditions, self.effects)
                 if model.carried:
-                    found[sensor, channel] = ChannelCampaign(model, self.runs, self.spec)
+                    found[sensor, channel] = ChannelCampaign(model, self.runs, self.spec, self.slopes)
         return found
 
     def estimate(
@@ -122,6 +137,14 @@ class Campaign:
         return fit_triad(sensor, readings, self.runs, self.spec, self.effects, robust, channels)
 
 
-def campaign(spec: Spec, runs: PowerOns, effects: Sequence[str] | None = None) -> Campaign:
-    """The campaign of a spec with its declared effects, unless others are named."""
-    return Campaign(spec, runs, tuple(spec.effects if effects is None else effects))
+def campaign(
+    spec: Spec,
+    runs: PowerOns,
+    effects: Sequence[str] | None = None,
+    slopes: Mapping[ErrorName, Array] | None = None,
+) -> Campaign:
+    """The campaign of a spec with its declared effects, unless others are named.
+
+    slopes: of curves that are not known, (n,) root mean square at the records, SI/K; none without
+    """
+    return Campaign(spec, runs, tuple(spec.effects if effects is None else effects), slopes or {})

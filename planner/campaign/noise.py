@@ -5,12 +5,14 @@
 White noise of a record (∝ 1/duration), a part that averaging does not lower, one that grows with the input
 (temperature reading and rate errors times slope); for every power-on a draw of each error that the spec lets
 change from power-on to power-on, and within it the first-order Gauss-Markov process of each error that the
-spec lets drift (K 2.1). Their sizes come from the data by REML, or from the spec for a campaign to be made.
+spec lets drift (K 2.1). Their sizes come from the data by REML, or from the spec for a campaign to be made:
+its records also have what a chamber that strays by σ_T from record to record makes of curves that nobody
+knows yet, σ_T² Σ_e E f_e'(T)² x_e².
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -28,7 +30,10 @@ from planner.solvers.reml import Variances
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Unit
 
-Kind = Literal["white", "temperature_stray", "constant", "rate_noise", "run_to_run", "in_run", "prior"]
+Kind = Literal[
+    "white", "temperature_stray", "chamber_stray", "constant", "rate_noise", "run_to_run", "in_run", "prior"
+]
+SOAKED_STRAY_K = 0.05  # one sigma, by which a soaked chamber is warmer in one record than in another
 RATE_NOISE_FROM = {"gyro": 0.5, "accelerometer": 30.0}  # rad/s, m/s²: below, a reading's error is no noise
 LEAST_WHITE = 1e-8  # of the run-to-run variance: readings without any noise must not make V singular
 LEAST_BESIDE_SHARED = 1e-8  # of what shared unknowns add; at 500 deg/s a good gyro has 1e-6 of a mounting
@@ -79,11 +84,13 @@ def noise_model(
     weights: Array,
     *,
     sizes_known: bool = False,
+    slopes: Mapping[ErrorName, Array] | None = None,
 ) -> Noise:
     """The variances that this channel can have; rows stand power-on by power-on.
 
     weights: (n,) of the robust fit, 1 for a row that is believed
     sizes_known: the spec's are taken; data of one record a power-on cannot tell its draw from white noise
+    slopes: of curves that are not known, (n,) root mean square at the records, SI/K
     """
     sensor, found = model.sensor, _Pieces()
     duration = runs.known_duration
@@ -93,6 +100,9 @@ def noise_model(
     stray = _stray(model)
     if np.any(stray):
         found.diagonals[Component("temperature_stray", bias)] = stray**2 / weights
+    strays = strayed_variances(squared_columns(model, parts, unit), slopes) if slopes else 0.0
+    if np.any(strays):
+        found.diagonals[Component("chamber_stray", bias)] = strays / weights
     if duration.max() > 1.5 * duration.min():
         found.diagonals[Component("constant", bias)] = np.ones_like(white) / weights
     if np.abs(model.u).max(initial=0.0) > RATE_NOISE_FROM[sensor]:
@@ -117,6 +127,19 @@ def _stray(model: ChannelModel) -> Array:
     if nodes is None or len(nodes) < 2:
         return np.zeros(len(t))
     return np.asarray(np.min(np.abs(t[:, None] - nodes[None, :]), axis=1))
+
+
+def squared_columns(model: ChannelModel, parts: Parts, unit: Unit) -> dict[ErrorName, Array]:
+    """Error -> (n,) Σ x² over its terms, fitted or not."""
+    found: dict[ErrorName, Array] = {}
+    for (error, _), z in (columns_of_errors(model, parts) | unfitted_columns(model, parts, unit)).items():
+        found[error] = found.get(error, 0.0) + z**2
+    return found
+
+
+def strayed_variances(columns: Mapping[ErrorName, Array], slopes: Mapping[ErrorName, Array]) -> Array | float:
+    """(n,) of what a chamber's stray makes of curves with slopes (n,), SI²; columns: squared."""
+    return SOAKED_STRAY_K**2 * sum(slopes[error] ** 2 * x for error, x in columns.items() if error in slopes)
 
 
 # ---------------------------------------------------------------- what a power-on draws
@@ -223,7 +246,7 @@ def spec_variances(noise: Noise, unit: Unit, white: float | None = None, shared:
 
 
 def _from_spec(c: Component, noise: Noise, unit: Unit, white: float | None) -> float:
-    if c.kind == "prior":
+    if c.kind in ("prior", "chamber_stray"):
         return 1.0
     if c.kind == "white":
         return unit.white(c.error.sensor) ** 2 / noise.duration if white is None else white

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from planner.information.smooth import Moments
 from planner.nouns.array import Array
+from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS, Sensor
 from planner.simulate.curves.cosines import Cosines
 from planner.simulate.curves.grid import Shape, along, centred, largest_left
@@ -82,6 +83,42 @@ class Curves:
         """(N, n) curves of one error and family at temperatures (N,), SI."""
         return np.ascontiguousarray(self._seen(self._families[name][error], degc).T, dtype=np.float32)
 
+    def slopes(self, degc: Array) -> dict[ErrorName, Array]:
+        """Error -> (N,) slopes at temperatures (N,), root mean square over curves and families, SI/K."""
+        found: dict[ErrorName, list[Array]] = {}
+        for each in self.slopes_by_family(degc).values():
+            for error, slopes in each.items():
+                found.setdefault(error, []).append(slopes**2)
+        return {error: np.sqrt(np.mean(squares, axis=0)) for error, squares in found.items()}
+
+    def slopes_by_family(self, degc: Array) -> dict[str, dict[ErrorName, Array]]:
+        """Family -> error -> (N,) slopes at temperatures (N,), root mean square over its curves, SI/K."""
+        return {
+            name: {error: steep[_segments(grid, degc)] for error, (grid, steep) in each.items()}
+            for name, each in self._steepness.items()
+        }
+
+    @cached_property
+    def _steepness(self) -> dict[str, dict[ErrorName, tuple[Array, Array]]]:
+        """Family -> error -> (G,) grid and (G - 1,) root mean squares of the slopes between its points."""
+        return {
+            name: {
+                ErrorName.of(*error): (family.grid, np.sqrt(self._squares_of_slopes(family)))
+                for error, family in each.items()
+            }
+            for name, each in self._families.items()
+        }
+
+    def _squares_of_slopes(self, family: CurveFamily) -> Array:
+        """(G - 1,) mean squares between the points of a family's grid, (SI/K)²."""
+        if not isinstance(family, TableCurves) or family.figure == "sigma":
+            squares = np.sum(np.diff(family.rows(CURVES, self._rng()), axis=1) ** 2, axis=0)
+        else:
+            known = self._kept(family.shape)
+            known.look(np.empty(0), self.on_offer, family)
+            squares = known.scales(family) ** 2 @ known.steps / CURVES
+        return np.asarray(squares / np.diff(family.grid) ** 2)
+
     @cached_property
     def _families(self) -> dict[str, dict[tuple[Sensor, str], CurveFamily]]:
         return {name: curve_families(self.spec, name) for name in families_of(self.spec)}
@@ -144,6 +181,11 @@ class _Drawn:
     left: dict[int, Array] = field(default_factory=dict)
     seen: dict[bytes, tuple[Array, Array]] = field(default_factory=dict)
 
+    @cached_property
+    def steps(self) -> Array:
+        """(n, POINTS - 1) squares of the differences between neighbouring points of every curve."""
+        return np.concatenate([np.diff(block, axis=1) ** 2 for block in self.blocks()])
+
     def look(self, degc: Array, on_offer: Array, family: TableCurves) -> None:
         """Curves at temperatures and what a family's tables leave of them, where not known, in one go."""
         numbers = [n for n in family.numbers if n not in self.left]
@@ -178,6 +220,11 @@ class _Drawn:
         ]
         least = np.min(each, axis=0)
         return np.where(np.isfinite(least), least, 0.0)
+
+
+def _segments(grid: Array, degc: Array) -> NDArray[np.intp]:
+    """(N,) which segment of a grid temperatures lie on; the end ones go on beyond it."""
+    return np.clip(np.searchsorted(grid, degc, side="right") - 1, 0, len(grid) - 2)
 
 
 def unseen_curves(spec: Spec) -> int:

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from planner.campaign.alike_power_ons import alike_together
 from planner.campaign.design import design
-from planner.campaign.model import Campaign, campaign
+from planner.campaign.model import Campaign
 from planner.campaign.power_ons import of_design
 from planner.information.drawn import DRAWS as FLIGHTS
 from planner.information.drawn import drawn_quantile, nearly
 from planner.information.in_flight import Asked
-from planner.information.kinds import Kind, Kinds, channel_kinds
+from planner.information.kinds import Kind, Kinds, campaign_of, channel_kinds
 from planner.information.model_of import Flight, asked_of, promise_of
 from planner.information.promise import Promise
 from planner.nouns.array import Array
@@ -63,7 +63,7 @@ class Foreseen:
 def foreseen(flight: Flight, steps: Sequence[Step], draws: int = FLIGHTS) -> Foreseen:
     """The promise of the campaign that these steps make of one unit; draws: flights for a quantile."""
     runs = alike_together(of_design(design(steps, flight.spec), flight.spec), flight.spec)
-    return foreseen_of(flight, campaign(flight.spec, runs), draws)
+    return foreseen_of(flight, campaign_of(flight.spec, runs, flight.curves), draws)
 
 
 def unseen(flight: Flight, visits: Sequence[TestVisits]) -> Foreseen:
@@ -90,7 +90,7 @@ def foreseen_of(flight: Flight, made: Campaign, draws: int = FLIGHTS) -> Foresee
     """The promise of a campaign on the spec's flights; draws: flights for a quantile."""
     days = flight.in_store(float(made.runs.on_day.max(initial=0.0)))
     wanted = asked_of(flight, exact=True, days=days)
-    promise = promise_of(flight, _kinds(made), wanted)
+    promise = promise_of(flight, _kinds(flight, made), wanted)
     counts = made.runs.counts[None]
     figures = np.empty((len(promise.families), len(wanted)))
     if squares := [k for k, a in enumerate(wanted) if a.share is None]:
@@ -103,13 +103,14 @@ def foreseen_of(flight: Flight, made: Campaign, draws: int = FLIGHTS) -> Foresee
     return Foreseen({name: tuple(map(float, row)) for name, row in each}, promise, counts, days)
 
 
-def _kinds(made: Campaign) -> Kinds:
+def _kinds(flight: Flight, made: Campaign) -> Kinds:
     """Every power-on of the campaign that is unlike the others as a kind of its own."""
     runs = made.runs
     degc = np.round(runs.conditions.temperature_degc[runs.starts], 6)
     bench = [""] * len(degc) if runs.bench is None else runs.bench[runs.starts]
     kinds = tuple(Kind("", float(t), str(b)) for t, b in zip(degc, bench, strict=True))
-    return Kinds(kinds, tuple(map(channel_kinds, made.channels.values())))
+    slopes = flight.curves.slopes_by_family(runs.conditions.temperature_degc)
+    return Kinds(kinds, tuple(channel_kinds(c, slopes) for c in made.channels.values()))
 
 
 def laid_out(flight: Flight, visits: Sequence[TestVisits], *, first_only: bool = False) -> tuple[Step, ...]:

@@ -8,17 +8,26 @@ columns are its term's column times the hats at that temperature. J_k therefore 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.campaign.channel_model import EXCITED, EXCITING
-from planner.campaign.model import ChannelCampaign, campaign
-from planner.campaign.noise import budget_of, columns_of_errors, unfitted_columns
+from planner.campaign.model import Campaign, ChannelCampaign, campaign
+from planner.campaign.noise import (
+    budget_of,
+    columns_of_errors,
+    squared_columns,
+    strayed_variances,
+    unfitted_columns,
+)
 from planner.campaign.power_ons import PowerOns
+from planner.information.curves import Curves
 from planner.measurement import sensed
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
@@ -26,6 +35,10 @@ from planner.nouns.sensor import ErrorName
 from planner.plan.motions_to_records import RepeatRecords, repeat_records
 from planner.protocols import Sensor
 from planner.spec.model import Spec
+
+Slopes = Mapping[str, Mapping[ErrorName, Array]]
+"""Family of curves -> error -> (n,) root mean square of the slopes of its curves at records, SI/K."""
+NONE: Slopes = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -61,6 +74,8 @@ class ChannelKinds:
     sigma: (q,) of the references and of walks over the campaign's days
     references: (q,) names of the references, which other channels have in common; empty: a walk of its own
     rows: (n, b) columns without weights, inputs: (n,) their |u|, starts: (g,) first row of each kind
+    strayed: family of curves -> (g, b + q, b + q) A_kᵀ V_k⁻¹ D_k V_k⁻¹ A_k; D: variances that a chamber's
+        stray makes of its curves, less those of all families together, which V has
     """
 
     sensor: Sensor
@@ -74,6 +89,7 @@ class ChannelKinds:
     rows: Array
     inputs: Array
     starts: NDArray[np.int64]
+    strayed: Mapping[str, Array] = field(default_factory=dict)
 
     @cached_property
     def shows(self) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
@@ -104,8 +120,20 @@ class Kinds:
         """(g,) temperatures."""
         return np.array([k.temperature_degc for k in self.kinds])
 
+    @property
+    def families(self) -> frozenset[str]:
+        """Of the curves, those of which it is known what a chamber's stray makes of them."""
+        return frozenset(name for c in self.channels for name in c.strayed)
 
-def kinds_of(spec: Spec, offered: Sequence[tuple[str, Sequence[float]]]) -> Kinds:
+    def under(self, family: str, name: str) -> Kinds:
+        """With the stray of one family alone, by another name."""
+        if not self.families:
+            return self
+        known = (replace(c, strayed={name: c.strayed[family]}) for c in self.channels)
+        return Kinds(self.kinds, tuple(known))
+
+
+def kinds_of(spec: Spec, offered: Sequence[tuple[str, Sequence[float]]], curves: Curves) -> Kinds:
     """The kinds that tests offer, each (test, temperatures). Tests of unknown motions are left out.
 
     The days of a campaign are not known before it is chosen: the walk during it is left to the prediction.
@@ -116,9 +144,13 @@ def kinds_of(spec: Spec, offered: Sequence[tuple[str, Sequence[float]]]) -> Kind
         if one is not None:
             kinds += [Kind(test, float(t), spec.tests[test].bench) for t in temperatures]
             records += [one] * len(temperatures)
-    runs = _runs(spec, kinds, records)
-    made = campaign(spec, runs)
+    made = campaign_of(spec, _runs(spec, kinds, records), curves)
     return Kinds(tuple(kinds), tuple(map(channel_kinds, made.channels.values())))
+
+
+def campaign_of(spec: Spec, runs: PowerOns, curves: Curves) -> Campaign:
+    """A campaign to be made, before which nobody knows a unit's curves."""
+    return campaign(spec, runs, slopes=curves.slopes(runs.conditions.temperature_degc))
 
 
 def _runs(spec: Spec, kinds: Sequence[Kind], records: Sequence[RepeatRecords]) -> PowerOns:
@@ -145,8 +177,11 @@ def _runs(spec: Spec, kinds: Sequence[Kind], records: Sequence[RepeatRecords]) -
     )
 
 
-def channel_kinds(c: ChannelCampaign) -> ChannelKinds:
-    """One channel of a campaign, power-on by power-on."""
+def channel_kinds(c: ChannelCampaign, slopes: Slopes = NONE) -> ChannelKinds:
+    """One channel of a campaign, power-on by power-on.
+
+    slopes: family -> error -> (n,) of its curves at the records, SI/K
+    """
     model = c.model
     columns = columns_of_errors(model, c.parts)
     unfitted = _lead_astray(c)
@@ -168,7 +203,20 @@ def channel_kinds(c: ChannelCampaign) -> ChannelKinds:
         rows,
         u,
         c.runs.starts,
+        {} if not slopes else _strayed(c, np.column_stack([rows, c.prior.columns]), slopes),
     )
+
+
+def _strayed(c: ChannelCampaign, A: Array, slopes: Slopes) -> dict[str, Array]:
+    """Family -> (g, m, m) of columns A (n, m)."""
+    W, columns = c.solved(A), squared_columns(c.model, c.parts, c.spec.unit)
+    together = strayed_variances(columns, c.slopes)
+    beyond = np.array(
+        [np.broadcast_to(strayed_variances(columns, of) - together, len(W)) for of in slopes.values()]
+    )
+    power_ons = [slice(a, z) for a, z in pairwise([*c.runs.starts.tolist(), len(W)])]
+    each = np.stack([(W[k].T * beyond[:, None, k]) @ W[k] for k in power_ons], axis=1)
+    return dict(zip(slopes, each, strict=True))
 
 
 def _lead_astray(c: ChannelCampaign) -> dict[tuple[ErrorName, str], Array]:

@@ -143,7 +143,7 @@ def _looked_at(flight: Flight, wanted: Requirement) -> int:
 
 def on_offer(flight: Flight, also: Sequence[float] = ()) -> tuple[Offers, Promise]:
     """What a campaign may be made of, and what any of them promises (quickly)."""
-    kinds = kinds_of(flight.spec, offered(flight.spec, also))
+    kinds = kinds_of(flight.spec, offered(flight.spec, also), flight.curves)
     wanted = asked_of(flight, exact=False)
     return offers_of(flight.spec, kinds.kinds), promise_of(flight, kinds, wanted)
 

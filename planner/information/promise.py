@@ -158,17 +158,17 @@ class Promise:
     def without_curves(self) -> Promise:
         """The same where tables miss nothing of the curves; what thermometers do to these is as it was.
 
-        One family by no name where thermometers are right: without curves all are alike.
+        One family by no name where thermometers are right and chambers keep still: without curves all are
+        alike.
         """
-        return replace(
-            self, families={"": {}} if self.misread is None else {name: {} for name in self.families}
-        )
+        differ = self.misread is not None or self.kinds.families
+        return replace(self, families={name: {} for name in self.families} if differ else {"": {}})
 
     def under(self, family: str, moments: Moments | None = None) -> Promise:
         """One family alone, with its second moments or others; by no name."""
         known = self.families[family] if moments is None else moments
         misread = None if self.misread is None else self.misread.under(family, "")
-        return replace(self, families={"": known}, misread=misread)
+        return replace(self, kinds=self.kinds.under(family, ""), families={"": known}, misread=misread)
 
     def reads(self, error: ErrorName, term: str) -> bool:
         """Whether a term must be told: the unit has something of it, and flights read it."""
@@ -199,7 +199,7 @@ class Promise:
     @cached_property
     def _groups(self) -> list[_Group]:
         """Channels of which something flies; of a sensor without any budget nothing does."""
-        found = (_group(self, g) for g in alike(self.kinds.channels, self.kinds.degc))
+        found = (_group(self, g) for g in alike(self.kinds.channels, self.kinds.degc, [*self.families]))
         return [group for group in found if group.flown]
 
     def places(self, degc: Array) -> NDArray[np.intp]:

@@ -53,4 +53,4 @@ def _without(c: ChannelKinds, lost: list[tuple[int, int]]) -> ChannelKinds:
     sizes = [len(x) for x in each]
     starts = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
     rows, size = np.concatenate(each), np.concatenate(inputs)
-    return replace(c, information=information, rows=rows, inputs=size, starts=starts)
+    return replace(c, information=information, rows=rows, inputs=size, starts=starts, strayed={})

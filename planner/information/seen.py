@@ -37,14 +37,17 @@ class Seen:
     def left(self, found: Told, R: Array, families: Sequence[int]) -> Array:
         """(B, families, S, ρ, ρ) what estimates leave, and what they make of the curves; R: of `reads`.
 
-        Σ_channels R (C + Σ_e G_e (M_e + D_e) G_eᵀ) Rᵀ − X − Xᵀ,   X = Σ_e R G_e M_e,flight J_eᵀ
+        Σ_channels R (C + C N C + Σ_e G_e (M_e + D_e) G_eᵀ) Rᵀ − X − Xᵀ,   X = Σ_e R G_e M_e,flight J_eᵀ
 
-        D_e is what thermometers make of a curve, of which the flight has nothing.
+        D_e is what thermometers make of a curve, of which the flight has nothing; N, what the chamber's stray
+        from record to record makes of the family's curves, less what the fit expects of all families.
 
         All channels, errors and families of a campaign are one product: small ones take longer to call.
         """
         a, B, S, r, P = R.shape
         V = found.covariance[:, :, None]
+        if found.strayed is not None:
+            V = V + found.strayed[:, :, [*families]]
         for i, M in self.moments.items():
             G, k = found.gains[i][:, :, None], found.kinds
             among = _among(M[[*families]], self.of_kind[k])

@@ -83,8 +83,8 @@ def simultaneous(drawn: Array, share: float) -> Array:
 
 def figures_with(flight: Flight, visits: Sequence[TestVisits], spec: Spec) -> Array:
     """(families, requirements) figures of visits under an error model, quickly, SI."""
-    kinds = kinds_of(spec, [(v.test, v.temperatures_degc) for v in visits])
     other = flight.under(spec)
+    kinds = kinds_of(spec, [(v.test, v.temperatures_degc) for v in visits], other.curves)
     promise = promise_of(other, kinds, asked_of(other, exact=False))
     made = {(v.test, t): n for v in visits for t, n in zip(v.temperatures_degc, v.repeats, strict=True)}
     counts = np.array([[float(made[k.test, k.temperature_degc]) for k in kinds.kinds]])

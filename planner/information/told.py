@@ -38,12 +38,14 @@ class Alike:
     """Channels that are solved together: as many terms of the same errors, driven by the same kinds.
 
     information: (a, g, b + q, b + q) of a channels; astray: (a, g, b + q, u); degc: (g,) of the kinds
+    strayed: (families, a, g, b + q, b + q) what a chamber's stray makes of each family; None: not asked
     """
 
     channels: tuple[ChannelKinds, ...]
     information: Array
     astray: Array
     degc: Array
+    strayed: Array | None = None
 
     @property
     def first(self) -> ChannelKinds:
@@ -70,6 +72,7 @@ class Told:
     covariance: (a, B, P, P) of the estimates' errors, 1 of what is no node; beside: (a, B, P, q) with the
     q shared ones; undetermined: (a, B, P); places: (b,) columns of each term
     nodes: (b,) (B, N) of its table, infinite where a campaign has no more of them, or None
+    strayed: (a, B, families, P, P) C N C, N: of a chamber's stray beyond what V has; None: not asked
     """
 
     kinds: NDArray[np.intp]
@@ -79,6 +82,7 @@ class Told:
     undetermined: NDArray[np.bool_]
     places: tuple[slice, ...]
     nodes: tuple[Array | None, ...]
+    strayed: Array | None = None
 
     def reads(self, temperature_degc: Array) -> list[Array | None]:
         """Per term (B, X, N) hats of its table at temperatures (X,); None: a constant."""
@@ -89,8 +93,8 @@ class Told:
         return [None if nodes is None else made[id(nodes)] for nodes in self.nodes]
 
 
-def alike(channels: Sequence[ChannelKinds], degc: Array) -> list[Alike]:
-    """The channels by what can be solved together."""
+def alike(channels: Sequence[ChannelKinds], degc: Array, families: Sequence[str] = ()) -> list[Alike]:
+    """The channels by what can be solved together; families: of curves, that may be asked for."""
     groups: dict[object, list[ChannelKinds]] = {}
     for c in channels:
         terms = tuple((t.error, t.tabled, t.driven, t.nodal) for t in c.terms)
@@ -99,7 +103,13 @@ def alike(channels: Sequence[ChannelKinds], degc: Array) -> list[Alike]:
         unfitted = tuple(t.error for t in c.unfitted)
         groups.setdefault((terms, unfitted, driven, c.sigma.tobytes(), c.references), []).append(c)
     return [
-        Alike(tuple(g), np.stack([c.information for c in g]), np.stack([c.astray for c in g]), degc)
+        Alike(
+            tuple(g),
+            np.stack([c.information for c in g]),
+            np.stack([c.astray for c in g]),
+            degc,
+            np.array([[c.strayed[name] for c in g] for name in families]) if g[0].strayed else None,
+        )
         for g in groups.values()
     ]
 
@@ -133,10 +143,19 @@ def told(group: Alike, counts: Array, curved: Sequence[int]) -> Told:
         z = np.swapaxes(group.astray[:, kinds] * repeats, -1, -2) @ Q
         felt |= {i: z[:, :, :, i - b, :] for i in unfitted}
     gains = {i: C[..., :P, :] @ np.swapaxes(each, 2, 3) for i, each in felt.items()}
+    strayed = None
+    if group.strayed is not None:
+        by_family = _resolved(group.strayed[:, :, kinds] * repeats, Q)
+        strayed = np.moveaxis((C @ by_family @ C)[..., :P, :P], 0, 2)
     undetermined = inflated > UNSEEN
     for i, far in _far_from_nodes(c, kinds, n):
         undetermined[:, far, places[i]] = True
-    return Told(kinds, C[..., :P, :P], C[..., :P, P:], gains, undetermined, places, own)
+    return Told(kinds, C[..., :P, :P], C[..., :P, P:], gains, undetermined, places, own, strayed)
+
+
+def _resolved(of_kinds: Array, Q: Array) -> Array:
+    """(..., B, P + q, P + q) Σ_k Q_kᵀ N_k Q_k of (..., B, K, b + q, b + q)."""
+    return np.asarray((np.swapaxes(Q, -1, -2) @ of_kinds @ Q).sum(axis=-3))
 
 
 def _nodes(group: Alike, counts: Array) -> tuple[Array, Array]:

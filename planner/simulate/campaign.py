@@ -19,6 +19,7 @@ import numpy as np
 
 from planner import catalog
 from planner.campaign.design import Design
+from planner.campaign.noise import SOAKED_STRAY_K
 from planner.campaign.power_ons import of_design
 from planner.measurement import Acting
 from planner.nouns.array import Array
@@ -57,7 +58,7 @@ class Settings:
         default_factory=lambda: {s: value * unit_factor(unit)[0] for s, (value, unit) in USUAL.items()}
     )
     in_run_time: float | None = None
-    temperature_jitter: float = 0.05
+    temperature_jitter: float = SOAKED_STRAY_K
     temperature_error: float = 0.0
     case: Literal["random", "worst"] = "random"
     signs: Literal["random", "plus"] = "random"

@@ -1,7 +1,8 @@
 """Many campaigns of one plan at once: measured, and calibrated by generalised least squares of verify's own.
 
 The variances are the spec's: per power-on, the draw of every budgeted error over the records, its in-run
-drift of correlation exp(−|Δt|/τ), and white noise ∝ 1/duration; references of the bench that err are
+drift of correlation exp(−|Δt|/τ), white noise ∝ 1/duration, and what the chamber's stray makes of the curves
+(slopes); references of the bench that err are
 unknowns with a prior, and so are the steps of a walk in store, back from the last power-on. Whitening and the
 design's inverse are worked out once, P = (XᵀV⁻¹X)⁻¹XᵀV⁻¹; every unit then costs matrix products,
 θ ← θ + P (y − ŷ(θ)), which is Gauss-Newton with the Jacobian at zero: it contracts by κ, 0.5 % a round. Where
@@ -30,6 +31,7 @@ from planner.verify.draws import DrawnError, Unit, generator
 from planner.verify.records import Records
 from planner.verify.references import Direction
 from planner.verify.smooth import LINES, Tables
+from planner.verify.strays import STILL, Strays
 
 _ROUNDS = 5  # 0.5 % of scale factor to the fifth is nothing
 _LEAST_WHITE = 1e-8  # of what power-ons scatter: records without noise must not make V singular
@@ -87,15 +89,16 @@ def estimators(
     chance: Chance,
     off: Sequence[Direction] = (),
     tables: Tables = LINES,
+    strays: Strays = STILL,
 ) -> dict[Sensor, tuple[Estimator, ...]]:
     """Both sensors, channels with common terms together. Raises InputError for too few records.
 
     off: the ways in which references err, which are unknowns of the fit with a prior of their sigma
-    tables: how tables are read between their nodes
+    tables: how tables are read between their nodes; strays: what the chamber's stray makes of curves
     """
     return {
         sensor: tuple(
-            _estimator(model, records, unit, chance, off, tables)
+            _estimator(model, records, unit, chance, off, tables, strays)
             for model in declared(sensor, records.conditions, effects)
             if model.columns
         )
@@ -110,6 +113,7 @@ def _estimator(
     chance: Chance,
     off: Sequence[Direction],
     tables: Tables,
+    strays: Strays,
 ) -> Estimator:
     conditions = records.conditions
     u = sensed(model.sensor, conditions)[:, list(model.channels)]
@@ -128,7 +132,7 @@ def _estimator(
         )
     walked = _walked(model, records, unit)
     least = _LEAST_BESIDE_WALKS * sum(float(np.mean(w**2)) for w in walked)
-    roots = _roots(model, records, unit, chance, least)
+    roots = _roots(model, records, unit, chance, strays, least)
     rows = [_rows(run, len(model.channels)) for run in records.runs]
     shared = [d.sigma * getattr(d, INPUT[model.sensor])[:, model.channels].ravel() for d in off] + walked
     both = np.column_stack([X, *(column for column in shared if column.any())])
@@ -167,23 +171,37 @@ def _inverse(white: Array, p: int) -> tuple[Array, NDArray[np.bool_]]:
 # ---------------------------------------------------------------- variances by the spec
 
 
-def _roots(model: Declared, records: Records, unit: Unit, chance: Chance, beside_walks: float) -> list[Array]:
+def _roots(
+    model: Declared, records: Records, unit: Unit, chance: Chance, strays: Strays, beside_walks: float
+) -> list[Array]:
     """Cholesky factor of every power-on's V, its rows record by record, channels side by side."""
     c = records.conditions
     columns = _scattered(model, records, unit)
     by_day = any("day" in catalog.effects()[e].needs for (s, e) in unit.budgets if s == model.sensor)
     between = sum(float(np.mean((x * s[:, None, None]) ** 2)) for x, s, _, _, _ in columns)
     least = max(_LEAST_WHITE * between, beside_walks)
+    strayed = _strayed(model, records, strays)
     known: dict[bytes, Array] = {}
     found = []
     for run in records.runs:
         seen = [c.rate, c.specific_force, c.temperature_degc, c.time_on, records.duration]
         key = b"".join(np.round(x[run], 9).tobytes() for x in [*seen, *([c.day] if by_day else [])])
         if key not in known:
-            noise = chance.white[model.sensor] ** 2 / records.duration[run] + least
+            white = chance.white[model.sensor] ** 2 / records.duration[run] + least
+            noise = white[:, None] + strayed[run]
             V = _of_run(run, columns, records, noise, len(model.channels))
             known[key] = np.asarray(np.linalg.cholesky(V), dtype=np.float64)
         found.append(known[key])
+    return found
+
+
+def _strayed(model: Declared, records: Records, strays: Strays) -> Array:
+    """(n, c) variance of what the chamber's stray makes of the sensor's curves."""
+    found = np.zeros((len(records), len(model.channels)))
+    for (sensor, effect), sigma in strays.items():
+        if sensor == model.sensor:
+            x = catalog.effects()[effect].regressors(sensor, records.conditions)[:, list(model.channels)]
+            found += sigma[:, None] ** 2 * np.sum(x**2, axis=2)
     return found
 
 
@@ -230,7 +248,7 @@ def _scattered(model: Declared, records: Records, unit: Unit) -> list[_Scattered
 def _of_run(
     run: NDArray[np.int64], columns: list[_Scattered], records: Records, noise: Array, channels: int
 ) -> Array:
-    """V (m c, m c) of one power-on; noise: (m,) variance of the white part."""
+    """V (m c, m c) of one power-on; noise: (m, c) variances of what every record has of its own."""
     c, m = records.conditions, len(run)
     later = np.abs(np.subtract.outer(c.time_on[run], c.time_on[run]))
     warmer = np.subtract.outer(c.temperature_degc[run], c.temperature_degc[run])
@@ -239,7 +257,7 @@ def _of_run(
         K = np.outer(s[run], s[run]) * (1.0 if length is None else np.exp(-0.5 * (warmer / length) ** 2))
         K = K + drift**2 * np.exp(-later / time)
         V += np.einsum("ict,ij,jdt->icjd", x[run], K, x[run])
-    flat = V.reshape(m * channels, m * channels) + np.diag(np.repeat(noise, channels))
+    flat = V.reshape(m * channels, m * channels) + np.diag(noise.ravel())
     return flat if flat.any() else _QUIET**2 * np.eye(len(flat))
 
 

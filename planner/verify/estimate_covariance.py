@@ -35,7 +35,8 @@ class Estimates:
     noise: (P, P) covariance by runs, drift, white noise and references of the campaign
     constant: error -> (P, t) by one of its constants; curve: error -> (P, t, N) by its curve at each of the
     temperatures degc (N,); slope: the same by its slope on the bench of each thermometer that errs, with the
-    thermometer's sigma, K
+    thermometer's sigma, K; strays: error -> (N, P, P) covariance by its slopes of one K⁻¹ there, as the
+    chamber strays from record to record
     walk: error -> (P, t, D) by the walk on the days (D,)
     """
 
@@ -45,6 +46,7 @@ class Estimates:
     degc: Array
     curve: Mapping[Error, Array]
     slope: Mapping[Error, Sequence[tuple[float, Array]]]
+    strays: Mapping[Error, Array]
     days: Array
     walk: Mapping[Error, Array]
 
@@ -65,7 +67,7 @@ def estimates(
     degc, at = np.unique(np.round(records.conditions.temperature_degc, 9), return_inverse=True)
     days, on = np.unique(records.on_day, return_inverse=True)
     noise = _white(P, records, chance) + _references(P, directions(records, spec))
-    constant, curve, slope, walk = {}, {}, {}, {}
+    constant, curve, slope, strays, walk = {}, {}, {}, {}, {}
     for error, budget in unit.budgets.items():
         sensor, effect = error
         z = catalog.effects()[effect].regressors(sensor, records.conditions)
@@ -76,8 +78,10 @@ def estimates(
         slope[error] = [
             (sigma, _summed(each * rows, at, len(degc))) for sigma, rows in thermometers(records, spec)
         ]
+        each_at = [each[:, :, at == k].reshape(len(each), -1) for k in range(len(degc))]
+        strays[error] = np.array([chance.temperature_jitter**2 * one @ one.T for one in each_at])
         walk[error] = _summed(each, on, len(days))
-    return Estimates(tuple(every), noise, constant, degc, curve, slope, days, walk)
+    return Estimates(tuple(every), noise, constant, degc, curve, slope, strays, days, walk)
 
 
 def _weights(

@@ -35,8 +35,9 @@ from planner.verify.flights import (
 from planner.verify.records import Records, records_of
 from planner.verify.references import Met, directions, met_by_units
 from planner.verify.residuals import PARTS, Left, flying, left_over
-from planner.verify.smooth import tables_of
+from planner.verify.smooth import prior_of, tables_of
 from planner.verify.starts import Starts, as_flown
+from planner.verify.strays import strays_of
 from planner.verify.tally import Tally
 
 CHUNK = 100
@@ -100,6 +101,7 @@ def experiment(
     """
     chance, family = chance or chance_of(spec), family or usual_family(spec)
     records, unit = records_of(document, spec), unit_of(spec, family)
+    strays = strays_of(records, chance, prior_of(spec))
     given = spec.sensitivities.given if isinstance(spec.sensitivities, Given) else {}
     flown = None
     if not given and trajectory is not None:
@@ -112,7 +114,13 @@ def experiment(
         unit=unit,
         records=records,
         estimators=estimators(
-            records, unit, declares or spec.effects, chance, directions(records, spec), tables_of(spec)
+            records,
+            unit,
+            declares or spec.effects,
+            chance,
+            directions(records, spec),
+            tables_of(spec),
+            strays,
         ),
         flight=flown,
         given={name: quantity.si for name, quantity in given.items()},

@@ -23,6 +23,7 @@ from planner.verify.draws import Exposed, Unit
 from planner.verify.estimate_covariance import Estimates
 from planner.verify.residuals import carrier, flying, share
 from planner.verify.second_moments import Error, Moment
+from planner.verify.strays import squares
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
 KEPT = 48  # drifts of 3 MB where 120 instants ask for three components each at 240 moments
@@ -120,16 +121,17 @@ class Foresight:
         return np.asarray(over @ over.T)
 
     def misread(self, moments: Mapping[Error, Moment]) -> Array:
-        """(P, P) of what thermometers do to the curves, in the estimates."""
+        """(P, P) of what thermometers that err and chambers that stray do to the curves, in the estimates."""
         known = self.estimates
         found = np.zeros(known.noise.shape)
         for error, moment in moments.items():
+            found += np.tensordot(squares(moment, known.degc), known.strays[error], axes=1)
             for sigma, one in known.slope[error]:
                 found += sigma**2 * _through(np.swapaxes(one, 1, 2), moment.of_slopes(known.degc, sigma))
         return found
 
     def told(self, moments: Mapping[Error, Moment]) -> Array:
-        """(P, P) of the curves in the estimates, with what thermometers do to them."""
+        """(P, P) of the curves in the estimates, with what thermometers and chambers do to them."""
         known, found = self.estimates, self.misread(moments)
         for error, moment in moments.items():
             found += moment.through(np.ascontiguousarray(np.moveaxis(known.curve[error], 1, 0)), known.degc)
@@ -187,7 +189,7 @@ class Seen:
         return missed
 
     def misread(self, moments: Mapping[Error, Moment]) -> Array:
-        """(R, R) of what thermometers do to the curves."""
+        """(R, R) of what thermometers and chambers do to the curves."""
         return np.asarray(self.reads @ self.foresight.misread(moments) @ self.reads.T)
 
     def of_curves(self) -> dict[Error, Array]:

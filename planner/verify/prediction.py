@@ -18,7 +18,7 @@ from planner.verify.families import curves_in
 from planner.verify.flights import FlightModel
 from planner.verify.foreseen import Foresight
 from planner.verify.second_moments import Error, Moment, moments_of
-from planner.verify.smooth import Tables, tables_of
+from planner.verify.smooth import Tables, prior_of, tables_of
 from planner.verify.starts import Starts, anywhere, at_one
 from planner.verify.variances import AtStarts
 from planner.verify.worst import badness, peaks
@@ -40,6 +40,11 @@ class DrawnCurves:
     def tables(self) -> Tables:
         """How the spec's calibrations read their tables."""
         return tables_of(self.spec)
+
+    @cached_property
+    def prior(self) -> Mapping[Error, Sequence[Moment]]:
+        """What a fit knows of the curves: their second moments in every family."""
+        return prior_of(self.spec)
 
     def asked(self, flight: FlightModel, errors: Sequence[Error]) -> list[Navigation]:
         """What the spec's requirements ask of a flight."""

@@ -38,6 +38,7 @@ from planner.verify.recount_budget import budgets_of, calibrated_errors
 from planner.verify.references import directions
 from planner.verify.second_moments import Error
 from planner.verify.starts import Starts, anywhere, starts_of
+from planner.verify.strays import strays_of
 
 SAME = 0.02
 SIGMAS = 4.2  # of a quantile: three of the difference of two that are drawn alike
@@ -56,7 +57,8 @@ def as_planned(e: Experiment, curves: DrawnCurves | None = None) -> Prediction |
     chance = Chance(white={s: e.spec.unit.white(s) for s in SENSORS}, flown=e.chance.flown)
     off = directions(e.records, e.spec)
     curves = curves or DrawnCurves(e.spec)
-    known = estimators(e.records, e.unit, e.spec.effects, chance, off, curves.tables)
+    strays = strays_of(e.records, chance, curves.prior)
+    known = estimators(e.records, e.unit, e.spec.effects, chance, off, curves.tables, strays)
     return Prediction(replace(e, chance=chance, estimators=known), e.flight, curves)
 
 

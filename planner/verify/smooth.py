@@ -71,9 +71,13 @@ def tables_of(spec: Spec) -> Tables:
     """How `planner calibrate` reads tables for a spec."""
     if spec.plan.temperature_estimator == "lines":
         return LINES
+    return Tables(prior_of(spec), *spec.plan.temperatures.range)
+
+
+def prior_of(spec: Spec) -> dict[Error, list[Moment]]:
+    """Error -> second moments of its curves, of every family for which the promise must hold."""
     prior: dict[Error, list[Moment]] = {}
     for family in families_of(spec):
         for error, moment in moments_of(curves_in(spec, family), CURVES).items():
             prior.setdefault(error, []).append(moment)
-    known = {error: several for error, several in prior.items() if any(m.value.any() for m in several)}
-    return Tables(known, *spec.plan.temperatures.range)
+    return {error: several for error, several in prior.items() if any(m.value.any() for m in several)}

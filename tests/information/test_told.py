@@ -7,10 +7,11 @@ import pytest
 import yaml
 
 from planner.campaign.design import design
-from planner.campaign.model import ChannelCampaign, campaign
+from planner.campaign.model import ChannelCampaign
 from planner.campaign.power_ons import of_design
 from planner.information.choose import laid_out
-from planner.information.kinds import ChannelKinds, kinds_of
+from planner.information.curves import Curves
+from planner.information.kinds import ChannelKinds, campaign_of, kinds_of
 from planner.information.model_of import Flight
 from planner.information.offers import offers_of
 from planner.information.told import Alike, Told, alike, told
@@ -38,7 +39,7 @@ def laid(flight: Flight, every: Everything, n: Array) -> dict[tuple[str, int], C
     """The campaign model of the steps; all on one day, as `told` is without days."""
     runs = of_design(design(laid_out(flight, every.offers.visits(n)), flight.spec), flight.spec)
     runs.conditions.day[:] = 0.0
-    return {(s, k): c for (s, k), c in campaign(flight.spec, runs).channels.items()}
+    return {(s, k): c for (s, k), c in campaign_of(flight.spec, runs, flight.curves).channels.items()}
 
 
 def each(every: Everything, counts: Array) -> list[tuple[Alike, Told]]:
@@ -99,7 +100,10 @@ def test_the_covariance_is_dense_algebras(seed: int) -> None:
                     for e in names
                 }
                 run = np.repeat(np.arange(len(runs.starts)), runs.sizes)
-                white = spec.unit.white(c.sensor) / np.sqrt(runs.duration)
+                slopes = flight.curves.slopes(runs.conditions.temperature_degc)
+                mine_only = {e.effect: slope for e, slope in slopes.items() if e.sensor == c.sensor}
+                strayed = oracle.strayed(c.sensor, runs.conditions, mine_only)
+                white = np.hypot(spec.unit.white(c.sensor) / np.sqrt(runs.duration)[:, None], strayed)
                 V = oracle.covariance(c.sensor, runs.conditions, run, sizes, white)[
                     c.channel :: 3, c.channel :: 3
                 ]
@@ -211,11 +215,13 @@ def test_tables_are_those_of_the_campaign_itself(used: str, apart: float) -> Non
     }  # fmt: skip
     tree["tests"]["rates"]["bench"] = ["rate_table", "slow"]
     spec = loaded(tree).spec
-    kinds = kinds_of(spec, [(test, (-30.0, 10.0 + i * apart, 40.0)) for i, test in enumerate(spec.tests)])
+    curves = Curves(spec)
+    at = [(test, (-30.0, 10.0 + i * apart, 40.0)) for i, test in enumerate(spec.tests)]
+    kinds = kinds_of(spec, at, curves)
     offers = offers_of(spec, kinds.kinds)
     n = np.array([2.0 if k.test in used.split() else 0.0 for k in kinds.kinds])
     runs = of_design(design(steps(spec, Choice(offers.visits(n), (), 0.0, 0.0, False)), spec), spec)
-    made = campaign(spec, runs).channels
+    made = campaign_of(spec, runs, curves).channels
     for group in alike(kinds.channels, kinds.degc):
         one = told(group, n[None], [])
         for c in group.channels:

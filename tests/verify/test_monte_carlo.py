@@ -22,7 +22,9 @@ from planner.verify.draws import generator
 from planner.verify.experiment import experiment, run_chunk, units_left, units_measured
 from planner.verify.flights import exact_coefficients, lengths_of, vectors_of
 from planner.verify.outcome import share_interval
+from planner.verify.smooth import prior_of
 from planner.verify.starts import anywhere
+from planner.verify.strays import strays_of
 from planner.verify.through_files import SIGMAS, WORSE
 from tests import oracle
 from tests.verify.plans import plan_of
@@ -48,12 +50,15 @@ def test_the_estimator_is_generalised_least_squares_of_the_dense_covariance(name
     """
     e = prepared_experiment(name)
     monkeypatch.setattr(calibrations, "_STEPS", 1000)
-    exact = calibrations.estimators(e.records, e.unit, e.spec.effects, e.chance)
+    strays = strays_of(e.records, e.chance, prior_of(e.spec))
+    exact = calibrations.estimators(e.records, e.unit, e.spec.effects, e.chance, strays=strays)
     for sensor in SENSORS:
         sizes = {
             effect: oracle.size_of(budget) for (s, effect), budget in e.unit.budgets.items() if s == sensor
         }
-        white = e.chance.white[sensor] / np.sqrt(e.records.duration)
+        slopes = {effect: sigma / 0.05 for (s, effect), sigma in strays.items() if s == sensor}
+        strayed = oracle.strayed(sensor, e.records.conditions, slopes)
+        white = np.hypot(e.chance.white[sensor] / np.sqrt(e.records.duration)[:, None], strayed)
         V = oracle.covariance(sensor, e.records.conditions, e.records.run, sizes, white)
         ago = np.repeat(e.records.on_day.max() - e.records.on_day, 3)
         for (_, effect), b in ((k, b) for k, b in e.unit.budgets.items() if k[0] == sensor):

@@ -51,8 +51,14 @@ def test_what_does_not_scatter_takes_the_fewest_repeats():
 
 
 def test_a_perfect_sensor_over_days_leaves_the_walk():
-    """Records without noise tell all of it but what walks after them, while other tests are made."""
-    left = planned_from(without(by_information(), *PARTS[:2])).document["allowances"]
+    """Records without noise tell all of it but what walks after them, while other tests are made.
+
+    Without a curve, of which a chamber that strays makes noise.
+    """
+    spec = without(by_information(), *PARTS[:2])
+    for sensor in spec["unit"].values():
+        sensor["bias"].pop("temperature_residual")
+    left = planned_from(spec).document["allowances"]
     parts = left["gyro.bias"]["parts"]
     assert 0.0 <= parts["estimate"] < 0.02 * parts["storage"]
     later = left["gyro.scale_factor"]["parts"]
