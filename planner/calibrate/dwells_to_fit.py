@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 
 import numpy as np
 
@@ -230,7 +231,8 @@ def fit_sensor(
     asked = ALL if shares(sensor, names) else channels
     _check_alive(readings, asked, sensor, where)
     try:
-        return campaign(spec, of_table(table), names).estimate(sensor, readings, robust, asked)
+        slopes = cache(lambda: Curves(spec).slopes(table.temperature_degc))
+        return campaign(spec, of_table(table), names, slopes).estimate(sensor, readings, robust, asked)
     except TooFewRecords as error:
         raise InputError(f"{where}: {error}; measure more records, or declare fewer effects") from error
 

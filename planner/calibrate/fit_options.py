@@ -18,7 +18,8 @@ class FitOptions:
     """method: `declared_effects` fits the spec's effects, others are named in `methods`.
 
     robust: weights that resist outliers; latitude: of the bench, rad
-    prior: an old calibration that the data renew; nodes: of smooth tables, None: every 5 K, 33 at most
+    prior: an old calibration that the data renew; nodes: of smooth tables, None: every 5 K and four
+        times between visits, 33 at most
     turn: rad, by which a cube was turned, None: by the multiple of 90 deg that is nearest to the reading
     """
 

@@ -25,6 +25,7 @@ from planner.spec.model import Spec
 from planner.spec.own_units import own_unit
 
 EVERY_K = 5.0
+IN_A_GAP = 4  # nodes from one visited temperature to the next, at least: lines between few undo the smoothing
 MOST_NODES = 33
 BETWEEN = 4  # places looked at in every segment
 
@@ -32,7 +33,7 @@ BETWEEN = 4  # places looked at in every segment
 def smooth_tables(
     fits: Sequence[Estimate], curves: Curves, count: int | None = None
 ) -> tuple[SmoothTable, ...]:
-    """Of every table whose error's curve the spec knows; count: nodes, None: every 5 K, 33 at most."""
+    """Of every table whose error's curve the spec knows; count: nodes, None: as `export_nodes` has them."""
     found: list[SmoothTable] = []
     every = curve_nodes(fits)
     for error in dict.fromkeys(c.error for c in every):
@@ -47,11 +48,16 @@ def smooth_tables(
 
 
 def export_nodes(spec: Spec, tables: Sequence[CurveNodes], count: int | None) -> Array:
-    """(N,) evenly over the temperatures of use and all that were visited."""
+    """(N,) evenly over the temperatures of use and all that were visited.
+
+    count: so many; None: every 5 K and four times from one visited temperature to the next, 33 at most
+    """
     low, high = spec.plan.temperatures.range
     low = min([low, *(float(c.degc[0]) for c in tables)])
     high = max([high, *(float(c.degc[-1]) for c in tables)])
-    return np.linspace(low, high, count or min(int(np.ceil((high - low) / EVERY_K)) + 1, MOST_NODES))
+    gaps = np.concatenate([[EVERY_K], *(np.round(np.diff(c.degc), 1) / IN_A_GAP for c in tables)])
+    every = max(float(gaps.min()), (high - low) / (MOST_NODES - 1))
+    return np.linspace(low, high, count or int(np.ceil((high - low) / every - 0.01)) + 1)
 
 
 def _of_error(

@@ -10,11 +10,12 @@ variances come from the data by REML, or are given.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
-from planner.campaign.noise import Noise, noise_model
+from planner.campaign.noise import Noise, Slopes, noise_model, with_stray
 from planner.campaign.parameters import best_parameters, limited, unobservable
 from planner.campaign.power_ons import PowerOns
 from planner.campaign.prior import Prior, prior_of
@@ -75,6 +76,7 @@ def estimate(
     spec: Spec,
     robust: Robust = "no",
     given: tuple[Noise, Variances] | None = None,
+    slopes: Slopes = dict,
 ) -> Estimate:
     """Fit the declared effects to one channel's readings y (n,); rows stand power-on by power-on.
 
@@ -83,13 +85,14 @@ def estimate(
     amplitude would be any number. Raises ValueError when there are no more rows than coefficients.
     """
     try:
-        found, said = _fitted(model, y, runs, spec, robust, given), list[str]()
+        found, said = _fitted(model, y, runs, spec, robust, given, slopes), list[str]()
     except NoNoise:
         y = y + _last_digit(y)
-        found, said = _fitted(model, y, runs, spec, robust, given), [NOISELESS]
+        found, said = _fitted(model, y, runs, spec, robust, given, slopes), [NOISELESS]
     known = {c.effect.name: c.effect for c in model.carried}
     while lost := unobservable(found.model, found.theta, found.fit):
-        found = _fitted(replace(found.model, held=(*found.model.held, *lost)), y, runs, spec, robust, given)
+        held = replace(found.model, held=(*found.model.held, *lost))
+        found = _fitted(held, y, runs, spec, robust, given, slopes)
         said += [
             f"the data do not tell the {parameter} of {effect}: held at its default, "
             f"{known[effect].nonlinear[parameter]:g} in SI"
@@ -111,6 +114,7 @@ def _fitted(
     spec: Spec,
     robust: Robust,
     given: tuple[Noise, Variances] | None,
+    slopes: Slopes,
 ) -> Estimate:
     theta, weights = _start(model, y, robust)
     step, error = theta, np.zeros(len(theta))
@@ -123,7 +127,8 @@ def _fitted(
         prior = prior_of(model, theta, parts, runs, spec)
         if given is None and (turn == 0 or robust != "no" or _moved(model, step, error)):
             every = noise_model(model, parts, runs, spec.unit, weights)
-            before, notes = measured_variances(left, J, prior, every, spec, before)
+            by_spec = partial(with_stray, every, model, parts, spec.unit, weights, slopes)
+            before, notes = measured_variances(left, J, prior, every, spec, before, by_spec)
         assert before is not None  # given, or measured in the first turn
         noise, variances = before
         if turn == 0 and model.fitted_parameters:

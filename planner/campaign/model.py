@@ -10,21 +10,20 @@ white on the variances too: each is worked out once.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from planner.campaign.channel_model import channel_model
 from planner.campaign.estimate import Estimate, Robust
-from planner.campaign.noise import Noise, noise_model, spec_variances
+from planner.campaign.noise import Noise, Slopes, noise_model, spec_variances, with_stray
 from planner.campaign.power_ons import PowerOns
 from planner.campaign.prior import Prior, prior_of
 from planner.campaign.triad import ALL, fit_triad
 from planner.measurement import ChannelModel, Parts, evaluate, jacobian
 from planner.nouns.array import Array
-from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS, Sensor
 from planner.solvers.random_effects import covariance
 from planner.solvers.reml import Variances
@@ -35,15 +34,12 @@ DEGENERATE = 1e-9  # share of the largest singular value at which a combination 
 
 @dataclass(frozen=True)
 class ChannelCampaign:
-    """One channel of a campaign, with the variances of the spec.
-
-    slopes: of curves that are not known, (n,) root mean square at the records, SI/K
-    """
+    """One channel of a campaign, with the variances of the spec."""
 
     model: ChannelModel
     runs: PowerOns
     spec: Spec
-    slopes: Mapping[ErrorName, Array] = field(default_factory=dict)
+    slopes: Slopes = dict
 
     # ------------------------------------------------------------ what depends on the records alone
 
@@ -66,9 +62,9 @@ class ChannelCampaign:
     def noise(self) -> Noise:
         """Which variances the records have."""
         every = np.ones(len(self.runs))
-        return noise_model(
-            self.model, self.parts, self.runs, self.spec.unit, every, sizes_known=True, slopes=self.slopes
-        )
+        unit = self.spec.unit
+        found = noise_model(self.model, self.parts, self.runs, unit, every, sizes_known=True)
+        return with_stray(found, self.model, self.parts, unit, every, self.slopes)
 
     # ------------------------------------------------------------ what depends on the variances too
 
@@ -106,15 +102,12 @@ class ChannelCampaign:
 
 @dataclass(frozen=True)
 class Campaign:
-    """The campaign of one unit: its power-ons under a spec, with the declared effects as unknowns.
-
-    slopes: of curves that are not known, (n,) root mean square at the records, SI/K
-    """
+    """The campaign of one unit: its power-ons under a spec, with the declared effects as unknowns."""
 
     spec: Spec
     runs: PowerOns
     effects: tuple[str, ...]
-    slopes: Mapping[ErrorName, Array] = field(default_factory=dict)
+    slopes: Slopes = dict
 
     @cached_property
     def channels(self) -> dict[tuple[Sensor, int], ChannelCampaign]:
@@ -134,17 +127,14 @@ class Campaign:
 
         channels: which are asked for; all three come where they have a coefficient in common
         """
-        return fit_triad(sensor, readings, self.runs, self.spec, self.effects, robust, channels)
+        return fit_triad(sensor, readings, self.runs, self.spec, self.effects, robust, channels, self.slopes)
 
 
 def campaign(
     spec: Spec,
     runs: PowerOns,
     effects: Sequence[str] | None = None,
-    slopes: Mapping[ErrorName, Array] | None = None,
+    slopes: Slopes = dict,
 ) -> Campaign:
-    """The campaign of a spec with its declared effects, unless others are named.
-
-    slopes: of curves that are not known, (n,) root mean square at the records, SI/K; none without
-    """
-    return Campaign(spec, runs, tuple(spec.effects if effects is None else effects), slopes or {})
+    """The campaign of a spec with its declared effects, unless others are named."""
+    return Campaign(spec, runs, tuple(spec.effects if effects is None else effects), slopes)

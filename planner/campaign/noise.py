@@ -12,8 +12,8 @@ knows yet, σ_T² Σ_e E f_e'(T)² x_e².
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -38,6 +38,8 @@ RATE_NOISE_FROM = {"gyro": 0.5, "accelerometer": 30.0}  # rad/s, m/s²: below, a
 LEAST_WHITE = 1e-8  # of the run-to-run variance: readings without any noise must not make V singular
 LEAST_BESIDE_SHARED = 1e-8  # of what shared unknowns add; at 500 deg/s a good gyro has 1e-6 of a mounting
 NO_NOISE = 1e-24  # SI²: of a sensor of which the spec knows neither noise nor spread
+Slopes = Callable[[], Mapping[ErrorName, Array]]
+"""Of curves that are not known: (n,) root mean square at the records, SI/K; asked when they are needed."""
 BIAS, SCALE_FACTOR = "bias", "scale_factor"  # what every power-on may draw anew, whatever the spec says
 
 
@@ -84,13 +86,11 @@ def noise_model(
     weights: Array,
     *,
     sizes_known: bool = False,
-    slopes: Mapping[ErrorName, Array] | None = None,
 ) -> Noise:
     """The variances that this channel can have; rows stand power-on by power-on.
 
     weights: (n,) of the robust fit, 1 for a row that is believed
     sizes_known: the spec's are taken; data of one record a power-on cannot tell its draw from white noise
-    slopes: of curves that are not known, (n,) root mean square at the records, SI/K
     """
     sensor, found = model.sensor, _Pieces()
     duration = runs.known_duration
@@ -100,9 +100,6 @@ def noise_model(
     stray = _stray(model)
     if np.any(stray):
         found.diagonals[Component("temperature_stray", bias)] = stray**2 / weights
-    strays = strayed_variances(squared_columns(model, parts, unit), slopes) if slopes else 0.0
-    if np.any(strays):
-        found.diagonals[Component("chamber_stray", bias)] = strays / weights
     if duration.max() > 1.5 * duration.min():
         found.diagonals[Component("constant", bias)] = np.ones_like(white) / weights
     if np.abs(model.u).max(initial=0.0) > RATE_NOISE_FROM[sensor]:
@@ -127,6 +124,19 @@ def _stray(model: ChannelModel) -> Array:
     if nodes is None or len(nodes) < 2:
         return np.zeros(len(t))
     return np.asarray(np.min(np.abs(t[:, None] - nodes[None, :]), axis=1))
+
+
+def with_stray(
+    noise: Noise, model: ChannelModel, parts: Parts, unit: Unit, weights: Array, slopes: Slopes
+) -> Noise:
+    """The noise with what a chamber's stray makes of curves that are not known, where that is anything."""
+    strays = strayed_variances(squared_columns(model, parts, unit), slopes())
+    if not np.any(strays):
+        return noise
+    effects = noise.effects
+    wider = replace(effects, diagonals=np.vstack([effects.diagonals, strays / weights]))
+    stray, a = Component("chamber_stray", ErrorName.of(model.sensor, BIAS)), len(effects.diagonals)
+    return replace(noise, components=(*noise.components[:a], stray, *noise.components[a:]), effects=wider)
 
 
 def squared_columns(model: ChannelModel, parts: Parts, unit: Unit) -> dict[ErrorName, Array]:

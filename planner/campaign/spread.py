@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -29,10 +30,12 @@ def measured_variances(
     noise: Noise,
     spec: Spec,
     before: tuple[Noise, Variances] | None,
+    by_spec: Callable[[], Noise],
 ) -> tuple[tuple[Noise, Variances], list[str]]:
     """REML where the data have the freedom for it; otherwise the spec's run-to-run spreads, and a note.
 
-    before: of the last round, from which the search goes on. Raises ValueError when no degree of freedom is
+    before: of the last round, from which the search goes on; by_spec: the noise with what only a spec knows,
+    which is taken where spreads are the spec's. Raises ValueError when no degree of freedom is
     left for the noise.
     """
     drawn = any(c.kind in ("run_to_run", "in_run") for c in noise.components)
@@ -43,6 +46,7 @@ def measured_variances(
         slim, found = _worthwhile(thin, residual[rows], J[rows], cut, _carried_on(noise, before))
         keep = [i for i, c in enumerate(noise.components) if c in slim.components]
         return (noise.of(keep), found), []
+    noise = by_spec()
     white = _white(residual, J, prior, noise, spec)
     given = spec_variances(noise, spec.unit, white)
     note = "too few power-ons to measure the run-to-run spread: the spec's is taken for the intervals"
@@ -50,13 +54,14 @@ def measured_variances(
 
 
 def _white(residual: Array, J: Array, prior: Prior, noise: Noise, spec: Spec) -> float:
-    """The white variance beside spreads that are the spec's: what differs within runs, less their drift.
+    """The white variance beside spreads that are the spec's: what differs within runs, less their draws.
 
-    Where errors drift within a run it is the likeliest one, the others given: a scale factor may drift by
-    more than the noise at high rates, and as noise it would take the weight of the records at rest.
+    Where errors drift within a run, or what a power-on draws of them is not the same in all its records, it
+    is the likeliest one, the others given: a scale factor may differ by more than the noise between power-ons
+    or drift by more at high rates, and as noise it would take the weight of the records at rest.
     """
     largest = within(residual, J, noise.effects)
-    if not noise.effects.drifts or largest <= 0.0:
+    if largest <= 0.0 or not _differs_within_runs(noise.effects):
         return largest
     from scipy.optimize import minimize_scalar
 
@@ -71,6 +76,13 @@ def _white(residual: Array, J: Array, prior: Prior, noise: Noise, spec: Spec) ->
 
     best = minimize_scalar(misfit, bounds=(np.log(LEAST_SHARE), 0.0), method="bounded")
     return float(largest * np.exp(best.x))
+
+
+def _differs_within_runs(effects: RandomEffects) -> bool:
+    """Whether anything that power-ons draw differs between the records of one."""
+    mean = np.repeat(effects.sums(effects.slopes.T) / effects.sizes[:, None], effects.sizes, axis=0).T
+    steep = np.abs(effects.slopes - mean) > LEAST_SHARE * np.abs(effects.slopes).max(initial=0.0)
+    return bool(effects.drifts) or bool(steep.any())
 
 
 def run_freedom(X: Array, effects: RandomEffects) -> int:

@@ -14,7 +14,7 @@ import numpy as np
 from planner import catalog
 from planner.campaign.channel_model import channel_model
 from planner.campaign.estimate import Estimate, Robust, estimate, solved
-from planner.campaign.noise import Component, Noise
+from planner.campaign.noise import Component, Noise, Slopes
 from planner.campaign.power_ons import PowerOns
 from planner.campaign.prior import Prior
 from planner.measurement import AXES, Column, evaluate, jacobian
@@ -41,6 +41,7 @@ def fit_triad(
     effects: Sequence[str],
     robust: Robust = "no",
     channels: Sequence[int] = ALL,
+    slopes: Slopes = dict,
 ) -> list[Estimate]:
     """Estimates of the channels from readings (n, 3). Raises TooFewRecords for too few rows.
 
@@ -50,7 +51,7 @@ def fit_triad(
     for channel in ALL if shares(sensor, effects) else channels:
         model = channel_model(sensor, channel, runs.conditions, effects)
         try:
-            found.append(estimate(model, readings[:, channel], runs, spec, robust))
+            found.append(estimate(model, readings[:, channel], runs, spec, robust, slopes=slopes))
         except ValueError as error:
             raise TooFewRecords(
                 f"{len(runs)} rows cannot give the {len(model.columns())} coefficients of "

@@ -60,7 +60,8 @@ Nodes = Annotated[
         min=2,
         max=1000,
         metavar="N",
-        help="Of smooth tables, evenly over the temperatures [every 5 K, 33 at most].",
+        help="Of smooth tables, evenly over the temperatures [every 5 K and four times between visits, "
+        "33 at most].",
     ),
 ]
 Curves = Annotated[

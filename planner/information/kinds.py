@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property, partial
 from itertools import pairwise
 from types import MappingProxyType
 
@@ -150,7 +150,7 @@ def kinds_of(spec: Spec, offered: Sequence[tuple[str, Sequence[float]]], curves:
 
 def campaign_of(spec: Spec, runs: PowerOns, curves: Curves) -> Campaign:
     """A campaign to be made, before which nobody knows a unit's curves."""
-    return campaign(spec, runs, slopes=curves.slopes(runs.conditions.temperature_degc))
+    return campaign(spec, runs, slopes=cache(partial(curves.slopes, runs.conditions.temperature_degc)))
 
 
 def _runs(spec: Spec, kinds: Sequence[Kind], records: Sequence[RepeatRecords]) -> PowerOns:
@@ -210,7 +210,7 @@ def channel_kinds(c: ChannelCampaign, slopes: Slopes = NONE) -> ChannelKinds:
 def _strayed(c: ChannelCampaign, A: Array, slopes: Slopes) -> dict[str, Array]:
     """Family -> (g, m, m) of columns A (n, m)."""
     W, columns = c.solved(A), squared_columns(c.model, c.parts, c.spec.unit)
-    together = strayed_variances(columns, c.slopes)
+    together = strayed_variances(columns, c.slopes())
     beyond = np.array(
         [np.broadcast_to(strayed_variances(columns, of) - together, len(W)) for of in slopes.values()]
     )

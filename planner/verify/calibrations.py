@@ -12,7 +12,7 @@ is as useless as any that fits. `planner calibrate` finds the variances in each 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -103,6 +103,25 @@ def estimators(
             if model.columns
         )
         for sensor in SENSORS
+    }
+
+
+def as_shown(
+    known: Mapping[Sensor, Sequence[Estimator]],
+    records: Records,
+    unit: Unit,
+    chance: Chance,
+    off: Sequence[Direction],
+    strays: Strays,
+) -> dict[Sensor, tuple[Estimator, ...]]:
+    """The estimators of one unit's records, at the temperatures that its own table shows.
+
+    Records that stray around a node tell something of the slope of a table, too: of one that does not bend
+    as much as the node itself does, where power-ons scatter.
+    """
+    return {
+        sensor: tuple(_estimator(x.model, records, unit, chance, off, x.tables, strays) for x in several)
+        for sensor, several in known.items()
     }
 
 

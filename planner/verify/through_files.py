@@ -2,9 +2,10 @@
 
 The dwell table is written from verify's own draws. What the planner's own program makes of it, the exported
 coefficients and the corrected flight, comes back as files, and the flight is navigated from the corrected
-readings, sample by sample. The error must be that of the fast route, but for the estimators' difference.
+readings, sample by sample. The error must be that of the direct route, but for the estimators' difference.
 
-Verify's estimator knows the variances, so no linear unbiased one is better, and the difference of another one
+Verify's estimator knows the variances and the temperatures that the table shows, so no linear unbiased one
+is better, and the difference of another one
 from it has the variance by which that one is worse (Gauss, Markov). `planner calibrate` finds the variances
 in the unit's data; with standard errors WORSE times the least, the difference scatters by √(WORSE² − 1) of
 what the estimate itself does, on the shipped specs by 0.03 to 0.6 of it; SIGMAS are once in a million.
@@ -28,12 +29,15 @@ from planner.protocols import SENSORS, Sensor
 from planner.spec.model import NAVIGATION_ERRORS
 from planner.units import from_si, unit_factor
 from planner.verify.along_flight import apart, conditions_of, height_of, start_of
-from planner.verify.calibrations import readings
+from planner.verify.calibrations import as_shown, readings
 from planner.verify.draws import DrawnError, Exposed
 from planner.verify.experiment import CHUNK, Experiment, Measured, left_by, units_measured
 from planner.verify.findings import Fault
 from planner.verify.flights import FlightModel, exact_coefficients, vectors_of
+from planner.verify.references import directions
 from planner.verify.residuals import Left
+from planner.verify.smooth import prior_of
+from planner.verify.strays import strays_of
 from planner.verify.tally import Tally
 
 SIGMAS = 5.0
@@ -93,7 +97,6 @@ def through_files(e: Experiment, tally: Tally, units: int, way: Pipeline, folder
     made = units_measured(e, 0, size)
     left = left_by(e, made, size)
     bare = e.flight.without_beside()
-    direct = bare.navigate(exact_coefficients(bare, left)[:units])
     checks, faults = [], []
     for i in range(units):
         try:
@@ -101,11 +104,26 @@ def through_files(e: Experiment, tally: Tally, units: int, way: Pipeline, folder
         except InputError as error:
             faults.append(Fault(CHECK, f"unit {i + 1}", f"planner calibrate or apply refuses it: {error}"))
             continue
+        mine = left_by(_as_shown(e, made, i), made, size)
+        direct = bare.navigate(exact_coefficients(bare, mine)[i : i + 1])
         for r, wanted in enumerate(e.requirements):
-            own = vectors_of(direct, bare.instants, wanted)[:, :, i]
-            other = vectors_of(flown, bare.instants, wanted)[:, :, 0]
+            own, other = (vectors_of(way, bare.instants, wanted)[:, :, 0] for way in (direct, flown))
             checks.append(_compared(i, wanted.error, own, other, _scatter(e, tally, r)))
     return ThroughFiles(units, tuple(checks), (*faults, *_faults(checks)))
+
+
+def _as_shown(e: Experiment, made: Measured, unit: int) -> Experiment:
+    """The experiment with estimators at the temperatures that one unit's table shows."""
+    records = replace(e.records, conditions=_shown(e, made, unit))
+    off, strays = directions(e.records, e.spec), strays_of(e.records, e.chance, prior_of(e.spec))
+    return replace(e, estimators=as_shown(e.estimators, records, e.unit, e.chance, off, strays))
+
+
+def _shown(e: Experiment, made: Measured, unit: int) -> Conditions:
+    """Conditions of one unit's records as its table shows them."""
+    n = len(e.records)
+    rows = slice(unit * n, (unit + 1) * n)
+    return Conditions(**{name: value[rows] for name, value in vars(made.met.shown).items()})
 
 
 def _scatter(e: Experiment, tally: Tally, requirement: int) -> float:
@@ -160,10 +178,7 @@ def _by_files(
 
 
 def _dwells(e: Experiment, made: Measured, unit: int, size: int) -> dict[str, Sequence[object] | Array]:
-    n = len(e.records)
-    rows = slice(unit * n, (unit + 1) * n)
-    c = made.met.shown
-    shown = Conditions(**{name: value[rows] for name, value in vars(c).items()})
+    n, shown = len(e.records), _shown(e, made, unit)
     columns = _columns(shown, e.records.duration, e.records.run.tolist())
     for name, per, values in (
         ("ref_rate", "gyro", shown.rate),

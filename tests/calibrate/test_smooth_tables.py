@@ -85,6 +85,27 @@ def test_tables_are_exported_on_an_even_grid_over_the_range() -> None:
         np.testing.assert_allclose(at, s.value, rtol=1e-12)
 
 
+def test_lines_between_their_nodes_do_not_undo_the_smoothing() -> None:
+    """Visits 5 K apart: with a node at each and none between, the table said what straight lines say.
+
+    What they miss falls as the square of the distance, to a sixteenth; less where the curve bends at a node.
+    """
+    tree: dict[str, Any] = yaml.safe_load((SHIPPED / "helicopter.yaml").read_text())
+    tree["plan"] |= {"temperature_estimator": "smooth"}
+    tree["plan"]["temperatures"]["range"] = ["-40 degC", "-20 degC"]
+    spec = spec_from_bytes(yaml.safe_dump(tree, allow_unicode=True).encode(), SHIPPED / "unit.yaml").spec
+    degc = (-40.0, -35.0, -30.0, -25.0, -20.0)
+    visits = tuple(TestVisits(test, degc, (2,) * len(degc)) for test in ("static", "rates"))
+    made = steps(spec, Campaign(visits, (), 0.0, 0.0, False))
+    one, few = (
+        calibrate(simulate(design(made, spec), prepared(spec, "cosines"), 3)[0], spec, options)[0]
+        for options in (FitOptions(), FitOptions(nodes=5))
+    )
+    for fine, coarse in zip(gyro_bias(one), gyro_bias(few), strict=True):
+        assert len(fine.temperature_degc) == 17
+        assert np.abs(fine.missed).max() < 0.15 * np.abs(coarse.missed).max()
+
+
 def test_they_differ_from_lines_between_the_nodes_and_hardly_at_them() -> None:
     smooth, lines = found(1), found(1, estimator="lines")
     assert not lines.sensors[0].smooth
