@@ -9,9 +9,9 @@ So the curves of the errors that matter are drawn, the rest goes by its covarian
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from planner.information.in_flight import Asked
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 from planner.solvers.length_share import length_within, variances_along
+from planner.solvers.sobol import sobol
 
 Error = tuple[Sensor, str]
 DRAWS = 60_000  # of flights: a 95 % quantile is then known to 0.2 ... 0.4 %, by the tails of its curves
@@ -29,6 +30,8 @@ BEYOND = 150  # flights at least that are left out by a requirement's share: the
 LEAST = 30  # th part of them at each temperature
 NOTABLE = 0.01  # of the mean square: what smaller parts lack of a Gaussian goes with the square of this
 AT_ONCE = 4_000_000  # numbers
+LOOKED_UP = 60_000  # values of curves at once: with their places they stay in the second cache
+MOST_KEPT = 250_000  # flights whose random orders are kept: 1 MB a curve
 SETTLED = 3e-4  # the last step of secants: what it leaves is a hundredth of it
 HALVED_TO = 1e-6  # where secants did not end
 LEFT_OUT = 1e-7  # of the largest principal variance
@@ -72,9 +75,12 @@ class CurveWeights:
         weights = np.zeros((*self.weights.shape[:2], places.shape[1]), dtype=np.float32)
         for record, place in enumerate(at.ravel()):
             weights[:, :, place] += self.weights[:, :, record]
-        for flights, W, where, which, signs in zip(d, weights, places, rows, sign, strict=True):
-            seen = np.stack([curves[point].take(which) for point in where])
-            flights += (W @ seen) * signs
+        values, starts = curves.ravel(), places[:, :, None] * curves.shape[1]
+        at_once = max(LOOKED_UP // (places.shape[1] * rows.shape[1]), 1)
+        for first in range(0, len(d), at_once):
+            some = slice(first, first + at_once)
+            seen = values.take(starts[some] + rows[some, None])
+            d[some] += (weights[some] @ seen) * sign[some, None]
 
 
 def drawn_quantile(
@@ -274,14 +280,27 @@ def _add(
     seed: int,
 ) -> None:
     """Curves to flights d (s, ρ, n), others at every temperature; one is as likely as its opposite."""
-    rng = np.random.default_rng(seed)
-    for part in parts:
+    orders = _orders(d.shape[0] * d.shape[2], seed, len(parts))
+    for part, order in zip(parts, orders, strict=True):
         pool = curves[part.error]
-        # every curve as often as any other
-        which = (rng.permutation(d.shape[0] * d.shape[2]) % (2 * pool.shape[1])).reshape(len(d), -1)
+        which = (order % (2 * pool.shape[1])).reshape(len(d), -1)  # every curve as often as any other
         opposite = which >= pool.shape[1]
         sign = np.where(opposite, np.float32(-1.0), np.float32(1.0))
         part.add_to(d, pool, which - pool.shape[1] * opposite, sign)
+
+
+def _orders(flights: int, seed: int, count: int) -> Iterable[NDArray[np.int32]]:
+    """(flights,) so many random orders, the same for every campaign and family; many flights are not kept."""
+    if flights <= MOST_KEPT:
+        return _kept_orders(flights, seed, count)
+    rng = np.random.default_rng(seed)
+    return (rng.permutation(flights) for _ in range(count))
+
+
+@lru_cache(maxsize=16)
+def _kept_orders(flights: int, seed: int, count: int) -> tuple[NDArray[np.int32], ...]:
+    rng = np.random.default_rng(seed)
+    return tuple(rng.permutation(flights).astype(np.int32) for _ in range(count))
 
 
 @cache
@@ -292,9 +311,8 @@ def _normals(s: int, n: int, rows: int) -> NDArray[np.float32]:
     quantiles scatter half as much as over independent draws (Owen, Annals of Statistics 25, 1997, 1541).
     """
     from scipy.special import ndtri
-    from scipy.stats.qmc import Sobol
 
     bits = max(int(np.ceil(np.log2(s * n))), 1)
-    even = Sobol(rows, seed=0).random_base2(bits)[: s * n]
+    even = sobol(rows, bits, seed=0)[: s * n]
     drawn = ndtri(np.clip(even, 0.5**31, 1.0 - 0.5**31)).astype(np.float32).reshape(s, n, rows)
     return np.ascontiguousarray(np.swapaxes(drawn[:, :, ::-1], 1, 2))

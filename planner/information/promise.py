@@ -28,7 +28,7 @@ from planner.information.remembered import Remembered
 from planner.information.seen import Seen, each_start
 from planner.information.smooth import Moments, Smooth
 from planner.information.tables import nearest
-from planner.information.told import Alike, Told, alike, told
+from planner.information.told import Alike, Solved, Told, told
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying
@@ -46,6 +46,7 @@ class Promise:
     constants: (sensor, effect) -> variance of a term of an error that no effect is declared for, SI²
     unread: error -> terms that no temperature of use reaches
     misread: what thermometers do to the curves; None: they are right
+    solved: the channels of the kinds, handed on to promises of the same kinds
     """
 
     kinds: Kinds
@@ -58,7 +59,12 @@ class Promise:
     constants: Mapping[tuple[Sensor, str], float] = field(default_factory=dict)
     unread: Mapping[ErrorName, frozenset[str]] = field(default_factory=dict)
     misread: Misread | None = None
+    solved: Solved | None = field(default=None, repr=False, compare=False)
     remembered: Remembered = field(default_factory=Remembered, init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if self.solved is None or self.solved.kinds is not self.kinds:  # else it is of another promise
+            object.__setattr__(self, "solved", Solved(self.kinds))
 
     def figures(self, counts: Array, families: Sequence[str] | None = None) -> Array:
         """(B, families, requirements) quantile or rms in SI, infinite where a coefficient is undetermined."""
@@ -98,7 +104,7 @@ class Promise:
         """The errors that fly and of which no record of one campaign (g,) tells some terms: these."""
         names: dict[ErrorName, tuple[str, ...]] = {}
         for group in self._groups:
-            found = told(group.alike, counts[None], group.curved)
+            found = told(group.alike, counts[None])
             for i, c in product(group.asked, range(len(group.alike.channels))):
                 if found.undetermined[c, :, found.places[i]].any():
                     term = group.alike.channels[c].terms[i]
@@ -120,7 +126,7 @@ class Promise:
         undetermined = np.zeros(len(counts), dtype=bool)
         common = [Common() for _ in self._views]
         for group in self._groups:
-            found = told(group.alike, counts, group.curved)
+            found = told(group.alike, counts)
             undetermined |= group.misses(found)
             for v, total, of in zip(group.seen_from, whole, common, strict=True):
                 R = v.reads(found)
@@ -136,7 +142,7 @@ class Promise:
         view, found = only._views[0], list[CurveWeights]()
         read: set[int] = set()
         for group in only._groups:
-            one = told(group.alike, counts[None], group.curved)
+            one = told(group.alike, counts[None])
             found += group.seen_from[0].through_curves(one, self.flying, group.flown)
             read |= {int(k) for i in group.curved for k in group.flown[i]}
         place = self.places(view.temperature_degc)
@@ -199,7 +205,8 @@ class Promise:
     @cached_property
     def _groups(self) -> list[_Group]:
         """Channels of which something flies; of a sensor without any budget nothing does."""
-        found = (_group(self, g) for g in alike(self.kinds.channels, self.kinds.degc))
+        assert self.solved is not None  # `__post_init__`
+        found = (_group(self, g) for g in self.solved.groups)
         return [group for group in found if group.flown]
 
     def places(self, degc: Array) -> NDArray[np.intp]:

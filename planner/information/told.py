@@ -14,15 +14,15 @@ fit's covariance of that channel.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.information.kinds import ChannelKinds
+from planner.information.kinds import ChannelKinds, Kinds
 from planner.information.tables import hats_of
 from planner.measurement import REACHED
 from planner.nouns.array import Array
@@ -38,12 +38,14 @@ class Alike:
     """Channels that are solved together: as many terms of the same errors, driven by the same kinds.
 
     information: (a, g, b + q, b + q) of a channels; astray: (a, g, b + q, u); degc: (g,) of the kinds
+    last: what the single campaign tells that was asked last, by its counts
     """
 
     channels: tuple[ChannelKinds, ...]
     information: Array
     astray: Array
     degc: Array
+    last: dict[bytes, Told] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def first(self) -> ChannelKinds:
@@ -62,11 +64,26 @@ class Alike:
         return t, np.eye(len(t))[place]
 
 
+class Gains(dict[int, Array]):
+    """Term -> (a, B, P, K) what the estimates make of its curve, for each that is asked.
+
+    inverse: (a, B, P, P + q) of M; felt: term -> (a, B, K, P + q) what its curve does to the normal equations
+    """
+
+    def __init__(self, inverse: Array, felt: Callable[[int], Array]) -> None:
+        super().__init__()
+        self.inverse, self.felt = inverse, felt
+
+    def __missing__(self, term: int) -> Array:
+        found = self[term] = self.inverse @ np.swapaxes(self.felt(term), 2, 3)
+        return found
+
+
 @dataclass(frozen=True)
 class Told:
     """What B campaigns tell on a channels.
 
-    kinds: (B, K) those used first; gains: term -> (a, B, P, K), the unfitted ones behind the b fitted
+    kinds: (B, K) those used first; gains: of the terms, the unfitted ones behind the b fitted
     covariance: (a, B, P, P) of the estimates' errors, 1 of what is no node; beside: (a, B, P, q) with the
     q shared ones; undetermined: (a, B, P); places: (b,) columns of each term
     nodes: (b,) (B, N) of its table, infinite where a campaign has no more of them, or None
@@ -75,7 +92,7 @@ class Told:
     kinds: NDArray[np.intp]
     covariance: Array
     beside: Array
-    gains: dict[int, Array]
+    gains: Gains
     undetermined: NDArray[np.bool_]
     places: tuple[slice, ...]
     nodes: tuple[Array | None, ...]
@@ -104,8 +121,33 @@ def alike(channels: Sequence[ChannelKinds], degc: Array) -> list[Alike]:
     ]
 
 
-def told(group: Alike, counts: Array, curved: Sequence[int]) -> Told:
-    """What campaigns with counts (B, g) tell; curved: the terms whose curves count."""
+@dataclass(frozen=True)
+class Solved:
+    """The channels of kinds, which every promise over these kinds has in common."""
+
+    kinds: Kinds
+
+    @cached_property
+    def groups(self) -> list[Alike]:
+        """By what can be solved together."""
+        return alike(self.kinds.channels, self.kinds.degc)
+
+
+def told(group: Alike, counts: Array) -> Told:
+    """What campaigns with counts (B, g) tell.
+
+    A single one is asked for one requirement after the other, with curves and without: it is solved once.
+    """
+    if len(counts) != 1:
+        return _told(group, counts)
+    key = counts.tobytes()
+    if key not in group.last:
+        group.last.clear()
+        group.last[key] = _told(group, counts)
+    return group.last[key]
+
+
+def _told(group: Alike, counts: Array) -> Told:
     order = np.argsort(counts <= 0, axis=1, kind="stable")
     kinds = order[:, : int((counts > 0).sum(axis=1).max(initial=1))]
     n = np.take_along_axis(counts, kinds, 1)
@@ -128,15 +170,16 @@ def told(group: Alike, counts: Array, curved: Sequence[int]) -> Told:
         M = _joined(M, common)
     C, inflated = _inverse(M)
     inflated = _by_coefficients(inflated[..., :P], M[..., :P, :P]) if q else inflated
-    felt = {i: JQ[:, :, :, i, :] for i in curved if i < b}  # (a, B, K, P + q)
-    if unfitted := [i for i in curved if i >= b]:
-        z = np.swapaxes(group.astray[:, kinds] * repeats, -1, -2) @ Q
-        felt |= {i: z[:, :, :, i - b, :] for i in unfitted}
-    gains = {i: C[..., :P, :] @ np.swapaxes(each, 2, 3) for i, each in felt.items()}
+
+    def felt(i: int) -> Array:
+        if i < b:
+            return np.asarray(JQ[:, :, :, i, :])
+        return np.asarray((np.swapaxes(group.astray[:, kinds] * repeats, -1, -2) @ Q)[:, :, :, i - b, :])
+
     undetermined = inflated > UNSEEN
     for i, far in _far_from_nodes(c, kinds, n):
         undetermined[:, far, places[i]] = True
-    return Told(kinds, C[..., :P, :P], C[..., :P, P:], gains, undetermined, places, own)
+    return Told(kinds, C[..., :P, :P], C[..., :P, P:], Gains(C[..., :P, :], felt), undetermined, places, own)
 
 
 def _nodes(group: Alike, counts: Array) -> tuple[Array, Array]:
