@@ -294,7 +294,7 @@ def _orders(flights: int, seed: int, count: int) -> Iterable[NDArray[np.int32]]:
     if flights <= MOST_KEPT:
         return _kept_orders(flights, seed, count)
     rng = np.random.default_rng(seed)
-    return (rng.permutation(flights) for _ in range(count))
+    return (rng.permutation(flights).astype(np.int32) for _ in range(count))
 
 
 @lru_cache(maxsize=16)

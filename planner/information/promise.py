@@ -24,11 +24,11 @@ from planner.information.in_common import Common
 from planner.information.in_flight import Asked
 from planner.information.kinds import Kinds
 from planner.information.misread import Misread
-from planner.information.remembered import Remembered
+from planner.information.remembered import Left, Remembered
 from planner.information.seen import Seen, each_start
 from planner.information.smooth import Moments, Smooth
 from planner.information.tables import nearest
-from planner.information.told import Alike, Solved, Told, told
+from planner.information.told import Alike, Solved, Tables, Told, told
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying
@@ -74,29 +74,41 @@ class Promise:
             if made.any():
                 none[made] = self.figures(counts[made], families)
             return none
-        covariances, undetermined = self.left(counts, families)
+        return self.remembered.figures(counts, self._chosen(families), self._left, self._figures)
+
+    def _figures(self, left: Left) -> Array:
+        """(B, families, requirements) of what campaigns leave."""
+        covariances, undetermined = left
         found = [figure_of(a, S) for a, S in zip(self.asked, covariances, strict=True)]
         return np.where(undetermined[:, None, None], np.inf, np.stack(found, axis=2))
 
     def within(self, counts: Array, lengths: Array, families: Sequence[str]) -> NDArray[np.bool_]:
         """(B,) whether every figure under some families is at most lengths (families, requirements), SI.
 
-        As `figures` says, without looking for the figures.
+        As `figures` says, without looking for the figures. The family that was named last is asked first: of
+        what breaks the promise under it, as most do, no other is asked.
         """
-        covariances, undetermined = self.left(counts, families)
-        each = zip(self.asked, covariances, lengths.T, strict=True)
-        kept = np.all([is_within(a, S, most).all(axis=1) for a, S, most in each], axis=0)
-        return np.asarray(kept & ~undetermined & np.any(counts > 0, axis=1))
+        most = dict(zip(self._chosen(families), lengths, strict=True))
+        places = {name: i for i, name in enumerate(self.families)}
+        kept: NDArray[np.bool_] = np.any(counts > 0, axis=1)
+        for family in (places[name] for name in reversed(families)):
+            if not kept.any():
+                break
+            covariances, undetermined = self.remembered.left(counts[kept], [family], self._left)
+            each = zip(self.asked, covariances, most[family], strict=True)
+            good = [is_within(a, S, np.array([length]))[:, 0] for a, S, length in each]
+            kept[kept] = np.all(good, axis=0) & ~undetermined
+        return kept
 
-    def left(
-        self, counts: Array, families: Sequence[str] | None = None
-    ) -> tuple[list[Array], NDArray[np.bool_]]:
+    def left(self, counts: Array, families: Sequence[str] | None = None) -> Left:
         """Per requirement (B, families, S, I, c, c) of d; (B,) whether what flies is undetermined."""
-        named = [*self.families] if families is None else families
-        chosen = [i for i, name in enumerate(self.families) if name in named]
-        return self.remembered.left(counts, chosen, self._left)
+        return self.remembered.left(counts, self._chosen(families), self._left)
 
-    def _left(self, counts: Array, families: Sequence[int]) -> tuple[list[Array], NDArray[np.bool_]]:
+    def _chosen(self, families: Sequence[str] | None) -> list[int]:
+        """The places of the families that are named; None: of all."""
+        return [i for i, name in enumerate(self.families) if families is None or name in families]
+
+    def _left(self, counts: Array, families: Sequence[int]) -> Left:
         whole, undetermined = self._whole(counts, families)
         return [self._blocks(a, whole) for a in self.asked], undetermined
 
@@ -124,9 +136,9 @@ class Promise:
         """Per view (B, families, S, ρ, ρ) of d; (B,) whether what flies is undetermined."""
         whole = [np.zeros((len(counts), len(families), *v.own.shape)) for v in self._views]
         undetermined = np.zeros(len(counts), dtype=bool)
-        common = [Common() for _ in self._views]
+        common, tables = [Common() for _ in self._views], Tables(counts)
         for group in self._groups:
-            found = told(group.alike, counts)
+            found = told(group.alike, counts, tables)
             undetermined |= group.misses(found)
             for v, total, of in zip(group.seen_from, whole, common, strict=True):
                 R = v.reads(found)

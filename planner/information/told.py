@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -58,6 +58,12 @@ class Alike:
         return np.diff(np.append(self.first.starts, len(self.first.rows)))
 
     @cached_property
+    def tabling(self) -> tuple[bytes, ...]:
+        """Equal for groups whose tables have the same nodes, whatever the campaign."""
+        which, shows = self.first.shows
+        return self.records.tobytes(), which.tobytes(), shows.tobytes()
+
+    @cached_property
     def grid(self) -> tuple[Array, Array]:
         """(T,) the temperatures of all kinds, and (g, T) which kind is at which."""
         t, place = np.unique(self.degc, return_inverse=True)
@@ -96,14 +102,12 @@ class Told:
     undetermined: NDArray[np.bool_]
     places: tuple[slice, ...]
     nodes: tuple[Array | None, ...]
+    tables: Tables
 
     def reads(self, temperature_degc: Array) -> list[Array | None]:
         """Per term (B, X, N) hats of its table at temperatures (X,); None: a constant."""
-        made: dict[int, Array] = {}
-        for nodes in self.nodes:
-            if nodes is not None and id(nodes) not in made:
-                made[id(nodes)] = hats_of(temperature_degc, nodes)
-        return [None if nodes is None else made[id(nodes)] for nodes in self.nodes]
+        every = (None if at is None else self.tables.hats_at(temperature_degc, at) for at in self.nodes)
+        return list(every)
 
 
 def alike(channels: Sequence[ChannelKinds], degc: Array) -> list[Alike]:
@@ -133,29 +137,66 @@ class Solved:
         return alike(self.kinds.channels, self.kinds.degc)
 
 
-def told(group: Alike, counts: Array) -> Told:
-    """What campaigns with counts (B, g) tell.
+@dataclass(frozen=True)
+class Tables:
+    """The tables of campaigns with counts (B, g): what is alike for several groups of channels is made once.
+
+    nodes: of groups -> (B, N), (B, D) of tables and of scale factors; hats: temperatures, nodes -> (B, X, N)
+    """
+
+    counts: Array
+    nodes: dict[object, tuple[Array, Array]] = field(default_factory=dict)
+    hats: dict[tuple[bytes, int], Array] = field(default_factory=dict)
+
+    @cached_property
+    def kinds(self) -> NDArray[np.intp]:
+        """(B, K) the kinds that each campaign uses, ascending, then one that it does not, of no weight."""
+        used = self.counts > 0
+        row, kind = np.nonzero(used)
+        each = used.sum(axis=1)
+        found = np.repeat(used.argmin(axis=1)[:, None], max(int(each.max(initial=1)), 1), axis=1)
+        found[row, np.arange(len(row)) - np.repeat(np.cumsum(each) - each, each)] = kind
+        return found
+
+    def of(self, group: Alike) -> tuple[Array, Array]:
+        """Nodes of a group's tables and of its scale factors, one array where they are the same."""
+        if group.tabling not in self.nodes:
+            nodes, driven = _nodes(group, self.counts)
+            known = [*self.nodes.values()]
+            nodes = next((x for x, _ in known if np.array_equal(x, nodes)), nodes)
+            self.nodes[group.tabling] = nodes, nodes if np.array_equal(driven, nodes) else driven
+        return self.nodes[group.tabling]
+
+    def hats_at(self, temperature_degc: Array, nodes: Array) -> Array:
+        """(B, X, N) weights of nodes that `of` gave."""
+        key = temperature_degc.tobytes(), id(nodes)
+        if key not in self.hats:
+            self.hats[key] = hats_of(temperature_degc, nodes)
+        return self.hats[key]
+
+
+def told(group: Alike, counts: Array, tables: Tables | None = None) -> Told:
+    """What campaigns with counts (B, g) tell; tables: theirs, if other groups have them already.
 
     A single one is asked for one requirement after the other, with curves and without: it is solved once.
     """
+    tables = tables or Tables(counts)
     if len(counts) != 1:
-        return _told(group, counts)
+        return _told(group, tables)
     key = counts.tobytes()
     if key not in group.last:
         group.last.clear()
-        group.last[key] = _told(group, counts)
+        group.last[key] = _told(group, tables)
     return group.last[key]
 
 
-def _told(group: Alike, counts: Array) -> Told:
-    order = np.argsort(counts <= 0, axis=1, kind="stable")
-    kinds = order[:, : int((counts > 0).sum(axis=1).max(initial=1))]
-    n = np.take_along_axis(counts, kinds, 1)
-    nodes, driven = _nodes(group, counts)
-    driven = nodes if np.array_equal(driven, nodes) else driven  # then everything about them is made once
+def _told(group: Alike, tables: Tables) -> Told:
+    kinds = tables.kinds
+    n = np.take_along_axis(tables.counts, kinds, 1)
+    nodes, driven = tables.of(group)
     c, a, (B, K) = group.first, len(group.channels), n.shape
     b, q = len(c.terms), len(c.sigma)
-    Q, places = _columns(c, group.degc[kinds], nodes, driven)
+    Q, places = _columns(c, tables, group.degc[kinds], nodes, driven)
     P = Q.shape[-1] - q
     own = tuple((driven if x.driven else nodes) if x.tabled else None for x in c.terms)
     repeats = n[:, :, None, None]
@@ -171,15 +212,18 @@ def _told(group: Alike, counts: Array) -> Told:
     C, inflated = _inverse(M)
     inflated = _by_coefficients(inflated[..., :P], M[..., :P, :P]) if q else inflated
 
+    @cache
+    def astray() -> Array:
+        return np.asarray(np.swapaxes(group.astray[:, kinds] * repeats, -1, -2) @ Q)
+
     def felt(i: int) -> Array:
-        if i < b:
-            return np.asarray(JQ[:, :, :, i, :])
-        return np.asarray((np.swapaxes(group.astray[:, kinds] * repeats, -1, -2) @ Q)[:, :, :, i - b, :])
+        return np.asarray(JQ[:, :, :, i, :] if i < b else astray()[:, :, :, i - b, :])
 
     undetermined = inflated > UNSEEN
     for i, far in _far_from_nodes(c, kinds, n):
         undetermined[:, far, places[i]] = True
-    return Told(kinds, C[..., :P, :P], C[..., :P, P:], Gains(C[..., :P, :], felt), undetermined, places, own)
+    gains = Gains(C[..., :P, :], felt)
+    return Told(kinds, C[..., :P, :P], C[..., :P, P:], gains, undetermined, places, own, tables)
 
 
 def _nodes(group: Alike, counts: Array) -> tuple[Array, Array]:
@@ -219,10 +263,11 @@ def _drives(c: ChannelKinds, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(~hidden[:, which])
 
 
-def _columns(c: ChannelKinds, degc: Array, nodes: Array, driven: Array) -> tuple[Array, tuple[slice, ...]]:
+def _columns(
+    c: ChannelKinds, tables: Tables, degc: Array, nodes: Array, driven: Array
+) -> tuple[Array, tuple[slice, ...]]:
     """(B, K, b + q, P + q) what resolves kinds at (B, K) degC into coefficients; the places of the terms."""
-    every = hats_of(degc, nodes)
-    hats = {False: every, True: every if driven is nodes else hats_of(degc, driven)}
+    hats = {False: tables.hats_at(degc, nodes), True: tables.hats_at(degc, driven)}
     b, q = len(c.terms), len(c.sigma)
     ends = np.cumsum([0, *(hats[x.driven].shape[2] if x.tabled else 1 for x in c.terms)])
     places = tuple(slice(int(a), int(z)) for a, z in pairwise(ends))

@@ -2,8 +2,8 @@
 
     x_n = s ⊕ ⨁_k g_k(n) v_k,   g(n) = n ⊕ ⌊n/2⌋
 
-g are the digits of n in Gray's code, v the direction numbers, each of them mixed by a random triangular matrix,
-s a random shift (Matoušek, Journal of Complexity 14, 1998, 527).
+g are the digits of n in Gray's code, v the direction numbers, each of them mixed by a random triangular
+matrix, s a random shift (Matoušek, Journal of Complexity 14, 1998, 527).
 """
 
 from __future__ import annotations
