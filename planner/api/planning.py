@@ -139,11 +139,16 @@ class PlanAnswer(Answer):
 
 
 def plan(
-    spec: SpecLike, *, progress: Progress = silent, stop: Callable[[], bool] | None = None
+    spec: SpecLike,
+    *,
+    progress: Progress = silent,
+    stop: Callable[[], bool] | None = None,
+    answered: Callable[[PlanAnswer], None] | None = None,
 ) -> PlanAnswer:
     """The shortest campaign found that keeps the spec's promise, with its bound and its reasons.
 
     stop: asked again and again; once it says yes, the best so far is the answer, with `exit_code` 4.
+    answered: told the plan as soon as it is there; genetic campaigns, which stand beside it, are missing yet.
     Raises InputError for a spec that cannot be planned, InfeasibleError when no campaign meets the
     requirement (with `binds` and `nearest_limit`), StoppedEarly when plan.time_limit left no answer.
     """
@@ -151,7 +156,12 @@ def plan(
     from planner.pipelines import planning as pipeline
 
     loaded = whole(spec)
-    return PlanAnswer(pipeline.plan(loaded, progress, stop or never), loaded)
+
+    def tell(made: Planned) -> None:
+        if answered is not None:
+            answered(PlanAnswer(made, loaded))
+
+    return PlanAnswer(pipeline.plan(loaded, progress, stop or never, tell), loaded)
 
 
 # ---------------------------------------------------------------- sensitivity, allow
