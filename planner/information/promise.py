@@ -85,20 +85,12 @@ class Promise:
     def within(self, counts: Array, lengths: Array, families: Sequence[str]) -> NDArray[np.bool_]:
         """(B,) whether every figure under some families is at most lengths (families, requirements), SI.
 
-        As `figures` says, without looking for the figures. The family that was named last is asked first: of
-        what breaks the promise under it, as most do, no other is asked.
+        As `figures` says, without looking for the figures.
         """
-        most = dict(zip(self._chosen(families), lengths, strict=True))
-        places = {name: i for i, name in enumerate(self.families)}
-        kept: NDArray[np.bool_] = np.any(counts > 0, axis=1)
-        for family in (places[name] for name in reversed(families)):
-            if not kept.any():
-                break
-            covariances, undetermined = self.remembered.left(counts[kept], [family], self._left)
-            each = zip(self.asked, covariances, most[family], strict=True)
-            good = [is_within(a, S, np.array([length]))[:, 0] for a, S, length in each]
-            kept[kept] = np.all(good, axis=0) & ~undetermined
-        return kept
+        covariances, undetermined = self.left(counts, families)
+        each = zip(self.asked, covariances, lengths.T, strict=True)
+        kept = np.all([is_within(a, S, most).all(axis=1) for a, S, most in each], axis=0)
+        return np.asarray(kept & ~undetermined & np.any(counts > 0, axis=1))
 
     def left(self, counts: Array, families: Sequence[str] | None = None) -> Left:
         """Per requirement (B, families, S, I, c, c) of d; (B,) whether what flies is undetermined."""
