@@ -129,11 +129,12 @@ class PlanAnswer(Answer):
     def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
         """plan.json, steps.csv, report.html in the folder `out`."""
         from planner.export.formats.csv import steps_text
-        from planner.export.json import plan_text
+        from planner.export.json import document_text
 
+        document = self.to_dict()
         return {
-            out / "plan.json": plan_text(self.record),
-            out / "steps.csv": steps_text(self.record),
+            out / "plan.json": document_text(document),
+            out / "steps.csv": steps_text(document),
             out / "report.html": page(self.reports[0], command),
         }
 

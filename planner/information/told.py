@@ -200,7 +200,7 @@ def _told(group: Alike, tables: Tables) -> Told:
     P = Q.shape[-1] - q
     own = tuple((driven if x.driven else nodes) if x.tabled else None for x in c.terms)
     repeats = n[:, :, None, None]
-    JQ = (group.information[:, kinds] * repeats) @ Q
+    JQ = (group.information.take(kinds, axis=1) * repeats) @ Q
     M = np.swapaxes(Q.reshape(B, K * (b + q), P + q), 1, 2) @ JQ.reshape(a, B, K * (b + q), P + q)
     if q:
         M[..., range(P, P + q), range(P, P + q)] += c.sigma**-2.0
