@@ -74,6 +74,12 @@ class Promise:
             if made.any():
                 none[made] = self.figures(counts[made], families)
             return none
+        return self._figures(self.left(counts, families))
+
+    def known_figures(self, counts: Array, families: Sequence[str]) -> Array:
+        """`figures`, to rounding; those of one campaign are found once."""
+        if not np.any(counts > 0, axis=1).all():
+            return self.figures(counts, families)
         return self.remembered.figures(counts, self._chosen(families), self._left, self._figures)
 
     def _figures(self, left: Left) -> Array:

@@ -39,38 +39,42 @@ class Seen:
 
         Σ_channels R (C + Σ_e G_e (M_e + D_e) G_eᵀ) Rᵀ − X − Xᵀ,   X = Σ_e R G_e M_e,flight J_eᵀ
 
-        D_e is what thermometers make of a curve, of which the flight has nothing. It is H + Hᵀ, with
-        H = (½ R V − Σ_e J_e M_e,flightᵀ G_eᵀ) Rᵀ and V all that is in brackets.
+        D_e is what thermometers make of a curve, of which the flight has nothing.
 
         All channels, errors and families of a campaign are one product: small ones take longer to call.
         """
         a, B, S, r, P = R.shape
-        V, k = found.covariance[:, :, None], found.kinds
+        V = found.covariance[:, :, None]
         for i, M in self.moments.items():
+            G, k = found.gains[i][:, :, None], found.kinds
             among = _among(M[[*families]], self.of_kind[k])
             if i in self.misread:
                 among = among + _among(self.misread[i][[*families]], k)
-            G = found.gains[i][:, :, None]
             V = V + G @ among @ np.swapaxes(G, -1, -2)
         F = V.shape[2]
         # laid out so that nothing as large as what is read of V is ever copied
         families_beside = np.ascontiguousarray(np.swapaxes(V, 2, 3)).reshape(a, B, P, F * P)
-        read = (R.reshape(a, B, S * r, P) @ (0.5 * families_beside)).reshape(a, B, S, r, F, P)
+        read = (R.reshape(a, B, S * r, P) @ families_beside).reshape(a, B, S, r * F, P)
+        each = (read @ np.swapaxes(R, -1, -2)).reshape(a, B, S, r, F, r)
+        whole = np.moveaxis(each.sum(axis=0), 3, 1)
         for i in self.moments:
-            self._less_across(read, found, i, families)
-        each = read.reshape(a, B, S, r * F, P) @ np.swapaxes(R, -1, -2)
-        half = np.moveaxis(each.reshape(a, B, S, r, F, r).sum(axis=0), 3, 1)
-        return np.asarray(half + np.swapaxes(half, -1, -2))
+            across = self._across(found, R, i, families)
+            whole = whole - across - np.swapaxes(across, -1, -2)
+        return np.asarray(whole)
 
-    def _less_across(self, read: Array, found: Told, i: int, families: Sequence[int]) -> None:
-        """Takes J_e (G_e M_e,flight)ᵀ of one error from ½ R V (a, B, S, ρ, F, P): of this X is made."""
-        a, B, P = found.covariance.shape[:3]
-        S, m = self.of_flight.shape
+    def _across(self, found: Told, R: Array, i: int, families: Sequence[int]) -> Array:
+        """(B, families, S, ρ, ρ) X of one error."""
+        a, B, S, _, P = R.shape
         felt = self._in_flight[i][:, [*families]][self.of_kind[found.kinds]]  # (B, K, F, S m)
-        seen = (found.gains[i] @ felt.reshape(*felt.shape[:2], -1)).reshape(a, B, P, -1, S, m)
-        each, J = seen.transpose(5, 0, 1, 4, 3, 2), self.response[i]  # (m, a, B, S, F, P)
-        for moment, one in enumerate(each):
-            read -= J[:, None, :, :, None, None, moment] * one[:, :, :, None]
+        F = felt.shape[2]
+        seen = (found.gains[i] @ felt.reshape(*felt.shape[:2], -1)).reshape(a, B, P, F, S, -1)
+        each = np.ascontiguousarray(seen.transpose(0, 1, 4, 2, 3, 5)).reshape(a, B, S, P, -1)
+        u = (R @ each).reshape(*R.shape[:-1], F, -1).transpose(2, 1, 3, 4, 0, 5)
+        J = self.response[i].transpose(
+            1, 0, 3, 2
+        )  # one product per start over channels and parts of the flight
+        X = u.reshape(S, -1, a * u.shape[-1]) @ J.reshape(len(J), a * u.shape[-1], -1)
+        return np.asarray(X.reshape(*u.shape[:4], -1).transpose(1, 3, 0, 2, 4))
 
     @cached_property
     def _in_flight(self) -> dict[int, Array]:

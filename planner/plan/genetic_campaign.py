@@ -131,6 +131,10 @@ class _Decoder:
         names = [*task.errors, *(model.name for model in task.left)]
         self.surface = LimitSurface(task.constraints, names, SURFACE_TOLERANCE)
         self.options = [_options(rows) for rows in task.rows]
+        self.constant = [
+            [float(size((m.largest_run_to_run, m.in_run, m.storage, o.residual), rule)) for o in options]
+            for m, options in zip(task.models, self.options, strict=True)
+        ]  # the constant parts and the temperature residual
         # row by row in memory: rows of anything else are only taken from a copy of all of it
         self.amounts = [np.ascontiguousarray(g.amounts) for g in self.folded.groups]
         groups = zip(self.folded.groups, self.options, strict=True)
@@ -217,16 +221,14 @@ class _Decoder:
     def _within(self, e: int, sizes: Array) -> NDArray[np.int64]:
         """(O, P) the row of each option with fewest repeats within the size; −1 where none is."""
         found = []
-        for option in self.options[e]:
-            slack = self._slack(e, option.residual, sizes)
+        for option, constant in zip(self.options[e], self.constant[e], strict=True):
+            slack = self._slack(constant, sizes)
             level = np.searchsorted(option.negative_half_width, -slack, side="left")
             found.append(np.where(level < len(option.negative_half_width), option.start + level, -1))
         return np.array(found)
 
-    def _slack(self, e: int, residual: float, sizes: Array) -> Array:
-        """(P,) half-width that the size leaves beside the constant parts and the temperature residual."""
-        model = self.task.models[e]
-        constant = size((model.largest_run_to_run, model.in_run, model.storage, residual), self.rule)
+    def _slack(self, constant: float, sizes: Array) -> Array:
+        """(P,) half-width that the size leaves beside the constant parts."""
         if self.rule == "worst_case":
             return sizes - constant
         return np.sqrt(np.maximum(sizes**2 - constant**2, 0.0))
