@@ -165,11 +165,15 @@ def refuse_existing(path: Path) -> None:
 def refuse_others(of: Path | str, out: Path | None, *names: str) -> None:
     """Raises InputError, before there is anything to lose, for files of a folder that are not to be replaced.
 
+    And for a folder that cannot be written to.
     names: files that the command always writes; `say` looks at all, once they are made.
     """
     from planner import own_files
 
-    if out is not None and str(out) != STANDARD and not asked("--force"):
+    if out is None or str(out) == STANDARD:
+        return
+    own_files.refuse_unwritable(out)
+    if not asked("--force"):
         own_files.refuse_others({out / name: None for name in names}, of)
 
 
