@@ -69,10 +69,13 @@ class Said:
         """Print an answer with its notes; the same is then not said again."""
         if self.silently:
             return
-        notes(found.notes)
-        _print(found.reports, "")
-        sys.stdout.flush()
         self.answer = found
+        notes(found.notes)
+        try:
+            _print(found.reports, "")
+            sys.stdout.flush()
+        except (BrokenPipeError, SystemExit):  # who reads has gone, as `| head -1` does (rich then exits):
+            pass  # the files are wanted all the same
 
 
 def say(

@@ -82,6 +82,16 @@ def test_ctrl_c_is_exit_4(run: Run, spec: Path, monkeypatch: pytest.MonkeyPatch,
     assert not (tmp_path / "out").exists()
 
 
+def test_files_are_written_when_the_reader_of_the_answer_goes_away(spec: Path, tmp_path: Path) -> None:
+    """`planner plan spec.yaml | head -1`: the answer is printed before the files are made."""
+    command = [sys.executable, "-m", "planner", "plan", str(spec), "-o", "out"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        assert running.stdout
+        running.stdout.close()
+        running.wait(timeout=120)
+    assert {"plan.json", "steps.csv", "report.html"} <= {file.name for file in (tmp_path / "out").iterdir()}
+
+
 @pytest.mark.parametrize(
     ("tree", "beside"), [(small, "_allowed_or_why_not"), (flown_probably, "genetic_beside")]
 )
