@@ -65,6 +65,18 @@ def refuse_others(files: Mapping[Path, str | bytes | None], of: Path | str | Non
         raise refused(faults)
 
 
+def refuse_unwritable(folder: Path) -> None:
+    """Raises InputError for a folder that is none, or that must not be written to.
+
+    One that is not there yet is made in the nearest that is.
+    """
+    there = next(place for place in (folder.absolute(), *folder.absolute().parents) if place.exists())
+    if not there.is_dir():
+        raise InputError(f"cannot write {folder}: {there} is no folder")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(f"cannot write {folder}: {there} must not be written to")
+
+
 def refuse_existing(path: Path) -> None:
     """Raises InputError (P010) for a file that is there: what is written to start from replaces nothing."""
     if path.exists():

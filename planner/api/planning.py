@@ -129,21 +129,27 @@ class PlanAnswer(Answer):
     def placed(self, out: Path, command: str = "") -> dict[Path, str | bytes]:
         """plan.json, steps.csv, report.html in the folder `out`."""
         from planner.export.formats.csv import steps_text
-        from planner.export.json import plan_text
+        from planner.export.json import document_text
 
+        document = self.to_dict()
         return {
-            out / "plan.json": plan_text(self.record),
-            out / "steps.csv": steps_text(self.record),
+            out / "plan.json": document_text(document),
+            out / "steps.csv": steps_text(document),
             out / "report.html": page(self.reports[0], command),
         }
 
 
 def plan(
-    spec: SpecLike, *, progress: Progress = silent, stop: Callable[[], bool] | None = None
+    spec: SpecLike,
+    *,
+    progress: Progress = silent,
+    stop: Callable[[], bool] | None = None,
+    answered: Callable[[PlanAnswer], None] | None = None,
 ) -> PlanAnswer:
     """The shortest campaign found that keeps the spec's promise, with its bound and its reasons.
 
     stop: asked again and again; once it says yes, the best so far is the answer, with `exit_code` 4.
+    answered: told the plan as soon as it is there; genetic campaigns, which stand beside it, are missing yet.
     Raises InputError for a spec that cannot be planned, InfeasibleError when no campaign meets the
     requirement (with `binds` and `nearest_limit`), StoppedEarly when plan.time_limit left no answer.
     """
@@ -151,7 +157,12 @@ def plan(
     from planner.pipelines import planning as pipeline
 
     loaded = whole(spec)
-    return PlanAnswer(pipeline.plan(loaded, progress, stop or never), loaded)
+
+    def tell(made: Planned) -> None:
+        if answered is not None:
+            answered(PlanAnswer(made, loaded))
+
+    return PlanAnswer(pipeline.plan(loaded, progress, stop or never, tell), loaded)
 
 
 # ---------------------------------------------------------------- sensitivity, allow

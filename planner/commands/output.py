@@ -58,6 +58,26 @@ def command_name() -> str:
     return next((word for word in sys.argv[1:] if not word.startswith("-")), "")
 
 
+class Said:
+    """What was said of an answer before all of it was there: nobody waits for what stands beside it."""
+
+    def __init__(self, *, silently: bool = False) -> None:
+        self.silently = silently
+        self.answer: Answer | None = None
+
+    def say(self, found: Answer) -> None:
+        """Print an answer with its notes; the same is then not said again."""
+        if self.silently:
+            return
+        self.answer = found
+        notes(found.notes)
+        try:
+            _print(found.reports, "")
+            sys.stdout.flush()
+        except (BrokenPipeError, SystemExit):  # who reads has gone, as `| head -1` does (rich then exits):
+            pass  # the files are wanted all the same
+
+
 def say(
     found: Answer,
     as_json: bool,
@@ -66,12 +86,14 @@ def say(
     *,
     written: str | None = None,
     extra: Mapping[str, Any] | None = None,
+    first: Said | None = None,
 ) -> None:
     """Write an answer's files, say its notes, print it, and end with its exit code.
 
     out: where the files go, None for nowhere; of: what they are of, the spec or a word (`planner.own_files`);
     written: what is said of them, otherwise a line for each;
     extra: what the document says beside the answer, as where its files are.
+    first: what was said of it already
     """
     from planner.own_files import write_own
 
@@ -81,11 +103,12 @@ def say(
             progress("drawing and writing")
             files = found.placed(out, invocation())
             write_own(files, of, out, force=asked("--force"))
-    notes(found.notes)
+    said = None if first is None else first.answer
+    notes(note for note in found.notes if said is None or note not in said.notes)
     if as_json:
         typer.echo(json_line({**(extra or {}), **found.to_dict()}, found.exit_code))
     else:
-        _print(found.reports, listed(files) if written is None else written)
+        _print(found.reports if said is None else (), listed(files) if written is None else written)
     if found.remark:
         typer.echo(found.remark, err=True)
     if found.exit_code:
@@ -145,11 +168,15 @@ def refuse_existing(path: Path) -> None:
 def refuse_others(of: Path | str, out: Path | None, *names: str) -> None:
     """Raises InputError, before there is anything to lose, for files of a folder that are not to be replaced.
 
+    And for a folder that cannot be written to.
     names: files that the command always writes; `say` looks at all, once they are made.
     """
     from planner import own_files
 
-    if out is not None and str(out) != STANDARD and not asked("--force"):
+    if out is None or str(out) == STANDARD:
+        return
+    own_files.refuse_unwritable(out)
+    if not asked("--force"):
         own_files.refuse_others({out / name: None for name in names}, of)
 
 

@@ -11,6 +11,7 @@ import typer
 from planner.commands.options import AsJson, SpecFile
 from planner.commands.output import (
     STANDARD,
+    Said,
     answer,
     progress_line,
     refuse_others,
@@ -65,11 +66,13 @@ def plan(
 
     folder = out or Path("plans") / (spec.stem if str(spec) != STANDARD else "stdin")
     refuse_others(spec, folder, "plan.json", "steps.csv", "report.html")
+    first = Said(silently=as_json or str(folder) == STANDARD)
     with progress_line() as progress, until_ctrl_c() as stop:
-        made = planning.plan(spec, progress=progress, stop=stop)
+        made = planning.plan(spec, progress=progress, stop=stop, answered=first.say)
         if str(folder) == STANDARD:
             say_text(made.placed(Path())[Path("plan.json")], made)
-    say(made, as_json, folder, spec, written=f"wrote {folder / 'plan.json'}, steps.csv, report.html")
+    written = f"wrote {folder / 'plan.json'}, steps.csv, report.html"
+    say(made, as_json, folder, spec, written=written, first=first)
 
 
 def sensitivity(

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from planner.errors import InputError
-from planner.nouns.plan_file import SCHEMA_VERSION
+from planner.nouns.plan import SCHEMA_VERSION
 
 _OUTSIDE = ("plan_sha256", "$schema")
 # In columns, not in `#` lines: every reader of CSV then takes the file as it is.

@@ -9,9 +9,9 @@ So the curves of the errors that matter are drawn, the rest goes by its covarian
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,8 @@ BEYOND = 150  # flights at least that are left out by a requirement's share: the
 LEAST = 30  # th part of them at each temperature
 NOTABLE = 0.01  # of the mean square: what smaller parts lack of a Gaussian goes with the square of this
 AT_ONCE = 4_000_000  # numbers
+LOOKED_UP = 60_000  # values of curves at once: with their places they stay in the second cache
+MOST_KEPT = 250_000  # flights of which it is kept which curves they take: 2 MB a part
 SETTLED = 3e-4  # the last step of secants: what it leaves is a hundredth of it
 HALVED_TO = 1e-6  # where secants did not end
 LEFT_OUT = 1e-7  # of the largest principal variance
@@ -62,19 +64,37 @@ class CurveWeights:
         """Of d along axes (S, ρ, ρ), the columns."""
         return CurveWeights(self.error, self.places, np.swapaxes(axes, 1, 2) @ self.weights)
 
-    def add_to(self, d: NDArray[np.float32], curves: NDArray[np.float32], rows: Array, sign: Array) -> None:
+    def add_to(
+        self,
+        d: NDArray[np.float32],
+        curves: NDArray[np.float32],
+        rows: NDArray[np.int32],
+        sign: NDArray[np.float32],
+    ) -> None:
         """Adds to flights d (S, ρ, n) the curves (N, m) of which each takes one of rows (S, n), with a sign.
 
         Temperature by temperature of the flight: one curve's values at one point stay in the nearest cache.
         """
-        # many power-ons have one temperature: its curve is looked up once
-        places, at = np.unique(self.places, axis=1, return_inverse=True)
+        places, at = _distinct(self.places.tobytes(), self.places.shape)
         weights = np.zeros((*self.weights.shape[:2], places.shape[1]), dtype=np.float32)
-        for record, place in enumerate(at.ravel()):
+        for record, place in enumerate(at):
             weights[:, :, place] += self.weights[:, :, record]
-        for flights, W, where, which, signs in zip(d, weights, places, rows, sign, strict=True):
-            seen = np.stack([curves[point].take(which) for point in where])
-            flights += (W @ seen) * signs
+        values, starts = curves.ravel(), places[:, :, None] * curves.shape[1]
+        at_once = max(LOOKED_UP // (places.shape[1] * rows.shape[1]), 1)
+        for first in range(0, len(d), at_once):
+            some = slice(first, first + at_once)
+            seen = values.take(starts[some] + rows[some, None])
+            d[some] += (weights[some] @ seen) * sign[some, None]
+
+
+@lru_cache(maxsize=16)
+def _distinct(places: bytes, shape: tuple[int, int]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """(S, t') the distinct columns of places (S, t), and (t,) which of them each is.
+
+    Many power-ons have one temperature: its curve is looked up once. All errors have the same places.
+    """
+    found, at = np.unique(np.frombuffer(places, dtype=np.intp).reshape(shape), axis=1, return_inverse=True)
+    return found, at.ravel()
 
 
 def drawn_quantile(
@@ -237,10 +257,23 @@ def length_of_share(lengths: Array, share: float, weights: Array | None) -> floa
     """Within which a share of drawn lengths (s, n) lies; weights (s,) of temperatures, None: of the worst."""
     if weights is None:
         return float(np.quantile(lengths, share, axis=1).max())
-    order = np.argsort(lengths, axis=None)
+    order = _ascending(lengths)
     each = np.repeat(weights / lengths.shape[1], lengths.shape[1])[order]
     place = int(np.searchsorted(np.cumsum(each), share))
     return float(lengths.ravel()[order][min(place, len(order) - 1)])
+
+
+def _ascending(lengths: Array | NDArray[np.float32]) -> NDArray[np.intp]:
+    """(n,) places of lengths, the shortest first.
+
+    The binary digits of float32 order as they do, where none is negative: with the place behind each they are
+    sorted in half the time that it takes to sort places.
+    """
+    if lengths.dtype != np.float32:
+        return np.argsort(lengths, axis=None)
+    digits = np.abs(lengths).view(np.uint32).ravel().astype(np.uint64)
+    ordered = np.sort(digits << np.uint64(32) | np.arange(lengths.size, dtype=np.uint64))
+    return (ordered & np.uint64(0xFFFF_FFFF)).astype(np.intp)
 
 
 def _basis(rest: Array, parts: Sequence[CurveWeights]) -> Array:
@@ -274,14 +307,34 @@ def _add(
     seed: int,
 ) -> None:
     """Curves to flights d (s, ρ, n), others at every temperature; one is as likely as its opposite."""
+    flights, pools = d.shape[0] * d.shape[2], tuple(curves[part.error].shape[1] for part in parts)
+    for part, (which, sign) in zip(parts, _taken(flights, seed, pools), strict=True):
+        part.add_to(d, curves[part.error], which.reshape(len(d), -1), sign.reshape(len(d), -1))
+
+
+Taken = tuple[NDArray[np.int32], NDArray[np.float32]]
+
+
+def _taken(flights: int, seed: int, pools: tuple[int, ...]) -> Iterable[Taken]:
+    """(flights,) which of so many curves each flight takes of a part, and (flights,) its sign.
+
+    The same for every campaign and family; those of many flights are not kept.
+    """
+    return _kept(flights, seed, pools) if flights <= MOST_KEPT else _drawn(flights, seed, pools)
+
+
+@lru_cache(maxsize=16)
+def _kept(flights: int, seed: int, pools: tuple[int, ...]) -> tuple[Taken, ...]:
+    return tuple(_drawn(flights, seed, pools))
+
+
+def _drawn(flights: int, seed: int, pools: tuple[int, ...]) -> Iterator[Taken]:
     rng = np.random.default_rng(seed)
-    for part in parts:
-        pool = curves[part.error]
-        # every curve as often as any other
-        which = (rng.permutation(d.shape[0] * d.shape[2]) % (2 * pool.shape[1])).reshape(len(d), -1)
-        opposite = which >= pool.shape[1]
+    for curves in pools:
+        which = rng.permutation(flights) % (2 * curves)  # every curve as often as any other
+        opposite = which >= curves
         sign = np.where(opposite, np.float32(-1.0), np.float32(1.0))
-        part.add_to(d, pool, which - pool.shape[1] * opposite, sign)
+        yield (which - curves * opposite).astype(np.int32), sign
 
 
 @cache

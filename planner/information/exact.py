@@ -6,8 +6,9 @@ A requirement at any moment is judged by draws of the whole flight.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +18,12 @@ from planner.campaign.design import design
 from planner.campaign.model import Campaign
 from planner.campaign.power_ons import of_design
 from planner.information.drawn import DRAWS as FLIGHTS
-from planner.information.drawn import drawn_quantile, nearly
+from planner.information.drawn import CurveWeights, drawn_quantile, nearly
 from planner.information.in_flight import Asked
 from planner.information.kinds import Kind, Kinds, campaign_of, channel_kinds
 from planner.information.model_of import Flight, asked_of, promise_of
 from planner.information.promise import Promise
+from planner.information.smooth import Moments
 from planner.nouns.array import Array
 from planner.nouns.choices import Campaign as Choice
 from planner.nouns.choices import TestVisits
@@ -96,9 +98,8 @@ def foreseen_of(flight: Flight, made: Campaign, draws: int = FLIGHTS) -> Foresee
     if squares := [k for k, a in enumerate(wanted) if a.share is None]:
         only = replace(promise, asked=tuple(wanted[k] for k in squares))
         figures[:, squares] = only.figures(counts)[0]
-    for k, a in enumerate(wanted):
-        if a.share is not None:
-            figures[:, k] = _quantiles(flight, promise, counts, k, draws)
+    if shared := [k for k, a in enumerate(wanted) if a.share is not None]:
+        figures[:, shared] = _quantiles(flight, promise, counts, shared, draws)
     each = zip(promise.families, figures, strict=True)
     return Foreseen({name: tuple(map(float, row)) for name, row in each}, promise, counts, days)
 
@@ -121,23 +122,50 @@ def laid_out(flight: Flight, visits: Sequence[TestVisits], *, first_only: bool =
 # ---------------------------------------------------------------- quantiles
 
 
-def _quantiles(flight: Flight, promise: Promise, counts: Array, k: int, draws: int) -> list[float]:
-    """Of one requirement for every family, with the curves drawn; infinite where one is undetermined."""
-    a, found = promise.asked[k], list[float]()
-    left, undetermined = promise.without_curves().covariance(counts, k)
-    if undetermined[0]:
-        return [np.inf] * len(promise.families)
-    parts = promise.through_curves(counts[0], k)
-    without = np.broadcast_to(left[0], (len(promise.families), *left.shape[2:]))
-    for (name, moments), rest in zip(promise.families.items(), without, strict=True):
+@dataclass(frozen=True)
+class _Flown:
+    """What one requirement sees of a campaign. without: (families, S, ρ, ρ), nothing of the curves in it"""
 
+    asked: Asked
+    without: Array
+    parts: Sequence[CurveWeights]
+    undetermined: bool
+
+
+def _quantiles(
+    flight: Flight, promise: Promise, counts: Array, shared: Sequence[int], draws: int
+) -> list[list[float]]:
+    """(families, requirements) of some requirements, with the curves drawn; infinite: one is undetermined."""
+    every, found = [_flown(promise, counts, k) for k in shared], list[list[float]]()
+    for place, (name, moments) in enumerate(promise.families.items()):
+
+        @cache  # one family's curves at a time, for all the requirements
         def pool(error: tuple[Sensor, str], family: str = name) -> NDArray[np.float32]:
             return flight.curves.pool(family, error, promise.points)
 
-        squares = [(p, p.second_moment(moments[p.error])) for p in parts if p.error in moments]
-        drawn = drawn_quantile(a, rest, squares, pool, draws)
-        found.append(_exact(a, sum((own for _, own in squares), rest)) if drawn is None else drawn)
+        found.append([_quantile(f, f.without[place], moments, pool, draws) for f in every])
     return found
+
+
+def _flown(promise: Promise, counts: Array, k: int) -> _Flown:
+    left, undetermined = promise.without_curves().covariance(counts, k)
+    without = np.broadcast_to(left[0], (len(promise.families), *left.shape[2:]))
+    parts = () if undetermined[0] else promise.through_curves(counts[0], k)
+    return _Flown(promise.asked[k], without, parts, bool(undetermined[0]))
+
+
+def _quantile(
+    f: _Flown,
+    rest: Array,
+    moments: Moments,
+    pool: Callable[[tuple[Sensor, str]], NDArray[np.float32]],
+    draws: int,
+) -> float:
+    if f.undetermined:
+        return np.inf
+    squares = [(p, p.second_moment(moments[p.error])) for p in f.parts if p.error in moments]
+    drawn = drawn_quantile(f.asked, rest, squares, pool, draws)
+    return _exact(f.asked, sum((own for _, own in squares), rest)) if drawn is None else drawn
 
 
 def _exact(a: Asked, S: Array) -> float:

@@ -53,7 +53,9 @@ class Judge:
 
     def loads(self, counts: Array, families: list[str] | None = None) -> Array:
         """(B,) loads under the families that have decided so far, or those that are named."""
-        return np.asarray(self.by_family(counts, families or self.families).max(axis=1))
+        self.asked += len(counts)
+        figures = self.promise.known_figures(counts, families or self.families)
+        return np.asarray(self._by_family(figures, families or self.families).max(axis=1))
 
     def by_family(self, counts: Array, families: Sequence[str]) -> Array:
         """(B, families) loads, in the promise's order of the families."""
@@ -61,8 +63,10 @@ class Judge:
         return self._loads(counts, families)
 
     def _loads(self, counts: Array, families: Sequence[str]) -> Array:
+        return self._by_family(self.promise.figures(counts, families), families)
+
+    def _by_family(self, figures: Array, families: Sequence[str]) -> Array:
         asked = [i for i, name in enumerate(self.promise.families) if name in families]
-        figures = self.promise.figures(counts, families)
         limits = np.array([a.limit for a in self.promise.asked])
         return np.asarray((figures * self.tightened[asked] / limits).max(axis=2))
 

@@ -125,13 +125,6 @@ class Kinds:
         """Of the curves, those of which it is known what a chamber's stray makes of them."""
         return frozenset(name for c in self.channels for name in c.strayed)
 
-    def under(self, family: str, name: str) -> Kinds:
-        """With the stray of one family alone, by another name."""
-        if not self.families:
-            return self
-        known = (replace(c, strayed={name: c.strayed[family]}) for c in self.channels)
-        return Kinds(self.kinds, tuple(known))
-
 
 def kinds_of(spec: Spec, offered: Sequence[tuple[str, Sequence[float]]], curves: Curves) -> Kinds:
     """The kinds that tests offer, each (test, temperatures). Tests of unknown motions are left out.

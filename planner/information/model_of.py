@@ -39,6 +39,7 @@ class Flight:
 
     day: of the flight since the first calibration, 0: not said; deadline: of the plan
     foreseen: exact figures (families, requirements) of the campaigns that were asked so far
+    exactly: days in store -> requirements as exact figures see them
     """
 
     spec: Spec
@@ -47,6 +48,9 @@ class Flight:
     day: float = 0.0
     deadline: Deadline = field(default_factory=Deadline)
     foreseen: dict[tuple[TestVisits, ...], Array] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+    exactly: dict[float, tuple[Asked, ...]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
@@ -123,8 +127,16 @@ def asked_of(flight: Flight, *, exact: bool, days: float | None = None) -> tuple
 
     days: from the campaign's end to the flight; left out: of one that takes no time
     """
-    spec, found = flight.spec, []
     stored = flight.in_store(0.0) if days is None else days
+    if not exact:
+        return _asked_of(flight, stored, exact=False)
+    if stored not in flight.exactly:
+        flight.exactly[stored] = _asked_of(flight, stored, exact=True)
+    return flight.exactly[stored]
+
+
+def _asked_of(flight: Flight, stored: float, *, exact: bool) -> tuple[Asked, ...]:
+    spec, found = flight.spec, []
     for index, wanted in enumerate(spec.requirement):
         start, weights = scenarios(spec, wanted, flight.response, SCENARIOS if exact else QUICK_SCENARIOS)
         instants = _looked_at(flight, wanted) if exact else QUICK_INSTANTS

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,16 +69,26 @@ class Neighbours:
 
     # ------------------------------------------------------------ what may be moved
 
-    @property
+    @cached_property
     def _free(self) -> list[Offer]:
         return [o for o in self.offers.tests if o.fixed is None]
 
-    @property
+    @cached_property
     def _movable(self) -> list[Offer]:
         return [o for o in self._free if not o.everywhere]
 
+    @cached_property
+    def _degc(self) -> list[float]:
+        return [float(t) for t in self.offers.degc]
+
+    @cached_property
+    def _on_grid(self) -> dict[int, tuple[list[int], int]]:
+        """Kind that may be moved -> the kinds of its test, and where it stands among them."""
+        every = ([int(k) for k in offer.places] for offer in self._movable)
+        return {k: (places, i) for places in every for i, k in enumerate(places)}
+
     def _used(self, n: Array, offer: Offer) -> list[int]:
-        return [int(k) for k in offer.places if n[k] > 0]
+        return [int(k) for k in offer.places[n[offer.places] > 0]]
 
     def _fewer(self, n: Array) -> Iterator[Array]:
         for offer in self._free:
@@ -99,7 +110,7 @@ class Neighbours:
         """Every visit for itself, and every temperature with all that is done there."""
         for offer in self._movable:
             for k in self._used(n, offer):
-                for to in self._beside(offer, k):
+                for to in self._beside(k):
                     yield _onto(n, k, to)
         for t in self._temperatures(n):
             together = self._at(n, t)
@@ -112,12 +123,12 @@ class Neighbours:
 
     def _joined(self, n: Array) -> Iterator[Array]:
         """A visit moved to another temperature that is visited already."""
-        visited = self._temperatures(n)
+        visited = set(self._temperatures(n))
         for offer in self._movable:
             for k in self._used(n, offer):
-                for to in offer.places:
-                    if to != k and self.offers.degc[to] in visited:
-                        yield _onto(n, k, int(to))
+                for to in self._on_grid[k][0]:
+                    if to != k and self._degc[to] in visited:
+                        yield _onto(n, k, to)
 
     def _exchanged(self, n: Array) -> Iterator[Array]:
         """One repeat less here and one more there; a visit less here and a repeat more there."""
@@ -148,23 +159,19 @@ class Neighbours:
 
     def _temperatures(self, n: Array) -> list[float]:
         """Chamber temperatures that are visited by tests that may be moved."""
-        return sorted({float(self.offers.degc[k]) for o in self._movable for k in self._used(n, o)})
+        return sorted({self._degc[k] for o in self._movable for k in self._used(n, o)})
 
     def _at(self, n: Array, t: float) -> list[int]:
-        return [k for o in self._movable for k in self._used(n, o) if self.offers.degc[k] == t]
+        return [k for o in self._movable for k in self._used(n, o) if self._degc[k] == t]
 
-    def _beside(self, offer: Offer, k: int) -> Iterator[int]:
-        i = int(np.flatnonzero(offer.places == k)[0])
-        for shift in SHIFTS:
-            if 0 <= i + shift < len(offer.places):
-                yield int(offer.places[i + shift])
+    def _beside(self, k: int) -> Iterator[int]:
+        return (to for shift in SHIFTS if (to := self._shifted(k, shift)) is not None)
 
     def _shifted(self, k: int, shift: int) -> int | None:
-        for offer in self._movable:
-            if k in offer.places:
-                i = int(np.flatnonzero(offer.places == k)[0]) + shift
-                return int(offer.places[i]) if 0 <= i < len(offer.places) else None
-        return None
+        if k not in self._on_grid:
+            return None
+        places, i = self._on_grid[k]
+        return places[i + shift] if 0 <= i + shift < len(places) else None
 
 
 def _others(found: Sequence[Array], n: Array) -> NDArray[np.float64]:

@@ -201,7 +201,7 @@ class _Individual:
 def _judged(offers: Offers, judge: Judge, every: Sequence[Array], powered: Array) -> list[_Individual]:
     """powered: (g,) s of power that one repeat of each kind takes."""
     counts = np.array(every)
-    loads = np.minimum(judge.loads(counts), USELESS)
+    loads = np.minimum(judge.by_family(counts, judge.families).max(axis=1), USELESS)
     each = zip(counts, offers.cost(counts).tolist(), loads.tolist(), (counts @ powered).tolist(), strict=True)
     points = [Point(n, cost, load, power) for n, cost, load, power in each]
     return [_Individual(p, _Fitness((p.cost, p.load, p.power_on_s))) for p in points]

@@ -24,11 +24,11 @@ from planner.information.in_common import Common
 from planner.information.in_flight import Asked
 from planner.information.kinds import Kinds
 from planner.information.misread import Misread
-from planner.information.remembered import Remembered
+from planner.information.remembered import Left, Remembered
 from planner.information.seen import Seen, each_start
 from planner.information.smooth import Moments, Smooth
 from planner.information.tables import nearest
-from planner.information.told import Alike, Told, alike, told
+from planner.information.told import Alike, Solved, Tables, Told, told
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying
@@ -46,6 +46,8 @@ class Promise:
     constants: (sensor, effect) -> variance of a term of an error that no effect is declared for, SI²
     unread: error -> terms that no temperature of use reaches
     misread: what thermometers do to the curves; None: they are right
+    strays: family -> that of the kinds whose curves stray as its own do, if it has another name
+    solved: the channels of the kinds, handed on to promises of the same kinds
     """
 
     kinds: Kinds
@@ -58,7 +60,13 @@ class Promise:
     constants: Mapping[tuple[Sensor, str], float] = field(default_factory=dict)
     unread: Mapping[ErrorName, frozenset[str]] = field(default_factory=dict)
     misread: Misread | None = None
+    strays: Mapping[str, str] = field(default_factory=dict)
+    solved: Solved | None = field(default=None, repr=False, compare=False)
     remembered: Remembered = field(default_factory=Remembered, init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if self.solved is None or self.solved.kinds is not self.kinds:  # else it is of another promise
+            object.__setattr__(self, "solved", Solved(self.kinds))
 
     def figures(self, counts: Array, families: Sequence[str] | None = None) -> Array:
         """(B, families, requirements) quantile or rms in SI, infinite where a coefficient is undetermined."""
@@ -68,7 +76,17 @@ class Promise:
             if made.any():
                 none[made] = self.figures(counts[made], families)
             return none
-        covariances, undetermined = self.left(counts, families)
+        return self._figures(self.left(counts, families))
+
+    def known_figures(self, counts: Array, families: Sequence[str]) -> Array:
+        """`figures`, to rounding; those of one campaign are found once."""
+        if not np.any(counts > 0, axis=1).all():
+            return self.figures(counts, families)
+        return self.remembered.figures(counts, self._chosen(families), self._left, self._figures)
+
+    def _figures(self, left: Left) -> Array:
+        """(B, families, requirements) of what campaigns leave."""
+        covariances, undetermined = left
         found = [figure_of(a, S) for a, S in zip(self.asked, covariances, strict=True)]
         return np.where(undetermined[:, None, None], np.inf, np.stack(found, axis=2))
 
@@ -82,15 +100,15 @@ class Promise:
         kept = np.all([is_within(a, S, most).all(axis=1) for a, S, most in each], axis=0)
         return np.asarray(kept & ~undetermined & np.any(counts > 0, axis=1))
 
-    def left(
-        self, counts: Array, families: Sequence[str] | None = None
-    ) -> tuple[list[Array], NDArray[np.bool_]]:
+    def left(self, counts: Array, families: Sequence[str] | None = None) -> Left:
         """Per requirement (B, families, S, I, c, c) of d; (B,) whether what flies is undetermined."""
-        named = [*self.families] if families is None else families
-        chosen = [i for i, name in enumerate(self.families) if name in named]
-        return self.remembered.left(counts, chosen, self._left)
+        return self.remembered.left(counts, self._chosen(families), self._left)
 
-    def _left(self, counts: Array, families: Sequence[int]) -> tuple[list[Array], NDArray[np.bool_]]:
+    def _chosen(self, families: Sequence[str] | None) -> list[int]:
+        """The places of the families that are named; None: of all."""
+        return [i for i, name in enumerate(self.families) if families is None or name in families]
+
+    def _left(self, counts: Array, families: Sequence[int]) -> Left:
         whole, undetermined = self._whole(counts, families)
         return [self._blocks(a, whole) for a in self.asked], undetermined
 
@@ -98,7 +116,7 @@ class Promise:
         """The errors that fly and of which no record of one campaign (g,) tells some terms: these."""
         names: dict[ErrorName, tuple[str, ...]] = {}
         for group in self._groups:
-            found = told(group.alike, counts[None], group.curved)
+            found = told(group.alike, counts[None])
             for i, c in product(group.asked, range(len(group.alike.channels))):
                 if found.undetermined[c, :, found.places[i]].any():
                     term = group.alike.channels[c].terms[i]
@@ -118,9 +136,9 @@ class Promise:
         """Per view (B, families, S, ρ, ρ) of d; (B,) whether what flies is undetermined."""
         whole = [np.zeros((len(counts), len(families), *v.own.shape)) for v in self._views]
         undetermined = np.zeros(len(counts), dtype=bool)
-        common = [Common() for _ in self._views]
+        common, tables = [Common() for _ in self._views], Tables(counts)
         for group in self._groups:
-            found = told(group.alike, counts, group.curved)
+            found = told(group.alike, counts, tables)
             undetermined |= group.misses(found)
             for v, total, of in zip(group.seen_from, whole, common, strict=True):
                 R = v.reads(found)
@@ -136,7 +154,7 @@ class Promise:
         view, found = only._views[0], list[CurveWeights]()
         read: set[int] = set()
         for group in only._groups:
-            one = told(group.alike, counts[None], group.curved)
+            one = told(group.alike, counts[None])
             found += group.seen_from[0].through_curves(one, self.flying, group.flown)
             read |= {int(k) for i in group.curved for k in group.flown[i]}
         place = self.places(view.temperature_degc)
@@ -168,7 +186,11 @@ class Promise:
         """One family alone, with its second moments or others; by no name."""
         known = self.families[family] if moments is None else moments
         misread = None if self.misread is None else self.misread.under(family, "")
-        return replace(self, kinds=self.kinds.under(family, ""), families={"": known}, misread=misread)
+        return replace(self, families={"": known}, misread=misread, strays={"": self.strayed_as(family)})
+
+    def strayed_as(self, family: str) -> str:
+        """The family of the kinds whose curves stray as those of a family do."""
+        return self.strays.get(family, family)
 
     def reads(self, error: ErrorName, term: str) -> bool:
         """Whether a term must be told: the unit has something of it, and flights read it."""
@@ -199,7 +221,8 @@ class Promise:
     @cached_property
     def _groups(self) -> list[_Group]:
         """Channels of which something flies; of a sensor without any budget nothing does."""
-        found = (_group(self, g) for g in alike(self.kinds.channels, self.kinds.degc, [*self.families]))
+        assert self.solved is not None  # `__post_init__`
+        found = (_group(self, g) for g in self.solved.groups)
         return [group for group in found if group.flown]
 
     def places(self, degc: Array) -> NDArray[np.intp]:
@@ -292,6 +315,7 @@ def _group(promise: Promise, g: Alike) -> _Group:
     moments |= {i: np.zeros((len(promise.families), N, N)) for i in misread if i not in moments}
     s, errors = promise.smooth, {i: terms[0][i].error.parts for i in flown if i < fitted}
     smooth = {} if s is None else {i: (s, error) for i, error in errors.items() if error in s.prior}
+    strays = tuple(map(promise.strayed_as, promise.families))
     seen = tuple(
         Seen(
             v.temperature_degc,
@@ -301,6 +325,7 @@ def _group(promise: Promise, g: Alike) -> _Group:
             promise.places(g.degc),
             promise.places(v.temperature_degc),
             smooth,
+            strays if promise.kinds.families.issuperset(strays) else (),
         )
         for v in promise._views
     )

@@ -24,6 +24,7 @@ class Seen:
     response: term -> (a, S or 1, ρ, m); moments: term -> (families, N, N); misread: term -> (families, g, g)
     of_kind: (g,), of_flight: (S, m) places among the points
     smooth: term -> the error as which its table is read smoothly
+    strays: (families,) as which of the kinds' families the curves of each stray; empty: chambers keep still
     """
 
     temperature_degc: Array
@@ -33,6 +34,7 @@ class Seen:
     of_kind: NDArray[np.intp]
     of_flight: NDArray[np.intp]
     smooth: Mapping[int, tuple[Smooth, tuple[Sensor, str]]]
+    strays: tuple[str, ...] = ()
 
     def left(self, found: Told, R: Array, families: Sequence[int]) -> Array:
         """(B, families, S, ρ, ρ) what estimates leave, and what they make of the curves; R: of `reads`.
@@ -46,8 +48,8 @@ class Seen:
         """
         a, B, S, r, P = R.shape
         V = found.covariance[:, :, None]
-        if found.strayed is not None:
-            V = V + found.strayed[:, :, [*families]]
+        if self.strays:
+            V = V + np.stack([found.strayed[self.strays[f]] for f in families], axis=2)
         for i, M in self.moments.items():
             G, k = found.gains[i][:, :, None], found.kinds
             among = _among(M[[*families]], self.of_kind[k])
@@ -121,14 +123,19 @@ class Seen:
                 smooth, error = self.smooth[i]
                 h = smooth.weights(error, self.temperature_degc.ravel(), nodes, noise)
             each = h.reshape(*h.shape[:-2], S, m, -1)
-            R[..., found.places[i]] = sum(J[:, None, ..., k, None] * each[..., None, k, :] for k in range(m))
-        R *= ~found.undetermined[:, :, None, None]
+            table = R[..., found.places[i]]
+            np.multiply(J[:, None, ..., 0, None], each[..., None, 0, :], out=table)
+            for k in range(1, m):
+                table += J[:, None, ..., k, None] * each[..., None, k, :]
+        if found.undetermined.any():
+            R *= ~found.undetermined[:, :, None, None]
         return R
 
 
 def _among(moments: Array, places: NDArray[np.intp]) -> Array:
     """(B, families, K, K) of moments (families, N, N) at places (B, K)."""
-    return np.moveaxis(moments[:, places[:, :, None], places[:, None, :]], 0, 1)
+    at = places[:, :, None] * moments.shape[-1] + places[:, None, :]
+    return np.moveaxis(moments.reshape(len(moments), -1).take(at, axis=1), 0, 1)
 
 
 def each_start(J: Array, starts: int) -> Array:

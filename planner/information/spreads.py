@@ -74,11 +74,11 @@ def spread_factors(flight: Flight, visits: Sequence[TestVisits]) -> Array:
 
 def simultaneous(drawn: Array, share: float) -> Array:
     """(k,) quantiles at one level, within all of which together lies a share of draws (n, k)."""
-    from scipy.stats import rankdata
-
-    ranks = rankdata(drawn, method="min", axis=0)  # what does not vary is within any level
-    level = np.quantile(ranks.max(axis=1), share, method="higher")
-    return np.asarray(np.sort(drawn, axis=0)[int(level) - 1])
+    ordered = np.sort(drawn, axis=0)
+    # of equals the first place: what does not vary is within any level
+    ranks = [1 + np.searchsorted(own, each) for own, each in zip(ordered.T, drawn.T, strict=True)]
+    level = np.quantile(np.max(ranks, axis=0), share, method="higher")
+    return np.asarray(ordered[int(level) - 1])
 
 
 def figures_with(flight: Flight, visits: Sequence[TestVisits], spec: Spec) -> Array:

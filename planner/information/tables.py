@@ -21,11 +21,13 @@ def hats_of(temperature_degc: Array, nodes: Array) -> Array:
     t = np.clip(t, nodes[:, :1] - REACH_K, last_of(nodes) + REACH_K)
     spare = np.maximum(np.isfinite(nodes).sum(axis=1) - 2, 0)[:, None]
     left = np.clip((nodes[:, None, :] <= t[:, :, None]).sum(axis=2) - 1, 0, spare)
-    low, high = np.take_along_axis(nodes, left, 1), np.take_along_axis(nodes, left + 1, 1)
+    place = left + N * np.arange(B)[:, None]
+    low, high = nodes.take(place), nodes.take(place + 1)
     share = (t - low) / (high - low)  # a single node's next one is infinite: nothing
     found = np.zeros((*t.shape, N))
-    np.put_along_axis(found, left[:, :, None], 1.0 - share[:, :, None], 2)
-    np.put_along_axis(found, left[:, :, None] + 1, share[:, :, None], 2)
+    flat = found.reshape(-1)
+    place = left + N * np.arange(t.size).reshape(t.shape)
+    flat[place], flat[place + 1] = 1.0 - share, share
     return found
 
 

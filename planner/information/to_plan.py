@@ -19,7 +19,7 @@ from planner.information.worth import worth_of
 from planner.nouns.allowances import Allowance, ErrorModel, FlownCovariance, FlownTerm
 from planner.nouns.choices import RepeatReason
 from planner.nouns.deadline import BESIDE
-from planner.nouns.plan import Achieved, GeneticPlan, Plan, Price, Worth
+from planner.nouns.plan import Achieved, Plan, Price, Worth
 from planner.nouns.sensitivities import Constraint
 from planner.nouns.sensor import ErrorName
 from planner.plan.by_hand import fixed_repeats, is_hand_made
@@ -43,7 +43,6 @@ ESTIMATORS = {"lines": "tables with straight lines", "smooth": "smooth tables (p
 def plan_of(
     flight: Flight,
     found: Found,
-    genetic: GeneticPlan | None,
     models: Sequence[ErrorModel],
     constraints: Sequence[Constraint],
     *,
@@ -51,7 +50,7 @@ def plan_of(
     sha256: str,
     notes: Sequence[str],
 ) -> Plan:
-    """Everything that plan.json and the report show of a campaign by information."""
+    """Everything that plan.json and the report show of a campaign by information, but the genetic ones."""
     spec = flight.spec
     tests = planned_tests(spec, found.visits, found.timeline)
     left = left_in_flight(flight, found.foreseen, 0)
@@ -81,7 +80,7 @@ def plan_of(
         proved=found.proved,
         proved_of=proved_of(found, spec.plan.temperature_estimator),
         hours_per_limit={},
-        genetic=genetic,
+        genetic=None,
         worth=_worth(flight, found),
         covariance=_covariance(left, models),
         prices=_prices(flight, found),

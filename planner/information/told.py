@@ -14,15 +14,15 @@ fit's covariance of that channel.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache, cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.information.kinds import ChannelKinds
+from planner.information.kinds import ChannelKinds, Kinds
 from planner.information.tables import hats_of
 from planner.measurement import REACHED
 from planner.nouns.array import Array
@@ -38,14 +38,16 @@ class Alike:
     """Channels that are solved together: as many terms of the same errors, driven by the same kinds.
 
     information: (a, g, b + q, b + q) of a channels; astray: (a, g, b + q, u); degc: (g,) of the kinds
-    strayed: (families, a, g, b + q, b + q) what a chamber's stray makes of each family; None: not asked
+    strayed: family -> (a, g, b + q, b + q) what a chamber's stray makes of its curves, where that is asked
+    last: what the single campaign tells that was asked last, by its counts
     """
 
     channels: tuple[ChannelKinds, ...]
     information: Array
     astray: Array
     degc: Array
-    strayed: Array | None = None
+    strayed: Mapping[str, Array]
+    last: dict[bytes, Told] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def first(self) -> ChannelKinds:
@@ -58,43 +60,76 @@ class Alike:
         return np.diff(np.append(self.first.starts, len(self.first.rows)))
 
     @cached_property
+    def tabling(self) -> tuple[bytes, ...]:
+        """Equal for groups whose tables have the same nodes, whatever the campaign."""
+        which, shows = self.first.shows
+        return self.records.tobytes(), which.tobytes(), shows.tobytes()
+
+    @cached_property
     def grid(self) -> tuple[Array, Array]:
         """(T,) the temperatures of all kinds, and (g, T) which kind is at which."""
         t, place = np.unique(self.degc, return_inverse=True)
         return t, np.eye(len(t))[place]
 
 
+class Gains(dict[int, Array]):
+    """Term -> (a, B, P, K) what the estimates make of its curve, for each that is asked.
+
+    inverse: (a, B, P, P + q) of M; felt: term -> (a, B, K, P + q) what its curve does to the normal equations
+    """
+
+    def __init__(self, inverse: Array, felt: Callable[[int], Array]) -> None:
+        super().__init__()
+        self.inverse, self.felt = inverse, felt
+
+    def __missing__(self, term: int) -> Array:
+        found = self[term] = self.inverse @ np.swapaxes(self.felt(term), 2, 3)
+        return found
+
+
+class Strayed(dict[str, Array]):
+    """Family of curves -> (a, B, P, P) C N C, what a chamber's stray makes of them beyond what V has.
+
+    inverse: (a, B, P, P + q) of M; normal: family -> (a, B, P + q, P + q) N, of the normal equations
+    """
+
+    def __init__(self, inverse: Array, normal: Callable[[str], Array]) -> None:
+        super().__init__()
+        self.inverse, self.normal = inverse, normal
+
+    def __missing__(self, family: str) -> Array:
+        found = self[family] = self.inverse @ self.normal(family) @ np.swapaxes(self.inverse, -1, -2)
+        return found
+
+
 @dataclass(frozen=True)
 class Told:
     """What B campaigns tell on a channels.
 
-    kinds: (B, K) those used first; gains: term -> (a, B, P, K), the unfitted ones behind the b fitted
+    kinds: (B, K) those used first; gains: of the terms, the unfitted ones behind the b fitted
     covariance: (a, B, P, P) of the estimates' errors, 1 of what is no node; beside: (a, B, P, q) with the
     q shared ones; undetermined: (a, B, P); places: (b,) columns of each term
     nodes: (b,) (B, N) of its table, infinite where a campaign has no more of them, or None
-    strayed: (a, B, families, P, P) C N C, N: of a chamber's stray beyond what V has; None: not asked
     """
 
     kinds: NDArray[np.intp]
     covariance: Array
     beside: Array
-    gains: dict[int, Array]
+    gains: Gains
     undetermined: NDArray[np.bool_]
     places: tuple[slice, ...]
     nodes: tuple[Array | None, ...]
-    strayed: Array | None = None
+    tables: Tables
+    strayed: Strayed
 
     def reads(self, temperature_degc: Array) -> list[Array | None]:
         """Per term (B, X, N) hats of its table at temperatures (X,); None: a constant."""
-        made: dict[int, Array] = {}
-        for nodes in self.nodes:
-            if nodes is not None and id(nodes) not in made:
-                made[id(nodes)] = hats_of(temperature_degc, nodes)
-        return [None if nodes is None else made[id(nodes)] for nodes in self.nodes]
+        every = (None if at is None else self.tables.hats_at(temperature_degc, at) for at in self.nodes)
+        return list(every)
 
 
-def alike(channels: Sequence[ChannelKinds], degc: Array, families: Sequence[str] = ()) -> list[Alike]:
-    """The channels by what can be solved together; families: of curves, that may be asked for."""
+def alike(channels: Sequence[ChannelKinds], degc: Array) -> list[Alike]:
+    """The channels by what can be solved together."""
     groups: dict[object, list[ChannelKinds]] = {}
     for c in channels:
         terms = tuple((t.error, t.tabled, t.driven, t.nodal) for t in c.terms)
@@ -108,26 +143,88 @@ def alike(channels: Sequence[ChannelKinds], degc: Array, families: Sequence[str]
             np.stack([c.information for c in g]),
             np.stack([c.astray for c in g]),
             degc,
-            np.array([[c.strayed[name] for c in g] for name in families]) if g[0].strayed else None,
+            {family: np.stack([c.strayed[family] for c in g]) for family in g[0].strayed},
         )
         for g in groups.values()
     ]
 
 
-def told(group: Alike, counts: Array, curved: Sequence[int]) -> Told:
-    """What campaigns with counts (B, g) tell; curved: the terms whose curves count."""
-    order = np.argsort(counts <= 0, axis=1, kind="stable")
-    kinds = order[:, : int((counts > 0).sum(axis=1).max(initial=1))]
-    n = np.take_along_axis(counts, kinds, 1)
-    nodes, driven = _nodes(group, counts)
-    driven = nodes if np.array_equal(driven, nodes) else driven  # then everything about them is made once
+@dataclass(frozen=True)
+class Solved:
+    """The channels of kinds, which every promise over these kinds has in common."""
+
+    kinds: Kinds
+
+    @cached_property
+    def groups(self) -> list[Alike]:
+        """By what can be solved together."""
+        return alike(self.kinds.channels, self.kinds.degc)
+
+
+@dataclass(frozen=True)
+class Tables:
+    """The tables of campaigns with counts (B, g): what is alike for several groups of channels is made once.
+
+    nodes: of groups -> (B, N), (B, D) of tables and of scale factors; hats: temperatures, nodes -> (B, X, N)
+    """
+
+    counts: Array
+    nodes: dict[object, tuple[Array, Array]] = field(default_factory=dict)
+    hats: dict[tuple[bytes, int], Array] = field(default_factory=dict)
+
+    @cached_property
+    def kinds(self) -> NDArray[np.intp]:
+        """(B, K) the kinds that each campaign uses, ascending, then one that it does not, of no weight."""
+        used = self.counts > 0
+        row, kind = np.nonzero(used)
+        each = used.sum(axis=1)
+        found = np.repeat(used.argmin(axis=1)[:, None], max(int(each.max(initial=1)), 1), axis=1)
+        found[row, np.arange(len(row)) - np.repeat(np.cumsum(each) - each, each)] = kind
+        return found
+
+    def of(self, group: Alike) -> tuple[Array, Array]:
+        """Nodes of a group's tables and of its scale factors, one array where they are the same."""
+        if group.tabling not in self.nodes:
+            nodes, driven = _nodes(group, self.counts)
+            known = [*self.nodes.values()]
+            nodes = next((x for x, _ in known if np.array_equal(x, nodes)), nodes)
+            self.nodes[group.tabling] = nodes, nodes if np.array_equal(driven, nodes) else driven
+        return self.nodes[group.tabling]
+
+    def hats_at(self, temperature_degc: Array, nodes: Array) -> Array:
+        """(B, X, N) weights of nodes that `of` gave."""
+        key = temperature_degc.tobytes(), id(nodes)
+        if key not in self.hats:
+            self.hats[key] = hats_of(temperature_degc, nodes)
+        return self.hats[key]
+
+
+def told(group: Alike, counts: Array, tables: Tables | None = None) -> Told:
+    """What campaigns with counts (B, g) tell; tables: theirs, if other groups have them already.
+
+    A single one is asked for one requirement after the other, with curves and without: it is solved once.
+    """
+    tables = tables or Tables(counts)
+    if len(counts) != 1:
+        return _told(group, tables)
+    key = counts.tobytes()
+    if key not in group.last:
+        group.last.clear()
+        group.last[key] = _told(group, tables)
+    return group.last[key]
+
+
+def _told(group: Alike, tables: Tables) -> Told:
+    kinds = tables.kinds
+    n = np.take_along_axis(tables.counts, kinds, 1)
+    nodes, driven = tables.of(group)
     c, a, (B, K) = group.first, len(group.channels), n.shape
     b, q = len(c.terms), len(c.sigma)
-    Q, places = _columns(c, group.degc[kinds], nodes, driven)
+    Q, places = _columns(c, tables, group.degc[kinds], nodes, driven)
     P = Q.shape[-1] - q
     own = tuple((driven if x.driven else nodes) if x.tabled else None for x in c.terms)
     repeats = n[:, :, None, None]
-    JQ = (group.information[:, kinds] * repeats) @ Q
+    JQ = (group.information.take(kinds, axis=1) * repeats) @ Q
     M = np.swapaxes(Q.reshape(B, K * (b + q), P + q), 1, 2) @ JQ.reshape(a, B, K * (b + q), P + q)
     if q:
         M[..., range(P, P + q), range(P, P + q)] += c.sigma**-2.0
@@ -138,24 +235,23 @@ def told(group: Alike, counts: Array, curved: Sequence[int]) -> Told:
         M = _joined(M, common)
     C, inflated = _inverse(M)
     inflated = _by_coefficients(inflated[..., :P], M[..., :P, :P]) if q else inflated
-    felt = {i: JQ[:, :, :, i, :] for i in curved if i < b}  # (a, B, K, P + q)
-    if unfitted := [i for i in curved if i >= b]:
-        z = np.swapaxes(group.astray[:, kinds] * repeats, -1, -2) @ Q
-        felt |= {i: z[:, :, :, i - b, :] for i in unfitted}
-    gains = {i: C[..., :P, :] @ np.swapaxes(each, 2, 3) for i, each in felt.items()}
-    strayed = None
-    if group.strayed is not None:
-        by_family = _resolved(group.strayed[:, :, kinds] * repeats, Q)
-        strayed = np.moveaxis((C @ by_family @ C)[..., :P, :P], 0, 2)
+
+    @cache
+    def astray() -> Array:
+        return np.asarray(np.swapaxes(group.astray[:, kinds] * repeats, -1, -2) @ Q)
+
+    def felt(i: int) -> Array:
+        return np.asarray(JQ[:, :, :, i, :] if i < b else astray()[:, :, :, i - b, :])
+
+    def strayed(family: str) -> Array:
+        of_kinds = group.strayed[family][:, kinds] * repeats
+        return np.asarray((np.swapaxes(Q, -1, -2) @ of_kinds @ Q).sum(axis=2))
+
     undetermined = inflated > UNSEEN
     for i, far in _far_from_nodes(c, kinds, n):
         undetermined[:, far, places[i]] = True
-    return Told(kinds, C[..., :P, :P], C[..., :P, P:], gains, undetermined, places, own, strayed)
-
-
-def _resolved(of_kinds: Array, Q: Array) -> Array:
-    """(..., B, P + q, P + q) Σ_k Q_kᵀ N_k Q_k of (..., B, K, b + q, b + q)."""
-    return np.asarray((np.swapaxes(Q, -1, -2) @ of_kinds @ Q).sum(axis=-3))
+    gains, beyond = Gains(C[..., :P, :], felt), Strayed(C[..., :P, :], strayed)
+    return Told(kinds, C[..., :P, :P], C[..., :P, P:], gains, undetermined, places, own, tables, beyond)
 
 
 def _nodes(group: Alike, counts: Array) -> tuple[Array, Array]:
@@ -195,10 +291,11 @@ def _drives(c: ChannelKinds, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(~hidden[:, which])
 
 
-def _columns(c: ChannelKinds, degc: Array, nodes: Array, driven: Array) -> tuple[Array, tuple[slice, ...]]:
+def _columns(
+    c: ChannelKinds, tables: Tables, degc: Array, nodes: Array, driven: Array
+) -> tuple[Array, tuple[slice, ...]]:
     """(B, K, b + q, P + q) what resolves kinds at (B, K) degC into coefficients; the places of the terms."""
-    every = hats_of(degc, nodes)
-    hats = {False: every, True: every if driven is nodes else hats_of(degc, driven)}
+    hats = {False: tables.hats_at(degc, nodes), True: tables.hats_at(degc, driven)}
     b, q = len(c.terms), len(c.sigma)
     ends = np.cumsum([0, *(hats[x.driven].shape[2] if x.tabled else 1 for x in c.terms)])
     places = tuple(slice(int(a), int(z)) for a, z in pairwise(ends))

@@ -34,7 +34,7 @@ def unneeded(flight: Flight, found: Found) -> Iterator[str]:
     """Remarks on a campaign that could be shorter if less were calibrated."""
     spec = flight.spec
     bare = _left_alone(flight, spec.model_copy(update={"effects": ()}))
-    if np.all(bare <= flight.limits):
+    if bare is not None:
         said = ", ".join(
             f"{wanted.error} {from_si(value, unit):.4g} {unit}"
             for wanted, value in zip(spec.requirement, bare, strict=True)
@@ -57,7 +57,7 @@ def _without(flight: Flight, found: Found, test: str) -> Iterator[str]:
     tests = {name: t for name, t in flight.spec.tests.items() if name != test}
     spec = flight.spec.model_copy(update={"effects": kept, "tests": tests})
     other = replace(flight.under(spec), deadline=Deadline(OF_REST * flight.deadline.left))
-    if np.any(_left_alone(flight, spec, own_only=True) > flight.limits):
+    if _left_alone(flight, spec, own_only=True) is None:
         return
     try:
         shorter = campaign_found(other)
@@ -80,7 +80,7 @@ def _lost(found: Found, test: str) -> set[str]:
     flying = {(f.error, f.term, f.channel) for f in promise.flying if f.error not in promise.unbudgeted}
     lost: set[str] = set()
     for group in alike(promise.kinds.channels, promise.kinds.degc):
-        known = told(group, counts, ())
+        known = told(group, counts)
         for i, term in enumerate(group.first.terms):
             if known.undetermined[:, :, known.places[i]].any() and any(
                 (c.terms[i].error, c.terms[i].name, c.channel) in flying for c in group.channels
@@ -89,15 +89,23 @@ def _lost(found: Found, test: str) -> set[str]:
     return lost
 
 
-def _left_alone(flight: Flight, spec: Spec, *, own_only: bool = False) -> Array:
-    """(requirements,) the largest figures when nothing is calibrated; own_only: without any curve, SI."""
+def _left_alone(flight: Flight, spec: Spec, *, own_only: bool = False) -> list[float] | None:
+    """(requirements,) the largest figures when nothing is calibrated, SI; None where one is beyond its limit.
+
+    own_only: without any curve
+    """
     other = flight.under(spec)
     promise = bare_promise(other)
     if own_only:
         promise = replace(promise, families={"": {}})
     left, _ = promise.left(np.zeros((1, 0)))
-    each = [(float(figure_of(a, S).max()), a, S[0]) for a, S in zip(promise.asked, left, strict=True)]
-    return np.array([f if a.share is None else max(f, _drawn(other, a, S)) for f, a, S in each])
+    figures = [float(figure_of(a, S).max()) for a, S in zip(promise.asked, left, strict=True)]
+    for k, (a, S) in enumerate(zip(promise.asked, left, strict=True)):
+        if np.any(figures > flight.limits):  # no draw makes a figure smaller
+            return None
+        if a.share is not None:
+            figures[k] = max(figures[k], _drawn(other, a, S[0]))
+    return None if np.any(figures > flight.limits) else figures
 
 
 def _drawn(flight: Flight, a: Asked, S: Array) -> float:

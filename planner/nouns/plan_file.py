@@ -16,11 +16,11 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from planner.errors import Fault, InputError
+from planner.nouns.plan import SCHEMA_VERSION
 from planner.nouns.plan_benches import Benches, Count, Moment, Number, Positive, Steps, Time
 from planner.nouns.step import Step
 from planner.quantities import MOMENT_PATTERN
 
-SCHEMA_VERSION = 1
 SCHEMA_FILE = "plan.schema.json"
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 MOST_FAULTS = 20  # one mistake in a plan is one in thousands of steps

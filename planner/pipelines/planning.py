@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner import __version__
@@ -19,7 +19,7 @@ from planner.information.unneeded import unneeded
 from planner.nouns.allowances import AllowedErrors, ErrorModel
 from planner.nouns.choices import Campaign
 from planner.nouns.deadline import BESIDE, GENETIC, Deadline, never
-from planner.nouns.plan import GeneticPlan, Plan, TradeOffPoint
+from planner.nouns.plan import Plan, TradeOffPoint
 from planner.nouns.progress import Progress, silent
 from planner.nouns.sensitivities import Constraint, Sensitivities
 from planner.nouns.trajectory import Trajectory
@@ -78,6 +78,14 @@ class Planned:
     allowed: AllowedErrors | None
 
 
+Answered = Callable[[Planned], None]
+
+
+def nobody(planned: Planned) -> None:
+    """For who waits for all of it."""
+    del planned
+
+
 def navigate(loaded: LoadedSpec, progress: Progress) -> Navigation:
     """Spec → errors, sensitivities on its trajectory (unless they are given), constraints."""
     spec = loaded.spec
@@ -107,47 +115,56 @@ def allow(
 
 
 @one_thread()
-def plan(loaded: LoadedSpec, progress: Progress, stop: Callable[[], bool] = never) -> Planned:
+def plan(
+    loaded: LoadedSpec, progress: Progress, stop: Callable[[], bool] = never, answered: Answered = nobody
+) -> Planned:
     """Spec → the shortest campaign that suffices, with its proof and its reasons.
 
     stop: asked again and again; once it says yes, the best so far is the answer
+    answered: told the plan as soon as it is there, before genetic algorithms put anything beside it
     """
     deadline = Deadline(loaded.spec.plan.time_limit, stop=stop, say=progress)
     navigation = navigate(loaded, progress)
     with causes_said(loaded.spec, navigation.unaided):
         if by_information(loaded.spec):
-            return informed(loaded, navigation, progress, deadline=deadline)
-        return _published(loaded, navigation, progress, deadline)
+            return informed(loaded, navigation, progress, deadline=deadline, answered=answered)
+        return _published(loaded, navigation, progress, deadline, answered)
 
 
-def _published(loaded: LoadedSpec, navigation: Navigation, progress: Progress, deadline: Deadline) -> Planned:
+def _published(
+    loaded: LoadedSpec, navigation: Navigation, progress: Progress, deadline: Deadline, answered: Answered
+) -> Planned:
     spec = loaded.spec
     task = task_of(spec, navigation)
     progress("choosing temperatures and repeats")
     in_hours = spec.plan.minimise == "time"  # the cost is seconds then, and nothing else
     told = deadline.report_bounded if in_hours else None
-    chosen = campaign(within_seconds(task, OF_PROOF * deadline.left), told)
-    rule = common_rule(navigation.constraints)
-    allowed, genetic = None, None
-    notes: list[str] = []
-    if not is_hand_made(spec):
-        late = deadline.stops(GENETIC, "the region of allowed errors")
-        allowed, notes = _allowed_or_why_not(spec, task, navigation, progress, late)
-        progress("genetic algorithm beside the exact campaign")
-        late = deadline.stops(BESIDE, "the genetic campaign")
-        above = told_above(chosen.objective, spec.plan.genetic.generations, progress)
-        genetic = genetic_plan(task, chosen, rule, genetic_settings(spec, late), spec.plan.seed, above)
+    exact = campaign(within_seconds(task, OF_PROOF * deadline.left), told)
     progress("the same with waiting and batches in sight")
-    chosen = observable_campaign(task, by_total(within_seconds(task, deadline.left), chosen))
+    chosen = observable_campaign(task, by_total(within_seconds(task, deadline.left), exact))
+    said, notes = _notes(loaded, navigation), list[str]()
     if not deadline.over(BESIDE, "what the limits cost as a percentile"):
         notes += _as_percentile(loaded, navigation, deadline)
-    made = _timed(loaded, navigation, task, chosen, genetic, [*_notes(loaded, navigation), *notes])
+    made = _timed(loaded, navigation, task, chosen, [*said, *notes])
     curve: tuple[TradeOffPoint, ...] = ()
     if spec.plan.trade_off and not is_hand_made(spec):
         progress("trade-off of campaign time and power-on time")
         curve = trade_off(spec, lambda other: _observable(other, navigation), [chosen])
-    made = cut_short(with_schedule_figures(made, spec, chosen, curve), deadline)
-    return Planned(made, navigation, allowed)
+    made = with_schedule_figures(made, spec, chosen, curve)
+    answered(Planned(cut_short(made, deadline), navigation, None))
+    if is_hand_made(spec):
+        return Planned(cut_short(made, deadline), navigation, None)
+    late = deadline.stops(GENETIC, "the region of allowed errors")
+    allowed, why_not = _allowed_or_why_not(spec, task, navigation, progress, late)
+    progress("genetic algorithm beside the exact campaign")
+    late = deadline.stops(BESIDE, "the genetic campaign")
+    above = told_above(exact.objective, spec.plan.genetic.generations, progress)
+    rule = common_rule(navigation.constraints)
+    genetic = genetic_plan(task, exact, rule, genetic_settings(spec, late), spec.plan.seed, above)
+    notes = [*said, *why_not, *made.notes[len(said) :]]
+    return Planned(
+        cut_short(replace(made, genetic=genetic, notes=tuple(notes)), deadline), navigation, allowed
+    )
 
 
 @one_thread()
@@ -197,6 +214,7 @@ def informed(
     *,
     beside: bool = True,
     deadline: Deadline | None = None,
+    answered: Answered = nobody,
 ) -> Planned:
     """The plan by information; beside: with what stands beside it in plan.json and report."""
     spec, deadline = loaded.spec, deadline or Deadline(loaded.spec.plan.time_limit)
@@ -208,30 +226,28 @@ def informed(
     if (spec.plan.shifts or spec.plan.units is not None) and not is_hand_made(spec):
         progress("the same with waiting and loads in sight")
         found = shortest_in_all(flight, found)
-    genetic, remarks = None, list[str]()
-    if beside:
-        progress("genetic campaign beside it")
-        late = deadline.stops(GENETIC, "the genetic campaign")
-        genetic = genetic_beside(flight, found, spec.plan.seed, late)
-    if beside and not is_hand_made(spec):
-        remarks = [*unneeded(flight, found)]
+    remarks = [*unneeded(flight, found)] if beside and not is_hand_made(spec) else []
     made = information_plan(
         flight,
         found,
-        genetic,
         navigation.models,
         navigation.constraints,
         version=__version__,
         sha256=loaded.sha256,
         notes=[*_notes(loaded, navigation), *remarks],
     )
-    made = cut_short(made, deadline)
     chosen = _chosen(found)
     curve: tuple[TradeOffPoint, ...] = ()
     if beside and spec.plan.trade_off and not is_hand_made(spec):
         progress("trade-off of campaign time and power-on time")
         curve = trade_off(spec, lambda other: _chosen(campaign_found(flight.under(other))), [chosen])
-    return Planned(with_schedule_figures(made, spec, chosen, curve), navigation, None)
+    made = with_schedule_figures(made, spec, chosen, curve)
+    answered(Planned(cut_short(made, deadline), navigation, None))
+    if beside:
+        progress("genetic campaign beside it")
+        late = deadline.stops(GENETIC, "the genetic campaign")
+        made = replace(made, genetic=genetic_beside(flight, found, spec.plan.seed, late))
+    return Planned(cut_short(made, deadline), navigation, None)
 
 
 def _as_percentile(loaded: LoadedSpec, navigation: Navigation, deadline: Deadline) -> list[str]:
@@ -275,7 +291,6 @@ def _timed(
     navigation: Navigation,
     task: Task,
     chosen: Campaign,
-    genetic: GeneticPlan | None = None,
     notes: Sequence[str] = (),
 ) -> Plan:
     """The campaign with its steps on the benches."""
@@ -288,7 +303,7 @@ def _timed(
         planned_tests(loaded.spec, chosen.visits, timeline),
         version=__version__,
         sha256=loaded.sha256,
-        genetic=genetic,
+        genetic=None,
         notes=notes,
     )
 

@@ -131,6 +131,12 @@ class _Decoder:
         names = [*task.errors, *(model.name for model in task.left)]
         self.surface = LimitSurface(task.constraints, names, SURFACE_TOLERANCE)
         self.options = [_options(rows) for rows in task.rows]
+        self.constant = [
+            [float(size((m.largest_run_to_run, m.in_run, m.storage, o.residual), rule)) for o in options]
+            for m, options in zip(task.models, self.options, strict=True)
+        ]  # the constant parts and the temperature residual
+        # row by row in memory: rows of anything else are only taken from a copy of all of it
+        self.amounts = [np.ascontiguousarray(g.amounts) for g in self.folded.groups]
         groups = zip(self.folded.groups, self.options, strict=True)
         self.uses = [[_uses(g.amounts, o, self.folded.prices) for o in options] for g, options in groups]
         self.figures = [_figure(task, c) for c in task.constraints]
@@ -169,7 +175,7 @@ class _Decoder:
         return paid + own, load
 
     def _used(self, e: int, rows: NDArray[np.int64]) -> Array:
-        return self.folded.groups[e].amounts[rows]
+        return self.amounts[e].take(rows, axis=0)
 
     def _rows(self, sizes: Array) -> NDArray[np.int64]:
         """(P, E) for each error the row within its size that adds least to what the others pay for."""
@@ -181,23 +187,27 @@ class _Decoder:
         for _ in range(ROUNDS):
             for e in range(errors):
                 at = np.flatnonzero(stale[e])
-                found = self._cheapest(e, allowed[e][:, at], self._paid_by_others(e, [c[at] for c in chosen]))
+                found = self._cheapest(e, allowed[e][:, at], self._paid_by_others(e, chosen, at))
                 changed = at[found != rows[at, e]]
                 rows[at, e] = found
                 chosen[e][changed] = self._used(e, rows[changed, e])
                 stale[:, changed] = True
                 stale[e] = False
+        every = np.arange(individuals)
         for e in range(errors):
             # rows are smaller than what was allowed: one error after the other takes what is left over
-            rows[:, e] = self._cheapest(
-                e, self._within(e, self._room(e, rows)), self._paid_by_others(e, chosen)
-            )
+            within = self._within(e, self._room(e, rows))
+            rows[:, e] = self._cheapest(e, within, self._paid_by_others(e, chosen, every))
             chosen[e] = self._used(e, rows[:, e])
         return rows
 
-    def _paid_by_others(self, e: int, chosen: Sequence[Array]) -> Array:
-        forced = np.broadcast_to(self.folded.forced, chosen[e].shape)
-        return np.asarray(np.maximum.reduce([forced, *(used for o, used in enumerate(chosen) if o != e)]))
+    def _paid_by_others(self, e: int, chosen: Sequence[Array], at: NDArray[np.intp]) -> Array:
+        """(p, K) of the individuals at (p,)."""
+        paid = np.tile(self.folded.forced, (len(at), 1))
+        for o, used in enumerate(chosen):
+            if o != e:
+                np.maximum(paid, used.take(at, axis=0) if len(at) < len(used) else used, out=paid)
+        return paid
 
     def _room(self, e: int, rows: NDArray[np.int64]) -> Array:
         """(P,) how large error e may be when the others are as large as their rows."""
@@ -211,16 +221,14 @@ class _Decoder:
     def _within(self, e: int, sizes: Array) -> NDArray[np.int64]:
         """(O, P) the row of each option with fewest repeats within the size; −1 where none is."""
         found = []
-        for option in self.options[e]:
-            slack = self._slack(e, option.residual, sizes)
+        for option, constant in zip(self.options[e], self.constant[e], strict=True):
+            slack = self._slack(constant, sizes)
             level = np.searchsorted(option.negative_half_width, -slack, side="left")
             found.append(np.where(level < len(option.negative_half_width), option.start + level, -1))
         return np.array(found)
 
-    def _slack(self, e: int, residual: float, sizes: Array) -> Array:
-        """(P,) half-width that the size leaves beside the constant parts and the temperature residual."""
-        model = self.task.models[e]
-        constant = size((model.largest_run_to_run, model.in_run, model.storage, residual), self.rule)
+    def _slack(self, constant: float, sizes: Array) -> Array:
+        """(P,) half-width that the size leaves beside the constant parts."""
         if self.rule == "worst_case":
             return sizes - constant
         return np.sqrt(np.maximum(sizes**2 - constant**2, 0.0))
@@ -229,8 +237,8 @@ class _Decoder:
         group, best = self.folded.groups[e], np.full(allowed.shape[1], np.inf)
         rows = np.zeros(allowed.shape[1], dtype=np.int64)
         for option, (start, used, amounts, prices) in zip(allowed, self.uses[e], strict=True):
-            more = amounts[np.maximum(option - start, 0)]
-            np.subtract(more, others[:, used], out=more)
+            more = amounts.take(np.maximum(option - start, 0), axis=0)
+            np.subtract(more, others.take(used, axis=1), out=more)
             np.maximum(more, 0.0, out=more)  # in place: fresh arrays would take longer than the arithmetic
             added = more @ prices + group.cost[option]
             better = (option >= 0) & (added < best)
@@ -254,7 +262,7 @@ def _uses(amounts: Array, option: _Option, prices: Array) -> tuple[int, NDArray[
     """
     own = amounts[option.start : option.start + len(option.negative_half_width)]
     used = np.flatnonzero(own.any(axis=0))
-    return option.start, used, own[:, used], prices[used]
+    return option.start, used, np.ascontiguousarray(own[:, used]), prices[used]
 
 
 def _figure(task: Task, constraint: Constraint) -> Callable[[NDArray[np.int64]], Array]:

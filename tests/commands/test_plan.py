@@ -141,9 +141,11 @@ def test_no_spec_is_exit_2_and_nothing_is_written(
     assert {file.name for file in tmp_path.iterdir()} == {"bad.yaml"}
 
 
-def test_a_folder_that_cannot_be_written_is_exit_2(run: Run, spec: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("folder", ["taken", "taken/deeper"])
+def test_a_folder_that_cannot_be_written_is_exit_2(run: Run, spec: Path, tmp_path: Path, folder: str) -> None:
+    """At once: an answer that is read before its files fail would have to be made again."""
     (tmp_path / "taken").write_text("a file, no folder")
-    found = run("plan", spec, "-o", "taken")
+    found = run("plan", spec, "-o", folder)
     assert (found.code, found.out) == (2, "")
     assert "cannot write" in found.err
     assert (tmp_path / "taken").read_text() == "a file, no folder"

@@ -14,8 +14,15 @@ from typing import Any
 import pytest
 
 from planner.pipelines import planning as pipeline
+from tests.commands.specs import flown, written
 from tests.outcome import Run
 from tests.specs import planned, shipped, small
+
+
+def flown_probably() -> dict[str, Any]:
+    """The small spec on a simulated flight, planned by information."""
+    requirement = {"error": "position", "limit": "500 m", "rule": {"percentile": "90 %"}}
+    return flown() | {"requirement": [requirement]}
 
 
 def process(*arguments: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -72,6 +79,41 @@ def test_ctrl_c_is_exit_4(run: Run, spec: Path, monkeypatch: pytest.MonkeyPatch,
     monkeypatch.setattr(pipeline, "plan", interrupted)
     found = run("plan", spec, "-o", "out")
     assert (found.code, found.out) == (4, "")
+    assert not (tmp_path / "out").exists()
+
+
+def test_files_are_written_when_the_reader_of_the_answer_goes_away(spec: Path, tmp_path: Path) -> None:
+    """`planner plan spec.yaml | head -1`: the answer is printed before the files are made."""
+    command = [sys.executable, "-m", "planner", "plan", str(spec), "-o", "out"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        assert running.stdout
+        running.stdout.close()
+        running.wait(timeout=120)
+    assert {"plan.json", "steps.csv", "report.html"} <= {file.name for file in (tmp_path / "out").iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("tree", "beside"), [(small, "_allowed_or_why_not"), (flown_probably, "genetic_beside")]
+)
+def test_the_answer_is_there_before_anything_genetic(
+    run: Run,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    tree: Callable[[], dict[str, Any]],
+    beside: str,
+) -> None:
+    """By half-widths and by information: who stops the genetic part has read the plan, with its verdict."""
+    spec = written(tmp_path / "campaign.yaml", tree())
+    whole = run("plan", spec, "-o", "whole")
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(pipeline, beside, interrupted)
+    found = run("plan", spec, "-o", "out")
+    assert found.code == 4
+    assert ": met" in found.out
+    assert whole.out.replace("\nwrote whole/plan.json, steps.csv, report.html\n", "") == found.out
     assert not (tmp_path / "out").exists()
 
 

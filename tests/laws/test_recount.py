@@ -104,7 +104,7 @@ def test_allowances_add_up_to_the_requirement(document):
 
 def test_steps_csv_says_the_same(document):
     plan = planned(small()).plan
-    lines = steps_text(plan).splitlines()
+    lines = steps_text(plan_document(plan)).splitlines()
     assert len(lines) == 1 + len(plan.steps)
     assert lines[0].startswith("id,bench,action,start_s,end_s,test,temperature_degc,repeat")
 

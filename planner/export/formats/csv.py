@@ -8,9 +8,6 @@ from typing import Any
 
 from planner.export.csv_text import csv_text
 from planner.export.header import HEADER_COLUMNS, header_cells
-from planner.export.json import plan_document
-from planner.nouns.plan import Plan
-from planner.nouns.plan_file import typed_plan
 from planner.protocols import Exported, ExportOptions
 
 RATE = "temperature_rate_degc_min"  # of a chamber that moves during the step, else empty
@@ -30,18 +27,16 @@ COLUMNS = (
 )
 
 
-def steps_text(plan: Plan) -> str:
-    """The steps as CSV; the motion is JSON with its units in the names (`rate_1_dps`)."""
-    return _text(plan_document(plan))
-
-
 def document_steps_text(document: Mapping[str, Any]) -> str:
     """steps.csv of a plan's tree, as `steps_text` writes it. Raises InputError for what is no plan."""
+    from planner.nouns.plan_file import typed_plan
+
     typed_plan(document)
-    return _text(document)
+    return steps_text(document)
 
 
-def _text(document: Mapping[str, Any]) -> str:
+def steps_text(document: Mapping[str, Any]) -> str:
+    """The steps of `plan_document` as CSV; the motion is JSON, its units in the names (`rate_1_dps`)."""
     plan = header_cells(document)
     return csv_text(COLUMNS + HEADER_COLUMNS, (_cells(row) + plan for row in document["steps"]))
 

@@ -232,9 +232,8 @@ def _blocks(axes: Axes, edges: Array, low: Array, high: Array, colour: str) -> N
         [np.stack(p, axis=1) for p in ((x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0))], axis=1
     )
     codes = np.tile([Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY], len(first))
-    axes.add_patch(
-        PathPatch(Path(corners.reshape(-1, 2), codes), facecolor=colour, edgecolor="none", linewidth=0)
-    )
+    patch = PathPatch(Path(corners.reshape(-1, 2), codes), facecolor=colour, edgecolor="none", linewidth=0)
+    axes.add_artist(patch)  # as a patch its every corner would be looked at for limits, which are set anyway
 
 
 def _temperatures(axes: Axes, tracks: Mapping[str, Array]) -> None:
