@@ -88,7 +88,7 @@ def whole_run(run: int, channels: Sequence[str] = (), or_runs: Sequence[int] = (
     names = " and ".join(c.replace("_", " ") for c in channels)
     return (
         f"run {run} is off on {names} alone{instead}: a sign or an axis lost in its records, a reference "
-        "that was another along this axis, or the sensor changed in this power-on; repeating the run would tell"
+        "that was another along this axis, or the sensor changed in it; repeating the run would tell"
     )
 
 
