@@ -21,11 +21,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.far_rows import scale_scatter
 from planner.diagnose.hypotheses.noise import plain_spread
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.nouns.array import Array
+from planner.spec.model import Unit
 
 FARTHER = 25.0  # times the mean square of any other power-on: five sigma of the worst of them
 AT_FIRST_SIGHT = 4.0  # times the others' mean, while it may itself have widened the noise that judges it
@@ -40,11 +43,15 @@ FREE = 1e-6  # of a direction's square that the other power-ons do not determine
 
 @dataclass(frozen=True)
 class _Channel:
-    """X: (n, k) columns and y: (n,) reading about the means of power-ons, in each row's sigma; far rows 0"""
+    """X: (n, k) columns and y: (n,) reading about the means of power-ons, in each row's sigma; far rows 0
+
+    scatter: (n,) sigma by which the spec lets a reading be off with its whole power-on, in the same unit
+    """
 
     X: Array
     y: Array
     starts: NDArray[np.int64]
+    scatter: Array
 
     @cached_property
     def parts(self) -> list[slice]:
@@ -64,12 +71,13 @@ class _Channel:
         """(n,) what the columns leave."""
         return np.asarray(self.y - self.basis @ (self.basis.T @ self.y))
 
-    def off(self, place: int) -> Array:
-        """(m,) what a power-on is off by where the others say what it reads; 0 where these do not."""
+    def off(self, place: int) -> tuple[Array, Array]:
+        """(m,) what a power-on is off by where the others say what it reads, 0 where not; (m,) its sigma."""
         Q, e = self.basis[self.parts[place]], self.left[self.parts[place]]
         value, vector = np.linalg.eigh(np.eye(len(Q)) - Q @ Q.T)
         free = value > FREE
-        return np.asarray(vector[:, free] @ ((vector[:, free].T @ e) / value[free]))
+        along = vector[:, free]
+        return along @ ((along.T @ e) / value[free]), np.sqrt(np.sum(along**2 / value[free], axis=1))
 
     def drops(self, told: NDArray[np.bool_]) -> Array:
         """(g,) Δ of leaving out each power-on; 0 of those that are not told, or of which little is left."""
@@ -79,12 +87,12 @@ class _Channel:
         out = np.zeros(len(told))
         for place in np.argsort(-np.where(told, usual, 0.0))[:TRIED].tolist():
             if told[place]:
-                out[place] = float(self.off(place) @ self.left[self.parts[place]])
+                out[place] = float(self.off(place)[0] @ self.left[self.parts[place]])
         return out
 
     def without(self, place: int) -> Array:
         """(n,) what is left of the others without a power-on, 0 in it."""
-        out = np.asarray(self.left + self.basis @ (self.basis[self.parts[place]].T @ self.off(place)))
+        out = np.asarray(self.left + self.basis @ (self.basis[self.parts[place]].T @ self.off(place)[0]))
         out[self.parts[place]] = 0.0
         return out
 
@@ -130,12 +138,25 @@ def _off(s: SensorFound, axis: int, data: Prepared, told: NDArray[np.bool_]) -> 
 
 
 def _stands_out(c: _Channel, place: int) -> bool:
-    """Whether a power-on is off by so many times as much as any other, in several rows."""
-    off, others = c.off(place) ** 2, c.without(place) ** 2
+    """Whether a power-on is off by so many times as much as any other, in several rows beyond its spreads.
+
+    A scale factor that is drawn anew at every power-on is as far off in one of three pairs now and then.
+    """
+    mine, others = c.parts[place], c.without(place) ** 2
+    off, sigma = c.off(place)
     sizes = np.diff(np.append(c.starts, len(others)))
     usual = np.add.reduceat(others, c.starts) / np.maximum(sizes - 1, 1)
-    several = np.count_nonzero(off > others.max()) >= SEVERAL
-    return bool(several and off.sum() > FARTHER * max(float(usual.max()), 1.0) * max(len(off) - 1, 1))
+    beyond = np.abs(off) > np.sqrt(FARTHER) * np.hypot(sigma, np.sqrt(2.0) * c.scatter[mine])
+    several = np.count_nonzero(beyond & (off**2 > others.max() * sigma**2)) >= SEVERAL
+    drop = float(off @ c.left[mine])
+    return bool(several and drop > FARTHER * max(float(usual.max()), 1.0) * max(len(off) - 1, 1))
+
+
+def _scatter(unit: Unit | None, c: Channel) -> Array:
+    """(n,) SI: what the spec's scale factor and misalignments, drawn at every power-on, make of a reading."""
+    budget = None if unit is None else getattr(unit, c.sensor).get("misalignment")
+    lean = 0.0 if budget is None else budget.run_to_run_largest
+    return np.asarray(np.hypot(scale_scatter(unit, c), lean * c.across))
 
 
 def _channel(s: SensorFound, axis: int, data: Prepared, spread: Array) -> _Channel:
@@ -148,4 +169,5 @@ def _channel(s: SensorFound, axis: int, data: Prepared, spread: Array) -> _Chann
     about = (A - np.repeat(means, sizes, axis=0)) * seen[:, None]
     length = np.linalg.norm(about, axis=0)
     kept = length[:-1] > SEEN * np.linalg.norm(A[:, :-1], axis=0)
-    return _Channel(about[:, :-1][:, kept] / length[:-1][kept], about[:, -1], data.starts)
+    scatter = _scatter(data.unit, w.channel) / spread
+    return _Channel(about[:, :-1][:, kept] / length[:-1][kept], about[:, -1], data.starts, scatter)
