@@ -21,8 +21,8 @@ from planner.diagnose.hypotheses.prepared import Prepared, prepared
 from planner.diagnose.hypotheses.reported import channel_name, found_effects
 from planner.diagnose.hypotheses.sensor import SensorFound, diagnose_sensor
 from planner.diagnose.hypotheses.suspects import suspects
-from planner.diagnose.left_out import left_out, off_as_a_whole
-from planner.diagnose.off_power_on import off_power_on, rows_off
+from planner.diagnose.left_out import copies, left_out, off_as_a_whole
+from planner.diagnose.off_power_on import off_power_on
 from planner.diagnose.records import screened
 from planner.dwells.table_rows import rows_of
 from planner.effects._shaped import plain_names
@@ -72,7 +72,7 @@ def diagnose(
     unknown = [*unnamed, *rest]
     not_found, untestable = _limits(found, data, spec)
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
-    left = [*off, *left_out(found, data)]
+    left = [*off, *copies(data), *left_out(found, data)]
     wrong = (*seen.suspects, *late, *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)))
     wrong = (*wrong, *off_as_a_whole(left))
     return UnitDiagnosis(
@@ -131,11 +131,11 @@ def _without_off(
     """Rows that are judged, those of a power-on that is off as a whole, and what is found without them."""
     data = prepared(rows_of(table, kept), spec.unit)
     found = _searched(data, spec, seed, progress)
-    run = off_power_on(found, data)
-    if run is None:
+    one = off_power_on(found, data)
+    if one is None:
         return kept, [], data, found
-    off = list(rows_off(data.full, run, found))
-    kept = kept & (table.run != run)
+    off = list(one.rows(data.full))
+    kept = kept & ~np.isin(table.run, one.runs)
     data = prepared(rows_of(table, kept), spec.unit)
     found = _searched(data, spec, seed, progress)
     return kept, off, data, found

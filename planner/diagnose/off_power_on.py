@@ -2,13 +2,14 @@
 
 Its rows are too many to be spikes, and as noise they would widen the spreads of every channel: the unit then
 exceeds its budgets, and nothing else is found beside them. Of what a search leaves of each power-on, about
-its mean, it has many times as much as the others, on several channels at once.
+its mean, it has many times as much as the others, on several channels at once; or one channel has so much
+more in it than in any other that no spread explains it (`one_channel_off`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.left_out import whole_run
+from planner.diagnose.one_channel_off import alone
 from planner.diagnose.unseen_runs import cells_of
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import RowLeftOut
@@ -29,29 +31,45 @@ REPEATED = 0.5  # share of its rows whose motion another power-on has: the other
 CHANNELS = 3  # of a unit: its own change at one power-on is of one; of heavy tails three are so in 1 of 1e4
 
 
-def off_power_on(found: Sequence[SensorFound], data: Prepared) -> int | None:
-    """Number of the one power-on that is off as a whole, or None: where there are more it is no accident."""
+@dataclass(frozen=True)
+class Off:
+    """The power-on that is off as a whole. runs: its number, or those of two of which either may be it
+
+    channels: that show it
+    """
+
+    runs: tuple[int, ...]
+    channels: tuple[str, ...]
+
+    def rows(self, table: DwellTable) -> Iterator[RowLeftOut]:
+        """Their rows, as findings."""
+        for i in np.flatnonzero(np.isin(table.run, self.runs)).tolist():
+            run, step = int(table.run[i]), "" if table.step is None else str(table.step[i])
+            few = self.channels if len(self.channels) < CHANNELS else ()
+            guess = whole_run(run, few, [r for r in self.runs if r != run])
+            said = f"{table.temperature_degc[i]:.1f} degC, {table.time_on[i]:.0f} s on"
+            for name in self.channels:
+                yield RowLeftOut(run, step, name, float("inf"), guess, said)
+
+
+def off_power_on(found: Sequence[SensorFound], data: Prepared) -> Off | None:
+    """The one power-on that is off as a whole, or None: where there are more it is no accident."""
     run = data.table.run[data.starts]
     sizes = np.diff(np.append(data.starts, len(data.table)))
     if len(run) < LEAST_RUNS:
         return None
     told = (sizes >= LEAST_ROWS) & (_repeated(data, sizes) >= REPEATED)
     ratios = np.array([r for s in found for r in _ratios(s, data, sizes)])
-    if len(ratios) < CHANNELS:
+    every = tuple(c.name for s in found for c in s.channels)
+    if len(ratios) >= CHANNELS:
+        ratio = np.sort(ratios, axis=0)[-CHANNELS]
+        off = np.flatnonzero(told & (ratio > FARTHER))
+        if len(off) == 1:
+            return Off((int(run[off[0]]),), every)
+    places, channels = alone(found, data, told)
+    if not places:
         return None
-    ratio = np.sort(ratios, axis=0)[-CHANNELS]
-    off = np.flatnonzero(told & (ratio > FARTHER))
-    return int(run[off[0]]) if len(off) == 1 else None
-
-
-def rows_off(table: DwellTable, run: int, found: Sequence[SensorFound]) -> Iterator[RowLeftOut]:
-    """Its rows, as findings."""
-    channels = [c.name for s in found for c in s.channels]
-    for i in np.flatnonzero(table.run == run).tolist():
-        step = "" if table.step is None else str(table.step[i])
-        said = f"{table.temperature_degc[i]:.1f} degC, {table.time_on[i]:.0f} s on"
-        for name in channels:
-            yield RowLeftOut(run, step, name, float("inf"), whole_run(run), said)
+    return Off(tuple(run[places].tolist()), every if len(channels) >= CHANNELS else tuple(channels))
 
 
 def _ratios(s: SensorFound, data: Prepared, sizes: NDArray[np.int64]) -> Iterator[Array]:

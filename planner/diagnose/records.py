@@ -1,4 +1,4 @@
-"""Records that are not what the table says: units of measurement, readings, labels, rows of another unit.
+"""Records that are not what the table says: units of measurement, readings, labels, times, whose rows.
 
 All are asked before any error model: they are of the size of the reading, not of its errors.
 """
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from planner.diagnose.another_unit import another_unit, channels_of
 from planner.diagnose.no_readings import NoReading, off_their_reference, said_of, stuck_readings
 from planner.diagnose.other_scale import OtherScale, other_scales
+from planner.diagnose.times_of_records import OutOfOrder, out_of_order, still_thermometer
 from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect, RowLeftOut
@@ -57,11 +58,24 @@ def screened(table: DwellTable) -> Screened:
     off = off_their_reference(table, kept)
     kept &= ~_any(table, off)
     none = (*stuck, *off)
-    left = (*_scaled_out(table, scaled), *_rows_out(table, turned), *_none_out(table, none))
+    still = still_thermometer(table)
+    if still is not None:
+        kept &= table.run != still
+    left = (
+        *_scaled_out(table, scaled),
+        *_rows_out(table, turned),
+        *_none_out(table, none),
+        *_still_out(table, still),
+    )
     suspects = [_scale_suspect(table, s) for s in scaled] + (
         [_label_suspect(table, turned)] if turned else []
     )
     suspects += [_none_suspect(table, one) for one in none if one.stuck or _of_a_run(table, one)]
+    if still is not None:
+        suspects.append(_run_suspect(table, (still,), "stuck_channel", _still(still)))
+    astray = out_of_order(table)
+    if astray is not None:
+        suspects.append(_run_suspect(table, astray.runs, "wrong_label", _astray(astray)))
     other = another_unit(table, kept)
     notes = []
     if other is not None:
@@ -89,6 +103,34 @@ def _scale_suspect(table: DwellTable, s: OtherScale) -> ReferenceSuspect:
         "mixed_units", run, run, run, "run", channels, 0.0, float("inf"),
         check, float("inf"),
     )  # fmt: skip
+
+
+# ---------------------------------------------------------------- days, times and temperatures
+
+
+def _still(run: int) -> str:
+    return f"look at the thermometer of run {run}: it reads one value in all of it; its rows are left out"
+
+
+def _still_out(table: DwellTable, run: int | None) -> Iterator[RowLeftOut]:
+    for i in np.flatnonzero(table.run == run).tolist() if run is not None else ():
+        said = f"run {run}: the temperature stands still, to the last digit"
+        yield RowLeftOut(int(table.run[i]), _step(table, i), "all", float("inf"), said, _condition(table, i))
+
+
+def _astray(one: OutOfOrder) -> str:
+    runs = " and ".join(map(str, one.runs))
+    return (
+        f"look up the {one.what} of run {runs}: the others are numbered in the order in which they were "
+        "switched on; what changes with it rests on them"
+    )
+
+
+def _run_suspect(table: DwellTable, runs: Sequence[int], hypothesis: str, check: str) -> ReferenceSuspect:
+    first, every = float(runs[0]), channels_of(table)
+    return ReferenceSuspect(
+        hypothesis, first, first, first, "run", every, 0.0, float("inf"), check, float("inf")
+    )
 
 
 # ---------------------------------------------------------------- no readings

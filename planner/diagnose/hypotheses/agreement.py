@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.diagnose.hypotheses.pool import Pool
+from planner.diagnose.hypotheses.pool import Pool, inverse
 from planner.solvers.distributions import chi_square_tail
 
 TOLD = 1e-3  # of the information, that a channel must have to be asked
@@ -19,6 +19,21 @@ UNLIKE = 1e-3  # p of Q, below which the channels differ
 OF_WHAT_IS_COMMON = (
     0.5  # a strong one differs by what its linear shape lacks, a tenth of it: that is no reason
 )
+
+
+def rests_on(here: Pool, b: int, axes: set[int]) -> bool:
+    """Whether what several channels share is seen on some of them only: the others by themselves say nothing.
+
+    Δ of the others' rows is χ² of their rank. here: beside all else
+    """
+    k, others = here.places[b], [a for a in here.blocks[b].columns if a not in axes]
+    gram, h = np.zeros((len(k), len(k))), np.zeros(len(k))
+    for a in others:
+        C = here.seen(a, k)
+        gram += C.T @ C
+        h += C.T @ here.state[a].z
+    rank = int(np.linalg.matrix_rank(gram, hermitian=True)) if len(others) else 0
+    return rank == 0 or bool(chi_square_tail(float(h @ inverse(gram) @ h), rank) > UNLIKE)
 
 
 def channels_disagree(here: Pool, b: int) -> bool:

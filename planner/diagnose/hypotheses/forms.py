@@ -9,11 +9,13 @@ temperature. Each is tested as one column beside everything believed and the slo
 parameters, where a generic alternative of many columns would see it only when it is much stronger: the score
 test of a varying coefficient (Hastie, Tibshirani, J. R. Stat. Soc. B 55, 1993). A name that does not hold
 gives way to one more effect of the library or to the variable, whichever the criterion has before the other.
+A name whose form the records do not test stands beside its own variable, as a rival (`untested`): two rates
+show one odd shape, whatever it is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,14 +24,28 @@ from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.found import Found, Question, best_of, free, on
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, LEAST, along
-from planner.diagnose.hypotheses.pool import given, inverse, pool_of, score
+from planner.diagnose.hypotheses.pool import Pool, given, inverse, pool_of, score
 from planner.diagnose.hypotheses.references import hypothesis
 from planner.diagnose.hypotheses.unnamed import MISFIT_OF_A_NAME, choice, told_apart
 from planner.nouns.array import Array
 from planner.protocols import Condition
 
 DEPARTS = 1e-3  # p over the departures of one name, from which its form is not the one that is there
-MOST_NAMES = 2  # on one channel, a second beside one that departs
+MOST_NAMES = (
+    2  # on one channel, a second beside one that departs; with a variable in common they are one claim
+)
+CHANGES = 0.5  # of the coefficient, from the middle of a variable to its end, that a tested form excludes
+TWO_SIDED = 1.96  # standard errors, half of a 95 % interval
+VARIABLES: tuple[Condition, ...] = (
+    "temperature_degc",
+    "time_on",
+    "day",
+    "temperature_rate",
+    "rate",
+    "specific_force",
+)
+TEMPERATURE = "temperature"
+AN_EQUATION = 3  # columns; what has more is a table, which claims no form over its variable
 
 
 def only_forms_that_hold(found: Found, question: Question) -> None:
@@ -40,6 +56,31 @@ def only_forms_that_hold(found: Found, question: Question) -> None:
                 found.library.remove(b)
             elif b in found.library and _departs(found, b, axis, question.slopes(found, b)):
                 _instead(found, b, axis, question)
+        _one_variable_for_several_names(found, axis, question)
+
+
+def _one_variable_for_several_names(found: Found, axis: int, question: Question) -> None:
+    """Put a variable in the place of several names of a channel none of whose forms over it is tested.
+
+    A bump over the days is a step and an ageing, roughly: two claims, where the records make none but that.
+    """
+    pool = found.pool
+    courses: dict[str, list[int]] = {}
+    names = [b for b in found.on({axis}) if _is_asked(found, b)]
+    for b in names if len(names) >= MOST_NAMES else ():
+        if untested(found, b, question.slopes(found, b)) is not None:
+            courses.setdefault(along(pool, b), []).append(b)
+    for variable, mine in courses.items():
+        if len(mine) < MOST_NAMES:
+            continue
+        stand = any(pool.blocks[u].name == variable for u in on(pool, found.unknown, {axis}))
+        without = given(pool, found.others(*mine))
+        every = [g for g in on(pool, question.generic, {axis}) if pool.blocks[g].name == variable]
+        scores = {g: score(without, [g]).criterion for g in every}
+        best = max(scores, key=lambda g: scores[g], default=None)
+        if stand or (best is not None and scores[best] > DECISIVE):
+            found.library = [b for b in found.library if b not in mine]
+            found.unknown += [] if stand or best is None else [best]
 
 
 def _is_asked(found: Found, b: int) -> bool:
@@ -58,22 +99,87 @@ def _is_a_part(found: Found, b: int, axis: int) -> bool:
     )
 
 
+def untested(found: Found, b: int, slopes: Block | None) -> tuple[str, float] | None:
+    """(variable, sigma) where the records do not tell a believed form from another one over its own variable.
+
+    With d the departures over that variable, each beside all that is believed, c d of length |c| l has the
+    interval c ± 1.96 / l. The form is tested where each of them holds zero and none reaches CHANGES; sigma is
+    how far such a change would be seen, CHANGES l, of the departure that is seen least.
+    """
+    if not _claims_a_form(found, b):
+        return None
+    axis = next(iter(found.pool.blocks[b].columns))
+    own = hypothesis(found.pool.blocks[b].name).variable
+    sizes = _sizes(found, b, axis, slopes, list(_courses(found.pool.state[axis].channel, own)))
+    if all(abs(c) * length <= TWO_SIDED and _excludes(CHANGES, c, length) for c, length in sizes):
+        return None
+    return along(found.pool, b), CHANGES * min(length for _, length in sizes)
+
+
+def at_one_temperature(found: Found, b: int, slopes: Block | None) -> float | None:
+    """Sigma by which a coefficient that doubles, or goes to nothing, to an end of the temperatures is seen.
+
+    None where the interval excludes it. A centrifuge stands in the room.
+    """
+    block = found.pool.blocks[b]
+    if not _claims_a_form(found, b) or TEMPERATURE in (
+        hypothesis(block.name).variable,
+        *block.name.split("_"),
+    ):
+        return None
+    axis = next(iter(block.columns))
+    x = _scaled(_values(found.pool.state[axis].channel, "temperature_degc"))
+    if not np.any(x):
+        return None
+    ((c, length),) = _sizes(found, b, axis, slopes, [x])
+    return None if _excludes(1.0, c, length) else length
+
+
+def _claims_a_form(found: Found, b: int) -> bool:
+    block = found.pool.blocks[b]
+    widest = max(x.shape[1] for x in block.columns.values())
+    return bool(_is_asked(found, b) and along(found.pool, b) and widest <= AN_EQUATION)
+
+
+def _excludes(change: float, c: float, length: float) -> bool:
+    """Whether the interval c ± 1.96 / length leaves a change out, either way."""
+    return (change - abs(c)) * length >= TWO_SIDED
+
+
 def _departs(found: Found, b: int, axis: int, slopes: Block | None) -> bool:
     """Whether some variable changes the coefficient of a believed block."""
     w = found.pool.state[axis]
-    block = found.pool.blocks[b]
+    x = list(_variables(w.channel, hypothesis(found.pool.blocks[b].name).variable))
+    one, first = _beside(found, b, axis, slopes, x)
+    told = [score(one, [first + i]) for i in range(len(x))]
+    told = [s for s in told if s.m and s.delta > MISFIT_OF_A_NAME * found.share(b).delta]
+    return bool(told) and min(s.log_p for s in told) < np.log(DEPARTS / len(x))
+
+
+def _sizes(
+    found: Found, b: int, axis: int, slopes: Block | None, x: Sequence[Array]
+) -> list[tuple[float, float]]:
+    """c of every departure c e x beside all that is believed, and the whitened length of e x there."""
+    one, first = _beside(found, b, axis, slopes, x)
+    out = []
+    for i in range(len(x)):
+        k = one.places[first + i]
+        gram, size = float(one.grams(k)[0, 0]), float(one.size[k[0]])
+        length = float(np.sqrt(max(gram, 0.0))) * size
+        out.append((float(one.h[k[0]]) / gram / size if length > 0.0 else 0.0, length))
+    return out
+
+
+def _beside(found: Found, b: int, axis: int, slopes: Block | None, x: Sequence[Array]) -> tuple[Pool, int]:
+    """A pool of the departures e x, clear of all that is believed, and the place of the first of them."""
+    w, block = found.pool.state[axis], found.pool.blocks[b]
     e = block.columns[axis] @ _coefficients(found, b)
-    departures = [
-        replace(block, columns={axis: (e * x)[:, None]}, terms=("",), nonlinear={})
-        for x in _variables(w.channel, hypothesis(block.name).variable)
-    ]
+    departures = [replace(block, columns={axis: (e * v)[:, None]}, terms=("",), nonlinear={}) for v in x]
     believed = [found.pool.blocks[i] for i in on(found.pool, found.all, {axis})]
     believed += [slopes] if slopes is not None else []
-    beside = [replace(x, columns={axis: x.columns[axis]}) for x in believed]
+    beside = [replace(y, columns={axis: y.columns[axis]}) for y in believed]
     one = given(pool_of({axis: w}, [*beside, *departures], found.pool.segments.cuts), range(len(beside)))
-    told = [score(one, [len(beside) + i]) for i in range(len(departures))]
-    told = [s for s in told if s.m and s.delta > MISFIT_OF_A_NAME * found.share(b).delta]
-    return bool(told) and min(s.log_p for s in told) < np.log(DEPARTS / len(departures))
+    return one, len(beside)
 
 
 def _coefficients(found: Found, b: int) -> Array:
@@ -87,17 +193,29 @@ def _coefficients(found: Found, b: int) -> Array:
 
 
 def _variables(c: Channel, own: Condition | None) -> Iterator[Array]:
-    """(n,) each variable of the records from −1 to 1, and the square of an effect's own."""
-    conditions = c.model.conditions
-    for name in ("temperature_degc", "time_on", "day", "temperature_rate", "rate", "specific_force"):
-        values = np.asarray(getattr(conditions, name), dtype=float)
-        x = _scaled(np.linalg.norm(values, axis=1) if values.ndim > 1 else values)
+    """(n,) each variable of the records from −1 to 1, and what an effect may bend by along its own."""
+    for name in VARIABLES:
+        yield _scaled(_values(c, name))
+    courses = list(_courses(c, own))
+    yield from courses[1:] if own in VARIABLES else courses
+
+
+def _courses(c: Channel, own: Condition | None) -> Iterator[Array]:
+    """(n,) an effect's own variable from −1 to 1 and its square; of the channel's input also its modulus."""
+    load = own == "rate" and c.sensor == "accelerometer"  # its input, as `of_the_sensor` calls it
+    name: Condition | None = "specific_force" if load else own
+    if name in VARIABLES:
+        x = _scaled(_values(c, name))
         yield x
-        if name == own:
-            yield x**2
-    if own in ("rate", "specific_force"):
+        yield x**2
+    if name == ("rate" if c.sensor == "gyro" else "specific_force"):
         yield _scaled(np.abs(c.u))
         yield _scaled(np.abs(c.u)) ** 2
+
+
+def _values(c: Channel, name: Condition) -> Array:
+    values = np.asarray(getattr(c.model.conditions, name), dtype=float)
+    return np.asarray(np.linalg.norm(values, axis=1) if values.ndim > 1 else values)
 
 
 def _scaled(values: Array) -> Array:

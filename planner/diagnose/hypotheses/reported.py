@@ -17,6 +17,7 @@ from planner.campaign.triad import shares
 from planner.diagnose.declared_and_found import ChannelEstimates, declared_and_found
 from planner.diagnose.hypotheses.bench_uncertainty import below_bench
 from planner.diagnose.hypotheses.estimates import Estimate, ParameterInterval, estimates, rivals
+from planner.diagnose.hypotheses.forms import TEMPERATURE, at_one_temperature, untested
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.dwells.table_rows import rows_of
@@ -148,6 +149,12 @@ def _effect(
     for b in blocks:
         for name, apart in rivals(found, b, library):
             opposed[name] = min(apart, opposed.get(name, np.inf))
+        slopes = s.slopes(b)
+        course, elsewhere = untested(found, b, slopes), at_one_temperature(found, b, slopes)
+        if course is not None and course[0] != effect.name:  # of that a table is the rival
+            opposed.setdefault(*course)
+        if elsewhere is not None:
+            opposed.setdefault(TEMPERATURE, elsewhere)
     axes = sorted({a for b in blocks for a in pool.blocks[b].columns})
     return FoundEffect(
         effect=effect.name,

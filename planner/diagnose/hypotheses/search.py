@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from planner.diagnose.hypotheses.agreement import rests_on
 from planner.diagnose.hypotheses.forms import only_forms_that_hold
 from planner.diagnose.hypotheses.found import (
     ALPHA_UNKNOWN,
@@ -137,9 +138,15 @@ def _needless(found: Found, question: Question) -> None:
             found.unknown.remove(b)
     found.drop_needless(found.chance(question))
     for b in list(found.library):
-        if bench_misfit(found, b, found.share(b).delta):
+        if bench_misfit(found, b, found.share(b).delta) or _of_an_unknown(found, b):
             found.library.remove(b)
     found.drop_needless(found.chance(question))
+
+
+def _of_an_unknown(found: Found, b: int) -> bool:
+    """Whether a reference is seen only on channels that lack something without a name: then that is all."""
+    lacking = {a for u in found.unknown for a in found.axes(u)}
+    return found.pool.blocks[b].reference and bool(lacking) and rests_on(found.without(b), b, lacking)
 
 
 def _judge(found: Found, question: Question) -> None:

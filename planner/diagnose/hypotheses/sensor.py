@@ -79,6 +79,11 @@ class SensorFound:
         """The parameters of a found block with their intervals."""
         return _shape(self.found, block, self.channels, self.cuts, self.ranges)
 
+    def slopes(self, block: int) -> Block | None:
+        """What a found block adds, derived by its parameters; None where it has none."""
+        name = self.found.pool.blocks[block].name
+        return slopes_of(self.found, block, self.channels, self.ranges.get(name, ()))
+
 
 def diagnose_sensor(
     data: Prepared,

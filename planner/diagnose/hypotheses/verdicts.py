@@ -22,8 +22,9 @@ from planner import catalog
 from planner.diagnose.hypotheses.candidates import follows_any_drift
 from planner.diagnose.hypotheses.few_records import a_few_records_explain
 from planner.diagnose.hypotheses.found import SINGLE, Found
+from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.pool import Pool, inverse, score
-from planner.diagnose.hypotheses.whitened import log_p
+from planner.diagnose.hypotheses.whitened import SEEN, log_p
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail, student_tail
 
@@ -34,6 +35,8 @@ OF_A_TABLE = (
 )
 FOLLOWS_DRIFT = ("time_on_and_temperature",)  # without a name: what wanders within power-ons looks like it
 LEAST_OF_SCATTER = 8.0  # power-ons that tell a coefficient, from which their scatter is one
+ALONE = "it rests on one power-on alone"
+MOSTLY = 0.5  # of what is explained, less of which the others have: then their fit is made without that one
 SCATTERS = "the power-ons scatter about it by more than their noise"
 AGREE = 0.01  # p of the others alone, and of a power-on that is as they are
 TAIL = 1e-3  # of a block's square that power-ons may have and still count as telling nothing of it
@@ -56,9 +59,11 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
     gram, h = per_power_on(here, [b], starts)
     told = np.flatnonzero(np.trace(gram, axis1=1, axis2=2) > TAIL / len(starts) * np.trace(gram.sum(axis=0)))
     worst, least = _without_one(gram, h, told)
+    if least < MOSTLY * _square(gram.sum(axis=0), h.sum(axis=0)):
+        least = _fitted_without(found, here, b, _rows_of(starts, worst, here))
     s = score(here, [b]) if is_table(found, b) else found.share(b)
     if s.m and _rests_on(gram, h, worst, float(log_p(least, s.m, s.freedom, s.s2))):
-        return Veto(b, "it rests on one power-on alone", int(worst))
+        return Veto(b, ALONE, int(worst))
     if not here.blocks[b].generic and _scatter(gram, h) > SINGLE:
         return Veto(b, SCATTERS)
     if a_few_records_explain(found, b):
@@ -107,6 +112,30 @@ def _without_one(gram: Array, h: Array, told: NDArray[np.int64]) -> tuple[int, f
     left = [_square(G - gram[r], H - h[r]) for r in told]
     worst = int(np.argmin(left))
     return int(told[worst]), float(left[worst])
+
+
+def _rows_of(starts: NDArray[np.int64], run: int, here: Pool) -> slice:
+    """Rows of a power-on."""
+    n = len(next(iter(here.state.values())).z)
+    return slice(int(starts[run]), int(starts[run + 1]) if run + 1 < len(starts) else n)
+
+
+def _fitted_without(found: Found, here: Pool, b: int, rows: slice) -> float:
+    """Δ of a block where neither the declared model nor anything else believed is fitted to some rows.
+
+    What is off in a record of them bends the declared curves, and others at that temperature seem to follow.
+    """
+    k = here.places[b]
+    others = here.columns(i for i in found.all if i != b)
+    G, H = np.zeros((len(k), len(k))), np.zeros(len(k))
+    for axis in here.blocks[b].columns:
+        w, kept = here.state[axis], np.ones(len(here.state[axis].z), dtype=bool)
+        kept[rows] = False
+        beside = here.parts[axis][:, np.isin(here.axes[axis], others)]
+        basis = orthonormal(np.column_stack([w.Q, beside])[kept], SEEN)
+        C, z = clear(basis, here.seen(axis, k)[kept]), clear(basis, w.z[kept])
+        G, H = G + C.T @ C, H + C.T @ z
+    return _square(G, H)
 
 
 def _rests_on(gram: Array, h: Array, run: int, others: float) -> bool:

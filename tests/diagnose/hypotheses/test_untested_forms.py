@@ -1,0 +1,72 @@
+"""A name whose form the records do not test stands beside its variable, and one record makes no name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.dwells.table_rows import rows_of
+from planner.nouns.diagnosis import UnitDiagnosis
+from planner.nouns.dwell_table import DwellTable
+from tests.diagnose.labs.shapes import Hidden
+from tests.diagnose.labs.unit import campaign
+from tests.specs import shipped
+
+
+def gyros(seed: int, name: str, strength: float) -> DwellTable:
+    """Gyros at rest and turned, one of them with an effect of the library."""
+    table, _ = campaign(seed, Hidden(name, "gyro_x", strength), centrifuge=False)
+    return replace(rows_of(table, table.temperature_rate == 0.0), acc=None)
+
+
+def found_on(table: DwellTable) -> UnitDiagnosis:
+    return diagnose(table, shipped("small_uav").spec)
+
+
+def rivals(found: UnitDiagnosis, name: str) -> set[str]:
+    (effect,) = found.effects
+    assert effect.effect == name
+    return {r.effect for r in effect.rivals}
+
+
+@pytest.mark.parametrize("seed", [94001])
+@pytest.mark.further("seed", [94002, 94003, 94004])
+def test_two_rates_show_one_odd_shape_whatever_it_is(seed: int) -> None:
+    """A saturation, a dead zone and a cubic all were the cubic, with nothing beside it."""
+    table = gyros(seed, "scale_factor_nonlinearity", 200.0)
+    assert "rate" not in rivals(found_on(table), "scale_factor_nonlinearity")
+    assert table.ref_rate is not None
+    size = np.degrees(np.linalg.norm(table.ref_rate, axis=1))
+    levels = np.unique(np.round(size[size > 1.0], 0))
+    kept = (size < 1.0) | np.isin(np.round(size, 0), levels[[0, -1]])
+    assert "rate" in rivals(found_on(rows_of(table, kept)), "scale_factor_nonlinearity")
+
+
+@pytest.mark.parametrize(("seed", "strength", "tested"), [(94011, 60.0, True), (94011, 7.0, False)])
+@pytest.mark.further(
+    ("seed", "strength", "tested"), [(s, t, t > 10.0) for s in (94012, 94013) for t in (60.0, 7.0)]
+)
+def test_a_faint_line_over_the_days_may_be_any_course(seed: int, strength: float, tested: bool) -> None:
+    """A square root of the days was an ageing of 17 sigma."""
+    assert ("day" not in rivals(found_on(gyros(seed, "ageing", strength)), "ageing")) is tested
+
+
+@pytest.mark.parametrize("seed", [94021])
+@pytest.mark.further("seed", [94022, 94023, 94024, 94025])
+def test_a_digit_lost_in_one_record_is_no_effect(seed: int) -> None:
+    """A step of the bias between two records of a power-on was 43 sigma, all of it one reading."""
+    table, _ = campaign(seed, centrifuge=False)
+    still = np.linalg.norm(table.ref_rate, axis=1) < np.radians(0.1) if table.ref_rate is not None else True
+    table = replace(rows_of(table, still & (table.temperature_rate == 0.0)), gyro=None)
+    day = table.day + table.time_on / 86400.0
+    assert table.acc is not None
+    assert table.ref_acc is not None
+    level = np.flatnonzero(np.abs(table.ref_acc[:, 0]) < 1.0)
+    acc = table.acc.copy()
+    acc[level[len(level) // 2], 0] += 0.06
+    found = found_on(replace(table, day=day, acc=acc))
+    assert not found.effects
+    assert found.rows_left_out
