@@ -83,7 +83,10 @@ def flight_of(spec: Spec, trajectory: Trajectory, deadline: Deadline | None = No
     errors = [ErrorName.of(sensor, effect) for sensor in SENSORS for effect in getattr(spec.unit, sensor)]
     errors += [error for error in _fitted(spec) if error not in errors]
     within = _starts(spec, trajectory)
-    response = flight_response(trajectory, errors, spec.requirement, spec.initial_alignment, within)
+    budgets = [budget_of(spec.unit, error) for error in errors]
+    in_run_s = min((b.in_run_time for b in budgets if b is not None and b.in_run_sigma > 0.0), default=np.inf)
+    aligned = spec.initial_alignment
+    response = flight_response(trajectory, errors, spec.requirement, aligned, within, in_run_s)
     return Flight(spec, response, Curves(spec), trajectory.day, deadline or Deadline())
 
 

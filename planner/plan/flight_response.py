@@ -4,7 +4,9 @@ An error of a term that runs through values s_k at moments t_k, linear between, 
 the hat function of t_k): drift within the flight and tables over its temperature are linear in few numbers.
 An effect that changes with temperature by its own equation (misalignment per kelvin) is propagated at the
 temperatures between which that equation is straight: Σ_n hat_n(T(t_k)) R_kn is its response from any start.
-White noise of a sensor adds Σ_b J_b J_bᵀ N² / Δ_b over boxes of time, J_b the response to one over box b.
+White noise of a sensor adds Σ_b J_b J_bᵀ N² / Δ over boxes of time Δ, J_b the response to one over box b.
+It is the same along all axes, so J_b is along north, east and down: along those of a body that turns the
+response changes its sign within a box, and hardly anything would be left of the noise.
 A self-alignment's tilt belongs to what the accelerometers err by at the first moment (initial_attitude).
 """
 
@@ -31,8 +33,12 @@ from planner.temperature_table import hats as hats_of
 from planner.temperature_table import steps_within
 
 MOMENT_S = 60.0  # a tenth of the usual correlation time of the in-run process
+MOMENTS_IN_TIME = 2.0  # at least, of a shorter one: what lines between them make of it adds 1 % to its sigma
+MOST_FOR_DRIFT = 120  # moments: of a long flight shorter times count as this many have them
 MOMENT_K = 2.0
-BOXES = 24  # of white noise; a response that grows like t² is then integrated to 1e-3
+BOXES = 24  # of white noise, or more; a response that grows like t² is then integrated to 1e-3
+TURN = 0.25  # rad, at most in a box: tilts in a turn drive the vertical to and fro
+MOST_BOXES = 240
 INSTANTS = 60  # of a flight, for a requirement that holds at any moment
 STEP_K = 5.0  # between temperatures at which effects that change with it are looked at; their kinks lie there
 STRAIGHT = 1e-9  # of the largest, by which an effect may differ from a straight line over temperature
@@ -64,7 +70,7 @@ class FlightResponse:
     time_s: (m,) instants; moments: (K,) s; temperature_degc: (K,) of the flight there
     flying: F terms; errors: (m, 9, F, K) position, velocity, attitude, per SI unit of a term at a moment,
         at the flight's own temperatures; warmer: those of them that are others when it is warmer
-    white: (m, 9, 2, 3 · BOXES) per unit of noise of each sensor's channels, a record of a second
+    white: (m, 9, 2, 3 b) of b boxes per unit of noise of each sensor along each axis, a record of a second
     height: sigma of the height aid, m, one draw a flight that the computed height has all along; 0: none
     aligned: (m, 9, a) one sigma each of the initial attitude's own chances, one draw a flight
     """
@@ -108,13 +114,15 @@ def flight_response(
     requirements: Sequence[Requirement],
     alignment: InitialAlignment | None = None,
     range_degc: tuple[float, float] | None = None,
+    in_run_s: float = np.inf,
 ) -> FlightResponse:
     """The linear combination of a flight for some errors, at the instants that requirements ask for.
 
     alignment: how well the flight knows its attitude at the start; None: perfectly
     range_degc: within which flights may start, None: where this one does
+    in_run_s: the shortest correlation time of an error that drifts
     """
-    at = _moments(trajectory)
+    at = _moments(trajectory, in_run_s)
     instants = _instants(trajectory, requirements)
     named = [e for sensor in SENSORS for e in errors if e.sensor == sensor]
     asked = [
@@ -124,7 +132,8 @@ def flight_response(
     ]
     hats = _propagated(trajectory, instants, _Errors(trajectory, at, asked))
     hats = hats.reshape(len(instants), 9, -1, len(at))
-    white = _propagated(trajectory, instants, _Boxes(trajectory))
+    boxes = _boxes(trajectory)
+    white = _propagated(trajectory, instants, _Boxes(trajectory, boxes))
     aligned = np.zeros((len(instants), 9, 0))
     if alignment is not None:
         turned = initial_attitude.turned(trajectory, instants)
@@ -139,7 +148,7 @@ def flight_response(
         flying,
         own,
         white.reshape(len(instants), 9, 2, -1)
-        * np.sqrt(BOXES / (trajectory.time_s[-1] - trajectory.time_s[0])),
+        * np.sqrt(boxes / (trajectory.time_s[-1] - trajectory.time_s[0])),
         trajectory.height_aid_m or 0.0,
         aligned,
         warmer,
@@ -207,11 +216,19 @@ def _tilts(trajectory: Trajectory, asked: Sequence[_Asked]) -> Array:
     return np.concatenate([np.zeros((3, 0)), *found], axis=1)
 
 
-def _moments(trajectory: Trajectory) -> Array:
+def _moments(trajectory: Trajectory, in_run_s: float) -> Array:
     t = trajectory.time_s
+    lasts = float(t[-1] - t[0])
     warmed = float(np.abs(np.diff(trajectory.temperature_degc)).sum())
-    count = max(int(np.ceil((t[-1] - t[0]) / MOMENT_S)), int(np.ceil(warmed / MOMENT_K)), 1)
+    for_drift = min(int(np.ceil(MOMENTS_IN_TIME * lasts / in_run_s)), MOST_FOR_DRIFT)
+    count = max(int(np.ceil(lasts / MOMENT_S)), int(np.ceil(warmed / MOMENT_K)), for_drift, 1)
     return np.linspace(float(t[0]), float(t[-1]), count + 1)
+
+
+def _boxes(trajectory: Trajectory) -> int:
+    turned = float(np.linalg.norm(trajectory.angle_increment, axis=1).sum())
+    samples = len(trajectory.angle_increment)
+    return max(min(max(BOXES, int(np.ceil(turned / TURN))), MOST_BOXES, samples), 1)
 
 
 def _instants(trajectory: Trajectory, requirements: Sequence[Requirement]) -> Array:
@@ -269,29 +286,29 @@ class _Errors:
 
 @dataclass(frozen=True)
 class _Boxes:
-    """Forcing by one on one channel over one box of time."""
+    """Forcing of a sensor by one along north, east or down over one box of time."""
 
     trajectory: Trajectory
+    boxes: int
 
     @property
     def count(self) -> int:
-        """All columns: sensor by sensor, channel by channel."""
-        return 2 * 3 * BOXES
+        """All columns: sensor by sensor, axis by axis."""
+        return 2 * 3 * self.boxes
 
     def active(self, start: int, stop: int) -> Indices:
         """Columns of the boxes that the samples start..stop lie in."""
         return np.asarray(
-            (np.arange(2 * 3)[:, None] * BOXES + np.array(self._about(start, stop))).ravel(), dtype=np.int64
+            (np.arange(2 * 3)[:, None] * self.boxes + np.array(self._about(start, stop))).ravel(),
+            dtype=np.int64,
         )
 
     def __call__(self, start: int, stop: int) -> tuple[list[Array], list[Array]]:
         """Active columns of the gyros and of the accelerometers over the samples start..stop."""
         boxes = np.array(self._about(start, stop))
         inside = (self._box(np.arange(start, stop))[:, None] == boxes).astype(float)
-        columns = np.zeros((stop - start, 3, 3, len(boxes)))
-        for i in range(3):
-            columns[:, i, i] = inside
-        flat = columns.reshape(stop - start, 3, -1)
+        to_body = np.swapaxes(self.trajectory.attitude[start:stop], 1, 2)  # channel, axis
+        flat = (to_body[:, :, :, None] * inside[:, None, None, :]).reshape(stop - start, 3, -1)
         return [flat], [flat]
 
     def _about(self, start: int, stop: int) -> range:
@@ -299,7 +316,7 @@ class _Boxes:
         return range(first, last + 1)
 
     def _box(self, samples: Indices) -> Indices:
-        return (samples * BOXES) // len(self.trajectory.angle_increment)
+        return (samples * self.boxes) // len(self.trajectory.angle_increment)
 
 
 def _middles(trajectory: Trajectory, start: int, stop: int) -> Array:
