@@ -326,6 +326,9 @@ def _corrected(edits: SpecText, spec: Spec, a: Assumption) -> list[str]:
     budget: ErrorBudget | None = getattr(spec.unit, sensor).get(effect)
     value = getattr(budget, a.part, None)
     path: tuple[str, ...] = ("unit", sensor, effect, a.part)
+    if value is None and a.part == "in_run" and budget is not None:
+        edits.enter(path[:-1], a.part, _written(a.measured, a.unit))
+        return [f"unit.{a.error}.{a.part}: measured {_written(a.measured, a.unit)}, where none was budgeted"]
     if value is None or a.assumed is None:
         return []
     if isinstance(value, InRun | RunToRun):

@@ -24,6 +24,7 @@ from planner.diagnose.hypotheses.suspects import suspects
 from planner.diagnose.left_out import copies, left_out, off_as_a_whole
 from planner.diagnose.off_power_on import off_power_on
 from planner.diagnose.records import screened
+from planner.diagnose.stepped_run import stepped_run
 from planner.dwells.table_rows import rows_of
 from planner.effects._shaped import plain_names
 from planner.errors import InputError
@@ -128,14 +129,19 @@ def _fitted(
 def _without_off(
     table: DwellTable, kept: NDArray[np.bool_], spec: Spec, seed: int, progress: Callable[[str], None]
 ) -> tuple[NDArray[np.bool_], list[RowLeftOut], Prepared, list[SensorFound]]:
-    """Rows that are judged, those of a power-on that is off as a whole, and what is found without them."""
+    """Rows that are judged, those of a power-on that is off or stepped, and what is found without them."""
     data = prepared(rows_of(table, kept), spec.unit)
     found = _searched(data, spec, seed, progress)
     one = off_power_on(found, data)
-    if one is None:
+    step = stepped_run(found, data) if one is None else None
+    if one is not None:
+        off = list(one.rows(data.full))
+        kept = kept & ~np.isin(table.run, one.runs)
+    elif step is not None:
+        off = list(step.left_out(data.table))
+        kept = kept & ~step.of(table, data.table)
+    else:
         return kept, [], data, found
-    off = list(one.rows(data.full))
-    kept = kept & ~np.isin(table.run, one.runs)
     data = prepared(rows_of(table, kept), spec.unit)
     found = _searched(data, spec, seed, progress)
     return kept, off, data, found

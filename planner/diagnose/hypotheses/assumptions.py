@@ -9,9 +9,11 @@ from dataclasses import replace
 import numpy as np
 
 from planner import catalog
-from planner.diagnose.hypotheses.noise import LEVEL
+from planner.diagnose.hypotheses.noise import LEVEL, ChannelNoise
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
+from planner.diagnose.hypotheses.wander import NAME as WANDERS
+from planner.diagnose.hypotheses.wander import wander
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import Assumption, BudgetExceeded
@@ -22,9 +24,9 @@ from planner.spec.model import Spec
 from planner.spec.own_units import budget_unit
 
 PARTS = (
-    ("run_to_run_bias", "bias", "run_to_run"),
-    ("constant", "bias", "in_run"),
-    ("run_to_run_scale_factor", "scale_factor", "run_to_run"),
+    (("run_to_run_bias",), "bias", "run_to_run"),
+    (("constant", WANDERS), "bias", "in_run"),
+    (("run_to_run_scale_factor",), "scale_factor", "run_to_run"),
 )
 EXCEEDED = 0.01  # chance that a unit within all its budgets is said to exceed one
 KNOWN = 1.0  # relative standard error of a variance above which the data say nothing of it
@@ -52,12 +54,18 @@ def assumptions(s: SensorFound, spec: Spec, data: Prepared) -> list[Assumption]:
     budgets: Mapping[str, ErrorBudget] = getattr(spec.unit, s.sensor)
     found = []
     for w in s.found.pool.state.values():
-        for component, error, part in PARTS:
-            if component == LEVEL and error in budgets and _alone(data):
+        noise = _noise(s, w, budgets, data)
+        for components, error, part in PARTS:
+            here = [noise.components.index(c) for c in components if c in noise.components]
+            if LEVEL in components and error in budgets and _alone(data):
                 found += _between_records(s, w, budgets[error], data)
-            elif error in budgets and component in w.noise.components:
-                wander = _wander(s, budgets) if error == "scale_factor" else 0.0
-                found.append(_spread(s, w, component, error, part, budgets[error], wander))
+            elif error in budgets and here:
+                apart = _wander(s, budgets, noise) if error == "scale_factor" else 0.0
+                size = _sum(noise, here)
+                if size[1] >= KNOWN and noise is not w.noise and part != "in_run":
+                    size = _sum(w.noise, here)  # which the triad may tell
+                one = _spread(s, w.channel.name, size, error, part, budgets[error], apart)
+                found.append(_unbudgeted(one) if WANDERS in noise.components and part == "in_run" else one)
     found = _of_the_triad(found)
     found += list(_residuals(s, budgets))
     return found
@@ -73,27 +81,55 @@ def _of_the_triad(found: Sequence[Assumption]) -> list[Assumption]:
     ]
 
 
-def _wander(s: SensorFound, budgets: Mapping[str, ErrorBudget]) -> float:
+def _wander(s: SensorFound, budgets: Mapping[str, ErrorBudget], noise: ChannelNoise) -> float:
     """What the budgets let wander within a power-on and the noise model counts as the scale factor's spread.
 
-    The scale factor's own in-run, and the bias' over the largest input: 0.5 mg among six faces looks like
-    0.02 % of 1 g that changes from power-on to power-on.
+    The scale factor's own in-run, and the bias' over the largest input, or what it was found to be where that
+    is more: 0.5 mg among six faces looks like 0.02 % of 1 g that changes from power-on to power-on.
     """
     bias = budgets["bias"].in_run_sigma if "bias" in budgets else 0.0
+    if WANDERS in noise.components:
+        bias = max(bias, float(np.sqrt(noise.variances.theta[noise.components.index(WANDERS)])))
     largest = max(float(np.abs(c.u).max(initial=0.0)) for c in s.channels)
     return float(np.hypot(budgets["scale_factor"].in_run_sigma, bias / largest if largest > 0.0 else 0.0))
 
 
+def _noise(s: SensorFound, w: Whitened, budgets: Mapping[str, ErrorBudget], data: Prepared) -> ChannelNoise:
+    """A channel's noise, with what moves within its power-ons where the rows show that something does."""
+    if "bias" not in budgets:
+        return w.noise
+    pool, axis = s.found.pool, w.channel.axis
+    mine = [pool.blocks[b].columns[axis] for b in s.found.all if axis in pool.blocks[b].columns]
+    believed = np.column_stack([np.empty((len(w.z), 0)), *mine])
+    return wander(w, believed, data.table.time_on, budgets["bias"].in_run_time) or w.noise
+
+
+def _unbudgeted(a: Assumption) -> Assumption:
+    """A process that the rows show and the spec does not budget is one that it has none of."""
+    return replace(a, assumed=0.0) if a.assumed is None else a
+
+
+def _sum(noise: ChannelNoise, components: Sequence[int]) -> tuple[float, float]:
+    """Of some of the variances, and its own variance over its square: inf of one that came out zero."""
+    theta = float(noise.variances.theta[components].sum())
+    error = float(noise.variances.error[np.ix_(components, components)].sum())
+    return theta, error / theta**2 if theta > 0.0 else np.inf
+
+
 def _spread(
-    s: SensorFound, w: Whitened, component: str, error: str, part: str, budget: ErrorBudget, wander: float
+    s: SensorFound,
+    channel: str,
+    variance: tuple[float, float],
+    error: str,
+    part: str,
+    budget: ErrorBudget,
+    wander: float,
 ) -> Assumption:
     """√(θ − wander²) with the interval of a χ² of Satterthwaite's freedom, 2 θ² / var θ.
 
-    Up to its high end it may all be of the part, should nothing wander.
+    Up to its high end it may all be of the part, should nothing wander. variance: θ and var θ / θ²
     """
-    k = w.noise.components.index(component)
-    theta = float(w.noise.variances.theta[k])
-    relative = float(w.noise.relative_error[k, k])
+    theta, relative = variance
     freedom = 2.0 / relative if relative > 0 else np.inf
     low = high = measured = float("nan")
     if relative < KNOWN:
@@ -112,7 +148,7 @@ def _spread(
         low=low,
         high=high,
         freedom=float(freedom),
-        channel=w.channel.name,
+        channel=channel,
     )
 
 

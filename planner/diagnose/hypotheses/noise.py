@@ -56,7 +56,8 @@ MEDIAN = 0.67  # sigma: what a variance estimated as zero may well be, the middl
 class ChannelNoise:
     """What whitens a channel. fixed_runs: (n, g − 1) indicators of the runs when their level is fixed.
 
-    components: names of the variances in the order of `variances.theta`
+    components: names of the variances in the order of `variances.theta`; sample: rows and columns they are
+        judged from
     """
 
     covariance: Covariance
@@ -64,6 +65,7 @@ class ChannelNoise:
     components: tuple[str, ...]
     fixed_runs: Array
     starts: NDArray[np.int64]
+    sample: Sample
 
     def whiten(self, columns: Array) -> Array:
         """V^(−1/2) (n, m)."""
@@ -101,7 +103,7 @@ def triad_noise(triad: Sequence[Readings]) -> list[ChannelNoise]:
     """The noise of every channel of a sensor."""
     judged = [_judged(r) for r in triad]
     own = [_own(j) for j in judged]
-    return [_noise(j, v) for j, v in zip(judged, _without_zeros(_shared(judged, own) or own), strict=True)]
+    return [_noise(j, v) for j, v in zip(judged, without_zeros(_shared(judged, own) or own), strict=True)]
 
 
 def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights: Array) -> Array:
@@ -112,7 +114,7 @@ def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights
 def channel_noise(readings: Readings) -> ChannelNoise:
     """The noise of one channel by itself."""
     judged = _judged(readings)
-    return _noise(judged, *_without_zeros([_own(judged)]))
+    return _noise(judged, *without_zeros([_own(judged)]))
 
 
 @dataclass(frozen=True)
@@ -147,7 +149,7 @@ class Weighed:
     def beside(self, block: Array) -> Weighed | None:
         """The same with a block (n, k) more; None where the rows do not carry it."""
         sample = self.judged.sample
-        rows, firsts = _chosen(self.judged.starts, len(block))
+        rows, firsts = judged_rows(self.judged.starts, len(block))
         seen = block[rows]
         left = clear(sample.basis, seen)
         told = np.sum(left**2, axis=0) > TOLD**2 * np.sum(seen**2, axis=0)
@@ -172,7 +174,7 @@ def _weighed(j: _Judged, start: Array) -> Weighed | None:
 
 
 def _noise(j: _Judged, v: Variances) -> ChannelNoise:
-    return ChannelNoise(woodbury(j.effects, v.theta), v, j.components, j.fixed, j.starts)
+    return ChannelNoise(woodbury(j.effects, v.theta), v, j.components, j.fixed, j.starts, j.sample)
 
 
 @dataclass(frozen=True)
@@ -199,7 +201,7 @@ def _judged(given: Readings) -> _Judged:
     diagonals = _diagonals(c, given.duration, given.weights)
     slopes = {} if alone else {name: z for name, z in _slopes(c).items() if not (few and _level(z, starts))}
     effects = _effects(starts, diagonals, slopes)
-    rows, firsts = _chosen(starts, len(c.r))
+    rows, firsts = judged_rows(starts, len(c.r))
     part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows])
     basis = factors(np.column_stack([c.J, given.candidates, fixed])[rows], TOLD).basis
     if len(rows) - basis.shape[1] < _least_freedom(firsts):
@@ -221,17 +223,17 @@ def _own(j: _Judged) -> Variances:
         found, information = reml_and_information([j.sample], settled=SETTLED)
         if found.theta[: len(j.effects.diagonals)].any():
             if np.all(found.theta >= j.least):
-                error = found.error if found.free.all() else _inverse(information)
+                error = found.error if found.free.all() else inverse_of(information)
                 return replace(found, error=error, free=found.theta > 0, converged=True)
             theta = found.theta
     except ValueError:
         pass
     theta = np.maximum(theta, j.least)
-    error = _inverse(reml_information(j.sample, theta))
+    error = inverse_of(reml_information(j.sample, theta))
     return Variances(theta, error, theta > 0, restricted_loglik(j.sample, theta), True)
 
 
-def _without_zeros(found: Sequence[Variances]) -> list[Variances]:
+def without_zeros(found: Sequence[Variances]) -> list[Variances]:
     """A variance that comes out as zero is set to what it may well be.
 
     With six runs on a centrifuge it often does, and every curve over the load would then be significant.
@@ -292,17 +294,19 @@ def _of_the_triad(
     """Each channel's share of a common estimate, known as well as all channels tell it where it was poor."""
     thetas = [np.maximum(theta * s, j.least) for j, s in zip(judged, sizes, strict=True)]
     own = [reml_information(j.sample, t) for j, t in zip(judged, thetas, strict=True)]
-    common = _inverse(np.sum([i * np.outer(s, s) for i, s in zip(own, sizes, strict=True)], axis=0))
+    common = inverse_of(np.sum([i * np.outer(s, s) for i, s in zip(own, sizes, strict=True)], axis=0))
     out = []
     for t, s, information in zip(thetas, sizes, own, strict=True):
         error = common * np.outer(s, s)
-        alone = np.sqrt(np.maximum(np.diag(_inverse(information)), 0.0) / np.maximum(np.diag(error), 1e-300))
+        alone = np.sqrt(
+            np.maximum(np.diag(inverse_of(information)), 0.0) / np.maximum(np.diag(error), 1e-300)
+        )
         wider = np.where(poor, 1.0, alone)
         out.append(Variances(t, error * np.outer(wider, wider), t > 0, 0.0, True))
     return out
 
 
-def _inverse(information: Array) -> Array:
+def inverse_of(information: Array) -> Array:
     """Covariance (K, K) of what the rows tell; every variance in its own units, and never a negative one.
 
     Where every power-on has one record at a rate, noise that goes with the rate and a scale factor that
@@ -361,7 +365,7 @@ def _indicators(starts: NDArray[np.int64], n: int) -> Array:
     return np.repeat(np.eye(len(starts))[:, 1:], sizes, axis=0)
 
 
-def _chosen(starts: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def judged_rows(starts: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Rows of evenly chosen whole runs, about MOST_ROWS of them, and where each run starts among them."""
     sizes = np.diff(np.append(starts, n))
     runs = np.arange(len(starts))

@@ -1,0 +1,83 @@
+"""What moves within power-ons: a bias that walks or steps while the unit is on, record after record.
+
+    y = X c + x(t) + e,   cov x = σ² exp(−|Δt| / τ) in every power-on,   cov e = V(θ) of `noise`
+
+σ² and θ together by REML under what is declared and was found, τ the budget's correlation time: whatever else
+walks or steps within power-ons has a part along it. A channel has such a process where its restricted
+likelihood is so much larger with it that chance, half a χ² of one degree (Self, Liang, JASA 82, 1987), does
+so once in 10 000. What the noise of `noise` takes for it otherwise is part level, part white.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnose.hypotheses.noise import (
+    SETTLED,
+    TOLD,
+    ChannelNoise,
+    inverse_of,
+    judged_rows,
+    without_zeros,
+)
+from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.diagnose.hypotheses.whitened import Whitened
+from planner.nouns.array import Array
+from planner.solvers.block_covariance import LARGEST
+from planner.solvers.distributions import chi_square_tail
+from planner.solvers.least_squares import factors
+from planner.solvers.random_effects import Drift
+from planner.solvers.reml import Sample, Variances, reml, reml_and_information, restricted_loglik
+
+NAME = "in_run_bias"
+CHANCE = 1e-4  # of a channel that does not wander; tails of Student's t of 3 degrees make a few of it
+AT_FIRST_SIGHT = 1.0  # sigma of the correlation of neighbours, below which no likelihood is asked
+
+
+def wander(w: Whitened, believed: Array, time_on: Array, tau: float) -> ChannelNoise | None:
+    """The noise of a channel with such a process, its variance the last; None where the rows show none.
+
+    believed: (n, k) columns of what was found on it
+    """
+    white = w.noise.whiten(believed)
+    left = clear(orthonormal(clear(w.Q, white), TOLD), w.z)
+    effects = w.noise.sample.effects
+    if neighbours(left, w.noise.starts) < AT_FIRST_SIGHT or int(effects.sizes.max()) > LARGEST:
+        return None
+    rows, _ = judged_rows(w.noise.starts, len(w.z))
+    basis = factors(np.column_stack([w.channel.J, believed, w.noise.fixed_runs])[rows], TOLD).basis
+    sample = Sample(w.channel.r[rows], basis, effects, True)
+    drift = Drift(np.ones(len(rows)), time_on[rows], tau)
+    start = w.noise.variances.theta
+    try:
+        plain = reml(sample.y, sample.basis, sample.effects, start, SETTLED)
+        found, loglik = _with(sample, drift, plain.theta)
+    except ValueError:
+        return None
+    gain = 2.0 * (loglik - restricted_loglik(sample, plain.theta))
+    chance = 0.5 * float(chi_square_tail(gain, 1)) if gain > 0.0 else 1.0
+    if chance > CHANCE or found.theta[-1] <= 0.0:
+        return None
+    (known,) = without_zeros([found])
+    return replace(w.noise, variances=known, components=(*w.noise.components, NAME))
+
+
+def _with(sample: Sample, drift: Drift, theta: Array) -> tuple[Variances, float]:
+    """REML with the process, from a start without it, and its restricted log-likelihood."""
+    effects = replace(sample.effects, drifts=(drift,))
+    start = np.append(theta, max(float(theta[0]), 1e-3 * float(np.var(sample.y))))
+    moving = replace(sample, effects=effects)
+    found, information = reml_and_information([moving], start, SETTLED)
+    return replace(found, error=inverse_of(information)), restricted_loglik(moving, found.theta)
+
+
+def neighbours(z: Array, starts: NDArray[np.int64]) -> float:
+    """Σ z_i z_j of neighbours within power-ons over its standard error under independence, z (n,) white."""
+    inside = np.ones(len(z), dtype=bool)
+    inside[starts] = False
+    products = z[1:][inside[1:]] * z[:-1][inside[1:]]
+    error = float(np.linalg.norm(products))
+    return float(products.sum()) / error if error > 0.0 else 0.0
