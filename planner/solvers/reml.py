@@ -73,7 +73,7 @@ def _state(y: Array, X: Array, effects: RandomEffects, theta: Array) -> _State:
     information, h = both[:-1, :-1], both[:-1, -1]
     factor = None
     try:
-        triangle = np.linalg.cholesky(both)
+        triangle = np.asarray(np.linalg.cholesky(both), dtype=float)
         factor, pivots = triangle[:-1, :-1], np.diag(triangle)
         log = 2.0 * float(np.log(pivots[:-1]).sum()) + float(pivots[-1]) ** 2
     except np.linalg.LinAlgError:  # rounding leaves it no longer positive definite
@@ -85,7 +85,7 @@ def _state(y: Array, X: Array, effects: RandomEffects, theta: Array) -> _State:
 def _inverse_root(information: Array) -> Array:
     """(r, r) half with halfᵀ half the inverse; of the positive part where it is not positive definite."""
     try:
-        return _inverse_of_triangle(np.linalg.cholesky(information))
+        return _inverse_of_triangle(np.asarray(np.linalg.cholesky(information), dtype=float))
     except np.linalg.LinAlgError:
         value, vector = np.linalg.eigh((information + information.T) / 2.0)
         seen = value > max(float(value[-1]), 0.0) * np.finfo(float).eps
