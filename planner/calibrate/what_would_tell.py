@@ -11,6 +11,7 @@ from dataclasses import replace
 from itertools import chain, combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.campaign.estimate import Estimate
 from planner.measurement import evaluate, jacobian
@@ -32,12 +33,11 @@ def what_would_tell(fit: Estimate) -> list[str]:
     lost = np.flatnonzero(fit.fit.undetermined)
     if not len(lost):
         return []
-    names = [_name(fit, i) for i in lost.tolist()]
+    records = _records_for(fit, lost)
     told: dict[str, list[str]] = {}
-    for i, name in zip(lost.tolist(), names, strict=True):
-        record = _record_for(fit, i)
-        if record:
-            told.setdefault(record, []).append(name)
+    for i in lost.tolist():
+        if i in records:
+            told.setdefault(records[i], []).append(_name(fit, i))
     return [f"{', '.join(found)} would be determined by {record}" for record, found in told.items()]
 
 
@@ -47,16 +47,25 @@ def _name(fit: Estimate, i: int) -> str:
     return f"{column.effect}.{column.parameter or column.term}{at}"
 
 
-def _record_for(fit: Estimate, i: int) -> str:
-    """The fewest groups of records, one or two, that determine coefficient i; empty for none."""
-    node = fit.model.columns()[i].node_degc
-    degc = float(np.median(fit.model.conditions.temperature_degc)) if np.isnan(node) else node
-    groups = [(words, _rows(fit, made)) for words, made in _candidates(degc)]
-    for chosen in chain(combinations(groups, 1), combinations(groups, 2)):
-        design = np.vstack([fit.J, *(rows for _, rows in chosen)])
-        if np.isfinite(design).all() and not factors(design).undetermined()[i]:
-            return " and ".join(words for words, _ in chosen)
-    return ""
+def _records_for(fit: Estimate, lost: NDArray[np.int64]) -> dict[int, str]:
+    """Coefficient -> the fewest groups of records, one or two, that determine it, where any do.
+
+    All that are lost at one temperature are asked of the same designs.
+    """
+    columns, middle = fit.model.columns(), float(np.median(fit.model.conditions.temperature_degc))
+    nodes = np.array([columns[i].node_degc for i in lost.tolist()])
+    at = np.where(np.isnan(nodes), middle, nodes)
+    found: dict[int, str] = {}
+    for degc in np.unique(at).tolist():
+        left = lost[at == degc]
+        groups = [(words, _rows(fit, made)) for words, made in _candidates(degc)]
+        for chosen in chain(combinations(groups, 1), combinations(groups, 2)):
+            design = np.vstack([fit.J, *(rows for _, rows in chosen)])
+            if len(left) and np.isfinite(design).all():
+                still = factors(design).undetermined()[left]
+                found |= dict.fromkeys(left[~still].tolist(), " and ".join(words for words, _ in chosen))
+                left = left[still]
+    return found
 
 
 def _rows(fit: Estimate, conditions: Conditions) -> Array:

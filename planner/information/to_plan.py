@@ -49,8 +49,12 @@ def plan_of(
     version: str,
     sha256: str,
     notes: Sequence[str],
+    priced: bool = True,
 ) -> Plan:
-    """Everything that plan.json and the report show of a campaign by information, but the genetic ones."""
+    """Everything that plan.json and the report show of a campaign by information, but the genetic ones.
+
+    priced: with what changes are worth, a quarter of the time, for which campaigns are searched again
+    """
     spec = flight.spec
     tests = planned_tests(spec, found.visits, found.timeline)
     left = left_in_flight(flight, found.foreseen, 0)
@@ -83,7 +87,7 @@ def plan_of(
         genetic=None,
         worth=_worth(flight, found),
         covariance=_covariance(left, models),
-        prices=_prices(flight, found),
+        prices=_prices(flight, found) if priced else (),
         notes=(*notes, *_notes(flight, found, power_on)),
         benches=planned_benches(spec),
         plugins=foreign_plugins(spec),

@@ -188,7 +188,10 @@ def afford(loaded: LoadedSpec, seconds: float, progress: Progress) -> Affordable
 
 @one_thread()
 def exact_plan(loaded: LoadedSpec, progress: Progress = silent) -> Plan:
-    """Spec → campaign and steps as of `plan`; no genetic algorithm beside them, no trade-off, no notes."""
+    """Spec → campaign and steps as of `plan`; nothing that is searched beside them.
+
+    No genetic algorithm, no trade-off, no prices, no notes.
+    """
     navigation = navigate(loaded, progress)
     with causes_said(loaded.spec, navigation.unaided):
         if by_information(loaded.spec):
@@ -235,6 +238,7 @@ def informed(
         version=__version__,
         sha256=loaded.sha256,
         notes=[*_notes(loaded, navigation), *remarks],
+        priced=beside,
     )
     chosen = _chosen(found)
     curve: tuple[TradeOffPoint, ...] = ()

@@ -14,7 +14,7 @@ from planner.catalog import exports
 from planner.errors import InputError
 from planner.protocols import ExportOptions
 from tests.export.samples import resealed, shipped, small, turning
-from tests.shipped_plans import NAMES
+from tests.shipped_plans import LONG, SAMPLE
 
 OPTIONS = ExportOptions(start="2026-12-01T08:00", timezone="Europe/Berlin")
 
@@ -27,7 +27,8 @@ def events(document: dict, options: ExportOptions = OPTIONS) -> list[icalendar.E
     return list(icalendar.Calendar.from_ical(made(document, options)["attended.ics"]).walk("VEVENT"))
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SAMPLE)
+@pytest.mark.further("name", LONG)
 def test_every_installing_and_removing_is_an_appointment_at_its_time(name):
     document = shipped(name)
     found = {str(e["UID"]).split("@")[0]: e for e in events(document)}

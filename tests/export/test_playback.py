@@ -13,13 +13,14 @@ from planner.protocols import ExportOptions
 from tests.bench_run.memory_line import VirtualClock
 from tests.export import grammar
 from tests.export.samples import shipped
-from tests.shipped_plans import NAMES
+from tests.shipped_plans import LONG, SAMPLE
 
 STILL_DPS = 1e-6  # the simulator sums its pieces of motion over days: 1e-8 deg/s is left
 HOST_WORDS = ("Power ON", "Power OFF", "Pusk")
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SAMPLE)
+@pytest.mark.further("name", LONG)
 def test_the_table_obeys_every_line_and_records_see_the_planned_motion(name):
     document = shipped(name, centrifuge=1.0)
     files = exports()["acutrol"].files(document, ExportOptions("host")).files
@@ -57,7 +58,8 @@ def check_motion(table: Table, start: float, seconds: float, motion: dict) -> No
             assert load == pytest.approx(abs(value), rel=1e-7)  # six decimals of the rate are sent
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SAMPLE)
+@pytest.mark.further("name", LONG)
 def test_the_chamber_obeys_every_line_and_is_there_when_a_record_starts(name):
     document = shipped(name)
     files = exports()["chamber"].files(document, ExportOptions("host")).files

@@ -17,7 +17,7 @@ from planner.export._scripts import figure, milliseconds, shares_ms
 from planner.protocols import ExportOptions
 from tests.export import grammar
 from tests.export.samples import shipped, small, turning
-from tests.shipped_plans import NAMES
+from tests.shipped_plans import LONG, SAMPLE
 
 ARM = {"centrifuge": 1.0}  # the shipped specs do not say how long it is
 
@@ -31,7 +31,8 @@ def own_steps(document: dict, name: str) -> list[dict]:
     return [step for step in document["steps"] if step["bench"] == name.split(".")[0]]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SAMPLE)
+@pytest.mark.further("name", LONG)
 def test_every_host_line_is_in_the_language_and_every_step_takes_its_time(name):
     document = shipped(name, **ARM)
     for file, text in acutrol(document).items():
@@ -56,7 +57,8 @@ def zip_starts(lines: list[tuple[str, int]]) -> list[tuple[int, int]]:
     return [(at, ms) for at, (line, ms) in zip(starts, lines, strict=False) if line == "Pusk"]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SAMPLE)
+@pytest.mark.further("name", LONG)
 def test_macros_are_in_the_language_and_take_as_long_as_the_plan(name):
     document = shipped(name, **ARM)
     files = acutrol(document, "macro")
@@ -70,7 +72,8 @@ def test_macros_are_in_the_language_and_take_as_long_as_the_plan(name):
         assert lines[-1][0] == ":Mode:Off ALL"
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SAMPLE)
+@pytest.mark.further("name", LONG)
 @pytest.mark.parametrize("dialect", ["host", "macro"])
 def test_an_axis_is_at_zero_rate_before_its_mode_changes(name, dialect):
     for text in acutrol(shipped(name, **ARM), dialect).values():
@@ -86,7 +89,8 @@ def test_an_axis_is_at_zero_rate_before_its_mode_changes(name, dialect):
                 assert not any(still), line
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SAMPLE)
+@pytest.mark.further("name", LONG)
 def test_every_record_has_the_motion_that_the_plan_gives_it(name):
     document = shipped(name, **ARM)
     for file, text in acutrol(document).items():
@@ -226,7 +230,8 @@ def test_long_macros_are_split_into_messages_that_go_on_where_the_last_one_stopp
     assert list(files) == sorted(files)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SAMPLE)
+@pytest.mark.further("name", LONG)
 def test_the_chamber_script_holds_every_step_at_its_temperature(name):
     document = shipped(name)
     files = exports()["chamber"].files(document, ExportOptions("host")).files
@@ -258,7 +263,8 @@ def setpoint_at(lines: list[tuple[str, int]], ms: int) -> float:
     return found
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SAMPLE)
+@pytest.mark.further("name", LONG)
 def test_setpoints_follow_one_another_without_gap_and_are_soaked_before_a_record(name):
     document = shipped(name)
     files = exports()["acutrol"].files(document, ExportOptions("host")).files

@@ -17,7 +17,7 @@ from planner.information.scaled import with_limits
 from planner.nouns.array import Array
 from tests.information import cases
 
-SEEDS = (4, 17)
+SEEDS, FURTHER = [17], [4]
 NEARLY = 1.06  # quick over exact figures: campaigns whose exact figures are asked
 ROOM = 1.3  # between limits and what half of all campaigns keep
 AS_GOOD = 1.01  # of the least load: the steps of the search end there
@@ -52,6 +52,7 @@ def afforded(seed: int, share: float) -> tuple[float, Affordable]:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.further("seed", FURTHER)
 def test_no_campaign_within_the_hours_is_clearly_more_accurate(seed: int) -> None:
     seconds, found = afforded(seed, 0.3)
     every, counts, cost = all_of(seed)
@@ -65,6 +66,7 @@ def test_no_campaign_within_the_hours_is_clearly_more_accurate(seed: int) -> Non
 
 
 @pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.further("seed", FURTHER)
 def test_the_plan_of_the_limits_that_are_named_fits_the_hours(seed: int) -> None:
     seconds, found = afforded(seed, 0.3)
     limits = np.array(found.limits) * (1.0 + 1e-6)
@@ -72,7 +74,7 @@ def test_the_plan_of_the_limits_that_are_named_fits_the_hours(seed: int) -> None
     assert planned.cost <= seconds + 1e-6
 
 
-@pytest.mark.parametrize("seed", SEEDS[1:])
+@pytest.mark.parametrize("seed", SEEDS)
 def test_the_hours_of_the_plan_keep_its_limits(seed: int) -> None:
     planned = campaign_found(flight(seed))
     assert affordable(flight(seed), planned.cost).load <= 1.0 + 1e-5
@@ -93,9 +95,9 @@ def limited(seed: int, limits: Array) -> dict[str, Any]:
 
 
 def test_a_family_that_decides_now_is_asked_of_those_that_were_asked_before() -> None:
-    every, counts, _ = all_of(SEEDS[1])
+    every, counts, _ = all_of(SEEDS[0])
     figures = every.promise.figures(counts)
-    each = (figures / flight(SEEDS[1]).limits).max(axis=2)
+    each = (figures / flight(SEEDS[0]).limits).max(axis=2)
     ordered = np.sort(each, axis=1)
     pick = int(np.argmax(ordered[:, -1] / ordered[:, -2]))
     names = list(every.promise.families)

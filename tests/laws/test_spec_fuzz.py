@@ -153,8 +153,8 @@ def mutated(text: str, dice: random.Random) -> bytes:
     return bytes(data)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-@pytest.mark.further("seed", [2, 3])
+@pytest.mark.parametrize("seed", [0])
+@pytest.mark.further("seed", [1, 2, 3])
 def test_random_accidents(seed: int) -> None:
     dice = random.Random(seed)
     for _ in range(300):

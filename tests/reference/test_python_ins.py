@@ -68,7 +68,11 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+SLOW = ["cruise, 600 s", "turn, 60 s"]  # flights of which the manoeuvres have every part
+
+
+@pytest.mark.parametrize("case", [case for case in CASES if case not in SLOW])
+@pytest.mark.further("case", SLOW)
 def test_every_column_is_within_a_thousandth_of_its_length(case: str) -> None:
     flight = CASES[case]()
     end = sensitivities(flight, list(SIZES))

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import pytest
 
-from planner.api.comparing import why
+from planner.api.comparing import WhyAnswer, why
 from planner.report.blocks import Table
 from tests.shipped_plans import shipped_document
 
 
+@cache
+def answer_of(name: str) -> WhyAnswer:
+    """What `planner why` says of a shipped plan: of one by information it prices every visit, for seconds."""
+    return why(shipped_document(name))
+
+
 def tables(name: str) -> dict[str, Table]:
-    blocks = (b for r in why(shipped_document(name)).reports for s in r.sections for b in s.blocks)
+    blocks = (b for r in answer_of(name).reports for s in r.sections for b in s.blocks)
     return {block.caption.split(",")[0]: block for block in blocks if isinstance(block, Table)}
 
 
@@ -29,12 +37,12 @@ def test_a_published_plan_says_what_asks_for_its_repeats(name: str) -> None:
     assert [row[0] for row in hours] == [
         t["test"] for t in sorted(document["tests"], key=lambda t: -t["time_s"])
     ]
-    answer = why(document)
+    answer = answer_of(name)
     assert len(answer.rows()) == len(document["reasons"])
     assert "plan: {method: information}" in answer.reports[0].sentences[-1]
 
 
 def test_a_plan_by_information_prices_its_visits_instead() -> None:
-    answer = why(shipped_document("small_uav"))
+    answer = answer_of("small_uav")
     assert "What asks for the repeats of every visit" not in tables("small_uav")
     assert answer.rows() == answer.to_dict()["worth"]

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from planner.errors import InputError
+from planner.information import pareto
 from planner.pipelines.promise import FlightOptions, verify
 from tests.specs import small
 from tests.verify.plans import Planned, planned_from
@@ -44,8 +45,9 @@ def spec(effect: str) -> dict[str, Any]:
     }
 
 
-def test_what_is_promised_of_a_rate_table_is_counted() -> None:
+def test_what_is_promised_of_a_rate_table_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes that no record comes near are known to neither; the points of the front have their ramps."""
+    monkeypatch.setattr(pareto, "SHOWN", 3)  # points, the shortest and the most accurate among them
     one = planned_from(spec("temperature_rate_table"), with_genetic=True)
     (ramps,) = (t["temperatures_degc"] for t in one.document["tests"] if t["test"] == "ramps")
     assert all(min(abs(t - node) for t in ramps) < 32.0 for node in NODES)

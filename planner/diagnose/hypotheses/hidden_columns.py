@@ -20,11 +20,12 @@ from dataclasses import replace
 import numpy as np
 
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
-from planner.diagnose.hypotheses.noise import Readings, Weighed, weighed
+from planner.diagnose.hypotheses.noise import TOLD, Readings, Weighed, weighed
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.pool import inverse
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, predicted
 from planner.nouns.array import Array
+from planner.solvers.least_squares import factors
 
 STRONG = 30.0  # sigma explained by what has a name: how it misses looks like anything, and hides nothing
 MOST = 3  # blocks on one channel; what more would explain is a channel that follows nothing
@@ -48,7 +49,7 @@ def with_what_hides(readings: Readings, unnamed: Sequence[Array]) -> Readings:
 def _explained(plain: Weighed) -> float:
     """Squares of sigma that the model explains."""
     X, y = plain.white()
-    return float(np.sum((orthonormal(X).T @ y) ** 2))
+    return float(np.sum((factors(X, TOLD).basis.T @ y) ** 2))
 
 
 def _gain(plain: Weighed, more: Weighed | None) -> float:

@@ -24,7 +24,6 @@ STRENGTH = 20.0
     ("name", "channel", "seed"),
     [
         ("cubic of another rate", "gyro_y", 90001),
-        ("modulus of another rate", "gyro_x", 90000),
         ("misalignment from day to day", "gyro_x", 90000),
         ("time of day", "acc_y", 90001),
         ("decay over temperature", "acc_y", 90001),
@@ -35,7 +34,7 @@ STRENGTH = 20.0
     ("name", "channel", "seed"),
     [
         ("cubic of another rate", "gyro_x", 90000),
-        ("modulus of another rate", "gyro_y", 90001),
+        *(("modulus of another rate", c, s) for c, s in (("gyro_x", 90000), ("gyro_y", 90001))),
         ("misalignment from day to day", "acc_x", 90003),
         ("time of day", "gyro_x", 90000),
         ("decay over temperature", "gyro_x", 90000),
