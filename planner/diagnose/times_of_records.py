@@ -9,7 +9,7 @@ of one power-on, where it does in no other, stood still or was not read.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
 
-LEAST_RUNS = 12  # power-ons, of which most say in which order they are numbered
+LEAST_RUNS = 12  # power-ons for each mistake, which say in which order they are numbered
 MOST = 2  # out of their order: two that changed places; more are numbered in another way
 ROWS = 3  # of a power-on: two readings may be alike by rounding
 SECONDS = 86400.0
@@ -44,15 +44,21 @@ def out_of_order(table: DwellTable) -> OutOfOrder | None:
     order = np.lexsort((table.time_on, table.run))
     day = np.minimum.reduceat(table.day[order], starts)
     found = _astray(day)
-    if 0 < len(found) <= MOST:
+    if _few(found, runs):
         return OutOfOrder(tuple(int(runs[i]) for i in found), "day")
     if len(found) or not _days_are_of_records(table, order, starts):
         return None
     switched_on = np.minimum.reduceat((table.day - table.time_on / SECONDS)[order], starts)
     found = _astray(switched_on + SAME_MOMENT / SECONDS * np.arange(len(runs)) / len(runs))
-    if 0 < len(found) <= MOST:
+    if _few(found, runs):
         return OutOfOrder(tuple(int(runs[i]) for i in found), "time since power-on")
     return None
+
+
+def _few(found: Sequence[int], runs: NDArray[np.int64]) -> bool:
+    """Whether places out of order are mistakes among many; neighbours that changed places are one mistake."""
+    mistakes = 1 if len(found) == MOST and found[1] - found[0] == 1 else len(found)
+    return 0 < len(found) <= MOST and len(runs) >= LEAST_RUNS * mistakes
 
 
 def still_thermometer(table: DwellTable) -> int | None:

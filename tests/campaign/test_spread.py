@@ -14,6 +14,7 @@ from planner.campaign.model import campaign
 from planner.campaign.power_ons import of_table
 from planner.nouns.choices import Campaign, TestVisits
 from planner.plan.schedule_to_steps import steps
+from planner.protocols import SENSORS
 from planner.simulate.campaign import Settings, prepared, simulate
 from planner.spec.model import Spec
 from tests.specs import SHIPPED, loaded
@@ -37,7 +38,7 @@ def test_what_power_ons_draw_of_a_scale_factor_is_no_noise_of_the_records(seed: 
     one = spec()
     visits = tuple(TestVisits(test, DEGC, (1,) * 3) for test in ("static", "rates"))
     made = design(steps(one, Campaign(visits, (), 0.0, 0.0, False)), one)
-    noisy = Settings(white={s: one.unit.white(s) for s in ("gyro", "accelerometer")})  # type: ignore[arg-type]
+    noisy = Settings(white={s: one.unit.white(s) for s in SENSORS})
     table, _ = simulate(made, prepared(one), seed, settings=noisy)
     runs = of_table(table)
     for found in fit_sensor(table, "accelerometer", one):
