@@ -63,7 +63,7 @@ class _Channel:
     def basis(self) -> Array:
         """(n, r) orthonormal, of the columns."""
         value, vector = np.linalg.eigh(self.X.T @ self.X)
-        kept = value > RANK * max(float(value[-1]), 1e-300)
+        kept = value > RANK * max(float(value.max(initial=0.0)), 1e-300)
         return np.asarray(self.X @ (vector[:, kept] / np.sqrt(value[kept])))
 
     @cached_property

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.diagnose.one_channel_off import _Channel
 from planner.diagnose.records import screened
 from planner.diagnose.times_of_records import OutOfOrder, out_of_order, still_thermometer
 from planner.dwells.table_rows import rows_of
@@ -151,3 +152,12 @@ def test_a_power_on_that_was_written_twice_is_a_finding() -> None:
     said = [r for r in found.rows_left_out if f"repeats a record of run {run} " in r.guess]
     assert len(said) == len(rows)
     assert not found.effects
+
+
+def test_a_channel_of_which_nothing_is_declared_is_judged_by_its_means() -> None:
+    """No column at all: what a power-on reads is then what it is off by."""
+    starts = np.array([0, 4, 8])
+    y = np.concatenate([np.tile([1.0, -1.0], 4), np.full(4, 50.0)])
+    one = _Channel(np.empty((12, 0)), y, starts, np.zeros(12))
+    assert np.argmax(one.drops(np.ones(3, dtype=bool))) == 2
+    np.testing.assert_allclose(one.off(2)[0], 50.0)
