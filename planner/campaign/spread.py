@@ -80,7 +80,7 @@ def _white(residual: Array, J: Array, prior: Prior, noise: Noise, spec: Spec) ->
 
 def _differs_within_runs(effects: RandomEffects) -> bool:
     """Whether anything that power-ons draw differs between the records of one."""
-    mean = np.repeat(effects.sums(effects.slopes.T) / effects.sizes[:, None], effects.sizes, axis=0).T
+    mean = effects.spread(effects.sums(effects.slopes.T) / effects.sizes[:, None]).T
     steep = np.abs(effects.slopes - mean) > LEAST_SHARE * np.abs(effects.slopes).max(initial=0.0)
     return bool(effects.drifts) or bool(steep.any())
 

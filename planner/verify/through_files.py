@@ -5,10 +5,10 @@ coefficients and the corrected flight, comes back as files, and the flight is na
 readings, sample by sample. The error must be that of the direct route, but for the estimators' difference.
 
 Verify's estimator knows the variances and the temperatures that the table shows, so no linear unbiased one
-is better, and the difference of another one
-from it has the variance by which that one is worse (Gauss, Markov). `planner calibrate` finds the variances
-in the unit's data; with standard errors WORSE times the least, the difference scatters by √(WORSE² − 1) of
-what the estimate itself does, on the shipped specs by 0.03 to 0.6 of it; SIGMAS are once in a million.
+is better, and the difference of another one from it has the variance by which that one is worse (Gauss,
+Markov). `planner calibrate` finds the variances in the unit's data; with standard errors WORSE times the
+least, the difference scatters by √(WORSE² − 1) of what the estimate itself does, on the shipped specs by 0.03
+to 0.6 of it; SIGMAS are once in a million.
 """
 
 from __future__ import annotations
@@ -97,6 +97,7 @@ def through_files(e: Experiment, tally: Tally, units: int, way: Pipeline, folder
     made = units_measured(e, 0, size)
     left = left_by(e, made, size)
     bare = e.flight.without_beside()
+    off, strays = directions(e.records, e.spec), strays_of(e.records, e.chance, prior_of(e.spec))
     checks, faults = [], []
     for i in range(units):
         try:
@@ -104,19 +105,14 @@ def through_files(e: Experiment, tally: Tally, units: int, way: Pipeline, folder
         except InputError as error:
             faults.append(Fault(CHECK, f"unit {i + 1}", f"planner calibrate or apply refuses it: {error}"))
             continue
-        mine = left_by(_as_shown(e, made, i), made, size)
+        records = replace(e.records, conditions=_shown(e, made, i))
+        own = as_shown(e.estimators, records, e.unit, e.chance, off, strays)
+        mine = left_by(replace(e, estimators=own), made, size)
         direct = bare.navigate(exact_coefficients(bare, mine)[i : i + 1])
         for r, wanted in enumerate(e.requirements):
-            own, other = (vectors_of(way, bare.instants, wanted)[:, :, 0] for way in (direct, flown))
-            checks.append(_compared(i, wanted.error, own, other, _scatter(e, tally, r)))
+            ours, theirs = (vectors_of(x, bare.instants, wanted)[:, :, 0] for x in (direct, flown))
+            checks.append(_compared(i, wanted.error, ours, theirs, _scatter(e, tally, r)))
     return ThroughFiles(units, tuple(checks), (*faults, *_faults(checks)))
-
-
-def _as_shown(e: Experiment, made: Measured, unit: int) -> Experiment:
-    """The experiment with estimators at the temperatures that one unit's table shows."""
-    records = replace(e.records, conditions=_shown(e, made, unit))
-    off, strays = directions(e.records, e.spec), strays_of(e.records, e.chance, prior_of(e.spec))
-    return replace(e, estimators=as_shown(e.estimators, records, e.unit, e.chance, off, strays))
 
 
 def _shown(e: Experiment, made: Measured, unit: int) -> Conditions:
