@@ -6,7 +6,7 @@ table are drawn once for all errors, and so is what tables leave of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 
@@ -19,6 +19,7 @@ from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS, Sensor
 from planner.simulate.curves.cosines import Cosines
 from planner.simulate.curves.grid import Shape, along, centred, largest_left
+from planner.simulate.curves.measured import SeveralUnits
 from planner.simulate.families import curve_families
 from planner.simulate.temperature_curves import CurveFamily, TableCurves, second_moment
 from planner.spec.curve_names import families_of
@@ -78,6 +79,15 @@ class Curves:
         """(N, N) of one error, the mean over the families, as smooth tables take it; None without a curve."""
         each = [family[error] for family in self._families.values() if error in family]
         return np.mean([self._moment(one, degc) for one in each], axis=0) if each else None
+
+    def means(self, degc: Array) -> dict[tuple[Sensor, str], Array]:
+        """(N,) what all units have in common at temperatures (N,), SI: of curves measured on several units.
+
+        The other curves are as likely as their opposites.
+        """
+        known = next(iter(self._families.values()), {})  # measured on several units, they are so in each
+        several = {error: one for error, one in known.items() if isinstance(one, SeveralUnits)}
+        return {error: along(degc, one.grid, one.mean) for error, one in several.items()}
 
     def pool(self, name: str, error: tuple[Sensor, str], degc: Array) -> NDArray[np.float32]:
         """(N, n) curves of one error and family at temperatures (N,), SI."""
@@ -220,6 +230,13 @@ class _Drawn:
         ]
         least = np.min(each, axis=0)
         return np.where(np.isfinite(least), least, 0.0)
+
+
+def about_means(
+    moments: Moments, means: Mapping[tuple[Sensor, str], Array]
+) -> dict[tuple[Sensor, str], Array]:
+    """Covariances (N, N) of curves: their second moments less what all units have in common, (N,)."""
+    return {e: M - np.outer(means[e], means[e]) if e in means else M for e, M in moments.items()}
 
 
 def _segments(grid: Array, degc: Array) -> NDArray[np.intp]:

@@ -1,8 +1,9 @@
 """The quantile of a requirement with the curves themselves, not only their second moments.
 
-    d = G + Σ_e Σ_t w_e(t) f_e(t),   G ~ N(0, Σ_rest)
+    d = m + G + Σ_e Σ_t w_e(t) f_e(t),   G ~ N(0, Σ_rest)
 
-Given its curves a flight's error is Gaussian; over the curves it need not be: those that a table scales to
+m is what curves have in common that were measured on several units; all f_e have mean zero. Given its curves
+a flight's error is Gaussian; over the curves it need not be: those that a table scales to
 their largest residual have long tails, and where few nodes and few errors count these do not average out.
 So the curves of the errors that matter are drawn, the rest goes by its covariance.
 """
@@ -56,6 +57,10 @@ class CurveWeights:
         M = moment[self.places[:, :, None], self.places[:, None, :]]
         return np.asarray(self.weights @ M @ np.swapaxes(self.weights, 1, 2))
 
+    def of_mean(self, mean: Array) -> Array:
+        """(S, ρ) of a curve (N,) that all units have."""
+        return np.asarray((self.weights @ mean[self.places][:, :, None])[..., 0])
+
     def on(self, scenarios: NDArray[np.intp]) -> CurveWeights:
         """Of some of the flight's temperatures."""
         return CurveWeights(self.error, self.places[scenarios], self.weights[scenarios])
@@ -103,15 +108,16 @@ def drawn_quantile(
     parts: Sequence[tuple[CurveWeights, Array]],
     pool: Callable[[Error], NDArray[np.float32]],
     draws: int = DRAWS,
-    near: float | None = None,
+    shift: Array | None = None,
 ) -> float | None:
     """The quantile of the largest |d| over a requirement's instants; None at a single one without curves.
 
     rest: (S, ρ, ρ) covariance without curves; parts: with their own (S, ρ, ρ); pool: error -> (N, n) curves
-    draws: flights over all temperatures; near: a first guess, None: as if all were Gaussian
+    draws: flights over all temperatures; shift: (S, ρ) of d in every flight; None: none
     """
     assert a.share is not None
-    every = sum((own for _, own in parts), rest)
+    m = np.zeros(rest.shape[:2]) if shift is None else shift
+    every = sum((own for _, own in parts), rest + m[..., :, None] * m[..., None, :])
     whole = np.einsum("srr->s", every)
     drawn = list[CurveWeights]()
     for part, own in parts:
@@ -119,17 +125,16 @@ def drawn_quantile(
             drawn.append(part)
         else:
             rest = rest + own
-    if not drawn and a.response.shape[1] == 1:
+    if not drawn and not m.any() and a.response.shape[1] == 1:
         return None
     curves = {error: pool(error) for error in dict.fromkeys(p.error for p in drawn)}
     looked_at = _looked_at(a, whole)
     weights = None if a.weights is None else a.weights[looked_at]
     draws = max(draws, int(BEYOND / max(1.0 - a.share, 1e-5)))
     if a.response.shape[1] > 1:
-        return _at_any(a, rest, drawn, curves, looked_at, weights, ANY * draws)
-    return _at_one(
-        a, rest[looked_at], [p.on(looked_at) for p in drawn], curves, weights, nearly(a, every), draws
-    )
+        return _at_any(a, rest, m, drawn, curves, looked_at, weights, ANY * draws)
+    near, here = nearly(a, every), [p.on(looked_at) for p in drawn]
+    return _at_one(a, rest[looked_at], m[looked_at], here, curves, weights, near, draws)
 
 
 def nearly(a: Asked, S: Array) -> float:
@@ -157,6 +162,7 @@ def _looked_at(a: Asked, whole: Array) -> NDArray[np.intp]:
 def _at_one(
     a: Asked,
     rest: Array,
+    shift: Array,
     parts: Sequence[CurveWeights],
     curves: Mapping[Error, NDArray[np.float32]],
     weights: Array | None,
@@ -175,6 +181,7 @@ def _at_one(
     sigma = np.sqrt(2.0 * np.maximum(value[:, -1:], TINY * value[:, -1:].max())).astype(np.float32)
     d = _normals(*_size(rest, draws)) * np.sqrt(np.maximum(value, 0.0)).astype(np.float32)[:, :, None]
     d[:, -1] = 0.0
+    d += (np.swapaxes(axes, 1, 2) @ shift[:, :, None]).astype(np.float32)
     _add(d, [p.along(axes) for p in parts], curves, 0)
     beside, along = np.einsum("scn,scn->sn", d[:, :-1], d[:, :-1]), d[:, -1]
 
@@ -216,6 +223,7 @@ def _root(missing: Callable[[float], float], near: float) -> float:
 def _at_any(
     a: Asked,
     rest: Array,
+    shift: Array,
     parts: Sequence[CurveWeights],
     curves: Mapping[Error, NDArray[np.float32]],
     looked_at: NDArray[np.intp],
@@ -238,7 +246,8 @@ def _at_any(
             curves,
             start,
         )
-        found.append(_longest(basis.astype(np.float32) @ d, a.response.shape[2]))
+        vectors = basis.astype(np.float32) @ d + shift[some, :, None].astype(np.float32)
+        found.append(_longest(vectors, a.response.shape[2]))
     return length_of_share(np.concatenate(found), a.share, weights)
 
 

@@ -17,6 +17,7 @@ from planner.campaign.alike_power_ons import alike_together
 from planner.campaign.design import design
 from planner.campaign.model import Campaign
 from planner.campaign.power_ons import of_design
+from planner.information.curves import about_means
 from planner.information.drawn import DRAWS as FLIGHTS
 from planner.information.drawn import CurveWeights, drawn_quantile, nearly
 from planner.information.in_flight import Asked
@@ -124,12 +125,22 @@ def laid_out(flight: Flight, visits: Sequence[TestVisits], *, first_only: bool =
 
 @dataclass(frozen=True)
 class _Flown:
-    """What one requirement sees of a campaign. without: (families, S, ρ, ρ), nothing of the curves in it"""
+    """What one requirement sees of a campaign. without: (families, S, ρ, ρ), nothing of the curves in it
+
+    means: error -> (N,) what all units' curves have in common, SI
+    """
 
     asked: Asked
     without: Array
     parts: Sequence[CurveWeights]
+    means: Mapping[tuple[Sensor, str], Array]
     undetermined: bool
+
+    @property
+    def shift(self) -> Array:
+        """(S, ρ) of d, the same in all units."""
+        own = [p.of_mean(self.means[p.error]) for p in self.parts if p.error in self.means]
+        return np.asarray(sum(own, np.zeros(self.without.shape[1:3])))
 
 
 def _quantiles(
@@ -141,7 +152,9 @@ def _quantiles(
 
         @cache  # one family's curves at a time, for all the requirements
         def pool(error: tuple[Sensor, str], family: str = name) -> NDArray[np.float32]:
-            return flight.curves.pool(family, error, promise.points)
+            whole = flight.curves.pool(family, error, promise.points)
+            mean = promise.means.get(error)
+            return whole if mean is None else whole - mean[:, None].astype(np.float32)
 
         found.append([_quantile(f, f.without[place], moments, pool, draws) for f in every])
     return found
@@ -151,7 +164,7 @@ def _flown(promise: Promise, counts: Array, k: int) -> _Flown:
     left, undetermined = promise.without_curves().covariance(counts, k)
     without = np.broadcast_to(left[0], (len(promise.families), *left.shape[2:]))
     parts = () if undetermined[0] else promise.through_curves(counts[0], k)
-    return _Flown(promise.asked[k], without, parts, bool(undetermined[0]))
+    return _Flown(promise.asked[k], without, parts, promise.means, bool(undetermined[0]))
 
 
 def _quantile(
@@ -163,8 +176,9 @@ def _quantile(
 ) -> float:
     if f.undetermined:
         return np.inf
-    squares = [(p, p.second_moment(moments[p.error])) for p in f.parts if p.error in moments]
-    drawn = drawn_quantile(f.asked, rest, squares, pool, draws)
+    around = about_means(moments, f.means)
+    squares = [(p, p.second_moment(around[p.error])) for p in f.parts if p.error in around]
+    drawn = drawn_quantile(f.asked, rest, squares, pool, draws, shift=f.shift)
     return _exact(f.asked, sum((own for _, own in squares), rest)) if drawn is None else drawn
 
 

@@ -1,13 +1,16 @@
-"""What channels that are solved one by one share: references that err, coefficients that all have."""
+"""What channels that are solved one by one share: references, coefficients that all have, means of curves."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from planner.information.told import Alike, Told, shared_places, through_shared
 from planner.nouns.array import Array
+
+MEANS = "means of the curves"
 
 
 @dataclass
@@ -16,7 +19,8 @@ class Common:
 
     And through coefficients s that all three have: cov(θ̂_a, θ̂_b) = C_as C_ss⁻¹ C_sb. Of the references,
     with D = ∂θ̂/∂r of one channel, the covariance of two is D_a s² D_bᵀ, and of a channel with the reference
-    itself −D s²: so sums over the channels, squared, less their own squares.
+    itself −D s²: so sums over the channels, squared, less their own squares. So, too, the means of curves
+    that were measured on several units: every error and channel of a unit has its own at once.
     """
 
     sums: dict[str, Array] = field(default_factory=dict)
@@ -33,9 +37,16 @@ class Common:
         for c, channel in zip(group.channels, D, strict=True):
             for j, name in enumerate(c.references):
                 if name:
-                    z = channel[..., j]
-                    self.sums[name] = self.sums.get(name, 0.0) + z
-                    self.own.append(z)
+                    self._one(name, channel[..., j])
+
+    def add_means(self, of_terms: Iterable[Array]) -> None:
+        """What the mean of the curve of every term makes of d, (B or 1, S, ρ)."""
+        for z in of_terms:
+            self._one(MEANS, z)
+
+    def _one(self, name: str, z: Array) -> None:
+        self.sums[name] = self.sums.get(name, 0.0) + z
+        self.own.append(z)
 
     def between(self) -> Array:
         """(B, 1, S, ρ, ρ), to be added to every family."""

@@ -112,7 +112,8 @@ def scenarios(
     """(S,) temperatures at which flights start, and their weights; None: the worst counts.
 
     Over the range they are those of Gauss and Legendre: beyond the outermost nodes of a table the misfit
-    rises as steeply as it may, where even parts would hardly look. The worst is looked for end to end.
+    rises as steeply as it may, where even parts would hardly look. The worst is looked for end to end, and
+    where curves were measured: between these lines are straight, and tables miss most at a corner.
     """
     low, high = spec.plan.temperatures.range
     if isinstance(wanted.temperature, TemperatureShares):
@@ -120,9 +121,18 @@ def scenarios(
     if wanted.temperature == "flight":
         return response.temperature_degc[:1], np.ones(1)
     if wanted.temperature == "worst":
-        return np.linspace(low, high, count + 1), None
+        corners = [t for t in _measured_at(spec) if low < t < high]
+        return np.union1d(np.linspace(low, high, count + 1), corners), None
     at, share = np.polynomial.legendre.leggauss(count)
     return 0.5 * (low + high) + 0.5 * (high - low) * at, 0.5 * share
+
+
+def _measured_at(spec: Spec) -> Iterator[float]:
+    """degC at which curves were measured, of every error."""
+    for budget in (b for sensor in SENSORS for b in getattr(spec.unit, sensor).values()):
+        one = budget.measured_curve
+        for measured in [*(budget.measured_curves or ()), *([] if one is None else [one])]:
+            yield from measured.temperatures_degc.tolist()
 
 
 def asked_of(flight: Flight, *, exact: bool, days: float | None = None) -> tuple[Asked, ...]:
@@ -180,7 +190,10 @@ def promise_of(flight: Flight, kinds: Kinds, wanted: tuple[Asked, ...]) -> Promi
     }
     unread = {error: out_of_range(flight.spec, error) for error in budgets}
     misread = misread_of(flight.spec, kinds, flight.curves)
-    return Promise(kinds, wanted, flying, points, families, smooth, unbudgeted, constants, unread, misread)
+    means = flight.curves.means(points)
+    return Promise(
+        kinds, wanted, flying, points, families, smooth, unbudgeted, constants, unread, misread, means
+    )
 
 
 def bare_promise(flight: Flight) -> Promise:

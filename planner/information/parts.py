@@ -93,13 +93,13 @@ def left_by_campaign(promise: Promise, counts: Array, requirement: int, family: 
 def _weights(a: Asked) -> Array:
     """(S,) of the flight's temperatures; where the worst counts, of a mean over the range.
 
-    These lie evenly from end to end: each stands for what is around it, the ends for half as much.
+    These lie from end to end: each stands for what is around it, half the way to its neighbours.
     """
     if a.weights is not None:
         return a.weights
-    S = len(a.temperature_degc)
-    around = np.where(np.isin(np.arange(S), (0, S - 1)), 0.5, 1.0)
-    return np.asarray(around / around.sum())
+    degc = a.temperature_degc[:, 0]
+    apart = np.diff(degc, prepend=degc[:1], append=degc[-1:])
+    return np.asarray((apart[:-1] + apart[1:]) / (2.0 * np.ptp(degc)))
 
 
 def _left(promise: Promise, a: Asked, counts: Array) -> Array:

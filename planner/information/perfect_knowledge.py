@@ -18,6 +18,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.information.curves import about_means
 from planner.information.even import even
 from planner.information.in_flight import Asked
 from planner.information.model_of import Flight, asked_of
@@ -157,7 +158,10 @@ class PerfectKnowledge:
 
     @cached_property
     def _moments(self) -> dict[str, Moments]:
-        return self.flight.curves.moments(self._points)
+        """family -> covariances at the points: what all units have in common adds to what is left, too."""
+        curves = self.flight.curves
+        means = curves.means(self._points)
+        return {name: about_means(each, means) for name, each in curves.moments(self._points).items()}
 
     def _place(self, degc: Array) -> NDArray[np.intp]:
         return nearest(self._points, degc)

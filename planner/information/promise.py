@@ -11,7 +11,7 @@ campaign, `own` does not.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise, product
@@ -46,6 +46,7 @@ class Promise:
     constants: (sensor, effect) -> variance of a term of an error that no effect is declared for, SI²
     unread: error -> terms that no temperature of use reaches
     misread: what thermometers do to the curves; None: they are right
+    means: (sensor, effect) -> (N,) what all units' curves have in common, SI; in the second moments, too
     strays: family -> that of the kinds whose curves stray as its own do, if it has another name
     solved: the channels of the kinds, handed on to promises of the same kinds
     """
@@ -60,6 +61,7 @@ class Promise:
     constants: Mapping[tuple[Sensor, str], float] = field(default_factory=dict)
     unread: Mapping[ErrorName, frozenset[str]] = field(default_factory=dict)
     misread: Misread | None = None
+    means: Mapping[tuple[Sensor, str], Array] = field(default_factory=dict)
     strays: Mapping[str, str] = field(default_factory=dict)
     solved: Solved | None = field(default=None, repr=False, compare=False)
     remembered: Remembered = field(default_factory=Remembered, init=False, repr=False, compare=False)
@@ -144,7 +146,9 @@ class Promise:
                 R = v.reads(found)
                 total += v.left(found, R, families)
                 of.add(group.alike, found, R)
-        for alone, total, of in zip(self._alone, whole, common, strict=True):
+                of.add_means(v.of_means(found, R, group.means))
+        for view, alone, total, of in zip(self._views, self._alone, whole, common, strict=True):
+            of.add_means(self._means_alone(view))
             total += alone[[*families]] + of.between()
         return whole, undetermined
 
@@ -152,16 +156,14 @@ class Promise:
         """What one requirement takes from every curve, with one campaign (g,): what tables miss included."""
         only = replace(self, asked=(self.asked[requirement],))
         view, found = only._views[0], list[CurveWeights]()
-        read: set[int] = set()
         for group in only._groups:
             one = told(group.alike, counts[None])
             found += group.seen_from[0].through_curves(one, self.flying, group.flown)
-            read |= {int(k) for i in group.curved for k in group.flown[i]}
         place = self.places(view.temperature_degc)
         tabled = {error for family in self.families.values() for error in family}
         for k, f in enumerate(self.flying):
             J = view.response[:, :, k]
-            if k not in read and f.error.parts in tabled and np.any(J):
+            if k not in self._read and f.error.parts in tabled and np.any(J):
                 found.append(CurveWeights(f.error.parts, place, each_start(J, len(place))))
         return found
 
@@ -180,13 +182,16 @@ class Promise:
         alike.
         """
         differ = self.misread is not None or self.kinds.families
-        return replace(self, families={name: {} for name in self.families} if differ else {"": {}})
+        none: dict[str, Moments] = {name: {} for name in self.families} if differ else {"": {}}
+        return replace(self, families=none, means={})
 
     def under(self, family: str, moments: Moments | None = None) -> Promise:
         """One family alone, with its second moments or others; by no name."""
         known = self.families[family] if moments is None else moments
+        means = {error: mean for error, mean in self.means.items() if error in known}
         misread = None if self.misread is None else self.misread.under(family, "")
-        return replace(self, families={"": known}, misread=misread, strays={"": self.strayed_as(family)})
+        strays = {"": self.strayed_as(family)}
+        return replace(self, families={"": known}, misread=misread, means=means, strays=strays)
 
     def strayed_as(self, family: str) -> str:
         """The family of the kinds whose curves stray as those of a family do."""
@@ -224,6 +229,19 @@ class Promise:
         assert self.solved is not None  # `__post_init__`
         found = (_group(self, g) for g in self.solved.groups)
         return [group for group in found if group.flown]
+
+    @cached_property
+    def _read(self) -> set[int]:
+        """The terms that fly and have curves which some estimate reads."""
+        return {int(k) for group in self._groups for i in group.curved for k in group.flown[i]}
+
+    def _means_alone(self, view: _View) -> Iterator[Array]:
+        """(1, S, ρ) what flies of the mean of every term's curve that no estimate reads."""
+        place = self.places(view.temperature_degc)
+        for k, f in enumerate(self.flying):
+            if f.error.parts in self.means and k not in self._read:
+                J = each_start(view.response[:, :, k], len(place))
+                yield np.einsum("srm,sm->sr", J, self.means[f.error.parts][place])[None]
 
     def places(self, degc: Array) -> NDArray[np.intp]:
         """Where temperatures stand among the points."""
@@ -278,12 +296,14 @@ class _Group:
 
     asked: the terms among these that must be determined: of an error without a budget an undetermined
     coefficient is left at zero, which is what the unit has
+    means: term -> (N,) of its curve
     """
 
     alike: Alike
     flown: Mapping[int, NDArray[np.intp]]
     asked: tuple[int, ...]
     curved: tuple[int, ...]
+    means: Mapping[int, Array]
     seen_from: tuple[Seen, ...]
 
     def misses(self, found: Told) -> NDArray[np.bool_]:
@@ -313,8 +333,8 @@ def _group(promise: Promise, g: Alike) -> _Group:
     N = len(promise.points)
     moments = _per_term({i: promise.moments_of(terms[0][i].error) for i in flown}, N)
     moments |= {i: np.zeros((len(promise.families), N, N)) for i in misread if i not in moments}
-    s, errors = promise.smooth, {i: terms[0][i].error.parts for i in flown if i < fitted}
-    smooth = {} if s is None else {i: (s, error) for i, error in errors.items() if error in s.prior}
+    s, read = promise.smooth, {i: terms[0][i].error.parts for i in flown if i < fitted}
+    smooth = {} if s is None else {i: (s, error) for i, error in read.items() if error in s.prior}
     strays = tuple(map(promise.strayed_as, promise.families))
     seen = tuple(
         Seen(
@@ -330,7 +350,9 @@ def _group(promise: Promise, g: Alike) -> _Group:
         for v in promise._views
     )
     asked = tuple(i for i in flown if i < fitted and promise.reads(terms[0][i].error, terms[0][i].name))
-    return _Group(g, flown, asked, tuple(moments), seen)
+    errors = {i: terms[0][i].error.parts for i in moments}
+    means = {i: promise.means[error] for i, error in errors.items() if error in promise.means}
+    return _Group(g, flown, asked, tuple(moments), means, seen)
 
 
 def figure_of(a: Asked, S: Array) -> Array:

@@ -31,7 +31,7 @@ def survives_any_loss(promise: Promise, counts: Array) -> bool:
         (*promise.kinds.kinds, *(promise.kinds.kinds[k] for k, _ in lost)),
         tuple(_without(c, lost) for c in promise.kinds.channels),
     )
-    plain = replace(promise, kinds=kinds, families={"": {}}, smooth=None, misread=None)
+    plain = replace(promise, kinds=kinds, families={"": {}}, means={}, smooth=None, misread=None)
     return not np.any(plain.left(tried)[1])
 
 

@@ -87,6 +87,13 @@ class Seen:
         flight = self.of_flight.ravel()
         return {i: np.swapaxes(M[:, :, flight], 0, 1) for i, M in self.moments.items()}
 
+    def of_means(self, found: Told, R: Array, means: Mapping[int, Array]) -> Iterator[Array]:
+        """(B, S, ρ) of every term of every channel with a mean, J m(T) − R G m(T_k); means: term -> (N,)."""
+        for i, m in means.items():
+            there = np.einsum("asrm,sm->asr", self.response[i], m[self.of_flight])
+            told = (found.gains[i] @ m[self.of_kind[found.kinds]][None, :, :, None])[..., 0]
+            yield from there[:, None] - (R @ told[:, :, None, :, None])[..., 0]
+
     def through_curves(
         self, found: Told, flying: Sequence[Flying], flown: Mapping[int, NDArray[np.intp]]
     ) -> Iterator[CurveWeights]:

@@ -97,7 +97,7 @@ def _left_alone(flight: Flight, spec: Spec, *, own_only: bool = False) -> list[f
     other = flight.under(spec)
     promise = bare_promise(other)
     if own_only:
-        promise = replace(promise, families={"": {}})
+        promise = replace(promise, families={"": {}}, means={})
     left, _ = promise.left(np.zeros((1, 0)))
     figures = [float(figure_of(a, S).max()) for a, S in zip(promise.asked, left, strict=True)]
     for k, (a, S) in enumerate(zip(promise.asked, left, strict=True)):

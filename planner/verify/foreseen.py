@@ -183,10 +183,14 @@ class Seen:
     def curves(self, moments: Mapping[Error, Moment]) -> Array:
         """(R, R) of what tables miss of the curves."""
         weights, missed = self.of_curves(), np.zeros(2 * (len(self.reads),))
+        at = np.concatenate([self.foresight.estimates.degc, self.degc])
+        common = np.zeros((len(self.reads), 0))
         for error, moment in moments.items():
-            at = np.concatenate([self.foresight.estimates.degc, self.degc])
-            missed += moment.through(np.ascontiguousarray(np.moveaxis(weights[error], 1, 0)), at)
-        return missed
+            by_term = np.ascontiguousarray(np.moveaxis(weights[error], 1, 0))
+            missed += moment.through(by_term, at)
+            if moment.mean is not None:
+                common = np.hstack([common, moment.common(by_term, at)])
+        return missed + coherent(common)
 
     def misread(self, moments: Mapping[Error, Moment]) -> Array:
         """(R, R) of what thermometers and chambers do to the curves."""
@@ -199,6 +203,12 @@ class Seen:
             error: np.concatenate([-_over(self.reads, curve[error]), np.swapaxes(own, 1, 2)], axis=2)
             for error, own in self.own.items()
         }
+
+
+def coherent(each: Array) -> Array:
+    """(R, R) of what terms (R, n) add that are the same in all units, beyond their own squares."""
+    whole = each.sum(axis=1)
+    return np.outer(whole, whole) - each @ each.T
 
 
 def _over(G: Array, estimates: Array) -> Array:

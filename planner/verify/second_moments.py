@@ -30,10 +30,14 @@ _Ends = list[tuple[NDArray[np.intp], Array]]  # places on a grid and their weigh
 
 @dataclass(frozen=True)
 class Moment:
-    """Mean of f fᵀ over an error's curves. grid: (G,) degC; value: (G, G)."""
+    """Mean of f fᵀ over an error's curves. grid: (G,) degC; value: (G, G).
+
+    mean: (G,) of f, where it is not zero: it is the same in all terms of all units
+    """
 
     grid: Array
     value: Array
+    mean: Array | None = None
 
     def at(self, degc: Array) -> Array:
         """(k, k) at temperatures (k,), the end segments going on beyond the grid."""
@@ -65,6 +69,12 @@ class Moment:
         k, hats = np.arange(len(degc)), np.zeros((len(degc), len(used)))
         hats[k, place[: len(k)]], hats[k, place[len(k) :]] = 1.0 - share, share
         return rows @ hats, self.value[np.ix_(used, used)]
+
+    def common(self, rows: Array, degc: Array) -> Array:
+        """(r, t) of the mean of f, term by term; rows (t, r, k) of f at temperatures (k,)."""
+        if self.mean is None:
+            return np.zeros((rows.shape[1], rows.shape[0]))
+        return np.asarray((rows @ sum(weight * self.mean[i] for i, weight in self._ends(degc))).T)
 
     def of_slopes(self, degc: Array, around: float) -> Array:
         """(k, k) of the mean slopes of f between so many K below and above, per K²."""
@@ -118,7 +128,7 @@ def _exact(curves: Curves) -> Moment:
         return Moment(curves.grid, np.outer(curves.values, curves.values))
     if isinstance(curves, SeveralUnits):
         mean = curves.values.mean(axis=0)
-        return Moment(curves.grid, np.outer(mean, mean) + np.cov(curves.values.T))
+        return Moment(curves.grid, np.outer(mean, mean) + np.cov(curves.values.T), mean)
     assert isinstance(curves, Family)
     rows = curves.scale * ROWS[curves.shape]() if curves.shape != "cosines" else _modes(curves.amplitude)
     kept = rows - rows.mean(axis=1, keepdims=True)

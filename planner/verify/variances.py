@@ -38,7 +38,7 @@ class AtStarts:
 
     def variances(self, family: str, moments: Moments) -> Array:
         """(S, R) with the curves of a family, which has these moments."""
-        return self._rest + self._kept(family, moments) + self._tabled(moments)
+        return self._rest + self._kept(family, moments) + self._tabled(moments) + self._coherent(moments)
 
     @cached_property
     def seen(self) -> list[Seen]:
@@ -137,6 +137,19 @@ class AtStarts:
         later = np.cumsum(np.concatenate([steps, flown], axis=3)[..., ::-1], axis=3)[..., ::-1]
         width = np.diff(np.concatenate([[0.0], known.days, [max(day, known.days[-1])]])) / STORAGE_DAYS
         return _squares(later * np.sqrt(width), "srtd")
+
+    def _coherent(self, moments: Moments) -> Array:
+        """(S, R) of the curves' means, which all terms and units have at once, beyond their own squares."""
+        known, G = self.foresight.estimates, self._reads
+        whole, squares = np.zeros((2, len(self.degc), self._rows))
+        for error, at, own in self._flown():
+            if error in moments and moments[error].mean is not None:
+                told = np.moveaxis(_over(G[at], known.curve[error]), 2, 1)  # (S, t, R, N)
+                each = [moments[error].common(own, one) for one in self.degc[at]]
+                z = np.array(each) - [moments[error].common(one, known.degc) for one in told]  # (S, R, t)
+                whole[at] += z.sum(axis=2)
+                squares[at] += _squares(z, "srt")
+        return np.asarray(whole**2 - squares)
 
     def _tabled(self, moments: Moments) -> Array:
         """(S, R) of what tables say of curves, G C M'' Cᵀ Gᵀ − 2 G C M' ownᵀ, and of misread curves."""
