@@ -22,7 +22,7 @@ import yaml
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the benches are the tests' own
 
 from planner.nouns.choices import Campaign
-from planner.pipelines import planning
+from planner.pipelines import navigation
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.task import Task
 from planner.spec.load import spec_from_bytes
@@ -85,8 +85,7 @@ def synthetic(temperatures: int, errors: int, repeats: int, seed: int) -> dict[s
 
 def task_of(document: dict[str, Any]) -> Task:
     loaded = spec_from_bytes(yaml.safe_dump(document, sort_keys=False).encode(), Path("synthetic.yaml"))
-    navigation = planning.navigate(loaded, lambda message: None)
-    return planning.task_of(loaded.spec, navigation)
+    return navigation.task_of(loaded.spec, navigation.navigate(loaded, lambda message: None))
 
 
 def timed(task: Task) -> tuple[Campaign, float]:

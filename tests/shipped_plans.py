@@ -19,6 +19,7 @@ from typing import Any
 
 from planner.export.json import plan_text
 from planner.pipelines import planning as pipeline
+from planner.pipelines.planned import Planned
 from tests.specs import ROOT, SHIPPED, shipped
 
 NAMES = sorted(path.stem for path in SHIPPED.glob("*.yaml"))
@@ -34,7 +35,7 @@ def share_in(folder: Path) -> None:
 
 
 @cache
-def shipped_plan(name: str) -> pipeline.Planned:
+def shipped_plan(name: str) -> Planned:
     """What `planner plan` makes of a shipped spec or the `starter`, its genetic algorithm included."""
     folder = os.environ.get(FOLDER)
     if folder is None:  # benchmarks have no workers to share with
@@ -44,7 +45,7 @@ def shipped_plan(name: str) -> pipeline.Planned:
         other = next(others, None)
         there(folder, other or name, wait=other is None)
     planned = pickle.loads(kept_in(folder, name).read_bytes())
-    assert isinstance(planned, pipeline.Planned)
+    assert isinstance(planned, Planned)
     return planned
 
 
@@ -75,7 +76,7 @@ def shipped_document(name: str) -> dict[str, Any]:
     return document
 
 
-def made(name: str) -> pipeline.Planned:
+def made(name: str) -> Planned:
     """The plan of a shipped spec, planned here and now."""
     return pipeline.plan(shipped(name), lambda message: None)
 

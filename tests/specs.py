@@ -8,6 +8,7 @@ import yaml
 
 from planner.nouns.plan import Plan
 from planner.pipelines import planning as pipeline
+from planner.pipelines.planned import Planned
 from planner.spec.load import LoadedSpec, load_spec, spec_from_bytes
 from planner.spec.starter import starter_text
 
@@ -99,7 +100,7 @@ def loaded(spec: dict) -> LoadedSpec:
     return spec_from_bytes(yaml.safe_dump(spec, sort_keys=False).encode(), Path("spec.yaml"))
 
 
-def planned(spec: dict) -> pipeline.Planned:
+def planned(spec: dict) -> Planned:
     """The spec, planned."""
     return pipeline.plan(loaded(spec), lambda message: None)
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from planner.nouns.plan import Achieved, Plan, PlannedTest
     from planner.nouns.sensitivities import Sensitivities
     from planner.nouns.step import Step
-    from planner.pipelines.planning import Planned
+    from planner.pipelines.planned import Planned
     from planner.plan.flights_side_by_side import FlownErrors
     from planner.plan.spec_to_sensitivity import SensitivityRow
     from planner.report.blocks import Report
@@ -295,9 +295,9 @@ def allow(
     Raises InputError for a spec that cannot be planned, InfeasibleError when no errors are allowed.
     """
     from planner.nouns.deadline import never
-    from planner.pipelines import planning as pipeline
+    from planner.pipelines import allowing
 
-    return AllowAnswer(pipeline.allow(whole(spec), progress, stop or never)[1])
+    return AllowAnswer(allowing.allow(whole(spec), progress, stop or never)[1])
 
 
 # ---------------------------------------------------------------- pages, schemas

@@ -25,16 +25,16 @@ def with_cost(
     exceeded = diagnosis.found.budget_exceeded
     if not exceeded or loaded.absent:
         return diagnosis
-    from planner.pipelines import planning  # a quarter of a second that few diagnoses need
+    from planner.pipelines.navigation import navigate  # a quarter of a second that few diagnoses need
 
     progress(f"{diagnosis.found.unit}: what its spreads cost")
     try:
-        navigation = planning.navigate(loaded, progress)
+        navigation = navigate(loaded, progress)
     except InputError:
         return diagnosis  # published coefficients without a flight, or without these errors
     told = in_flight(exceeded, navigation.constraints, loaded.spec.plan.confidence, promised)
     diagnosis = replace(diagnosis, found=replace(diagnosis.found, budget_exceeded=told))
-    if plan is None or not planning.by_information(loaded.spec):
+    if plan is None or loaded.spec.planned_by != "information":
         return diagnosis
     return replace(diagnosis, campaign=_campaign(diagnosis, loaded, float(plan["time_s"]), progress))
 
@@ -43,7 +43,8 @@ def _campaign(
     diagnosis: Diagnosis, loaded: LoadedSpec, before: float, progress: Progress
 ) -> CampaignCost | None:
     """The shortest campaign under the spreads that were measured, and nothing else that was found."""
-    from planner.pipelines import planning
+    from planner.pipelines.navigation import navigate
+    from planner.pipelines.planning import informed
 
     bare = replace(diagnosis.found, effects=(), unknown=())
     try:
@@ -53,7 +54,7 @@ def _campaign(
     new = spec_from_bytes(made.text.encode(), loaded.path)
     progress(f"{diagnosis.found.unit}: planning with the spreads that were measured")
     try:
-        found = planning.informed(new, planning.navigate(new, progress), progress, beside=False).plan
+        found = informed(new, navigate(new, progress), progress, beside=False).plan
     except InfeasibleError as error:
         return CampaignCost(before, float("nan"), str(error).splitlines()[0])
     return CampaignCost(before, found.time_s)

@@ -33,7 +33,8 @@ from planner.fleet.validation import left_out
 from planner.fleet.visit_plans import ShortestVisit, StorePlan
 from planner.fleet.visits import StorePlanner, grid, renewable
 from planner.nouns.progress import Progress
-from planner.pipelines import planning
+from planner.pipelines.navigation import navigate, task_of
+from planner.pipelines.planning import informed
 from planner.plan.budget import common_rule
 from planner.plan.repeats_to_schedule import campaign
 from planner.plan.task import allowances as allowances_of
@@ -55,7 +56,7 @@ class Forecasted:
 
 def basis_of(loaded: LoadedSpec, plan: Mapping[str, Any] | None, progress: Progress) -> Basis:
     """Spec, and a plan's tree if there is one → the region of its errors; without a plan it is chosen now."""
-    navigation = planning.navigate(loaded, progress)
+    navigation = navigate(loaded, progress)
     notes: list[str] = []
     spec = loaded.spec
     if plan is not None:
@@ -64,13 +65,13 @@ def basis_of(loaded: LoadedSpec, plan: Mapping[str, Any] | None, progress: Progr
             allowances = in_sigmas(allowances, spec)
         if plan["spec"].get("sha256") not in (None, "", loaded.sha256):
             notes.append("the plan was made from another state of the spec; its allowances were taken")
-    elif planning.by_information(spec):
+    elif spec.planned_by == "information":
         progress("planning the campaign, as there is no plan")
-        made = planning.informed(loaded, navigation, progress, beside=False).plan
+        made = informed(loaded, navigation, progress, beside=False).plan
         allowances = in_sigmas(made.allowances, spec)
     else:
         progress("choosing temperatures and repeats, as there is no plan")
-        task = planning.task_of(loaded.spec, navigation)
+        task = task_of(loaded.spec, navigation)
         allowances = allowances_of(task, campaign(task), common_rule(navigation.constraints))
     region = allowed_region(navigation.constraints, allowances)
     if not region.terms:

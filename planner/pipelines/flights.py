@@ -8,7 +8,7 @@ from pathlib import Path
 from planner.errors import InputError
 from planner.nouns.progress import Progress
 from planner.nouns.sensitivities import Sensitivities
-from planner.pipelines.planning import asked_errors, sensitivity
+from planner.pipelines.navigation import asked_errors, sensitivity
 from planner.plan.error_over_flight import error_over_flight, uncalibrated_sizes
 from planner.plan.flights_side_by_side import FlownErrors, side_by_side
 from planner.plan.spec_to_errors import error_models

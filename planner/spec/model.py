@@ -293,7 +293,11 @@ class Spec(SpecPart):
 
     @property
     def planned_by(self) -> Literal["information", "published"]:
-        """`plan.method`; published where a rule is worst_case or the sensitivities are given."""
+        """`plan.method`; published where a rule is worst_case or the sensitivities are given.
+
+        By information a plan promises what will be flown: it takes requirements of probability, and a flight
+        to see them on.
+        """
         worst_case = any(r is None or r.rule == "worst_case" for r in self.requirement)  # a draft has gaps
         return "published" if worst_case or isinstance(self.sensitivities, Given) else self.plan.method
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from planner.own_files import LIST
-from planner.pipelines import planning as pipeline
+from planner.pipelines import published
 from tests.commands.specs import written
 from tests.outcome import Run
 from tests.specs import small, with_limit, with_plan
@@ -97,9 +97,9 @@ def test_stopped_before_the_proof_is_exit_4_with_the_files_kept(
 ) -> None:
     from dataclasses import replace
 
-    made = pipeline.campaign
+    made = published.campaign
     monkeypatch.setattr(
-        pipeline, "campaign", lambda *asked: replace(made(*asked), bound=1.0, proved=False)
+        published, "campaign", lambda *asked: replace(made(*asked), bound=1.0, proved=False)
     )  # what the solver reports when plan.time_limit is over
     found = run("plan", spec, "-o", "out")
     assert found.code == 4

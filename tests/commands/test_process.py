@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from planner.pipelines import planning as pipeline
+from planner.pipelines import published
 from tests.commands.specs import flown, written
 from tests.outcome import Run
 from tests.specs import planned, shipped, small
@@ -93,14 +94,15 @@ def test_files_are_written_when_the_reader_of_the_answer_goes_away(spec: Path, t
 
 
 @pytest.mark.parametrize(
-    ("tree", "beside"), [(small, "_allowed_or_why_not"), (flown_probably, "genetic_beside")]
+    ("tree", "beside"),
+    [(small, (published, "region_or_why_not")), (flown_probably, (pipeline, "genetic_beside"))],
 )
 def test_the_answer_is_there_before_anything_genetic(
     run: Run,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     tree: Callable[[], dict[str, Any]],
-    beside: str,
+    beside: tuple[Any, str],
 ) -> None:
     """By half-widths and by information: who stops the genetic part has read the plan, with its verdict."""
     spec = written(tmp_path / "campaign.yaml", tree())
@@ -109,7 +111,7 @@ def test_the_answer_is_there_before_anything_genetic(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(pipeline, beside, interrupted)
+    monkeypatch.setattr(*beside, interrupted)
     found = run("plan", spec, "-o", "out")
     assert found.code == 4
     assert ": met" in found.out

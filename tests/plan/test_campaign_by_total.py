@@ -4,7 +4,7 @@ from itertools import product
 
 import pytest
 
-from planner.pipelines.planning import navigate, task_of
+from planner.pipelines.navigation import navigate, task_of
 from planner.plan.campaign_by_total import by_total, least_loads, total
 from planner.plan.repeats_to_schedule import campaign, visits_of
 from tests.specs import loaded, planned, small, with_limit, with_plan

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from planner.export.json import plan_document
 from planner.pipelines import planning as pipeline
+from planner.pipelines.planned import Planned
 from planner.report.blocks import Table
 from planner.report.subjects.plan import plan_report
 from planner.spec.budget import ErrorBudget
@@ -66,7 +67,7 @@ def in_other_units() -> dict:
     return spec | {"unit": other(spec["unit"])}
 
 
-def planned(spec: dict) -> pipeline.Planned:
+def planned(spec: dict) -> Planned:
     return pipeline.plan(spec_from_bytes(yaml.safe_dump(spec).encode(), Path("spec.yaml")), lambda said: None)
 
 

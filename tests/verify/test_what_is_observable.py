@@ -10,7 +10,7 @@ import pytest
 from planner.errors import InputError
 from planner.export.json import plan_text
 from planner.nouns.choices import TestVisits
-from planner.pipelines import planning
+from planner.pipelines import navigation, published
 from planner.pipelines.planning import exact_plan
 from planner.plan.observable_campaign import refuse_what_no_campaign_observes
 from planner.plan.spec_to_trajectory import trajectory_of
@@ -88,8 +88,8 @@ def test_they_name_the_same(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(set(said)) == len(set(said[:1]))  # in the same words
     assert all(error in said[0] for error, _ in wanted)
     # planned all the same, so that verify has something to look at
-    monkeypatch.setattr(planning, "refuse_what_no_campaign_observes", lambda spec: None)
-    monkeypatch.setattr(planning, "observable_campaign", lambda task, chosen: chosen)
+    monkeypatch.setattr(navigation, "refuse_what_no_campaign_observes", lambda spec: None)
+    monkeypatch.setattr(published, "observable_campaign", lambda task, chosen: chosen)
     plan = exact_plan(found)
     visits = [TestVisits(t.test, t.temperatures_degc, t.repeats) for t in plan.tests]
     assert {(str(u.error), u.term) for u in unobservable_in(found.spec, visits)} == wanted
