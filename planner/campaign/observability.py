@@ -6,6 +6,9 @@ standard error leaves it better known than it is without a calibration:
 
     1.96 √(M⁻¹)_ii <= the error's size in the spec,   M = AᵀA
 
+What few power-ons draw is no want of records: by information, where the promise counts it, the size of an
+error is taken with what two sigmas of its run to run add.
+
 Two faces of a cube at every temperature separate bias and scale factor; one face at six temperatures and six
 faces at the seventh do so at the seventh only, though each test alone looks as if it did.
 """
@@ -184,7 +187,10 @@ def _worth(rows: _Rows, place: _Place, campaign: Campaign) -> float:
     """How well an error is known without a calibration, SI; a hundredth of the input if nobody says."""
     budget = budget_of(campaign.spec.unit, place.error)
     if budget is not None and budget.whole_variation > 0.0:
-        return budget.whole_variation
+        published = campaign.spec.planned_by == "published"
+        return float(
+            np.hypot(budget.whole_variation, 0.0 if published else TWO_SIDED * budget.run_to_run_largest)
+        )
     model = next(c.model for c in rows.channels if c.model.channel == place.channel)
     effect = catalog.effects()[place.error.effect]
     if effect.group != "scale_factor":

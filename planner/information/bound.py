@@ -268,7 +268,7 @@ class Prover:
                 asked += 1
                 if effort.late() or asked > effort.exact:
                     return best, False
-                if self.exactly(some_of[i]):
+                if self.judge.allowed(some_of[i]) and self.exactly(some_of[i]):
                     return some_of[i], True
         return best, True
 

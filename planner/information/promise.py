@@ -125,6 +125,21 @@ class Promise:
                     names[term.error] = (*names.get(term.error, ()), term.name)
         return names
 
+    def estimated(self, counts: Array) -> Array:
+        """(B, n) variances of the estimates of every term that flights read, of a table the largest, SI².
+
+        Infinite where a coefficient is undetermined.
+        """
+        each: list[Array] = []
+        for group in self._groups:
+            found = told(group.alike, counts)
+            for i in group.asked:
+                place, nodes = found.places[i], found.nodes[i]
+                own = np.diagonal(found.covariance, axis1=-2, axis2=-1)[..., place]
+                own = np.where(found.undetermined[..., place], np.inf, own)
+                each += [*(own if nodes is None else np.where(np.isfinite(nodes), own, 0.0)).max(axis=-1)]
+        return np.stack(each, axis=1) if each else np.empty((len(counts), 0))
+
     def covariance(self, counts: Array, requirement: int) -> tuple[Array, NDArray[np.bool_]]:
         """(B, families, S, I c, I c) of one requirement with what goes between its instants.
 
