@@ -9,13 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
+from typing import Any
 
 
 @contextmanager
 def one_thread() -> Iterator[None]:
     """One thread for every BLAS within; also a decorator. What was before comes back."""
-    import scipy.linalg  # noqa: F401 - a BLAS of its own, which can only be told once it is loaded
-    from threadpoolctl import threadpool_limits
-
-    with threadpool_limits(limits=1, user_api="blas"):
+    with _controller().limit(limits=1, user_api="blas"):
         yield
+
+
+@cache
+def _controller() -> Any:
+    """Of the libraries that are loaded: to look for them takes 10 ms, and a diagnosis asks several times."""
+    import scipy.linalg  # noqa: F401 - a BLAS of its own, which can only be told once it is loaded
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
