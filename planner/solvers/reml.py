@@ -223,8 +223,9 @@ def restricted_loglik(sample: Sample, theta: Array) -> float:
     return _state(sample.left, sample.basis, sample.effects, theta).loglik
 
 
-def reml_roughly(sample: Sample, start: Array, settled: float) -> Array:
-    """θ (K,) from a start by the average information alone: to compare models whose likelihoods lie apart.
+def reml_roughly(sample: Sample, start: Array, settled: float) -> tuple[Array, float]:
+    """θ (K,) from a start by the average information alone, and `loglik` there: to compare models that lie
+    apart.
 
     The search ends where a step gains less than `settled`; a component that is zero there may stay so.
     """
@@ -241,12 +242,16 @@ def reml_roughly(sample: Sample, start: Array, settled: float) -> Array:
         theta, states = new, better
         if gained < settled:
             break
-    return np.asarray(theta * total / size)
+    in_units = 0.5 * len(sample.y) * float(np.log(total))
+    return np.asarray(theta * total / size), _of_the_rows(states[0]) - in_units
 
 
 def loglik(sample: Sample, theta: Array) -> float:
     """−½ (log|V| + yᵀPy) at θ, with the best coefficients: differences over θ and over X count."""
-    s = _state(sample.left, sample.basis, sample.effects, theta)
+    return _of_the_rows(_state(sample.left, sample.basis, sample.effects, theta))
+
+
+def _of_the_rows(s: _State) -> float:
     return s.loglik + 0.5 * float(np.linalg.slogdet(s.information)[1])
 
 

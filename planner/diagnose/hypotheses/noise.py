@@ -168,8 +168,10 @@ def weighed(readings: Readings) -> Weighed | None:
 
 
 def _weighed(j: _Judged, start: Array) -> Weighed | None:
-    theta = np.maximum(reml_roughly(j.sample, start, ROUGHLY), j.least)
-    found = loglik(j.sample, theta)
+    theta, found = reml_roughly(j.sample, start, ROUGHLY)
+    if (theta < j.least).any():
+        theta = np.maximum(theta, j.least)
+        found = loglik(j.sample, theta)
     return Weighed(j, theta, found) if np.isfinite(found) else None
 
 
