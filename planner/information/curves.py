@@ -29,7 +29,9 @@ UNSEEN = 8000, 32_000  # others, by which what was chosen is judged; not kept, t
 BEYOND = 160  # of them beyond a requirement's share: these make its quantile
 BLOCK = 500
 MOST_SHAPES = 16  # of unseen curves, of which a process remembers what it looked at: plans are of few tables
-MOST_KEPT = 8  # shapes of the others, 20 MB each with what was looked at: the next plan of a process has the same
+MOST_KEPT = (
+    8  # shapes of the others, 20 MB each with what was looked at: the next plan of a process has the same
+)
 MOST_POINTS = (
     400  # temperatures at which curves and their second moments are kept, or twice as many as are asked
 )

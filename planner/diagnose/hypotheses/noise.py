@@ -28,7 +28,9 @@ from planner.solvers.distributions import chi_square_tail
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
 from planner.solvers.reml import (
+    Grounds,
     Sample,
+    Slope,
     Variances,
     loglik,
     reml_and_information,
@@ -147,16 +149,23 @@ class Weighed:
         return both[:, :-1], both[:, -1]
 
     def beside(self, block: Array) -> Weighed | None:
-        """The same with a block (n, k) more; None where the rows do not carry it."""
+        """The same with a block (n, k) more; None where the rows do not carry it, or it is nothing more."""
         sample = self.judged.sample
         rows, firsts = judged_rows(self.judged.starts, len(block))
         seen = block[rows]
         left = clear(sample.basis, seen)
         told = np.sum(left**2, axis=0) > TOLD**2 * np.sum(seen**2, axis=0)
-        basis = np.column_stack([sample.basis, orthonormal(left[:, told], TOLD)])
-        if len(rows) - basis.shape[1] < _least_freedom(firsts):
+        more = orthonormal(left[:, told], TOLD)
+        basis = np.column_stack([sample.basis, more])
+        if not more.size or len(rows) - basis.shape[1] < _least_freedom(firsts):
             return None
-        return _weighed(replace(self.judged, sample=replace(sample, X=basis)), self.theta)
+        wider = replace(self.judged, sample=replace(sample, X=basis))
+        return _weighed(wider, self.theta, self._grounds.with_columns(more))
+
+    @cached_property
+    def _grounds(self) -> Grounds:
+        """From which models with a block more begin."""
+        return Grounds(self.judged.sample, self.theta)
 
 
 def weighed(readings: Readings) -> Weighed | None:
@@ -167,8 +176,8 @@ def weighed(readings: Readings) -> Weighed | None:
     return _weighed(judged, np.maximum(even, judged.least))
 
 
-def _weighed(j: _Judged, start: Array) -> Weighed | None:
-    theta, found = reml_roughly(j.sample, start, ROUGHLY)
+def _weighed(j: _Judged, start: Array, first: Slope | None = None) -> Weighed | None:
+    theta, found = reml_roughly(j.sample, start, ROUGHLY, first)
     if (theta < j.least).any():
         theta = np.maximum(theta, j.least)
         found = loglik(j.sample, theta)
