@@ -100,10 +100,15 @@ class Readings:
     weights: Array
     least_runs: int = LEAST_RUNS
 
+    @cached_property
+    def judged(self) -> _Judged:
+        """What is estimated from them: asked when columns are weighed, and again for the variances."""
+        return _judged(self)
+
 
 def triad_noise(triad: Sequence[Readings]) -> list[ChannelNoise]:
     """The noise of every channel of a sensor."""
-    judged = [_judged(r) for r in triad]
+    judged = [r.judged for r in triad]
     own = [_own(j) for j in judged]
     return [_noise(j, v) for j, v in zip(judged, without_zeros(_shared(judged, own) or own), strict=True)]
 
@@ -115,7 +120,7 @@ def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights
 
 def channel_noise(readings: Readings) -> ChannelNoise:
     """The noise of one channel by itself."""
-    judged = _judged(readings)
+    judged = readings.judged
     return _noise(judged, *without_zeros([_own(judged)]))
 
 
@@ -170,7 +175,7 @@ class Weighed:
 
 def weighed(readings: Readings) -> Weighed | None:
     """A channel under its own candidates; None where the rows tell no variance."""
-    judged = _judged(readings)
+    judged = readings.judged
     effects = judged.sample.effects
     even = max(float(np.var(judged.sample.left)), judged.least[0]) / effects.count / effects.mean_sizes()
     return _weighed(judged, np.maximum(even, judged.least))
