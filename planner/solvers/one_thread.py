@@ -7,23 +7,25 @@ over threads also differ in the last bit from machine to machine.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 
 @contextmanager
 def one_thread() -> Iterator[None]:
     """One thread for every BLAS within; also a decorator. What was before comes back."""
-    with _controller().limit(limits=1, user_api="blas"):
+    import scipy.linalg  # noqa: F401 - a BLAS of its own, which can only be told once it is loaded
+
+    with _controller(len(sys.modules)).limit(limits=1, user_api="blas"):
         yield
 
 
-@cache
-def _controller() -> Any:
-    """Of the libraries that are loaded: to look for them takes 10 ms, and a diagnosis asks several times."""
-    import scipy.linalg  # noqa: F401 - a BLAS of its own, which can only be told once it is loaded
+@lru_cache(maxsize=1)
+def _controller(modules: int) -> Any:
+    """Of the libraries that so many modules loaded: to look for them takes 10 ms, and it is asked often."""
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()
