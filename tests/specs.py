@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import yaml
@@ -88,8 +89,9 @@ def shared() -> dict:
     return spec | {"tests": {"static": record | {"calibrates": ["gyro.bias", "accelerometer.bias"]}}}
 
 
+@cache
 def shipped(name: str) -> LoadedSpec:
-    """A spec of requirements_specs by its name, or the `starter` that `planner init` writes."""
+    """A spec of requirements_specs by its name, or the `starter` that `planner init` writes; read once."""
     if name == "starter":
         return spec_from_bytes(starter_text().encode(), Path("starter.yaml"))
     return load_spec(SHIPPED / f"{name}.yaml")

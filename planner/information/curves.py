@@ -30,6 +30,9 @@ UNSEEN = 8000, 32_000  # others, by which what was chosen is judged; not kept, t
 BEYOND = 160  # of them beyond a requirement's share: these make its quantile
 BLOCK = 500
 MOST_SHAPES = 16  # of unseen curves, of which a process remembers what it looked at: plans are of few tables
+MOST_KEPT = (
+    8  # shapes of the others, 20 MB each with what was looked at: the next plan of a process has the same
+)
 MOST_POINTS = (
     400  # temperatures at which curves and their second moments are kept, or twice as many as are asked
 )
@@ -156,20 +159,20 @@ class Curves:
         return np.asarray(known.at(degc, family) * known.scales(family)[:, None])
 
     def _kept(self, shape: Shape) -> _Drawn:
-        key = _key(shape)
+        key = (_key(shape), self.spec.plan.seed)
         if key not in self.drawn:
-            curves = centred(shape.evenly(CURVES, self._rng()))
-            self.drawn[key] = _Drawn(lambda: [curves])
+            self.drawn[key] = _remembered(_KEPT, MOST_KEPT, key, lambda: self._drawn_once(shape))
         return self.drawn[key]
+
+    def _drawn_once(self, shape: Shape) -> _Drawn:
+        curves = centred(shape.evenly(CURVES, self._rng()))
+        return _Drawn(lambda: [curves])
 
     def _redrawn(self, shape: Shape) -> _Drawn:
         """Curves that are drawn whenever they are looked at, the same ones again, instead of being kept."""
         key = (_key(shape), self.spec.plan.seed, self._count)
-        if key not in _REDRAWN:
-            while len(_REDRAWN) >= MOST_SHAPES:
-                _REDRAWN.pop(next(iter(_REDRAWN)))
-            _REDRAWN[key] = _Drawn(partial(_blocks, shape, self._rng, self._count))
-        return _REDRAWN[key]
+        blocks = partial(_blocks, shape, self._rng, self._count)
+        return _remembered(_REDRAWN, MOST_SHAPES, key, lambda: _Drawn(blocks))
 
 
 @dataclass
@@ -256,7 +259,19 @@ def _blocks(shape: Shape, rng: Callable[[], np.random.Generator], count: int) ->
     return (centred(shape.evenly(BLOCK, one)) for _ in range(count // BLOCK))
 
 
+_KEPT: dict[Hashable, _Drawn] = {}
 _REDRAWN: dict[Hashable, _Drawn] = {}
+
+
+def _remembered(
+    known: dict[Hashable, _Drawn], most: int, key: Hashable, draw: Callable[[], _Drawn]
+) -> _Drawn:
+    """What a process knows of curves; the oldest goes where there are too many."""
+    if key not in known:
+        while len(known) >= most:
+            known.pop(next(iter(known)))
+        known[key] = draw()
+    return known[key]
 
 
 def _curved(spec: Spec) -> object:

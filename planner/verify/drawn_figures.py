@@ -7,7 +7,7 @@ curves are drawn, the rest by its covariance.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -29,6 +29,7 @@ AT_ONCE = 2_000  # of them that are drawn
 EVERY = 4  # points of a grid that are kept, of curves without fast waves
 LEAST = 0.5**31
 GROUPS = 8  # of flights, each with curves of its own: what their quantiles differ by is what one may err
+MOST_KEPT = 64_000_000  # bytes of pools that a process remembers
 NOTHING = 1e-12  # of the largest principal variance
 BLOCK = 2_000  # flights of 240 rows in 2 MB: what fits a cache is not fetched again
 
@@ -50,7 +51,25 @@ class Pool:
 def pools_of(curves: Mapping[Error, Curves], share: float) -> dict[Error, Pool]:
     """Of the curves of every error, for quantiles of a share of the flights."""
     count = AT_ONCE * round(float(np.clip(BEYOND / max(1.0 - share, 1e-9), *POOL)) / AT_ONCE)
-    return {error: _pool(one, count, generator(0, 0, "pool", *error)) for error, one in curves.items()}
+    return {error: _remembered(error, one, count) for error, one in curves.items()}
+
+
+def _remembered(error: Error, curves: Curves, count: int) -> Pool:
+    """The pool of an error's curves; another plan of the same unit asks for the same ones again."""
+    key = (*error, count, type(curves), *map(_value, vars(curves).values()))
+    if key not in _POOLS:
+        _POOLS[key] = _pool(curves, count, generator(0, 0, "pool", *error))
+        while sum(pool.values.nbytes for pool in _POOLS.values()) > MOST_KEPT and len(_POOLS) > 1:
+            _POOLS.pop(next(iter(_POOLS)))
+    return _POOLS[key]
+
+
+def _value(field: object) -> Hashable:
+    """Equal for equal fields of curves."""
+    return (field.shape, field.tobytes()) if isinstance(field, np.ndarray) else repr(field)
+
+
+_POOLS: dict[Hashable, Pool] = {}
 
 
 def _pool(curves: Curves, count: int, rng: np.random.Generator) -> Pool:

@@ -17,7 +17,7 @@ import numpy as np
 from planner import catalog
 from planner.nouns.array import Array
 from planner.nouns.trajectory import Trajectory
-from planner.physics.strapdown import integrate
+from planner.physics.strapdown import integrate, part_of
 from planner.protocols import Sensor
 from planner.verify.along_flight import apart, conditions_of, height_of, start_of
 
@@ -57,21 +57,20 @@ _FIELDS = ("position", "velocity", "attitude")
 
 
 def _flown(trajectory: Trajectory, sensor: Sensor, columns: Array, instants: Array) -> Slopes:
-    """columns: (n, 3, p) of one sensor."""
+    """columns: (n, 3, p) of one sensor; the flights of both signs are navigated side by side."""
     step = float(trajectory.time_s[1] - trajectory.time_s[0])
     moved = np.abs(columns).sum(axis=(0, 1)) * step
     size = np.where(moved > 0, (_TURN if sensor == "gyro" else _PUSH) / np.where(moved > 0, moved, 1.0), 1.0)
     more = step * np.moveaxis(columns * size, 2, 0)
     angle, velocity = trajectory.angle_increment, trajectory.velocity_increment
-    ends = [
-        integrate(
-            start_of(trajectory),
-            angle + sign * more if sensor == "gyro" else angle,
-            velocity if sensor == "gyro" else velocity + sign * more,
-            step,
-            instants=instants - trajectory.time_s[0],
-            height=height_of(trajectory),
-        )
-        for sign in (1.0, -1.0)
-    ]
-    return Slopes(instants, *(np.moveaxis(x, 0, 2) / (2.0 * size) for x in apart(ends[0], ends[1])))
+    both = (angle if sensor == "gyro" else velocity) + np.concatenate([more, -more])
+    flown = integrate(
+        start_of(trajectory),
+        both if sensor == "gyro" else angle,
+        velocity if sensor == "gyro" else both,
+        step,
+        instants=instants - trajectory.time_s[0],
+        height=height_of(trajectory),
+    )
+    above, below = (part_of(flown, (half,)) for half in (slice(None, len(more)), slice(len(more), None)))
+    return Slopes(instants, *(np.moveaxis(x, 0, 2) / (2.0 * size) for x in apart(above, below)))

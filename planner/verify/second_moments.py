@@ -169,16 +169,31 @@ def _of_tables(
     count: int,
 ) -> tuple[Array, ...]:
     """(G, G) of curves of a shape that leave each of the tables."""
-    every = _every(shape)
-    values = [np.zeros(((POINTS - 1) // every + 1,) * 2) for _ in tables]
-    for curve in _blocks(shape, np.array(amplitude), count, generator(0, 0, "second moment", group)):
-        left = {n: left_of(curve, n) for n in sorted({n for numbers, _ in tables for n in numbers})}
+    values = [np.zeros(((POINTS - 1) // _every(shape) + 1,) * 2) for _ in tables]
+    every = tuple(sorted({n for numbers, _ in tables for n in numbers}))
+    draws = _drawn(group, shape, amplitude, every, count)
+    for curve, left in draws if shape == "cosines" else _remembered(group, shape, every, count):
         for value, (numbers, allowed) in zip(values, tables, strict=True):
-            scaled = curve[:, ::every] * scales(numbers, allowed, left)[:, None]
+            scaled = curve * scales(numbers, allowed, left)[:, None]
             value += scaled.T @ scaled / count
     for value in values:
         value.flags.writeable = False
     return tuple(values)
+
+
+@lru_cache(maxsize=3)  # 20 MB each: the shapes that know no table, which another plan's tables scale anew
+def _remembered(
+    group: str, shape: str, numbers: tuple[int, ...], count: int
+) -> tuple[tuple[Array, Mapping[int, Array]], ...]:
+    return tuple(_drawn(group, shape, (), numbers, count))
+
+
+def _drawn(
+    group: str, shape: str, amplitude: tuple[float, ...], numbers: tuple[int, ...], count: int
+) -> Iterator[tuple[Array, Mapping[int, Array]]]:
+    """Block by block, curves (BLOCK, G) before a table scales them, and what each of N points leaves."""
+    for curve in _blocks(shape, np.array(amplitude), count, generator(0, 0, "second moment", group)):
+        yield curve[:, :: _every(shape)].copy(), {n: left_of(curve, n) for n in numbers}
 
 
 def _blocks(shape: str, amplitude: Array, count: int, rng: np.random.Generator) -> Iterator[Array]:

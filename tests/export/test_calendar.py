@@ -31,8 +31,9 @@ def events(document: dict, options: ExportOptions = OPTIONS) -> list[icalendar.E
 @pytest.mark.further("name", LONG)
 def test_every_installing_and_removing_is_an_appointment_at_its_time(name):
     document = shipped(name)
-    found = {str(e["UID"]).split("@")[0]: e for e in events(document)}
-    assert len(found) == len(events(document))
+    every = events(document)
+    found = {str(e["UID"]).split("@")[0]: e for e in every}
+    assert len(found) == len(every)
     start = datetime(2026, 12, 1, 8, tzinfo=ZoneInfo("Europe/Berlin")).astimezone(UTC)
     for step in document["steps"]:
         if step["action"] in ("install", "remove"):

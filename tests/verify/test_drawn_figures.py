@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.verify import drawn_figures, second_moments
+from planner.verify.curve_shapes import SHAPES
 from planner.verify.curves import family
 from planner.verify.drawn_figures import DRAWS, GROUPS, _drawn_from, _quantile, pools_of
+from planner.verify.second_moments import moments_of
 from planner.verify.worst import peaks
 
 ERROR = ("gyro", "bias")
@@ -42,3 +45,30 @@ def test_the_worst_start_is_looked_for_on_both_sides() -> None:
     """Neighbours of the worst are no peak, nor is what is far less bad."""
     assert peaks(np.array([9.0, 5.0, 3.0, 4.0, 2.0, 9.5, 10.0])) == [6, 0]
     assert peaks(np.array([7.0, 5.0, 8.5, 4.0, 10.0])) == [4, 2]
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_what_another_table_drew_changes_nothing(shape: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Curves that a process remembers are those that it would draw anew."""
+    monkeypatch.setattr(drawn_figures, "_POOLS", {})
+    own = {ERROR: family({1: 0.03, 3: 0.0085}, -40.0, 60.0, "largest", shape)}
+    for remembered in (second_moments._of_tables, second_moments._remembered):
+        remembered.cache_clear()
+    moment, pool = moments_of(own)[ERROR].value, pools_of(own, 0.95)[ERROR].values
+    second_moments._of_tables.cache_clear()
+    drawn_figures._POOLS.clear()
+    for table in ({1: 0.05, 3: 0.02}, {1: 0.04, 2: 0.03}):
+        other = {ERROR: family(table, -40.0, 60.0, "largest", shape)}
+        assert not np.array_equal(moments_of(other)[ERROR].value, moment)
+        assert not np.array_equal(pools_of(other, 0.95)[ERROR].values, pool)
+    np.testing.assert_array_equal(moments_of(own)[ERROR].value, moment)
+    np.testing.assert_array_equal(pools_of(own, 0.95)[ERROR].values, pool)
+    assert pools_of(own, 0.95)[ERROR] is pools_of(own, 0.95)[ERROR]
+
+
+def test_pools_are_forgotten_where_they_are_too_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drawn_figures, "_POOLS", {})
+    monkeypatch.setattr(drawn_figures, "MOST_KEPT", 5_000_000)  # two of 2 MB
+    for table in ({1: 0.05}, {1: 0.04}, {1: 0.03}):
+        pools_of({ERROR: family(table, -40.0, 60.0, "largest", "kink")}, 0.95)
+    assert len(drawn_figures._POOLS) == 2

@@ -53,7 +53,7 @@ def _explained(plain: Weighed) -> float:
 
 
 def _gain(plain: Weighed, more: Weighed | None) -> float:
-    if more is None or more.columns == plain.columns:
+    if more is None:
         return -np.inf
     cost = (more.columns - plain.columns) * float(np.log(plain.rows))
     gain = 2.0 * (more.loglik - plain.loglik) - cost

@@ -28,7 +28,9 @@ from planner.solvers.distributions import chi_square_tail
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
 from planner.solvers.reml import (
+    Grounds,
     Sample,
+    Slope,
     Variances,
     loglik,
     reml_and_information,
@@ -98,10 +100,15 @@ class Readings:
     weights: Array
     least_runs: int = LEAST_RUNS
 
+    @cached_property
+    def judged(self) -> _Judged:
+        """What is estimated from them: asked when columns are weighed, and again for the variances."""
+        return _judged(self)
+
 
 def triad_noise(triad: Sequence[Readings]) -> list[ChannelNoise]:
     """The noise of every channel of a sensor."""
-    judged = [_judged(r) for r in triad]
+    judged = [r.judged for r in triad]
     own = [_own(j) for j in judged]
     return [_noise(j, v) for j, v in zip(judged, without_zeros(_shared(judged, own) or own), strict=True)]
 
@@ -113,7 +120,7 @@ def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights
 
 def channel_noise(readings: Readings) -> ChannelNoise:
     """The noise of one channel by itself."""
-    judged = _judged(readings)
+    judged = readings.judged
     return _noise(judged, *without_zeros([_own(judged)]))
 
 
@@ -147,29 +154,38 @@ class Weighed:
         return both[:, :-1], both[:, -1]
 
     def beside(self, block: Array) -> Weighed | None:
-        """The same with a block (n, k) more; None where the rows do not carry it."""
+        """The same with a block (n, k) more; None where the rows do not carry it, or it is nothing more."""
         sample = self.judged.sample
         rows, firsts = judged_rows(self.judged.starts, len(block))
         seen = block[rows]
         left = clear(sample.basis, seen)
         told = np.sum(left**2, axis=0) > TOLD**2 * np.sum(seen**2, axis=0)
-        basis = np.column_stack([sample.basis, orthonormal(left[:, told], TOLD)])
-        if len(rows) - basis.shape[1] < _least_freedom(firsts):
+        more = orthonormal(left[:, told], TOLD)
+        basis = np.column_stack([sample.basis, more])
+        if not more.size or len(rows) - basis.shape[1] < _least_freedom(firsts):
             return None
-        return _weighed(replace(self.judged, sample=replace(sample, X=basis)), self.theta)
+        wider = replace(self.judged, sample=replace(sample, X=basis))
+        return _weighed(wider, self.theta, self._grounds.with_columns(more))
+
+    @cached_property
+    def _grounds(self) -> Grounds:
+        """From which models with a block more begin."""
+        return Grounds(self.judged.sample, self.theta)
 
 
 def weighed(readings: Readings) -> Weighed | None:
     """A channel under its own candidates; None where the rows tell no variance."""
-    judged = _judged(readings)
+    judged = readings.judged
     effects = judged.sample.effects
     even = max(float(np.var(judged.sample.left)), judged.least[0]) / effects.count / effects.mean_sizes()
     return _weighed(judged, np.maximum(even, judged.least))
 
 
-def _weighed(j: _Judged, start: Array) -> Weighed | None:
-    theta = np.maximum(reml_roughly(j.sample, start, ROUGHLY), j.least)
-    found = loglik(j.sample, theta)
+def _weighed(j: _Judged, start: Array, first: Slope | None = None) -> Weighed | None:
+    theta, found = reml_roughly(j.sample, start, ROUGHLY, first)
+    if (theta < j.least).any():
+        theta = np.maximum(theta, j.least)
+        found = loglik(j.sample, theta)
     return Weighed(j, theta, found) if np.isfinite(found) else None
 
 

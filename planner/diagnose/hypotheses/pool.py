@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -62,7 +63,7 @@ class Pool:
     parts: axis -> (n, k_a) of length one over all axes; size: (K,) whitened length that they had, per SI unit
     gram: (K, K) of the parts; h: (K,) clear of what was taken; segments: for the flips; shares: of variances
     taken: what the pool is clear of, which never touches (K, K): a search asks for few blocks beside much
-    asked, cleared: what was computed of it already: a search asks the same many times
+    asked, nulls, cleared: what was computed of it already: a search asks the same many times
     """
 
     state: Mapping[int, Whitened]
@@ -77,6 +78,7 @@ class Pool:
     shares: Mapping[int, Shares]
     taken: Taken | None = None
     asked: dict[tuple[int, ...], Contrast] = field(init=False, default_factory=dict, compare=False)
+    nulls: list[tuple[tuple[int, ...], Flips, Null]] = field(init=False, default_factory=list, compare=False)
     cleared: dict[tuple[int, ...], Pool] = field(init=False, default_factory=dict, compare=False)
 
     def columns(self, chosen: Iterable[int]) -> NDArray[np.int64]:
@@ -360,10 +362,24 @@ class Null:
     least: Array
     tests: float = 1.0
 
+    @cached_property
+    def independent(self) -> float:
+        """How many independent tests the flips amount to."""
+        median = float(np.exp(np.median(self.least)))
+        return float(np.log(0.5) / np.log1p(-min(max(median, 1e-300), 0.999)))
+
 
 def null_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Null:
     """The smallest log p over the tested blocks in every flip."""
-    tested = list(tested)
+    tested = tuple(tested)
+    for blocks, of, null in pool.nulls:
+        if blocks == tested and of is flips:
+            return null
+    pool.nulls.append((tested, flips, _null_of(pool, tested, flips)))
+    return pool.nulls[-1][-1]
+
+
+def _null_of(pool: Pool, tested: Sequence[int], flips: Flips) -> Null:
     H = pool.flipped(flips.signs)
     least = np.zeros(len(flips.signs))
     for b in tested:
@@ -393,8 +409,6 @@ def family_wise(found: float, null: Null) -> float:
     The larger of both: flips keep the residual's square and so have lighter tails than F with few degrees of
     freedom, and beyond the flips there is no rank.
     """
-    median = float(np.exp(np.median(null.least)))
-    tests = np.log(0.5) / np.log1p(-min(max(median, 1e-300), 0.999))
-    by_number = min(1.0, max(tests, null.tests) * float(np.exp(max(found, -700.0))))
+    by_number = min(1.0, max(null.independent, null.tests) * float(np.exp(max(found, -700.0))))
     beyond = int(np.sum(null.least <= found))
     return float(by_number if beyond == 0 else max(by_number, (1.0 + beyond) / (1.0 + len(null.least))))
