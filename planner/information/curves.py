@@ -7,7 +7,7 @@ table are drawn once for all errors, and so is what tables leave of them.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -27,6 +27,8 @@ from planner.spec.model import PercentileRule, Spec
 
 CURVES = 2000  # drawn of every family: a second moment is then known to 2 % in sigma, a part of the whole
 UNSEEN = 8000, 32_000  # others, by which what was chosen is judged; not kept, they are drawn block by block
+TINY = 1e-300
+TAIL = 3.0  # times the median size, beyond which a prior takes no curve of a shape
 BEYOND = 160  # of them beyond a requirement's share: these make its quantile
 BLOCK = 500
 MOST_SHAPES = 16  # of unseen curves, of which a process remembers what it looked at: plans are of few tables
@@ -45,19 +47,21 @@ class Curves:
     unseen: whether they are others, and more, than those by which a campaign is searched: the one that is
     found is the luckiest of thousands under the curves that chose it
     on_offer: (N,) temperatures that campaigns may ask for, looked at together when the first one asks
+    tamed: whether none is larger than TAIL times the median of its shape
     """
 
     spec: Spec
     drawn: dict[Hashable, _Drawn] = field(default_factory=dict)
     unseen: bool = False
     on_offer: Array = field(default_factory=lambda: np.empty(0))
+    tamed: bool = False
     known: _Known = field(default_factory=lambda: _Known(), repr=False, compare=False)
 
     def under(self, spec: Spec) -> Curves:
         """Those of another spec: the same ones where its budgets have the same curves."""
         if _curved(spec) == _curved(self.spec):
             return self
-        return Curves(spec, self.drawn, self.unseen, self.on_offer)
+        return replace(self, spec=spec, known=_Known())
 
     def moments(self, degc: Array) -> dict[str, Moments]:
         """family -> (sensor, effect) -> (N, N) second moment at temperatures (N,) ascending, SI².
@@ -81,7 +85,16 @@ class Curves:
     def prior(self, error: tuple[Sensor, str], degc: Array) -> Array | None:
         """(N, N) of one error, the mean over the families, as smooth tables take it; None without a curve."""
         each = [family[error] for family in self._families.values() if error in family]
-        return np.mean([self._moment(one, degc) for one in each], axis=0) if each else None
+        return np.mean([self.of_prior._moment(one, degc) for one in each], axis=0) if each else None
+
+    @cached_property
+    def of_prior(self) -> Curves:
+        """Those that make the prior of smooth tables: the same ones for search, judge and `calibrate`.
+
+        Where a table says little of slopes, a few nearly straight curves are most of a second moment, others
+        in every draw: none is taken as larger than TAIL times the median of its shape.
+        """
+        return Curves(self.spec, self.drawn, on_offer=self.on_offer, tamed=True)
 
     def means(self, degc: Array) -> dict[tuple[Sensor, str], Array]:
         """(N,) what all units have in common at temperatures (N,), SI: of curves measured on several units.
@@ -156,7 +169,11 @@ class Curves:
             return along(degc, family.grid, family.draws(self._count, self._rng()))
         known = self._redrawn(family.shape) if self.unseen else self._kept(family.shape)
         known.look(degc, self.on_offer, family)
-        return np.asarray(known.at(degc, family) * known.scales(family)[:, None])
+        scales = known.scales(family)
+        if self.tamed:
+            most = TAIL * np.median(scales * known.sizes)
+            scales = np.minimum(scales, most / np.maximum(known.sizes, TINY))
+        return np.asarray(known.at(degc, family) * scales[:, None])
 
     def _kept(self, shape: Shape) -> _Drawn:
         key = (_key(shape), self.spec.plan.seed)
@@ -193,6 +210,11 @@ class _Drawn:
     blocks: Callable[[], Iterable[Array]]
     left: dict[int, Array] = field(default_factory=dict)
     seen: dict[bytes, tuple[Array, Array]] = field(default_factory=dict)
+
+    @cached_property
+    def sizes(self) -> Array:
+        """(n,) root mean squares over the range, before a table scales them."""
+        return np.concatenate([np.sqrt(np.mean(block**2, axis=1)) for block in self.blocks()])
 
     @cached_property
     def steps(self) -> Array:

@@ -29,6 +29,7 @@ from planner.spec.flight_temperature import TemperatureShares
 from planner.spec.model import Requirement, Spec
 
 QUICK_SCENARIOS = 16  # flight temperatures that the search looks at
+IN_A_PEAK = 4  # times as many where the worst is looked for: fast curves rise and fall within 2 % of a range
 HASTE_S, HASTY_INSTANTS = 20.0, 12  # for a plan that must be there sooner, of a requirement at any moment
 QUICK_INSTANTS = 4  # of a requirement at any moment
 
@@ -122,7 +123,7 @@ def scenarios(
         return response.temperature_degc[:1], np.ones(1)
     if wanted.temperature == "worst":
         corners = [t for t in _measured_at(spec) if low < t < high]
-        return np.union1d(np.linspace(low, high, count + 1), corners), None
+        return np.union1d(np.linspace(low, high, IN_A_PEAK * count + 1), corners), None
     at, share = np.polynomial.legendre.leggauss(count)
     return 0.5 * (low + high) + 0.5 * (high - low) * at, 0.5 * share
 
@@ -179,7 +180,7 @@ def promise_of(flight: Flight, kinds: Kinds, wanted: tuple[Asked, ...]) -> Promi
     degc = [kinds.degc, ends, *(a.temperature_degc.ravel() for a in wanted)]
     points: Array = np.unique(np.round(np.concatenate(degc), 6)).astype(np.float64)
     families = flight.curves.moments(points)
-    smooth = smooth_of(flight.spec, points, families)
+    smooth = smooth_of(flight.spec, points, flight.curves.of_prior.moments)
     flying = flight.response.flying
     budgets = {f.error: budget_of(flight.spec.unit, f.error) for f in flying}
     unbudgeted = frozenset(error for error, budget in budgets.items() if budget is None)

@@ -8,7 +8,7 @@ which the promise must hold. Linear in v̂, so that every moment and quantile fo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,11 +51,11 @@ class Smooth:
         return kriging_weights(known + noise + apart, across)
 
 
-def smooth_of(spec: Spec, points: Array, families: Mapping[str, Moments]) -> Smooth | None:
-    """How a spec's tables are read; None: by straight lines. families: second moments at points (N,)."""
+def smooth_of(spec: Spec, points: Array, moments: Callable[[Array], Mapping[str, Moments]]) -> Smooth | None:
+    """How a spec's tables are read; None: by straight lines. moments: of every family at points (N,)."""
     if spec.plan.temperature_estimator == "lines":
         return None
-    return Smooth(points, mixed(families), *spec.plan.temperatures.range)
+    return Smooth(points, mixed(moments(points)), *spec.plan.temperatures.range)
 
 
 def mixed(families: Mapping[str, Moments]) -> Moments:

@@ -5,7 +5,9 @@ steps, one load of one unit, and from the steps what is promised (recount_promis
 of its own for each of them: where a campaign has few temperatures they make nearly all of a figure, and two
 draws of a few thousand are then up to 2 % apart (measured on the shipped specs): SAME. Below three
 temperatures the planner's 2000 scatter a 95 % quantile by 1.2 % to 1.8 % (one sigma, 16 seeds of a
-self-aligned starter), the 4000 here by two thirds of that: APART is three sigma of their difference.
+self-aligned starter), the 4000 here by two thirds of that: APART is three sigma of their difference. What a
+quantile here may err by its own draws is counted; the planner draws a quarter of the flights for a point that
+is only shown, so that three sigma of the difference are 3 √(1 + 4) of it: SIGMAS.
 """
 
 from __future__ import annotations
@@ -27,9 +29,10 @@ from planner.verify.records import records_of
 from planner.verify.recount import weights_of
 from planner.verify.recount_hours import earliest
 from planner.verify.recount_loads import used_benches
-from planner.verify.recount_promise import NOTHING, SIGMAS, as_planned, figures_of
+from planner.verify.recount_promise import NOTHING, as_planned, figures_of
 
 SAME, APART = 0.03, 0.05
+SIGMAS = 6.7
 FEW = 2  # temperatures, up to which figures may be so far apart
 _EXACT = 1e-7
 

@@ -106,10 +106,13 @@ def mean_of(moments: Sequence[Moment]) -> list[Moment]:
     return found
 
 
-def moments_of(curves: Mapping[Error, Curves], most: int = CURVES) -> dict[Error, Moment]:
+def moments_of(
+    curves: Mapping[Error, Curves], most: int = CURVES, tail: float = np.inf
+) -> dict[Error, Moment]:
     """Of the curves of every error. Those of one shape are drawn together: they differ in their scale.
 
     most: curves to draw, a multiple of BLOCK
+    tail: times the median size (rms) of those of a table, beyond which each is taken as that large
     """
     found, drawn = {}, dict[str, dict[Error, Family]]()
     for error, one in curves.items():
@@ -119,7 +122,7 @@ def moments_of(curves: Mapping[Error, Curves], most: int = CURVES) -> dict[Error
         else:
             found[error] = _exact(one)
     for group, families in drawn.items():
-        found |= _sampled(group, families, most)
+        found |= _sampled(group, families, most, tail)
     return {error: found[error] for error in curves}
 
 
@@ -142,11 +145,11 @@ def _modes(amplitude: Array) -> Array:
     return np.asarray(rows / np.sqrt(2.0))
 
 
-def _sampled(group: str, families: Mapping[Error, Family], most: int) -> dict[Error, Moment]:
+def _sampled(group: str, families: Mapping[Error, Family], most: int, tail: float) -> dict[Error, Moment]:
     first = next(iter(families.values()))
     count = min(OF_COSINES, most) if first.shape == "cosines" else most
     tables = tuple((one.numbers, tuple(one.left.tolist())) for one in families.values())
-    values = _of_tables(group, first.shape, tuple(first.amplitude.tolist()), tables, count)
+    values = _of_tables(group, first.shape, tuple(first.amplitude.tolist()), tables, count, tail)
     each = zip(families.items(), values, strict=True)
     every = _every(first.shape)
     return {error: Moment(one.grid[::every], value) for (error, one), value in each}
@@ -167,6 +170,7 @@ def _of_tables(
     amplitude: tuple[float, ...],
     tables: tuple[tuple[tuple[int, ...], tuple[float, ...]], ...],
     count: int,
+    tail: float,
 ) -> tuple[Array, ...]:
     """(G, G) of curves of a shape that leave each of the tables."""
     values = [np.zeros(((POINTS - 1) // _every(shape) + 1,) * 2) for _ in tables]
@@ -175,6 +179,9 @@ def _of_tables(
     for curve, left in draws if shape == "cosines" else _remembered(group, shape, every, count):
         for value, (numbers, allowed) in zip(values, tables, strict=True):
             scaled = curve * scales(numbers, allowed, left)[:, None]
+            if np.isfinite(tail):
+                size = np.sqrt(np.mean(scaled**2, axis=1))
+                scaled *= np.minimum(1.0, tail * np.median(size) / np.where(size > 0.0, size, 1.0))[:, None]
             value += scaled.T @ scaled / count
     for value in values:
         value.flags.writeable = False

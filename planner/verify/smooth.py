@@ -26,6 +26,7 @@ from planner.verify.nodes import read
 from planner.verify.second_moments import BLOCK, Error, Moment, mean_of, moments_of
 
 CURVES = BLOCK  # of every family: moments known to 5 % cost weights a thousandth of what they leave
+TAIL = 3.0  # times the median size, beyond which a prior takes no curve: few would be most of its moment
 SMALL = 1e-9  # of the nodes' mean variance, on its diagonal: two nodes of a smooth curve are nearly one
 
 
@@ -78,6 +79,6 @@ def prior_of(spec: Spec) -> dict[Error, list[Moment]]:
     """Error -> second moments of its curves, of every family for which the promise must hold."""
     prior: dict[Error, list[Moment]] = {}
     for family in families_of(spec):
-        for error, moment in moments_of(curves_in(spec, family), CURVES).items():
+        for error, moment in moments_of(curves_in(spec, family), CURVES, TAIL).items():
             prior.setdefault(error, []).append(moment)
     return {error: several for error, several in prior.items() if any(m.value.any() for m in several)}
