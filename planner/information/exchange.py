@@ -96,6 +96,11 @@ class Judge:
         """The same judge by quick figures alone: for limits that are not the spec's, or that count later."""
         return replace(self, families=list(self.families), exactly=_anything)
 
+    @property
+    def hurries(self) -> bool:
+        """Whether time is over for a search that asks exact figures, which has something to fall back on."""
+        return self.exactly is not _anything and self.late()
+
     def keeps(self, n: Array) -> bool:
         """Whether a campaign that keeps it so far keeps it under every family; what breaks it stays.
 
@@ -151,9 +156,9 @@ def beginnings(offers: Offers, judge: Judge) -> list[Array]:
     for N in range(1, MOST_TEMPERATURES + 1) if chosen else (1,):
         for main in mains if N > 1 else (None,):
             found += _enough_of(offers, judge, even(offers, N, main))
-        if found and judge.late():
+        if judge.hurries or (found and judge.late()):
             break
-    if chosen and not found:
+    if chosen and not found and not judge.hurries:
         most = max(len(o.places) for o in chosen)
         found = [n for main in mains for n in _enough_of(offers, judge, even(offers, most, main, inset=0.0))]
     return sorted(found, key=lambda n: float(offers.cost(n[None])[0]))
@@ -178,6 +183,8 @@ def _on_one_bench(offers: Offers, n: Array) -> list[Array]:
 
 def one_that_keeps(offers: Offers, judge: Judge) -> list[Array]:
     """A campaign that keeps the promise, where none at even temperatures does; none where none is found."""
+    if judge.hurries:
+        return []
     every = [*judge.promise.families]
     n = easiest(offers, judge.by_family, every, judge.late, enough=1.0)
     return [n] if judge.loads(n[None], every)[0] <= 1.0 and judge.keeps(n) else []
@@ -200,6 +207,8 @@ def enough(offers: Offers, judge: Judge, n: Array) -> Array | None:
         loads = judge.loads(every)
         good = np.flatnonzero(loads <= 1.0)
         if not len(good):
+            return None
+        if judge.hurries:
             return None
         if judge.keeps(every[good[0]]):
             return np.asarray(every[good[0]])

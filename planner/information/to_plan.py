@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -101,10 +102,13 @@ def _worth(flight: Flight, found: Found) -> tuple[Worth, ...]:
 
 
 def _prices(flight: Flight, found: Found) -> tuple[Price, ...]:
-    """As far as there is time; hands have no prices."""
-    if is_hand_made(flight.spec) or flight.deadline.over(BESIDE, "prices"):
+    """All, if there is time for them: what a search cut short finds is no price. Hands have none."""
+    late = flight.deadline.stops(BESIDE, "prices")
+    if is_hand_made(flight.spec) or late():
         return ()
-    return prices_of(flight, found, _spreads(flight, found))
+    hurried = replace(found, judge=replace(found.judge, late=late))
+    prices = prices_of(flight, hurried, _spreads(flight, found))
+    return () if late() else prices
 
 
 def proved_of(found: Found, estimator: Literal["lines", "smooth"]) -> str:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from planner.information import to_plan
 from planner.information.choose import campaign_found
+from planner.information.exchange import Judge, shortest
+from planner.information.model_of import on_offer
+from planner.information.prices import prices_of
 from planner.nouns.deadline import Deadline
 from planner.pipelines import planning as pipeline
 from tests.information import cases
@@ -27,6 +31,38 @@ def test_no_time_at_all_still_gives_a_campaign_that_keeps_the_promise():
     assert all(stage in said for stage in ("the search", "the genetic campaign", "prices"))
     assert made.genetic is None
     assert made.gap > 0.0
+
+
+def test_prices_that_time_cuts_short_are_none(monkeypatch):
+    """Their searches are told that it is late, and what these found then is not shown."""
+    late = []
+
+    def slow(flight, found, parts):
+        late.append(found.judge.late())
+        object.__setattr__(flight.deadline, "seconds", 0.0)
+        late.append(found.judge.late())
+        return prices_of(flight, found, parts)
+
+    monkeypatch.setattr(to_plan, "prices_of", slow)
+    made = pipeline.plan(loaded(searched()), lambda message: None).plan
+    assert late == [False, True]
+    assert made.prices == ()
+    assert any("prices" in note for note in made.notes if note.startswith("plan.time_limit"))
+
+
+def test_a_search_by_exact_figures_ends_when_its_time_is_over():
+    """It has the campaign that was begun with; each exact figure can take seconds."""
+    flight = cases.flight(cases.tree(0))
+    offers, promise = on_offer(flight)
+    asked = []
+
+    def exactly(n):
+        asked.append(n)
+        return False
+
+    judge = Judge(promise, exactly=exactly, late=lambda: len(asked) >= 2).loosened(1e9)
+    assert shortest(offers, judge, 1000) is None
+    assert len(asked) == 2
 
 
 def test_published_planning_keeps_within_its_time():

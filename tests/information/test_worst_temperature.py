@@ -1,4 +1,4 @@
-"""Where only the worst temperature counts, it is found: between the nodes of a table fast curves peak sharply."""
+"""Where only the worst temperature counts, it is found: between nodes fast curves peak sharply."""
 
 from __future__ import annotations
 
