@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.diagnose.evidence_veto import verdict_of
+from planner.diagnose.evidence_veto import BEYOND_DOUBT, verdict_of
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.curves import with_curve
 from planner.diagnose.hypotheses.evidence import evidence, over
-from planner.diagnose.hypotheses.generic import VARIES_WITH, of_the_sensor
+from planner.diagnose.hypotheses.generic import variable_of
 from planner.diagnose.hypotheses.lagging_thermometer import NAME as LAGS
 from planner.diagnose.hypotheses.lagging_thermometer import ahead, lag_of, with_lag
 from planner.diagnose.hypotheses.limits import limits
@@ -43,7 +43,6 @@ from planner.spec.model import Spec
 
 AGAIN = 2  # searches, of what explains a channel instead of an effect that the fit leaves nothing of
 SURE = 5.0  # sigma, at which a variable is told although its effect is not
-BEYOND_DOUBT = 10.0  # sigma of several coefficients together, none of which is told from zero by itself
 LEAST_ROWS = 8  # a channel has about as many declared coefficients at one temperature
 
 
@@ -191,9 +190,9 @@ def told_from_zero(
         linear = [t for t in e.terms if not t.parameter]
         if all(t.low <= 0.0 <= t.high for t in linear):
             why = "fitted with all that is declared, the interval of each of its coefficients holds zero"
-            variable = VARIES_WITH.get(catalog.effects()[e.effect].variable)
+            variable = variable_of(catalog.effects()[e.effect], e.sensor)
             if variable and len(linear) > 1 and e.strength > BEYOND_DOUBT and len(e.channels) == 1:
-                rest.append(Unknown(e.channels, of_the_sensor(variable, e.sensor), e.p_value, e.strength))
+                rest.append(Unknown(e.channels, variable, e.p_value, e.strength))
                 continue
             falls.append(Refused(e.effect, e.channels, why))
             if variable and e.nonlinear and e.strength > SURE:
