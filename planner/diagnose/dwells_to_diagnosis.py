@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.diagnose.evidence_veto import BEYOND_DOUBT, verdict_of
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
+from planner.diagnose.hypotheses.common_scale import common_scale, untold_scale
 from planner.diagnose.hypotheses.curves import with_curve
 from planner.diagnose.hypotheses.evidence import evidence, over
 from planner.diagnose.hypotheses.generic import variable_of
@@ -21,6 +22,7 @@ from planner.diagnose.hypotheses.prepared import Prepared, prepared
 from planner.diagnose.hypotheses.reported import channel_name, found_effects
 from planner.diagnose.hypotheses.sensor import SensorFound, diagnose_sensor
 from planner.diagnose.hypotheses.suspects import suspects
+from planner.diagnose.hypotheses.thermometer_offset import untold_offset
 from planner.diagnose.left_out import copies, left_out, off_as_a_whole
 from planner.diagnose.off_power_on import off_power_on
 from planner.diagnose.records import screened
@@ -74,7 +76,9 @@ def diagnose(
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
     left = [*off, *copies(data), *left_out(found, data)]
     wrong = (*seen.suspects, *late, *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)))
-    wrong = (*wrong, *off_as_a_whole(left))
+    common = [one for s in found if (one := common_scale(s, spec)) is not None]
+    wrong = (*wrong, *off_as_a_whole(left), *common)
+    untestable += _of_references(found, spec, {one.hypothesis for one in common})
     return UnitDiagnosis(
         unit=str(table.unit[0]),
         verdict=verdict_of((*effects, *(s for s in wrong if not s.expected)), unknown, not_found),
@@ -248,6 +252,12 @@ def _limits(
             if name not in plain_names(tuple(spec.effects), sensor)
         ]
     return not_found, untestable
+
+
+def _of_references(found: Sequence[SensorFound], spec: Spec, told: Container[str]) -> list[Untestable]:
+    """What these records cannot show of the references."""
+    scales = [one for s in found if (one := untold_scale(s)) is not None and one.effect not in told]
+    return [*scales, *untold_offset(spec)]
 
 
 def _no_sensor(sensor: Sensor, data: Prepared) -> str:

@@ -132,7 +132,7 @@ def verdict_of(
 def held_to_the_floor(found: UnitDiagnosis, residual: Sequence[ResidualChange]) -> UnitDiagnosis:
     """An unknown on each channel whose residual on unseen power-ons is more than noise."""
     told = {c for u in found.unknown for c in u.channels}
-    told |= {c for s in found.reference_suspects for c in s.channels}
+    told |= {c for s in found.reference_suspects if s.separated_by > 0.0 for c in s.channels}
     known = catalog.effects()  # the bench's geometry is known only so well: its misfit is no other finding
     told |= {c for e in found.effects if known[e.effect].bench_only for c in e.channels}
     more = tuple(
