@@ -24,7 +24,7 @@ def searched(table: DwellTable, sensor: Sensor) -> SensorFound:
 
 
 def off(seed: int, sensor: Sensor, share: float, centrifuge: bool = False) -> SensorFound:
-    """A campaign whose sensor reads (1 + share) times what it did: reference and unit cannot be told apart."""
+    """A campaign whose sensor reads (1 + share) times what it did: by no record told from its reference."""
     table, _ = campaign(seed, centrifuge=centrifuge)
     field = "gyro" if sensor == "gyro" else "acc"
     return searched(replace(table, **{field: getattr(table, field) * (1.0 + share)}), sensor)
