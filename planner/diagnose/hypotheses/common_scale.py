@@ -19,7 +19,7 @@ import numpy as np
 
 from planner.diagnose.hypotheses.found import ALPHA_REFERENCE
 from planner.diagnose.hypotheses.pool import score
-from planner.diagnose.hypotheses.references import REFERENCES, Reference
+from planner.diagnose.hypotheses.references import REFERENCES
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.measurement import AXES
 from planner.nouns.array import Array
@@ -29,7 +29,8 @@ from planner.spec.budget import ErrorBudget
 from planner.spec.model import Spec
 
 TOLD = 5.0  # sigma at which the records would have shown γ as the reference's, and have not
-COARSE = 1e-3  # one sigma of γ, from which records tell nothing of a reference: good ones are known to 1e-4
+COARSE = 2e-4  # one sigma of γ: TOLD of it are the 0.1 % by which standard gravity misses a local one
+LARGE = 0.01  # of γ: what records tell no better, they do not tell
 ERROR = "scale_factor"
 
 
@@ -67,16 +68,13 @@ def common_scale(s: SensorFound, spec: Spec) -> ReferenceSuspect | None:
 def untold_scale(s: SensorFound) -> Untestable | None:
     """That these records do not tell the reference from a common scale factor, and which would."""
     block = _block(s)
-    if block is None or not len(_scale_factors(s)) or _known_to(s, block) < COARSE:
+    known = np.inf if block is None else _known_to(s, block)
+    if block is None or not len(_scale_factors(s)) or known < COARSE:
         return None
     r = REFERENCES[s.found.pool.blocks[block].name]
-    return Untestable(
-        r.name, s.sensor, f"one with a scale factor common to the {s.sensor}s here: {_tells(r)}"
-    )
-
-
-def _tells(r: Reference) -> str:
-    return f"{r.record} would tell"
+    here = "here" if TOLD * known > LARGE else f"up to {100.0 * TOLD * known:.2g} % here"
+    why = f"one with a scale factor common to the {s.sensor}s {here}: {r.record} would tell"
+    return Untestable(r.name, s.sensor, why)
 
 
 def uniform_mean_tail(x: float, n: int) -> float:
