@@ -1,4 +1,4 @@
-"""Some twenty power-ons: their noise is judged under what they can carry, and is known well enough to test."""
+"""Some twenty power-ons: noise is judged under what they can carry, and is known well enough to test by."""
 
 from __future__ import annotations
 
