@@ -94,7 +94,7 @@ def another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | No
         surest = min((one for one in (surest, found) if one is not None), default=None)
     if surest is not None:
         return _said(rows, *surest, "scale factors and misalignments")
-    stepped = _all_step(rows)
+    stepped = _all_step(rows) or _all_step(rows, level_of_turns=False)
     return None if stepped is None else _said(rows, *stepped, "the biases of all channels")
 
 
@@ -233,14 +233,16 @@ def _levels_step(y: Array, u: Array, rows: _Rows, place: int) -> bool:
     return bool(squares[0] > LEAST_RATIO * squares[1] and log_p < np.log(ANOTHER))
 
 
-def _all_step(rows: _Rows) -> tuple[float, int] | None:
+def _all_step(rows: _Rows, level_of_turns: bool = True) -> tuple[float, int] | None:
     """Log p and place at which the levels of all channels of both sensors step at once, if they do.
 
     Beside a curve over temperature, the mean force, a level of turns and a drift over days. One channel may
-    step by as little as it scatters.
+    step by as little as it scatters. Without a level of turns where nothing else steps: a unit that was taken
+    for all turns has one, but no error of a sensor gives it to both sensors at once.
     """
     channels = [(y[:, axis], u, axis) for y, u in rows.sensors for axis in range(3)]
     curve, others = _nuisance(rows)
+    others = others if level_of_turns else others[:, :-1]
     days = rows.means(rows.table.day[rows.order][:, None])
     known = factors(np.column_stack([curve, others, days - days.mean()])).basis
     runs, freedom = len(known), len(known) - known.shape[1] - 1

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.diagnose.evidence_veto import verdict_of
+from planner.diagnose.evidence_veto import BEYOND_DOUBT, verdict_of
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
+from planner.diagnose.hypotheses.common_scale import common_scale, untold_scale
 from planner.diagnose.hypotheses.curves import with_curve
 from planner.diagnose.hypotheses.evidence import evidence, over
-from planner.diagnose.hypotheses.generic import VARIES_WITH, of_the_sensor
+from planner.diagnose.hypotheses.generic import variable_of
 from planner.diagnose.hypotheses.lagging_thermometer import NAME as LAGS
 from planner.diagnose.hypotheses.lagging_thermometer import ahead, lag_of, with_lag
 from planner.diagnose.hypotheses.limits import limits
@@ -21,6 +22,7 @@ from planner.diagnose.hypotheses.prepared import Prepared, prepared
 from planner.diagnose.hypotheses.reported import channel_name, found_effects
 from planner.diagnose.hypotheses.sensor import SensorFound, diagnose_sensor
 from planner.diagnose.hypotheses.suspects import suspects
+from planner.diagnose.hypotheses.thermometer_offset import untold_offset
 from planner.diagnose.left_out import copies, left_out, off_as_a_whole
 from planner.diagnose.off_power_on import off_power_on
 from planner.diagnose.records import screened
@@ -43,7 +45,6 @@ from planner.spec.model import Spec
 
 AGAIN = 2  # searches, of what explains a channel instead of an effect that the fit leaves nothing of
 SURE = 5.0  # sigma, at which a variable is told although its effect is not
-BEYOND_DOUBT = 10.0  # sigma of several coefficients together, none of which is told from zero by itself
 LEAST_ROWS = 8  # a channel has about as many declared coefficients at one temperature
 
 
@@ -75,7 +76,9 @@ def diagnose(
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
     left = [*off, *copies(data), *left_out(found, data)]
     wrong = (*seen.suspects, *late, *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)))
-    wrong = (*wrong, *off_as_a_whole(left))
+    common = [one for s in found if (one := common_scale(s, spec)) is not None]
+    wrong = (*wrong, *off_as_a_whole(left), *common)
+    untestable += _of_references(found, spec, {one.hypothesis for one in common})
     return UnitDiagnosis(
         unit=str(table.unit[0]),
         verdict=verdict_of((*effects, *(s for s in wrong if not s.expected)), unknown, not_found),
@@ -191,9 +194,9 @@ def told_from_zero(
         linear = [t for t in e.terms if not t.parameter]
         if all(t.low <= 0.0 <= t.high for t in linear):
             why = "fitted with all that is declared, the interval of each of its coefficients holds zero"
-            variable = VARIES_WITH.get(catalog.effects()[e.effect].variable)
+            variable = variable_of(catalog.effects()[e.effect], e.sensor)
             if variable and len(linear) > 1 and e.strength > BEYOND_DOUBT and len(e.channels) == 1:
-                rest.append(Unknown(e.channels, of_the_sensor(variable, e.sensor), e.p_value, e.strength))
+                rest.append(Unknown(e.channels, variable, e.p_value, e.strength))
                 continue
             falls.append(Refused(e.effect, e.channels, why))
             if variable and e.nonlinear and e.strength > SURE:
@@ -249,6 +252,12 @@ def _limits(
             if name not in plain_names(tuple(spec.effects), sensor)
         ]
     return not_found, untestable
+
+
+def _of_references(found: Sequence[SensorFound], spec: Spec, told: Container[str]) -> list[Untestable]:
+    """What these records cannot show of the references."""
+    scales = [one for s in found if (one := untold_scale(s)) is not None and one.effect not in told]
+    return [*scales, *untold_offset(spec)]
 
 
 def _no_sensor(sensor: Sensor, data: Prepared) -> str:

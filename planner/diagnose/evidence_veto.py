@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from planner import catalog
-from planner.diagnose.hypotheses.generic import VARIES_WITH
+from planner.diagnose.hypotheses.generic import variable_of
 from planner.nouns.diagnosis import (
     FoundEffect,
     NavigationCost,
@@ -25,25 +25,32 @@ MORE_THAN_NOISE = (
     1.5  # times the noise model's sigma within runs: held-out figures of clean channels stay below
 )
 NOTICED = 0.01  # of a requirement's limit
+BEYOND_DOUBT = 10.0  # sigma of an effect, from which something is there whatever becomes of its name
 RISES = 1.0  # ratio of the held-out residuals within runs, after to before, from which nothing was gained
 
 
 def refused_by_residual(
     found: UnitDiagnosis, residual: Sequence[ResidualChange]
 ) -> tuple[UnitDiagnosis, bool]:
-    """The diagnosis without the effects that leave more on unseen power-ons; whether any went."""
+    """The diagnosis without the effects that leave more on unseen power-ons; whether any went.
+
+    A table's many values may predict worse than none of them, though that something follows its variable is
+    sure: it is left without a name.
+    """
     change = {r.channel: r for r in residual if r.held_out and r.split == "runs"}
-    stands, falls = [], []
+    stands, falls, rest = [], [], []
     for e in found.effects:
         mine = [change[c] for c in e.channels if c in change]
         if mine and all(_rises(r) for r in mine):
             why = "on unseen power-ons the residual does not fall: " + "; ".join(_told(r) for r in mine)
             falls.append(Refused(e.effect, e.channels, why))
+            rest += [u for u in _unnamed(e) if e.strength > BEYOND_DOUBT]
         else:
             stands.append(e)
     if not falls:
         return found, False
-    return _judged(found, effects=tuple(stands), refused=(*found.refused, *falls)), True
+    unknown = (*found.unknown, *_not_told(rest, found.unknown))
+    return _judged(found, effects=tuple(stands), refused=(*found.refused, *falls), unknown=unknown), True
 
 
 def refused_by_flight(
@@ -61,12 +68,26 @@ def refused_by_flight(
             stands.append(e)
             continue
         falls.append(Refused(e.effect, e.channels, "compensated, a flight is worse: " + _flown(worse[0])))
-        variable = VARIES_WITH.get(catalog.effects()[e.effect].variable, "unexplained")
-        rest += [Unknown((c,), variable, e.p_value, e.strength) for c in e.channels]
+        rest += _unnamed(e)
     if not falls:
         return found, False
     unknown = (*found.unknown, *rest)
     return _judged(found, effects=tuple(stands), refused=(*found.refused, *falls), unknown=unknown), True
+
+
+def _unnamed(e: FoundEffect) -> list[Unknown]:
+    """What is left of an effect without its name, channel by channel; nothing of one of the bench."""
+    effect = catalog.effects()[e.effect]
+    if effect.bench_only:
+        return []
+    variable = variable_of(effect, e.sensor) or "unexplained"
+    return [Unknown((c,), variable, e.p_value, e.strength) for c in e.channels]
+
+
+def _not_told(more: Sequence[Unknown], told: Sequence[Unknown]) -> list[Unknown]:
+    """Those of which no other unknown says the same already."""
+    said = {(c, u.varies_with) for u in told for c in u.channels}
+    return [u for u in more if not said & {(c, u.varies_with) for c in u.channels}]
 
 
 def _worse(c: NavigationCost) -> bool:
@@ -111,7 +132,7 @@ def verdict_of(
 def held_to_the_floor(found: UnitDiagnosis, residual: Sequence[ResidualChange]) -> UnitDiagnosis:
     """An unknown on each channel whose residual on unseen power-ons is more than noise."""
     told = {c for u in found.unknown for c in u.channels}
-    told |= {c for s in found.reference_suspects for c in s.channels}
+    told |= {c for s in found.reference_suspects if s.separated_by > 0.0 for c in s.channels}
     known = catalog.effects()  # the bench's geometry is known only so well: its misfit is no other finding
     told |= {c for e in found.effects if known[e.effect].bench_only for c in e.channels}
     more = tuple(

@@ -128,6 +128,23 @@ def test_biases_that_all_step_at_once_are_those_of_a_second_unit(seed: int) -> N
     assert not screened(replace(table, **alone)).suspects
 
 
+@pytest.mark.parametrize("seed", [2, 3, 5])
+def test_a_second_unit_that_was_taken_for_all_turns_is_one(seed: int) -> None:
+    """The step of all biases lay where turns begin, as a level of turns does; sensors were blamed."""
+    table, _ = campaign(seed)
+    rng = np.random.default_rng(seed)
+    rate = np.linalg.norm(table.conditions().rate, axis=1)
+    first = int(table.run[rate > np.radians(1.0)].min())
+    later = (table.run >= first)[:, None]
+    step = {"gyro": np.radians(0.02) * rng.choice([-1.0, 1.0], 3), "acc": 0.06 * rng.choice([-1.0, 1.0], 3)}
+    both = {name: getattr(table, name) + later * step[name] for name in step}
+    (suspect,) = screened(replace(table, **both)).suspects
+    assert suspect.hypothesis == "mixed_units"
+    assert suspect.value == first
+    for name in step:
+        assert not screened(replace(table, **{name: both[name]})).suspects  # a sensor by itself
+
+
 @pytest.mark.parametrize("seed", [5])
 @pytest.mark.further("seed", [3])
 def test_the_earths_rate_with_the_wrong_sign_is_no_g_sensitivity(seed: int) -> None:

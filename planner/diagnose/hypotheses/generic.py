@@ -14,7 +14,7 @@ import numpy as np
 from planner.diagnose.hypotheses.channels import Channel
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
-from planner.protocols import Condition, Sensor
+from planner.protocols import Condition, Effect, Sensor
 from planner.temperature_table import hats, temperature_nodes
 from planner.units import STANDARD_GRAVITY_MPS2
 
@@ -117,14 +117,17 @@ def _temperature_rate(c: Channel, table: DwellTable) -> list[Array]:
 
 
 def _rate(c: Channel, table: DwellTable) -> list[Array]:
-    """Bins of the own rate, of its modulus in any direction, of the other axes' rates; whether it turns."""
+    """Bins of the own rate, of its modulus in any direction, of the other axes' rates; whether it turns.
+
+    And the moduli along the axes, few: a square of the library follows the modulus of another axis roughly.
+    """
     if c.sensor != "gyro":
         return []
     rate = c.model.conditions.rate
     others = np.concatenate([_hats(rate[:, j], REST_RATE, 7) for j in range(3) if j != c.axis], axis=1)
     own, size = _hats(c.u, REST_RATE, MOST_RATES), np.linalg.norm(rate, axis=1)
     turns = (size > REST_RATE).astype(float)[:, None]
-    return [own, _hats(size, REST_RATE, MOST_RATES), others, turns]
+    return [own, _hats(size, REST_RATE, MOST_RATES), others, np.abs(rate), turns]
 
 
 def _orientation(c: Channel, table: DwellTable) -> list[Array]:
@@ -166,16 +169,18 @@ def _ways(v: Array, there: Array) -> Array:
 def _specific_force(c: Channel, table: DwellTable) -> list[Array]:
     """Modulus, square and cube of the load along each axis: a centrifuge has too few runs for bins of all.
 
-    An accelerometer's own load has them: where a reading saturates no power of the load does.
+    An accelerometer's own load has them: where a reading saturates no power of the load does. Moduli of the
+    force by themselves, rests included, are few: with the powers of the load alone what faces show of them
+    goes to the orientation, and what the arm shows to its days or to a square.
     """
-    f = c.model.conditions.specific_force
-    loaded = np.linalg.norm(f, axis=1) > _LOADED
+    force = c.model.conditions.specific_force
+    loaded = np.linalg.norm(force, axis=1) > _LOADED
     if not loaded.any():
         return []
     own = _hats(np.where(loaded, c.u, 0.0), _LOADED, MOST_LOADS)
-    f = np.where(loaded[:, None], f, 0.0) / np.abs(f[loaded]).max()
-    powers = np.concatenate([np.abs(f), f**2, f**3], axis=1)
-    return [powers, own] if c.sensor == "accelerometer" else [powers]
+    f = np.where(loaded[:, None], force, 0.0) / np.abs(force[loaded]).max()
+    powers, moduli = np.concatenate([np.abs(f), f**2, f**3], axis=1), np.abs(force)
+    return [powers, moduli, own] if c.sensor == "accelerometer" else [powers, moduli]
 
 
 def _temperature(c: Channel, table: DwellTable) -> list[Array]:
@@ -244,9 +249,21 @@ VARIES_WITH: Mapping[Condition | None, str] = {
 """The condition along which an effect runs -> the generic alternative over the same variable."""
 
 
+OF_TWO: Mapping[frozenset[Condition], str] = {
+    frozenset(("time_on", "temperature_degc")): "time_on_and_temperature"
+}
+"""The two conditions on which an effect depends, and no other -> the generic alternative over both."""
+
+
 def of_the_sensor(variable: str, sensor: Sensor) -> str:
     """A variable as it is called of a sensor: an accelerometer's input is the load."""
     return "specific_force" if variable == "rate" and sensor == "accelerometer" else variable
+
+
+def variable_of(effect: Effect, sensor: Sensor) -> str | None:
+    """What stays sure of a sensor's effect whose name falls: the variable, or the two, that it follows."""
+    one = VARIES_WITH.get(effect.variable)
+    return OF_TWO.get(effect.needs, one and of_the_sensor(one, sensor))
 
 
 _MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {

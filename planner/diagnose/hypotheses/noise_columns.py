@@ -25,8 +25,7 @@ def coarse(blocks: Sequence[Block], axis: int) -> list[Array]:
     kept = []
     for b in blocks:
         fine = b.generic and b.name in names and b.name in FINE_ONES
-        table = not b.generic and not b.reference and follows_any_drift(catalog.effects()[b.name])
-        if axis in b.columns and not fine and not table:
+        if axis in b.columns and not fine and not _is_table(b):
             kept.append(b.columns[axis])
         if b.generic and axis in b.columns:
             names.add(b.name)
@@ -38,20 +37,22 @@ def of_the_full_model(
 ) -> tuple[list[Array], list[Array]]:
     """Columns under which the noise is judged: every candidate, but few of those that tell power-ons apart.
 
-    And the blocks without a name that stay out.
+    And the blocks that stay out.
 
     Thirty power-ons under sixteen steps and as many days would leave nothing to tell run-to-run by, and where
-    all columns together are too many for the rows those without a name stay out.
+    all columns together are too many for the rows those without a name stay out; then tables of many values
+    too, under which 216 rows knew their noise by three degrees of freedom.
     """
-    whole = _thinned([b for b in blocks if axis in b.columns])
-    wide = sum(b.columns[axis].shape[1] for b in whole) > rows * MOST_SHARE
-    mine = [b for b in whole if not (wide and b.generic)]
+    whole = mine = _thinned([b for b in blocks if axis in b.columns])
+    for goes in (_is_generic, _is_table):
+        if sum(b.columns[axis].shape[1] for b in mine) > rows * MOST_SHARE:
+            mine = [b for b in mine if not goes(b)]
     steps = [b for b in mine if _steps_between_runs(b)]
     most = max(1, runs // A_COLUMN)
     thin = steps[:: -(-len(steps) // most)] if steps else []
     single = [b for b in mine if not _steps_between_runs(b)]
     kept = [b for b in single if not (b.name == "day" and b.columns[axis].shape[1] > most)]
-    out = [b for b in whole if wide and b.generic]
+    out = [b for b in whole if not any(b is m for m in mine)]
     return [b.columns[axis] for b in (*kept, *thin)], [b.columns[axis] for b in _coarse_of(out)]
 
 
@@ -62,6 +63,15 @@ def _coarse_of(blocks: Sequence[Block]) -> list[Block]:
         for i, b in enumerate(blocks)
         if b.name not in FINE_ONES or b.name not in {o.name for o in blocks[:i]}
     ]
+
+
+def _is_generic(block: Block) -> bool:
+    return block.generic
+
+
+def _is_table(block: Block) -> bool:
+    """Whether a block is a table of many values over what changes within a power-on."""
+    return not block.generic and not block.reference and follows_any_drift(catalog.effects()[block.name])
 
 
 def _steps_between_runs(block: Block) -> bool:

@@ -32,6 +32,7 @@ MOST_THRESHOLDS = 8  # between the rates that were set; neighbours explain nearl
 LAGS_S = (60.0, 150.0, 300.0, 600.0)  # a minute to ten, each about twice the one before
 HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate, below which a reference names no north
 MOST_SCALE = 0.05  # by which gravity or a table's rate may be off: beside a scale factor of -2, 2 would fit
+ON_THE_ARM, IN_TURNS = 0.0, 1.0  # where a unit may be mounted another way
 UNLOADED = 0.2  # of g, by which the force may differ from it at rest
 
 Columns = Callable[[Channel, DwellTable, float], Array]
@@ -161,9 +162,14 @@ def _azimuth(c: Channel, table: DwellTable, place: float) -> Array:
 
 
 def _mounting(c: Channel, table: DwellTable, place: float) -> Array:
-    """Turned by three angles in one place: on the centrifuge, or in all turns of the table."""
+    """Turned by three angles in one place: on the centrifuge, or in all turns of the table.
+
+    The latter only gravity tells, by the accelerometers: a gyro's turns are where its misalignments are from.
+    """
     conditions = c.model.conditions
-    here = loaded(conditions) if place == 0.0 else ~loaded(conditions) & turning(conditions)
+    here = loaded(conditions) if place == ON_THE_ARM else ~loaded(conditions) & turning(conditions)
+    if place == IN_TURNS and c.sensor == "gyro":
+        here = np.zeros_like(here)
     u = sensed(c.sensor, conditions) * here[:, None]
     return _felt(c, [np.cross(np.broadcast_to(e, u.shape), u) for e in np.eye(3)])
 
@@ -171,7 +177,9 @@ def _mounting(c: Channel, table: DwellTable, place: float) -> Array:
 def _mountings(table: DwellTable) -> Sequence[float]:
     conditions = table.conditions()
     arm = loaded(conditions)
-    return (0.0,) if arm.any() and not arm.all() else ()
+    turns, rests = ~arm & turning(conditions), at_rest(conditions)
+    on_the_arm = (ON_THE_ARM,) if arm.any() and not arm.all() else ()
+    return (*on_the_arm, IN_TURNS) if turns.any() and rests.any() else on_the_arm
 
 
 def _thermometer(c: Channel, table: DwellTable, place: float) -> Array:

@@ -33,6 +33,7 @@ from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.read_temperature import with_read_temperature
 from planner.diagnose.hypotheses.references import hypothesis
 from planner.diagnose.hypotheses.search import search
+from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, SCATTERS, Veto, per_power_on, predicted, vetoed
 from planner.diagnose.hypotheses.whitened import Whitened, whitened
 from planner.diagnose.unseen_runs import cells_of
@@ -157,8 +158,12 @@ def _searched(
     named = [i for i in range(b.library) if i not in faint]
     unnamed = range(b.library, len(b.pool.blocks))
     flips = Flips(signs, len(data.starts) < LEAST_RUNS)
-    found = search(b.pool, Question(tuple(named), tuple(unnamed), flips, refine, slopes))
+    question = Question(tuple(named), tuple(unnamed), flips, refine, slopes)
+    found = search(b.pool, question)
     _unname_the_undetermined(found, b.channels, b.cuts, shown)
+    refused = _refused(found, data.starts)
+    if refused:
+        _unname_what_is_left(found, question, data.starts)
     return SensorFound(
         sensor,
         b.channels,
@@ -167,7 +172,7 @@ def _searched(
         b.cuts,
         shown,
         sizes=b.sizes,
-        refused=_refused(found, data.starts),
+        refused=refused,
         faint=tuple(dict.fromkeys(b.pool.blocks[i].name for i in faint)),
         runs=data.table.run[data.starts],
     )
@@ -275,6 +280,22 @@ def _unnamed_in_place(found: Found, b: int, starts: NDArray[np.int64]) -> None:
         alone = score(found.without(i, best), [i]).delta
         if len(found.axes(i)) == 1 and found.share(i).delta < STAYS * alone:
             found.library.remove(i)  # what is left of it may as well be the other's
+
+
+def _unname_what_is_left(found: Found, question: Question, starts: NDArray[np.int64]) -> None:
+    """A name that explained a channel better than any variable beside one that is refused may not alone.
+
+    A walk over the days was a step and a hysteresis; the power-ons refuse the latter, and the step stood.
+    """
+    tried = found.tried(found.library)
+    unname_where_unnamed_wins(tried, question)
+    new = [u for u in tried.unknown if u not in found.unknown]
+    if not new or any(vetoed(tried, u, starts) for u in new):
+        return
+    for u in new:
+        names = [b for b in found.library if b not in tried.library and found.axes(b) == found.axes(u)]
+        found.p[u] = min(found.p[b] for b in names)
+    found.library, found.unknown = tried.library, tried.unknown
 
 
 def hardly_driven(pool: Pool, library: Iterable[int]) -> set[int]:

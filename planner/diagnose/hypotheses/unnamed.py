@@ -10,10 +10,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner.diagnose.hypotheses.candidates import LEAST_OF_A_TABLE
+from planner.diagnose.hypotheses.candidates import LEAST_OF_A_TABLE, Block
 from planner.diagnose.hypotheses.found import Found, Question, keys, on
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, OWN_MISFIT, along, penalty
 from planner.diagnose.hypotheses.pool import Pool, delta, score
+from planner.diagnose.hypotheses.references import hypothesis
 
 MISFIT_OF_A_NAME = 0.02  # share of Δ that readings with noise leave of an equation that is right
 READ_WITH_NOISE = {"temperature", "temperature_rate"}  # days, times and inputs are what was set
@@ -47,13 +48,21 @@ def _criterion(here: Pool, blocks: Sequence[int]) -> float:
 def _margin(found: Found, mine: Sequence[int], best: int, here: Pool) -> float:
     """By how much a generic alternative must beat a channel's names: decisively, and beyond their misfit.
 
-    Two names give way to a variable of theirs that does as well: that is one claim instead of two.
+    Two names give way to a variable of theirs that does as well: that is one claim instead of two. So does a
+    name with more to it than its equation, to one column: what turns alone have steps on the day they begin.
     """
+    if len(mine) == 1 and _more_than_its_equation(found.pool.blocks[mine[0]]) and score(here, [best]).m == 1:
+        return 0.0
     name, own = found.pool.blocks[best].name, {along(found.pool, b) for b in mine}
     if len(mine) > 1 and name in own - READ_WITH_NOISE:
         return 0.0
     misfit = OWN_MISFIT if name in own & READ_WITH_NOISE else MISFIT_OF_A_NAME
     return max(DECISIVE, misfit * delta(here, mine) / score(here, mine).s2)
+
+
+def _more_than_its_equation(block: Block) -> bool:
+    """Whether a day was chosen for it among many, or turns have a level of their own in it."""
+    return bool(block.place) or any(p.stepped for p in hypothesis(block.name).parameters)
 
 
 def choice(found: Found, question: Question, axis: int) -> float:

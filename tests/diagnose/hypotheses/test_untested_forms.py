@@ -50,9 +50,9 @@ def test_two_rates_show_one_odd_shape_whatever_it_is(seed: int) -> None:
     assert "rate" in found_at([0, -1])
 
 
-@pytest.mark.parametrize(("seed", "strength", "tested"), [(94011, 60.0, True), (94011, 7.0, False)])
+@pytest.mark.parametrize(("seed", "strength", "tested"), [(94011, 60.0, True), (94012, 7.0, False)])
 @pytest.mark.further(
-    ("seed", "strength", "tested"), [(s, t, t > 10.0) for s in (94012, 94013) for t in (60.0, 7.0)]
+    ("seed", "strength", "tested"), [(94012, 60.0, True), *((94013, t, t > 10.0) for t in (60.0, 7.0))]
 )
 def test_a_faint_line_over_the_days_may_be_any_course(seed: int, strength: float, tested: bool) -> None:
     """A square root of the days was an ageing of 17 sigma."""

@@ -119,6 +119,11 @@ MIMICS: dict[str, tuple[tuple[str, ...], Shape, tuple[str, ...]]] = {
         lambda b, u, c, rng: (u[:, (c + 1) % 3] / np.abs(u).max()) ** 3,
         ("rate",),
     ),
+    "modulus of a force": (
+        ("gyro",),
+        lambda b, u, c, rng: np.abs(b.force[:, c]),
+        ("specific_force",),
+    ),
     "modulus of another rate": (("gyro",), lambda b, u, c, rng: np.abs(u[:, (c + 2) % 3]), ("rate",)),
     "bump of the days": (
         ("gyro", "acc"),

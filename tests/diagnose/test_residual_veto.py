@@ -1,0 +1,56 @@
+"""A name whose held-out residual does not fall goes; that something strong follows its variable stays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from planner.diagnose.evidence_veto import refused_by_residual
+from planner.nouns.diagnosis import FoundEffect, FoundTerm, ResidualChange, UnitDiagnosis, Unknown
+from planner.protocols import Sensor
+
+ROSE = ResidualChange("", "deg/s", 1.0, 0.9, 1.1, 1.1, 1.0, 1.2, 0.5, 0.6, 0.4, 600, 90, True, "five folds")
+
+
+def found(effect: str, strength: float, sensor: Sensor = "gyro") -> FoundEffect:
+    term = FoundTerm("z", "gyro_z", 1.0, 0.5, 1.5, 30.0, "deg/s")
+    return FoundEffect(effect, sensor, (f"{sensor}_z",), (term,), 1e-30, strength)
+
+
+def judged(e: FoundEffect, *unknown: Unknown) -> UnitDiagnosis:
+    """A diagnosis of one effect, after its channel's residual rose."""
+    bare = UnitDiagnosis("u", "explained", (e,), unknown, (), (), (), ())
+    d, fell = refused_by_residual(bare, [replace(ROSE, channel=e.channels[0])])
+    assert fell
+    assert not d.effects
+    assert [r.effect for r in d.refused] == [e.effect]
+    return d
+
+
+@pytest.mark.parametrize(
+    ("effect", "sensor", "variable"),
+    [
+        ("load_curve", "gyro", "specific_force"),
+        ("drift_curve_temperature", "gyro", "time_on_and_temperature"),
+        ("scale_factor_curve", "accelerometer", "specific_force"),
+    ],
+)
+def test_a_table_beyond_doubt_leaves_its_variable(effect: str, sensor: Sensor, variable: str) -> None:
+    """A clipped force: a table of 21 values at 22 sigma predicted worse than none, and nothing was said."""
+    d = judged(found(effect, 22.0, sensor))
+    assert [(u.channels, u.varies_with) for u in d.unknown] == [((f"{sensor}_z",), variable)]
+    assert d.verdict == "unexplained"
+
+
+def test_a_faint_name_leaves_nothing() -> None:
+    assert not judged(found("load_curve", 6.0)).unknown
+
+
+def test_what_is_said_already_is_not_said_twice() -> None:
+    told = Unknown(("gyro_z",), "specific_force", 1e-9, 12.0)
+    assert judged(found("load_curve", 22.0), told).unknown == (told,)
+
+
+def test_an_effect_of_the_bench_leaves_no_variable_of_a_sensor() -> None:
+    assert not judged(found("lever_arm", 22.0, "accelerometer")).unknown
