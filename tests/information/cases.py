@@ -76,6 +76,7 @@ def tree(seed: int) -> Tree:
             "repeats": {"least": least, "most": least + int(rng.integers(0, 3 if len(tests) < 3 else 2))},
             "fixed": fixed,
             "overlap": ["cool_down"] if rng.random() < 0.3 else [],
+            "redundancy": 0,  # all campaigns count here; which may lose a record: test_redundancy
             "genetic": {"generations": 5},
         },
     }

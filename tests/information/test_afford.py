@@ -27,7 +27,6 @@ AS_GOOD = 1.01  # of the least load: the steps of the search end there
 def flight(seed: int) -> Flight:
     """A small case with limits that some campaign keeps about, that may lose a record."""
     tree = cases.tree(seed)
-    tree["plan"]["redundancy"] = 0
     every = cases.Everything(cases.flight(tree))
     quick = every.quick(every.counts())
     finite = quick[np.all(np.isfinite(quick), axis=1)]
