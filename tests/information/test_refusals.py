@@ -163,3 +163,15 @@ def test_what_only_days_tell_is_named_and_may_stay_whole(effect: str) -> None:
     ):
         found(with_it, effort="brief")
     kept(found(made), bounded=False)
+
+
+def test_what_quick_figures_take_for_harder_is_asked_exactly() -> None:
+    """Without a node beside another one kinks leave a fifth more by quick figures, and less exactly."""
+    made = cases.tree(2259)
+    every = cases.Everything(cases.flight(made))
+    one = np.array([2.0, 2.0, 2.0, 2.0, 0.0, 2.0])
+    limits = 1.002 * np.array(every.exact(one).largest)
+    assert np.all(every.quick(one[None]) > every.quick(np.full((1, 6), 2.0)))
+    assert np.all(limits < every.exact(np.full(6, 2.0)).largest)
+    found = campaign_found(cases.flight(cases.limited(made, limits)))
+    assert np.all(found.foreseen.largest <= limits)
