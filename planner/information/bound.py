@@ -30,7 +30,7 @@ from planner.nouns.deadline import never
 Set = tuple[int, ...]  # places of the grid
 SETS_AT_ONCE = 500
 STEPS = 20  # of the count for every campaign that may be asked
-NEARLY = 1.01  # by the quick figure: then the exact one is asked
+NEARLY = 1.03  # by the quick figure, whose curves' moments are known to 2 %: then the exact one is asked
 UNPRICED = ("_needed", "_knowledge", "_plain")
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from planner.information.bound import Effort, Prover
+from planner.information.choose import campaign_found
 from planner.information.exchange import Judge
 from planner.nouns.array import Array
 from tests.information import cases
@@ -185,3 +186,15 @@ def test_a_campaign_without_soaks_costs_its_tests_in_the_room() -> None:
     unsoaked = ~np.any(counts[:, every.offers.soaked] > 0, axis=1)
     least = every.offers.cost(counts[unsoaked]).min()
     assert 0.0 < prover(every)._least_floor(0) <= least + 1e-6
+
+
+def test_no_set_is_ruled_out_by_other_curves_than_those_that_judge() -> None:
+    """All of this figure is curves: those of the search make it 2 % larger than those that judge."""
+    made = cases.tree(3024)
+    every = Everything(cases.flight(made))
+    one = np.array([0.0, 0.0, 2.0])
+    limits = 1.002 * np.array(every.exact(one).largest)
+    assert np.any(every.quick(one[None]) > 1.01 * limits)
+    found = campaign_found(cases.flight(cases.limited(made, limits)))
+    assert found.cost == every.offers.cost(one[None])[0]
+    assert found.bound <= found.cost
