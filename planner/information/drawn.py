@@ -3,9 +3,9 @@
     d = m + G + Σ_e Σ_t w_e(t) f_e(t),   G ~ N(0, Σ_rest)
 
 m is what curves have in common that were measured on several units; all f_e have mean zero. Given its curves
-a flight's error is Gaussian; over the curves it need not be: those that a table scales to
-their largest residual have long tails, and where few nodes and few errors count these do not average out.
-So the curves of the errors that matter are drawn, the rest goes by its covariance.
+a flight's error is Gaussian; over the curves it need not be: those that a table scales to their largest
+residual have long tails, and where few nodes and few errors count these do not average out. So the curves of
+the errors that matter are drawn, the rest goes by its covariance.
 """
 
 from __future__ import annotations

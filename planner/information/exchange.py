@@ -206,9 +206,7 @@ def enough(offers: Offers, judge: Judge, n: Array) -> Array | None:
     while True:
         loads = judge.loads(every)
         good = np.flatnonzero(loads <= 1.0)
-        if not len(good):
-            return None
-        if judge.hurries:
+        if not len(good) or judge.hurries:
             return None
         if judge.keeps(every[good[0]]):
             return np.asarray(every[good[0]])

@@ -72,8 +72,7 @@ class Moment:
 
     def common(self, rows: Array, degc: Array) -> Array:
         """(r, t) of the mean of f, term by term; rows (t, r, k) of f at temperatures (k,)."""
-        if self.mean is None:
-            return np.zeros((rows.shape[1], rows.shape[0]))
+        assert self.mean is not None  # nobody asks else
         return np.asarray((rows @ sum(weight * self.mean[i] for i, weight in self._ends(degc))).T)
 
     def of_slopes(self, degc: Array, around: float) -> Array:
