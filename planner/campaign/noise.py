@@ -259,7 +259,7 @@ def _from_spec(c: Component, noise: Noise, unit: Unit, white: float | None) -> f
     if c.kind in ("prior", "chamber_stray"):
         return 1.0
     if c.kind == "white":
-        return unit.white(c.error.sensor) ** 2 / noise.duration if white is None else white
+        return unit.white_of_records(c.error.sensor) ** 2 / noise.duration if white is None else white
     budget = budget_of(unit, c.error)
     if budget is None:
         return 0.0

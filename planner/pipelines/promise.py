@@ -274,12 +274,12 @@ def _words(loaded: LoadedSpec, e: Experiment | None, trajectory: Trajectory | No
 
 
 def _whose(loaded: LoadedSpec) -> str:
-    """Where the noise comes from, which plans count only if the spec has it."""
+    """Where the noise of the records comes from."""
     given = loaded.spec.unit.noise.model_fields_set
     if len(given) == 2:
         return "as the spec says"
     left = "" if not given else f" for the {'gyro' if 'accelerometer' in given else 'accelerometer'}"
-    return f"as `planner simulate` has it, since unit.noise says nothing{left} and the plan counts none"
+    return f"as `planner simulate` has it, since unit.noise says nothing{left}"
 
 
 def _in_flight(e: Experiment) -> str:

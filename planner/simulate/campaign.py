@@ -36,9 +36,8 @@ from planner.simulate.temperature_curves import CurveFamily
 from planner.spec.budget import ErrorBudget
 from planner.spec.curve_names import FamilyName
 from planner.spec.model import Spec
-from planner.spec.noise_density import USUAL
+from planner.spec.noise_density import usual
 from planner.spec.references import BenchAccuracy
-from planner.units import unit_factor
 
 
 @dataclass(frozen=True)
@@ -54,9 +53,7 @@ class Settings:
     references: whether the bench's references are off by their stated accuracy, or perfect
     """
 
-    white: Mapping[Sensor, float] = field(
-        default_factory=lambda: {s: value * unit_factor(unit)[0] for s, (value, unit) in USUAL.items()}
-    )
+    white: Mapping[Sensor, float] = field(default_factory=lambda: {s: usual(s) for s in SENSORS})
     in_run_time: float | None = None
     temperature_jitter: float = SOAKED_STRAY_K
     temperature_error: float = 0.0

@@ -47,9 +47,7 @@ def settings_from(written: Mapping[str, object], start: Settings | None = None) 
 
 def settings_of(spec: Spec) -> Settings:
     """Settings with the spec's noise in place of the default; a sensor for which it has none keeps it."""
-    start = Settings()
-    given = {s: spec.unit.white(s) for s in SENSORS if getattr(spec.unit.noise, s) is not None}
-    return replace(start, white={**start.white, **given})
+    return Settings(white={s: spec.unit.white_of_records(s) for s in SENSORS})
 
 
 def pairs(texts: list[str] | tuple[str, ...]) -> dict[str, object]:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, Tag
 
+from planner.protocols import Sensor
 from planner.quantities import (
     DAY_S,
     Acceleration,
@@ -39,7 +40,7 @@ from planner.spec.forms import (
     of_forms,
     one_or_many,
 )
-from planner.spec.noise_density import AccelerometerNoise, GyroNoise
+from planner.spec.noise_density import AccelerometerNoise, GyroNoise, usual
 from planner.spec.part import SpecPart
 from planner.spec.plan_choice import PlanChoice, Temperatures
 from planner.spec.ramp import WAYS, Ramp
@@ -96,7 +97,10 @@ class Requirement(SpecPart):
 
 
 class Noise(SpecPart):
-    """White noise of the sensors; a record of t seconds scatters by it over √t. Left out: none is planned."""
+    """White noise of the sensors; a record of t seconds scatters by it over √t.
+
+    Left out: records have that of a small unit, 0.003 deg/s and 0.1 mg per root hertz, the flight has none.
+    """
 
     gyro: GyroNoise | None = Field(None, description="angle random walk, e.g. 0.1 deg/sqrt(h)")
     accelerometer: AccelerometerNoise | None = Field(
@@ -120,8 +124,18 @@ class Unit(SpecPart):
 
     def white(self, sensor: str) -> float:
         """Noise density of a sensor, SI per √Hz; 0 where the spec has none."""
-        found = self.noise.gyro if sensor == "gyro" else self.noise.accelerometer
-        return 0.0 if found is None else found
+        return self._noise(sensor) or 0.0
+
+    def white_of_records(self, sensor: Sensor) -> float:
+        """Noise density of a sensor's records, SI per √Hz; where the spec has none, that of a small unit.
+
+        Records without any noise would tell a scale factor by the Earth's rate.
+        """
+        found = self._noise(sensor)
+        return usual(sensor) if found is None else found
+
+    def _noise(self, sensor: str) -> float | None:
+        return self.noise.gyro if sensor == "gyro" else self.noise.accelerometer
 
 
 class Chamber(SpecPart):

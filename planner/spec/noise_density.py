@@ -17,14 +17,20 @@ from pydantic import BeforeValidator, Field
 from planner.errors import Unfit
 from planner.protocols import Sensor
 from planner.quantities import NUMBER_PATTERN, schema
-from planner.units import UnitError, to_si
+from planner.units import UnitError, to_si, unit_factor
 
 USUAL: Mapping[Sensor, tuple[float, str]] = {"gyro": (0.003, "deg/s"), "accelerometer": (1e-4, "g")}
-"""Of a small unit, per root hertz: what `planner simulate` has where a spec says nothing."""
+"""Of a small unit, per root hertz: what records have where a spec says nothing."""
 
 _ROOT = re.compile(r"(.+?)/\s*(?:sqrt\s*\(\s*(Hz|hz|h|hr|s)\s*\)|√\s*\(?\s*(Hz|hz|h|hr|s)\s*\)?)\s*")
 _SECONDS = {"s": 1.0, "h": 3600.0, "hr": 3600.0}
 PATTERN = rf"^\s*{NUMBER_PATTERN}\s*.+/\s*(sqrt\s*\(|√).*$"
+
+
+def usual(sensor: Sensor) -> float:
+    """SI per √Hz of the records of a sensor of whose noise a spec says nothing."""
+    value, unit = USUAL[sensor]
+    return value * unit_factor(unit)[0]
 
 
 def gyro_density(value: object) -> float:

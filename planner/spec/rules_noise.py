@@ -1,4 +1,4 @@
-"""Rules for `unit.noise`: where it is left out, records are long enough for that not to matter."""
+"""Rules for `unit.noise`: where it is left out, records are long enough for what stands in to be small."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NOTABLE = 0.25  # of the square of a run-to-run spread; an estimate's sigma is t
 
 
 def noise(sheet: Review) -> None:
-    """Records whose noise the plan leaves out for want of a figure, though they scatter by it."""
+    """Records that scatter by a noise of which the spec says nothing."""
     if not sheet.whole("unit"):
         return
     for name, test in sheet.spec.tests.items():
@@ -28,8 +28,8 @@ def noise(sheet: Review) -> None:
             sheet.warn(
                 "P332",
                 ("tests", name, "record"),
-                f"is short, and unit.noise says nothing of the {sensor}, so the plan counts none. With "
-                f"{density:g} {unit}/sqrt(Hz), as simulate and verify have it then, a record scatters by "
+                f"is short, and unit.noise says nothing of the {sensor}. With the {density:g} "
+                f"{unit}/sqrt(Hz) that records have then, one scatters by "
                 f"{density / math.sqrt(test.record):.2g} {unit} beside the run-to-run of {', '.join(errors)}",
             )
 

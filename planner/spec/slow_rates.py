@@ -62,7 +62,7 @@ def _said(spec: Spec, name: str, rate: float, fastest: float) -> str:
     gyro, record = spec.unit.gyro, spec.tests[name].record
     bias, scale = gyro.get("bias"), gyro.get("scale_factor")
     drift = 0.0 if bias is None else np.hypot(bias.in_run_sigma, bias.run_to_run_largest)
-    white = spec.unit.white("gyro") / np.sqrt(record) if record > 0.0 else 0.0
+    white = spec.unit.white_of_records("gyro") / np.sqrt(record) if record > 0.0 else 0.0
     moves = float(from_si(float(np.hypot(drift, white)), "deg/s"))
     spread = spread_of_one(rate, _own(scale, float(np.radians(rate))), moves)
     return (

@@ -22,12 +22,11 @@ import numpy as np
 from planner import catalog
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
-from planner.protocols import SENSORS
 from planner.spec.curve_names import families_of
 from planner.spec.model import NAVIGATION_ERRORS, Requirement, Spec
 from planner.units import unit_factor
 from planner.verify.calibrations import estimators
-from planner.verify.chance import Chance
+from planner.verify.chance import chance_of
 from planner.verify.drawn_figures import Quantile
 from planner.verify.experiment import Experiment
 from planner.verify.findings import Document, Findings
@@ -49,12 +48,11 @@ _EXACT = 1e-9
 def as_planned(e: Experiment, curves: DrawnCurves | None = None) -> Prediction | None:
     """What the plan of an experiment promises; None where nothing is flown.
 
-    With the noise that the spec gives, and none that a simulated bench would add. curves: of the spec, if
-    they are drawn already
+    curves: of the spec, if they are drawn already
     """
     if e.flight is None:
         return None
-    chance = Chance(white={s: e.spec.unit.white(s) for s in SENSORS}, flown=e.chance.flown)
+    chance = chance_of(e.spec)
     off = directions(e.records, e.spec)
     curves = curves or DrawnCurves(e.spec)
     strays = strays_of(e.records, chance, curves.prior)

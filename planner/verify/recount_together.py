@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from planner.errors import InputError
-from planner.protocols import SENSORS
 from planner.spec.model import Spec
 from planner.verify.calibrations import estimators
-from planner.verify.chance import Chance
+from planner.verify.chance import chance_of
 from planner.verify.draws import unit_of
 from planner.verify.findings import Document
 from planner.verify.records import Records, records_of
@@ -48,7 +47,7 @@ def _fewest(document: Document, error: str) -> int:
 
 def _sigmas(records: Records, spec: Spec) -> dict[str, float]:
     """Error -> its largest standard error, SI, over channels, terms and nodes."""
-    chance = Chance(white={s: spec.unit.white(s) for s in SENSORS})
+    chance = chance_of(spec)
     found: dict[str, float] = {}
     try:
         made = estimators(records, unit_of(spec), spec.effects, chance)

@@ -58,6 +58,7 @@ def test_a_perfect_sensor_over_days_leaves_the_walk():
     spec = without(by_information(), *PARTS[:2])
     for sensor in spec["unit"].values():
         sensor["bias"].pop("temperature_residual")
+    spec["unit"]["noise"] = {"gyro": "0 deg/sqrt(h)", "accelerometer": "0 m/s/sqrt(h)"}
     left = planned_from(spec).document["allowances"]
     parts = left["gyro.bias"]["parts"]
     assert 0.0 <= parts["estimate"] < 0.02 * parts["storage"]

@@ -48,7 +48,7 @@ def loaded() -> dict[str, Any]:
     return spec | {
         "name": "loaded",
         "requirement": [{"error": "position", "limit": "900 km", "rule": "rss"}],
-        "unit": {"gyro": gyro},
+        "unit": {"noise": {"gyro": "0 deg/sqrt(h)"}, "gyro": gyro},
         "effects": [*gyro],
         "benches": {"centrifuge": {"arm": "1.5 m", "limits": {"acceleration": "100 g"}}},
         "tests": tests,
