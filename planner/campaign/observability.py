@@ -55,17 +55,21 @@ class Unobservable:
 
 
 def unobservable(
-    campaign: Campaign, asked: Collection[ErrorName], without: Collection[ErrorName] = ()
+    campaign: Campaign,
+    asked: Collection[ErrorName],
+    without: Collection[ErrorName] = (),
+    beyond: float = 1.0,
 ) -> tuple[Unobservable, ...]:
     """Every term of the errors `asked` that the campaign does not separate from all that is declared.
 
     without: errors that are left out of the declared model
+    beyond: times what an error is known to without a calibration, from which on it counts as told by nothing
     """
     carriers = {_carrier(error) for error in asked}
     return tuple(
         u
         for rows in _every_rows(campaign, without)
-        for u in _unobservable(rows, carriers, campaign)
+        for u in _unobservable(rows, carriers, campaign, beyond)
         if rows.columns
     )
 
@@ -158,14 +162,16 @@ def _stacked(sensor: Sensor, channels: Sequence[ChannelCampaign]) -> _Rows:
 # ---------------------------------------------------------------- what they leave unobservable
 
 
-def _unobservable(rows: _Rows, asked: Collection[ErrorName], campaign: Campaign) -> Iterator[Unobservable]:
+def _unobservable(
+    rows: _Rows, asked: Collection[ErrorName], campaign: Campaign, beyond: float
+) -> Iterator[Unobservable]:
     found = factors(rows.X, DEGENERATE)
     sigma = np.sqrt(np.sum(found.to_coefficients**2, axis=1))
     reach = TWO_SIDED * np.where(found.undetermined(), np.inf, sigma)
     useless: dict[tuple[int, ErrorName, str], list[int]] = {}
     for i, place in enumerate(rows.columns):
         needed = place.error in asked and place.column.term not in out_of_range(campaign.spec, place.error)
-        if needed and reach[i] > _worth(rows, place, campaign):
+        if needed and reach[i] > beyond * _worth(rows, place, campaign):
             useless.setdefault((place.channel, place.error, place.column.term), []).append(i)
     for (channel, error, term), indices in useless.items():
         shown = [i for i in indices if _shows(rows, i, campaign, bool(np.isinf(reach[i])))]

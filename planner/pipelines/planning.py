@@ -23,7 +23,7 @@ from planner.pipelines.planned import Answered, Planned, nobody, remarked
 from planner.pipelines.published import exactly_published, published
 from planner.pipelines.remarks import causes_said, cut_short
 from planner.plan.by_hand import is_hand_made
-from planner.plan.observable_campaign import refuse_what_no_campaign_observes
+from planner.plan.observable_campaign import left_open, refuse_what_no_campaign_observes
 from planner.plan.plan_to_schedule_figures import with_schedule_figures
 from planner.plan.trade_off import trade_off
 from planner.solvers.one_thread import one_thread
@@ -98,7 +98,7 @@ def informed(
     if (spec.plan.shifts or spec.plan.units is not None) and not is_hand_made(spec):
         progress("the same with waiting and loads in sight")
         found = shortest_in_all(flight, found)
-    remarks = [*unneeded(flight, found)] if beside and not is_hand_made(spec) else []
+    remarks = [*(left_open(spec) if is_hand_made(spec) else unneeded(flight, found))] if beside else []
     made = information_plan(
         flight,
         found,

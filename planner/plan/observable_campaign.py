@@ -29,6 +29,9 @@ from planner.plan.unobservable_to_remedy import Remedy, also_at, remedy_of
 from planner.plan.unobservable_words import degrees, fault_of, named_once
 from planner.plan.visits_to_observability import ENOUGH, Visits, asked_errors, campaign_of, unobservable_in
 from planner.spec.model import Spec
+from planner.spec.references import BenchAccuracy
+
+LOST = 100.0  # times what an error is known to without a calibration: by information nothing tells it then
 
 if TYPE_CHECKING:  # `check` asks without a task, whose modules take 25 ms to import
     from planner.plan.task import Task
@@ -40,17 +43,42 @@ def refuse_what_no_campaign_observes(spec: Spec) -> None:
     Every test at the same temperatures, with the most repeats that the spec allows: if that does
     not observe the errors for any number of temperature points, nothing does. A spec that fixes all by hand
     is asked as it is. Published coefficients stand for all axes together, so no axis can be asked for.
+
+    By information what is promised has every error as the records tell it: of a campaign made by hand only
+    what nothing tells is refused, and no motions are asked for where references that err are in the way.
     """
+    informed = spec.planned_by == "information"
+    fault = _unobserved(_with_perfect_references(spec) if informed else spec, LOST if informed else 1.0)
+    if fault:
+        raise InputError(fault)
+
+
+def left_open(spec: Spec) -> list[str]:
+    """What a campaign made by hand tells no better than it is known uncalibrated: remarks on a plan."""
+    found = _unobserved(_with_perfect_references(spec), 1.0) if is_hand_made(spec) else ""
+    return [f"{line} (what is promised counts that)" for line in found.splitlines()]
+
+
+def _unobserved(spec: Spec, of_hands: float) -> str:
+    """In words; of_hands: times what is known uncalibrated, to which they must tell an error."""
     if not asked_errors(spec):
-        return
+        return ""
     refused: list[tuple[int, Visits, tuple[Unobservable, ...]]] = []
-    for visits in [hand_made_visits(spec)] if is_hand_made(spec) else _largest(spec):
-        found = unobservable_in(spec, visits, largest=not is_hand_made(spec))
+    by_hand = is_hand_made(spec)
+    for visits in [hand_made_visits(spec)] if by_hand else _largest(spec):
+        found = unobservable_in(spec, visits, largest=not by_hand, beyond=of_hands if by_hand else 1.0)
         if not found:
-            return
+            return ""
         refused.append((len(found), visits, found))
     _, visits, found = min(refused, key=lambda one: one[0])
-    raise InputError("\n".join(_faults(spec, visits, found)))
+    return "\n".join(_faults(spec, visits, found))
+
+
+def _with_perfect_references(spec: Spec) -> Spec:
+    benches = {
+        name: bench.model_copy(update={"accuracy": BenchAccuracy()}) for name, bench in spec.benches.items()
+    }
+    return spec.model_copy(update={"benches": benches})
 
 
 def observable_campaign(task: Task, chosen: Campaign) -> Campaign:

@@ -29,11 +29,17 @@ Visits = tuple[TestVisits, ...]
 
 
 def unobservable_in(
-    spec: Spec, visits: Sequence[TestVisits], *, largest: bool = False, without: Sequence[ErrorName] = ()
+    spec: Spec,
+    visits: Sequence[TestVisits],
+    *,
+    largest: bool = False,
+    without: Sequence[ErrorName] = (),
+    beyond: float = 1.0,
 ) -> tuple[Unobservable, ...]:
     """What a campaign of these visits leaves unobservable of the errors that the spec's tests calibrate.
 
     largest: with the most repeats that the spec allows in place of those of the visits
+    beyond: times what an error is known to without a calibration, from which on nothing tells it
     """
     asked = asked_errors(spec)
     made = campaign_of(spec, visits, largest=largest) if asked else None
@@ -42,7 +48,7 @@ def unobservable_in(
     unknown = tuple(
         e for t in tests_of_unknown_motions(spec) for e in map(ErrorName, spec.tests[t].calibrates)
     )
-    return unobservable(made, asked, (*without, *(e for e in unknown if e not in asked)))
+    return unobservable(made, asked, (*without, *(e for e in unknown if e not in asked)), beyond)
 
 
 def asked_errors(spec: Spec) -> tuple[ErrorName, ...]:
