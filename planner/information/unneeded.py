@@ -1,4 +1,4 @@
-"""What the requirements do not need: a calibration at all, or a test whose errors may stay as they are.
+"""What the requirements do not need: a calibration at all, a test, an effect that is better known without.
 
 An error that nobody calibrates keeps its systematic size, anywhere within it alike (its standard deviation is
 a third's root of it; quantiles are drawn, because no Gaussian tells them), and all of its curve. Where that
@@ -9,10 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
+from planner import catalog
 from planner.campaign.noise import budget_of
+from planner.campaign.observability import unobservable
 from planner.errors import PlannerError
 from planner.information.choose import Found, campaign_found
 from planner.information.drawn import length_of_share
@@ -22,7 +25,10 @@ from planner.information.promise import figure_of
 from planner.information.told import alike, told
 from planner.nouns.array import Array
 from planner.nouns.deadline import BESIDE, Deadline
+from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying
+from planner.plan.visits_to_observability import campaign_of
+from planner.protocols import SENSORS
 from planner.spec.model import NAVIGATION_ERRORS, Spec
 from planner.units import from_si
 
@@ -46,6 +52,39 @@ def unneeded(flight: Flight, found: Found) -> Iterator[str]:
         if flight.deadline.over(BESIDE, "what is not needed"):
             return
         yield from _without(flight, found, visit.test)
+    if not flight.deadline.over(BESIDE, "what is not needed"):
+        yield from _better_known(flight, found)
+
+
+def _better_known(flight: Flight, found: Found) -> Iterator[str]:
+    """Effects that these records tell worse than is known uncalibrated; whether it is shorter without."""
+    spec, made = flight.spec, campaign_of(found.offers.spec, found.visits)
+    errors = {e: _budgeted(spec, e) for e in spec.effects}
+    badly = made and {u.error for u in unobservable(made, [*chain.from_iterable(errors.values())])}
+    left = [effect for effect, own in errors.items() if badly and own and badly.issuperset(own)]
+    if not left:
+        return
+    known = catalog.effects()
+    kept = tuple(e for e in spec.effects if e not in left and known[e].temperature_of not in left)
+    said = f"effects: {', '.join(left)}: told worse by this campaign than known uncalibrated"
+    other = replace(
+        flight.under(spec.model_copy(update={"effects": kept})),
+        deadline=Deadline(OF_REST * flight.deadline.left),
+    )
+    try:
+        shorter = campaign_found(other, effort="brief")
+    except PlannerError:
+        yield f"{said}; what is promised counts that"
+        return
+    if shorter.cost < found.cost:
+        yield f"{said}; take them out of the spec: {shorter.cost / 3600:.2f} h suffice then"
+    else:
+        yield f"{said}; what is promised counts that"
+
+
+def _budgeted(spec: Spec, effect: str) -> list[ErrorName]:
+    """The errors of an effect of which the spec says how large they are."""
+    return [e for s in SENSORS if budget_of(spec.unit, e := ErrorName.of(s, effect)) is not None]
 
 
 def _without(flight: Flight, found: Found, test: str) -> Iterator[str]:

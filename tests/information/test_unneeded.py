@@ -66,3 +66,22 @@ def test_no_calibration_is_needed_where_units_as_they_are_keep_the_limit(share):
         flight = cases.flight(asked(share, true * factor))
         said = [*unneeded(flight, campaign_found(flight, effort="brief"))]
         assert any("no calibration is needed" in s for s in said) == needless
+
+
+def with_g_sensitivity(systematic: str) -> Tree:
+    """Six faces tell a gyro's g-sensitivity to some 0.0002 deg/s/g, whatever it was before."""
+    made = asked(95, 60.0)
+    made["unit"]["gyro"]["g_sensitivity"] = {"systematic": systematic}
+    made["effects"] = [*made["effects"], "g_sensitivity"]
+    return made
+
+
+@pytest.mark.parametrize(("systematic", "said"), [("0.00002 deg/s/g", True), ("0.02 deg/s/g", False)])
+def test_effects_that_are_better_known_without_a_calibration_are_named(systematic: str, said: bool) -> None:
+    flight = cases.flight(with_g_sensitivity(systematic))
+    found = campaign_found(flight, effort="brief")
+    remarks = [s for s in unneeded(flight, found) if s.startswith("effects: g_sensitivity: told worse")]
+    assert bool(remarks) == said
+    if said:
+        without = cases.flight(asked(95, 60.0))
+        assert "suffice" not in remarks[0] or campaign_found(without).cost < found.cost
