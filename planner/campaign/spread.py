@@ -13,7 +13,8 @@ from planner.campaign.prior import Prior
 from planner.nouns.array import Array
 from planner.solvers.least_squares import least_squares
 from planner.solvers.random_effects import RandomEffects
-from planner.solvers.reml import Sample, Variances, reml, restricted_loglik
+from planner.solvers.reml import Variances, reml
+from planner.solvers.restricted_likelihood import Sample, restricted_loglik
 from planner.spec.model import Spec
 
 _WORTH = 3.3  # gain of log-likelihood that a further variance must bring: one per cent of a χ² with 1
