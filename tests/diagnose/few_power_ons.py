@@ -8,6 +8,9 @@ noise of a record, as of most units.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
 import numpy as np
 
 from planner.nouns.array import Array
@@ -16,19 +19,48 @@ from planner.nouns.dwell_table import DwellTable
 G = 9.80665
 EARTH_DPS = 15.041067 / 3600.0
 TEMPERATURES = (-45.0, 5.0, 55.0)
+Hides = Callable[[Array, Array], Array]
 WHITE = {"gyro": 1e-3, "acc": 5e-5}  # deg/s, g: of a record of 60 s
 
 
-def few_power_ons(runs: int, seed: int, level: float = 8.0, tails: float = 0.0) -> DwellTable:
-    """One unit without anything missing. level: spread from power-on to power-on, of the noise
+def few_power_ons(
+    runs: int,
+    seed: int,
+    level: float = 8.0,
+    tails: float = 0.0,
+    share: float = 5e-6,
+    hidden: Mapping[str, Hides] = MappingProxyType({}),
+) -> DwellTable:
+    """One unit. level: spread from power-on to power-on, of the noise; share: of the input that is noise
 
     tails: degrees of freedom of Student's t of the noise, scaled to its variance; 0 is Gaussian
+    hidden: `gyro_x` … -> what its reading has beside, of inputs (n, 3) and temperature (n,)
     """
     rng = np.random.default_rng([seed, runs, 77])
     rows = [row for run in range(runs) for row in _power_on(run, rng)]
     a = np.array(rows)
     run, day, time_on, duration, t = a[:, 0].astype(np.int64), a[:, 1], a[:, 2], a[:, 3], a[:, 4]
     rate, force = a[:, 5:8], a[:, 8:11]
+
+    def read(u: Array, sensor: str) -> Array:
+        """y = (1 + κ)(M u) + b + noise, κ and b curves over temperature, b with a level of every power-on."""
+        x, white = t / 60.0, WHITE[sensor]
+        powers = np.stack([np.ones(len(x)), x, x**2], axis=1)
+        bias = powers @ rng.normal(0.0, 10.0 * white, (3, 3)) + rng.normal(0.0, level * white, (99, 3))[run]
+        kappa = powers @ rng.normal(0.0, 1e-3, (3, 3)) + rng.normal(0.0, 1e-5, (99, 3))[run]
+        lean = np.eye(3) + np.radians(rng.uniform(-0.3, 0.3, (3, 3))) * (1.0 - np.eye(3))
+        e = (
+            rng.standard_t(tails, u.shape) / np.sqrt(tails / (tails - 2.0))
+            if tails
+            else rng.normal(size=u.shape)
+        )
+        size = np.hypot(white * np.sqrt(60.0 / duration)[:, None], share * np.abs(u))
+        y = (1.0 + kappa) * (u @ lean.T) + bias + size * e
+        for axis, name in enumerate("xyz"):
+            if f"{sensor}_{name}" in hidden:
+                y[:, axis] += hidden[f"{sensor}_{name}"](u, t)
+        return np.asarray(y)
+
     return DwellTable(
         unit=np.full(len(a), "few"),
         run=run,
@@ -39,8 +71,8 @@ def few_power_ons(runs: int, seed: int, level: float = 8.0, tails: float = 0.0) 
         temperature_rate=rng.normal(0.0, 1e-4, len(a)),
         ref_rate=np.radians(rate),
         ref_acc=force * G,
-        gyro=np.radians(_read(rate, "gyro", run, t, duration, level, tails, rng)),
-        acc=_read(force, "acc", run, t, duration, level, tails, rng) * G,
+        gyro=np.radians(read(rate, "gyro")),
+        acc=read(force, "acc") * G,
         source=f"few {seed}",
     )
 
@@ -64,18 +96,3 @@ def _power_on(run: int, rng: np.random.Generator) -> list[tuple[float, ...]]:
 
 def _earth(up: Array, north: Array) -> Array:
     return np.asarray(EARTH_DPS * (np.sin(0.9) * up + np.cos(0.9) * north))
-
-
-def _read(
-    u: Array, sensor: str, run: Array, t: Array, duration: Array, level: float, tails: float,
-    rng: np.random.Generator,
-) -> Array:  # fmt: skip
-    """y = (1 + κ)(M u) + b + noise, κ and b curves over temperature, b with a level of every power-on."""
-    x, white = t / 60.0, WHITE[sensor]
-    powers = np.stack([np.ones(len(x)), x, x**2], axis=1)
-    bias = powers @ rng.normal(0.0, 10.0 * white, (3, 3)) + rng.normal(0.0, level * white, (99, 3))[run]
-    kappa = powers @ rng.normal(0.0, 1e-3, (3, 3)) + rng.normal(0.0, 1e-5, (99, 3))[run]
-    lean = np.eye(3) + np.radians(rng.uniform(-0.3, 0.3, (3, 3))) * (1.0 - np.eye(3))
-    e = rng.standard_t(tails, u.shape) / np.sqrt(tails / (tails - 2.0)) if tails else rng.normal(size=u.shape)
-    size = np.hypot(white * np.sqrt(60.0 / duration)[:, None], 5e-6 * np.abs(u))
-    return np.asarray((1.0 + kappa) * (u @ lean.T) + bias + size * e)

@@ -43,9 +43,9 @@ def found_effects(
     found: Sequence[SensorFound], data: Prepared, table: DwellTable, spec: Spec
 ) -> tuple[list[FoundEffect], list[str]]:
     """Every effect that was found on the sensors of a table, and sentences on how their sizes came about."""
-    names = list(dict.fromkeys(s.found.pool.blocks[b].name for s in found for b in named(s)))
     effects, notes = [], []
     for s in found:
+        names = list(dict.fromkeys(s.found.pool.blocks[b].name for b in named(s)))
         last = _last_word(s, data, table, spec, names)
         effects += _effects(s, last.estimates)
         notes += last.notes
