@@ -49,9 +49,8 @@ def declared_and_found(
 ) -> dict[int, ChannelEstimates]:
     """Channel -> estimates, from a table with references: of the channels asked for, or of all that share.
 
-    found: names of the effects that were found on the sensor. What the other one lacks these records may not
-        tell: a cubic at 1 g is a scale factor, and beside 1e8 of it misalignments had a 100th of their
-        intervals. Raises InputError for fewer rows than coefficients.
+    found: names of the effects that the whole diagnosis found, of either sensor: a spec that declares them
+        declares them for both. Raises InputError for fewer rows than coefficients.
     """
     ordered, _ = by_run(table)
     fits = fit_sensor(ordered, sensor, spec, effects=(*spec.effects, *found), channels=channels)
