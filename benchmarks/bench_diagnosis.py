@@ -30,8 +30,8 @@ from tests.diagnose.hypotheses.worlds import DECLARED, SPEC, named
 
 
 def table_of(rows: int) -> DwellTable:
-    """A campaign of about that many rows in which gyro z feels the temperature's rate."""
-    repeats = max(1, round(rows / 250))
+    """A campaign of at least that many rows in which gyro z feels the temperature's rate."""
+    repeats = max(1, -(-(rows - 258) // 192))  # as many rows a repeat, and as many that come once
     layout = Layout(static_repeats=repeats, rate_repeats=repeats, later=(30.0, 60.0))
     table = campaign(3, [Hidden("temperature_rate", "gyro_z", 0.004)], layout)
     keep = np.isin(table.run, np.unique(table.run)[:: max(1, len(table) // rows)])

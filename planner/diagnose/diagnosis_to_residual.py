@@ -40,7 +40,10 @@ _UNSEEN = 1e-6  # of a row's length that may lie outside what the other rows det
 
 @dataclass(frozen=True)
 class ChannelFits:
-    """One channel under the declared model, and with what was found on it; one and the same without."""
+    """One channel under the declared model, and with what was found on it; one and the same without.
+
+    likely: (K,) its variances as REML found them: what is weighed by has none that is zero
+    """
 
     sensor: Sensor
     channel: str
@@ -48,6 +51,7 @@ class ChannelFits:
     before: WeighedFit
     after: WeighedFit
     found: tuple[FoundEffect, ...]
+    likely: Array
 
 
 @dataclass(frozen=True)
@@ -141,7 +145,8 @@ def _channel_fits(
         wider = (*spec.effects, *(e.effect for e in found))
         model = channel_model(c.sensor, c.axis, c.model.conditions, wider)
         after = weighed_fit(model, c.y, v, spreads, far, _held(found))
-    return ChannelFits(c.sensor, c.name, c.y, before, after, found)
+    likely = np.where(noise.variances.free, noise.variances.theta, 0.0)
+    return ChannelFits(c.sensor, c.name, c.y, before, after, found, likely)
 
 
 def _spreads(noise: ChannelNoise) -> Spreads:
@@ -168,12 +173,14 @@ def residual_changes(fits: UnitFits) -> tuple[ResidualChange, ...]:
     record = float(np.mean(fits.table.duration))
     if fits.share < 1.0:
         folds = replace(folds, how=f"{folds.how}; on {100 * fits.share:.0f} % of the rows, evenly taken")
-    return tuple(_change(channel, folds, cells, record) for channel in fits.channels)
+    return tuple(_change(channel, folds, fits.starts, cells, record) for channel in fits.channels)
 
 
-def _change(fits: ChannelFits, folds: Folds, cells: NDArray[np.int64], record: float) -> ResidualChange:
+def _change(
+    fits: ChannelFits, folds: Folds, starts: NDArray[np.int64], cells: NDArray[np.int64], record: float
+) -> ResidualChange:
     if fits.found and folds.split == "branches" and not _told_by_others(fits, folds):
-        folds = block_folds(len(fits.y), "the other branches cannot tell what was found")
+        folds = block_folds(len(fits.y), starts, "the other branches cannot tell what was found")
     left, unsure = {}, {}
     left["before"], unsure["before"] = _unseen_residual(fits.before, folds)
     left["after"], unsure["after"] = left["before"], unsure["before"]
@@ -187,7 +194,7 @@ def _change(fits: ChannelFits, folds: Folds, cells: NDArray[np.int64], record: f
         unsure = {key: np.zeros(len(far)) for key in left}
     group = folds.group
     before, after = (_mean_square(left[key][rows], group[rows]) for key in ("before", "after"))
-    expected = fits.after.v.diagonal + _drawn_within(fits.after, group)
+    expected = _expected_within(fits, group)
     sigma = {key: np.sqrt((expected + unsure[key])[rows]) for key in unsure}
     floor, floor_within = noise_floor(fits.after.residual[rows], group[rows], cells[rows])
     return ResidualChange(
@@ -258,7 +265,7 @@ def _unseen_residual(fit: WeighedFit, folds: Folds) -> tuple[Array, Array]:
         out = folds.fold == k
         if out.all() or not out.any():
             continue
-        white = _whitened(fit, ~out, folds.split == "runs")
+        white = _whitened(fit, ~out)
         known = factors(white[:, :-1], tolerance=1e-9)
         step = known.to_coefficients @ (known.basis.T @ white[:, -1])
         inside = _determined(fit.J[out], known.scale, known.null_space)
@@ -269,11 +276,15 @@ def _unseen_residual(fit: WeighedFit, folds: Folds) -> tuple[Array, Array]:
     return left, within
 
 
-def _drawn_within(fit: WeighedFit, group: NDArray[np.int64]) -> Array:
-    """(n,) variance about the mean of a power-on of what it draws and its input drives, as a scale factor."""
-    slopes = fit.v.effects.slopes
-    theta = fit.v.theta[len(fit.v.effects.diagonals) :]
-    return np.asarray(_about_means(slopes.T, group) ** 2 @ theta) if len(slopes) else np.zeros(len(group))
+def _expected_within(fits: ChannelFits, group: NDArray[np.int64]) -> Array:
+    """(n,) variance about the mean of a power-on: of the row, and of what its input drives of a draw.
+
+    A spread of which REML finds nothing is none here: five power-ons give it room for twice the noise.
+    """
+    effects = fits.after.v.effects
+    a = len(effects.diagonals)
+    drawn = _about_means(effects.slopes.T, group) ** 2 @ fits.likely[a:] if len(effects.slopes) else 0.0
+    return np.asarray(fits.likely[:a] @ effects.diagonals + drawn)
 
 
 def _about_means(A: Array, group: NDArray[np.int64], weight: Array | float = 1.0) -> Array:
@@ -285,14 +296,12 @@ def _about_means(A: Array, group: NDArray[np.int64], weight: Array | float = 1.0
     return np.asarray(A - means.T[number]) if A.shape[1] else A
 
 
-def _whitened(fit: WeighedFit, seen: NDArray[np.bool_], by_run: bool) -> Array:
-    """V^(−1/2) [J, r] of the rows seen; across blocks of one run its offset cannot be kept apart."""
+def _whitened(fit: WeighedFit, seen: NDArray[np.bool_]) -> Array:
+    """V^(−1/2) [J, r] of the rows seen, of every power-on those that are left of it."""
     rows = np.column_stack([fit.J, fit.residual])[seen]
-    if not by_run:
-        return np.asarray(rows / np.sqrt(fit.v.diagonal[seen])[:, None])
     e = fit.v.effects
-    stays = seen[e.starts]
-    sizes = np.diff(np.append(e.starts, len(seen)))[stays]
+    sizes = np.add.reduceat(seen.astype(np.int64), e.starts)
+    sizes = sizes[sizes > 0]
     starts = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
     return covariance(RandomEffects(starts, e.diagonals[:, seen], e.slopes[:, seen]), fit.v.theta).whiten(
         rows

@@ -53,18 +53,25 @@ def folds_of(conditions: Conditions, starts: NDArray[np.int64]) -> Folds:
             f"too few power-ons to hold any out: {branch.max() + 1} branches of the temperature instead, "
             "each predicted from the others"
         )
-        return Folds(branch, branch, "branches", how)
-    return block_folds(n, "too few power-ons to hold any out")
+        return Folds(branch, _pieces(branch, run), "branches", how)
+    return block_folds(n, starts, "too few power-ons to hold any out")
 
 
-def block_folds(rows: int, why: str) -> Folds:
+def block_folds(rows: int, starts: NDArray[np.int64], why: str) -> Folds:
     """Folds of blocks of time; why: what keeps whole power-ons or branches from being held out."""
     blocks = np.minimum(np.arange(rows) * BLOCKS // max(rows, 1), BLOCKS - 1)
+    run = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, rows)))
     how = (
         f"{why}: {FOLDS} folds of blocks of time instead, whose neighbours are in the fit, so these figures "
         "flatter"
     )
-    return Folds(blocks % FOLDS, blocks, "blocks", how)
+    return Folds(blocks % FOLDS, _pieces(blocks, run), "blocks", how)
+
+
+def _pieces(part: NDArray[np.int64], run: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(n,) number of the piece of one power-on that lies in one part: every power-on has its own level."""
+    both = np.column_stack([part, run])
+    return np.asarray(np.unique(both, axis=0, return_inverse=True)[1].ravel())
 
 
 def cells_of(conditions: Conditions) -> NDArray[np.int64]:

@@ -10,12 +10,14 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, cast
 
 from planner.report.numbers import NOTHING
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from planner.report.charts.straight import Chart
 
 Where = Literal["page", "console"]
 _OFF_SCALE = 20.0  # limits: what is further off ends at the edge of its gauge
@@ -84,7 +86,7 @@ class Picture:
     name: str
     alt: str
     caption: str
-    draw: Callable[[], Figure]
+    draw: Callable[[], Figure | Chart]
     folded: str = ""
 
     @property
@@ -92,7 +94,17 @@ class Picture:
         """The figure as inline SVG."""
         from planner.report.charts.theme import drawn
 
-        return drawn(self.name, self.alt, self.draw)
+        return drawn(self.name, self.alt, cast("Callable[[], Figure]", self.draw))
+
+
+@dataclass(frozen=True)
+class Sketch(Picture):
+    """A picture that needs no plotting package."""
+
+    @property
+    def svg(self) -> str:
+        """The chart as inline SVG."""
+        return cast("Chart", self.draw()).svg(self.name, self.alt)
 
 
 @dataclass(frozen=True)

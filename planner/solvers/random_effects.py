@@ -268,7 +268,8 @@ class Covariance:
         e, a = self.effects, len(self.effects.diagonals)
         z = e.slopes.T
         size, drawn = np.einsum("nm,nm->n", A, A), list(np.swapaxes(e.drawn(z, A), 0, 1))
-        inner = [A.T @ (d[:, None] * A) for d in e.diagonals] + [s.T @ s for s in drawn]
+        rooted = [np.sqrt(d)[:, None] * A for d in e.diagonals]  # of one array with itself: half of the work
+        inner = [s.T @ s for s in (*rooted, *drawn)]
         M = np.sqrt(self.theta[a:, None] * self.theta[None, a:]) * self.S
         gram = e.sums(np.einsum("nb,nc->nbc", z / self.diagonal[:, None], z))
         seen = gram - gram @ M @ gram  # (g, b, b) zᵀV⁻¹z

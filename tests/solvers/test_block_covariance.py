@@ -7,7 +7,8 @@ import pytest
 
 from planner.nouns.array import Array
 from planner.solvers.random_effects import Drift, RandomEffects, covariance, woodbury
-from planner.solvers.reml import Sample, reml, restricted_loglik
+from planner.solvers.reml import reml
+from planner.solvers.restricted_likelihood import Sample, restricted_loglik
 
 SIZES = (3, 1, 5, 3, 4, 5, 2, 6)
 

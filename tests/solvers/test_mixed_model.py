@@ -11,7 +11,8 @@ from scipy.stats import t as student
 from planner.solvers.least_squares import least_squares
 from planner.solvers.mixed_model import mixed_fit
 from planner.solvers.random_effects import RandomEffects, covariance
-from planner.solvers.reml import Sample, Variances, reml, reml_together, restricted_loglik
+from planner.solvers.reml import Variances, reml, reml_together
+from planner.solvers.restricted_likelihood import Sample, restricted_loglik
 
 # ---------------------------------------------------------------- NIST StRD, linear least squares
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from planner.solvers.random_effects import RandomEffects
-from planner.solvers.reml import Grounds, Sample, loglik, reml_roughly
+from planner.solvers.reml_beside import Grounds, reml_roughly
+from planner.solvers.restricted_likelihood import Sample, loglik
 
 G, M = 30, 12  # groups, rows of each
 STARTS = np.arange(0, G * M, M)

@@ -16,6 +16,7 @@ from planner.diagnose.hypotheses.candidates import Block, effect_blocks
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.found import ALPHA_FURTHER, Found, free
 from planner.diagnose.hypotheses.lack_of_fit import along, own_variable
+from planner.diagnose.hypotheses.nonlinear import as_likely_steps
 from planner.diagnose.hypotheses.parameters import Range
 from planner.diagnose.hypotheses.pool import Pool, extended, given, mean_square, satterthwaite, score
 from planner.nouns.array import Array
@@ -108,9 +109,9 @@ def shape_of(
 ) -> Shape:
     """The parameters of a block by their derivatives, all together, on the scales on which fits carry them.
 
-    One that steps lies between two values of its condition in the table. Bins over another variable that
-    stand beside the block (Found.aliased) are left out: in one long record they follow its derivatives, as
-    they follow anything.
+    One that steps lies between values of its condition in the table, wherever it explains as much as at its
+    best. Bins over another variable that stand beside the block (Found.aliased) are left out: in one long
+    record they follow its derivatives, as they follow anything.
     """
     value = found.pool.blocks[b].nonlinear
     wider, new = found.pool, None
@@ -121,13 +122,16 @@ def shape_of(
         new = len(found.pool.blocks)
         beside = _beside(found, b)
         sizes = {e.term: e for e in estimates(wider, [*beside, new]) if e.block == new}
-    intervals = tuple(
-        _between(r, value[r.parameter.name])
-        if r.parameter.stepped
-        else _interval(r.parameter, value[r.parameter.name], sizes[r.parameter.name])
-        for r in ranges
-    )
-    return Shape(intervals, wider, new)
+
+    def told(r: Range) -> ParameterInterval:
+        name = r.parameter.name
+        if not r.parameter.stepped:
+            return _interval(r.parameter, value[name], sizes[name])
+        others = [i for i in _beside(found, b) if i != b]
+        ends = as_likely_steps(found.pool, others, b, channels, cuts, r)
+        return ParameterInterval(name, value[name], *ends, np.inf)
+
+    return Shape(tuple(told(r) for r in ranges), wider, new)
 
 
 def _beside(found: Found, b: int) -> list[int]:
@@ -140,13 +144,6 @@ def _interval(p: Parameter, value: float, size: Estimate) -> ParameterInterval:
     most = WIDEST if p.scale == "logarithmic" else WIDEST * (p.high - p.low)
     half, here = min(size.half, most), p.carried(value)
     return ParameterInterval(p.name, value, p.value(here - half), p.value(here + half), size.freedom)
-
-
-def _between(r: Range, value: float) -> ParameterInterval:
-    """From half a gap before the middle to half a gap behind it: the two values that the rows have."""
-    place = int(np.argmin(np.abs(r.steps - value))) if len(r.steps) else -1
-    low, high = (r.ends[place], r.ends[place + 1]) if place >= 0 else (r.parameter.low, r.parameter.high)
-    return ParameterInterval(r.parameter.name, value, float(low), float(high), np.inf)
 
 
 def slopes_of(found: Found, b: int, channels: Sequence[Channel], ranges: Sequence[Range]) -> Block | None:

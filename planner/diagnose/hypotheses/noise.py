@@ -27,18 +27,9 @@ from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
-from planner.solvers.reml import (
-    Grounds,
-    Sample,
-    Slope,
-    Variances,
-    loglik,
-    reml_and_information,
-    reml_information,
-    reml_roughly,
-    reml_together,
-    restricted_loglik,
-)
+from planner.solvers.reml import Variances, reml_and_information, reml_together
+from planner.solvers.reml_beside import Grounds, Slope, reml_roughly
+from planner.solvers.restricted_likelihood import Sample, loglik, reml_information, restricted_loglik
 
 LEAST_RUNS = 20  # power-ons, from which their spread is a variance: 19 degrees tell it to 16 %
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few

@@ -11,8 +11,11 @@ from planner.diagnose.hypotheses.candidates import Block, effect_blocks
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.parameters import Range
 from planner.diagnose.hypotheses.pool import Pool, extended, given, pool_of, score
+from planner.solvers.distributions import student_quantile
 
 NEAR_STEPS = 12  # on both sides, so that steps meet halfway between two values of the grid
+OF_A_STEP = 7.35  # of Δ, within which the place of a step lies
+BEYOND = 6  # places in a row that explain less, beyond which none is looked for
 ROUNDS = 40  # of the search over several parameters together
 SETTLED = 1e-3  # on the scale on which a fit carries a parameter
 
@@ -46,6 +49,40 @@ def refined(
     if moved is None or gain(best) <= score(given(pool, others), [b]).delta + 1e-9:
         return pool, b
     return extended(pool, moved, cuts), len(pool.blocks)
+
+
+def as_likely_steps(
+    pool: Pool,
+    others: Sequence[int],
+    b: int,
+    channels: Sequence[Channel],
+    cuts: NDArray[np.int64],
+    r: Range,
+) -> tuple[float, float]:
+    """The ends between which a parameter steps at 95 %: of every place that explains nearly as much.
+
+        Δ(best) − Δ(there) <= 7.35 s²
+
+    which a place of a step keeps in 95 of 100 where its neighbours explain nearly the same (Hansen,
+    Econometrica 68, 2000, 575); χ² has 3.84, for what is smooth. Fewer degrees of freedom lengthen it as they
+    do Student's t. Places are tried outwards from the best one, until BEYOND of them in a row explain less.
+    others: what is believed beside the block.
+    """
+    block, name = pool.blocks[b], r.parameter.name
+    if not len(r.steps):
+        return r.parameter.low, r.parameter.high
+    here, beside = int(np.argmin(np.abs(r.steps - block.nonlinear[name]))), score(given(pool, others), [b])
+    few = float(student_quantile(0.975, beside.freedom) / student_quantile(0.975, np.inf))
+    least = beside.delta - OF_A_STEP * few**2 * beside.s2
+    ends = [here, here]
+    for side, step in enumerate((-1, 1)):
+        place, missed = here + step, 0
+        while 0 <= place < len(r.steps) and missed < BEYOND:
+            moved = _at(block, {**block.nonlinear, name: float(r.steps[place])}, channels)
+            good = moved is not None and _gain(pool, others, pool_of(pool.state, [moved], cuts)) >= least
+            ends[side], missed = (place, 0) if good else (ends[side], missed + 1)
+            place += step
+    return float(r.ends[ends[0]]), float(r.ends[ends[1] + 1])
 
 
 def _best_steps(gain: Gain, at: Point, ranges: Sequence[Range]) -> Point:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.orthogonal import clear
 from planner.diagnose.hypotheses.whitened import SEEN
 from planner.nouns.array import Array
 from planner.solvers.distributions import student_quantile
@@ -36,6 +37,7 @@ STEPS = 30  # of leaving out rows: each takes those within half of the largest, 
 MOST_FAR = 0.1  # share of the rows that may be left out at first sight: beyond it nothing stands out
 LEAST_FREE = 0.03  # of a row's variance that the fit leaves: of less nothing is told about the row
 NOTHING = 1e-9  # of a column's length, below which what is left about the means of power-ons is rounding
+PROJECTED = 2  # times, for a basis that is orthonormal to 1e-4
 OUTSIDE = 1e-3  # share of a row's columns that the rows seen may not determine, beyond which it is not judged
 
 
@@ -67,13 +69,16 @@ def outliers(
     columns, size = np.column_stack([c.J, candidates]) / spread[:, None], np.zeros(n)
     r = c.r / spread
     about = _within(columns, r, starts, ~far)
-    found = factors(about[0], SEEN)
+    found = factors(about[0], SEEN, roughly=True)
     left, freedom = _left(*about, ~far, found)
     far = largest_first(found.basis, about[1], starts)
-    for attempt in range(ROUNDS):
-        if attempt or far.any():  # no row stands out: the first fit is this one
-            left, freedom = _left(*_within(columns, r, starts, ~far), ~far)
+    known = {bytes(len(far)): (left, freedom)}  # rows left out -> the fit: rounds come back to the same ones
+    for _ in range(ROUNDS):
+        key = far.tobytes()
+        left, freedom = known.get(key) or _left(*_within(columns, r, starts, ~far), ~far)
+        known[key] = left, freedom
         if freedom < (~far).sum() / 4.0:
+            known.clear()  # of other columns
             columns = c.J / spread[:, None]
             left, _ = _left(*_within(columns, r, starts, ~far), ~far)
         size = _sigma(left, c, starts, spread)
@@ -100,7 +105,7 @@ def largest_first(basis: Array, r: Array, starts: NDArray[np.int64]) -> NDArray[
     run = np.repeat(np.arange(len(starts)), sizes)
     of_mean = np.where(sizes > 2, 1.0 / sizes, 0.0)[run]
     share = np.einsum("nk,nk->n", basis, basis) + of_mean
-    e = r - basis @ (basis.T @ r)
+    e = clear(basis, r)
     left, free, far = e, 1.0 - share, np.zeros(len(r), dtype=bool)
     for _ in range(STEPS):
         size = np.where(far, 0.0, np.abs(left) / np.sqrt(np.maximum(free, LEAST_FREE)))
@@ -147,10 +152,10 @@ def _left(
     A row that the fit has not seen is off by the fit's own error as well, √(1 + h) of the noise; nothing is
     left of one of which the others do not tell what it should be, as of the only one in an attitude.
     """
-    found = found or factors(columns[seen], SEEN)
-    coefficients = found.to_coefficients @ (found.basis.T @ r[seen])
-    share = np.einsum("nk,nk->n", found.basis, found.basis)
-    left = r - columns @ coefficients
+    found = found or factors(columns[seen], SEEN, roughly=True)
+    share, left = np.einsum("nk,nk->n", found.basis, found.basis), r
+    for _ in range(PROJECTED):
+        left = left - columns @ (found.to_coefficients @ (found.basis.T @ left[seen]))
     left[seen] /= np.sqrt(1.0 - np.minimum(share, 0.97))
     if not seen.all():
         others = columns[~seen]

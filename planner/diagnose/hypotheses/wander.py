@@ -30,7 +30,8 @@ from planner.solvers.block_covariance import LARGEST
 from planner.solvers.distributions import chi_square_tail
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Drift
-from planner.solvers.reml import Sample, Variances, reml, reml_and_information, restricted_loglik
+from planner.solvers.reml import Variances, reml, reml_and_information
+from planner.solvers.restricted_likelihood import Sample, restricted_loglik
 
 NAME = "in_run_bias"
 CHANCE = 1e-4  # of a channel that does not wander; tails of Student's t of 3 degrees make a few of it

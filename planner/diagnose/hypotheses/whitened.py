@@ -12,7 +12,7 @@ from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.noise import ChannelNoise
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
-from planner.solvers.least_squares import factors
+from planner.solvers.span import Span
 
 SMALL = 0.5  # sigma, that a slope can amount to in all rows, below which it takes no degree of freedom
 LEAST_TAIL = 1e-280  # of a double, whose smallest is 2e-308
@@ -47,14 +47,14 @@ def whitened(c: Channel, noise: ChannelNoise, candidates: Array) -> Whitened:
     Q = orthonormal(white[:, 1:][:, np.linalg.norm(white[:, 1:], axis=0) >= least])
     z = clear(Q, white[:, 0])
     seen = _seen(Q, noise.whiten(candidates))
-    R = np.column_stack([Q, factors(seen, SEEN).basis])
-    if len(z) - R.shape[1] < len(z) / 4.0:
-        R = np.column_stack([Q, _largest(seen, z)])  # too few rows for all candidates at once
+    span = Span.of(seen, SEEN)
+    if len(z) - Q.shape[1] - span.rank < len(z) / 4.0:
+        span = Span.of(_largest(seen, z), SEEN)  # too few rows for all candidates at once
     n, g = len(z), len(noise.starts)
-    taken = min(_between_rank(R, noise.starts), g - 1.0)
+    taken = min(_between_rank(Q, noise.starts) + span.energy(_of_means(span.X, noise.starts)), g - 1.0)
     between = max(1.0, g - taken)
-    within = max(1.0, (n - g) - (R.shape[1] - taken))
-    remainder = _full_size(clear(R, z), noise.starts, between, within)
+    within = max(1.0, (n - g) - (Q.shape[1] + span.rank - taken))
+    remainder = _full_size(clear(Q, span.clear(z)), noise.starts, between, within)
     less = float(np.mean(remainder**2))  # than the noise model says is chance: no reason to believe more
     return Whitened(c, noise, Q, z, remainder / np.sqrt(less) if 0.0 < less < 1.0 else remainder)
 
@@ -97,9 +97,13 @@ def _full_size(left: Array, starts: NDArray[np.int64], between: float, within: f
 
 def _between_rank(R: Array, starts: NDArray[np.int64]) -> float:
     """How many differences between runs a basis takes up: the energy of its columns that is run means."""
-    sizes = np.diff(np.append(starts, len(R)))
-    sums = np.add.reduceat(R, starts, axis=0)
-    return float(np.sum(sums**2 / sizes[:, None]))
+    return float(np.sum(_of_means(R, starts) ** 2))
+
+
+def _of_means(A: Array, starts: NDArray[np.int64]) -> Array:
+    """(g, k) the means of runs of columns (n, k), each of the length that they have over its rows."""
+    sizes = np.diff(np.append(starts, len(A)))
+    return np.asarray(np.add.reduceat(A, starts, axis=0) / np.sqrt(sizes)[:, None])
 
 
 def log_p(values: Array | float, m: int, freedom: float, s2: float) -> Array:

@@ -1,0 +1,122 @@
+"""REML of models that lie apart by a few columns: a rough search, begun from one model's slope."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from planner.nouns.array import Array
+from planner.solvers.reml import MOST_STEPS, improved, step_within
+from planner.solvers.restricted_likelihood import (
+    Sample,
+    State,
+    average_information,
+    inverse_of_triangle,
+    loglik_of_rows,
+    state_of,
+)
+
+
+def reml_roughly(
+    sample: Sample, start: Array, settled: float, first: Slope | None = None
+) -> tuple[Array, float]:
+    """θ (K,) from a start by the average information alone, and `loglik` there: for models that lie apart.
+
+    The search ends where a step gains less than `settled`; a component that is zero there may stay so.
+    first: the likelihood at the start and its slope, where they are known
+    """
+    size, total = _units(sample, start)
+    part, sought = _in_units(sample, size, total), sample.effects.free
+    theta = np.asarray(start * size / total)
+    here = _slope_of(state_of(part.y, part.X, part.effects, theta)) if first is None else first
+    for _ in range(MOST_STEPS):
+        step = step_within(theta, here.score, here.information, sought)
+        new, better = improved([part], theta, step, here.loglik)
+        if better is None:
+            break
+        gained = better[0].loglik - here.loglik
+        theta = new
+        if gained < settled:
+            return theta * total / size, loglik_of_rows(better[0]) - _of_units(sample, total)
+        here = _slope_of(better[0])
+    return np.asarray(theta * total / size), here.of_the_rows - _of_units(sample, total)
+
+
+@dataclass(frozen=True)
+class Slope:
+    """What a search asks of one θ: the likelihoods of `restricted_loglik` and `loglik`, score, information.
+
+    All of variances in units of `_units`; score (K,), information (K, K) the average one.
+    """
+
+    loglik: float
+    of_the_rows: float
+    score: Array
+    information: Array
+
+
+def _slope_of(s: State) -> Slope:
+    return Slope(s.loglik, loglik_of_rows(s), *average_information(s))
+
+
+@dataclass(frozen=True)
+class Grounds:
+    """One θ (K,) of a sample, from which models with a few columns more are asked for their slope there."""
+
+    sample: Sample
+    theta: Array
+
+    @cached_property
+    def _state(self) -> State:
+        size, total = _units(self.sample, self.theta)
+        part = _in_units(self.sample, size, total)
+        return state_of(part.y, part.X, part.effects, self.theta * size / total)
+
+    @cached_property
+    def _traces(self) -> Array:
+        """(K,) tr P V_k."""
+        s = self._state
+        return np.array([s.v.trace(k) for k in range(s.v.effects.count)]) - s.v.within(s.root)
+
+    def with_columns(self, B: Array) -> Slope | None:
+        """With more columns B (n, m) that are orthonormal beside those of the sample; None: hardly beside.
+
+        P = V⁻¹ − root rootᵀ loses new newᵀ, new = P B L⁻ᵀ, L Lᵀ = Bᵀ P B: work of m columns, not of all.
+        """
+        s = self._state
+        PB = s.v.solve(B) - s.root @ (s.root.T @ B)
+        try:
+            triangle = np.asarray(np.linalg.cholesky(B.T @ PB), dtype=float)
+        except np.linalg.LinAlgError:
+            return None
+        new = PB @ inverse_of_triangle(triangle).T
+        seen = new.T @ s.y
+        Py = s.Py - new @ seen
+        e = s.v.effects
+        pulled = np.column_stack([e.times(k, Py[:, None]) for k in range(e.count)])
+        taken, own = s.root.T @ pulled, new.T @ pulled
+        information = s.v.quadratic(pulled) - taken.T @ taken - own.T @ own
+        explained, log = float(seen @ seen), 2.0 * float(np.log(np.diag(triangle)).sum())
+        return Slope(
+            s.loglik + 0.5 * (explained - log),
+            loglik_of_rows(s) + 0.5 * explained,
+            0.5 * (Py @ pulled - (self._traces - s.v.within(new))),
+            0.5 * information,
+        )
+
+
+def _units(sample: Sample, start: Array) -> tuple[Array, float]:
+    """(K,) the size of each variance's part and their sum at θ: a search goes in these."""
+    size = sample.effects.mean_sizes()
+    return size, float(np.sum(start * size))
+
+
+def _in_units(sample: Sample, size: Array, total: float) -> Sample:
+    return Sample(sample.left / np.sqrt(total), sample.basis, sample.effects.scaled(1.0 / size), True)
+
+
+def _of_units(sample: Sample, total: float) -> float:
+    """What a log-likelihood in units is more than one of the rows as they are."""
+    return 0.5 * len(sample.y) * float(np.log(total))
