@@ -10,14 +10,12 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from planner.report.numbers import NOTHING
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from planner.report.charts.straight import Chart
 
 Where = Literal["page", "console"]
 _OFF_SCALE = 20.0  # limits: what is further off ends at the edge of its gauge
@@ -86,7 +84,7 @@ class Picture:
     name: str
     alt: str
     caption: str
-    draw: Callable[[], Figure | Chart]
+    draw: Callable[[], Figure]
     folded: str = ""
 
     @property
@@ -94,17 +92,7 @@ class Picture:
         """The figure as inline SVG."""
         from planner.report.charts.theme import drawn
 
-        return drawn(self.name, self.alt, cast("Callable[[], Figure]", self.draw))
-
-
-@dataclass(frozen=True)
-class Sketch(Picture):
-    """A picture that needs no plotting package."""
-
-    @property
-    def svg(self) -> str:
-        """The chart as inline SVG."""
-        return cast("Chart", self.draw()).svg(self.name, self.alt)
+        return drawn(self.name, self.alt, self.draw)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,22 +13,24 @@ from planner.nouns.array import Array
 from planner.nouns.diagnosis import Evidence
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.sensor import short
-from planner.report.blocks import Picture, Sketch, Table
+from planner.report.blocks import Picture, Table
 from planner.report.blocks import table as build_table
 from planner.report.charts import theme
-from planner.report.charts.straight import WIDTH, Chart, Entry, Panel, Scale, around, linear
 from planner.report.numbers import NOTHING, digits
 from planner.report.subjects import diagnosis_words as words
 from planner.units import STANDARD_GRAVITY_MPS2 as G
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 POINTS = 160  # dots a panel: every further one hides behind them, and the page stays small
 BINS = 12
 LEVELS = 24  # of a variable that is set, not swept: a table and a centrifuge have some twenty rates
 STRETCH = 0.1  # of a variable's range
-_PANEL, _UNNAMED = 126.0, 173.0  # height of a row of panels, points
+_PANEL = 1.75
 _ACROSS = 3
 _LINEAR = 4.0  # sigma
-_SERIES = (Entry("declared model", theme.RED, "squares"), Entry("with what was found", theme.BLUE, "dots"))
 
 
 @dataclass(frozen=True)
@@ -64,12 +67,7 @@ def residual_picture(
         "Residuals over the spread that the noise model expects; of every channel the variables that its "
         "means follow most, what is left before and, where something was found, after."
     )
-    return Sketch(
-        "residual",
-        f"Residual of {told}",
-        caption,
-        lambda: _draw_residual(rows, changed),
-    )
+    return Picture("residual", f"Residual of {told}", caption, lambda: _draw_residual(rows, changed))
 
 
 def residual_table(evidence: Sequence[Evidence], table: DwellTable, changed: Sequence[str]) -> Table | None:
@@ -126,7 +124,7 @@ def unnamed_picture(
     what = words.varies_with(varies_with)
     caption = f"What is left against {what}, over its expected spread."
     alt = f"Residual of {where} against {what}"
-    return Sketch(f"unnamed-{varies_with}", alt, caption, lambda: _draw_unnamed(shown))
+    return Picture(f"unnamed-{varies_with}", alt, caption, lambda: _draw_unnamed(shown))
 
 
 def variables_of(channel: str, table: DwellTable) -> list[Variable]:
@@ -154,38 +152,36 @@ def same_channel(channel: str, channels: Sequence[str]) -> bool:
     return short(channel) in {short(c) for c in channels}
 
 
-def _draw_unnamed(shown: Sequence[tuple[Evidence, Variable]]) -> Chart:
-    panels = []
-    for i, (evidence, variable) in enumerate(shown):
+def _draw_unnamed(shown: Sequence[tuple[Evidence, Variable]]) -> Figure:
+    figure, panels = theme.grid_of_panels(len(shown), 2, 2.4, 0.3)
+    for axes, (evidence, variable) in zip(panels, shown, strict=True):
         left = np.asarray(evidence.after / np.where(evidence.expected > 0, evidence.expected, np.nan))
+        _against(axes, variable, left, left, False)
         reach = max(_LINEAR, 1.1 * _reach([variable], left, left))
-        place = WIDTH / 2.0 * (i % 2) + 54.0, _UNNAMED * (i // 2) + 38.0
-        panel = Panel(*place, WIDTH / 2.0 - 66.0, _UNNAMED - 60.0, _across(variable), linear(-reach, reach),
-                      short(evidence.channel), variable.label, "residual, σ")  # fmt: skip
-        _against(panel, variable, left, left, False)
-        panels.append(panel)
-    return Chart(panels, _UNNAMED * -(-len(shown) // 2) + 20.0)
+        axes.set_ylim(-reach, reach)
+        axes.set_title(short(evidence.channel))
+        axes.set_ylabel("residual, σ")
+    return figure
 
 
-def _draw_residual(rows: Sequence[tuple[Evidence, Sequence[Variable]]], changed: Sequence[str]) -> Chart:
-    panels, wide = [], (WIDTH - 54.0) / _ACROSS
-    for k, (evidence, variables) in enumerate(rows):
+def _draw_residual(rows: Sequence[tuple[Evidence, Sequence[Variable]]], changed: Sequence[str]) -> Figure:
+    figure, panels = theme.fixed_panels(len(rows), _ACROSS, _PANEL)
+    for line, (evidence, variables) in zip(panels, rows, strict=True):
         sigma = np.where(evidence.expected > 0, evidence.expected, np.nan)
         before, after = (np.asarray(r / sigma) for r in (evidence.before, evidence.after))
-        up = _upwards(max(_LINEAR, 1.1 * _reach(variables, before, after)))
-        for i, variable in enumerate(variables):
-            name = "" if i else f"{short(evidence.channel)}, σ"
-            place = 54.0 + wide * i, _PANEL * k + 26.0, wide - 14.0, _PANEL - 40.0
-            scales = _across(variable), up
-            panel = Panel(*place, *scales, across=variable.label, up=name, numbers=not i)
-            _against(panel, variable, before, after, same_channel(evidence.channel, changed))
-            panels.append(panel)
-    every = [
-        Entry("±2 σ, pure error", theme.PALE, "band"),
-        *(Entry(f"{s.label} (means: line)", s.colour, s.look) for s in _SERIES),
-    ]
-    some = any(same_channel(e.channel, changed) for e, _ in rows)
-    return Chart(panels, _PANEL * len(rows) + 24.0, every if some else every[:2])
+        reach = max(_LINEAR, 1.1 * _reach(variables, before, after))
+        for i, (axes, variable) in enumerate(zip(line, variables, strict=False)):
+            _against(axes, variable, before, after, same_channel(evidence.channel, changed))
+            if reach > 3.0 * _LINEAR:
+                _symmetric_logarithm(axes, reach)
+            axes.set_ylim(-reach, reach)
+            axes.locator_params(axis="x", nbins=5) if axes.get_xscale() == "linear" else None
+            axes.tick_params(axis="y", labelleft=i == 0)
+        line[0].set_ylabel(f"{short(evidence.channel)}, σ")
+        for spare in line[len(variables) :]:
+            spare.set_visible(False)
+    theme.shared_legend(figure, [axes for line in panels for axes in line], 4, loc="upper left")
+    return figure
 
 
 def _reach(variables: Sequence[Variable], before: Array, after: Array) -> float:
@@ -195,36 +191,54 @@ def _reach(variables: Sequence[Variable], before: Array, after: Array) -> float:
     return float(max(np.nanpercentile(dots, 99.0) if np.isfinite(dots).any() else 0.0, *means))
 
 
-def _upwards(reach: float) -> Scale:
+def _symmetric_logarithm(axes: Axes, reach: float) -> None:
     """Linear up to four sigma, where noise is; logarithmic beyond, where a missing effect is."""
-    if reach <= 3.0 * _LINEAR:
-        return linear(-reach, reach)
+    from matplotlib.ticker import FixedLocator
+
+    axes.set_yscale("symlog", linthresh=_LINEAR, linscale=1.0)
     sizes = [t for t in (10.0, 30.0, 100.0, 300.0, 1e3, 1e4, 1e5, 1e6) if t <= reach]
     sizes = sizes[-1 :: -max(len(sizes) // 2, 1)][::-1]  # two a side: more overlap in a low panel
-    return Scale(-reach, reach, (*(-t for t in reversed(sizes)), 0.0, *sizes), _LINEAR)
+    axes.yaxis.set_major_locator(FixedLocator([*(-t for t in reversed(sizes)), 0.0, *sizes]))
+    theme.plain_numbers(axes.yaxis)
 
 
-def _against(panel: Panel, variable: Variable, before: Array, after: Array, changed: bool) -> None:
-    panel.band(-2.0, 2.0, theme.PALE, 0.45)
-    panel.level(0.0)
+def _against(axes: Axes, variable: Variable, before: Array, after: Array, changed: bool) -> None:
+    axes.axhspan(-2.0, 2.0, color=theme.PALE, alpha=0.45, linewidth=0, label="±2 σ, pure error")
+    axes.axhline(0.0, color=theme.MUTED, linewidth=0.7)
+    series = [("declared model", before, theme.RED, "s")]
+    if changed:
+        series.append(("with what was found", after, theme.BLUE, "o"))
     keep = thinned(variable.values, POINTS)
-    for series, values in zip(_SERIES, (before, after) if changed else (before,), strict=False):
-        square = series.look == "squares"
-        panel.dots(variable.values[keep], values[keep], series.colour, 2.2, 0.3, square=square)
+    for label, values, colour, marker in series:
+        axes.plot(
+            variable.values[keep],
+            values[keep],
+            marker,
+            color=colour,
+            alpha=0.3,
+            markersize=2.2,
+            markeredgewidth=0,
+        )
         x, mean, _ = binned(variable.values, values)
-        panel.line(x, mean, series.colour, 1.5)
-        panel.dots(x, mean, series.colour, 3.6, square=square)
+        axes.plot(
+            x, mean, marker + "-", color=colour, linewidth=1.5, markersize=3.6, label=f"{label} (means: line)"
+        )
+    axes.set_xlabel(variable.label)
+    if variable.linear is not None and np.abs(variable.values).max() > 10.0 * variable.linear:
+        _by_factors(axes, variable)
 
 
-def _across(variable: Variable) -> Scale:
-    """The scale of a variable; rates and loads from small to large on one axis."""
+def _by_factors(axes: Axes, variable: Variable) -> None:
+    """Rates and loads from small to large on one axis."""
+    from matplotlib.ticker import FixedLocator, NullLocator
+
     size = float(np.abs(variable.values).max())
-    if variable.linear is None or size <= 10.0 * variable.linear:
-        return linear(*around(variable.values))
-    some = [t for t in (1.0, 10.0, 100.0, 1e3, 1e4) if variable.linear <= t <= size]
+    axes.set_xscale("symlog", linthresh=variable.linear, linscale=0.4)
+    some = [t for t in (1.0, 10.0, 100.0, 1e3, 1e4) if (variable.linear or 0.0) <= t <= size]
     below = [-t for t in reversed(some)] if variable.values.min() < 0 else []
-    ends = min(1.3 * float(variable.values.min()), 0.0), max(1.3 * float(variable.values.max()), 0.0)
-    return Scale(*ends, (*below, 0.0, *some), variable.linear, 0.4)
+    axes.xaxis.set_major_locator(FixedLocator([*below, 0.0, *some]))
+    axes.xaxis.set_minor_locator(NullLocator())
+    theme.plain_numbers(axes.xaxis)
 
 
 def binned(x: Array, y: Array) -> tuple[Array, Array, NDArray[np.intp]]:

@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from planner.report.numbers import digits
 
@@ -148,16 +148,43 @@ def grid_of_panels(
     return figure, list(every[:count])
 
 
+def fixed_panels(rows: int, across: int, row_in: float) -> tuple[Figure, list[list[Axes]]]:
+    """Panels in fixed places, with a legend's line above: nothing is measured, so they cost a third.
+
+    What stands left of a row's first panel, and below each, must fit: one label and short numbers.
+    """
+    from matplotlib.figure import Figure
+
+    left, right, top, below, gap = 0.75, 0.15, 0.35, 0.55, 0.25
+    height = rows * row_in + top
+    figure = Figure(figsize=(WIDTH_IN, height))
+    wide = (WIDTH_IN - left - right - (across - 1) * gap) / across
+    places = [
+        [
+            (
+                (left + column * (wide + gap)) / WIDTH_IN,
+                1.0 - (top + (row + 1) * row_in - below) / height,
+                wide / WIDTH_IN,
+                (row_in - below) / height,
+            )
+            for column in range(across)
+        ]
+        for row in range(rows)
+    ]
+    return figure, [[figure.add_axes(place) for place in line] for line in places]
+
+
 def shared_legend(
     figure: Figure,
     panels: Sequence[Axes],
     columns: int,
+    loc: Literal["outside upper left", "upper left"] = "outside upper left",
 ) -> None:
     """One legend above all panels, each label once."""
     handles = {
         label: line for axes in panels for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
-    figure.legend(handles.values(), handles.keys(), loc="outside upper left", ncols=columns)
+    figure.legend(handles.values(), handles.keys(), loc=loc, ncols=columns)
 
 
 def stacked_bars(
