@@ -145,7 +145,7 @@ def _interval(p: Parameter, value: float, size: Estimate) -> ParameterInterval:
 def _between(r: Range, value: float) -> ParameterInterval:
     """From half a gap before the middle to half a gap behind it: the two values that the rows have."""
     place = int(np.argmin(np.abs(r.steps - value))) if len(r.steps) else -1
-    low, high = (r.ends[place], r.ends[place + 1]) if place >= 0 else (r.parameter.low, r.parameter.high)
+    low, high = r.gaps[place] if place >= 0 else (r.parameter.low, r.parameter.high)
     return ParameterInterval(r.parameter.name, value, float(low), float(high), np.inf)
 
 
