@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.diagnose.hypotheses.between_nodes import between_nodes
 from planner.diagnose.hypotheses.channels import Channel
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
@@ -184,12 +185,16 @@ def _specific_force(c: Channel, table: DwellTable) -> list[Array]:
 
 
 def _temperature(c: Channel, table: DwellTable) -> list[Array]:
-    """The bias over temperature, and by orientation: bends that a common table does not have."""
+    """The bias over temperature, and by orientation: bends that a common table does not have.
+
+    And what a sweep shows between the nodes of the table, which every other record about it follows.
+    """
     t = (table.temperature_degc - 20.0) / 60.0
     nodes = temperature_nodes(table.temperature_degc)
     plain = hats(table.temperature_degc, nodes, 0.0)[:, 1:] if len(nodes) > 1 else np.empty((len(t), 0))
     ways = _ways_up(c)
-    return [np.concatenate([plain, ways * t[:, None], ways * t[:, None] ** 2], axis=1)]
+    of_the_table = np.concatenate([plain, ways * t[:, None], ways * t[:, None] ** 2], axis=1)
+    return [of_the_table, *between_nodes(table.temperature_degc, nodes)]
 
 
 def _temperature_and_rate(c: Channel, table: DwellTable) -> list[Array]:
