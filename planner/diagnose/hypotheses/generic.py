@@ -29,6 +29,7 @@ FEW = 4  # nodes of one variable where it is multiplied by several others
 LEVEL_RATE = float(np.radians(1e-3))  # of the Earth's 4.2e-3 deg/s, from which it names a north
 A_NODE = 5  # observations: rows for what varies within a power-on, power-ons for what varies between them
 REST_RATE = float(np.radians(1.0))  # the Earth turns 240 times slower, tables do not turn slower than this
+SMALL = 0.15  # of the largest load: where a curve that saturates has left its line
 _LOADED = 1.5 * STANDARD_GRAVITY_MPS2  # below that a load is not told from gravity
 _ONE_G = (0.9 * STANDARD_GRAVITY_MPS2, 1.1 * STANDARD_GRAVITY_MPS2)  # gravity alone, biases beside
 
@@ -172,7 +173,8 @@ def _specific_force(c: Channel, table: DwellTable) -> list[Array]:
 
     An accelerometer's own load has them: where a reading saturates no power of the load does. Moduli of the
     force by themselves, rests included, are few: with the powers of the load alone what faces show of them
-    goes to the orientation, and what the arm shows to its days or to a square.
+    goes to the orientation, and what the arm shows to its days or to a square. So are curves along one axis
+    that turn round with it: what saturates is a straight line, roughly, and the table of all axes has twenty.
     """
     force = c.model.conditions.specific_force
     loaded = np.linalg.norm(force, axis=1) > _LOADED
@@ -181,7 +183,14 @@ def _specific_force(c: Channel, table: DwellTable) -> list[Array]:
     own = _hats(np.where(loaded, c.u, 0.0), _LOADED, MOST_LOADS)
     f = np.where(loaded[:, None], force, 0.0) / np.abs(force[loaded]).max()
     powers, moduli = np.concatenate([np.abs(f), f**2, f**3], axis=1), np.abs(force)
-    return [powers, moduli, own] if c.sensor == "accelerometer" else [powers, moduli]
+    odd = [_odd(x) for x in force.T if np.ptp(x[loaded]) > _LOADED]
+    return [powers, moduli, *odd, own] if c.sensor == "accelerometer" else [powers, moduli, *odd]
+
+
+def _odd(f: Array) -> Array:
+    """(n, 4) of a force along one axis: as far as it is small, itself, its square and cube, signed."""
+    x = f / np.abs(f).max()
+    return np.column_stack([np.clip(x, -SMALL, SMALL) / SMALL, x, x * np.abs(x), x**3])
 
 
 def _temperature(c: Channel, table: DwellTable) -> list[Array]:
