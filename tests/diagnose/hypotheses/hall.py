@@ -102,6 +102,7 @@ def axes_apart(seed: int, visits: int = 2, turns: tuple[float, ...] = (-300.0, -
             log.on(rng.uniform(8.0, 50.0))
             for i in rng.permutation(6):
                 log.record(*FACES[i], degc)
+            log.day += 0.02
             for axis in range(3):
                 log.on(rng.uniform(8.0, 50.0))
                 for turn in turns:

@@ -24,6 +24,15 @@ def test_a_table_that_is_fast_one_way(seed: int, off: float) -> None:
     assert not found.unknown
 
 
+def test_three_channels_that_say_alike_are_the_table_at_a_thousand_sigma() -> None:
+    """Its columns are linear; three coefficients of their own take up the thousandth that they miss."""
+    hall = axes_apart(100, 3)
+    wrong = (np.sum(hall.turn, axis=1) > 0.0)[:, None]
+    found = whole(read(hall, 100, felt=replace(hall, turn=hall.turn * (1.0 + 2e-3 * wrong))))
+    assert [s.hypothesis for s in found.reference_suspects] == ["table_rate"]
+    assert not found.effects
+
+
 @pytest.mark.parametrize("seed", [14, 15])
 def test_the_asymmetry_of_one_gyro_stays_its_own(seed: int) -> None:
     hall = axes_apart(seed, 4)
