@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from planner.diagnose.hypotheses.prepared import LEAST_OF_MANY
 from planner.diagnose.hypotheses.references import loaded
 from planner.diagnose.hypotheses.whitened import log_p
+from planner.diagnose.leans_change import leans_change
 from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
@@ -26,6 +27,7 @@ from planner.temperature_table import hats, temperature_nodes
 MOST_ROWS = 20_000  # of which another unit is asked; 1e6 take minutes and gigabytes
 ANOTHER = 1e-9  # p of an F test, over all places at which another unit's rows could begin
 LEAST_RATIO = 2.0  # of the squares before to those after: no curve that a model misses a little
+EACH = 1e-3  # p of one channel's leans, held against those of power-ons, at a place that rows told
 ALONE = 1e-6  # p of one channel's step, over all places
 LEAST_SIDE = 0.15  # share of the rows on each side of the place
 TURNS = float(np.radians(3.0))  # from which on a power-on is one of turns, whose level may be its own
@@ -91,6 +93,8 @@ def another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | No
         if found is None:
             found = _sure(stays)
             found = found if found is not None and _levels_step(y, u, rows, found[1]) else None
+        if found is not None and not _leans_too(y, u, rows, found[1]):
+            found = None
         surest = min((one for one in (surest, found) if one is not None), default=None)
     if surest is not None:
         return _said(rows, *surest, "scale factors and misalignments")
@@ -210,6 +214,12 @@ def _rest(grams: Array) -> tuple[Array, Array]:
     along = np.einsum("gij,gi->gj", vector, h)
     taken = np.sum(np.where(seen, along**2 / np.where(seen, value, 1.0), 0.0), axis=1)
     return np.asarray(np.maximum(s - taken, 0.0)), seen.sum(axis=1)
+
+
+def _leans_too(y: Array, u: Array, rows: _Rows, place: int) -> bool:
+    """Whether the leans of every channel change there by more than power-ons draw them."""
+    each = [leans_change(y[:, axis], u, axis, rows.run, place) for axis in range(3)]
+    return bool(max(each) < np.log(EACH))
 
 
 # ---------------------------------------------------------------- between power-ons

@@ -21,7 +21,7 @@ def lag(conditions: Conditions, time_constant: float) -> Array:
     The first row of a power-on: L = τ dT/dt (1 − exp(−t / τ)), an even ramp since then.
     """
     t, T = conditions.time_on, conditions.temperature_degc
-    step, first = np.diff(t, prepend=np.inf), _first(conditions)
+    step, first = np.diff(t, prepend=np.inf), power_ons(conditions)
     step = np.where(first, 1.0, np.maximum(step, 1e-9))
     carried = np.where(first, 0.0, np.exp(-step / time_constant))
     slope = np.where(first, 0.0, np.diff(T, prepend=T[:1]) / step)
@@ -42,7 +42,7 @@ def direction(conditions: Conditions) -> Array:
     return np.asarray(way[told]) if len(T) else way
 
 
-def _first(conditions: Conditions) -> NDArray[np.bool_]:
+def power_ons(conditions: Conditions) -> NDArray[np.bool_]:
     """(n,) rows that begin a power-on: time since power-on does not go on from the row before."""
     t = conditions.time_on
     return np.append(True, np.diff(t) <= 0.0)[: len(t)]

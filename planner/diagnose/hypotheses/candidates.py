@@ -20,6 +20,7 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.parameters import grid, ranges
 from planner.diagnose.hypotheses.references import REFERENCES, Reference
 from planner.effects._bench_frame import turning
+from planner.effects._history import power_ons
 from planner.measurement import reached
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
@@ -29,6 +30,7 @@ from planner.temperature_table import hats, temperature_nodes
 
 LEAST_DAYS = 2.0
 LEAST_OF_A_TABLE = 6  # power-ons
+SHARED = 0.5  # of the turns, that have a rest in their power-on
 UNSEEN = 1e-12  # of a column's square that the largest entry is, below which it is rounding
 
 
@@ -155,10 +157,13 @@ def effect_blocks(channels: Sequence[Channel], name: str, nonlinear: Mapping[str
 def _turns_apart(c: Channel, effect: Effect, full: Array) -> list[Block]:
     """The effect where the unit rests, and a level of its own in turns: nobody soaks for those from one side.
 
-    None where all records are of one kind.
+    None where all records are of one kind, or most turns share a power-on with rests: they share its side.
     """
     turns = turning(c.model.conditions)
     if turns.all() or not turns.any():
+        return []
+    run = np.cumsum(power_ons(c.model.conditions))
+    if np.isin(run[turns], run[~turns]).mean() > SHARED:
         return []
     mine = [k for k, t in enumerate(effect.terms(c.sensor)) if c.axis in t.channels]
     rest = np.where(turns[:, None], 0.0, full[:, mine])

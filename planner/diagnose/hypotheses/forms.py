@@ -224,11 +224,14 @@ def _scaled(values: Array) -> Array:
 
 
 def _instead(found: Found, b: int, axis: int, question: Question) -> None:
-    """One more name beside one that does not hold, or the variable in its place."""
+    """One more name beside one that does not hold, another one or the variable in its place."""
     pool = found.pool
     without = given(pool, found.others(b))
     every = free(pool, on(pool, question.generic, {axis}), found.unknown)
     unnamed = {g: score(without, [g]).criterion for g in every}
+    if max(unnamed.values(), default=0.0) < score(without, [b]).criterion:
+        # no bins explain as much as the name does: only those along its own variable say what it said
+        unnamed = {g: c for g, c in unnamed.items() if along(pool, b) in pool.blocks[g].name.split("_and_")}
     variable = max(unnamed, key=lambda g: unnamed[g], default=None)
     if variable is None or unnamed[variable] < DECISIVE:
         return
@@ -238,10 +241,30 @@ def _instead(found: Found, b: int, axis: int, question: Question) -> None:
         found.stood_for[pool.blocks[second].key] = DEPARTS
         found.refine(question)
         return
+    other = _another(found, b, axis, question, without)
+    if other is not None and score(without, [other]).criterion > unnamed[variable]:
+        found.library[found.library.index(b)] = other
+        found.stood_for[pool.blocks[other].key] = DEPARTS
+        return
     found.library.remove(b)
     found.aliased.discard(pool.blocks[b].key)
     found.unknown.append(variable)
     found.drop_needless(found.chance(question))
+
+
+def _another(found: Found, b: int, axis: int, question: Question, without: Pool) -> int | None:
+    """The table over the variable of a name that does not hold, where it explains more than that.
+
+    By the criterion it may be as far behind as the bends are weak of which the name has none: a load that
+    saturates is a straight line, roughly, and its table has twenty columns.
+    """
+    pool, own = found.pool, score(without, [b])
+    every = free(pool, on(pool, question.library, {axis}), found.all)
+    mine = [c for c in every if len(pool.blocks[c].columns) == 1 and along(pool, c) == along(pool, b)]
+    scores = {c: score(without, [c]) for c in mine}
+    better = {c: s.criterion for c, s in scores.items() if s.m > own.m and s.delta > own.delta + DECISIVE}
+    best = max(better, key=lambda c: better[c], default=None)
+    return best if best is not None and better[best] > own.criterion - DECISIVE else None
 
 
 def _second(found: Found, axis: int, question: Question) -> tuple[int | None, float]:

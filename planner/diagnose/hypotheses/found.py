@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from planner.diagnose.hypotheses.agreement import channels_disagree
+from planner.diagnose.hypotheses.agreement import channels_disagree, of_one_channel
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.pool import (
     Flips,
@@ -152,6 +152,7 @@ class Found:
         for b in list(self.library):
             s = self.share(b)
             stands = self.pool.blocks[b].key in self.stood_for and s.log_p < np.log(SINGLE)
+            stands = stands and not self.is_of_one(b)
             if not (stands or self.enters(b, s, null)):
                 self.library.remove(b)
 
@@ -161,7 +162,16 @@ class Found:
         alpha = ALPHA_REFERENCE if reference else ALPHA_FURTHER if self.others(block) else ALPHA
         if not significant(s, null, alpha if s.freedom > FEW else OF_FEW * alpha):
             return False
-        return not (reference and channels_disagree(self.without(block), block))
+        return not (reference and channels_disagree(self.without(block), block)) and not self.is_of_one(block)
+
+    def is_of_one(self, block: int) -> bool:
+        """Whether a block is a reference, wrong for all channels, of which only one of them shows anything.
+
+        Neither beside what is believed nor by itself: a name of one channel takes that one's share of it.
+        """
+        if not self.pool.blocks[block].reference:
+            return False
+        return of_one_channel(self.without(block), block) and of_one_channel(self.pool, block)
 
 
 def significant(s: Score, null: Null, alpha: float) -> bool:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner.diagnose.hypotheses.between_nodes import between_nodes
 from planner.diagnose.hypotheses.channels import Channel
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
@@ -28,6 +29,7 @@ FEW = 4  # nodes of one variable where it is multiplied by several others
 LEVEL_RATE = float(np.radians(1e-3))  # of the Earth's 4.2e-3 deg/s, from which it names a north
 A_NODE = 5  # observations: rows for what varies within a power-on, power-ons for what varies between them
 REST_RATE = float(np.radians(1.0))  # the Earth turns 240 times slower, tables do not turn slower than this
+SMALL = 0.15  # of the largest load: where a curve that saturates has left its line
 _LOADED = 1.5 * STANDARD_GRAVITY_MPS2  # below that a load is not told from gravity
 _ONE_G = (0.9 * STANDARD_GRAVITY_MPS2, 1.1 * STANDARD_GRAVITY_MPS2)  # gravity alone, biases beside
 
@@ -171,7 +173,8 @@ def _specific_force(c: Channel, table: DwellTable) -> list[Array]:
 
     An accelerometer's own load has them: where a reading saturates no power of the load does. Moduli of the
     force by themselves, rests included, are few: with the powers of the load alone what faces show of them
-    goes to the orientation, and what the arm shows to its days or to a square.
+    goes to the orientation, and what the arm shows to its days or to a square. So are curves along one axis
+    that turn round with it: what saturates is a straight line, roughly, and the table of all axes has twenty.
     """
     force = c.model.conditions.specific_force
     loaded = np.linalg.norm(force, axis=1) > _LOADED
@@ -180,16 +183,27 @@ def _specific_force(c: Channel, table: DwellTable) -> list[Array]:
     own = _hats(np.where(loaded, c.u, 0.0), _LOADED, MOST_LOADS)
     f = np.where(loaded[:, None], force, 0.0) / np.abs(force[loaded]).max()
     powers, moduli = np.concatenate([np.abs(f), f**2, f**3], axis=1), np.abs(force)
-    return [powers, moduli, own] if c.sensor == "accelerometer" else [powers, moduli]
+    odd = [_odd(x) for x in force.T if np.ptp(x[loaded]) > _LOADED]
+    return [powers, moduli, *odd, own] if c.sensor == "accelerometer" else [powers, moduli, *odd]
+
+
+def _odd(f: Array) -> Array:
+    """(n, 4) of a force along one axis: as far as it is small, itself, its square and cube, signed."""
+    x = f / np.abs(f).max()
+    return np.column_stack([np.clip(x, -SMALL, SMALL) / SMALL, x, x * np.abs(x), x**3])
 
 
 def _temperature(c: Channel, table: DwellTable) -> list[Array]:
-    """The bias over temperature, and by orientation: bends that a common table does not have."""
+    """The bias over temperature, and by orientation: bends that a common table does not have.
+
+    And what a sweep shows between the nodes of the table, which every other record about it follows.
+    """
     t = (table.temperature_degc - 20.0) / 60.0
     nodes = temperature_nodes(table.temperature_degc)
     plain = hats(table.temperature_degc, nodes, 0.0)[:, 1:] if len(nodes) > 1 else np.empty((len(t), 0))
     ways = _ways_up(c)
-    return [np.concatenate([plain, ways * t[:, None], ways * t[:, None] ** 2], axis=1)]
+    of_the_table = np.concatenate([plain, ways * t[:, None], ways * t[:, None] ** 2], axis=1)
+    return [of_the_table, *between_nodes(table.temperature_degc, nodes)]
 
 
 def _temperature_and_rate(c: Channel, table: DwellTable) -> list[Array]:

@@ -216,7 +216,7 @@ def _named(found: Found, lacking: Sequence[int], question: Question) -> bool:
     candidates = free(found.pool, on(found.pool, question.library, axes), found.all)
     scores = {b: score(here, [b]) for b in candidates}
     scores = {b: s for b, s in scores.items() if s.m and s.log_p < np.log(SINGLE)}
-    scores = {b: s for b, s in scores.items() if stands_beside(found, b, s)}
+    scores = {b: s for b, s in scores.items() if stands_beside(found, b, s) and not found.is_of_one(b)}
     if not scores:
         return False
     criteria = found.criteria(question, scores)

@@ -12,7 +12,8 @@ from planner.diagnose.hypotheses.parameters import GRID
 from planner.nouns.array import Array
 
 MOST_SHARE = 0.4  # columns a row when the noise is judged
-FINE_ONES = ("time_on", "day")  # come coarse first, then fine
+BETWEEN_NODES = ("temperature",)  # finer tables than the declared one come after what is told at its nodes
+FINE_ONES = ("time_on", "day", *BETWEEN_NODES)  # come coarse first, then fine
 A_COLUMN = 8  # power-ons for each column between them when the noise is judged
 
 
@@ -44,7 +45,8 @@ def of_the_full_model(
     too, under which 216 rows knew their noise by three degrees of freedom.
     """
     whole = mine = _thinned([b for b in blocks if axis in b.columns])
-    for goes in (_is_generic, _is_table):
+    finer = {id(b) for i, b in enumerate(whole) if b.name in BETWEEN_NODES and b.name in _names(whole[:i])}
+    for goes in (lambda b: id(b) in finer, _is_generic, _is_table):
         if sum(b.columns[axis].shape[1] for b in mine) > rows * MOST_SHARE:
             mine = [b for b in mine if not goes(b)]
     steps = [b for b in mine if _steps_between_runs(b)]
@@ -58,11 +60,11 @@ def of_the_full_model(
 
 def _coarse_of(blocks: Sequence[Block]) -> list[Block]:
     """The blocks without fine ones: beside few rows 25 columns cost more than what the 9 do not see."""
-    return [
-        b
-        for i, b in enumerate(blocks)
-        if b.name not in FINE_ONES or b.name not in {o.name for o in blocks[:i]}
-    ]
+    return [b for i, b in enumerate(blocks) if b.name not in FINE_ONES or b.name not in _names(blocks[:i])]
+
+
+def _names(blocks: Sequence[Block]) -> set[str]:
+    return {b.name for b in blocks if b.generic}
 
 
 def _is_generic(block: Block) -> bool:

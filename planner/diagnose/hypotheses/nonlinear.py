@@ -82,7 +82,7 @@ def as_likely_steps(
             good = moved is not None and _gain(pool, others, pool_of(pool.state, [moved], cuts)) >= least
             ends[side], missed = (place, 0) if good else (ends[side], missed + 1)
             place += step
-    return float(r.ends[ends[0]]), float(r.ends[ends[1] + 1])
+    return float(r.gaps[ends[0], 0]), float(r.gaps[ends[1], 1])
 
 
 def _best_steps(gain: Gain, at: Point, ranges: Sequence[Range]) -> Point:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
@@ -28,18 +29,18 @@ RUNS_ALONG: Mapping[str, Condition] = {"s": "time_on", "degc": "temperature_degc
 class Range:
     """What a parameter can be. low, high: as a fit carries it
 
-    ends: (k + 1,) of one that steps: the values of its condition between which the rows can tell it
+    gaps: (k, 2) of one that steps: the values of its condition between which the rows can tell it
     """
 
     parameter: Parameter
     low: float
     high: float
-    ends: Array
+    gaps: Array
 
     @property
     def steps(self) -> Array:
-        """(k,) every value that the rows can tell from others: midway between two ends."""
-        return np.asarray((self.ends[1:] + self.ends[:-1]) / 2.0)
+        """(k,) every value that the rows can tell from others: midway in a gap."""
+        return np.asarray(self.gaps.mean(axis=1))
 
     @property
     def step(self) -> float:
@@ -68,15 +69,16 @@ def _range(p: Parameter, effect: Effect, table: DwellTable) -> Range:
     if along in effect.needs:
         seen: Array = getattr(table, along)
         if p.stepped:
-            return Range(p, *p.bounds, _ends(seen, low, high))
+            within = table.run if along == "day" else np.arange(len(seen))
+            return Range(p, *p.bounds, _gaps(seen, within, low, high))
         times = p.unit == "s" and p.scale == "logarithmic"
         ends = seen_time_constants(table) if times else (float(seen.min()), float(seen.max()))
         if times and p.default < ends[0]:  # over when the second record begins: the first ones tell it
             ends = (float(seen.min()) / FELT, ends[1])
         low, high = max(low, ends[0]), min(high, ends[1])
     if not low < high:  # the records show nothing of the range
-        return Range(p, p.carried(p.default), p.carried(p.default), np.empty(0))
-    return Range(p, p.carried(low), p.carried(high), np.empty(0))
+        return Range(p, p.carried(p.default), p.carried(p.default), np.empty((0, 2)))
+    return Range(p, p.carried(low), p.carried(high), np.empty((0, 2)))
 
 
 def grid(found: Sequence[Range], most: int = MOST) -> list[dict[str, float]]:
@@ -99,9 +101,23 @@ def seen_time_constants(table: DwellTable) -> tuple[float, float]:
     return low, max(3.0 * float(np.max(table.time_on, initial=0.0)), 2.0 * low)
 
 
-def _ends(condition: Array, low: float, high: float) -> Array:
-    """(k + 1,) the values of a condition between which a step from `low` to `high` can lie."""
+def _gaps(condition: Array, run: NDArray[np.int64], low: float, high: float) -> Array:
+    """(k, 2) the values of a condition between which a step from `low` to `high` can lie.
+
+    Between two power-ons: within one, records that differ would choose it, as the drift of a bias makes them.
+    Where one power-on is all there is, between any two records.
+    """
     values = np.unique(np.round(condition, 3))
-    middles = (values[1:] + values[:-1]) / 2.0
-    inside = np.flatnonzero((middles >= low) & (middles <= high))
-    return np.asarray(values[inside[0] : inside[-1] + 2]) if len(inside) else np.empty(0)
+    gaps = np.column_stack([values[:-1], values[1:]])
+    middles = gaps.mean(axis=1)
+    inside = (middles >= low) & (middles <= high)
+    _, which = np.unique(run, return_inverse=True)
+    first, last = np.full((2, which.max(initial=-1) + 1), [[np.inf], [-np.inf]])
+    np.minimum.at(first, which, condition)
+    np.maximum.at(last, which, condition)
+    begins, ends = (np.searchsorted(middles, x) for x in (first, last))
+    spans = np.zeros(len(values), dtype=int)
+    np.add.at(spans, begins, 1)
+    np.add.at(spans, ends, -1)
+    between = inside & (np.cumsum(spans)[: len(gaps)] == 0)
+    return np.asarray(gaps[between if between.any() else inside])

@@ -33,6 +33,7 @@ LAGS_S = (60.0, 150.0, 300.0, 600.0)  # a minute to ten, each about twice the on
 HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate, below which a reference names no north
 MOST_SCALE = 0.05  # by which gravity or a table's rate may be off: beside a scale factor of -2, 2 would fit
 ON_THE_ARM, IN_TURNS = 0.0, 1.0  # where a unit may be mounted another way
+ONE_WAY = -1.0  # a table may be wrong in one sense of turning instead of above a rate
 UNLOADED = 0.2  # of g, by which the force may differ from it at rest
 
 Columns = Callable[[Channel, DwellTable, float], Array]
@@ -136,8 +137,27 @@ def _local_gravity(c: Channel, table: DwellTable, place: float) -> Array:
 def _table_rate(c: Channel, table: DwellTable, place: float) -> Array:
     conditions = c.model.conditions
     size = np.linalg.norm(conditions.rate, axis=1)
-    fast = (size > max(place, REST_RATE)) & ~loaded(conditions)
-    return _felt(c, [conditions.rate * fast[:, None]])
+    wrong = (size > max(place, REST_RATE)) & ~loaded(conditions)
+    if place == ONE_WAY:
+        wrong &= sense(conditions) > 0.0
+    return _felt(c, [conditions.rate * wrong[:, None]])
+
+
+def sense(conditions: Conditions) -> Array:
+    """(n,) +1, −1: the table's way about up, or the body's where its axis lies; 0 at rest."""
+    rate, up = conditions.rate, upwards(conditions)
+    size = np.linalg.norm(rate, axis=1)
+    about_up = np.sum(rate * up, axis=1)
+    own = rate[np.arange(len(rate)), np.argmax(np.abs(rate), axis=1)]
+    return np.where(size > REST_RATE, np.sign(np.where(2.0 * np.abs(about_up) > size, about_up, own)), 0.0)
+
+
+def _table_places(table: DwellTable) -> Sequence[float]:
+    if table.ref_rate is None:
+        return ()
+    conditions = table.conditions()
+    turned = set(sense(conditions)[~loaded(conditions)].tolist())
+    return (*thresholds(table), *((ONE_WAY,) if {-1.0, 1.0} <= turned else ()))
 
 
 def thresholds(table: DwellTable) -> Sequence[float]:
@@ -225,9 +245,9 @@ REFERENCES: Mapping[str, Reference] = {
             "1",
             ("scale",),
             _table_rate,
-            "time whole turns of the table against a clock at the rates in question",
+            "time whole turns of the table against a clock at the rates in question, either way",
             stated=lambda accuracy: accuracy.rate,
-            places=thresholds,
+            places=_table_places,
             alias="scale_factor",
             largest={"gyro": MOST_SCALE},
             record="whole turns timed against a clock",

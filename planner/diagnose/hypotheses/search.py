@@ -24,6 +24,7 @@ from planner.diagnose.hypotheses.found import (
     significant,
 )
 from planner.diagnose.hypotheses.lack_of_fit import (
+    SHARED_MISFIT,
     bench_misfit,
     cut_chains,
     explained,
@@ -98,7 +99,7 @@ def _swap(found: Found, library: Sequence[int]) -> None:
             rivals = {c: score(here, [c]).criterion for c in [*free(found.pool, library, found.others(b)), b]}
             best = best_of(found.pool, rivals)
             apart, together = _channel_by_channel(found, b, rivals, here)
-            if together > rivals[best] + TIE:
+            if together > rivals[best] + TIE + _coincidence(found, b, apart, here):
                 instead = apart
             elif rivals[best] > rivals[b] + TIE:
                 instead = [best]
@@ -126,6 +127,19 @@ def _channel_by_channel(
     several = [[*channels.values()] for channels in effects.values() if len(channels) > 1]
     each = ((blocks, score(here, blocks).criterion) for blocks in several)
     return max(each, key=lambda one: one[1], default=([], -np.inf))
+
+
+def _coincidence(found: Found, block: int, apart: Sequence[int], here: Pool) -> float:
+    """What the criterion owes a reference that several channels say alike, before an effect of each of them.
+
+    Coefficients of their own could each have been anything up to their size, t sigma: that all but one agree
+    within one is a coincidence of 1 / t each, 2 log t. And the geometry of the bench is known only so well:
+    at a thousand sigma its linear columns miss a part, which coefficients of their own take up.
+    """
+    if not found.pool.blocks[block].reference:
+        return 0.0
+    alike = float(sum(np.log(max(score(here, [c]).delta, 1.0)) for c in apart[1:]))
+    return max(alike, SHARED_MISFIT * score(here, [block]).delta)
 
 
 # ---------------------------------------------------------------- the last word

@@ -1,0 +1,52 @@
+"""A table that is wrong in one sense of turning is no asymmetry of three gyros; plain NumPy campaigns."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.diagnose.hypotheses.references import ONE_WAY, sense
+from tests.diagnose.hypotheses.hall import axes_apart, days, hidden, read
+from tests.diagnose.hypotheses.worlds import whole
+
+
+@pytest.mark.parametrize(("seed", "off"), [(11, 1e-3), (12, -2e-3), (13, 4e-4)])
+def test_a_table_that_is_fast_one_way(seed: int, off: float) -> None:
+    hall = days(seed)
+    wrong = (np.sum(hall.turn, axis=1) > 0.0)[:, None]
+    table = read(hall, seed, felt=replace(hall, turn=hall.turn * (1.0 + off * wrong)))
+    found = whole(table)
+    assert [s.hypothesis for s in found.reference_suspects] == ["table_rate"]
+    assert abs(found.reference_suspects[0].value) == pytest.approx(abs(off), rel=0.1)
+    assert not found.effects
+    assert not found.unknown
+
+
+def test_three_channels_that_say_alike_are_the_table_at_a_thousand_sigma() -> None:
+    """Its columns are linear; three coefficients of their own take up the thousandth that they miss."""
+    hall = axes_apart(100, 3)
+    wrong = (np.sum(hall.turn, axis=1) > 0.0)[:, None]
+    found = whole(read(hall, 100, felt=replace(hall, turn=hall.turn * (1.0 + 2e-3 * wrong))))
+    assert [s.hypothesis for s in found.reference_suspects] == ["table_rate"]
+    assert not found.effects
+
+
+@pytest.mark.parametrize("seed", [14, 15])
+def test_the_asymmetry_of_one_gyro_stays_its_own(seed: int) -> None:
+    hall = axes_apart(seed, 4)
+    found = whole(hidden(read(hall, seed), "gyro", 1, 1e-4 * np.abs(hall.rate[:, 1])))
+    assert [(e.effect, e.channels) for e in found.effects] == [("scale_factor_asymmetry", ("gyro_y",))]
+    assert not found.reference_suspects
+
+
+def test_the_sense_is_the_table_s() -> None:
+    """About up where the axis stands, whichever face of the unit that is; nothing at rest."""
+    hall = axes_apart(16)
+    table = read(hall, 16)
+    upside = replace(table, ref_acc=-table.ref_acc) if table.ref_acc is not None else table
+    here = sense(table.conditions())
+    assert np.array_equal(here, np.sign(np.sum(hall.turn, axis=1)))
+    assert np.array_equal(sense(upside.conditions()), -here)
+    assert ONE_WAY < 0.0  # no threshold of a rate
