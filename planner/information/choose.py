@@ -13,6 +13,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from planner.information.bound import Effort, Prover
+from planner.information.cancelled import leaves_products_small, refuse_what_only_cancels
 from planner.information.easiest import EASIER
 from planner.information.even import even
 from planner.information.exact import Foreseen, foreseen, laid_out, unseen, unseen_figures
@@ -92,6 +93,7 @@ def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thoroug
         counts = even(offers, 1)
         if not np.all(np.isfinite(promise.figures(counts[None]))):
             raise untold(judge, [counts], "the campaign that is fixed by hand does not tell")
+        refuse_what_only_cancels(promise, counts)
         cost = float(offers.cost(counts[None])[0])
         return found_of(flight, offers, judge, counts, cost, proved=True)
     counts, judge, exact = _searched(flight, offers, judge, BRIEFLY if effort == "brief" else LOOKED_AT)
@@ -252,10 +254,16 @@ def is_kept(flight: Flight, figures: Array, factors: Array) -> bool:
 
 
 def condition_of(flight: Flight, promise: Promise) -> Callable[[Array], bool]:
-    """Further conditions on a campaign: that it can lose any one record, unless the spec lowers that."""
-    if flight.spec.plan.redundancy == 0:
-        return lambda n: True
-    return lambda n: survives_any_loss(promise, n)
+    """Further conditions on a campaign: that a linear combination tells what flies, and it can lose a record.
+
+    The first only where the most records keep it, the second unless the spec lowers that.
+    """
+    most = np.full(len(promise.kinds.kinds), float(flight.spec.plan.repeats.most))
+    linear = leaves_products_small(promise, most)
+    safe = flight.spec.plan.redundancy > 0
+    return lambda n: (
+        (not linear or leaves_products_small(promise, n)) and (not safe or survives_any_loss(promise, n))
+    )
 
 
 def found_of(
