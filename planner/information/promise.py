@@ -140,29 +140,12 @@ class Promise:
                 each += [*(own if nodes is None else np.where(np.isfinite(nodes), own, 0.0)).max(axis=-1)]
         return np.stack(each, axis=1) if each else np.empty((len(counts), 0))
 
-    def taken_away(self, counts: Array) -> Array:
-        """(B, requirements) the most that estimates take away of what another one of their channel adds, SI.
-
-        max √(Σ_c rᵢCᵢᵢrᵢᵀ − r C rᵀ) over terms i, channels, temperatures and instants, r what d takes from
-        the coefficients of a channel with covariance C; 0 where no term adds more than all together.
-        """
-        most = np.zeros((len(counts), len(self.asked)))
+    def seen(self, counts: Array) -> Iterator[tuple[Mapping[int, slice], Seen, Told]]:
+        """Every group of channels as counts (B, g) tell it, from every view with its requirements' rows."""
         for group in self._groups:
             found = told(group.alike, counts)
-            for v, seen in zip(self._views, group.seen_from, strict=True):
-                R = seen.reads(found)
-                whole = _squares(R, found.covariance)
-                own = np.array([_squares(R[..., p], found.covariance[..., p, p]) for p in found.places])
-                for k, a in enumerate(self.asked):
-                    if a.index not in v.rows:
-                        continue
-                    rows, c = v.rows[a.index], a.response.shape[2]
-                    together, each = (
-                        x[..., rows].reshape(*x.shape[:-1], -1, c).sum(axis=-1) for x in (whole, own)
-                    )
-                    beyond = (each.max(axis=0) - together).max(axis=(0, 2, 3))
-                    most[:, k] = np.maximum(most[:, k], np.sqrt(np.maximum(beyond, 0.0)))
-        return most
+            for view, seen in zip(self._views, group.seen_from, strict=True):
+                yield view.rows, seen, found
 
     def covariance(self, counts: Array, requirement: int) -> tuple[Array, NDArray[np.bool_]]:
         """(B, families, S, I c, I c) of one requirement with what goes between its instants.
@@ -412,8 +395,3 @@ def is_within(a: Asked, S: Array, most: Array) -> NDArray[np.bool_]:
     each = within(along, c, most[:, None, None])
     share = each.min(axis=-1) if a.weights is None else each @ a.weights
     return np.asarray(share.min(axis=2) >= a.share)
-
-
-def _squares(R: Array, C: Array) -> Array:
-    """(a, B, S, ρ) the diagonal of R C Rᵀ; R: (a, B, S, ρ, p), C: (a, B, p, p)."""
-    return np.asarray(np.einsum("absrp,abpq,absrq->absr", R, C, R, optimize=True))
