@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from itertools import combinations
+from itertools import chain, combinations, islice
 from math import comb
 
 import numpy as np
@@ -29,6 +29,7 @@ from planner.nouns.deadline import never
 
 Set = tuple[int, ...]  # places of the grid
 SETS_AT_ONCE = 500
+MOST_SETS_OF_TESTS = 1023  # of ten tests beside one: every set of them
 STEPS = 20  # of the count for every campaign that may be asked
 NEARLY = 1.03  # by the quick figure, whose curves' moments are known to 2 %: then the exact one is asked
 UNPRICED = ("_needed", "_knowledge", "_plain")
@@ -197,12 +198,22 @@ class Prover:
         return tuple(o for o in tests if o.fixed is not None or not self._do_without(o, tests))
 
     def _do_without(self, offer: Offer, tests: Sequence[Offer]) -> bool:
+        """Whether some of the others tell all that flies; the most of them are asked first.
+
+        So many others have more sets than can be asked: then the test counts as one that may be left out.
+        """
         others = [o for o in tests if o is not offer]
-        counts = np.zeros((2 ** len(others), len(self.offers.kinds)))
-        for i, o in enumerate(others):
-            made = np.arange(len(counts)) >> i & 1
-            counts[:, o.places] = made[:, None]
-        return len(counts) > 1 and not np.all(self.judge.promise.left(counts[1:])[1])
+        sizes = range(len(others), 0, -1)
+        sets = chain.from_iterable(combinations(others, size) for size in sizes)
+        asked = islice(sets, MOST_SETS_OF_TESTS)
+        while some := [*islice(asked, CHUNK)]:
+            counts = np.zeros((len(some), len(self.offers.kinds)))
+            for row, made in zip(counts, some, strict=True):
+                for o in made:
+                    row[o.places] = 1.0
+            if not np.all(self.judge.promise.left(counts)[1]):
+                return True
+        return next(sets, None) is not None
 
     @cached_property
     def _in_the_room(self) -> tuple[Offer, ...]:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.information.bound import Effort, Prover
+from planner.information.bound import MOST_SETS_OF_TESTS, Effort, Prover
 from planner.information.choose import campaign_found
-from planner.information.exchange import Judge
+from planner.information.exchange import CHUNK, Judge
+from planner.information.model_of import on_offer
+from planner.information.promise import Promise
+from planner.information.remembered import Left
 from planner.nouns.array import Array
 from tests.information import cases
 from tests.information.cases import Everything
@@ -198,3 +201,29 @@ def test_no_set_is_ruled_out_by_other_curves_than_those_that_judge() -> None:
     found = campaign_found(cases.flight(cases.limited(made, limits)))
     assert found.cost == every.offers.cost(one[None])[0]
     assert found.bound <= found.cost
+
+
+def offered_fourteen_times() -> cases.Tree:
+    """A case whose two tests stand there seven times each, as benches and lengths of records make them."""
+    made = needed_and_cheap()
+    two = {name: made["tests"][name] for name in ("faces", "rates")}
+    made["tests"] = {f"{name}_{i}": test for i in range(7) for name, test in two.items()}
+    made["plan"] |= {"fixed": {}}
+    return made
+
+
+def test_which_tests_are_needed_is_not_asked_of_all_their_sets(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fourteen tests have sixteen thousand sets; of eighteen, 7 GB of tables were asked for at once."""
+    flight = cases.flight(offered_fourteen_times())
+    offers, promise = on_offer(flight)
+    sizes: list[int] = []
+
+    def left(self: Promise, counts: Array) -> Left:
+        sizes.append(len(counts))
+        return [], np.ones(len(counts), dtype=bool)  # nothing tells all that flies
+
+    monkeypatch.setattr(Promise, "left", left)
+    found = Prover(flight, offers, Judge(promise), lambda n: True)
+    assert found._needed == ()  # of so many nothing is known
+    assert max(sizes) <= CHUNK
+    assert sum(sizes) <= 14 * MOST_SETS_OF_TESTS
