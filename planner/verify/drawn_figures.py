@@ -23,7 +23,7 @@ from planner.verify.foreseen import Seen
 from planner.verify.second_moments import Error, Moment
 
 DRAWS = 60_000  # of flights: a 95 % quantile is then known to 0.4 %
-POOL = 4_000, 24_000  # curves of every error, from which all of them take theirs
+POOL = 12_000, 24_000  # curves of every error, from which all of them take theirs; of 4000 figures err by 2 %
 BEYOND = 200  # of them beyond the promised share: they are what its quantile is made of
 AT_ONCE = 2_000  # of them that are drawn
 EVERY = 4  # points of a grid that are kept, of curves without fast waves

@@ -5,7 +5,7 @@ estimates; every chance is followed into flight by itself (foreseen), through th
 flights that verify flies nonlinearly. The planner adds up information matrices of kinds of power-on instead.
 
 Both sides draw the curves of a family. 20 000 of them here for the mean of f fᵀ: of the family whose scale
-varies most, Matérn, it is then known to 2.5 %, a sigma made of curves alone to 1.2 %; for quantiles 4000 or
+varies most, Matérn, it is then known to 2.5 %, a sigma made of curves alone to 1.2 %; for quantiles 12 000 or
 more in 60 000 flights. The planner draws its own, and curves make at most two thirds of a figure's squares on
 the shipped specs: SAME. Quantiles of nearly all flights are made of few curves and flights: what they may err
 is counted (drawn_figures), and two that differ by no more than SIGMAS of it are the same.

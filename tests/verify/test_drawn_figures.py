@@ -35,7 +35,7 @@ def test_groups_of_flights_have_curves_of_their_own() -> None:
         assert set(group) == set(range(100 * number, 100 * (number + 1)))
 
 
-@pytest.mark.parametrize(("share", "count"), [(0.95, 4000), (0.997, 24_000)])
+@pytest.mark.parametrize(("share", "count"), [(0.95, 12_000), (0.997, 24_000)])
 def test_rare_flights_have_more_curves_to_take_from(share: float, count: int) -> None:
     curves = {ERROR: family({1: 0.03, 3: 0.0085}, -40.0, 60.0, "largest", "kink")}
     assert len(pools_of(curves, share)[ERROR].values) == count
@@ -68,7 +68,7 @@ def test_what_another_table_drew_changes_nothing(shape: str, monkeypatch: pytest
 
 def test_pools_are_forgotten_where_they_are_too_many(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(drawn_figures, "_POOLS", {})
-    monkeypatch.setattr(drawn_figures, "MOST_KEPT", 5_000_000)  # two of 2 MB
+    monkeypatch.setattr(drawn_figures, "MOST_KEPT", 15_000_000)  # two of 6 MB
     for table in ({1: 0.05}, {1: 0.04}, {1: 0.03}):
         pools_of({ERROR: family(table, -40.0, 60.0, "largest", "kink")}, 0.95)
     assert len(drawn_figures._POOLS) == 2
