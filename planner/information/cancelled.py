@@ -62,4 +62,4 @@ def taken_away(promise: Promise, counts: Array) -> Array:
 
 def _squares(R: Array, C: Array) -> Array:
     """(a, B, S, ρ) the diagonal of R C Rᵀ; R: (a, B, S, ρ, p), C: (a, B, p, p)."""
-    return np.asarray(np.einsum("absrp,abpq,absrq->absr", R, C, R, optimize=True))
+    return np.asarray(((R @ C[:, :, None]) * R).sum(axis=-1))

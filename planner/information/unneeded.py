@@ -72,12 +72,11 @@ def _better_known(flight: Flight, found: Found) -> Iterator[str]:
         deadline=Deadline(OF_REST * flight.deadline.left),
     )
     try:
-        shorter = campaign_found(other, effort="brief")
+        cost = campaign_found(other, effort="brief").cost
     except PlannerError:
-        yield f"{said}; what is promised counts that"
-        return
-    if shorter.cost < found.cost:
-        yield f"{said}; take them out of the spec: {shorter.cost / 3600:.2f} h suffice then"
+        cost = np.inf
+    if cost < found.cost:
+        yield f"{said}; take them out of the spec: {cost / 3600:.2f} h suffice then"
     else:
         yield f"{said}; what is promised counts that"
 

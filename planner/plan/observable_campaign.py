@@ -31,10 +31,10 @@ from planner.plan.visits_to_observability import ENOUGH, Visits, asked_errors, c
 from planner.spec.model import Spec
 from planner.spec.references import BenchAccuracy
 
-LOST = 100.0  # times what an error is known to without a calibration: by information nothing tells it then
-
 if TYPE_CHECKING:  # `check` asks without a task, whose modules take 25 ms to import
     from planner.plan.task import Task
+
+LOST = 100.0  # times what an error is known to without a calibration: by information nothing tells it then
 
 
 def refuse_what_no_campaign_observes(spec: Spec) -> None:
@@ -55,7 +55,7 @@ def refuse_what_no_campaign_observes(spec: Spec) -> None:
 
 def left_open(spec: Spec) -> list[str]:
     """What a campaign made by hand tells no better than it is known uncalibrated: remarks on a plan."""
-    found = _unobserved(_with_perfect_references(spec), 1.0) if is_hand_made(spec) else ""
+    found = _unobserved(_with_perfect_references(spec), 1.0)
     return [f"{line} (what is promised counts that)" for line in found.splitlines()]
 
 
