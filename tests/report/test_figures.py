@@ -281,7 +281,7 @@ def test_a_few_names_are_said_and_many_are_counted() -> None:
 def test_the_numbers_of_a_logarithmic_axis_can_be_read(
     low: float, high: float, shown: set[str] | None
 ) -> None:
-    axes = theme.new_figure(2.0).subplots()
+    axes = theme.fixed_panels([1.5])[1][0][0]
     axes.set_xscale("log")
     axes.set_xlim(low, high)
     theme.readable_log(axes.xaxis)

@@ -28,7 +28,10 @@ def before_after_svg(calibration: Calibration) -> str:
 
 
 def _draw(calibration: Calibration) -> Figure:
-    figure, panels = theme.grid_of_panels(len(calibration.sensors), 1, 1.5, 0.6)
+    room = theme.Room(
+        left=theme.letters(r.channel for s in calibration.sensors for r in s.residuals), above=0.3
+    )
+    figure, panels = theme.grid_of_panels(len(calibration.sensors), 1, 1.0, room)
     for axes, sensor in zip(panels, calibration.sensors, strict=True):
         _bars(axes, sensor.residuals, UNITS[sensor.sensor])
         axes.set_title(f"{calibration.unit}, {sensor.sensor}", loc="left")

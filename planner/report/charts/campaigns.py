@@ -55,15 +55,12 @@ def _points(plan: Plan) -> Array:
 
 def _draw(plan: Plan, points: Array) -> Figure:
     count = len(plan.requirements)
-    across = min(count, _SIDE_BY_SIDE)
-    figure = theme.new_figure(3.4 * -(-count // across) + 0.3)
-    panels = list(figure.subplots(-(-count // across), across, squeeze=False).ravel())
-    for spare in panels[count:]:
-        spare.set_visible(False)
-    for i, axes in enumerate(panels[:count]):
+    room = theme.Room(above=0.3)
+    figure, panels = theme.grid_of_panels(count, _SIDE_BY_SIDE, 2.6, room, head=0.3, beside=theme.BAR)
+    for i, axes in enumerate(panels):
         shown = _panel(axes, plan, plan.requirements[i], points[:, [0, 1, 2 + i]])
-    figure.colorbar(shown, ax=panels[:count], label="powered, h", pad=0.02)
-    theme.shared_legend(figure, panels[:count], 3)
+    theme.colour_bar(figure, shown, panels, "powered, h")
+    theme.shared_legend(figure, panels, 3)
     return figure
 
 

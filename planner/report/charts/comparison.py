@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 _LONGEST_NAME = 28
 _HOUR_US = 3600 * MICROSECONDS
 _BAR = 0.7
+_NAMES = 5  # side by side in a legend
 
 
 def comparison_picture(c: Comparison) -> Picture:
@@ -52,16 +53,20 @@ def _shares(c: Comparison) -> Array:
 
 
 def _draw(c: Comparison) -> Figure:
-    figure = theme.new_figure(1.9 + 0.42 * len(c.plans) + 0.12 * len(c.plans) * len(c.requirements))
-    left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))
+    height = 0.6 + 0.42 * len(c.plans) + 0.12 * len(c.plans) * len(c.requirements)
+    names = [_short(name) for name in c.plans]
+    room = theme.Room(left=theme.letters(names), between=0.2)
+    figure, [[left, right]] = theme.fixed_panels(
+        [height], 2, room, head=theme.lines(len(c.actions) + len(c.requirements) + 2, _NAMES), share="y"
+    )
     places = np.arange(float(len(c.plans)))
     _hours(left, c, places)
     _promises(right, c, places)
-    left.set_yticks(places, [_short(name) for name in c.plans])
+    left.set_yticks(places, names)
     left.invert_yaxis()  # shared: the first plan stands on top in both
     for axes in (left, right):
         axes.grid(visible=False, axis="y")
-    theme.shared_legend(figure, [left, right], 5)
+    theme.shared_legend(figure, [left, right], _NAMES)
     return figure
 
 

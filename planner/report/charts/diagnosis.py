@@ -56,7 +56,7 @@ def change_picture(diagnosis: Diagnosis) -> Picture | None:
 
 
 def _draw_added(effect: str, shown: Sequence[Evidence]) -> Figure:
-    figure, panels = theme.grid_of_panels(len(shown), 3, 2.9)
+    figure, panels = theme.grid_of_panels(len(shown), 3, 2.1, theme.Room(above=0.3))
     for axes, evidence in zip(panels, shown, strict=True):
         _added(axes, evidence, evidence.added[effect])
     return figure
@@ -100,8 +100,7 @@ def _groups_of(x: Array, y: Array) -> tuple[Array, Array, Array]:
 def _draw_change(diagnosis: Diagnosis) -> Figure:
     groups = [[r for r in diagnosis.residual if r.unit == unit] for unit in ("deg/s", "g")]
     groups = [g for g in groups if g]
-    figure = theme.new_figure(2.5)
-    panels = figure.subplots(1, len(groups), squeeze=False)[0]
+    figure, [panels] = theme.fixed_panels([1.8], len(groups), theme.Room(below=0.35), head=0.3)
     for axes, group in zip(panels, groups, strict=True):
         at = np.arange(len(group))
         for offset, colour, label, key in (

@@ -26,6 +26,7 @@ VERDICTS = {"accepted": (theme.GREEN, "o"), "rejected": (theme.RED, "X"), "undec
 NAMED = 40  # units whose names fit beside the axis
 _SHOWN = 3.0  # times the limit: what lies beyond is drawn at the edge
 _ACROSS = 3
+_NAMES = 6  # side by side in a legend
 
 
 # ---------------------------------------------------------------- a batch
@@ -51,8 +52,8 @@ def region_picture(units: Sequence[UnitAcceptance], adds: bool) -> Picture:
 
 def _batch(units: Sequence[UnitAcceptance]) -> Figure:
     named = len(units) <= NAMED
-    figure = theme.new_figure(1.0 + 0.19 * min(max(len(units), 6), NAMED))
-    axes = figure.subplots()
+    room = theme.Room(left=max(0.75, theme.letters(u.unit for u in units if named)))
+    figure, [[axes]] = theme.fixed_panels([0.2 + 0.19 * min(max(len(units), 6), NAMED)], room=room, head=0.3)
     place = np.arange(len(units))
     for verdict, (colour, marker) in VERDICTS.items():
         own = [i for i, u in enumerate(units) if u.verdict == verdict]
@@ -71,13 +72,12 @@ def _batch(units: Sequence[UnitAcceptance]) -> Figure:
     else:
         axes.set_ylabel("units, the fullest first")
     axes.grid(axis="y", visible=False)
-    figure.legend(loc="outside upper left", ncols=3)
+    theme.shared_legend(figure, [axes], 3)
     return figure
 
 
 def _region(units: Sequence[UnitAcceptance], adds: bool) -> Figure:
-    figure = theme.new_figure(4.4)
-    axes = figure.subplots()
+    figure, [[axes]] = theme.fixed_panels([3.5], head=0.3)
     free = max(1.0 - float(np.median([u.sensors[2] for u in units])), 0.0)
     top = 200 * (max(free, 0.1) if adds else np.sqrt(max(free, 0.1)))  # what lies further is at the edge
     _edge(axes, free, adds)
@@ -94,7 +94,7 @@ def _region(units: Sequence[UnitAcceptance], adds: bool) -> Figure:
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("gyros, % of the limit")
     axes.set_ylabel("accelerometers, % of the limit")
-    figure.legend(loc="outside upper left", ncols=4)
+    theme.shared_legend(figure, [axes], 4)
     return figure
 
 
@@ -118,7 +118,8 @@ def drift_picture(
 
 
 def _drift(channels: Sequence[ChannelForecast], fleet: FleetForecast) -> Figure:
-    figure, panels = theme.grid_of_panels(len(channels), _ACROSS, 1.9, 0.3)
+    room = theme.Room(above=0.3, below=0.4)
+    figure, panels = theme.grid_of_panels(len(channels), _ACROSS, 1.3, room)
     for axes, c in zip(panels, channels, strict=True):
         _channel(axes, c, fleet)
     return figure
@@ -165,8 +166,7 @@ def loads_picture(
 
 
 def _loads(loads: Sequence[Load], start: date | None, top: float) -> Figure:
-    figure = theme.new_figure(3.8)
-    axes = figure.subplots()
+    figure, [[axes]] = theme.fixed_panels([2.7], head=theme.lines(len(loads), _NAMES))
     for i, load in enumerate(loads):
         colour, style = theme.SERIES[i % 8], ("-", "--")[i // 8 % 2]
         days = _when(load.days, start)
@@ -181,7 +181,7 @@ def _loads(loads: Sequence[Load], start: date | None, top: float) -> Figure:
     _time_axis(axes, start)
     if start is None:
         axes.set_xlabel("day")
-    figure.legend(loc="outside upper left", ncols=6)
+    theme.shared_legend(figure, [axes], _NAMES)
     return figure
 
 

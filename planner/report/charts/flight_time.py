@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST_CURVES = 7  # of sensor errors; a figure with more is a thicket
+_SEEN = 0.01  # of the total: what always is less lies on the axis
 _STYLES = ("-", "--", ":", "-.")
 _COLOURS = tuple(c for c in theme.SERIES if c != theme.RED)  # which is the limit's
 
@@ -36,7 +37,12 @@ def over_flight_picture(
         f"{found.error.replace('_', ' ')} error over {found.time_s[-1]:g} s of flight: "
         f"{quantity(float(found.total[-1]), found.unit)} at the end; most from {largest[0]}, axis {axis}"
     )
-    return Picture(name, alt, caption, lambda: _draw(found, largest[:_MOST_CURVES], limit))
+    seen = [e for e in largest if found.by_error[e].max() > _SEEN * found.total.max()][:_MOST_CURVES]
+    if len(seen) < len(largest):
+        caption = (
+            f"{caption} By sensor error: the largest{'' if len(seen) == _MOST_CURVES else ', above 1 %'}."
+        )
+    return Picture(name, alt, caption, lambda: _draw(found, seen, limit))
 
 
 def flights_picture(flights: Mapping[str, ErrorOverFlight], caption: str) -> Picture | None:
@@ -50,8 +56,7 @@ def flights_picture(flights: Mapping[str, ErrorOverFlight], caption: str) -> Pic
 
 
 def _draw(found: ErrorOverFlight, errors: Sequence[str], limit: float | None) -> Figure:
-    figure = theme.new_figure(3.3)
-    panels = figure.subplots(1, 2, sharey=True)
+    figure, [panels] = theme.fixed_panels([2.45], 2, theme.Room(above=0.3, between=0.1), share="y")
     for axes, title, curves in (
         (panels[0], "by sensor error", {e: found.by_error[e] for e in errors}),
         (panels[1], "by axis of the unit", found.by_axis),
@@ -63,7 +68,7 @@ def _draw(found: ErrorOverFlight, errors: Sequence[str], limit: float | None) ->
             )
         axes.set_title(title)
         axes.set_xlabel("time of flight, s")
-        axes.legend(loc="best")  # a limit far above the curves crosses the upper left corner
+        axes.legend(loc="best", **theme.FRAMED)  # a limit far above the curves crosses the upper left corner
     panels[0].set_ylabel(f"{found.error.replace('_', ' ')} error, {found.unit}")
     return figure
 
@@ -79,8 +84,7 @@ def _curves(axes: Axes, found: ErrorOverFlight, curves: Mapping[str, Array]) -> 
 
 
 def _draw_flights(flights: Mapping[str, ErrorOverFlight]) -> Figure:
-    figure = theme.new_figure(3.0)
-    axes = figure.subplots()
+    figure, [[axes]] = theme.fixed_panels([2.4])
     for k, (name, found) in enumerate(flights.items()):
         keep = thinned(len(found.time_s))
         shown = from_si(1.0, found.unit) * found.total[keep]

@@ -7,7 +7,7 @@ Steps longer than a column look as in any Gantt chart, and the drawing's size do
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from datetime import timedelta
 from typing import TYPE_CHECKING, Literal
 
@@ -29,7 +29,7 @@ COLUMNS = 900
 MOST_DAYS = 16  # midnights that are named
 MOST_LOADS = 16  # of units, whose begin on a bench is marked
 FEW_DAYS = 3  # up to which the hours between them are, too
-Place = Literal["outside upper left", "outside lower left"]
+Place = Literal["upper left", "lower left"]
 _LETTERS = 115  # across the figure, in a legend
 _HEIGHT = 0.38  # of a lane; a bench has two: what is done, and for which test
 
@@ -113,20 +113,22 @@ def _time_before(edges: Array, start: Array, end: Array) -> Array:
 def _draw(plan: Plan, benches: Sequence[str], tests: Sequence[str]) -> Figure:
     tracks = {b: temperature_track([s for s in plan.steps if s.bench == b]) for b in benches}
     warm = {bench: track for bench, track in tracks.items() if len(track)}
-    lanes = 0.75 * len(benches) + 0.5
-    figure = theme.new_figure(lanes + (2.3 if warm else 0.0) + 1.0)
-    ratios = [lanes, 2.0] if warm else [lanes]
-    axes = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": ratios})[
-        :, 0
-    ]
+    actions, colours = _actions(plan), dict(zip(tests, test_colours(tests), strict=True))
+    heights = [0.62 * len(benches) + 0.2, 1.6][: 2 if warm else 1]
+    above = 0.3 if len(warm) > 1 else 0.1  # a legend of the chambers
+    room = theme.Room(left=max(theme.letters([*benches, "tests"]), 0.75), above=above, below=0.1)
+    foot = _high(colours) + (0.4 if plan.start is None else 0.75)  # days have dates
+    figure, panels = theme.fixed_panels(heights, 1, room, head=_high(actions), foot=foot, share="x")
+    axes = [line[0] for line in panels]
     _lanes(axes[0], plan, benches, tests)
     if warm:
         _temperatures(axes[1], warm)
     axes[-1].set_xlabel("time from the start, h")
     axes[-1].set_xlim(0.0, max(plan.time_s, 1.0) / 3600.0)
     if plan.start is not None:
-        _days(list(axes), plan)
-    _legend(figure, plan, tests)
+        _days(axes, plan)
+    _legend(figure, "action", actions, "upper left")
+    _legend(figure, "test", colours, "lower left")
     return figure
 
 
@@ -243,25 +245,33 @@ def _temperatures(axes: Axes, tracks: Mapping[str, Array]) -> None:
         axes.plot(track[:, 0] / 3600, track[:, 1], styles[i % 4], color=colour, linewidth=1.3, label=bench)
     axes.set_ylabel("chamber, °C")
     if len(tracks) > 1:
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=len(tracks))
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(tracks))
     axes.margins(y=0.12)
 
 
-def _legend(figure: Figure, plan: Plan, tests: Sequence[str]) -> None:
+def _actions(plan: Plan) -> dict[str, str]:
+    """Names of the actions -> their colour."""
     actions = action_order(map(action_of, plan.steps))
     merged: dict[str, list[str]] = {}
     for action, colour in zip(actions, action_colours(actions), strict=True):
         merged.setdefault(colour, []).append(action.replace("_", " "))
-    what = {", ".join(names): colour for colour, names in merged.items()}
-    _colours_of(figure, "action", what, "outside upper left")
-    if tests:
-        _colours_of(figure, "test", dict(zip(tests, test_colours(tests), strict=True)), "outside lower left")
+    return {", ".join(names): colour for colour, names in merged.items()}
 
 
-def _colours_of(figure: Figure, title: str, colours: Mapping[str, str], place: Place) -> None:
+def _columns(names: Collection[str]) -> int:
+    widest = max(map(len, names)) + 8  # letters that the patch and the gaps around it are as wide as
+    return max(1, min(len(names), _LETTERS // widest))
+
+
+def _high(names: Collection[str]) -> float:
+    """Inches of a legend of these names, with its title."""
+    return 0.18 + theme.lines(len(names), _columns(names)) if names else 0.0
+
+
+def _legend(figure: Figure, title: str, colours: Mapping[str, str], place: Place) -> None:
     from matplotlib.patches import Patch
 
+    if not colours:
+        return
     handles = [Patch(facecolor=colour, label=name) for name, colour in colours.items()]
-    widest = max(map(len, colours)) + 8  # letters that the patch and the gaps around it are as wide as
-    columns = max(1, min(len(handles), _LETTERS // widest))
-    figure.legend(handles=handles, loc=place, ncols=columns, title=title, alignment="left")
+    figure.legend(handles=handles, loc=place, ncols=_columns(colours), title=title, alignment="left")

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _UPRIGHT = 6  # names that fit side by side
+_TURNED = 35.0  # degrees, where they do not
 _SIDE_BY_SIDE = 2  # panels
 
 
@@ -142,8 +143,7 @@ def trade_off_picture(points: Sequence[TradeOffPoint]) -> Picture | None:
 
 
 def _draw_trade_off(points: Sequence[TradeOffPoint]) -> Figure:
-    figure = theme.new_figure(2.8)
-    axes = figure.add_subplot()
+    figure, [[axes]] = theme.fixed_panels([2.2])
     time, power = ([getattr(p, key) / 3600 for p in points] for key in ("time_s", "power_on_s"))
     axes.plot(time, power, "o-", color=theme.BLUE, linewidth=1.2, markersize=5)
     axes.set_xlabel("campaign, h")
@@ -156,17 +156,17 @@ def _draw_trade_off(points: Sequence[TradeOffPoint]) -> Figure:
 
 
 def _draw_budget(plan: Plan, budgets: Sequence[Sequence[Contribution]]) -> Figure:
-    rows = max(len([c for c in b if c.share > 0]) for b in budgets)
-    figure = theme.new_figure(len(budgets) * (0.33 * max(rows, 2) + 0.75) + 0.5)
-    panels = figure.subplots(len(budgets), 1, squeeze=False)[:, 0]
-    for axes, achieved, budget in zip(panels, plan.requirements, budgets, strict=True):
+    felt = [[c for c in budget if c.share > 0] for budget in budgets]
+    heights = [0.33 * max(len(budget), 2) for budget in felt]
+    room = theme.Room(left=theme.letters([c.error for budget in felt for c in budget]), above=0.3)
+    figure, panels = theme.fixed_panels(heights, 1, room, foot=0.3)
+    for [axes], achieved, budget in zip(panels, plan.requirements, felt, strict=True):
         adds = is_sum(achieved)
         scale = from_si(achieved.achieved, achieved.unit) if adds else 100.0
-        _bars(axes, [c for c in budget if c.share > 0], scale)
+        _bars(axes, budget, scale)
         axes.set_title(f"{achieved.error} {when(achieved.at)}, {achieved.rule.replace('_', ' ')}")
         axes.set_xlabel(f"contribution, {achieved.unit}" if adds else "share of the squared error, %")
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower left", ncols=len(PARTS))
+    theme.shared_legend(figure, [axes for [axes] in panels], len(PARTS), loc="lower left")
     return figure
 
 
@@ -190,8 +190,7 @@ def _draw_region(plan: Plan, region: AllowedRegion) -> Figure:
     scale = np.array([unit_factor(display_unit(unit))[0] for unit in units])
     outline = four_quadrants(region.boundary / scale)
     point = np.array(region.point) / scale
-    figure = theme.new_figure(4.6)
-    axes = figure.subplots()
+    figure, [[axes]] = theme.fixed_panels([3.7], room=theme.Room(left=1.0), head=0.3)
     axes.fill(outline[:, 0], outline[:, 1], facecolor=theme.BLUE, alpha=0.16, linewidth=0)
     axes.plot(
         outline[:, 0], outline[:, 1], color=theme.BLUE, linewidth=1.6, label="edge of the allowed region"
@@ -207,7 +206,7 @@ def _draw_region(plan: Plan, region: AllowedRegion) -> Figure:
     axes.set_xlabel(f"{region.errors[0]}, {display_unit(units[0])}")
     axes.set_ylabel(f"{region.errors[1]}, {display_unit(units[1])}")
     axes.margins(0.06)
-    figure.legend(loc="outside upper left", ncols=3)
+    theme.shared_legend(figure, [axes], 3)
     return figure
 
 
@@ -222,12 +221,18 @@ def _draw_front(plan: Plan, errors: Sequence[str], front: Array, timed: bool) ->
     low = np.minimum(values.min(axis=0), mark)
     high = np.maximum(values.max(axis=0), mark)
     span = np.where(high > low, high - low, 1.0)
-    figure = theme.new_figure(3.8 if len(names) <= _UPRIGHT else 5.2)
-    axes = figure.subplots()
+    units = ["h" if name == "time" else _unit(plan, name) for name in names]
+    labels = [f"{n}, {display_unit(u)}" for n, u in zip(names, units, strict=True)]
+    room = theme.Room(left=0.15, below=0.6)
+    if len(names) > _UPRIGHT:
+        long, turn = theme.letters(labels), math.radians(_TURNED)
+        room = theme.Room(left=long * math.cos(turn), below=long * math.sin(turn) + 0.3)
+    beside = theme.BAR if timed else 0.0
+    figure, [[axes]] = theme.fixed_panels([2.8], 1, room, head=0.3, beside=beside)
     _lines(figure, axes, (values - low) / span, front[:, -1] / 3600 if timed else None)
     axes.plot(range(len(names)), (mark - low) / span, "o-", color=theme.RED, linewidth=2.0, label="this plan")
-    _coordinates(axes, plan, names, low, low + span)
-    figure.legend(loc="outside upper left")
+    _coordinates(axes, labels, units, low, low + span)
+    theme.shared_legend(figure, [axes], 1)
     return figure
 
 
@@ -241,29 +246,24 @@ def _lines(figure: Figure, axes: Axes, scaled: Array, time_h: Array | None) -> N
     if timed:
         lines.set_cmap(LinearSegmentedColormap.from_list("hours", theme.SHORT_TO_LONG))
         lines.set_array(time_h)
-        figure.colorbar(lines, ax=axes, label="campaign, h", pad=0.02)
+        theme.colour_bar(figure, lines, [axes], "campaign, h")
     axes.add_collection(lines)
 
 
-def _coordinates(axes: Axes, plan: Plan, names: Sequence[str], low: Array, high: Array) -> None:
-    axes.set_xlim(-0.35, len(names) - 0.65)
+def _coordinates(axes: Axes, labels: Sequence[str], units: Sequence[str], low: Array, high: Array) -> None:
+    axes.set_xlim(-0.35, len(labels) - 0.65)
     axes.set_ylim(-0.16, 1.16)
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
     box = {"facecolor": theme.SURFACE, "edgecolor": "none", "pad": 1.0}
-    units = ["h" if name == "time" else _unit(plan, name) for name in names]
-    for i, (name, unit) in enumerate(zip(names, units, strict=True)):
-        ends = [x / 3600 if name == "time" else in_unit(x, unit) for x in (low[i], high[i])]
+    for i, unit in enumerate(units):
+        ends = [in_unit(x, unit) for x in (low[i], high[i])]
         for y, value, side in ((-0.03, ends[0], "top"), (1.03, ends[1], "bottom")):
             axes.text(i, y, digits(value, 3), ha="center", va=side, bbox=box)
-    labels = [
-        f"{name}, {unit if name == 'time' else display_unit(unit)}"
-        for name, unit in zip(names, units, strict=True)
-    ]
-    if len(names) > _UPRIGHT:
-        axes.set_xticks(range(len(names)), labels, rotation=35, ha="right", rotation_mode="anchor")
+    if len(labels) > _UPRIGHT:
+        axes.set_xticks(range(len(labels)), labels, rotation=_TURNED, ha="right", rotation_mode="anchor")
     else:
-        axes.set_xticks(range(len(names)), [re.sub("[.,] ?", "\n", label) for label in labels])
+        axes.set_xticks(range(len(labels)), [re.sub("[.,] ?", "\n", label) for label in labels])
     axes.grid(axis="x", color=theme.MUTED)
 
 
@@ -271,11 +271,10 @@ def _coordinates(axes: Axes, plan: Plan, names: Sequence[str], low: Array, high:
 
 
 def _draw_runs(runs: Sequence[Run]) -> Figure:
-    figure = theme.new_figure(2.9)
-    panels = figure.subplots(1, len(runs), squeeze=False)[0]
-    for axes, run in zip(panels, runs, strict=True):
+    figure, panels = theme.fixed_panels([1.8], len(runs), theme.Room(above=0.3), head=0.3)
+    for axes, run in zip(panels[0], runs, strict=True):
         _convergence(axes, run)
-    theme.shared_legend(figure, panels, 3)
+    theme.shared_legend(figure, panels[0], 3)
     return figure
 
 
@@ -319,7 +318,8 @@ def _wants_logarithm(values: Array) -> bool:
 
 
 def _draw_sensitivities(sensitivities: Sensitivities, errors: Sequence[str]) -> Figure:
-    figure, panels = theme.grid_of_panels(len(errors), _SIDE_BY_SIDE, 1.9, 0.5)
+    room = theme.Room(above=0.3, below=0.3)
+    figure, panels = theme.grid_of_panels(len(errors), _SIDE_BY_SIDE, 1.3, room, foot=0.2)
     for axes, error in zip(panels, errors, strict=True):
         _growth(axes, sensitivities, error)
     for axes in panels[-_SIDE_BY_SIDE:]:
@@ -327,6 +327,7 @@ def _draw_sensitivities(sensitivities: Sensitivities, errors: Sequence[str]) -> 
     return figure
 
 
+_DECADES = 1e-6
 SHORT = 6  # letters of a term's name; a table's are longer, and scores: the largest are named
 
 
@@ -340,9 +341,9 @@ def _growth(axes: Axes, sensitivities: Sensitivities, error: str) -> None:
     largest = [which[k] for k in np.argsort(ends)[:-5:-1]]
     long = any(len(sensitivities.columns[i].axis) > SHORT for i in which)
     named = largest if long else which
+    lengths = np.linalg.norm(sensitivities.position[:, :, which], axis=1) * per_unit
     for k, i in enumerate(which):
-        length = np.linalg.norm(sensitivities.position[:, :, i], axis=1) * per_unit
-        visible = np.where(length > 0, length, np.nan)
+        visible = np.where(lengths[:, k] > 0, lengths[:, k], np.nan)
         style = (
             ("-", "--", ":", "-.")[(k // len(theme.SERIES)) % 4]
             if len(which) > 8
@@ -351,19 +352,22 @@ def _growth(axes: Axes, sensitivities: Sensitivities, error: str) -> None:
         label = sensitivities.columns[i].axis if i in named else None
         axes.plot(time[keep], visible[keep], style, color=theme.SERIES[k % 8], linewidth=1.4, label=label)
     axes.set_yscale("log")
-    _readable_decades(axes)
+    _readable_decades(axes, lengths)
     axes.set_title(error)
     axes.set_ylabel(f"m per {display_unit(unit)}")
-    frame = {"frameon": True, "facecolor": theme.SURFACE, "edgecolor": "none", "framealpha": 0.75}
-    axes.legend(loc="lower right", ncols=1 if long else 3 if len(which) < 9 else 5, **frame)
+    axes.legend(loc="lower right", ncols=1 if long else 3 if len(which) < 9 else 5, **theme.FRAMED)
 
 
-def _readable_decades(axes: Axes) -> None:
-    """A tick per decade, at most six decades: what is smaller is at the very start of the flight."""
+def _readable_decades(axes: Axes, lengths: Array) -> None:
+    """A tick per decade, at most six decades: what is smaller is at the very start of the flight.
+
+    By the lengths themselves: matplotlib's margin is a part of the decades, of which rounding makes many.
+    """
     from matplotlib.ticker import LogLocator, NullLocator
 
-    bottom, top = axes.get_ylim()
-    axes.set_ylim(max(bottom, top * 1e-6), top)
+    largest = float(lengths.max())
+    seen = lengths[lengths > _DECADES * largest]
+    axes.set_ylim(0.7 * float(seen.min(initial=largest)), 2.0 * largest) if largest > 0 else None
     axes.yaxis.set_major_locator(LogLocator(numticks=7))
     theme.plain_decades(axes.yaxis)
     axes.yaxis.set_minor_locator(NullLocator())

@@ -10,7 +10,7 @@ import numpy as np
 from planner.nouns.array import Array
 from planner.recordings.allan import AllanResult
 from planner.recordings.look import Looked
-from planner.report.charts.theme import BLUE, GREEN, PALE, RED, new_figure, readable_log
+from planner.report.charts.theme import BLUE, GREEN, PALE, RED, Room, fixed_panels, readable_log
 from planner.units import from_si, unit_factor
 
 if TYPE_CHECKING:
@@ -33,8 +33,8 @@ def signals(power_on: Looked) -> Figure:
         shown.append(("accelerometers, g", windows.mean[:, 3:] / unit_factor("g")[0]))
     if np.isfinite(windows.temperature_degc).any():
         shown.append(("temperature, °C", windows.temperature_degc[:, None]))
-    figure = new_figure(1.9 * len(shown) + 0.5)
-    panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
+    figure, lines = fixed_panels([1.7] * len(shown), room=Room(below=0.1), foot=0.4, share="x")
+    panels = [axes for [axes] in lines]
     for axes, (label, values) in zip(panels, shown, strict=True):
         _lines(axes, time, values)
         axes.set_ylabel(label)
@@ -63,8 +63,7 @@ def _lines(axes: Axes, time: Array, values: Array) -> None:
 def allan_chart(results: Sequence[AllanResult]) -> Figure:
     """Allan deviation over the averaging time, gyros and accelerometers beside each other."""
     kinds = [kind for kind in ("gyro", "acc") if any(r.channel.startswith(kind) for r in results)]
-    figure = new_figure(3.0)
-    panels = figure.subplots(1, len(kinds), squeeze=False)[0]
+    figure, [panels] = fixed_panels([2.4], len(kinds))
     for axes, kind in zip(panels, kinds, strict=True):
         unit = "deg/s" if kind == "gyro" else "g"
         scale = from_si(1.0, unit)

@@ -28,7 +28,7 @@ POINTS = 160  # dots a panel: every further one hides behind them, and the page 
 BINS = 12
 LEVELS = 24  # of a variable that is set, not swept: a table and a centrifuge have some twenty rates
 STRETCH = 0.1  # of a variable's range
-_PANEL = 1.75
+_PANEL = 1.2
 _ACROSS = 3
 _LINEAR = 4.0  # sigma
 
@@ -153,7 +153,7 @@ def same_channel(channel: str, channels: Sequence[str]) -> bool:
 
 
 def _draw_unnamed(shown: Sequence[tuple[Evidence, Variable]]) -> Figure:
-    figure, panels = theme.grid_of_panels(len(shown), 2, 2.4, 0.3)
+    figure, panels = theme.grid_of_panels(len(shown), 2, 1.8, theme.Room(above=0.3))
     for axes, (evidence, variable) in zip(panels, shown, strict=True):
         left = np.asarray(evidence.after / np.where(evidence.expected > 0, evidence.expected, np.nan))
         _against(axes, variable, left, left, False)
@@ -165,7 +165,8 @@ def _draw_unnamed(shown: Sequence[tuple[Evidence, Variable]]) -> Figure:
 
 
 def _draw_residual(rows: Sequence[tuple[Evidence, Sequence[Variable]]], changed: Sequence[str]) -> Figure:
-    figure, panels = theme.fixed_panels(len(rows), _ACROSS, _PANEL)
+    room = theme.Room(above=0.0, below=0.55, between=0.1)
+    figure, panels = theme.fixed_panels([_PANEL] * len(rows), _ACROSS, room, head=0.35)
     for line, (evidence, variables) in zip(panels, rows, strict=True):
         sigma = np.where(evidence.expected > 0, evidence.expected, np.nan)
         before, after = (np.asarray(r / sigma) for r in (evidence.before, evidence.after))
@@ -180,7 +181,7 @@ def _draw_residual(rows: Sequence[tuple[Evidence, Sequence[Variable]]], changed:
         line[0].set_ylabel(f"{short(evidence.channel)}, σ")
         for spare in line[len(variables) :]:
             spare.set_visible(False)
-    theme.shared_legend(figure, [axes for line in panels for axes in line], 4, loc="upper left")
+    theme.shared_legend(figure, [axes for line in panels for axes in line], 4)
     return figure
 
 

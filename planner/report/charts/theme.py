@@ -5,7 +5,8 @@ from __future__ import annotations
 import io
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -14,6 +15,7 @@ from planner.report.numbers import digits
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
+    from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
 
 INK, MUTED, GRID, SURFACE = "#1b1e23", "#5d6570", "#d9dde3", "#ffffff"
@@ -46,7 +48,14 @@ PART_COLOURS: Mapping[str, str] = {  # cold: stays whatever the campaign does; w
     "estimate": RED,
 }
 
+FRAMED: Mapping[str, Any] = {  # a legend that curves may run behind
+    "frameon": True,
+    "facecolor": SURFACE,
+    "edgecolor": "none",
+    "framealpha": 0.75,
+}
 _FEW_DECADES = 2.0
+BAR = 0.95  # inches for a colour bar with its numbers and label
 WIDTH_IN = 9.0  # 648 pt, shown at 900 px: 9 pt letters come out as 12.5 px
 
 
@@ -96,27 +105,11 @@ def drawn(name: str, description: str, draw: Callable[[], Figure]) -> str:
         mpl.rcdefaults()  # a user's matplotlibrc must not change the bytes
         mpl.rcParams.update(_settings(name))
         figure, buffer = draw(), io.StringIO()
-        _lay_out(figure)
         nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
         # the canvas itself: savefig draws every figure twice, the first time to throw it away
         canvas: Any = FigureCanvasSVG(figure)  # matplotlib has no types for print_svg
         canvas.print_svg(buffer, metadata=nothing)
     return _inline(buffer.getvalue(), name, description)
-
-
-def _lay_out(figure: Figure) -> None:
-    """Places everything once; savefig would draw the whole figure another time to do so."""
-    engine = figure.get_layout_engine()
-    if engine is not None:
-        engine.execute(figure)
-        figure.set_layout_engine("none")
-
-
-def new_figure(height_in: float) -> Figure:
-    """An empty figure of the page's width, laid out so that no label is cut."""
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
 
 
 def _inline(svg: str, name: str, description: str) -> str:
@@ -135,52 +128,97 @@ def _inline(svg: str, name: str, description: str) -> str:
     return re.sub(r"<svg[^>]*>", lambda _: head, body, count=1)
 
 
-def grid_of_panels(
-    count: int, across: int, row_in: float, more_in: float = 0.0, **options: Any
-) -> tuple[Figure, list[Axes]]:
-    """A figure with `count` panels in rows of `across`, each row `row_in` high."""
-    across = min(across, count)
-    rows = -(-count // across)
-    figure = new_figure(row_in * rows + more_in)
-    every = figure.subplots(rows, across, squeeze=False, **options).ravel()
-    for spare in every[count:]:
-        spare.set_visible(False)
-    return figure, list(every[:count])
+@dataclass(frozen=True)
+class Room:
+    """Inches beside each panel for what stands there: nothing is measured, so that a chart costs half.
+
+    left: of the first panel of a row, between: of the others; left and below: numbers and one label
+    above: 0.3 with a title
+    """
+
+    left: float = 0.8
+    right: float = 0.15
+    above: float = 0.1
+    below: float = 0.5
+    between: float = 0.8
 
 
-def fixed_panels(rows: int, across: int, row_in: float) -> tuple[Figure, list[list[Axes]]]:
-    """Panels in fixed places, with a legend's line above: nothing is measured, so they cost a third.
+def fixed_panels(
+    heights: Sequence[float],
+    across: int = 1,
+    room: Room = Room(),
+    *,
+    head: float = 0.0,
+    foot: float = 0.0,
+    beside: float = 0.0,
+    share: Literal["x", "y", ""] = "",
+) -> tuple[Figure, list[list[Axes]]]:
+    """Rows of panels in fixed places; heights: of their frames. All in inches.
 
-    What stands left of a row's first panel, and below each, must fit: one label and short numbers.
+    head, foot: for legends, beside: for a colour bar; share: the first panel's axis, that all others have too
     """
     from matplotlib.figure import Figure
 
-    left, right, top, below, gap = 0.75, 0.15, 0.35, 0.55, 0.25
-    height = rows * row_in + top
-    figure = Figure(figsize=(WIDTH_IN, height))
-    wide = (WIDTH_IN - left - right - (across - 1) * gap) / across
-    places = [
-        [
-            (
-                (left + column * (wide + gap)) / WIDTH_IN,
-                1.0 - (top + (row + 1) * row_in - below) / height,
-                wide / WIDTH_IN,
-                (row_in - below) / height,
-            )
-            for column in range(across)
-        ]
-        for row in range(rows)
-    ]
-    return figure, [[figure.add_axes(place) for place in line] for line in places]
+    high = head + sum(heights) + len(heights) * (room.above + room.below) + foot
+    figure = Figure(figsize=(WIDTH_IN, high))
+    gaps = room.left + (across - 1) * room.between + across * room.right + beside
+    wide = (WIDTH_IN - gaps) / across
+    found, y = list[list["Axes"]](), high - head
+    for row, height in enumerate(heights, 1):
+        y -= room.above + height
+        line = list["Axes"]()
+        for column in range(across):
+            x = room.left + column * (wide + room.right + room.between)
+            place = (x / WIDTH_IN, y / high, wide / WIDTH_IN, height / high)
+            first = (found[0] if found else line)[:1]
+            known: Any = {f"share{share}": first[0]} if share and first else {}
+            line.append(figure.add_axes(place, **known))
+            if share == "y" and column:
+                line[-1].tick_params(axis="y", labelleft=False)
+            if share == "x" and row < len(heights):
+                line[-1].tick_params(axis="x", labelbottom=False)
+        found.append(line)
+        y -= room.below
+    return figure, found
+
+
+def grid_of_panels(
+    count: int, across: int, height: float, room: Room = Room(), **around: Any
+) -> tuple[Figure, list[Axes]]:
+    """`count` fixed panels in rows of `across`; around: as for `fixed_panels`."""
+    across = min(across, count)
+    figure, rows = fixed_panels([height] * -(-count // across), across, room, **around)
+    every = [axes for row in rows for axes in row]
+    for spare in every[count:]:
+        spare.set_visible(False)
+    return figure, every[:count]
+
+
+def colour_bar(figure: Figure, shown: ScalarMappable, panels: Sequence[Axes], label: str) -> None:
+    """As high as the panels, which left BAR beside them."""
+    places = [axes.get_position() for axes in panels]
+    low, high = min(p.y0 for p in places), max(p.y1 for p in places)
+    place = (1.0 - (BAR - 0.1) / WIDTH_IN, low, 0.15 / WIDTH_IN, high - low)
+    figure.colorbar(shown, cax=figure.add_axes(place), label=label)
+
+
+def lines(names: int, columns: int) -> float:
+    """Inches of a legend of so many names in columns."""
+    return 0.15 + 0.18 * -(-names // columns)
+
+
+def letters(names: Iterable[str]) -> float:
+    """Inches that the longest of some names takes."""
+    return 0.069 * max(map(len, names), default=0) + 0.08
 
 
 def shared_legend(
     figure: Figure,
     panels: Sequence[Axes],
     columns: int,
-    loc: Literal["outside upper left", "upper left"] = "outside upper left",
+    loc: Literal["upper left", "lower left"] = "upper left",
 ) -> None:
-    """One legend above all panels, each label once."""
+    """One legend of all panels in the figure's head or foot, each label once."""
     handles = {
         label: line for axes in panels for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }

@@ -38,8 +38,7 @@ def flights_picture(o: RequirementOutcome) -> Picture:
 
 
 def _draw_flights(o: RequirementOutcome) -> Figure:
-    figure = theme.new_figure(2.7)
-    axes = figure.subplots()
+    figure, [[axes]] = theme.fixed_panels([1.9], head=0.3)
     limit, achieved, at = (from_si(x, o.unit) for x in (o.limit, o.achieved, o.at_promise))
     lengths = np.where(np.isfinite(o.lengths), o.lengths, np.inf)
     shown = np.array([from_si(float(x), o.unit) if np.isfinite(x) else np.inf for x in lengths])
@@ -62,7 +61,7 @@ def _draw_flights(o: RequirementOutcome) -> Figure:
     axes.set_xlim(0.0, end)
     axes.set_xlabel(f"{o.error.replace('_', ' ')} error, {o.unit}")
     axes.set_ylabel("flights")
-    figure.legend(loc="outside upper left", ncols=4)
+    theme.shared_legend(figure, [axes], 4)
     return figure
 
 
@@ -85,8 +84,8 @@ def _largest(o: RequirementOutcome) -> list[tuple[str, float]]:
 
 
 def _draw_parts(o: RequirementOutcome, names: Sequence[str]) -> Figure:
-    figure = theme.new_figure(0.33 * max(len(names), 2) + 1.0)
-    axes = figure.subplots()
+    room = theme.Room(left=theme.letters(names))
+    figure, [[axes]] = theme.fixed_panels([0.33 * max(len(names), 2)], 1, room, head=0.3)
     parts = {
         part: (
             PART_NAMES[part],
@@ -96,7 +95,7 @@ def _draw_parts(o: RequirementOutcome, names: Sequence[str]) -> Figure:
     }
     theme.stacked_bars(axes, names, parts, lambda size: f"{digits(size, 2)} %")
     axes.set_xlabel("share of the mean square error, %")
-    figure.legend(loc="outside upper left", ncols=5)
+    theme.shared_legend(figure, [axes], 5)
     return figure
 
 
@@ -113,8 +112,8 @@ def linear_picture(points: Sequence[LinearPoint]) -> Picture | None:
 
 
 def _draw_linear(points: Sequence[LinearPoint]) -> Figure:
-    figure = theme.new_figure(3.0)
-    left, right = figure.subplots(1, 2, sharey=True)
+    room = theme.Room(between=0.1)
+    figure, [[left, right]] = theme.fixed_panels([2.4], 2, room, beside=0.8, share="y")
     end = [p for p in points if p.share == 1.0]
     _curve(left, [p.factor for p in end], [p.apart for p in end], theme.BLUE, "at the end of the flight")
     left.set_xscale("log")

@@ -54,8 +54,7 @@ def _year(days: dict[date, tuple[int, int]], today: date) -> Figure:
     first = min([today, *days])
     last = max([today, *days])
     rows = min((last.year - first.year) * 12 + last.month - first.month + 1, _MOST_ROWS)
-    figure = theme.new_figure(0.7 + 0.27 * max(rows, 3))
-    axes = figure.subplots()
+    figure, [[axes]] = theme.fixed_panels([0.27 * max(rows, 3)], room=theme.Room(below=0.3))
     months = [divmod(first.year * 12 + first.month - 1 + row, 12) for row in range(rows)]
     every = [
         (date(y, m + 1, 1) + timedelta(days=i), r)

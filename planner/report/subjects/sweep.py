@@ -149,8 +149,7 @@ def _curves(sweep: Document) -> Iterator[Block | None]:
 
 
 def _draw(sweep: Document, key: str) -> Figure:
-    figure = theme.new_figure(3.6)
-    axes = figure.subplots()
+    figure, [[axes]] = theme.fixed_panels([2.7], head=0.3)
     others = [k for k in sweep["keys"] if k != key]
     groups: dict[str, list[Document]] = {}
     for p in sweep["points"]:
@@ -172,7 +171,7 @@ def _draw(sweep: Document, key: str) -> Figure:
     axes.plot(lost, [bottom] * len(lost), "x", color=theme.MUTED, markersize=6, clip_on=False)
     axes.set_xlabel(f"{key}, {unit}" if unit else key)
     axes.set_ylabel("campaign, h")
-    figure.legend(loc="outside upper left", ncols=3)
+    theme.shared_legend(figure, [axes], 3)
     return figure
 
 
