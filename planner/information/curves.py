@@ -18,7 +18,7 @@ from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS, Sensor
 from planner.simulate.curves.cosines import Cosines
-from planner.simulate.curves.grid import Shape, along, centred, largest_left
+from planner.simulate.curves.grid import Shape, Single, along, centred, largest_left
 from planner.simulate.curves.measured import SeveralUnits
 from planner.simulate.families import curve_families
 from planner.simulate.temperature_curves import CurveFamily, TableCurves, second_moment
@@ -207,7 +207,7 @@ class _Drawn:
     seen: ends of the range -> (N,) temperatures, ascending, and (n, N) curves there
     """
 
-    blocks: Callable[[], Iterable[Array]]
+    blocks: Callable[[], Iterable[Single]]
     left: dict[int, Array] = field(default_factory=dict)
     seen: dict[bytes, tuple[Array, Array]] = field(default_factory=dict)
 
@@ -276,7 +276,7 @@ def unseen_curves(spec: Spec) -> int:
     return BLOCK * round(float(np.clip(BEYOND / max(out, 1e-9), *UNSEEN)) / BLOCK)
 
 
-def _blocks(shape: Shape, rng: Callable[[], np.random.Generator], count: int) -> Iterator[Array]:
+def _blocks(shape: Shape, rng: Callable[[], np.random.Generator], count: int) -> Iterator[Single]:
     one = rng()
     return (centred(shape.evenly(BLOCK, one)) for _ in range(count // BLOCK))
 

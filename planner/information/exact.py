@@ -147,7 +147,8 @@ def _quantiles(
     flight: Flight, promise: Promise, counts: Array, shared: Sequence[int], draws: int
 ) -> list[list[float]]:
     """(families, requirements) of some requirements, with the curves drawn; infinite: one is undetermined."""
-    every, found = [_flown(promise, counts, k) for k in shared], list[list[float]]()
+    flown, found = _flown(promise, counts), list[list[float]]()
+    every = [flown[k] for k in shared]
     for place, (name, moments) in enumerate(promise.families.items()):
 
         @cache  # one family's curves at a time, for all the requirements
@@ -160,11 +161,14 @@ def _quantiles(
     return found
 
 
-def _flown(promise: Promise, counts: Array, k: int) -> _Flown:
-    left, undetermined = promise.without_curves().covariance(counts, k)
-    without = np.broadcast_to(left[0], (len(promise.families), *left.shape[2:]))
-    parts = () if undetermined[0] else promise.through_curves(counts[0], k)
-    return _Flown(promise.asked[k], without, parts, promise.means, bool(undetermined[0]))
+def _flown(promise: Promise, counts: Array) -> list[_Flown]:
+    """Of every requirement."""
+    left, undetermined = promise.without_curves().covariances(counts)
+    unknown = bool(undetermined[0])
+    parts = [[]] * len(left) if unknown else promise.through_curves(counts[0])
+    each = [np.broadcast_to(S[0], (len(promise.families), *S.shape[2:])) for S in left]
+    known = zip(promise.asked, each, parts, strict=True)
+    return [_Flown(a, without, own, promise.means, unknown) for a, without, own in known]
 
 
 def _quantile(

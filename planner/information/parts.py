@@ -104,7 +104,7 @@ def _weights(a: Asked) -> Array:
 
 def _left(promise: Promise, a: Asked, counts: Array) -> Array:
     """(S, F, F) what a campaign leaves of what is asked, under the only family."""
-    covariance, _ = replace(promise, asked=(a,)).covariance(counts, 0)
+    [covariance], _ = replace(promise, asked=(a,)).covariances(counts)
     return np.asarray(covariance[0, 0])
 
 
@@ -153,7 +153,7 @@ def shares(flight: Flight, found: Foreseen, requirement: int) -> dict[str, float
     S, n, c = len(seen), each.shape[1], J.shape[2]
     asked = replace(a, share=None, temperature_degc=seen, response=response, own=np.zeros((S, n, c, n, c)))
     only = replace(promise.under(found.binding(requirement)), asked=(asked,))
-    left, _ = only.covariance(found.counts, 0)
+    [left], _ = only.covariances(found.counts)
     left = left[0, 0].reshape(S, n, c, n, c)
     own = drawn_by_flights(flight.spec, flight.response, each[:, :-1], a.profile, found.days)
     weights = _weights(a)

@@ -147,14 +147,13 @@ class Promise:
             for view, seen in zip(self._views, group.seen_from, strict=True):
                 yield view.rows, seen, found
 
-    def covariance(self, counts: Array, requirement: int) -> tuple[Array, NDArray[np.bool_]]:
-        """(B, families, S, I c, I c) of one requirement with what goes between its instants.
+    def covariances(self, counts: Array) -> tuple[list[Array], NDArray[np.bool_]]:
+        """Per requirement (B, families, S, I c, I c) with what goes between its instants.
 
         And (B,) whether what flies is undetermined.
         """
-        only = replace(self, asked=(self.asked[requirement],))
-        whole, undetermined = only._whole(counts, range(len(self.families)))
-        return whole[0], undetermined
+        whole, undetermined = self._whole(counts, range(len(self.families)))
+        return [self._rows(a, whole) for a in self.asked], undetermined
 
     def _whole(self, counts: Array, families: Sequence[int]) -> tuple[list[Array], NDArray[np.bool_]]:
         """Per view (B, families, S, ρ, ρ) of d; (B,) whether what flies is undetermined."""
@@ -174,26 +173,35 @@ class Promise:
             total += alone[[*families]] + of.between()
         return whole, undetermined
 
-    def through_curves(self, counts: Array, requirement: int) -> list[CurveWeights]:
-        """What one requirement takes from every curve, with one campaign (g,): what tables miss included."""
-        only = replace(self, asked=(self.asked[requirement],))
-        view, found = only._views[0], list[CurveWeights]()
-        for group in only._groups:
+    def through_curves(self, counts: Array) -> list[list[CurveWeights]]:
+        """What each requirement takes from every curve, with one campaign (g,): what tables miss included."""
+        each = [[*self._through_curves(counts, v)] for v in range(len(self._views))]
+        return [[p.of_rows(rows) for p in each[v]] for v, rows in map(self._place, self.asked)]
+
+    def _through_curves(self, counts: Array, v: int) -> Iterator[CurveWeights]:
+        """Of all that is asked from one view."""
+        for group in self._groups:
             one = told(group.alike, counts[None])
-            found += group.seen_from[0].through_curves(one, self.flying, group.flown)
+            yield from group.seen_from[v].through_curves(one, self.flying, group.flown)
+        view = self._views[v]
         place = self.places(view.temperature_degc)
         tabled = {error for family in self.families.values() for error in family}
         for k, f in enumerate(self.flying):
             J = view.response[:, :, k]
             if k not in self._read and f.error.parts in tabled and np.any(J):
-                found.append(CurveWeights(f.error.parts, place, each_start(J, len(place))))
-        return found
+                yield CurveWeights(f.error.parts, place, each_start(J, len(place)))
+
+    def _place(self, a: Asked) -> tuple[int, slice]:
+        """From which view a requirement is seen, and its rows there."""
+        return next((i, v.rows[a.index]) for i, v in enumerate(self._views) if a.index in v.rows)
+
+    def _rows(self, a: Asked, whole: Sequence[Array]) -> Array:
+        view, rows = self._place(a)
+        return whole[view][..., rows, rows]
 
     def _blocks(self, a: Asked, whole: Sequence[Array]) -> Array:
-        view = next(i for i, v in enumerate(self._views) if a.index in v.rows)
-        rows = self._views[view].rows[a.index]
         instants, c = a.response.shape[1:3]
-        own = whole[view][..., rows, rows]
+        own = self._rows(a, whole)
         split = own.reshape(*own.shape[:3], instants, c, instants, c)
         return np.asarray(np.moveaxis(np.diagonal(split, axis1=3, axis2=5), -1, 3))
 

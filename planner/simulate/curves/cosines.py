@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.simulate.curves.grid import Shape, places
+from planner.simulate.curves.grid import Shape, Single, places
 
 MODES = 40
 _PEAK_OVER_RMS = 2.2  # of what a table leaves of such a curve
@@ -24,11 +24,17 @@ class Cosines(Shape):
 
     def draws(self, count: int, rng: np.random.Generator) -> Array:
         """(count, POINTS) independent curves."""
+        return np.asarray(np.hstack(self._parts(count, rng)) @ np.vstack(_waves()))
+
+    def evenly(self, count: int, rng: np.random.Generator) -> Single:
+        """(count, POINTS) independent curves."""
+        each, waves = np.hstack(self._parts(count, rng)), np.vstack(_waves())
+        return np.asarray(each.astype(np.float32) @ waves.astype(np.float32))
+
+    def _parts(self, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
+        """(count, MODES) of the cosines and of the sines."""
         phase = rng.uniform(0.0, 2.0 * np.pi, (count, MODES))
-        cosine, sine = _waves()
-        found = (self.amplitude * np.cos(phase)) @ cosine
-        found -= (self.amplitude * np.sin(phase)) @ sine
-        return np.asarray(found)
+        return self.amplitude * np.cos(phase), -self.amplitude * np.sin(phase)
 
     def rows(self) -> Array:
         """(2·MODES, POINTS): E cos² = E sin² = ½, and nothing else is left."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.simulate.curves.grid import Shape, lattice, places
+from planner.simulate.curves.grid import Shape, Single, lattice, places
 
 
 class Cubic(Shape):
@@ -15,12 +15,13 @@ class Cubic(Shape):
         """(count, POINTS) independent curves."""
         return np.asarray(rng.normal(size=(count, 3)) @ self.rows())
 
-    def evenly(self, count: int, rng: np.random.Generator) -> Array:
+    def evenly(self, count: int, rng: np.random.Generator) -> Single:
         """(count, POINTS) with the direction of (a, b, c) evenly over the sphere."""
         height, angle = lattice(count, rng) * [[2.0], [2.0 * np.pi]] - [[1.0], [0.0]]
         beside = np.sqrt(1.0 - height**2)
         direction = np.stack([height, beside * np.cos(angle), beside * np.sin(angle)], axis=1)
-        return np.asarray(np.sqrt(rng.chisquare(3, size=(count, 1))) * direction @ self.rows())
+        of_each = np.sqrt(rng.chisquare(3, size=(count, 1))) * direction
+        return np.asarray(of_each.astype(np.float32) @ self.rows().astype(np.float32))
 
     def rows(self) -> Array:
         """(3, POINTS): z, z², z³."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.simulate.curves.grid import POINTS, Shape, lattice, places
+from planner.simulate.curves.grid import POINTS, Shape, Single, lattice, places
 
 
 class Kink(Shape):
@@ -17,11 +17,11 @@ class Kink(Shape):
         k = rng.uniform(size=(count, 1))
         return np.asarray(a * (places() - 0.5) ** 2 + b * np.abs(places() - k))
 
-    def evenly(self, count: int, rng: np.random.Generator) -> Array:
+    def evenly(self, count: int, rng: np.random.Generator) -> Single:
         """(count, POINTS) with the ratio of a to b and k evenly over their law."""
         angle, k = lattice(count, rng)
         a, b = rng.rayleigh(size=count) * np.stack([np.cos(2.0 * np.pi * angle), np.sin(2.0 * np.pi * angle)])
-        x = places()
+        x, (a, b, k) = places().astype(np.float32), np.array([a, b, k], dtype=np.float32)
         return np.asarray(a[:, None] * (x - 0.5) ** 2 + b[:, None] * np.abs(x - k[:, None]))
 
     def rows(self) -> Array:

@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.simulate.curves.grid import POINTS, Shape, places
+from planner.simulate.curves.grid import POINTS, Shape, Single, places
 
 LENGTH = 0.5  # in x
 
@@ -21,6 +21,11 @@ class Matern(Shape):
     def draws(self, count: int, rng: np.random.Generator) -> Array:
         """(count, POINTS) independent curves."""
         return np.asarray(rng.normal(size=(count, POINTS)) @ _root())
+
+    def evenly(self, count: int, rng: np.random.Generator) -> Single:
+        """(count, POINTS) independent curves."""
+        each = rng.standard_normal((count, POINTS), dtype=np.float32)
+        return np.asarray(each @ _root().astype(np.float32))
 
     def rows(self) -> Array:
         """(POINTS, POINTS) the covariance's triangular root."""
