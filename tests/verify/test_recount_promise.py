@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -303,9 +304,9 @@ def test_the_curve_in_flight_dropped_from_what_is_drawn(sound, foreseen, monkeyp
     """Then only what the estimates make of a curve is left of it."""
     whole = planner.information.promise.Promise.through_curves
 
-    def grounded(self, counts, requirement):
-        found = whole(self, counts, requirement)
-        for one in found:
+    def grounded(self, counts):
+        found = whole(self, counts)
+        for one in chain(*found):
             one.weights[..., -1] = 0.0
         return found
 
