@@ -252,7 +252,7 @@ def _at_any(
     x = root @ _normals(len(looked_at), _each(len(looked_at), draws), basis.shape[1])
     _add(x, [p.along(np.broadcast_to(basis, (len(looked_at), *basis.shape))) for p in some], curves, 0)
     flights = _Flights(basis.astype(np.float32), x, shift[looked_at].astype(np.float32), c)
-    near = length_of_share(flights.beyond(0.0, x.shape[2] // PILOT), a.share, weights)
+    near = length_of_share(flights.beyond(0.0, -(-x.shape[2] // PILOT)), a.share, weights)
     found = length_of_share(flights.beyond(SHORTER * near), a.share, weights)
     if found > SHORTER * near:
         return found

@@ -8,7 +8,15 @@ from scipy.optimize import brentq
 from scipy.special import erf, ndtr
 
 from planner.information.curves import unseen_curves
-from planner.information.drawn import SETTLED, CurveWeights, _at_one, drawn_quantile
+from planner.information.drawn import (
+    SETTLED,
+    SHORTER,
+    CurveWeights,
+    _at_one,
+    _Flights,
+    drawn_quantile,
+    length_of_share,
+)
 from planner.information.in_flight import Asked
 from planner.nouns.array import Array
 from planner.solvers.gaussian_length import percentile
@@ -152,6 +160,26 @@ def test_the_first_guess_does_not_matter(share: float, weighted: bool) -> None:
     guesses = (2.0, 0.01, 0.5, 8.0, 300.0)
     every = [_at_one(a, rest, np.zeros((3, 2)), [part], curves, a.weights, near, 60_000) for near in guesses]
     assert np.ptp(every) < 3 * SETTLED * every[0]
+
+
+@pytest.mark.parametrize("share", [0.5, 0.95, 0.999])
+@pytest.mark.parametrize("shifted", [0.0, 3.0])
+@pytest.mark.parametrize("worst", [False, True])
+def test_flights_that_are_not_looked_at_change_nothing(share: float, shifted: float, worst: bool) -> None:
+    """The same length as when every flight is looked at."""
+    rng = np.random.default_rng(5)
+    axes = rng.normal(size=(40, 5)).astype(np.float32)
+    x = (rng.normal(size=(3, 5, 4000)) * np.array([[4.0], [2.0], [1.0], [0.5], [0.1]])).astype(np.float32)
+    flights = _Flights(axes, x, np.full((3, 40), shifted, dtype=np.float32), 2)
+    every = flights.beyond(0.0)
+    length = length_of_share(every, share, None if worst else np.array([0.2, 0.3, 0.5]))
+    some = flights.beyond(SHORTER * length)
+    assert length_of_share(some, share, None if worst else np.array([0.2, 0.3, 0.5])) == length
+    assert np.array_equal(some[some > 0], every[some > 0])
+    assert np.all(every[some == 0] < SHORTER * length)
+    vectors = np.einsum("rk,skn->srn", axes.astype(float), x.astype(float)) + shifted
+    longest = np.sqrt((vectors.reshape(3, 20, 2, -1) ** 2).sum(axis=2).max(axis=1))
+    assert every == pytest.approx(longest, rel=1e-4)
 
 
 @pytest.mark.parametrize("instants", [1, 2])
