@@ -94,11 +94,16 @@ def informed(
     assert navigation.flight is not None  # sensitivities are simulated
     progress("what each record tells, what will be flown")
     flight = flight_of(spec, navigation.flight, deadline)
-    found = campaign_found(flight)
+    found = campaign_found(flight, effort="thorough" if spec.plan.proof == "thorough" else "usual")
     if (spec.plan.shifts or spec.plan.units is not None) and not is_hand_made(spec):
         progress("the same with waiting and loads in sight")
         found = shortest_in_all(flight, found)
     remarks = [*(left_open(spec) if is_hand_made(spec) else unneeded(flight, found))] if beside else []
+    if beside and not found.proved and spec.plan.proof == "quick":
+        remarks.append(
+            "that no campaign is shorter was looked into for about a second; `plan.proof: thorough` goes on, "
+            f"within plan.time_limit ({deadline.seconds:g} s)"
+        )
     made = information_plan(
         flight,
         found,

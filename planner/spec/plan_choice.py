@@ -170,4 +170,7 @@ class PlanChoice(SpecPart):
         False, description="whether to plan again for other weights of time and power-on time"
     )
     seed: Whole = Field(1, description="of every random number; the same seed gives the same bytes")
+    proof: Literal["quick", "thorough"] = Field(
+        "quick", description="that none is shorter: of a second or so, or thorough, within time_limit"
+    )
     time_limit: PositiveSeconds = Field(120.0, description="longest time for the proof, e.g. 2 min")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from planner.information import to_plan
+from planner.information import choose, to_plan
 from planner.information.choose import campaign_found
 from planner.information.exchange import Judge, shortest
 from planner.information.model_of import on_offer
 from planner.information.prices import prices_of
 from planner.nouns.deadline import Deadline
+from planner.nouns.plan import Plan
 from planner.pipelines import planning as pipeline
 from tests.information import cases
 from tests.specs import loaded
@@ -78,3 +79,21 @@ def test_who_has_time_is_told_nothing():
     campaign_found(flight)
     assert not flight.deadline.cut
     assert Deadline(0.0).over(1.0, "this")
+
+
+def test_a_thorough_proof_goes_on_where_a_quick_one_ends(monkeypatch):
+    """The same campaign, and that none is shorter; of the quick one a note says how to have it."""
+    monkeypatch.setattr(choose, "QUICK", (0, 0, 0))
+    made = cases.tree(0)
+
+    def planned(proof: str) -> Plan:
+        spec = made | {"plan": made["plan"] | {"proof": proof}}
+        return pipeline.plan(loaded(spec), lambda message: None).plan
+
+    quick, thorough = planned("quick"), planned("thorough")
+    assert not quick.proved
+    assert quick.gap > 0.0
+    assert thorough.proved
+    assert thorough.gap == 0.0
+    assert quick.bound_s < thorough.bound_s == thorough.time_s <= quick.time_s
+    assert [any("proof: thorough" in note for note in p.notes) for p in (quick, thorough)] == [True, False]
