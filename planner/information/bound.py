@@ -30,6 +30,7 @@ from planner.nouns.deadline import never
 Set = tuple[int, ...]  # places of the grid
 SETS_AT_ONCE = 500
 MOST_SETS_OF_TESTS = 1023  # of ten tests beside one: every set of them
+LEVELS = 8  # of price, up to the best campaign: of each all are listed, and asked
 STEPS = 20  # of the count for every campaign that may be asked
 NEARLY = 1.03  # by the quick figure, whose curves' moments are known to 2 %: then the exact one is asked
 UNPRICED = ("_needed", "_knowledge", "_plain")
@@ -39,13 +40,14 @@ UNPRICED = ("_needed", "_knowledge", "_plain")
 class Effort:
     """How far a proof goes. sets: of temperatures looked at; campaigns: asked one by one; late: to stop
 
-    exact: campaigns of which the exact figure is asked
+    exact: campaigns of which the exact figure is asked; patient: also where these will not be all
     """
 
     sets: int
     campaigns: int
     exact: int
     late: Callable[[], bool] = never
+    patient: bool = False
 
 
 @dataclass(frozen=True)
@@ -80,11 +82,7 @@ class Prover:
         cost = float(self.offers.cost(best[None])[0])
         survivors, beyond = self.survivors(cost, effort)
         bound = min([*(floor for floor, _ in survivors), beyond, cost])
-        if beyond < cost - EASIER:
-            return Bounded(bound, False, best)
-        best, proved = self._counted(survivors, best, effort)
-        cost = float(self.offers.cost(best[None])[0])
-        return Bounded(cost if proved else min(bound, cost), proved, best)
+        return self._counted(sorted(survivors), bound, beyond, best, effort)
 
     # ------------------------------------------------------------ sets of temperatures
 
@@ -256,32 +254,70 @@ class Prover:
     # ------------------------------------------------------------ one by one
 
     def _counted(
-        self, survivors: Sequence[tuple[float, Set]], best: Array, effort: Effort
-    ) -> tuple[Array, bool]:
-        """The shortest of all campaigns at the sets that are left, if there are few enough of them."""
+        self, survivors: Sequence[tuple[float, Set]], bound: float, beyond: float, best: Array, effort: Effort
+    ) -> Bounded:
+        """The shortest of all campaigns at the sets that are left, as far up as they can be asked.
+
+        survivors: the cheapest first; beyond: what sets that were not looked at cost at least. Campaigns are
+        listed level by level, and each level raises the bound; those that quick figures do not refuse are
+        asked exactly as soon as all are listed, or before where the proof has time.
+        """
         cost = float(self.offers.cost(best[None])[0])
-        found: list[Array] = []
-        for _, some in sorted(survivors):
-            for n in self._campaigns(some, cost, effort):
-                if n is None or len(found) > effort.campaigns or (len(found) % 1000 == 999 and effort.late()):
-                    return best, False
-                found.append(n)
-        every = np.array(found).reshape(-1, len(best))
-        prices = self.offers.cost(every)
-        every = every[prices < cost - EASIER][np.argsort(prices[prices < cost - EASIER], kind="stable")]
-        asked, drawn = 0, any(a.share is not None for a in self.judge.promise.asked)
-        nearly = NEARLY * (DRAWN if drawn else 1.0)
+        top, asked, waiting = min(beyond, cost), 0, list[tuple[float, Array]]()
+        for level in np.linspace(bound, top, LEVELS + 1)[1:].tolist() if bound < top else ():
+            every = self._between(survivors, bound, min(level, cost - EASIER), effort)
+            if every is None:
+                break
+            near = self._not_refused(every, effort)
+            if near is None:
+                break
+            waiting += near
+            asked += len(near)
+            bound = level
+            if asked > effort.exact:
+                break
+            if effort.patient or level >= cost:
+                for price, n in waiting:
+                    if effort.late():
+                        return Bounded(price, False, best)
+                    if self.judge.allowed(n) and self.exactly(n):
+                        return Bounded(price, True, n)
+                waiting = []
+        if bound >= cost - EASIER:
+            return Bounded(cost, True, best)
+        return Bounded(min([bound, *(price for price, _ in waiting)]), False, best)
+
+    def _not_refused(self, every: Array, effort: Effort) -> list[tuple[float, Array]] | None:
+        """Those of campaigns (B, g) that quick figures do not refuse, with prices; None where it is late."""
+        drawn = any(a.share is not None for a in self.judge.promise.asked)
+        nearly, near = NEARLY * (DRAWN if drawn else 1.0), list[tuple[float, Array]]()
         for start in range(0, len(every), CHUNK):
             if effort.late():
-                return best, False
-            some_of = every[start : start + CHUNK]
-            for i in np.flatnonzero(self._plain.loads(some_of) <= nearly):
-                asked += 1
-                if effort.late() or asked > effort.exact:
-                    return best, False
-                if self.judge.allowed(some_of[i]) and self.exactly(some_of[i]):
-                    return some_of[i], True
-        return best, True
+                return None
+            some = every[start : start + CHUNK]
+            some = some[self._plain.loads(some) <= nearly]
+            near += zip(self.offers.cost(some).tolist(), some, strict=True)
+        return near
+
+    def _between(
+        self, survivors: Sequence[tuple[float, Set]], least: float, most: float, effort: Effort
+    ) -> Array | None:
+        """(B, g) all campaigns that cost at least one price and less than another, the cheapest first.
+
+        None where they are too many.
+        """
+        found: list[Array] = []
+        for floor, some in survivors:
+            if floor >= most:
+                break
+            for n in self._campaigns(some, most, effort):
+                if n is None or len(found) > effort.campaigns or (len(found) % 1000 == 999 and effort.late()):
+                    return None
+                found.append(n)
+        every = np.array(found).reshape(-1, len(self.offers.kinds))
+        prices = self.offers.cost(every)
+        inside = np.flatnonzero((prices >= least - EASIER) & (prices < most))
+        return every[inside[np.argsort(prices[inside], kind="stable")]]
 
     def _campaigns(self, some: Set, cost: float, effort: Effort) -> Iterator[Array | None]:
         """All campaigns at exactly these temperatures that may cost less; None when they are too many.
@@ -292,7 +328,7 @@ class Prover:
         kinds = [k for t in some for k in self._at[t]] + np.flatnonzero(~offers.soaked).tolist()
         groups = [frozenset(self._at[t]) for t in some]
         once = self._paid_once[list(some)].any(axis=0)
-        slack = cost - EASIER - float(once @ offers.wherever[1])
+        slack = cost - float(once @ offers.wherever[1])
         ways = [[0, *_repeats(self._offer_of[k])] for k in kinds]
         price = [float(offers.each_price[k]) for k in kinds]
         made = [0] * len(kinds)

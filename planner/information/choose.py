@@ -99,7 +99,8 @@ def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thoroug
     counts, judge, exact = _searched(flight, offers, judge, BRIEFLY if effort == "brief" else LOOKED_AT)
     if effort == "brief":
         return found_of(flight, offers, judge, counts, exact=exact)
-    far = Effort(*(LONG if effort == "thorough" else QUICK), flight.deadline.stops(BOUND, "the bound"))
+    thorough, late = effort == "thorough", flight.deadline.stops(BOUND, "the bound")
+    far = Effort(*(LONG if thorough else QUICK), late, thorough)
     prover = Prover(flight, offers, judge, lambda n: keeps_exactly(flight, offers, n))
     bounded = prover.bounded(counts, far)
     known = exact if np.array_equal(bounded.best, counts) else None
