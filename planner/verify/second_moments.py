@@ -96,6 +96,15 @@ class Moment:
         ]
         return self._mixed(ends, ends)
 
+    def mean_slopes(self, degc: Array, around: float) -> Array:
+        """(k,) of the mean of f, between so many K below and above, per K."""
+        assert self.mean is not None  # nobody asks else
+        below, above = (
+            sum(weight * self.mean[i] for i, weight in self._ends(degc + sign * around))
+            for sign in (-1.0, 1.0)
+        )
+        return np.asarray((above - below) / (2.0 * around))
+
     def _ends(self, degc: Array) -> _Ends:
         left, share = between(self.grid, degc)
         return [(left, 1.0 - share), (left + 1, share)]

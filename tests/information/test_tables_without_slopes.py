@@ -12,6 +12,7 @@ import pytest
 from planner.information.curves import Curves
 from planner.nouns.array import Array
 from planner.simulate.temperature_curves import LARGEST, curve_family
+from planner.spec.budget import CurveName
 from planner.verify.curves import family
 from planner.verify.families import curves_in
 from planner.verify.second_moments import moments_of
@@ -45,9 +46,9 @@ def test_slopes_hardly_depend_on_the_seed(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_no_unit_has_a_larger_curve(name: str) -> None:
+def test_no_unit_has_a_larger_curve(name: CurveName) -> None:
     rng = np.random.default_rng(3)
-    drawn = curve_family(TABLE, -20.0, 40.0, shape=name).draws(4000, rng)  # type: ignore[arg-type]
+    drawn = curve_family(TABLE, -20.0, 40.0, shape=name).draws(4000, rng)
     others = family(TABLE, -20.0, 40.0, "largest", name).drawn(4000, rng)
     for curves in (drawn, others):
         sizes = np.sqrt(np.mean(curves**2, axis=1))
@@ -55,8 +56,8 @@ def test_no_unit_has_a_larger_curve(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["cosines", "kink", "cubic", "matern"])
-def test_a_table_of_the_whole_range_bounds_its_curves_itself(name: str) -> None:
+def test_a_table_of_the_whole_range_bounds_its_curves_itself(name: CurveName) -> None:
     whole = {1: 32e-3, 3: 8.5e-3, 5: 3.5e-3}
-    curves = curve_family(whole, -20.0, 40.0, shape=name).draws(4000, np.random.default_rng(3))  # type: ignore[arg-type]
+    curves = curve_family(whole, -20.0, 40.0, shape=name).draws(4000, np.random.default_rng(3))
     sizes = np.sqrt(np.mean(curves**2, axis=1))
     assert np.max(sizes) < 0.6 * LARGEST * np.median(sizes)
