@@ -21,16 +21,23 @@ from planner.simulate.curves.cosines import Cosines
 from planner.simulate.curves.grid import Shape, Single, along, centred, largest_left
 from planner.simulate.curves.measured import SeveralUnits
 from planner.simulate.families import curve_families
-from planner.simulate.temperature_curves import CurveFamily, TableCurves, second_moment
+from planner.simulate.temperature_curves import (
+    LARGEST,
+    CurveFamily,
+    TableCurves,
+    no_larger,
+    second_moment,
+    sizes_of,
+)
 from planner.spec.curve_names import families_of
 from planner.spec.model import PercentileRule, Spec
 
 CURVES = 2000  # drawn of every family: a second moment is then known to 2 % in sigma, a part of the whole
 UNSEEN = 8000, 32_000  # others, by which what was chosen is judged; not kept, they are drawn block by block
-TINY = 1e-300
 TAIL = 3.0  # times the median size, beyond which a prior takes no curve of a shape
 BEYOND = 160  # of them beyond a requirement's share: these make its quantile
 BLOCK = 500
+EVENLY = 4 * BLOCK  # curves that are drawn evenly at once: what there is of them is 8 MB
 MOST_SHAPES = 16  # of unseen curves, of which a process remembers what it looked at: plans are of few tables
 MOST_KEPT = (
     8  # shapes of the others, 20 MB each with what was looked at: the next plan of a process has the same
@@ -171,8 +178,7 @@ class Curves:
         known.look(degc, self.on_offer, family)
         scales = known.scales(family)
         if self.tamed:
-            most = TAIL * np.median(scales * known.sizes)
-            scales = np.minimum(scales, most / np.maximum(known.sizes, TINY))
+            scales = no_larger(scales, known.sizes, TAIL * float(np.median(scales * known.sizes)))
         return np.asarray(known.at(degc, family) * scales[:, None])
 
     def _kept(self, shape: Shape) -> _Drawn:
@@ -205,16 +211,13 @@ class _Drawn:
     """Curves of one shape, block by block (n, POINTS), and the largest that tables of N points leave.
 
     seen: ends of the range -> (N,) temperatures, ascending, and (n, N) curves there
+    sizes: (n,) root mean squares over the range, before a table scales them; none before the first look
     """
 
     blocks: Callable[[], Iterable[Single]]
     left: dict[int, Array] = field(default_factory=dict)
     seen: dict[bytes, tuple[Array, Array]] = field(default_factory=dict)
-
-    @cached_property
-    def sizes(self) -> Array:
-        """(n,) root mean squares over the range, before a table scales them."""
-        return np.concatenate([np.sqrt(np.mean(block**2, axis=1)) for block in self.blocks()])
+    sizes: Array = field(default_factory=lambda: np.empty(0))
 
     @cached_property
     def steps(self) -> Array:
@@ -231,10 +234,10 @@ class _Drawn:
         if len(at) + len(new) > max(MOST_POINTS, 2 * len(degc)):
             at, curves, new = np.empty(0), np.empty((0, 0)), degc
         found = [
-            (along(new, family.grid, block), *(largest_left(block, n) for n in numbers))
+            (along(new, family.grid, block), sizes_of(block), *(largest_left(block, n) for n in numbers))
             for block in self.blocks()
         ]
-        there, *left = (np.concatenate(each) for each in zip(*found, strict=True))
+        there, self.sizes, *left = (np.concatenate(each) for each in zip(*found, strict=True))
         self.left |= dict(zip(numbers, left, strict=True))
         if len(new):
             at = np.concatenate([at, new])
@@ -248,13 +251,17 @@ class _Drawn:
         return curves[:, np.searchsorted(at, degc)]
 
     def scales(self, family: TableCurves) -> Array:
-        """(n,) with which each meets the family's table at one N and exceeds it at none."""
+        """(n,) with which each meets the family's table at one N and exceeds it at none.
+
+        Those that would be larger than LARGEST medians are as large as that.
+        """
         each = [
             allowed / np.where(self.left[n] > 0, self.left[n], np.inf)
             for n, allowed in zip(family.numbers, family.residual, strict=True)
         ]
         least = np.min(each, axis=0)
-        return np.where(np.isfinite(least), least, 0.0)
+        scales = np.where(np.isfinite(least), least, 0.0)
+        return no_larger(scales, self.sizes, LARGEST * float(np.median(scales * self.sizes)))
 
 
 def about_means(
@@ -277,8 +284,10 @@ def unseen_curves(spec: Spec) -> int:
 
 
 def _blocks(shape: Shape, rng: Callable[[], np.random.Generator], count: int) -> Iterator[Single]:
+    """(BLOCK, POINTS), so many of which are even together: the more, the less their moments scatter."""
     one = rng()
-    return (centred(shape.evenly(BLOCK, one)) for _ in range(count // BLOCK))
+    sizes = (min(EVENLY, count - first) for first in range(0, count, EVENLY))
+    return (centred(block) for size in sizes for block in np.split(shape.evenly(size, one), size // BLOCK))
 
 
 _KEPT: dict[Hashable, _Drawn] = {}

@@ -11,6 +11,7 @@ from planner.information.told import Alike, Told, shared_places, through_shared
 from planner.nouns.array import Array
 
 MEANS = "means of the curves"
+THERMOMETER = "thermometer"
 
 
 @dataclass
@@ -20,7 +21,8 @@ class Common:
     And through coefficients s that all three have: cov(θ̂_a, θ̂_b) = C_as C_ss⁻¹ C_sb. Of the references,
     with D = ∂θ̂/∂r of one channel, the covariance of two is D_a s² D_bᵀ, and of a channel with the reference
     itself −D s²: so sums over the channels, squared, less their own squares. So, too, the means of curves
-    that were measured on several units: every error and channel of a unit has its own at once.
+    that were measured on several units, and what a thermometer that errs makes of them: every error and
+    channel of a unit has its own at once.
     """
 
     sums: dict[str, Array] = field(default_factory=dict)
@@ -43,6 +45,12 @@ class Common:
         """What the mean of the curve of every term makes of d, (B or 1, S, ρ)."""
         for z in of_terms:
             self._one(MEANS, z)
+
+    def add_misread(self, of_terms: Iterable[Array]) -> None:
+        """What one sigma of each thermometer makes of d by the mean of every term's curve, (b, B, S, ρ)."""
+        for each in of_terms:
+            for b, z in enumerate(each):
+                self._one(f"{THERMOMETER} {b}", z)
 
     def _one(self, name: str, z: Array) -> None:
         self.sums[name] = self.sums.get(name, 0.0) + z

@@ -24,7 +24,7 @@ class Neighbours:
     def of(self, n: Array) -> NDArray[np.float64]:
         """(B, g) distinct campaigns one step from n (g,)."""
         found = [n.copy()]
-        for moves in (self._fewer, self._moved, self._joined, self._exchanged, self._spread):
+        for moves in (self._fewer, self._moved, self._joined, self._exchanged, self._spread, self._split):
             found += list(moves(n))
         return _others(found, n)
 
@@ -154,6 +154,18 @@ class Neighbours:
                             to = self._shifted(k, towards * by)
                             moved = moved if to is None else _onto(moved, k, to)
                         yield moved
+
+    def _split(self, n: Array) -> Iterator[Array]:
+        """As many repeats as a visit has at least made at a temperature that its test does not visit yet.
+
+        Where soaks cost nothing (power-on hours, tests in the room) they tell more of the curves there.
+        """
+        for offer in self._movable:
+            for k in self._used(n, offer):
+                if n[k] >= 2 * offer.least:
+                    for to in self._on_grid[k][0]:
+                        if n[to] == 0:
+                            yield altered(n, (k, n[k] - offer.least), (to, offer.least))
 
     # ------------------------------------------------------------ the grid
 

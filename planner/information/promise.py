@@ -168,6 +168,7 @@ class Promise:
                 total += v.left(found, R, families)
                 of.add(group.alike, found, R)
                 of.add_means(v.of_means(found, R, group.means))
+                of.add_misread(v.of_misread(found, R, group.misread))
         for view, alone, total, of in zip(self._views, self._alone, whole, common, strict=True):
             of.add_means(self._means_alone(view))
             total += alone[[*families]] + of.between()
@@ -185,7 +186,7 @@ class Promise:
             yield from group.seen_from[v].through_curves(one, self.flying, group.flown)
         view = self._views[v]
         place = self.places(view.temperature_degc)
-        tabled = {error for family in self.families.values() for error in family}
+        tabled = set().union(*self.families.values())
         for k, f in enumerate(self.flying):
             J = view.response[:, :, k]
             if k not in self._read and f.error.parts in tabled and np.any(J):
@@ -326,7 +327,7 @@ class _Group:
 
     asked: the terms among these that must be determined: of an error without a budget an undetermined
     coefficient is left at zero, which is what the unit has
-    means: term -> (N,) of its curve
+    means: term -> (N,) of its curve; misread: term -> (b, g) what each thermometer makes of it
     """
 
     alike: Alike
@@ -334,6 +335,7 @@ class _Group:
     asked: tuple[int, ...]
     curved: tuple[int, ...]
     means: Mapping[int, Array]
+    misread: Mapping[int, Array]
     seen_from: tuple[Seen, ...]
 
     def misses(self, found: Told) -> NDArray[np.bool_]:
@@ -381,8 +383,9 @@ def _group(promise: Promise, g: Alike) -> _Group:
     )
     asked = tuple(i for i in flown if i < fitted and promise.reads(terms[0][i].error, terms[0][i].name))
     errors = {i: terms[0][i].error.parts for i in moments}
-    means = {i: promise.means[error] for i, error in errors.items() if error in promise.means}
-    return _Group(g, flown, asked, tuple(moments), means, seen)
+    common = promise.means, {} if promise.misread is None else promise.misread.means
+    means, misled = ({i: of[error] for i, error in errors.items() if error in of} for of in common)
+    return _Group(g, flown, asked, tuple(moments), means, misled, seen)
 
 
 def figure_of(a: Asked, S: Array) -> Array:

@@ -94,6 +94,12 @@ class Seen:
             told = (found.gains[i] @ m[self.of_kind[found.kinds]][None, :, :, None])[..., 0]
             yield from there[:, None] - (R @ told[:, :, None, :, None])[..., 0]
 
+    def of_misread(self, found: Told, R: Array, means: Mapping[int, Array]) -> Iterator[Array]:
+        """(b, B, S, ρ) of every term of every channel, −R G m; means: term -> (b, g) by each thermometer."""
+        for i, m in means.items():
+            told = found.gains[i][:, None] @ m[:, found.kinds][None, ..., None]  # (a, b, B, P, 1)
+            yield from -(R[:, None] @ told[:, :, :, None])[..., 0]
+
     def through_curves(
         self, found: Told, flying: Sequence[Flying], flown: Mapping[int, NDArray[np.intp]]
     ) -> Iterator[CurveWeights]:

@@ -16,6 +16,7 @@ import numpy as np
 from planner.campaign.observability import Unobservable
 from planner.errors import InputError
 from planner.nouns.choices import Campaign, TestVisits
+from planner.nouns.sensor import ErrorName
 from planner.plan.by_hand import (
     chosen_by_hand,
     even_points,
@@ -26,14 +27,16 @@ from planner.plan.by_hand import (
     temperatures_of,
 )
 from planner.plan.unobservable_to_remedy import Remedy, also_at, remedy_of
-from planner.plan.unobservable_words import degrees, fault_of, named_once
+from planner.plan.unobservable_words import degrees, fault_of, hidden_by_noise, named_once
 from planner.plan.visits_to_observability import ENOUGH, Visits, asked_errors, campaign_of, unobservable_in
+from planner.protocols import SENSORS
 from planner.spec.model import Spec
 from planner.spec.references import BenchAccuracy
 
 if TYPE_CHECKING:  # `check` asks without a task, whose modules take 25 ms to import
     from planner.plan.task import Task
 
+LONGER = (4, 16, 64, 256, 1024, 4096, 16_384, 65_536)  # times as long, by which records are tried
 LOST = 100.0  # times what an error is known to without a calibration: by information nothing tells it then
 
 
@@ -71,7 +74,7 @@ def _unobserved(spec: Spec, of_hands: float) -> str:
             return ""
         refused.append((len(found), visits, found))
     _, visits, found = min(refused, key=lambda one: one[0])
-    return "\n".join(_faults(spec, visits, found))
+    return "\n".join(_faults(spec, visits, found, largest=not by_hand))
 
 
 def _with_perfect_references(spec: Spec) -> Spec:
@@ -144,12 +147,28 @@ def _may_be_made(spec: Spec, remedy: Remedy) -> bool:
     return bool(remedy.tests) and all(chosen_by_hand(spec, test) is None for test in remedy.tests)
 
 
-def _faults(spec: Spec, visits: Visits, found: Sequence[Unobservable]) -> Iterator[str]:
+def _faults(
+    spec: Spec, visits: Visits, found: Sequence[Unobservable], *, largest: bool = False
+) -> Iterator[str]:
     made = campaign_of(spec, visits)
     assert made is not None  # something was found in it
     for error in named_once(found):
         own = [u for u in found if u.error == error]
-        yield fault_of(spec, made.runs, own, remedy_of(spec, visits, own[0]))
+        said = fault_of(spec, made.runs, own, remedy_of(spec, visits, own[0]))
+        longer = _longer(spec, visits, error, largest)
+        yield said if longer is None else said + hidden_by_noise(error, longer)
+
+
+def _longer(spec: Spec, visits: Visits, error: ErrorName, largest: bool) -> int | None:
+    """Times as long as they are, records would tell an error that their noise hides; None: it does not."""
+    noise: dict[str, float] = {s: q for s in SENSORS if (q := getattr(spec.unit.noise, s))}
+    for times in LONGER if noise else ():
+        quiet = spec.unit.noise.model_copy(update={s: q / times**0.5 for s, q in noise.items()})
+        unit = spec.unit.model_copy(update={"noise": quiet})
+        left = unobservable_in(spec.model_copy(update={"unit": unit}), visits, largest=largest)
+        if not any(u.error == error for u in left):
+            return times
+    return None
 
 
 def _added(before: Visits, after: Visits) -> Iterator[str]:

@@ -48,6 +48,12 @@ def fault_of(spec: Spec, runs: PowerOns, found: Sequence[Unobservable], remedy: 
     return f"tests.{listed(tests)}: the records {what}{where}: {seen}; {_advice(spec, remedy, advice)}"
 
 
+def hidden_by_noise(error: ErrorName, longer: int) -> str:
+    """`; or give them records 64 times as long: unit.noise.gyro hides what these would tell`."""
+    hides = f"unit.noise.{error.sensor} hides what these would tell"
+    return f"; or give them records {longer} times as long: {hides}"
+
+
 def _at(runs: PowerOns, u: Unobservable) -> Conditions:
     """The records at the nodes that are unobservable."""
     c, nodes = runs.conditions, np.array(u.nodes_degc)

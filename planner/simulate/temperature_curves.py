@@ -6,12 +6,17 @@ table's figure is either the `largest` residual: every curve is scaled until its
 table at one N and exceeds it at none; or `sigma`: the root mean square over temperature and curves. Cosines
 meet a sigma by their amplitudes, the other shapes by one scale for the family: the largest with which the
 root mean square exceeds the table at no N.
+
+Where a table says little of slopes (it begins with two or three points, or falls steeply), nearly straight
+cubics and kinks are scaled up as far as chance will have it: a share of k⁻² of them is k times as large, and
+they have no second moment. No unit's curve is larger than LARGEST times the median of its family.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, Protocol
 
 import numpy as np
@@ -19,12 +24,15 @@ import numpy as np
 from planner.nouns.array import Array
 from planner.simulate.curves.cosines import cosines
 from planner.simulate.curves.cubic import Cubic
-from planner.simulate.curves.grid import POINTS, Shape, along, centred, even_table, largest_left
+from planner.simulate.curves.grid import POINTS, Real, Shape, along, centred, even_table, largest_left
 from planner.simulate.curves.kink import Kink
 from planner.simulate.curves.matern import Matern
 from planner.spec.budget import CurveName
 
 Figure = Literal["largest", "sigma"]
+
+LARGEST = 10.0  # times the median rms of a family: beyond it are 0.8 % of cubics whose slopes no table says
+MEDIAN_OF = 1000  # curves: known to 2 %, a second moment with it to 0.2 %
 
 
 class CurveFamily(Protocol):
@@ -71,7 +79,16 @@ class TableCurves:
     def draws(self, count: int, rng: np.random.Generator) -> Array:
         """(count, POINTS) independent curves, SI."""
         curves = centred(self.shape.draws(count, rng))
-        return np.asarray(curves * (self.scale if self.figure == "sigma" else self._own_scales(curves)))
+        if self.figure == "sigma":
+            return np.asarray(curves * self.scale)
+        sizes, scales = sizes_of(curves), self._own_scales(curves)
+        return np.asarray(curves * no_larger(scales, sizes, LARGEST * self._median)[:, None])
+
+    @cached_property
+    def _median(self) -> float:
+        """Size in the middle of the family."""
+        curves = centred(self.shape.evenly(MEDIAN_OF, np.random.default_rng(0)))
+        return float(np.median(sizes_of(curves) * self._own_scales(curves)))
 
     def rows(self, count: int, rng: np.random.Generator) -> Array:
         """(r, POINTS) R, E f fᵀ = RᵀR: exact for a sigma, of `count` draws for the largest residual."""
@@ -79,13 +96,24 @@ class TableCurves:
             return np.asarray(self.scale * centred(self.shape.rows()))
         return np.asarray(self.draws(count, rng) / np.sqrt(count))
 
-    def _own_scales(self, curves: Array) -> Array:
-        """(count, 1) with which each curve meets the table at one N and exceeds it at none."""
+    def _own_scales(self, curves: Real) -> Array:
+        """(count,) with which each curve meets the table at one N and exceeds it at none."""
         scale = np.full(len(curves), np.inf)
         for number, allowed in zip(self.numbers, self.residual, strict=True):
             worst = largest_left(curves, number)
             scale = np.minimum(scale, allowed / np.where(worst > 0, worst, np.inf))
-        return np.asarray(np.where(np.isfinite(scale), scale, 0.0)[:, None])
+        return np.asarray(np.where(np.isfinite(scale), scale, 0.0))
+
+
+def sizes_of(curves: Real) -> Array:
+    """(n,) root mean squares over the range of curves (n, POINTS)."""
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", curves, curves) / POINTS), dtype=np.float64)
+
+
+def no_larger(scales: Array, sizes: Array, most: float) -> Array:
+    """(n,) scales with which no curve of sizes (n,) is larger than `most`."""
+    limit = most / np.where(sizes > 0.0, sizes, np.inf)
+    return np.where(sizes > 0.0, np.minimum(scales, limit), scales)
 
 
 def curve_family(

@@ -2,11 +2,12 @@
 
 The table does not say what the curves look like: `curve_shapes` has four families that may leave the same.
 Of every curve the mean over the range is taken off. `figure: largest`: each curve is scaled until its largest
-residual meets the table at one N and exceeds it at none. `figure: sigma`: the mean square itself is the
-table's, of cosines at every N; the others have one scale for the family, the largest at which they exceed it
-at no N. The amplitudes of the cosines are such that N evenly spread points with straight lines leave, over
-phases and temperatures, mean squares that fall with N as the table does, 2.2 being peak over rms of what is
-left.
+residual meets the table at one N and exceeds it at none, but is no larger than LARGEST times the median of
+its family: nearly straight ones have no second moment where the table says nothing of slopes. `figure:
+sigma`: the mean square itself is the table's, of cosines at every N; the others have one scale for the
+family, the largest at which they exceed it at no N. The amplitudes of the cosines are such that N evenly
+spread points with straight lines leave, over phases and temperatures, mean squares that fall with N as the
+table does, 2.2 being peak over rms of what is left.
 
 A curve measured on one unit is one sample: units draw from the families that leave what N points leave of it,
 or are that curve, plus or minus (`measured`). Of several units' curves mean and covariance are taken.
@@ -16,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal, Protocol
 
 import numpy as np
@@ -27,6 +29,8 @@ from planner.verify.curve_shapes import DRAWN, MODES, POINTS, ROWS, angles, cosi
 Figure = Literal["largest", "sigma"]
 MOST_POINTS = 10  # of the table that one measured curve is turned into
 ROUNDING = 1e-9  # of the largest value: what is less is left by arithmetic
+LARGEST = 10.0  # times the median size (rms) of a family, beyond which no curve is scaled
+MEDIAN_OF = 2_000  # curves: known to 1.5 %
 _PEAK = 2.2
 _FINE = 241  # points at which a mode's residual is averaged
 
@@ -67,7 +71,34 @@ class Family:
         if self.figure == "sigma":
             return np.asarray(curve)
         left = {n: left_of(curve, n) for n in self.numbers}
-        return np.asarray(curve * scales(self.numbers, self.left, left)[:, None])
+        curve *= scales(self.numbers, self.left, left)[:, None]
+        return limited(curve, LARGEST * self.median)
+
+    @property
+    def median(self) -> float:
+        """Size (rms) in the middle of those that are scaled to a largest residual."""
+        return median_of(self.shape, tuple(self.amplitude.tolist()), self.numbers, tuple(self.left.tolist()))
+
+
+@lru_cache(maxsize=256)
+def median_of(
+    shape: str, amplitude: tuple[float, ...], numbers: tuple[int, ...], table: tuple[float, ...]
+) -> float:
+    """Size in the middle of curves of a shape that leave a table."""
+    rng = np.random.default_rng(MEDIAN_OF)
+    if shape == "cosines":
+        curve = cosines(MEDIAN_OF, rng, np.array(amplitude))
+    else:
+        curve = DRAWN[shape](MEDIAN_OF, rng)
+    curve -= curve.mean(axis=1, keepdims=True)
+    scale = scales(numbers, table, {n: left_of(curve, n) for n in numbers})
+    return float(np.median(scale * np.sqrt(np.mean(curve**2, axis=1))))
+
+
+def limited(curve: Array, most: float) -> Array:
+    """(m, G) curves, those that are larger than `most` (rms) made as small as that."""
+    size = np.sqrt(np.mean(curve**2, axis=1))
+    return np.asarray(curve * np.minimum(1.0, most / np.where(size > 0.0, size, 1.0))[:, None])
 
 
 def scales(numbers: Sequence[int], table: Sequence[float] | Array, left: Mapping[int, Array]) -> Array:

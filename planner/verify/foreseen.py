@@ -124,11 +124,15 @@ class Foresight:
         """(P, P) of what thermometers that err and chambers that stray do to the curves, in the estimates."""
         known = self.estimates
         found = np.zeros(known.noise.shape)
+        common: dict[int, list[Array]] = {}  # thermometer -> what it makes of the slopes that all units have
         for error, moment in moments.items():
             found += np.tensordot(squares(moment, known.degc), known.strays[error], axes=1)
-            for sigma, one in known.slope[error]:
+            for thermometer, (sigma, one) in enumerate(known.slope[error]):
                 found += sigma**2 * _through(np.swapaxes(one, 1, 2), moment.of_slopes(known.degc, sigma))
-        return found
+                if moment.mean is not None:
+                    all_units = sigma * one @ moment.mean_slopes(known.degc, sigma)
+                    common.setdefault(thermometer, []).append(all_units)
+        return found + sum(coherent(np.hstack(several)) for several in common.values())
 
     def told(self, moments: Mapping[Error, Moment]) -> Array:
         """(P, P) of the curves in the estimates, with what thermometers and chambers do to them."""

@@ -215,10 +215,15 @@ def _rms(tally: Tally, index: int, flights: int, wanted: Requirement) -> tuple[f
     if wanted.rule != "rss":  # beside a share of the flights: of their largest errors
         sums, fourth = (np.array([np.sum(tally.lengths[index] ** power)]) for power in (2, 4))
     worst = int(np.argmax(sums))
-    mean, most = float(sums[worst]) / flights, float(normal_quantile((1 + SURE) / 2))
+    return rms_interval(float(sums[worst]), float(fourth[worst]), flights)
+
+
+def rms_interval(squares: float, fourth: float, flights: int) -> tuple[float, float, float]:
+    """Root mean square, its least and its most, from sums of |d|² and |d|⁴."""
+    mean, most = squares / flights, float(normal_quantile((1 + SURE) / 2))
     if not np.isfinite(mean) or flights < 2:
         return float(np.sqrt(mean)), 0.0, float("inf")
-    spread = max(float(fourth[worst]) - flights * mean**2, 0.0) / (flights - 1)
+    spread = max(fourth - flights * mean**2, 0.0) / (flights - 1)
     half = most * float(np.sqrt(spread / flights))
     return float(np.sqrt(mean)), float(np.sqrt(max(mean - half, 0.0))), float(np.sqrt(mean + half))
 

@@ -6,7 +6,8 @@ those of the stated spread add. So the same units serve all types,
 
     d = d₀ + Σ_e (f_e − 1) d_e,     d_e by the run-to-run of error e alone
 
-through the estimator and the linear combination of the flight, which the flights show to hold.
+through the estimator and the linear combination of the flight, which the flights show to hold. What these
+units err by their number they err in every type alike: of each type there is an interval as of any flights.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from planner.verify.chance import Chance
 from planner.verify.draws import Unit, generator
 from planner.verify.experiment import Experiment, units_left
 from planner.verify.flights import exact_coefficients, lengths_of, vectors_of
-from planner.verify.outcome import TypesOutcome, Verdict, promised_share, share_interval
+from planner.verify.outcome import TypesOutcome, Verdict, promised_share, rms_interval, share_interval
 
 SPREADS = ("stated", "drawn")
 TYPES = 400  # a share of 95 % of them is known to 2 %
@@ -50,11 +51,12 @@ class Typed:
 
 @dataclass(frozen=True)
 class TypeTally:
-    """Of each type: (R, TYPES) flights within the limit, (R, TYPES, M) sums of |d|² at each instant."""
+    """Of each type: (R, TYPES) flights within the limit, (R, TYPES, M) sums of |d|², |d|⁴ at each instant."""
 
     flights: int
     hits: Array
     squares: Array
+    fourth: Array
 
 
 def types_of(spec: Spec, seed: int) -> Types:
@@ -77,12 +79,14 @@ def run_types(shared: Typed, number: int, flights: int) -> TypeTally:
     alone = [_vectors(_only(e, error), number, flights, {}) for error in types.errors]
     hits = np.zeros((len(e.requirements), len(types.factors)))
     squares = np.zeros((*hits.shape, max(len(v) for v in nominal)))
+    fourth = np.zeros_like(squares)
     for r, wanted in enumerate(e.requirements):
         for k, factors in enumerate(types.factors):
             d = nominal[r] + sum((f - 1.0) * one[r] for f, one in zip(factors, alone, strict=True))
             hits[r, k] = np.sum(lengths_of(d) <= wanted.limit.si)
-            squares[r, k, : len(d)] = np.sum(d**2, axis=(1, 2))
-    return TypeTally(flights, hits, squares)
+            each = np.sum(d**2, axis=1)
+            squares[r, k, : len(d)], fourth[r, k, : len(d)] = each.sum(axis=1), np.sum(each**2, axis=1)
+    return TypeTally(flights, hits, squares, fourth)
 
 
 def _vectors(e: Experiment, number: int, flights: int, beside: Mapping[str, Array]) -> list[Array]:
@@ -114,17 +118,32 @@ def total(tallies: Sequence[TypeTally]) -> TypeTally:
         sum(t.flights for t in tallies),
         np.sum([t.hits for t in tallies], axis=0),
         np.sum([t.squares for t in tallies], axis=0),
+        np.sum([t.fourth for t in tallies], axis=0),
     )
 
 
 def judged(tally: TypeTally, index: int, wanted: Requirement, spec: Spec) -> TypesOutcome:
-    """Whether the promise of a requirement is kept by as many types as the plan's confidence says."""
+    """Whether the promise of a requirement is kept by as many types as the plan's confidence says.
+
+    All types fly the same units: by how many of them it is kept is open by the types whose own interval has
+    the promise in it, and by the number of the types.
+    """
     promised = promised_share(wanted, spec)
     if promised is None:
-        kept = tally.squares[index].max(axis=1) / tally.flights <= wanted.limit.si**2
+        rms = (_rms(tally, index, k) for k in range(tally.squares.shape[1]))
+        each = np.array([[wanted.limit.si - at for at in one] for one in rms])
     else:
-        kept = tally.hits[index] / tally.flights >= promised
-    count, asked = int(np.sum(kept)), spec.plan.confidence
-    low, high = share_interval(count, len(kept))
+        hits = tally.hits[index].astype(int).tolist()
+        intervals = {n: share_interval(n, tally.flights) for n in set(hits)}
+        each = np.array([[n / tally.flights, *intervals[n][::-1]] for n in hits]) - promised
+    kept, possibly, surely = (int(n) for n in np.sum(each >= 0.0, axis=0))
+    asked, of = spec.plan.confidence, len(each)
+    low, high = share_interval(surely, of)[0], share_interval(possibly, of)[1]
     verdict: Verdict = "kept" if low >= asked else "broken" if high < asked else "undecided"
-    return TypesOutcome(len(kept), count / len(kept), low, high, asked, verdict)
+    return TypesOutcome(of, kept / of, low, high, asked, verdict)
+
+
+def _rms(tally: TypeTally, index: int, k: int) -> tuple[float, float, float]:
+    """Of type k, its least and its most, at the moment at which it is largest."""
+    worst = int(np.argmax(tally.squares[index, k]))
+    return rms_interval(tally.squares[index, k, worst], tally.fourth[index, k, worst], tally.flights)

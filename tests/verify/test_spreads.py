@@ -12,7 +12,7 @@ from planner.pipelines.promise import FlightOptions, verify
 from planner.spec.budget import RunToRun
 from planner.verify.experiment import CHUNK, experiment, units_left
 from planner.verify.flights import exact_coefficients, lengths_of, vectors_of
-from planner.verify.spreads import TYPES, Typed, run_types, types_of
+from planner.verify.spreads import TYPES, Typed, TypeTally, judged, run_types, types_of
 from tests.specs import loaded
 from tests.verify.plans import planned_from, several
 
@@ -93,3 +93,20 @@ def test_fewer_power_ons_leave_more_types_outside():
         (o,) = verify(tight.loaded, tight.document, options, lambda message: None).outcomes
         kept.append(o.types.share)
     assert kept[0] < kept[1] - 0.1
+
+
+@pytest.mark.parametrize("rule", ["rss", {"percentile": "80 %"}])
+def test_what_flights_err_by_their_number_breaks_no_promise(rule):
+    """All types fly the same units: 400 that are 2 % over a limit are no more than one such interval."""
+    tree = estimated(15)
+    spec = loaded(tree | {"requirement": [tree["requirement"][0] | {"rule": rule}]}).spec
+    wanted = spec.requirement[0]
+    limit, flights = wanted.limit.si, 1000
+    squares = np.full((1, TYPES, 1), flights * (1.02 * limit) ** 2)
+    fourth = 3.0 * squares**2 / flights  # as of a normal error
+    hits = np.full((1, TYPES), 793.0)
+    found = judged(TypeTally(flights, hits, squares, fourth), 0, wanted, spec)
+    assert found.share == 0.0
+    assert found.verdict == "undecided"
+    many = TypeTally(100 * flights, 100.0 * hits, 100.0 * squares, 100.0 * fourth)
+    assert judged(many, 0, wanted, spec).verdict == "broken"
