@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.information.in_flight import Asked
+from planner.information.whole_flights import AT_ONCE, Flights, length_of_share
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 from planner.solvers.length_share import length_within, variances_along
@@ -30,10 +31,6 @@ ANY = 2  # times as many where all of a flight is drawn
 BEYOND = 150  # flights at least that are left out by a requirement's share: they make its quantile
 LEAST = 30  # th part of them at each temperature
 NOTABLE = 0.01  # of the mean square: what smaller parts lack of a Gaussian goes with the square of this
-AT_ONCE = 4_000_000  # numbers
-PILOT = 16  # th part of the flights, by which a quantile is first looked for
-SHORTER = 0.9  # times that one: flights which cannot be longer are not looked at
-ROUNDING = 1e-4
 LOOKED_UP = 60_000  # values of curves at once: with their places they stay in the second cache
 MOST_KEPT = 250_000  # flights of which it is kept which curves they take: 2 MB a part
 SETTLED = 3e-4  # the last step of secants: what it leaves is a hundredth of it
@@ -42,6 +39,8 @@ LEFT_OUT = 1e-7  # of the largest principal variance
 TINY = 1e-12
 AWAY = 1.01  # times the guess: the second point of the first secant
 SECANTS = 12
+PILOT = 16  # th part of the flights, by which a quantile is first looked for
+SHORTER = 0.9  # times that one: flights which cannot be longer are not looked at
 WORST = 2  # temperatures at which the worst one is looked for by draws
 
 
@@ -246,81 +245,25 @@ def _at_any(
     """
     assert a.share is not None
     basis, c = _basis(rest, parts), a.response.shape[2]
-    some = [p.on(looked_at) for p in parts]
+    axes, m = basis.astype(np.float32), shift[looked_at].astype(np.float32)
+    along = [p.on(looked_at).along(np.broadcast_to(basis, (len(m), *basis.shape))) for p in parts]
     value, vector = np.linalg.eigh(basis.T @ rest[looked_at] @ basis)
     root = (vector * np.sqrt(np.maximum(value, 0.0))[:, None, :]).astype(np.float32)
-    x = root @ _normals(len(looked_at), _each(len(looked_at), draws), basis.shape[1])
-    _add(x, [p.along(np.broadcast_to(basis, (len(looked_at), *basis.shape))) for p in some], curves, 0)
-    flights = _Flights(basis.astype(np.float32), x, shift[looked_at].astype(np.float32), c)
-    near = length_of_share(flights.beyond(0.0, -(-x.shape[2] // PILOT)), a.share, weights)
-    found = length_of_share(flights.beyond(SHORTER * near), a.share, weights)
-    if found > SHORTER * near:
-        return found
-    return length_of_share(flights.beyond(0.0), a.share, weights)
 
+    def longest(n: int, least: float = 0.0) -> NDArray[np.float32]:
+        """(s, n) of so many flights at each temperature, some of these at once."""
+        at_once, found = max(AT_ONCE // (n * basis.shape[1]), 1), []
+        for start in range(0, len(m), at_once):
+            some = np.arange(start, min(start + at_once, len(m)))
+            x = root[some] @ _normals(len(some), n, basis.shape[1])
+            _add(x, [p.on(some) for p in along], curves, start)
+            found.append(Flights(axes, x, m[some], c).beyond(least))
+        return np.concatenate(found)
 
-@dataclass(frozen=True)
-class _Flights:
-    """Flights at places x (s, k, n) along axes (I c, k), with the same (s, I c) in all of a temperature."""
-
-    axes: NDArray[np.float32]
-    x: NDArray[np.float32]
-    shift: NDArray[np.float32]
-    c: int
-
-    def beyond(self, least: float, first: int | None = None) -> NDArray[np.float32]:
-        """(s, n) the largest length of the first flights; of some that are shorter than `least` zero."""
-        x = self.x[:, :, :first]
-        far = self._reach(x) >= least
-        found = np.zeros(far.shape, dtype=np.float32)
-        at_once = max(AT_ONCE // len(self.axes), 1)
-        for one, own, shift, those in zip(found, x, self.shift, far, strict=True):
-            places = np.flatnonzero(those)
-            for begin in range(0, len(places), at_once):
-                which = places[begin : begin + at_once]
-                one[which] = _longest(self.axes @ own[:, which] + shift[:, None], self.c)
-        return found
-
-    def _reach(self, x: NDArray[np.float32]) -> NDArray[np.float32]:
-        """(s, n) what the largest length is at most."""
-        each = self.axes.reshape(-1, self.c, self.axes.shape[1])
-        shifts = np.linalg.norm(self.shift.reshape(len(x), -1, self.c), axis=2).max(axis=1)
-        most = np.linalg.norm(each, ord=2, axis=(1, 2)).max() * (1.0 + ROUNDING)
-        return np.asarray(np.sqrt(np.einsum("skn,skn->sn", x, x)) * most + shifts[:, None])
-
-
-def _longest(vectors: NDArray[np.float32], c: int) -> NDArray[np.float32]:
-    """(n,) the largest length over the instants of vectors (I c, n)."""
-    if c == 1:
-        return np.asarray(np.maximum(vectors.max(axis=0), -vectors.min(axis=0)))
-    np.square(vectors, out=vectors)
-    squares = vectors[::c]
-    for i in range(1, c):
-        squares += vectors[i::c]
-    return np.asarray(np.sqrt(squares.max(axis=0)))
-
-
-def length_of_share(lengths: Array | NDArray[np.float32], share: float, weights: Array | None) -> float:
-    """Within which a share of drawn lengths (s, n) lies; weights (s,) of temperatures, None: of the worst."""
-    if weights is None:
-        return float(np.quantile(lengths, share, axis=1).max())
-    order = _ascending(lengths)
-    each = np.repeat(weights / lengths.shape[1], lengths.shape[1])[order]
-    place = int(np.searchsorted(np.cumsum(each), share))
-    return float(lengths.ravel()[order][min(place, len(order) - 1)])
-
-
-def _ascending(lengths: Array | NDArray[np.float32]) -> NDArray[np.intp]:
-    """(n,) places of lengths, the shortest first.
-
-    The binary digits of float32 order as they do, where none is negative: with the place behind each they are
-    sorted in half the time that it takes to sort places.
-    """
-    if lengths.dtype != np.float32:
-        return np.argsort(lengths, axis=None)
-    digits = np.abs(lengths).view(np.uint32).ravel().astype(np.uint64)
-    ordered = np.sort(digits << np.uint64(32) | np.arange(lengths.size, dtype=np.uint64))
-    return (ordered & np.uint64(0xFFFF_FFFF)).astype(np.intp)
+    n = _each(len(m), draws)
+    least = SHORTER * length_of_share(longest(-(-n // PILOT)), a.share, weights)
+    found = length_of_share(longest(n, least), a.share, weights)
+    return found if found > least else length_of_share(longest(n), a.share, weights)
 
 
 def _basis(rest: Array, parts: Sequence[CurveWeights]) -> Array:

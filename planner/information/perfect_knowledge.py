@@ -20,10 +20,11 @@ from numpy.typing import NDArray
 
 from planner.information.curves import about_means
 from planner.information.even import even
+from planner.information.figures import is_within
 from planner.information.in_flight import Asked
 from planner.information.model_of import Flight, asked_of
 from planner.information.offers import Offers
-from planner.information.promise import Promise, is_within
+from planner.information.promise import Promise
 from planner.information.smooth import Moments
 from planner.information.tables import hats_of, nearest
 from planner.nouns.array import Array

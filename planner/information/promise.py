@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.information.drawn import CurveWeights
+from planner.information.figures import figure_of, is_within
 from planner.information.in_common import Common
 from planner.information.in_flight import Asked
 from planner.information.kinds import Kinds
@@ -33,7 +34,6 @@ from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.flight_response import Flying
 from planner.protocols import Sensor
-from planner.solvers.length_share import length_within, variances_along, within
 
 
 @dataclass(frozen=True)
@@ -386,23 +386,3 @@ def _group(promise: Promise, g: Alike) -> _Group:
     common = promise.means, {} if promise.misread is None else promise.misread.means
     means, misled = ({i: of[error] for i, error in errors.items() if error in of} for of in common)
     return _Group(g, flown, asked, tuple(moments), means, misled, seen)
-
-
-def figure_of(a: Asked, S: Array) -> Array:
-    """(B, families) the largest figure over the instants: quantile of |d| or its root mean square."""
-    if a.share is None:
-        square = np.einsum("bfsicc->bfsi", S)
-        each = square.max(axis=2) if a.weights is None else np.einsum("bfsi,s->bfi", square, a.weights)
-        return np.asarray(np.sqrt(each.max(axis=2)))
-    along, c = variances_along(np.moveaxis(S, 3, 2))
-    return np.asarray(length_within(along, c, a.share, a.weights).max(axis=2))
-
-
-def is_within(a: Asked, S: Array, most: Array) -> NDArray[np.bool_]:
-    """(B, families) whether `figure_of` is at most (families,)."""
-    if a.share is None:
-        return np.asarray(figure_of(a, S) <= most)
-    along, c = variances_along(np.moveaxis(S, 3, 2))
-    each = within(along, c, most[:, None, None])
-    share = each.min(axis=-1) if a.weights is None else each @ a.weights
-    return np.asarray(share.min(axis=2) >= a.share)

@@ -18,11 +18,11 @@ from planner.campaign.noise import budget_of
 from planner.campaign.observability import unobservable
 from planner.errors import PlannerError
 from planner.information.choose import Found, campaign_found
-from planner.information.drawn import length_of_share
+from planner.information.figures import figure_of
 from planner.information.in_flight import Asked
 from planner.information.model_of import Flight, bare_promise
-from planner.information.promise import figure_of
 from planner.information.told import alike, told
+from planner.information.whole_flights import length_of_share
 from planner.nouns.array import Array
 from planner.nouns.deadline import BESIDE, Deadline
 from planner.nouns.sensor import ErrorName

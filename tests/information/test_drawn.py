@@ -13,11 +13,10 @@ from planner.information.drawn import (
     SHORTER,
     CurveWeights,
     _at_one,
-    _Flights,
     drawn_quantile,
-    length_of_share,
 )
 from planner.information.in_flight import Asked
+from planner.information.whole_flights import Flights, length_of_share
 from planner.nouns.array import Array
 from planner.solvers.gaussian_length import percentile
 from planner.spec.model import PercentileRule
@@ -170,7 +169,7 @@ def test_flights_that_are_not_looked_at_change_nothing(share: float, shifted: fl
     rng = np.random.default_rng(5)
     axes = rng.normal(size=(40, 5)).astype(np.float32)
     x = (rng.normal(size=(3, 5, 4000)) * np.array([[4.0], [2.0], [1.0], [0.5], [0.1]])).astype(np.float32)
-    flights = _Flights(axes, x, np.full((3, 40), shifted, dtype=np.float32), 2)
+    flights = Flights(axes, x, np.full((3, 40), shifted, dtype=np.float32), 2)
     every = flights.beyond(0.0)
     length = length_of_share(every, share, None if worst else np.array([0.2, 0.3, 0.5]))
     some = flights.beyond(SHORTER * length)
