@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -174,6 +176,30 @@ def test_a_proof_without_time_says_less_but_nothing_wrong(seed: int) -> None:
         found = prover(every).bounded(most, effort)
         assert found.bound <= cost + 1e-6
         assert not found.proved or every.offers.cost(found.best[None])[0] <= cost + 1e-6
+
+
+@pytest.mark.parametrize("seed", SEEDS[:2])
+@pytest.mark.further("seed", SEEDS[2:6])
+@pytest.mark.parametrize("patient", [False, True])
+def test_the_bound_rises_level_by_level_and_never_above_the_shortest(seed: int, patient: bool) -> None:
+    """From the dearest campaign that keeps the promise, with time for ever more of the cheaper ones."""
+    every = Everything(cases.flight(cases.tree(seed)))
+    counts = every.counts()
+    price, quick = every.offers.cost(counts), every.quick(counts)
+    every = Everything(cases.flight(cases.limited(cases.tree(seed), np.median(quick, axis=0))))
+    limits = every.flight.limits
+    surely = np.all(quick <= 0.97 * limits, axis=1)
+    dearest, shortest = counts[surely][np.argmax(price[surely])], float(price[surely].min())
+    p = replace(prover(every), exactly=lambda n: bool(np.all(every.quick(n[None])[0] <= limits)))
+    bounds = []
+    for campaigns in (0, 3, 10, 30, 100, 300, 10**6):
+        found = p.bounded(dearest, Effort(10**6, campaigns, campaigns, patient=patient))
+        assert found.bound <= shortest + 1e-6
+        assert not found.proved or found.bound == pytest.approx(float(every.offers.cost(found.best[None])[0]))
+        bounds.append(found.bound)
+    assert found.proved
+    assert np.all(np.diff(bounds) >= -1e-6)
+    assert len({round(b, 3) for b in bounds}) > 2
 
 
 def test_a_campaign_without_soaks_costs_its_tests_in_the_room() -> None:
