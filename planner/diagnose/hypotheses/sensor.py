@@ -23,7 +23,7 @@ from planner.diagnose.hypotheses.found import Found, Question, on
 from planner.diagnose.hypotheses.generic import VARIES_WITH
 from planner.diagnose.hypotheses.hidden_columns import with_what_hides
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, STAYS
-from planner.diagnose.hypotheses.noise import LEAST_RUNS, Readings, triad_noise
+from planner.diagnose.hypotheses.noise import LEAST_RUNS, Readings, channel_noise, triad_noise
 from planner.diagnose.hypotheses.noise_columns import coarse, of_the_full_model
 from planner.diagnose.hypotheses.nonlinear import refined
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
@@ -35,7 +35,7 @@ from planner.diagnose.hypotheses.references import hypothesis
 from planner.diagnose.hypotheses.search import search
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, SCATTERS, Veto, per_power_on, predicted, vetoed
-from planner.diagnose.hypotheses.whitened import Whitened, whitened
+from planner.diagnose.hypotheses.whitened import Whitened, moving, whitened
 from planner.diagnose.unseen_runs import cells_of
 from planner.effects._shaped import plain_names
 from planner.measurement import sensed
@@ -229,14 +229,16 @@ def _readings(
     cells = cells_of(data.table.conditions())
     triad, far, sizes = [], {}, {}
     for c in channels:
-        full, unnamed = of_the_full_model(blocks, c.axis, len(c.r), len(data.starts))
+        full, hidden = of_the_full_model(blocks, c.axis, len(c.r), len(data.starts))
         few = np.column_stack([nothing, *coarse(blocks, c.axis)])
         off = far_rows(c, few, data.starts, data.table.duration, cells, scale_scatter(data.unit, c))
         far[c.axis], sizes[c.axis] = off.rows, off.size
         weights = np.where(off.rows, FAR_WEIGHT, 1.0)
         candidates = np.column_stack([nothing, *full])
         plain = Readings(c, data.starts, data.table.duration, candidates, weights)
-        triad.append(with_what_hides(plain, unnamed))
+        if not full:  # a slope at each node would take all that tells the spread of few power-ons
+            plain = replace(plain, moves=moving(c, channel_noise(plain)))
+        triad.append(with_what_hides(plain, hidden))
     return triad, far, sizes
 
 
