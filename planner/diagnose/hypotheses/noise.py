@@ -4,8 +4,9 @@
 
 variances by REML under a full model (declared effects, every candidate, every generic alternative), so that
 what hides does not inflate them; where that is too many columns, under those that the likelihood asks for
-(`hidden_columns`). With fewer than 20 power-ons their level is a fixed effect of each: a spread cannot be told
-from so few, and effects between power-ons are then untestable.
+(`hidden_columns`). With fewer than 8 power-ons their level is a fixed effect of each: a spread cannot be told
+from so few, and effects between power-ons are then untestable. How well each variance is known, of a dozen
+power-ons by a few degrees of freedom, is in every test (Satterthwaite).
 
 Variances that one channel knows from a few runs only (the share of the input, the scale factor's run-to-run)
 are taken as those of the triad, unless the likelihood ratio of its channels says that they differ: a
@@ -31,7 +32,7 @@ from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
 from planner.solvers.reml import Variances, reml_and_information, reml_together
 from planner.solvers.restricted_likelihood import Sample, reml_information, restricted_loglik
 
-LEAST_RUNS = 20  # power-ons, from which their spread is a variance: 19 degrees tell it to 16 %
+LEAST_RUNS = 8  # power-ons, from which their spread is a variance: a triad then tells it by 15 degrees
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
 SETTLED = 1e-3  # of the log-likelihood: a decision needs no variance to less than 5 % of its error

@@ -23,7 +23,7 @@ from planner.diagnose.hypotheses.found import Found, Question, on
 from planner.diagnose.hypotheses.generic import VARIES_WITH
 from planner.diagnose.hypotheses.hidden_columns import with_what_hides
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, STAYS
-from planner.diagnose.hypotheses.noise import LEAST_RUNS, Readings, channel_noise, triad_noise
+from planner.diagnose.hypotheses.noise import Readings, channel_noise, triad_noise
 from planner.diagnose.hypotheses.noise_columns import coarse, of_the_full_model
 from planner.diagnose.hypotheses.nonlinear import refined
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
@@ -48,6 +48,7 @@ FLIPS = 999  # the least p by rank is then 1e-3, half of ALPHA_FURTHER
 STRONG = 60.0  # sigma; products are about 1 % of an effect
 AGAIN = 2  # searches more: with what was found strong, and with what was strong beside that
 DRIVEN = 0.5  # of what tells an effect that multiplies an input, that records with such an input must tell
+SIGNS = 20  # power-ons, from which enough change sign for the flips to tell the p that is asked of them
 SEGMENTS = 40  # that change sign together where there are too few power-ons
 
 Fallen = Set[tuple[str, int]]
@@ -157,7 +158,7 @@ def _searched(
     faint = hardly_driven(b.pool, range(b.library))
     named = [i for i in range(b.library) if i not in faint]
     unnamed = range(b.library, len(b.pool.blocks))
-    flips = Flips(signs, len(data.starts) < LEAST_RUNS)
+    flips = Flips(signs, len(data.starts) < SIGNS)
     question = Question(tuple(named), tuple(unnamed), flips, refine, slopes)
     found = search(b.pool, question)
     _unname_the_undetermined(found, b.channels, b.cuts, shown)
@@ -368,7 +369,7 @@ def segments(state: dict[int, Whitened], starts: NDArray[np.int64]) -> NDArray[n
 
     Blocks are five times as long as the remainder stays correlated, so that noise keeps its colour.
     """
-    if len(starts) >= LEAST_RUNS:
+    if len(starts) >= SIGNS:
         return starts
     n = len(next(iter(state.values())).remainder)
     lag = max(_correlation_rows(w.remainder) for w in state.values())

@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.diagnose.hypotheses.noise import LEVEL
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import SensorFound, diagnose_sensor
 from planner.dwells.table_rows import rows_of
 from planner.nouns.dwell_table import DwellTable
-from tests.diagnose.hypotheses.hall import Hall, Noise, axes_apart, days, read
+from tests.diagnose.hypotheses.hall import GYRO, Hall, Noise, axes_apart, days, hidden, read
 from tests.diagnose.hypotheses.test_small_campaigns import claims
 from tests.diagnose.hypotheses.worlds import DECLARED
 from tests.diagnose.labs.shapes import Hidden
@@ -44,6 +45,18 @@ def test_what_hides_among_two_hundred_rows_is_seen(seed: int, name: str, power_o
 
 def a_dozen(seed: int) -> Hall:
     return days(seed, 12)
+
+
+@pytest.mark.parametrize("seed", [97011, 97012, 97013])
+def test_what_ages_is_seen_by_a_dozen_power_ons(seed: int) -> None:
+    """Fewer than twenty were said to be too few to tell their spread: 24 sigma of it were untestable."""
+    hall = a_dozen(seed)
+    s = searched(hidden(read(hall, seed), "gyro", seed % 3, 2.0 * GYRO.level * hall.day))
+    assert claims(s) == [("ageing", (seed % 3,))]
+    noise = s.found.pool.state[seed % 3].noise
+    level = noise.components.index(LEVEL)
+    assert np.sqrt(noise.variances.theta[level]) == pytest.approx(np.radians(GYRO.level), rel=0.5)
+    assert 2.0 / noise.relative_error[level, level] > 6.0  # of 12 power-ons at five temperatures
 
 
 @pytest.mark.parametrize("times", [3.0, 8.0])
