@@ -20,9 +20,8 @@ from planner.diagnose.hypotheses.channels import Channel, channel
 from planner.diagnose.hypotheses.estimates import Shape, estimates, shape_of, slopes_of
 from planner.diagnose.hypotheses.far_rows import far_rows, scale_scatter
 from planner.diagnose.hypotheses.found import Found, Question, on
-from planner.diagnose.hypotheses.generic import VARIES_WITH
 from planner.diagnose.hypotheses.hidden_columns import with_what_hides
-from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, STAYS
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, STAYS, along
 from planner.diagnose.hypotheses.noise import Readings, channel_noise, triad_noise
 from planner.diagnose.hypotheses.noise_columns import coarse, of_the_full_model
 from planner.diagnose.hypotheses.nonlinear import refined
@@ -332,23 +331,31 @@ def _unname_the_undetermined(
 ) -> None:
     """An exponential of any time constant, from the shortest seen to the longest, is no warm-up.
 
-    Nor is that an effect of which the data determine no coefficient: what rounding leaves of its columns.
+    Nor is that an effect of which the data determine no coefficient: what rounding leaves of its columns,
+    or a table whose end no record reaches. That something follows its variable may be sure all the same.
     """
     sizes = estimates(found.pool, found.all)
     told = {e.block for e in sizes if np.isfinite(e.half)}
-    found.library = [b for b in found.library if b in told]
-    for b in [b for b in found.library if found.pool.blocks[b].nonlinear]:
-        block = found.pool.blocks[b]
-        intervals = _shape(found, b, channels, cuts, shown).parameters
-        if any(i.tells(r) for i, r in zip(intervals, shown[block.name], strict=True)):
-            continue
+    for b in [b for b in found.library if b not in told]:
         found.library.remove(b)
-        same = on(found.pool, range(len(found.pool.blocks)), found.axes(b))
-        variable = VARIES_WITH.get(catalog.effects()[block.name].variable)
-        unnamed = [g for g in same if found.pool.blocks[g].generic and found.pool.blocks[g].name == variable]
-        if unnamed and not set(unnamed) & set(found.unknown):
-            found.unknown.append(unnamed[0])
-            found.p[unnamed[0]] = found.p[b]
+        _variable_instead(found, b, DECISIVE)
+    for b in [b for b in found.library if found.pool.blocks[b].nonlinear]:
+        intervals = _shape(found, b, channels, cuts, shown).parameters
+        ranges_of = shown[found.pool.blocks[b].name]
+        if not any(i.tells(r) for i, r in zip(intervals, ranges_of, strict=True)):
+            found.library.remove(b)
+            _variable_instead(found, b)
+
+
+def _variable_instead(found: Found, b: int, least: float = -np.inf) -> None:
+    """The best bins over an effect's variable in its place, of which the criterion is `least` or more."""
+    pool, here = found.pool, found.without()
+    same = on(pool, range(len(pool.blocks)), found.axes(b))
+    scores = {g: score(here, [g]).criterion for g in same if pool.blocks[g].name == along(pool, b)}
+    best = max((g for g in scores if pool.blocks[g].generic), key=lambda g: scores[g], default=None)
+    if best is not None and scores[best] >= least and not set(scores) & set(found.unknown):
+        found.unknown.append(best)
+        found.p[best] = found.p[b]
 
 
 def _shape(
