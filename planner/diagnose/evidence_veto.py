@@ -76,6 +76,12 @@ def refused_by_flight(
     return _judged(found, effects=tuple(stands), refused=(*found.refused, *falls), unknown=unknown), True
 
 
+def told(e: FoundEffect) -> FoundEffect:
+    """The effect with those of its coefficients whose intervals leave zero out; as it is where none does."""
+    sure = [t for t in e.terms if t.parameter or not t.low <= 0.0 <= t.high]
+    return replace(e, terms=tuple(sure)) if any(not t.parameter for t in sure) else e
+
+
 def _unnamed(e: FoundEffect) -> list[Unknown]:
     """What is left of an effect without its name, channel by channel; nothing of one of the bench."""
     effect = catalog.effects()[e.effect]
