@@ -196,6 +196,7 @@ def _change(
     before, after = (_mean_square(left[key][rows], group[rows]) for key in ("before", "after"))
     expected = _expected_within(fits, group)
     sigma = {key: np.sqrt((expected + unsure[key])[rows]) for key in unsure}
+    moved = _about_means((left["after"] - left["before"])[rows, None], group[rows])[:, 0]
     floor, floor_within = noise_floor(fits.after.residual[rows], group[rows], cells[rows])
     return ResidualChange(
         channel=fits.channel,
@@ -220,6 +221,7 @@ def _change(
         stray=fits.after.spreads.rate,
         record=record,
         split=folds.split if held_out else "none",
+        foreseen=float(np.linalg.norm(moved / np.sqrt(expected[rows]))),
     )
 
 

@@ -213,6 +213,7 @@ class ResidualChange:
     sigma_*: within runs, in units of what the noise model expects of each row: 1 is noise alone
     white: noise of a record at rest; stray: share of the input that adds to it; record: mean duration, s
     how: how it was held out, in words; held_out: False when nothing could be; split: what was held out
+    foreseen: sigma that what was found is to move these rows by within runs; inf: not known
     """
 
     channel: str
@@ -237,6 +238,7 @@ class ResidualChange:
     stray: float = float("nan")
     record: float = float("nan")
     split: Split = "runs"
+    foreseen: float = float("inf")
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from planner.diagnose.diagnosis_to_next_measurement import next_measurements
 from planner.diagnose.diagnosis_to_residual import UnitFits, residual_changes, unit_fits
 from planner.diagnose.diagnosis_to_spec import SpecUpdate, updated_spec
 from planner.diagnose.dwells_to_diagnosis import diagnose as diagnose_unit
-from planner.diagnose.evidence_veto import held_to_the_floor, refused_by_flight, refused_by_residual
+from planner.diagnose.evidence_veto import held_to_the_floor, refused_by_flight, refused_by_residual, told
 from planner.dwells.dwell_checks import check_rests
 from planner.dwells.dwell_files import read_dwells
 from planner.dwells.table_rows import rows_of
@@ -151,8 +151,12 @@ def _navigation(
 def _alone(
     found: UnitDiagnosis, fits: UnitFits, loaded: LoadedSpec, effect: FoundEffect
 ) -> tuple[NavigationCost, ...]:
-    """What one effect costs by itself."""
-    return _navigation(replace(found, effects=(effect,), unknown=()), fits, loaded)[0]
+    """What one effect costs by itself, of its coefficients those that are told from zero.
+
+    One that is sure has siblings that are not: they are no reason to doubt its name, though flown together
+    they are worse than nothing.
+    """
+    return _navigation(replace(found, effects=(told(effect),), unknown=()), fits, loaded)[0]
 
 
 def _sha256(path: Path) -> str:

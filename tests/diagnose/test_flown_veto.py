@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pytest
 
 from planner.diagnose.evidence_veto import refused_by_flight
 from planner.nouns.diagnosis import FoundEffect, NavigationCost, UnitDiagnosis
+from planner.pipelines.diagnosing import _diagnosed
 from tests.diagnose.found import found_effect
+from tests.diagnose.hypotheses.hall import Noise, days, hidden, read
+from tests.specs import shipped
 
 
 def flown(*effects: FoundEffect, **after: float) -> tuple[UnitDiagnosis, bool]:
@@ -46,3 +50,15 @@ def test_a_flight_that_is_better_or_worse_by_less_than_a_plan_notices_takes_no_n
 def test_an_effect_of_the_bench_does_not_fly() -> None:
     arm = found_effect("arm_length", "accelerometer_x", 1e-3, 1e-4)
     assert not flown(arm, arm_length=100.0)[1]
+
+
+@pytest.mark.parametrize("seed", [98011, 98012, 98013])
+def test_siblings_that_are_not_told_take_no_name_from_one_that_is(seed: int) -> None:
+    """Sensitivity to y's load over temperature costs a metre, what nobody told of x's flies seven."""
+    hall, noise = days(seed, 10), Noise(2e-3, 1e-3)
+    shape = 1.5 * noise.white * hall.up[:, 1] * (hall.temperature - 20.0) / 40.0
+    table = replace(hidden(read(hall, seed, noise), "gyro", 1, shape), acc=None)
+    d = _diagnosed(table, shipped("small_uav"), 1, "", lambda _: None, ()).diagnosis
+    assert [(e.effect, e.channels) for e in d.found.effects] == [("g_sensitivity_temperature", ("gyro_y",))]
+    assert not d.found.unknown
+    assert not all(c.helps for c in d.navigation)  # which the report says, and `update` declares nothing

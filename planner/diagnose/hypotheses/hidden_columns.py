@@ -1,49 +1,70 @@
-"""Columns without which the noise would be judged too large: what has no name and hides in it.
+"""Columns without which the noise would be judged too large: what hides in it.
 
 Where all candidates together are too many for the rows, those without a name stay out of the model under
-which the noise is judged. One of them that is there then counts as noise: a scale factor that steps between
-two days is a large spread of it from power-on to power-on, beside which nothing is significant. So they are
-asked one by one what the likelihood says of them with the variances that they leave,
+which the noise is judged; where the others are too many still, or power-ons are few, all of them. One that is
+there then counts as noise: a scale factor that steps between two days is a large spread of it from power-on
+to power-on, beside which nothing is significant. So they are asked one by one what the likelihood says of
+them with the variances that they leave,
 
     2 (log L_b − log L) − m log n > DECISIVE,   log L = −½ (log|V| + yᵀPy), V by REML of each model
 
-the strongest goes in, and the others are asked again beside it. It must predict half of what it explains in
-power-ons that its fit has not seen, and nothing strong must have a name: a coefficient of a thousand sigma
-that scatters by a hundredth looks like any bins.
+the strongest goes in, and the others are asked again beside it. One without a name must predict half of what
+it explains in power-ons that its fit has not seen, and nothing strong must have a name: a coefficient of a
+thousand sigma that scatters by a hundredth looks like any bins.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
-from planner.diagnose.hypotheses.noise import TOLD, Readings, Weighed, weighed
+from planner.diagnose.hypotheses.noise import TOLD, Readings
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.pool import inverse
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, predicted
+from planner.diagnose.hypotheses.weighed_columns import Weighed, weighed
 from planner.nouns.array import Array
 from planner.solvers.least_squares import factors
 
 STRONG = 30.0  # sigma explained by what has a name: how it misses looks like anything, and hides nothing
-MOST = 3  # blocks on one channel; what more would explain is a channel that follows nothing
+FEW = 8  # blocks whose likelihood is asked: those that promise most
+MOST = 3  # blocks without a name on one channel, and as many with: more is a channel that follows nothing
 
 
-def with_what_hides(readings: Readings, unnamed: Sequence[Array]) -> Readings:
-    """The readings with those unnamed blocks (n, k) among their candidates that the likelihood asks for."""
-    left = list(unnamed)
-    for _ in range(MOST):
-        plain = weighed(readings) if left else None
-        if plain is None or _explained(plain) > STRONG**2:
+def with_what_hides(readings: Readings, hidden: Sequence[Block]) -> Readings:
+    """The readings with those blocks among their candidates that the likelihood asks for."""
+    axis, taken = readings.channel.axis, Counter[bool]()
+    left = dict(enumerate(hidden))
+    while left:
+        plain = weighed(readings)
+        if plain is None:
             break
-        gains = [_gain(plain, plain.beside(block)) for block in left]
-        best = int(np.argmax(gains))
-        if gains[best] <= DECISIVE:
+        strong = _explained(plain) > STRONG**2
+        asked = [k for k, b in left.items() if taken[b.generic] < MOST and not (b.generic and strong)]
+        columns = {k: left[k].columns[axis] for k in _promising(plain, left, asked, axis)}
+        gains = {k: _gain(plain, x, left[k].generic) for k, x in columns.items()}
+        best = max(gains, key=lambda k: gains[k], default=-1)
+        if best < 0 or gains[best] <= DECISIVE:
             break
-        readings = replace(readings, candidates=np.column_stack([readings.candidates, left.pop(best)]))
+        taken[left[best].generic] += 1
+        readings = replace(readings, candidates=np.column_stack([readings.candidates, columns[best]]))
+        gone = left[best].key
+        left = {k: b for k, b in left.items() if b.key != gone}
     return readings
+
+
+def _promising(plain: Weighed, left: Mapping[int, Block], asked: Sequence[int], axis: int) -> list[int]:
+    """Of the blocks asked for those that may gain most by either law of the noise."""
+    if len(asked) <= FEW:
+        return list(asked)
+    promises = plain.promises([left[k].columns[axis] for k in asked])
+    first = {int(i) for law in promises for i in np.argsort(-law)[:FEW]}
+    return [asked[i] for i in sorted(first)]
 
 
 def _explained(plain: Weighed) -> float:
@@ -52,12 +73,14 @@ def _explained(plain: Weighed) -> float:
     return float(np.sum((factors(X, TOLD).basis.T @ y) ** 2))
 
 
-def _gain(plain: Weighed, more: Weighed | None) -> float:
+def _gain(plain: Weighed, block: Array, unnamed: bool) -> float:
+    more = plain.beside(block)
     if more is None:
         return -np.inf
     cost = (more.columns - plain.columns) * float(np.log(plain.rows))
     gain = 2.0 * (more.loglik - plain.loglik) - cost
-    return gain if gain <= DECISIVE or _predicts(more, plain.columns) else -np.inf
+    sure = gain <= DECISIVE or not unnamed or _predicts(more, plain.columns)
+    return gain if sure else -np.inf
 
 
 def _predicts(more: Weighed, columns: int) -> bool:

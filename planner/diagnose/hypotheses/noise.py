@@ -3,8 +3,10 @@
     cov(e) = σ_w² diag(1/T) + σ_c² I + σ_r² diag(u²) + σ_x² diag(|ω|² − u²) + Σ_runs (σ_u² 1 1ᵀ + σ_s² u uᵀ),
 
 variances by REML under a full model (declared effects, every candidate, every generic alternative), so that
-what hides does not inflate them. With fewer than 20 power-ons their level is a fixed effect of each: a spread
-cannot be told from so few, and effects between power-ons are then untestable.
+what hides does not inflate them; where that is too many columns, under those that the likelihood asks for
+(`hidden_columns`). With fewer than 8 power-ons their level is a fixed effect of each: a spread cannot be told
+from so few, and effects between power-ons are then untestable. How well each variance is known, of a dozen
+power-ons by a few degrees of freedom, is in every test (Satterthwaite).
 
 Variances that one channel knows from a few runs only (the share of the input, the scale factor's run-to-run)
 are taken as those of the triad, unless the likelihood ratio of its channels says that they differ: a
@@ -28,14 +30,12 @@ from planner.solvers.distributions import chi_square_tail
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
 from planner.solvers.reml import Variances, reml_and_information, reml_together
-from planner.solvers.reml_beside import Grounds, Slope, reml_roughly
-from planner.solvers.restricted_likelihood import Sample, loglik, reml_information, restricted_loglik
+from planner.solvers.restricted_likelihood import Sample, reml_information, restricted_loglik
 
-LEAST_RUNS = 20  # power-ons, from which their spread is a variance: 19 degrees tell it to 16 %
+LEAST_RUNS = 8  # power-ons, from which their spread is a variance: a triad then tells it by 15 degrees
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
 SETTLED = 1e-3  # of the log-likelihood: a decision needs no variance to less than 5 % of its error
-ROUGHLY = 1.0  # of it where columns are weighed, which must gain five times as much
 MOST_ROWS = 1000  # for the variances; more rows tell nothing that a campaign's decision needs
 ROUNDING = 1e-9  # of the largest reading: data without any noise still have this much
 WELL_KNOWN = 40.0  # degrees of freedom, from which a channel's own variance is as good as the triad's
@@ -82,6 +82,7 @@ class Readings:
 
     candidates: (n, k) columns of all candidates; weights: (n,) 1, or near 0 for a row that is an outlier
     least_runs: power-ons from which their spread is a variance; with fewer each has a level of its own
+    moves: (q,) columns of the declared model that can move the rows at all; None: all of them
     """
 
     channel: Channel
@@ -90,9 +91,16 @@ class Readings:
     candidates: Array
     weights: Array
     least_runs: int = LEAST_RUNS
+    moves: NDArray[np.bool_] | None = None
+
+    @property
+    def declared(self) -> Array:
+        """(n, q') columns of the declared model under which the variances are told."""
+        J = self.channel.J
+        return J if self.moves is None else J[:, self.moves]
 
     @cached_property
-    def judged(self) -> _Judged:
+    def judged(self) -> Judged:
         """What is estimated from them: asked when columns are weighed, and again for the variances."""
         return _judged(self)
 
@@ -115,77 +123,12 @@ def channel_noise(readings: Readings) -> ChannelNoise:
     return _noise(judged, *without_zeros([_own(judged)]))
 
 
-@dataclass(frozen=True)
-class Weighed:
-    """A channel's noise under some columns. loglik: of the rows at its variances, theta (K,)."""
-
-    judged: _Judged
-    theta: Array
-    loglik: float
-
-    @property
-    def columns(self) -> int:
-        """How many columns the model has."""
-        return int(self.judged.sample.basis.shape[1])
-
-    @property
-    def rows(self) -> int:
-        """How many rows were looked at."""
-        return len(self.judged.sample.y)
-
-    @property
-    def starts(self) -> NDArray[np.int64]:
-        """(g,) first of these rows of every power-on."""
-        return self.judged.sample.effects.starts
-
-    def white(self) -> tuple[Array, Array]:
-        """(n, p) the model's columns and (n,) the readings, whitened."""
-        sample = self.judged.sample
-        both = woodbury(sample.effects, self.theta).whiten(np.column_stack([sample.basis, sample.y]))
-        return both[:, :-1], both[:, -1]
-
-    def beside(self, block: Array) -> Weighed | None:
-        """The same with a block (n, k) more; None where the rows do not carry it, or it is nothing more."""
-        sample = self.judged.sample
-        rows, firsts = judged_rows(self.judged.starts, len(block))
-        seen = block[rows]
-        left = clear(sample.basis, seen)
-        told = np.sum(left**2, axis=0) > TOLD**2 * np.sum(seen**2, axis=0)
-        more = orthonormal(left[:, told], TOLD)
-        basis = np.column_stack([sample.basis, more])
-        if not more.size or len(rows) - basis.shape[1] < _least_freedom(firsts):
-            return None
-        wider = replace(self.judged, sample=replace(sample, X=basis))
-        return _weighed(wider, self.theta, self._grounds.with_columns(more))
-
-    @cached_property
-    def _grounds(self) -> Grounds:
-        """From which models with a block more begin."""
-        return Grounds(self.judged.sample, self.theta)
-
-
-def weighed(readings: Readings) -> Weighed | None:
-    """A channel under its own candidates; None where the rows tell no variance."""
-    judged = readings.judged
-    effects = judged.sample.effects
-    even = max(float(np.var(judged.sample.left)), judged.least[0]) / effects.count / effects.mean_sizes()
-    return _weighed(judged, np.maximum(even, judged.least))
-
-
-def _weighed(j: _Judged, start: Array, first: Slope | None = None) -> Weighed | None:
-    theta, found = reml_roughly(j.sample, start, ROUGHLY, first)
-    if (theta < j.least).any():
-        theta = np.maximum(theta, j.least)
-        found = loglik(j.sample, theta)
-    return Weighed(j, theta, found) if np.isfinite(found) else None
-
-
-def _noise(j: _Judged, v: Variances) -> ChannelNoise:
+def _noise(j: Judged, v: Variances) -> ChannelNoise:
     return ChannelNoise(woodbury(j.effects, v.theta), v, j.components, j.fixed, j.starts, j.sample)
 
 
 @dataclass(frozen=True)
-class _Judged:
+class Judged:
     """A channel's variances to be estimated. sample: rows and fixed effects; effects: of all rows
 
     least: (K,) below which nothing is believed
@@ -199,7 +142,7 @@ class _Judged:
     least: Array
 
 
-def _judged(given: Readings) -> _Judged:
+def _judged(given: Readings) -> Judged:
     """The problem under the full model; under the declared one when the rows are too few for the full."""
     c, starts = given.channel, given.starts
     few = len(starts) < given.least_runs
@@ -210,19 +153,20 @@ def _judged(given: Readings) -> _Judged:
     effects = _effects(starts, diagonals, slopes)
     rows, firsts = judged_rows(starts, len(c.r))
     part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows])
-    basis = factors(np.column_stack([c.J, given.candidates, fixed])[rows], TOLD).basis
-    if len(rows) - basis.shape[1] < _least_freedom(firsts):
-        basis = factors(c.J[rows], 1e-7).basis
+    basis = factors(np.column_stack([given.declared, given.candidates, fixed])[rows], TOLD).basis
+    if len(rows) - basis.shape[1] < least_freedom(firsts):
+        basis = factors(given.declared[rows], 1e-7).basis
     least = np.zeros(effects.count)
     least[0] = (ROUNDING * float(np.abs(c.y).max(initial=1e-30))) ** 2
-    return _Judged(Sample(c.r[rows], basis, part, True), effects, (*diagonals, *slopes), fixed, starts, least)
+    return Judged(Sample(c.r[rows], basis, part, True), effects, (*diagonals, *slopes), fixed, starts, least)
 
 
-def _least_freedom(starts: NDArray[np.int64]) -> int:
+def least_freedom(starts: NDArray[np.int64]) -> int:
+    """Rows beside a model's columns, with fewer of which no variance is told."""
     return max(10, len(starts) // 4)
 
 
-def _own(j: _Judged) -> Variances:
+def _own(j: Judged) -> Variances:
     """REML of one channel; all its noise is white where the rows allow no more."""
     theta = np.zeros(j.effects.count)
     theta[0] = max(float(np.var(j.sample.y)), 1e-30)
@@ -255,7 +199,7 @@ def without_zeros(found: Sequence[Variances]) -> list[Variances]:
 # ---------------------------------------------------------------- what the channels of a triad share
 
 
-def _shared(judged: Sequence[_Judged], own: Sequence[Variances]) -> list[Variances] | None:
+def _shared(judged: Sequence[Judged], own: Sequence[Variances]) -> list[Variances] | None:
     """Variances that are badly known channel by channel taken from all of them; None where they differ.
 
     What a channel knows well stays its own: its component is scaled by its own estimate. The rest is one
@@ -296,7 +240,7 @@ def _times(effects: RandomEffects, factor: Array) -> RandomEffects:
 
 
 def _of_the_triad(
-    judged: Sequence[_Judged], sizes: Sequence[Array], theta: Array, poor: NDArray[np.bool_]
+    judged: Sequence[Judged], sizes: Sequence[Array], theta: Array, poor: NDArray[np.bool_]
 ) -> list[Variances]:
     """Each channel's share of a common estimate, known as well as all channels tell it where it was poor."""
     thetas = [np.maximum(theta * s, j.least) for j, s in zip(judged, sizes, strict=True)]

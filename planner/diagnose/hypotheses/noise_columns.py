@@ -8,10 +8,12 @@ import numpy as np
 
 from planner import catalog
 from planner.diagnose.hypotheses.candidates import Block, follows_any_drift
+from planner.diagnose.hypotheses.noise import LEAST_RUNS
 from planner.diagnose.hypotheses.parameters import GRID
 from planner.nouns.array import Array
 
 MOST_SHARE = 0.4  # columns a row when the noise is judged
+FEW_RUNS = 24  # power-ons, below which all that tells them apart leaves nothing to tell their spread by
 BETWEEN_NODES = ("temperature",)  # finer tables than the declared one come after what is told at its nodes
 FINE_ONES = ("time_on", "day", *BETWEEN_NODES)  # come coarse first, then fine
 A_COLUMN = 8  # power-ons for each column between them when the noise is judged
@@ -35,10 +37,12 @@ def coarse(blocks: Sequence[Block], axis: int) -> list[Array]:
 
 def of_the_full_model(
     blocks: Sequence[Block], axis: int, rows: int, runs: int
-) -> tuple[list[Array], list[Array]]:
+) -> tuple[list[Array], list[Block]]:
     """Columns under which the noise is judged: every candidate, but few of those that tell power-ons apart.
 
-    And the blocks that stay out.
+    And the blocks that stay out: all, where those with an equation alone are too many for the rows, or
+    power-ons are few. 112 rows under 80 columns knew their noise by three degrees of freedom, 12 power-ons
+    under all that tells them apart their spread by two, beside which nothing is significant.
 
     Thirty power-ons under sixteen steps and as many days would leave nothing to tell run-to-run by, and where
     all columns together are too many for the rows those without a name stay out; then tables of many values
@@ -49,13 +53,16 @@ def of_the_full_model(
     for goes in (lambda b: id(b) in finer, _is_generic, _is_table):
         if sum(b.columns[axis].shape[1] for b in mine) > rows * MOST_SHARE:
             mine = [b for b in mine if not goes(b)]
+    named = sum(b.columns[axis].shape[1] for b in mine)
+    if runs >= LEAST_RUNS and (runs < FEW_RUNS or named > rows * MOST_SHARE):
+        return [], _coarse_of(whole)
     steps = [b for b in mine if _steps_between_runs(b)]
     most = max(1, runs // A_COLUMN)
     thin = steps[:: -(-len(steps) // most)] if steps else []
     single = [b for b in mine if not _steps_between_runs(b)]
     kept = [b for b in single if not (b.name == "day" and b.columns[axis].shape[1] > most)]
     out = [b for b in whole if not any(b is m for m in mine)]
-    return [b.columns[axis] for b in (*kept, *thin)], [b.columns[axis] for b in _coarse_of(out)]
+    return [b.columns[axis] for b in (*kept, *thin)], _coarse_of(out)
 
 
 def _coarse_of(blocks: Sequence[Block]) -> list[Block]:

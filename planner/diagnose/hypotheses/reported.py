@@ -20,14 +20,18 @@ from planner.diagnose.hypotheses.estimates import Estimate, ParameterInterval, e
 from planner.diagnose.hypotheses.forms import TEMPERATURE, at_one_temperature, untested
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
+from planner.diagnose.hypotheses.wander import can_tell, wander
 from planner.dwells.table_rows import rows_of
 from planner.errors import InputError
 from planner.measurement import AXES
 from planner.nouns.diagnosis import FoundEffect, FoundTerm, Rival
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Effect, Sensor
+from planner.spec.budget import ErrorBudget
 from planner.spec.model import Spec
 
+SURE = 6.0  # sigma of an effect, from which its sign is
+MOST_ORDERS = 3.0  # of e, by which a size may be off and still be one
 WELL = 1e-3  # of a column's whitened length that the declared model must leave
 
 
@@ -49,8 +53,10 @@ def found_effects(
     effects, notes = [], []
     for s in found:
         last = _last_word(s, data, table, spec, [name for name in names if _told(s, name)])
-        effects += _effects(s, last.estimates)
-        notes += last.notes
+        budgeted = _told_by_the_search(s, last.estimates, data, spec)
+        own = {axis: e for axis, e in last.estimates.items() if axis not in budgeted}
+        effects += _effects(s, own)
+        notes += [*last.notes, *(_search_alone(s, axis) for axis in sorted(budgeted))]
     return effects, notes
 
 
@@ -97,6 +103,10 @@ def _last_word(
             if mine and not why:
                 rows = rows_to_fit(s, data, table, mine)
                 found = declared_and_found(rows, spec, s.sensor, names, mine)
+                own = _own(s, names, mine)
+                if len(own) < len(names) and not _all_told(found, s, mine):
+                    found = declared_and_found(rows, spec, s.sensor, own, mine)
+                    notes.append(_without(s, mine, sorted(set(names).difference(own))))
                 estimated |= {axis: found[axis] for axis in mine}
         except InputError as error:
             why = str(error)
@@ -105,6 +115,64 @@ def _last_word(
             notes.append(f"{channels}: sizes are those of the search, not of the calibration's fit: {why}")
     said = [f"{channel_name(s.sensor, axis)}: {note}" for axis, e in estimated.items() for note in e.notes]
     return _LastWord(estimated, [*said, *notes])
+
+
+def _own(s: SensorFound, names: Sequence[str], axes: Sequence[int]) -> list[str]:
+    """Of some effects those that were found on these channels."""
+    mine = {s.found.pool.blocks[b].name for b in s.found.on(set(axes))}
+    return [name for name in names if name in mine]
+
+
+def _all_told(fits: Mapping[int, ChannelEstimates], s: SensorFound, axes: Sequence[int]) -> bool:
+    """Whether of every effect that was found on these channels some coefficient is told from zero.
+
+    What another channel lacks is declared for all. A settling that lasts as long as the records hides the
+    drift of this one, each coefficient as if it were nothing.
+    """
+    for axis in axes:
+        for name in {s.found.pool.blocks[b].name for b in s.found.on({axis})}:
+            mine = [c for (effect, _), c in fits[axis].terms.items() if effect == name]
+            if mine and all(c.low <= 0.0 <= c.high for c in mine):
+                return False
+    return True
+
+
+def _told_by_the_search(
+    s: SensorFound, last: Mapping[int, ChannelEstimates], data: Prepared, spec: Spec
+) -> set[int]:
+    """Channels of which the fit tells a bias no longer from zero that the search does, and nothing wanders.
+
+    That fit counts the spec's in-run as noise of every record: 0.5 mg hide a coefficient of 0.08 mg per K/min
+    that stands 13 sigma above what the records scatter. Where they show no such process it is not in them.
+    """
+    budgets: Mapping[str, ErrorBudget] = getattr(spec.unit, s.sensor)
+    known, out = catalog.effects(), set[int]()
+    for b in named(s):
+        block = s.found.pool.blocks[b]
+        axis = block.channels[0]
+        alone = len(block.channels) == 1 and len(s.found.on({axis})) == 1 and axis in last
+        if not alone or known[block.name].group != "bias" or s.found.share(b).delta < SURE**2:
+            continue
+        fit = [c for (effect, _), c in last[axis].terms.items() if effect == block.name]
+        if all(c.low <= 0.0 <= c.high for c in fit) and "bias" in budgets:
+            mine = [e for e in estimates(s.found.pool, s.found.all) if e.block == b]
+            told = any(abs(e.value) > e.half for e in mine)
+            w, tau = s.found.pool.state[axis], budgets["bias"].in_run_time
+            if told and can_tell(w) and wander(w, block.columns[axis], data.table.time_on, tau) is None:
+                out.add(axis)
+    return out
+
+
+def _search_alone(s: SensorFound, axis: int) -> str:
+    return (
+        f"{channel_name(s.sensor, axis)}: sizes are those of the search, not of the calibration's fit, which "
+        "counts on more drift within a power-on, as the spec budgets it, than these records show"
+    )
+
+
+def _without(s: SensorFound, axes: Sequence[int], others: Sequence[str]) -> str:
+    channels = ", ".join(channel_name(s.sensor, axis) for axis in axes)
+    return f"{channels}: fitted without {', '.join(others)}, found elsewhere, which hides what was found"
 
 
 def cannot_fit(s: SensorFound, data: Prepared, axes: Sequence[int]) -> str:
@@ -213,17 +281,32 @@ def _terms(
         return _of_the_search(s, b, effect, sizes)
     channel, unit = _where(s, b), effect.units[s.sensor]
     told = last[block.channels[0]].parameters
+    strength = float(np.sqrt(s.found.share(b).delta)) if block.nonlinear and len(names) == 1 else 0.0
+    coefficients = (fit[effect.name, t] for t in names)
+    ends = [(c, *sizes_of_a_sign(c.value, c.low, c.high, strength)) for c in coefficients]
     return [
-        *(
-            FoundTerm(c.term, channel, c.value, c.low, c.high, c.freedom, unit)
-            for c in (fit[effect.name, t] for t in names)
-        ),
+        *(FoundTerm(c.term, channel, c.value, low, high, c.freedom, unit) for c, low, high in ends),
         *(
             FoundTerm(p.name, channel, c.value, c.low, c.high, c.freedom, p.unit, True)
             for p in effect.parameters
             if (c := told.get((effect.name, p.name))) is not None
         ),
     ]
+
+
+def sizes_of_a_sign(value: float, low: float, high: float, strength: float) -> tuple[float, float]:
+    """The interval of a size beside a time constant; by its logarithm where it holds zero and a sign is sure.
+
+        c exp(± h / |c|),   h half the interval
+
+    The longer the time constant, the larger the size that goes with it: both together are sure at √Δ =
+    `strength` sigma, though half the interval is as long as the size. It is its order that is not known.
+    """
+    half = (high - low) / 2.0
+    if not low <= 0.0 <= high or strength < SURE or not half < MOST_ORDERS * abs(value):
+        return low, high
+    ends = sorted((value * float(np.exp(half / abs(value))), value * float(np.exp(-half / abs(value)))))
+    return ends[0], ends[1]
 
 
 def _where(s: SensorFound, b: int) -> str:

@@ -20,10 +20,9 @@ from planner.diagnose.hypotheses.channels import Channel, channel
 from planner.diagnose.hypotheses.estimates import Shape, estimates, shape_of, slopes_of
 from planner.diagnose.hypotheses.far_rows import far_rows, scale_scatter
 from planner.diagnose.hypotheses.found import Found, Question, on
-from planner.diagnose.hypotheses.generic import VARIES_WITH
 from planner.diagnose.hypotheses.hidden_columns import with_what_hides
-from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, STAYS
-from planner.diagnose.hypotheses.noise import LEAST_RUNS, Readings, triad_noise
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, STAYS, along
+from planner.diagnose.hypotheses.noise import Readings, channel_noise, triad_noise
 from planner.diagnose.hypotheses.noise_columns import coarse, of_the_full_model
 from planner.diagnose.hypotheses.nonlinear import refined
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
@@ -35,7 +34,7 @@ from planner.diagnose.hypotheses.references import hypothesis
 from planner.diagnose.hypotheses.search import search
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, SCATTERS, Veto, per_power_on, predicted, vetoed
-from planner.diagnose.hypotheses.whitened import Whitened, whitened
+from planner.diagnose.hypotheses.whitened import Whitened, moving, whitened
 from planner.diagnose.unseen_runs import cells_of
 from planner.effects._shaped import plain_names
 from planner.measurement import sensed
@@ -48,6 +47,7 @@ FLIPS = 999  # the least p by rank is then 1e-3, half of ALPHA_FURTHER
 STRONG = 60.0  # sigma; products are about 1 % of an effect
 AGAIN = 2  # searches more: with what was found strong, and with what was strong beside that
 DRIVEN = 0.5  # of what tells an effect that multiplies an input, that records with such an input must tell
+SIGNS = 20  # power-ons, from which enough change sign for the flips to tell the p that is asked of them
 SEGMENTS = 40  # that change sign together where there are too few power-ons
 
 Fallen = Set[tuple[str, int]]
@@ -157,7 +157,7 @@ def _searched(
     faint = hardly_driven(b.pool, range(b.library))
     named = [i for i in range(b.library) if i not in faint]
     unnamed = range(b.library, len(b.pool.blocks))
-    flips = Flips(signs, len(data.starts) < LEAST_RUNS)
+    flips = Flips(signs, len(data.starts) < SIGNS)
     question = Question(tuple(named), tuple(unnamed), flips, refine, slopes)
     found = search(b.pool, question)
     _unname_the_undetermined(found, b.channels, b.cuts, shown)
@@ -229,14 +229,16 @@ def _readings(
     cells = cells_of(data.table.conditions())
     triad, far, sizes = [], {}, {}
     for c in channels:
-        full, unnamed = of_the_full_model(blocks, c.axis, len(c.r), len(data.starts))
+        full, hidden = of_the_full_model(blocks, c.axis, len(c.r), len(data.starts))
         few = np.column_stack([nothing, *coarse(blocks, c.axis)])
         off = far_rows(c, few, data.starts, data.table.duration, cells, scale_scatter(data.unit, c))
         far[c.axis], sizes[c.axis] = off.rows, off.size
         weights = np.where(off.rows, FAR_WEIGHT, 1.0)
         candidates = np.column_stack([nothing, *full])
         plain = Readings(c, data.starts, data.table.duration, candidates, weights)
-        triad.append(with_what_hides(plain, unnamed))
+        if not full:  # a slope at each node would take all that tells the spread of few power-ons
+            plain = replace(plain, moves=moving(c, channel_noise(plain)))
+        triad.append(with_what_hides(plain, hidden))
     return triad, far, sizes
 
 
@@ -329,23 +331,31 @@ def _unname_the_undetermined(
 ) -> None:
     """An exponential of any time constant, from the shortest seen to the longest, is no warm-up.
 
-    Nor is that an effect of which the data determine no coefficient: what rounding leaves of its columns.
+    Nor is that an effect of which the data determine no coefficient: what rounding leaves of its columns,
+    or a table whose end no record reaches. That something follows its variable may be sure all the same.
     """
     sizes = estimates(found.pool, found.all)
     told = {e.block for e in sizes if np.isfinite(e.half)}
-    found.library = [b for b in found.library if b in told]
-    for b in [b for b in found.library if found.pool.blocks[b].nonlinear]:
-        block = found.pool.blocks[b]
-        intervals = _shape(found, b, channels, cuts, shown).parameters
-        if any(i.tells(r) for i, r in zip(intervals, shown[block.name], strict=True)):
-            continue
+    for b in [b for b in found.library if b not in told]:
         found.library.remove(b)
-        same = on(found.pool, range(len(found.pool.blocks)), found.axes(b))
-        variable = VARIES_WITH.get(catalog.effects()[block.name].variable)
-        unnamed = [g for g in same if found.pool.blocks[g].generic and found.pool.blocks[g].name == variable]
-        if unnamed and not set(unnamed) & set(found.unknown):
-            found.unknown.append(unnamed[0])
-            found.p[unnamed[0]] = found.p[b]
+        _variable_instead(found, b, DECISIVE)
+    for b in [b for b in found.library if found.pool.blocks[b].nonlinear]:
+        intervals = _shape(found, b, channels, cuts, shown).parameters
+        ranges_of = shown[found.pool.blocks[b].name]
+        if not any(i.tells(r) for i, r in zip(intervals, ranges_of, strict=True)):
+            found.library.remove(b)
+            _variable_instead(found, b)
+
+
+def _variable_instead(found: Found, b: int, least: float = -np.inf) -> None:
+    """The best bins over an effect's variable in its place, of which the criterion is `least` or more."""
+    pool, here = found.pool, found.without()
+    same = on(pool, range(len(pool.blocks)), found.axes(b))
+    scores = {g: score(here, [g]).criterion for g in same if pool.blocks[g].name == along(pool, b)}
+    best = max((g for g in scores if pool.blocks[g].generic), key=lambda g: scores[g], default=None)
+    if best is not None and scores[best] >= least and not set(scores) & set(found.unknown):
+        found.unknown.append(best)
+        found.p[best] = found.p[b]
 
 
 def _shape(
@@ -366,7 +376,7 @@ def segments(state: dict[int, Whitened], starts: NDArray[np.int64]) -> NDArray[n
 
     Blocks are five times as long as the remainder stays correlated, so that noise keeps its colour.
     """
-    if len(starts) >= LEAST_RUNS:
+    if len(starts) >= SIGNS:
         return starts
     n = len(next(iter(state.values())).remainder)
     lag = max(_correlation_rows(w.remainder) for w in state.values())

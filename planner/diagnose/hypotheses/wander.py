@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.noise import (
+    LEAST_RUNS,
     SETTLED,
     TOLD,
     ChannelNoise,
@@ -36,6 +37,14 @@ from planner.solvers.restricted_likelihood import Sample, restricted_loglik
 NAME = "in_run_bias"
 CHANCE = 1e-4  # of a channel that does not wander; tails of Student's t of 3 degrees make a few of it
 AT_FIRST_SIGHT = 1.0  # sigma of the correlation of neighbours, below which no likelihood is asked
+
+
+def can_tell(w: Whitened) -> bool:
+    """Whether rows without such a process would show that: of several power-ons, none too long.
+
+    In one record a drift and a walk are the same.
+    """
+    return len(w.noise.starts) >= LEAST_RUNS and int(w.noise.sample.effects.sizes.max()) <= LARGEST
 
 
 def wander(w: Whitened, believed: Array, time_on: Array, tau: float) -> ChannelNoise | None:

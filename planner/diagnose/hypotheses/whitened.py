@@ -43,8 +43,8 @@ class Whitened:
 def whitened(c: Channel, noise: ChannelNoise, candidates: Array) -> Whitened:
     """The channel, whitened, its declared model taken off; candidates: (n, k) columns of all of them."""
     white = noise.whiten(np.column_stack([c.r, c.J, noise.fixed_runs]))
-    least = SMALL / np.append(np.maximum(c.most, 1e-300), np.full(noise.fixed_runs.shape[1], np.inf))
-    Q = orthonormal(white[:, 1:][:, np.linalg.norm(white[:, 1:], axis=0) >= least])
+    moves = np.append(_moves(c, white[:, 1 : c.J.shape[1] + 1]), np.full(noise.fixed_runs.shape[1], True))
+    Q = orthonormal(white[:, 1:][:, moves])
     z = clear(Q, white[:, 0])
     seen = _seen(Q, noise.whiten(candidates))
     span = Span.of(seen, SEEN)
@@ -57,6 +57,15 @@ def whitened(c: Channel, noise: ChannelNoise, candidates: Array) -> Whitened:
     remainder = _full_size(clear(Q, span.clear(z)), noise.starts, between, within)
     less = float(np.mean(remainder**2))  # than the noise model says is chance: no reason to believe more
     return Whitened(c, noise, Q, z, remainder / np.sqrt(less) if 0.0 < less < 1.0 else remainder)
+
+
+def moving(c: Channel, noise: ChannelNoise) -> NDArray[np.bool_]:
+    """(q,) columns of the declared model whose largest coefficient is felt beside some noise."""
+    return _moves(c, noise.whiten(c.J))
+
+
+def _moves(c: Channel, white: Array) -> NDArray[np.bool_]:
+    return np.asarray(np.linalg.norm(white, axis=0) >= SMALL / np.maximum(c.most, 1e-300))
 
 
 def _seen(Q: Array, candidates: Array) -> Array:

@@ -113,7 +113,7 @@ def test_rows_twice_do_not_fake_certainty(gyros, found_of_gyros) -> None:
 
 def test_too_few_power_ons_make_effects_between_them_untestable() -> None:
     table = campaign(6, layout=SMALL)
-    few = rows_of(table, np.isin(table.run, np.unique(table.run)[:12]))
+    few = rows_of(table, np.isin(table.run, np.unique(table.run)[:7]))
     found = whole(few)
     assert found.verdict in NOT_GONE
     assert {"ageing", "bias_step"} <= {u.effect for u in found.untestable if u.sensor == "gyro"}
