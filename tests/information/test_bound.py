@@ -178,15 +178,17 @@ def test_a_proof_without_time_says_less_but_nothing_wrong(seed: int) -> None:
         assert not found.proved or every.offers.cost(found.best[None])[0] <= cost + 1e-6
 
 
-@pytest.mark.parametrize("seed", SEEDS[:2])
-@pytest.mark.further("seed", SEEDS[2:6])
+@pytest.mark.parametrize(("seed", "easy"), [(23, 0.3), (39, 0.3), (76, 0.1), (112, 0.5)])
 @pytest.mark.parametrize("patient", [False, True])
-def test_the_bound_rises_level_by_level_and_never_above_the_shortest(seed: int, patient: bool) -> None:
+def test_the_bound_rises_level_by_level_and_never_above_the_shortest(
+    seed: int, easy: float, patient: bool
+) -> None:
     """From the dearest campaign that keeps the promise, with time for ever more of the cheaper ones."""
     every = Everything(cases.flight(cases.tree(seed)))
     counts = every.counts()
     price, quick = every.offers.cost(counts), every.quick(counts)
-    every = Everything(cases.flight(cases.limited(cases.tree(seed), np.median(quick, axis=0))))
+    told = np.all(np.isfinite(quick), axis=1)
+    every = Everything(cases.flight(cases.limited(cases.tree(seed), np.quantile(quick[told], easy, axis=0))))
     limits = every.flight.limits
     surely = np.all(quick <= 0.97 * limits, axis=1)
     dearest, shortest = counts[surely][np.argmax(price[surely])], float(price[surely].min())
@@ -199,7 +201,7 @@ def test_the_bound_rises_level_by_level_and_never_above_the_shortest(seed: int, 
         bounds.append(found.bound)
     assert found.proved
     assert np.all(np.diff(bounds) >= -1e-6)
-    assert len({round(b, 3) for b in bounds}) > 2
+    assert len({round(b, 3) for b in bounds}) > (3 if patient else 2)
 
 
 def test_a_campaign_without_soaks_costs_its_tests_in_the_room() -> None:
