@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import erf, ndtr
 
+from planner.information import exact
 from planner.information.curves import unseen_curves
 from planner.information.drawn import (
     SETTLED,
@@ -20,6 +21,7 @@ from planner.information.whole_flights import Flights, length_of_share
 from planner.nouns.array import Array
 from planner.solvers.gaussian_length import percentile
 from planner.spec.model import PercentileRule
+from tests.information import cases
 from tests.information.test_promise import tree
 from tests.specs import loaded
 
@@ -197,3 +199,23 @@ def test_other_curves_are_drawn_at_every_temperature(instants: int) -> None:
     # √(.05 .95 / 30 000) of a probability is 0.7 % of this quantile; of a thousand flights it would be 4 %
     assert np.std(found) < 0.013
     assert np.mean(found) == pytest.approx(1.0, abs=0.01)
+
+
+def test_close_to_a_limit_more_flights_tell_on_which_side_it_is() -> None:
+    """Draws are the same ones whatever the limit; away from it the usual number does."""
+    made = cases.tree(3002)
+
+    def of(limits: Array | None, draws: int = exact.FLIGHTS) -> Array:
+        flight = cases.flight(made if limits is None else cases.limited(made, limits))
+        every = cases.Everything(flight)
+        n = np.minimum(np.ones(len(every.offers.kinds)) * 2, 2)
+        return exact.foreseen(flight.unseen, exact.laid_out(flight, every.offers.visits(n)), draws).figures
+
+    usual = of(1e3 * of(None).max(axis=0))
+    near = usual.max(axis=0) * (1.0 + 0.5 * exact.CLOSE)
+    close = np.abs(usual / near - 1.0) < exact.CLOSE
+    assert close.any()
+    assert not close.all()
+    more = of(near, exact.CLOSELY)
+    assert np.array_equal(of(near), np.where(close, more, usual))
+    assert not np.array_equal(more[close], usual[close])
