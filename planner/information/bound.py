@@ -276,7 +276,7 @@ class Prover:
             bound = level
             if asked > effort.exact:
                 break
-            if effort.patient or level >= cost:
+            if effort.patient or level >= cost - EASIER:
                 for price, n in waiting:
                     if effort.late():
                         return Bounded(price, False, best)

@@ -9,6 +9,7 @@ import pytest
 
 from planner.information.bound import MOST_SETS_OF_TESTS, Effort, Prover
 from planner.information.choose import campaign_found
+from planner.information.easiest import EASIER
 from planner.information.exchange import CHUNK, Judge
 from planner.information.model_of import on_offer
 from planner.information.promise import Promise
@@ -202,6 +203,24 @@ def test_the_bound_rises_level_by_level_and_never_above_the_shortest(
     assert found.proved
     assert np.all(np.diff(bounds) >= -1e-6)
     assert len({round(b, 3) for b in bounds}) > (3 if patient else 2)
+
+
+def test_a_bound_that_all_but_meets_the_cost_is_proved_by_asking_too() -> None:
+    """Sets that were not looked at cost as much to rounding: what waits to be asked is asked all the same."""
+    every = Everything(cases.flight(cases.tree(39)))
+    counts = every.counts()
+    price, quick = every.offers.cost(counts), every.quick(counts)
+    told = np.all(np.isfinite(quick), axis=1)
+    limits = np.quantile(quick[told], 0.3, axis=0)
+    p = prover(Everything(cases.flight(cases.limited(cases.tree(39), limits))))
+    kept = np.all(quick <= limits, axis=1)
+    p = replace(p, exactly=lambda n: bool(np.all(every.quick(n[None])[0] <= limits)))
+    dearest, cost = counts[kept][np.argmax(price[kept])], float(price[kept].max())
+    effort = Effort(10**6, 10**6, 10**6)
+    survivors, _ = p.survivors(cost, effort)
+    found = p._counted(sorted(survivors), min(survivors)[0], cost - EASIER / 2, dearest, effort)
+    assert found.proved
+    assert every.offers.cost(found.best[None])[0] < cost - EASIER
 
 
 def test_a_campaign_without_soaks_costs_its_tests_in_the_room() -> None:

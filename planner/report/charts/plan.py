@@ -366,8 +366,8 @@ def _readable_decades(axes: Axes, lengths: Array) -> None:
     from matplotlib.ticker import LogLocator, NullLocator
 
     largest = float(lengths.max())
-    seen = lengths[lengths > _DECADES * largest]
-    axes.set_ylim(0.7 * float(seen.min(initial=largest)), 2.0 * largest) if largest > 0 else None
+    if largest > 0:
+        axes.set_ylim(0.7 * float(lengths[lengths > _DECADES * largest].min()), 2.0 * largest)
     axes.yaxis.set_major_locator(LogLocator(numticks=7))
     theme.plain_decades(axes.yaxis)
     axes.yaxis.set_minor_locator(NullLocator())
