@@ -42,7 +42,7 @@ def by_total(flight: Flight, found: Found) -> Found:
             prover = prover.priced(offers)
             bounds.append(_bound(prover, counts, late))
         seconds = total(spec, found.offers.visits(counts))
-        if seconds < least - SAME_S and keeps_exactly(flight, found.offers, counts):
+        if seconds < least - SAME_S and keeps_exactly(flight, found.offers, found.judge, counts):
             best, least = found_of(flight, found.offers, judge, counts, found.bound), seconds
     return replace(best, total_bound=min(max(bounds), least), by_total=best is not found)
 

@@ -16,7 +16,7 @@ from planner.information.bound import Effort, Prover
 from planner.information.cancelled import leaves_products_small, refuse_what_only_cancels
 from planner.information.easiest import EASIER
 from planner.information.even import even
-from planner.information.exact import Foreseen, foreseen, laid_out, unseen, unseen_figures
+from planner.information.exact import Foreseen, broken_by_far, foreseen, laid_out, unseen, unseen_figures
 from planner.information.exchange import Judge, beginnings, enough, shorter, shortest
 from planner.information.model_of import Flight, on_offer
 from planner.information.neighbours import Neighbours
@@ -101,7 +101,7 @@ def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thoroug
         return found_of(flight, offers, judge, counts, exact=exact)
     thorough, late = effort == "thorough", flight.deadline.stops(BOUND, "the bound")
     far = Effort(*(LONG if thorough else QUICK), late, thorough)
-    prover = Prover(flight, offers, judge, lambda n: keeps_exactly(flight, offers, n))
+    prover = Prover(flight, offers, judge, lambda n: keeps_exactly(flight, offers, judge, n))
     bounded = prover.bounded(counts, far)
     known = exact if np.array_equal(bounded.best, counts) else None
     return found_of(flight, offers, judge, bounded.best, bounded.bound, proved=bounded.proved, exact=known)
@@ -191,7 +191,7 @@ def _shortened(
             continue
         missed = counts
         if np.any(closer > MISJUDGED * judge.tightened):  # what quick figures cannot see: ask exact ones
-            judge = replace(judge, exactly=_exactly(flight, offers), asked=0)
+            judge = replace(judge, exactly=_exactly(flight, offers, judge), asked=0)
         else:
             judge = judge.meeting(np.maximum(judge.tightened, closer))
     if best is None and begun is not None and missed is not None:
@@ -224,14 +224,14 @@ def _mended(flight: Flight, offers: Offers, judge: Judge, missed: Array, begun: 
     return None
 
 
-def _exactly(flight: Flight, offers: Offers) -> Callable[[Array], bool]:
+def _exactly(flight: Flight, offers: Offers, judge: Judge) -> Callable[[Array], bool]:
     """Whether campaigns keep every requirement by exact figures; each is asked once."""
     known: dict[bytes, bool] = {}
 
     def kept(n: Array) -> bool:
         key = n.tobytes()
         if key not in known:
-            known[key] = keeps_exactly(flight, offers, n)
+            known[key] = keeps_exactly(flight, offers, judge, n)
         return known[key]
 
     return kept
@@ -242,9 +242,14 @@ def _cheaper(offers: Offers, n: Array, than: Array) -> bool:
     return bool(first < second - EASIER)
 
 
-def keeps_exactly(flight: Flight, offers: Offers, counts: Array) -> bool:
-    """Whether a campaign keeps every requirement by its exact figures, times its factors for spreads."""
+def keeps_exactly(flight: Flight, offers: Offers, judge: Judge, counts: Array) -> bool:
+    """Whether a campaign keeps every requirement by its exact figures, times its factors for spreads.
+
+    Most of those that are asked break it by far under the first family: no figures are looked for then.
+    """
     visits = offers.visits(counts)
+    if tuple(visits) not in flight.foreseen and broken_by_far(flight, visits, judge.worst_first(counts)):
+        return False
     figures = unseen_figures(flight, visits)
     return is_kept(flight, figures, np.ones(1)) and is_kept(flight, figures, spread_factors(flight, visits))
 

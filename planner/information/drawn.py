@@ -14,24 +14,23 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.information.curve_weights import CurveWeights, Error
 from planner.information.in_flight import Asked
 from planner.information.whole_flights import AT_ONCE, Flights, length_of_share
 from planner.nouns.array import Array
-from planner.protocols import Sensor
 from planner.solvers.length_share import length_within, variances_along
 
-Error = tuple[Sensor, str]
 DRAWS = 60_000  # of flights: a 95 % quantile is then known to 0.2 ... 0.4 %, by the tails of its curves
 ROUGH = 15_000  # for what is only shown: 0.4 ... 0.8 %
 ANY = 2  # times as many where all of a flight is drawn
 BEYOND = 150  # flights at least that are left out by a requirement's share: they make its quantile
 LEAST = 30  # th part of them at each temperature
 NOTABLE = 0.01  # of the mean square: what smaller parts lack of a Gaussian goes with the square of this
-LOOKED_UP = 60_000  # values of curves at once: with their places they stay in the second cache
 MOST_KEPT = 250_000  # flights of which it is kept which curves they take: 2 MB a part
 SETTLED = 3e-4  # the last step of secants: what it leaves is a hundredth of it
 HALVED_TO = 1e-6  # where secants did not end
@@ -44,69 +43,14 @@ SHORTER = 0.9  # times that one: flights which cannot be longer are not looked a
 WORST = 2  # temperatures at which the worst one is looked for by draws
 
 
-@dataclass(frozen=True)
-class CurveWeights:
-    """What d takes from the curve of one term of an error on a channel, at the campaign's records, in flight.
+class Drawn(Protocol):
+    """What flights are by draws."""
 
-    places: (S, t) among the points; weights: (S, ρ, t)
-    """
+    def quantile(self) -> float:
+        """The length within which the requirement's share of them is."""
 
-    error: Error
-    places: NDArray[np.intp]
-    weights: Array
-
-    def second_moment(self, moment: Array) -> Array:
-        """(S, ρ, ρ) for curves of moment (N, N)."""
-        M = moment[self.places[:, :, None], self.places[:, None, :]]
-        return np.asarray(self.weights @ M @ np.swapaxes(self.weights, 1, 2))
-
-    def of_mean(self, mean: Array) -> Array:
-        """(S, ρ) of a curve (N,) that all units have."""
-        return np.asarray((self.weights @ mean[self.places][:, :, None])[..., 0])
-
-    def of_rows(self, rows: slice) -> CurveWeights:
-        """Of some rows of d."""
-        return CurveWeights(self.error, self.places, self.weights[:, rows])
-
-    def on(self, scenarios: NDArray[np.intp]) -> CurveWeights:
-        """Of some of the flight's temperatures."""
-        return CurveWeights(self.error, self.places[scenarios], self.weights[scenarios])
-
-    def along(self, axes: Array) -> CurveWeights:
-        """Of d along axes (S, ρ, ρ), the columns."""
-        return CurveWeights(self.error, self.places, np.swapaxes(axes, 1, 2) @ self.weights)
-
-    def add_to(
-        self,
-        d: NDArray[np.float32],
-        curves: NDArray[np.float32],
-        rows: NDArray[np.int32],
-        sign: NDArray[np.float32],
-    ) -> None:
-        """Adds to flights d (S, ρ, n) the curves (N, m) of which each takes one of rows (S, n), with a sign.
-
-        Temperature by temperature of the flight: one curve's values at one point stay in the nearest cache.
-        """
-        places, at = _distinct(self.places.tobytes(), self.places.shape)
-        weights = np.zeros((*self.weights.shape[:2], places.shape[1]), dtype=np.float32)
-        for record, place in enumerate(at):
-            weights[:, :, place] += self.weights[:, :, record]
-        values, starts = curves.ravel(), places[:, :, None] * curves.shape[1]
-        at_once = max(LOOKED_UP // (places.shape[1] * rows.shape[1]), 1)
-        for first in range(0, len(d), at_once):
-            some = slice(first, first + at_once)
-            seen = values.take(starts[some] + rows[some, None])
-            d[some] += (weights[some] @ seen) * sign[some, None]
-
-
-@lru_cache(maxsize=16)
-def _distinct(places: bytes, shape: tuple[int, int]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """(S, t') the distinct columns of places (S, t), and (t,) which of them each is.
-
-    Many power-ons have one temperature: its curve is looked up once. All errors have the same places.
-    """
-    found, at = np.unique(np.frombuffer(places, dtype=np.intp).reshape(shape), axis=1, return_inverse=True)
-    return found, at.ravel()
+    def are_within(self, length: float) -> bool:
+        """Whether the requirement's share of them is: as the quantile says, without looking for it."""
 
 
 def drawn_quantile(
@@ -119,6 +63,22 @@ def drawn_quantile(
 ) -> float | None:
     """The quantile of the largest |d| over a requirement's instants; None at a single one without curves.
 
+    Arguments as of `drawn`.
+    """
+    flights = drawn(a, rest, parts, pool, draws, shift)
+    return None if flights is None else flights.quantile()
+
+
+def drawn(
+    a: Asked,
+    rest: Array,
+    parts: Sequence[tuple[CurveWeights, Array]],
+    pool: Callable[[Error], NDArray[np.float32]],
+    draws: int = DRAWS,
+    shift: Array | None = None,
+) -> Drawn | None:
+    """The flights of a requirement; None at a single instant without curves, of which all is Gaussian.
+
     rest: (S, ρ, ρ) covariance without curves; parts: with their own (S, ρ, ρ); pool: error -> (N, n) curves
     draws: flights over all temperatures; shift: (S, ρ) of d in every flight; None: none
     """
@@ -126,21 +86,21 @@ def drawn_quantile(
     m = np.zeros(rest.shape[:2]) if shift is None else shift
     every = sum((own for _, own in parts), rest + m[..., :, None] * m[..., None, :])
     whole = np.einsum("srr->s", every)
-    drawn = list[CurveWeights]()
+    notable = list[CurveWeights]()
     for part, own in parts:
         if np.any(np.einsum("srr->s", own) > NOTABLE * whole):
-            drawn.append(part)
+            notable.append(part)
         else:
             rest = rest + own
-    if not drawn and not m.any() and a.response.shape[1] == 1:
+    if not notable and not m.any() and a.response.shape[1] == 1:
         return None
-    curves = {error: pool(error) for error in dict.fromkeys(p.error for p in drawn)}
+    curves = {error: pool(error) for error in dict.fromkeys(p.error for p in notable)}
     looked_at = _looked_at(a, whole)
     weights = None if a.weights is None else a.weights[looked_at]
     draws = max(draws, int(BEYOND / max(1.0 - a.share, 1e-5)))
     if a.response.shape[1] > 1:
-        return _at_any(a, rest, m, drawn, curves, looked_at, weights, ANY * draws)
-    near, here = nearly(a, every), [p.on(looked_at) for p in drawn]
+        return _at_any(a, rest, m, notable, curves, looked_at, weights, ANY * draws)
+    near, here = nearly(a, every), [p.on(looked_at) for p in notable]
     return _at_one(a, rest[looked_at], m[looked_at], here, curves, weights, near, draws)
 
 
@@ -166,6 +126,39 @@ def _looked_at(a: Asked, whole: Array) -> NDArray[np.intp]:
 # ---------------------------------------------------------------- at one instant
 
 
+@dataclass(frozen=True)
+class _AtOne:
+    """Flights at one instant, of which the largest principal component of what is Gaussian is not drawn:
+
+        P(|d| <= r) = ⟨ ½ erf((h + b)/√2σ) + ½ erf((h − b)/√2σ) ⟩,   h² = r² − |the other components|²
+
+    sigma: (s, 1) √2 σ of that component; beside: (s, n) squares of the others; along: (s, n) b
+    near: about the quantile
+    """
+
+    share: float
+    weights: Array | None
+    sigma: NDArray[np.float32]
+    beside: NDArray[np.float32]
+    along: NDArray[np.float32]
+    near: float
+
+    def missing(self, length: float) -> float:
+        """What the share within a length lacks of the one that is asked."""
+        from scipy.special import erf
+
+        h = np.sqrt(np.maximum(np.float32(length**2) - self.beside, 0.0))
+        both = erf((h + self.along) / self.sigma) + erf((h - self.along) / self.sigma)
+        inside = 0.5 * both.mean(axis=1, dtype=np.float64)
+        return float(self.share - (inside.min() if self.weights is None else inside @ self.weights))
+
+    def quantile(self) -> float:
+        return _root(self.missing, self.near)
+
+    def are_within(self, length: float) -> bool:
+        return self.missing(length) <= 0.0
+
+
 def _at_one(
     a: Asked,
     rest: Array,
@@ -175,30 +168,15 @@ def _at_one(
     weights: Array | None,
     near: float,
     draws: int,
-) -> float:
-    """By draws of all but the largest principal component of the rest, whose share is known:
-
-    P(|d| <= r) = ⟨ ½ erf((h + b)/√2σ) + ½ erf((h − b)/√2σ) ⟩,   h² = r² − |the other components|²
-    """
-    from scipy.special import erf
-
+) -> _AtOne:
     assert a.share is not None
-    share = a.share
     value, axes = np.linalg.eigh(rest)
     sigma = np.sqrt(2.0 * np.maximum(value[:, -1:], TINY * value[:, -1:].max())).astype(np.float32)
     d = _normals(*_size(rest, draws)) * np.sqrt(np.maximum(value, 0.0)).astype(np.float32)[:, :, None]
     d[:, -1] = 0.0
     d += (np.swapaxes(axes, 1, 2) @ shift[:, :, None]).astype(np.float32)
     _add(d, [p.along(axes) for p in parts], curves, 0)
-    beside, along = np.einsum("scn,scn->sn", d[:, :-1], d[:, :-1]), d[:, -1]
-
-    def missing(length: float) -> float:
-        h = np.sqrt(np.maximum(np.float32(length**2) - beside, 0.0))
-        both = erf((h + along) / sigma) + erf((h - along) / sigma)
-        inside = 0.5 * both.mean(axis=1, dtype=np.float64)
-        return float(share - (inside.min() if weights is None else inside @ weights))
-
-    return _root(missing, near)
+    return _AtOne(a.share, weights, sigma, np.einsum("scn,scn->sn", d[:, :-1], d[:, :-1]), d[:, -1], near)
 
 
 def _root(missing: Callable[[float], float], near: float) -> float:
@@ -227,6 +205,34 @@ def _root(missing: Callable[[float], float], near: float) -> float:
 # ---------------------------------------------------------------- at any moment
 
 
+@dataclass(frozen=True)
+class _AtAny:
+    """Whole flights: the instants of one go together.
+
+    Along the principal axes a flight is one place x, and its largest |d| at most |x| times what any instant
+    makes of a unit of it. Only flights that may be beyond a length somewhat shorter than the quantile are
+    looked at instant by instant; that all others are shorter is all that the quantile asks of them.
+
+    n: flights at each temperature; longest: (s, n) of so many the largest |d|, where it may exceed another
+    """
+
+    share: float
+    weights: Array | None
+    n: int
+    longest: Callable[[int, float], NDArray[np.float32]]
+
+    def quantile(self) -> float:
+        pilot = self.longest(-(-self.n // PILOT), 0.0)
+        least = SHORTER * length_of_share(pilot, self.share, self.weights)
+        found = length_of_share(self.longest(self.n, least), self.share, self.weights)
+        whole = found > least
+        return found if whole else length_of_share(self.longest(self.n, 0.0), self.share, self.weights)
+
+    def are_within(self, length: float) -> bool:
+        beyond = np.mean(self.longest(self.n, length) > length, axis=1)
+        return bool((beyond.max() if self.weights is None else beyond @ self.weights) <= 1.0 - self.share)
+
+
 def _at_any(
     a: Asked,
     rest: Array,
@@ -236,13 +242,7 @@ def _at_any(
     looked_at: NDArray[np.intp],
     weights: Array | None,
     draws: int,
-) -> float:
-    """By draws of whole flights: the instants of one flight go together.
-
-    Along the principal axes a flight is one place x, and its largest |d| at most |x| times what any instant
-    makes of a unit of it. Only flights that may be beyond a length somewhat shorter than the quantile are
-    looked at instant by instant; that all others are shorter is all that the quantile asks of them.
-    """
+) -> _AtAny:
     assert a.share is not None
     basis, c = _basis(rest, parts), a.response.shape[2]
     axes, m = basis.astype(np.float32), shift[looked_at].astype(np.float32)
@@ -250,8 +250,7 @@ def _at_any(
     value, vector = np.linalg.eigh(basis.T @ rest[looked_at] @ basis)
     root = (vector * np.sqrt(np.maximum(value, 0.0))[:, None, :]).astype(np.float32)
 
-    def longest(n: int, least: float = 0.0) -> NDArray[np.float32]:
-        """(s, n) of so many flights at each temperature, some of these at once."""
+    def longest(n: int, least: float) -> NDArray[np.float32]:
         at_once, found = max(AT_ONCE // (n * basis.shape[1]), 1), []
         for start in range(0, len(m), at_once):
             some = np.arange(start, min(start + at_once, len(m)))
@@ -260,10 +259,7 @@ def _at_any(
             found.append(Flights(axes, x, m[some], c).beyond(least))
         return np.concatenate(found)
 
-    n = _each(len(m), draws)
-    least = SHORTER * length_of_share(longest(-(-n // PILOT)), a.share, weights)
-    found = length_of_share(longest(n, least), a.share, weights)
-    return found if found > least else length_of_share(longest(n), a.share, weights)
+    return _AtAny(a.share, weights, _each(len(m), draws), longest)
 
 
 def _basis(rest: Array, parts: Sequence[CurveWeights]) -> Array:

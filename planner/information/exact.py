@@ -17,14 +17,14 @@ from planner.campaign.alike_power_ons import alike_together
 from planner.campaign.design import design
 from planner.campaign.model import Campaign
 from planner.campaign.power_ons import of_design
+from planner.information.curve_weights import CurveWeights
 from planner.information.curves import about_means
 from planner.information.drawn import DRAWS as FLIGHTS
-from planner.information.drawn import CurveWeights, drawn_quantile, nearly
+from planner.information.drawn import Drawn, drawn, nearly
 from planner.information.in_flight import Asked
 from planner.information.kinds import Kind, Kinds, campaign_of, channel_kinds
 from planner.information.model_of import Flight, asked_of, promise_of
 from planner.information.promise import Promise
-from planner.information.smooth import Moments
 from planner.nouns.array import Array
 from planner.nouns.choices import Campaign as Choice
 from planner.nouns.choices import TestVisits
@@ -35,7 +35,11 @@ from planner.solvers.gaussian_length import exceedance
 
 SETTLED = 1e-7
 CLOSE = 0.004  # to a limit, twice what a quantile by usual draws scatters by
+BY_FAR = 1.0 + CLOSE
 CLOSELY = 4 * FLIGHTS  # flights that tell on which side of it a campaign is
+
+
+Pool = Callable[[tuple[Sensor, str]], NDArray[np.float32]]  # error -> (N, n) curves
 
 
 @dataclass(frozen=True)
@@ -65,10 +69,14 @@ class Foreseen:
         return max(self.families, key=lambda f: self.families[f][requirement])
 
 
-def foreseen(flight: Flight, steps: Sequence[Step], draws: int = FLIGHTS) -> Foreseen:
-    """The promise of the campaign that these steps make of one unit; draws: flights for a quantile."""
-    runs = alike_together(of_design(design(steps, flight.spec), flight.spec), flight.spec)
-    return foreseen_of(flight, campaign_of(flight.spec, runs, flight.curves), draws)
+def foreseen(
+    flight: Flight, steps: Sequence[Step], draws: int = FLIGHTS, families: Sequence[str] | None = None
+) -> Foreseen:
+    """The promise of the campaign that these steps make of one unit.
+
+    draws: flights for a quantile; families: under which, None: under all
+    """
+    return foreseen_of(flight, _made(flight, steps), draws, families)
 
 
 def unseen(flight: Flight, visits: Sequence[TestVisits]) -> Foreseen:
@@ -91,12 +99,12 @@ def quickly(flight: Flight, promise: Promise, counts: Array) -> Foreseen:
     return Foreseen({name: tuple(map(float, row)) for name, row in each}, promise, counts, stored)
 
 
-def foreseen_of(flight: Flight, made: Campaign, draws: int = FLIGHTS) -> Foreseen:
-    """The promise of a campaign on the spec's flights; draws: flights for a quantile."""
-    days = flight.in_store(float(made.runs.on_day.max(initial=0.0)))
-    wanted = asked_of(flight, exact=True, days=days)
-    promise = promise_of(flight, _kinds(flight, made), wanted)
-    counts = made.runs.counts[None]
+def foreseen_of(
+    flight: Flight, made: Campaign, draws: int = FLIGHTS, families: Sequence[str] | None = None
+) -> Foreseen:
+    """The promise of a campaign on the spec's flights; arguments as of `foreseen`."""
+    promise, counts, days = _promised(flight, made, families)
+    wanted = promise.asked
     figures = np.empty((len(promise.families), len(wanted)))
     if squares := [k for k, a in enumerate(wanted) if a.share is None]:
         only = replace(promise, asked=tuple(wanted[k] for k in squares))
@@ -107,13 +115,54 @@ def foreseen_of(flight: Flight, made: Campaign, draws: int = FLIGHTS) -> Foresee
     return Foreseen({name: tuple(map(float, row)) for name, row in each}, promise, counts, days)
 
 
-def _kinds(flight: Flight, made: Campaign) -> Kinds:
+def broken_by_far(flight: Flight, visits: Sequence[TestVisits], families: Sequence[str]) -> bool:
+    """Whether a figure of `unseen` is beyond its limit by more than draws scatter by, under some family.
+
+    families: in the order in which they are asked, until one says so. What it denies may be broken, too.
+    """
+    judged = flight.unseen
+    made = _made(judged, laid_out(flight, visits, first_only=True))
+    promise, counts, _ = _promised(judged, made)
+    squares = tuple(a for a in promise.asked if a.share is None)
+    for name in families:
+        only = promise.among([name])
+        if squares:
+            figures = replace(only, asked=squares).figures(counts)[0, 0]
+            if np.any(figures > [BY_FAR * a.limit for a in squares]):
+                return True
+        pool = _pool(judged, promise, name)
+        for f in [f for f in _flown(only, counts) if f.asked.share is not None]:
+            within = BY_FAR * f.asked.limit
+            if f.undetermined or not f.judged(only, name, pool, FLIGHTS).are_within(within):
+                return True
+    return False
+
+
+def _made(flight: Flight, steps: Sequence[Step]) -> Campaign:
+    """The campaign that steps make of one unit."""
+    runs = alike_together(of_design(design(steps, flight.spec), flight.spec), flight.spec)
+    return campaign_of(flight.spec, runs, flight.curves)
+
+
+def _promised(
+    flight: Flight, made: Campaign, families: Sequence[str] | None = None
+) -> tuple[Promise, Array, float]:
+    """The model of a campaign, its counts (1, g) in it, and the days from its end to the flight."""
+    days = flight.in_store(float(made.runs.on_day.max(initial=0.0)))
+    wanted = asked_of(flight, exact=True, days=days)
+    promise = promise_of(flight, _kinds(flight, made, families), wanted)
+    return promise if families is None else promise.among(families), made.runs.counts[None], days
+
+
+def _kinds(flight: Flight, made: Campaign, families: Sequence[str] | None) -> Kinds:
     """Every power-on of the campaign that is unlike the others as a kind of its own."""
     runs = made.runs
     degc = np.round(runs.conditions.temperature_degc[runs.starts], 6)
     bench = [""] * len(degc) if runs.bench is None else runs.bench[runs.starts]
     kinds = tuple(Kind("", float(t), str(b)) for t, b in zip(degc, bench, strict=True))
     slopes = flight.curves.slopes_by_family(runs.conditions.temperature_degc)
+    if families is not None:
+        slopes = {name: own for name, own in slopes.items() if name in families}
     return Kinds(kinds, tuple(channel_kinds(c, slopes) for c in made.channels.values()))
 
 
@@ -144,6 +193,14 @@ class _Flown:
         own = [p.of_mean(self.means[p.error]) for p in self.parts if p.error in self.means]
         return np.asarray(sum(own, np.zeros(self.without.shape[1:3])))
 
+    def judged(self, promise: Promise, family: str, pool: Pool, draws: int) -> Drawn:
+        """The flights under one family."""
+        rest = self.without[[*promise.families].index(family)]
+        around = about_means(promise.families[family], self.means)
+        squares = [(p, p.second_moment(around[p.error])) for p in self.parts if p.error in around]
+        found = drawn(self.asked, rest, squares, pool, draws, shift=self.shift)
+        return _Gaussian(self.asked, sum((own for _, own in squares), rest)) if found is None else found
+
 
 def _quantiles(
     flight: Flight, promise: Promise, counts: Array, shared: Sequence[int], draws: int
@@ -153,22 +210,28 @@ def _quantiles(
     What comes close to its limit is drawn again with more flights, where draws are no fewer than usual.
     """
     flown, found = _flown(promise, counts), list[list[float]]()
-    every = [flown[k] for k in shared]
-    for place, (name, moments) in enumerate(promise.families.items()):
+    every, closely = [flown[k] for k in shared], draws == FLIGHTS
+    for name in promise.families:
+        pool = _pool(flight, promise, name)
 
-        @cache  # one family's curves at a time, for all the requirements
-        def pool(error: tuple[Sensor, str], family: str = name) -> NDArray[np.float32]:
-            whole = flight.curves.pool(family, error, promise.points)
-            mean = promise.means.get(error)
-            return whole if mean is None else whole - mean[:, None].astype(np.float32)
+        def quantile(f: _Flown, draws: int, name: str = name, pool: Pool = pool) -> float:
+            return np.inf if f.undetermined else f.judged(promise, name, pool, draws).quantile()
 
-        def drawn(f: _Flown, draws: int, place: int = place, moments: Moments = moments) -> float:
-            return _quantile(f, f.without[place], moments, pool, draws)
-
-        usual = [(f, drawn(f, draws)) for f in every]
-        closely = draws == FLIGHTS
-        found.append([drawn(f, CLOSELY) if closely and _is_close(f, x) else x for f, x in usual])
+        usual = [(f, quantile(f, draws)) for f in every]
+        found.append([quantile(f, CLOSELY) if closely and _is_close(f, x) else x for f, x in usual])
     return found
+
+
+def _pool(flight: Flight, promise: Promise, family: str) -> Pool:
+    """Of one family, the curves of each error at the promise's points, less their mean, looked up once."""
+
+    @cache
+    def pool(error: tuple[Sensor, str]) -> NDArray[np.float32]:
+        whole = flight.curves.pool(family, error, promise.points)
+        mean = promise.means.get(error)
+        return whole if mean is None else whole - mean[:, None].astype(np.float32)
+
+    return pool
 
 
 def _is_close(f: _Flown, figure: float) -> bool:
@@ -185,32 +248,24 @@ def _flown(promise: Promise, counts: Array) -> list[_Flown]:
     return [_Flown(a, without, own, promise.means, unknown) for a, without, own in known]
 
 
-def _quantile(
-    f: _Flown,
-    rest: Array,
-    moments: Moments,
-    pool: Callable[[tuple[Sensor, str]], NDArray[np.float32]],
-    draws: int,
-) -> float:
-    if f.undetermined:
-        return np.inf
-    around = about_means(moments, f.means)
-    squares = [(p, p.second_moment(around[p.error])) for p in f.parts if p.error in around]
-    drawn = drawn_quantile(f.asked, rest, squares, pool, draws, shift=f.shift)
-    return _exact(f.asked, sum((own for _, own in squares), rest)) if drawn is None else drawn
+@dataclass(frozen=True)
+class _Gaussian:
+    """Flights at one instant of which all is Gaussian; S: (S, c, c)."""
 
+    asked: Asked
+    S: Array
 
-def _exact(a: Asked, S: Array) -> float:
-    """At one instant, of what is Gaussian: the root of the mean (or largest) exceedance, by bisection.
+    def quantile(self) -> float:
+        """The root of the mean (or largest) exceedance, by bisection."""
+        near = nearly(self.asked, self.S)
+        low, high = 0.5 * near, 2.0 * near
+        while high - low > SETTLED * high:
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if self.are_within(middle) else (middle, high)
+        return high
 
-    S: (S, c, c)
-    """
-    assert a.share is not None
-    near = nearly(a, S)
-    low, high = 0.5 * near, 2.0 * near
-    while high - low > SETTLED * high:
-        middle = 0.5 * (low + high)
-        beyond = exceedance(S, np.full(len(S), middle), 1e-8)
-        found = beyond.max() if a.weights is None else beyond @ a.weights
-        low, high = (middle, high) if found > 1.0 - a.share else (low, middle)
-    return high
+    def are_within(self, length: float) -> bool:
+        assert self.asked.share is not None
+        beyond = exceedance(self.S, np.full(len(self.S), length), 1e-8)
+        weights = self.asked.weights
+        return bool((beyond.max() if weights is None else beyond @ weights) <= 1.0 - self.asked.share)

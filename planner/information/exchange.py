@@ -62,6 +62,11 @@ class Judge:
         self.asked += len(counts)
         return self._loads(counts, families)
 
+    def worst_first(self, n: Array) -> list[str]:
+        """The families by the load of one campaign (g,), the largest first."""
+        loads = self._loads(n[None], [*self.promise.families])[0]
+        return [[*self.promise.families][i] for i in np.argsort(-loads, kind="stable")]
+
     def _loads(self, counts: Array, families: Sequence[str]) -> Array:
         return self._by_family(self.promise.figures(counts, families), families)
 

@@ -10,7 +10,7 @@ those of every error and channel of a unit at once, as δ_b is: what they make o
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -38,6 +38,10 @@ class Misread:
     def under(self, family: str, name: str) -> Misread:
         """One family alone, by another name."""
         return Misread(self.offsets, {name: self.slopes[family]}, self.means)
+
+    def among(self, families: Sequence[str]) -> Misread:
+        """Some of the families."""
+        return Misread(self.offsets, {name: self.slopes[name] for name in families}, self.means)
 
     def of(self, error: tuple[Sensor, str]) -> list[Array | float]:
         """(g, g) or 0 per family: second moment of what the curve is off at the kinds' records, SI²."""

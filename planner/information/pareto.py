@@ -33,6 +33,9 @@ INDIVIDUALS, GENERATIONS = 40, 24
 USELESS = 4.0  # loads from which on an individual counts as breaking the promise alike
 SHOWN = 10  # each is foreseen exactly, which takes as long as for the plan itself
 TRIED = 6
+ALIKE = (
+    0.03  # share of the largest by which quick figures of two families may be the wrong way round: 0.01 was
+)
 
 
 @dataclass(frozen=True)
@@ -143,13 +146,22 @@ def _exactly(flight: Flight, found: Found, points: Sequence[Point], late: Callab
         if late():
             break
         if i not in known:
-            known[i] = _exact(flight, found, points[i], ROUGH)
+            known[i] = _exact(flight, found, points[i], ROUGH, _binding(found.judge, points[i].counts))
     return [known[i] for i in sorted(known)]
 
 
-def _exact(flight: Flight, found: Found, point: Point, draws: int) -> _Exact:
+def _binding(judge: Judge, n: Array) -> list[str]:
+    """The families under one of which, by quick figures, some figure of a campaign (g,) is the largest."""
+    figures = judge.promise.figures(n[None])[0] * judge.tightened
+    near = (figures >= (1.0 - ALIKE) * figures.max(axis=0)).any(axis=1)
+    return [name for name, is_near in zip(judge.promise.families, near, strict=True) if is_near]
+
+
+def _exact(
+    flight: Flight, found: Found, point: Point, draws: int, families: Sequence[str] | None = None
+) -> _Exact:
     visits = found.offers.visits(point.counts)
-    exact = foreseen(flight, laid_out(flight, visits, first_only=True), draws)
+    exact = foreseen(flight, laid_out(flight, visits, first_only=True), draws, families)
     keeps = is_kept(flight, exact.figures, spread_factors(flight, visits)) and found.judge.allowed(
         point.counts
     )

@@ -19,7 +19,7 @@ from itertools import pairwise, product
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.information.drawn import CurveWeights
+from planner.information.curve_weights import CurveWeights
 from planner.information.figures import figure_of, is_within
 from planner.information.in_common import Common
 from planner.information.in_flight import Asked
@@ -223,6 +223,11 @@ class Promise:
         misread = None if self.misread is None else self.misread.under(family, "")
         strays = {"": self.strayed_as(family)}
         return replace(self, families={"": known}, misread=misread, means=means, strays=strays)
+
+    def among(self, families: Sequence[str]) -> Promise:
+        """Some of the families, by their names."""
+        known = {name: self.families[name] for name in families}
+        return replace(self, families=known, misread=self.misread and self.misread.among(families))
 
     def strayed_as(self, family: str) -> str:
         """The family of the kinds whose curves stray as those of a family do."""

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.information.drawn import CurveWeights
+from planner.information.curve_weights import CurveWeights
 from planner.information.smooth import Smooth
 from planner.information.told import Told
 from planner.nouns.array import Array
