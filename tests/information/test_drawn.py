@@ -8,15 +8,19 @@ from scipy.optimize import brentq
 from scipy.special import erf, ndtr
 
 from planner.information import exact
+from planner.information.curve_weights import CurveWeights
 from planner.information.curves import unseen_curves
 from planner.information.drawn import (
     SETTLED,
     SHORTER,
-    CurveWeights,
     _at_one,
+    drawn,
     drawn_quantile,
 )
+from planner.information.even import even
+from planner.information.exchange import Judge
 from planner.information.in_flight import Asked
+from planner.information.model_of import on_offer
 from planner.information.whole_flights import Flights, length_of_share
 from planner.nouns.array import Array
 from planner.solvers.gaussian_length import percentile
@@ -159,8 +163,49 @@ def test_the_first_guess_does_not_matter(share: float, weighted: bool) -> None:
     part = weights_of(np.array([1.0, 0.3]), 3)
     curves = {part.error: pool.T.astype(np.float32)}
     guesses = (2.0, 0.01, 0.5, 8.0, 300.0)
-    every = [_at_one(a, rest, np.zeros((3, 2)), [part], curves, a.weights, near, 60_000) for near in guesses]
+    still = np.zeros((3, 2))
+    every = [_at_one(a, rest, still, [part], curves, a.weights, near, 60_000).quantile() for near in guesses]
     assert np.ptp(every) < 3 * SETTLED * every[0]
+
+
+@pytest.mark.parametrize("share", [0.3, 0.95, 0.999])
+@pytest.mark.parametrize("instants", [1, 3])
+@pytest.mark.parametrize("worst", [False, True])
+def test_flights_are_within_a_length_as_their_quantile_says(share: float, instants: int, worst: bool) -> None:
+    """On both sides of it, without looking for it."""
+    rng = np.random.default_rng(11)
+    pool = rng.choice([0.0, 1.0, 6.0], p=[0.5, 0.45, 0.05], size=(2000, 1))
+    S, rows = 4, 2 * instants
+    rest = np.stack([scale * np.eye(rows) for scale in (0.2, 0.5, 1.0, 0.7)])
+    part = weights_of(np.linspace(0.2, 1.0, rows), S)
+    a = asked(share, S, instants, 2, worst=worst)
+    found = drawn(a, rest, moved(part, float(np.mean(pool**2))), lambda e: pool.T.astype(np.float32))
+    assert found is not None
+    length = found.quantile()
+    for factor in (0.2, 0.9, 0.999, 1.001, 1.1, 5.0):
+        assert found.are_within(factor * length) == (factor > 1.0)
+
+
+def test_a_campaign_that_breaks_by_far_is_known_as_such_without_its_figures() -> None:
+    """Under each family alone as under all of them; what is within what draws scatter by is not."""
+    shown = set[bool]()
+    for seed in (3001, 3003):
+        made = cases.tree(seed)
+        loose = cases.flight(made)
+        offers, promise = on_offer(loose)
+        limits = np.median(exact.unseen(loose, offers.visits(even(offers, 2))).figures, axis=0)
+        flight = cases.flight(cases.limited(made, limits))
+        offers, promise = on_offer(flight)
+        judge = Judge(promise)
+        for temperatures, repeats in ((1, 1), (2, 1), (4, 12)):
+            n = repeats * even(offers, temperatures)
+            visits = offers.visits(n)
+            beyond = np.any(exact.unseen(flight, visits).figures > exact.BY_FAR * flight.limits, axis=1)
+            for name, own in zip(promise.families, beyond, strict=True):
+                assert exact.broken_by_far(flight, visits, [name]) == own
+            assert exact.broken_by_far(flight, visits, judge.worst_first(n)) == beyond.any()
+            shown |= set(beyond.tolist())
+    assert shown == {False, True}
 
 
 @pytest.mark.parametrize("share", [0.5, 0.95, 0.999])
