@@ -150,8 +150,9 @@ def _promised(
     """The model of a campaign, its counts (1, g) in it, and the days from its end to the flight."""
     days = flight.in_store(float(made.runs.on_day.max(initial=0.0)))
     wanted = asked_of(flight, exact=True, days=days)
-    promise = promise_of(flight, _kinds(flight, made, families), wanted)
-    return promise if families is None else promise.among(families), made.runs.counts[None], days
+    kinds = _kinds(flight, made, families).together(made.runs.counts)
+    promise = promise_of(flight, kinds, wanted)
+    return promise if families is None else promise.among(families), np.ones((1, len(kinds.kinds))), days
 
 
 def _kinds(flight: Flight, made: Campaign, families: Sequence[str] | None) -> Kinds:

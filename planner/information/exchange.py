@@ -6,6 +6,7 @@ ease the promise open the way to steps that save. The same arguments give the sa
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -21,6 +22,7 @@ from planner.nouns.array import Array
 from planner.nouns.deadline import never
 
 CHUNK = 48  # campaigns that are evaluated together
+FEW = 6  # of which it is faster to ask all families at once
 DROPPED = 4  # beginnings of a way through the limit
 
 
@@ -36,6 +38,7 @@ class Judge:
     tightened: (families, requirements) by what quick figures are multiplied to meet exact ones
     allowed: further conditions on one campaign, such as redundancy; late: whether to stop looking
     exactly: whether a campaign keeps its limits by exact figures, where quick ones misjudge it
+    broken: family -> campaigns that it was first to say of that they break the promise
     """
 
     promise: Promise
@@ -45,6 +48,7 @@ class Judge:
     asked: int = 0
     late: Callable[[], bool] = never
     exactly: Callable[[Array], bool] = _anything
+    broken: Counter[str] = field(default_factory=Counter)
 
     def __post_init__(self) -> None:
         self.families = self.families or [next(iter(self.promise.families))]
@@ -56,6 +60,11 @@ class Judge:
         self.asked += len(counts)
         figures = self.promise.known_figures(counts, families or self.families)
         return np.asarray(self._by_family(figures, families or self.families).max(axis=1))
+
+    @property
+    def _strictest_first(self) -> list[str]:
+        """The families that have decided, by how often one was the first to."""
+        return sorted(self.families, key=lambda name: -self.broken[name])
 
     def by_family(self, counts: Array, families: Sequence[str]) -> Array:
         """(B, families) loads, in the promise's order of the families."""
@@ -78,12 +87,21 @@ class Judge:
     def keep(self, counts: Array) -> NDArray[np.bool_]:
         """(B,) whether campaigns keep the promise under the families that have decided so far."""
         self.asked += len(counts)
-        return self._within(counts)
+        if len(counts) <= FEW:
+            return self._within(counts, self.families)
+        left = np.arange(len(counts))
+        for name in self._strictest_first:
+            kept = self._within(counts[left], [name])
+            self.broken[name] += int(np.sum(~kept))
+            left = left[kept]
+            if not len(left):
+                break
+        return np.isin(np.arange(len(counts)), left)
 
-    def _within(self, counts: Array) -> NDArray[np.bool_]:
+    def _within(self, counts: Array, families: Sequence[str]) -> NDArray[np.bool_]:
         limits = np.array([a.limit for a in self.promise.asked])
-        asked = [i for i, name in enumerate(self.promise.families) if name in self.families]
-        return self.promise.within(counts, limits / self.tightened[asked], self.families)
+        asked = [i for i, name in enumerate(self.promise.families) if name in families]
+        return self.promise.within(counts, limits / self.tightened[asked], families)
 
     def figures(self, counts: Array) -> Array:
         """(B, requirements) the largest over all families, SI."""
@@ -111,7 +129,7 @@ class Judge:
 
         Those that have decided are asked as well: one may have joined them since they were.
         """
-        if not self._within(n[None])[0]:
+        if not self._within(n[None], self.families)[0]:
             return False
         left = [f for f in self.promise.families if f not in self.families]
         if left:
@@ -119,6 +137,7 @@ class Judge:
             broken = self._loads(n[None], left)[0] > 1.0
             if broken.any():
                 self.families.append(left[int(np.argmax(broken))])
+                self.broken[self.families[-1]] += 1
                 return False
         return self.allowed(n) and self.exactly(n)
 

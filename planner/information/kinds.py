@@ -125,6 +125,15 @@ class Kinds:
         """Of the curves, those of which it is known what a chamber's stray makes of them."""
         return frozenset(name for c in self.channels for name in c.strayed)
 
+    def together(self, counts: Array) -> Kinds:
+        """What a campaign of counts (g,) tells at each temperature on each bench, as one kind."""
+        each = [(k.temperature_degc, k.bench) for k in self.kinds]
+        known = sorted(set(each))
+        place = np.array([known.index(one) for one in each])
+        weights = (place == np.arange(len(known))[:, None]) * counts
+        kinds = tuple(Kind("", degc, bench) for degc, bench in known)
+        return Kinds(kinds, tuple(_together(c, weights) for c in self.channels))
+
 
 def kinds_of(spec: Spec, offered: Sequence[tuple[str, Sequence[float]]], curves: Curves) -> Kinds:
     """The kinds that tests offer, each (test, temperatures). Tests of unknown motions are left out.
@@ -181,8 +190,7 @@ def channel_kinds(c: ChannelCampaign, slopes: Slopes = NONE) -> ChannelKinds:
     rows = np.column_stack([*columns.values()])
     white = c.whiten(np.column_stack([rows, c.prior.columns, *unfitted.values()]))
     known = rows.shape[1] + len(c.prior.sigma)
-    products = np.einsum("na,nb->nab", white[:, :known], white)
-    per_kind = np.asarray(np.add.reduceat(products, c.runs.starts, axis=0))
+    per_kind = _products(white[:, :known], white, c.runs.starts)
     u = np.abs(sensed(model.sensor, model.conditions)[:, model.channel])
     return ChannelKinds(
         model.sensor,
@@ -200,16 +208,46 @@ def channel_kinds(c: ChannelCampaign, slopes: Slopes = NONE) -> ChannelKinds:
     )
 
 
+def _together(c: ChannelKinds, weights: Array) -> ChannelKinds:
+    """A channel of kinds that are sums (t, g) of others."""
+
+    def sums(of_kinds: Array) -> Array:
+        return np.asarray(np.tensordot(weights, of_kinds, axes=1))
+
+    rows = [slice(a, z) for a, z in pairwise([*c.starts.tolist(), len(c.rows)])]
+    made = [[rows[k] for k in np.flatnonzero(n) for _ in range(int(n[k]))] for n in weights]
+    order = np.concatenate([np.arange(len(c.rows))[some] for each in made for some in each])
+    sizes = [sum(some.stop - some.start for some in each) for each in made]
+    return replace(
+        c,
+        information=sums(c.information),
+        astray=sums(c.astray),
+        rows=c.rows[order],
+        inputs=c.inputs[order],
+        starts=np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64),
+        strayed={name: sums(each) for name, each in c.strayed.items()},
+    )
+
+
+def _products(A: Array, B: Array, starts: NDArray[np.int64]) -> Array:
+    """(g, a, b) A_kᵀ B_k of every power-on: its rows of A (n, a) and B (n, b)."""
+    sizes = np.diff(np.append(starts, len(A)))
+    found = np.empty((len(starts), A.shape[1], B.shape[1]))
+    for size in np.unique(sizes).tolist():
+        those = np.flatnonzero(sizes == size)
+        rows = starts[those, None] + np.arange(size)
+        found[those] = np.swapaxes(A[rows], 1, 2) @ B[rows]
+    return found
+
+
 def _strayed(c: ChannelCampaign, A: Array, slopes: Slopes) -> dict[str, Array]:
     """Family -> (g, m, m) of columns A (n, m)."""
     W, columns = c.solved(A), squared_columns(c.model, c.parts, c.spec.unit)
     together = strayed_variances(columns, c.slopes())
-    beyond = np.array(
-        [np.broadcast_to(strayed_variances(columns, of) - together, len(W)) for of in slopes.values()]
-    )
-    power_ons = [slice(a, z) for a, z in pairwise([*c.runs.starts.tolist(), len(W)])]
-    each = np.stack([(W[k].T * beyond[:, None, k]) @ W[k] for k in power_ons], axis=1)
-    return dict(zip(slopes, each, strict=True))
+    return {
+        name: _products(W * np.reshape(strayed_variances(columns, of) - together, (-1, 1)), W, c.runs.starts)
+        for name, of in slopes.items()
+    }
 
 
 def _lead_astray(c: ChannelCampaign) -> dict[tuple[ErrorName, str], Array]:

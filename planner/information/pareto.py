@@ -49,14 +49,25 @@ class Point:
 
 
 def pareto_set(
-    offers: Offers, judge: Judge, seed: int, late: Callable[[], bool] = never
+    offers: Offers,
+    judge: Judge,
+    seed: int,
+    late: Callable[[], bool] = never,
+    families: Sequence[str] | None = None,
 ) -> tuple[list[Point], GeneticHistory]:
-    """The Pareto set that the genetic algorithm found, the shortest first, and how it got there."""
+    """The Pareto set that the genetic algorithm found, the shortest first, and how it got there.
+
+    families: of curves, under which loads are the largest; None: those that have decided in the search
+    """
     from deap import tools
 
     rng = np.random.default_rng(seed)
     powered = np.array([repeat_power_on(offers.spec, offers.spec.tests[k.test]) for k in offers.kinds])
-    people = _judged(offers, judge, [_individual(offers, rng) for _ in range(INDIVIDUALS)], powered)
+
+    def judged(every: Sequence[Array]) -> list[_Individual]:
+        return _judged(offers, judge, every, powered, families or judge.families)
+
+    people = judged([_individual(offers, rng) for _ in range(INDIVIDUALS)])
     people = tools.selNSGA2(people, INDIVIDUALS, nd="log")
     best: list[float] = []
     mean: list[float] = []
@@ -65,7 +76,7 @@ def pareto_set(
         if late():
             break
         children = [_child(offers, people, rng) for _ in range(INDIVIDUALS)]
-        people = tools.selNSGA2([*people, *_judged(offers, judge, children, powered)], INDIVIDUALS, nd="log")
+        people = tools.selNSGA2([*people, *judged(children)], INDIVIDUALS, nd="log")
         kept += people
         keeping = [p.point.cost for p in people if p.point.load <= 1.0]
         best.append(min([*keeping, *best[-1:]], default=float("nan")))
@@ -100,7 +111,8 @@ def genetic_beside(
     """
     if late():
         return None
-    points, history = pareto_set(found.offers, found.judge, seed, late)
+    families = _binding(found.judge, found.counts)
+    points, history = pareto_set(found.offers, found.judge, seed, late, families)
     shown = _exactly(flight.unseen, found, points, late)
     keeping = [p.cost for p in shown if p.keeps]
     if not keeping:
@@ -210,10 +222,12 @@ class _Individual:
     fitness: _Fitness
 
 
-def _judged(offers: Offers, judge: Judge, every: Sequence[Array], powered: Array) -> list[_Individual]:
+def _judged(
+    offers: Offers, judge: Judge, every: Sequence[Array], powered: Array, families: Sequence[str]
+) -> list[_Individual]:
     """powered: (g,) s of power that one repeat of each kind takes."""
     counts = np.array(every)
-    loads = np.minimum(judge.by_family(counts, judge.families).max(axis=1), USELESS)
+    loads = np.minimum(judge.by_family(counts, families).max(axis=1), USELESS)
     each = zip(counts, offers.cost(counts).tolist(), loads.tolist(), (counts @ powered).tolist(), strict=True)
     points = [Point(n, cost, load, power) for n, cost, load, power in each]
     return [_Individual(p, _Fitness((p.cost, p.load, p.power_on_s))) for p in points]

@@ -189,11 +189,12 @@ def _lined(moment: Array, points: NDArray[np.intp], place: NDArray[np.intp], hat
     B, K = points.shape
     S, m = place.shape
     H = hats.reshape(B, S, m, K)
-    across = moment[points][:, :, place]  # (B, K, S, m)
+    across = moment[place.ravel()].take(points, axis=1).reshape(S, m, B, K)
     there = moment[points[:, :, None], points[:, None, :]]
-    cross = H @ np.moveaxis(across, 1, 2)  # (B, S, m, m)
+    cross = np.einsum("bsmk,snbk->bsmn", H, across)
+    lines = (hats @ there).reshape(B, S, m, K)
     at = moment[place[:, :, None], place[:, None, :]]
-    return np.asarray(at - cross - np.swapaxes(cross, 2, 3) + H @ there[:, None] @ np.swapaxes(H, 2, 3))
+    return np.asarray(at - cross - np.swapaxes(cross, 2, 3) + np.einsum("bsmk,bsnk->bsmn", lines, H))
 
 
 def _kriged(moment: Array, points: NDArray[np.intp], place: NDArray[np.intp]) -> Array:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.information.choose import Found
-from planner.information.exchange import beginnings, shorter, shortest
+from planner.information.exchange import Judge, beginnings, enough, shorter, shortest
 from planner.information.model_of import Flight
 from planner.information.scaled import PARTS, Part, scaled
 from planner.information.spreads import figures_with
@@ -74,13 +74,20 @@ class _Room:
 def _of_limit(found: Found, room: _Room) -> Iterator[Price]:
     percent = 100.0 * (ROOM[0] - 1.0)
     yield Price("limits 1 % wider, on average up to 10 %", -room.saved(ROOM[0]) / percent)
-    judge = found.judge.loosened(TIGHTER)
-    longer = shortest(found.offers, judge, LOOKED_AT) if beginnings(found.offers, judge) else None
+    longer = _longer(found, found.judge.loosened(TIGHTER))
     if longer is not None:
         cost = float(found.offers.cost(longer[None])[0])
         yield Price(
             "limits 1 % tighter, on average up to 10 %", max(cost - found.cost, 0.0) / (100 * (1 - TIGHTER))
         )
+
+
+def _longer(found: Found, judge: Judge) -> Array | None:
+    """(g,) the shortest campaign found for narrower limits, from the plan; None if none keeps them."""
+    begun = enough(found.offers, judge, found.counts)
+    if begun is not None:
+        return shorter(found.offers, judge, begun, LOOKED_AT)
+    return shortest(found.offers, judge, LOOKED_AT) if beginnings(found.offers, judge) else None
 
 
 def _of_repeats(spec: Spec, found: Found) -> Iterator[Price]:
