@@ -14,6 +14,7 @@ import numpy as np
 
 from planner.errors import InfeasibleError
 from planner.information.choose import Found, campaign_found, condition_of, found_of
+from planner.information.distinct import distinct
 from planner.information.easiest import MOST_STEPS
 from planner.information.even import MOST_TEMPERATURES, even
 from planner.information.exchange import CHUNK, Judge, shortest
@@ -121,12 +122,12 @@ def _by_quick_figures(offers: Offers, judge: Judge, seconds: float) -> list[Arra
             f"no campaign of {seconds / 3600:g} h determines every error that flies{least}; give more hours"
         )
     starts = [even(offers, N, main) for N in range(1, MOST_TEMPERATURES + 1) for main in _mains(offers, N)]
-    every = np.unique(np.array([begun, *starts]), axis=0)
+    every = distinct([begun, *starts])
     within = every[offers.cost(every) <= seconds]
     loads = _loads(judge, within)
     found = [_eased(offers, judge, within[i], seconds) for i in np.argsort(loads)[:BEGINNINGS]]
     found += _tightened(offers, judge, float(_loads(judge, np.array(found)).min()), seconds)
-    found = [n for n in np.unique(np.array(found), axis=0) if judge.allowed(n)] or [begun]
+    found = [n for n in distinct(found) if judge.allowed(n)] or [begun]
     return [found[i] for i in np.argsort(_loads(judge, np.array(found)))]
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.information.distinct import distinct
 from planner.information.easiest import EASIER, MOST_STEPS, easiest
 from planner.information.even import MOST_TEMPERATURES, even
 from planner.information.neighbours import Neighbours
@@ -224,8 +225,7 @@ def enough(offers: Offers, judge: Judge, n: Array) -> Array | None:
     levels = np.unique(np.round(1.5 ** np.arange(0, 24)))
     if judge.loads(np.where(fixed, n, np.minimum(n * levels[-1], most))[None])[0] > 1.0:
         return None  # nor do fewer
-    every = np.array([np.where(fixed, n, np.minimum(n * k, most)) for k in levels])
-    every = np.unique(every, axis=0)
+    every = distinct([np.where(fixed, n, np.minimum(n * k, most)) for k in levels])
     every = every[np.argsort(offers.cost(every), kind="stable")]
     while True:
         loads = judge.loads(every)
@@ -305,15 +305,15 @@ def _through_the_limit(offers: Offers, judge: Judge, best: Array) -> Array | Non
     fewer = moves.fewer(best)
     fewer = fewer[offers.cost(fewer) < below]
     for i in np.argsort(judge.loads(fewer), kind="stable")[:DROPPED] if len(fewer) else ():
-        found = _eased(offers, judge, moves, fewer[i], below)
+        found = eased(offers, judge, fewer[i], below)
         if found is not None:
             return found
     return None
 
 
-def _eased(offers: Offers, judge: Judge, moves: Neighbours, n: Array, below: float) -> Array | None:
+def eased(offers: Offers, judge: Judge, n: Array, below: float = np.inf) -> Array | None:
     """The first campaign cheaper than `below` on the steepest way from n that keeps the promise."""
-    load = float(judge.loads(n[None])[0])
+    moves, load = Neighbours(offers), float(judge.loads(n[None])[0])
     for _ in range(MOST_STEPS):
         near = np.concatenate([moves.of(n), moves.more(n)])
         near = near[offers.cost(near) < below]

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.information.distinct import distinct
 from planner.information.offers import Offer, Offers
 from planner.nouns.array import Array
 
@@ -64,7 +65,7 @@ class Neighbours:
                     to = self._shifted(k, shift)
                     moved = moved if to is None else _onto(moved, k, to)
             found.append(moved)
-        every = np.unique(np.array(found), axis=0)
+        every = distinct(found)
         return np.asarray(every[(every != n).any(axis=1)])
 
     # ------------------------------------------------------------ what may be moved
@@ -188,7 +189,7 @@ class Neighbours:
 
 def _others(found: Sequence[Array], n: Array) -> NDArray[np.float64]:
     """(B, g) those of the campaigns that are not n, and something, each once."""
-    every = np.unique(np.array(found), axis=0)
+    every = distinct(found)
     return np.asarray(every[(every != n).any(axis=1) & (every > 0).any(axis=1)])
 
 

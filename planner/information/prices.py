@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.information.choose import Found
-from planner.information.exchange import Judge, beginnings, enough, shorter, shortest
+from planner.information.exchange import Judge, beginnings, eased, shorter, shortest
 from planner.information.model_of import Flight
 from planner.information.scaled import PARTS, Part, scaled
 from planner.information.spreads import figures_with
@@ -84,7 +84,7 @@ def _of_limit(found: Found, room: _Room) -> Iterator[Price]:
 
 def _longer(found: Found, judge: Judge) -> Array | None:
     """(g,) the shortest campaign found for narrower limits, from the plan; None if none keeps them."""
-    begun = enough(found.offers, judge, found.counts)
+    begun = eased(found.offers, judge, found.counts)
     if begun is not None:
         return shorter(found.offers, judge, begun, LOOKED_AT)
     return shortest(found.offers, judge, LOOKED_AT) if beginnings(found.offers, judge) else None
