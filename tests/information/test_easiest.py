@@ -14,7 +14,7 @@ from planner.errors import InfeasibleError
 from planner.information.choose import _Kept, _mended, keeps_exactly
 from planner.information.easiest import _least
 from planner.information.even import even, most_repeats
-from planner.information.exact import foreseen, laid_out
+from planner.information.exact import _made, foreseen, laid_out
 from planner.information.exchange import Judge
 from planner.information.model_of import on_offer
 from planner.nouns.array import Array
@@ -64,10 +64,10 @@ def test_power_ons_that_tell_the_same_are_counted(monkeypatch: pytest.MonkeyPatc
     """With hundreds of them, of one kind and nearly one day, the promise is that of each for itself."""
     flight = cases.flight(small())
     steps = laid_out(flight, [TestVisits("static", (-20.0, 20.0), (200, 600))], first_only=True)
-    together = foreseen(flight, steps)
+    counted, together = _made(flight, steps).runs.counts, foreseen(flight, steps)
     monkeypatch.setattr(planner.information.exact, "alike_together", lambda runs, spec: runs)
-    alone = foreseen(flight, steps)
-    assert together.counts.shape[1] < 450 < 800 == alone.counts.shape[1] == together.counts.sum()
+    every, alone = _made(flight, steps).runs.counts, foreseen(flight, steps)
+    assert len(counted) < 450 < 800 == len(every) == counted.sum()
     assert together.days == alone.days
     np.testing.assert_allclose(together.figures, alone.figures, rtol=1e-5)
 
@@ -85,5 +85,5 @@ def test_a_search_that_is_cut_short_mends_what_it_found() -> None:
     begun = _Kept(most_repeats(offers, few), judge)
     mended = _mended(flight, offers, judge, few, begun)
     assert mended is not None
-    assert keeps_exactly(flight, offers, mended.counts)
+    assert keeps_exactly(flight, offers, judge, mended.counts)
     assert offers.cost(mended.counts[None])[0] < 0.5 * offers.cost(begun.counts[None])[0]

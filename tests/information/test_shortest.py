@@ -191,9 +191,9 @@ def test_what_only_many_temperatures_keep_is_no_longer_than_one_test_at_all_of_t
     """
     one = cases.flight(_warming(f"{limit_m:g} m"))
     found = campaign_found(one, effort="brief")
-    offers, _ = on_offer(one)
+    offers, promise = on_offer(one)
     by_hand = np.array([2.0 if kind.test == "static" else 0.0 for kind in offers.kinds])
-    assert keeps_exactly(one, offers, by_hand)
+    assert keeps_exactly(one, offers, Judge(promise), by_hand)
     assert found.cost <= offers.cost(by_hand[None])[0] + 1e-6
 
 
