@@ -188,6 +188,21 @@ def test_every_spec_that_the_readme_names_is_shipped() -> None:
     assert {name for name in named if not name.endswith("_")} <= shipped
 
 
+def test_the_figures_beside_the_readmes_picture_are_those_of_the_plan(tmp_path: Path) -> None:
+    """So is the picture, if whoever changes them takes it anew."""
+    spec = ROOT / "requirements_specs" / "small_uav.yaml"
+    made = CliRunner().invoke(app, ["plan", str(spec), "-o", str(tmp_path / "plan")])
+    assert made.exit_code == 0, made.output
+    said = re.search(r"report: ([\d.]+) h, no other below ([\d.]+) h; (\d+) of (\d+) m promised", readme())
+    assert said is not None
+    hours, below, promised, limit = said.groups()
+    assert f"{hours} h. The shortest found." in made.stdout
+    assert f"none takes less than {below} h" in made.stdout
+    shown = re.search(r"position: ([\d.]+) m <= (\d+) m", made.stdout)
+    assert shown is not None
+    assert (f"{float(shown[1]):.0f}", shown[2]) == (promised, limit)
+
+
 @pytest.mark.parametrize("command", sorted(COMMANDS))
 def test_the_example_of_a_command_is_a_command_line_that_it_takes(command: str) -> None:
     callback = next(

@@ -101,7 +101,7 @@ def informed(
     remarks = [*(left_open(spec) if is_hand_made(spec) else unneeded(flight, found))] if beside else []
     if beside and not found.proved and spec.plan.proof == "quick":
         remarks.append(
-            "that no campaign is shorter was looked into for about a second; `plan.proof: thorough` goes on, "
+            "that no campaign is shorter was looked into for about a second; plan.proof: thorough goes on, "
             f"within plan.time_limit ({deadline.seconds:g} s)"
         )
     made = information_plan(
