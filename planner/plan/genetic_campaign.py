@@ -36,7 +36,7 @@ HEAD_ROOM = 1.5
 SURFACE_TOLERANCE = 1e-5
 # A population that has converged sits on one choice of temperatures. A fresh one starts as long as there are
 # generations left, until IDLE_RUNS in a row have found nothing shorter.
-PATIENCE = 20
+PATIENCE = 10
 IDLE_RUNS = 4
 DECADES = 4  # between the slowest and the fastest rising error
 
