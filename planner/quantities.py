@@ -17,6 +17,7 @@ from planner.units import Quantity, UnitError, parse, to_degc, to_si
 NUMBER_PATTERN = r"[+-]?([0-9]+([_ ][0-9]{3})*\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?"
 QUANTITY_PATTERN = rf"^\s*{NUMBER_PATTERN}\s*([A-Za-zµμ%°(]|1/).*$"
 TEMPERATURE_PATTERN = rf"^\s*{NUMBER_PATTERN}\s*(deg ?C|°C|C|celsius|K|kelvin)\s*$"
+MOST_COUNTED = 1_000_000
 LONGEST_S = 100 * 365.25 * 86400  # nobody plans a campaign, or a unit, of more than a century
 
 
@@ -68,6 +69,19 @@ def _count(value: object) -> object:
     if isinstance(value, bool) or not isinstance(value, int):
         raise Unfit("P107", f"{_brief(value)} is not a whole number")
     return value
+
+
+def _power_ons(value: object) -> object:
+    """All that is expected in one sentence: of 0 power-ons and of half of one the same is to be said."""
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    if whole and 2 <= value <= MOST_COUNTED:  # type: ignore[operator]  # whole says that it is an int
+        return value
+    raise Unfit(
+        "P108" if whole else "P107",
+        f"{_brief(value)} is no number of power-ons that a spread is estimated from: a whole number, not "
+        f"less than 2 and not more than {MOST_COUNTED}; write e.g. 12, or leave it out where the "
+        "spread is known",
+    )
 
 
 def _number(value: object) -> object:
@@ -180,7 +194,9 @@ Metres = Annotated[float, quantity("m", "1.5 m"), schema("1.5 m")]
 NonNegativeMetres = Annotated[float, quantity("m", "10 m"), Field(ge=0), schema("10 m")]
 PositiveMetres = Annotated[float, quantity("m", "1.5 m"), Field(gt=0), schema("1.5 m")]
 AnyQuantity = Annotated[Quantity, BeforeValidator(_quantity), schema("0.002 deg/s")]
-Count = Annotated[int, BeforeValidator(_count), Field(ge=1, le=1_000_000)]
+Count = Annotated[int, BeforeValidator(_count), Field(ge=1, le=MOST_COUNTED)]
+CountOrNone = Annotated[int, BeforeValidator(_count), Field(ge=0, le=MOST_COUNTED)]
+NumberOfPowerOns = Annotated[int, BeforeValidator(_power_ons), Field(ge=2, le=MOST_COUNTED)]
 Whole = Annotated[int, BeforeValidator(_count), Field(ge=0, le=2**63 - 1)]
 Number = Annotated[float, BeforeValidator(_number), Field(allow_inf_nan=False)]
 Switch = Annotated[bool, BeforeValidator(_switch)]

@@ -31,12 +31,12 @@ from planner.nouns.allowances import ErrorModel
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.bench_work import ramp_time
-from planner.plan.by_hand import even_points
 from planner.plan.motions_to_records import RepeatRecords, repeat_records
 from planner.protocols import SENSORS
 from planner.simulate.settings import settings_of
 from planner.solvers.distributions import normal_quantile
 from planner.solvers.sequential import boundaries, stopped
+from planner.spec.even_points import even_points
 from planner.spec.model import Spec
 
 TEMPERATURES = (1, FEWEST_TEMPERATURES, 5)

@@ -19,7 +19,7 @@ from planner.information.even import even
 from planner.information.exact import Foreseen, broken_by_far, foreseen, laid_out, unseen, unseen_figures
 from planner.information.exchange import Judge, beginnings, enough, shorter, shortest
 from planner.information.model_of import Flight, on_offer
-from planner.information.neighbours import Neighbours
+from planner.information.nearest_limits import eased
 from planner.information.offers import Offers
 from planner.information.promise import Promise
 from planner.information.redundancy import survives_any_loss
@@ -37,8 +37,6 @@ ROUNDS = 6
 CLOSER = 1.0 + 1e-5  # than the exact figure a quick one must not be
 MISJUDGED = 1.2  # exact over quick figures, from which on the quick ones say nothing of campaigns alike
 KEPT = 1.0 + 1e-6  # of a limit
-ALIKE, ABOUT = 16, 1.25  # that a refusal asks exactly, of those that load the promise by so much more at most
-SETTLED = 1e-4  # share of the load that makes a step worth its seconds
 QUICK = 16_000, 1000, 60  # sets, campaigns, and of these by exact figures, of a proof nobody waits for
 LONG = 2_000_000, 2_000_000, 2_000_000
 
@@ -123,33 +121,11 @@ def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> _Kept:
     near = near or nearest(offers, judge)  # whatever was searched: a limit once named holds
     begun, judge = _begun(flight, offers, judge, near)
     if begun is None:
-        near = [_easier(flight, offers, judge, near[0]), *near[1:]]
+        near = [eased(flight, offers, judge, near[0]), *near[1:]]
         begun, judge = _begun(flight, offers, judge, near[:1])
     if begun is None:
         raise refusal(flight, offers, closer, near)
     return _shortened(flight, offers, judge, most, begun, anew=False)[0] or begun
-
-
-def _easier(flight: Flight, offers: Offers, judge: Judge, n: Array) -> Array:
-    """A campaign about as easy as one by quick figures, and easier by exact ones; itself where none is."""
-
-    def load(n: Array) -> float:
-        visits = offers.visits(n)
-        return float((unseen_figures(flight, visits) * spread_factors(flight, visits) / flight.limits).max())
-
-    moves, every, own = Neighbours(offers), [*judge.promise.families], load(n)
-    for _ in range(ROUNDS):
-        near = np.concatenate([moves.of(n), moves.more(n), moves.most(n)])
-        if not len(near) or own <= 1.0 or judge.late():
-            break
-        quick = judge.loads(near, every)
-        alike = np.argsort(quick, kind="stable")[:ALIKE]
-        alike = alike[quick[alike] <= ABOUT * judge.loads(n[None], every)[0]]
-        exact = [load(near[i]) if judge.allowed(near[i]) else np.inf for i in alike]
-        if not exact or not min(exact) < own * (1.0 - SETTLED):
-            break
-        n, own = near[alike[int(np.argmin(exact))]], min(exact)
-    return n
 
 
 def _begun(

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from planner import catalog
 from planner.errors import InfeasibleError, InputError
 from planner.information.easiest import easiest
-from planner.information.exact import quickly, unseen_figures
+from planner.information.exact import quickly
 from planner.information.exchange import Judge
 from planner.information.model_of import Flight
+from planner.information.nearest_limits import ABOVE, alone, eased, kept_limits, met_together
 from planner.information.offers import Offers
 from planner.information.parts import left_in_flight, shares
-from planner.information.spreads import spread_factors
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.repeats_to_schedule import figure, rounded_up
@@ -23,7 +23,6 @@ from planner.spec.model import NAVIGATION_ERRORS
 from planner.units import from_si
 
 SHOWN = 4
-FORESEEN = 1.001  # the search's quick figures may lie so far from the exact ones of two campaigns alike
 
 
 def nearest(offers: Offers, judge: Judge) -> list[Array]:
@@ -45,13 +44,55 @@ def refusal(
     figures = judge.promise.figures(np.array(each)).max(axis=1)
     if not np.any(np.isfinite(figures)):
         return untold(judge, each, "no campaign of the tests on offer tells")
-    beyond = [_beyond(flight, offers, judge, n, k) for k, n in enumerate(each)]
-    found = [b for b in beyond if b is not None]
-    if not found:
-        return InfeasibleError("the requirements can be met one by one but not together")
-    first = found[0]
-    said = "; ".join(b.words for b in found)
-    return InfeasibleError(said, requirement=first.requirement, binds=first.binds, nearest_limit=first.value)
+    reached = np.array([kept_limits(flight, offers, n) for n in near])
+    if np.all(reached[0] <= flight.limits):
+        return InfeasibleError(
+            "campaigns that keep the requirement rest on single records, or tell errors only together; allow "
+            "more repeats, or 'plan.redundancy: 0'"
+        )
+    if len(near) == 1:
+        return _error(flight, judge, {0: (near[0], float(reached[0, 0]))}, reached[0])
+    least = {
+        k: _least(flight, offers, judge, n, k)
+        for k, n in enumerate(each)
+        if reached[1 + k, k] > flight.limits[k]
+    }
+    least = {k: one for k, one in least.items() if one[1][k] > flight.limits[k]}
+    if not least:
+        return _not_together(flight, offers, judge, reached[0])
+    beyond = {k: (n, float(kept[k])) for k, (n, kept) in least.items()}
+    wanted = flight.limits.copy()
+    wanted[[*beyond]] = [value for _, value in beyond.values()]
+    known = [*reached, *(kept for _, kept in least.values())]
+    if not any(np.all(kept <= wanted * ABOVE) for kept in known):
+        wanted = met_together(flight, offers, judge, wanted, [*beyond])
+    return _error(flight, judge, beyond, wanted)
+
+
+def _least(flight: Flight, offers: Offers, judge: Judge, n: Array, k: int) -> tuple[Array, Array]:
+    """The campaign by which requirement k alone is reached best, eased from n (g,), and its limits, SI."""
+    found = eased(flight, offers, alone(judge, k), n, [k])
+    return found, kept_limits(flight, offers, found)
+
+
+def _not_together(flight: Flight, offers: Offers, judge: Judge, reached: Array) -> InfeasibleError:
+    """Each can be met, not all; reached: (requirements,) by the campaign that comes nearest to all, SI."""
+    named = np.flatnonzero(reached > flight.limits).tolist()
+    limits = met_together(flight, offers, judge, np.maximum(flight.limits, reached), named)
+    wider = np.flatnonzero(limits > flight.limits).tolist()
+    said = " and ".join(_words(flight, k, float(limits[k])) for k in wider)
+    return InfeasibleError(
+        f"the requirements can be met one by one but not together; together they can with {said}",
+        requirement=wider[0],
+        nearest_limit=float(limits[wider[0]]),
+    )
+
+
+def _words(flight: Flight, k: int, value: float) -> str:
+    """A requirement with another limit."""
+    wanted = flight.spec.requirement[k]
+    unit = NAVIGATION_ERRORS[wanted.error]
+    return f"requirement {k + 1} ({wanted.error}) within {rounded_up(from_si(value, unit))} {unit}"
 
 
 def untold(judge: Judge, near: Sequence[Array], opening: str) -> InputError:
@@ -76,16 +117,6 @@ def _some(terms: Sequence[str]) -> str:
     return ", ".join(terms[:SHOWN]) + (f" and {more} more" if more > 0 else "")
 
 
-@dataclass(frozen=True)
-class _Beyond:
-    """A requirement that cannot be met: the least that is reached, SI, and what makes it up."""
-
-    requirement: int
-    value: float
-    binds: tuple[tuple[str, float], ...]
-    words: str
-
-
 def _easiest(offers: Offers, judge: Judge, k: int) -> Array:
     """The campaign that keeps requirement k most easily; the others are not asked."""
     alone = replace(judge.promise, asked=(judge.promise.asked[k],))
@@ -93,23 +124,34 @@ def _easiest(offers: Offers, judge: Judge, k: int) -> Array:
     return easiest(offers, lambda n, names: alone.figures(n, names)[:, :, 0], families, judge.late)
 
 
-def _beyond(flight: Flight, offers: Offers, judge: Judge, n: Array, k: int) -> _Beyond | None:
+def _error(
+    flight: Flight, judge: Judge, beyond: Mapping[int, tuple[Array, float]], together: Array
+) -> InfeasibleError:
+    """Of requirements that cannot be met: their campaigns (g,), the least that each reaches alone, SI, and
+
+    together: (requirements,) limits, SI, that one campaign keeps.
+    """
+    binds = {k: _binding(flight, judge, n, k) for k, (n, _) in beyond.items()}
+    said = [_cannot(flight, k, value, binds[k], together) for k, (_, value) in beyond.items()]
+    others = [k for k in np.flatnonzero(together > flight.limits).tolist() if k not in beyond]
+    if others:
+        said.append("beside them " + " and ".join(_words(flight, k, float(together[k])) for k in others))
+    first = next(iter(beyond))
+    return InfeasibleError(
+        "; ".join(said), requirement=first, binds=binds[first], nearest_limit=float(together[first])
+    )
+
+
+def _cannot(flight: Flight, k: int, value: float, binds: Sequence[tuple[str, float]], together: Array) -> str:
     wanted = flight.spec.requirement[k]
-    visits = offers.visits(n)
-    exact = float(unseen_figures(flight, visits)[:, k].max())
-    value = max(exact * spread_factors(flight, visits)[k], float(judge.figures(n[None])[0, k])) * FORESEEN
-    if value <= wanted.limit.si:
-        return None
-    unit, binds = NAVIGATION_ERRORS[wanted.error], _binding(flight, judge, n, k)
+    unit = NAVIGATION_ERRORS[wanted.error]
     shown = ", ".join(f"{name} {share:.0%}" for name, share in binds[:SHOWN] if share >= 0.005)
-    return _Beyond(
-        k,
-        value,
-        binds,
+    beside = " beside the others" if together[k] > value * ABOVE else ""
+    return (
         f"requirement {k + 1} ({wanted.error} within {figure(from_si(wanted.limit.si, unit))} {unit}) "
         f"cannot be met: with the most records at the best temperatures, "
         f"{figure(from_si(value, unit))} {unit} are reached; what binds: {shown}; "
-        f"the nearest limit that can be met is {rounded_up(from_si(value, unit))} {unit}",
+        f"the nearest limit that can be met{beside} is {rounded_up(from_si(float(together[k]), unit))} {unit}"
     )
 
 

@@ -9,6 +9,7 @@ from planner.nouns.allowances import AllowedErrors
 from planner.nouns.plan import Plan
 from planner.pipelines.navigation import Navigation
 from planner.spec.load import LoadedSpec
+from planner.spec.unused_tests import unused_tests
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,8 @@ def remarked(loaded: LoadedSpec, navigation: Navigation) -> list[str]:
 
     A model's own note only repeats one of them.
     """
-    said = [f"{warning.path}: {warning.message}" for warning in loaded.warnings]
+    unused = unused_tests(loaded.spec)
+    said = [f"not used, with 0 repeats by hand: {', '.join(unused)}"] if unused else []
+    said += [f"{warning.path}: {warning.message}" for warning in loaded.warnings]
     remark = f"trajectory: {navigation.unaided}"
     return said if navigation.unaided is None or remark in said else [*said, remark]

@@ -6,18 +6,11 @@ import numpy as np
 
 from planner.nouns.array import Placement
 from planner.nouns.choices import TestVisits
+from planner.spec.even_points import even_points
 from planner.spec.model import Spec
 from planner.spec.plan_choice import FixedTest
 
 Temperatures = str | int | tuple[float, ...] | None
-
-
-def even_points(low: float, high: float, count: int) -> tuple[float, ...]:
-    """`count` temperatures evenly spread over the range, both ends included; one point is the middle."""
-    if count == 1:
-        return ((low + high) / 2,)
-    # rounded to 1e-6 K so that unions of spreads have no rounding twins (−60 + 4·30 and −60 + 8·15)
-    return tuple(round(low + (high - low) * i / (count - 1), 6) + 0.0 for i in range(count))
 
 
 def temperatures_of(spec: Spec, chosen: Temperatures) -> tuple[tuple[float, ...], Placement]:

@@ -16,8 +16,9 @@ import numpy as np
 from planner.nouns.allowances import ErrorModel
 from planner.nouns.choices import TestVisits
 from planner.nouns.sensor import ErrorName
-from planner.plan.by_hand import even_points, hand_made_visits, is_hand_made
+from planner.plan.by_hand import hand_made_visits, is_hand_made
 from planner.plan.visits_to_observability import campaign_of
+from planner.spec.even_points import even_points
 from planner.spec.model import Spec
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from planner.nouns.choices import Campaign, TestVisits
-from planner.plan.by_hand import chosen_by_hand, even_points, fixed_repeats, temperatures_of
+from planner.plan.by_hand import chosen_by_hand, fixed_repeats, temperatures_of
+from planner.spec.even_points import even_points
 from planner.spec.model import Spec
 
 REPEATS = 3  # the fewest from which a spread can be told with any confidence

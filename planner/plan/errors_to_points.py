@@ -14,9 +14,10 @@ from planner import catalog
 from planner.errors import InputError
 from planner.nouns.choices import PointMenu, TemperaturePoints
 from planner.nouns.sensor import ErrorName
-from planner.plan.by_hand import chosen_by_hand, even_points, temperatures_of
+from planner.plan.by_hand import chosen_by_hand, temperatures_of
 from planner.solvers.breakpoints import optimal_breakpoints, table_residual
 from planner.spec.budget import ErrorBudget, MeasuredCurve
+from planner.spec.even_points import even_points
 from planner.spec.model import Spec
 
 

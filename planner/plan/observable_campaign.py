@@ -19,7 +19,6 @@ from planner.nouns.choices import Campaign, TestVisits
 from planner.nouns.sensor import ErrorName
 from planner.plan.by_hand import (
     chosen_by_hand,
-    even_points,
     fixed_repeats,
     hand_made_visits,
     in_room,
@@ -30,6 +29,7 @@ from planner.plan.unobservable_to_remedy import Remedy, also_at, remedy_of
 from planner.plan.unobservable_words import degrees, fault_of, hidden_by_noise, named_once
 from planner.plan.visits_to_observability import ENOUGH, Visits, asked_errors, campaign_of, unobservable_in
 from planner.protocols import SENSORS
+from planner.spec.even_points import even_points
 from planner.spec.model import Spec
 from planner.spec.references import BenchAccuracy
 

@@ -14,6 +14,7 @@ from planner.nouns.sensor import ErrorName
 from planner.plan.excitation import excitation
 from planner.plan.unobservable_to_remedy import Remedy
 from planner.spec.model import Spec
+from planner.spec.unused_tests import unused_tests
 from planner.temperature_table import GAP_K
 
 BASIC = ("misalignment", "scale_factor", "bias")
@@ -67,9 +68,12 @@ def _advice(spec: Spec, remedy: Remedy | None, motions: str) -> str:
     if remedy is None:
         return motions
     if remedy.idle:
+        unused = unused_tests(spec)
+        but = f" ({listed(unused)}: 0 repeats)" if unused else ""
+        verb, it = ("are", "them") if len(remedy.idle) > 1 else ("is", "it")
         return (
-            f"{listed(remedy.idle)} is declared, but no test calibrates it: take it out of effects, or let a "
-            f"test calibrate it and {motions}"
+            f"{listed(remedy.idle)} {verb} declared, but no test calibrates {it}{but}: take {it} out of "
+            f"effects, or let a test calibrate {it} and {motions}"
         )
     advice = f"make {listed(remedy.tests)} at {degrees(remedy.temperatures)} too"
     if remedy.into is None:

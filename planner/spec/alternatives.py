@@ -39,9 +39,11 @@ def with_alternatives(document: Document) -> tuple[Document, list[Fault]]:
         choices = _choices(test) if isinstance(test, dict) and isinstance(name, str) else {}
         if not choices:
             continue
-        wrong = _wrong(document, name, test, choices)
+        unused = _is_unused(document, name, test)
+        wrong = [] if unused else _wrong(document, name, test, choices)
         faults += [fault_at(document, "P423", ("tests", name, key), said) for key, said in wrong]
-        for combination in [next(product(*choices.values()))] if wrong else product(*choices.values()):
+        every = product(*choices.values())
+        for combination in [next(every)] if wrong or unused else every:
             added = "".join(f"-{way[0]}" for way in combination if way[0])
             own = (name + added)[:LONGEST_NAME]
             chosen = dict(zip(choices, combination, strict=True))
@@ -88,6 +90,18 @@ def _motions(written: Any) -> list[Way]:
 
 def _word(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9_]+", "", text.replace(".", "_"))
+
+
+def _is_unused(document: Document, name: str, test: Mapping[Any, Any]) -> bool:
+    """Whether hands fix the test at 0 repeats, so that none of its choices is made."""
+    plan = document.value.get("plan")
+    fixed = plan.get("fixed") if isinstance(plan, dict) else None
+    by_hand = fixed.get(name) if isinstance(fixed, dict) else None
+    said = by_hand if isinstance(by_hand, dict) else {}
+    return any(
+        type(value) is int and value == 0
+        for value in (said.get("repeats", test.get("repeats")), said.get("temperatures"))
+    )
 
 
 def _wrong(

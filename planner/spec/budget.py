@@ -16,7 +16,14 @@ from pydantic_core import CoreSchema
 
 from planner.errors import Unfit
 from planner.nouns.array import Array
-from planner.quantities import AnyQuantity, Celsius, Count, PositiveKelvin, PositiveSeconds
+from planner.quantities import (
+    AnyQuantity,
+    Celsius,
+    Count,
+    NumberOfPowerOns,
+    PositiveKelvin,
+    PositiveSeconds,
+)
 from planner.spec.forms import (
     INPUT_PATTERN,
     mapping_or_text,
@@ -109,7 +116,7 @@ class RunToRun(SpecPart):
     temperature_correlation: PositiveKelvin | None = Field(
         None, description="over which distance one power-on's draw stays the same, e.g. 40 K"
     )
-    power_ons: Annotated[Count, Field(ge=2)] | None = Field(
+    power_ons: NumberOfPowerOns | None = Field(
         None,
         description="from so many power-ons the spread was estimated, e.g. 12; left out: it is known exactly",
     )

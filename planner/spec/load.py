@@ -19,6 +19,7 @@ from planner.spec.review import Review
 from planner.spec.rules import review
 from planner.spec.scatter import with_scatter
 from planner.spec.sentences import faults_of, meant_key
+from planner.spec.unused_tests import without_unused
 from planner.spec.yaml12 import MAX_BYTES, Document, Path, read_as_far, read_yaml
 
 TWICE, UNKNOWN_KEY, MISSING = "P004", "P101", "P102"
@@ -137,7 +138,11 @@ def _checked(document: Document, folder: FilePath) -> tuple[Spec | None, list[Fa
         return None, faults, ()
     seen = Review(draft, document, folder, gaps)
     review(seen)
-    return with_scatter(with_copies(spec)) if spec else None, faults + seen.faults, seen.warnings
+    faults = faults + seen.faults
+    if spec is None:
+        return None, faults, seen.warnings
+    used = spec if faults else without_unused(spec)
+    return with_scatter(with_copies(used)), faults, seen.warnings
 
 
 def _nothings(document: Document, value: Any, path: Path) -> Iterator[tuple[Path, Fault]]:

@@ -18,6 +18,7 @@ from planner.quantities import (
     AnyQuantity,
     Celsius,
     Count,
+    CountOrNone,
     KelvinPerSecond,
     PositiveAcceleration,
     PositiveAngularAcceleration,
@@ -232,7 +233,9 @@ class Test(SpecPart):
         description="soak: records at a steady temperature; {ramp: 1 K/min}: while the chamber moves through "
         "it, each motion once up and once down",
     )
-    repeats: Count | None = Field(None, description="repeats per temperature; left out: the planner chooses")
+    repeats: CountOrNone | None = Field(
+        None, description="repeats per temperature, 0: it is not used; left out: the planner chooses"
+    )
     attended: Switch | None = Field(
         None,
         description="whether its power-ons and moves need people; default: moves that turn the unit by hand",

@@ -10,6 +10,7 @@ from planner.quantities import (
     Celsius,
     ClockTime,
     Count,
+    CountOrNone,
     Number,
     PositiveKelvin,
     PositiveSeconds,
@@ -29,14 +30,15 @@ from planner.spec.part import SpecPart
 
 Temperatures = Annotated[
     Annotated[Literal["room"], Tag("text")]
-    | Annotated[Count, Tag("number")]
+    | Annotated[CountOrNone, Tag("number")]
     | Annotated[tuple[Celsius, ...], Field(min_length=1), Tag("list")],
     of_forms(
         "must be room, a number of points such as 5, or a list such as [-40 degC, 20 degC]", words=("room",)
     ),
 ]
 Repeats = Annotated[
-    Annotated[Count, Tag("number")] | Annotated[tuple[Count, ...], Field(min_length=1), Tag("list")],
+    Annotated[CountOrNone, Tag("number")]
+    | Annotated[tuple[CountOrNone, ...], Field(min_length=1), Tag("list")],
     of_forms(
         "must be a number such as 3, or a list with one per temperature such as [3, 5, 3]", list_or_number
     ),
@@ -69,10 +71,12 @@ class RepeatChoice(SpecPart):
 
 
 class FixedTest(SpecPart):
-    """A hand-made choice for one test: temperatures, and repeats for all of them or for each."""
+    """A hand-made choice for one test: temperatures, and repeats for all of them or for each; 0: not used."""
 
     temperatures: Temperatures | None = Field(None, description="room, how many, or which")
-    repeats: Repeats | None = Field(None, description="for all temperatures, or a list with one for each")
+    repeats: Repeats | None = Field(
+        None, description="for all temperatures, or a list with one for each; 0: the test is not used"
+    )
 
 
 class Objective(SpecPart):

@@ -12,6 +12,7 @@ from planner.protocols import SENSORS, Sensor
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Bench, Requirement, Spec, Test
 from planner.spec.places import fault_at, part_at
+from planner.spec.unused_tests import is_unused
 from planner.spec.yaml12 import Document, Path
 
 
@@ -83,9 +84,11 @@ class Review:
         return [f"{sensor}.{effect}" for sensor in SENSORS for effect in self.names("unit", sensor)]
 
     def calibrated(self) -> dict[str, list[Path]]:
-        """error -> places where a readable test calibrates it."""
+        """error -> places where a readable test that is used calibrates it."""
         found: dict[str, list[Path]] = {}
         for name, test in self.spec.tests.items():
+            if is_unused(test, self.spec.plan.fixed.get(name)):
+                continue
             for index, error in enumerate(test.calibrates):
                 found.setdefault(error, []).append(self.item(("tests", name, "calibrates"), index))
         return found

@@ -9,6 +9,7 @@ from planner.spec.narrow_range import narrow_range
 from planner.spec.places import did_you_mean
 from planner.spec.plan_choice import FixedTest, Objective
 from planner.spec.review import Review
+from planner.spec.unused_tests import is_unused
 from planner.spec.yaml12 import Path
 
 MOST_TEMPERATURES = 240  # to choose from: half a kelvin over the widest range of a chamber
@@ -25,6 +26,7 @@ def plan(sheet: Review) -> None:
     _repeats(sheet)
     for name, fixed in sheet.spec.plan.fixed.items():
         _fixed(sheet, name, fixed)
+    _some_test(sheet)
     _student(sheet)
     genetic = sheet.spec.plan.genetic
     if genetic.best >= genetic.individuals and sheet.whole("plan", "genetic"):  # the children need a place
@@ -155,14 +157,27 @@ def _fixed(sheet: Review, name: str, fixed: FixedTest) -> None:
         return
     if test.repeats is not None and fixed.repeats is not None and fixed.repeats != test.repeats:
         sheet.fault("P514", (*path, "repeats"), f"tests.{name}.repeats says {test.repeats}; keep one")
+    _nowhere(sheet, path, test, fixed)
     _repeat_list(sheet, (*path, "repeats"), test, fixed)
 
 
+def _nowhere(sheet: Review, path: Path, test: Test, fixed: FixedTest) -> None:
+    """No temperature and some repeats contradict each other."""
+    repeats = fixed.repeats if fixed.repeats is not None else test.repeats
+    temperatures = fixed.temperatures if fixed.temperatures is not None else test.temperatures
+    some = any(repeats) if isinstance(repeats, tuple) else bool(repeats)
+    if temperatures == 0 and some and sheet.whole(*path):
+        said = "0 temperatures and some repeats; 'repeats: 0' alone says that the test is not used"
+        sheet.fault("P517", path, said, key=True)
+
+
 def _repeat_list(sheet: Review, path: tuple[str, ...], test: Test, fixed: FixedTest) -> None:
-    if not isinstance(fixed.repeats, tuple):
+    if not isinstance(fixed.repeats, tuple) or not any(fixed.repeats):
         return
     temperatures = fixed.temperatures if fixed.temperatures is not None else test.temperatures
     if not sheet.whole(*path[:-1], "temperatures") or not sheet.whole("tests", path[2], "temperatures"):
+        return
+    if temperatures == 0:
         return
     if temperatures is None:
         sheet.fault("P515", path, "repeats for each temperature need 'temperatures' fixed as well")
@@ -175,6 +190,19 @@ def _repeat_list(sheet: Review, path: tuple[str, ...], test: Test, fixed: FixedT
             "P516",
             path,
             f"{len(fixed.repeats)} repeats for {count} temperatures; give one for each, or one for all",
+        )
+
+
+def _some_test(sheet: Review) -> None:
+    """One test at least is used."""
+    tests, fixed = sheet.spec.tests, sheet.spec.plan.fixed
+    if tests and sheet.whole("tests") and all(is_unused(t, fixed.get(name)) for name, t in tests.items()):
+        path: Path = ("plan", "fixed") if fixed else ("tests",)
+        sheet.fault(
+            "P518",
+            path,
+            "no test is used: all have 0 repeats, so nothing is measured; give one of them repeats",
+            key=True,
         )
 
 

@@ -13,6 +13,7 @@ from planner.spec.review import Review
 from planner.spec.rules_benches import kind_of
 from planner.spec.rules_requirement import all_errors, unit_of
 from planner.spec.slow_rates import slow_rates
+from planner.spec.unused_tests import is_unused
 from planner.spec.yaml12 import Path
 
 # What shows the four plain errors; for the others `observes` works it out from their regressors, in 70 ms.
@@ -83,6 +84,8 @@ def _settled(sheet: Review, name: str, test: Test) -> None:
     if test.calibrates or not sheet.whole("plan", "fixed") or not sheet.whole("tests", name):
         return
     fixed = sheet.spec.plan.fixed.get(name, FixedTest())
+    if is_unused(test, fixed):
+        return
     missing = [
         key
         for key in ("temperatures", "repeats")
@@ -114,7 +117,7 @@ def _temperatures(sheet: Review, name: str, test: Test) -> None:
 
 def check_temperatures(sheet: Review, path: Path, value: Any, name: str, bench: Bench) -> None:
     """`value` is room, a number, a list, or None when the planner chooses; the bench must reach it."""
-    if value == "room":
+    if value in ("room", 0):
         return
     if isinstance(value, tuple) and len(set(value)) < len(value):
         sheet.fault("P415", path, "a temperature stands here twice; keep one")

@@ -227,7 +227,9 @@ def _uses(sheet: Review, error: str, path: Path, budget: ErrorBudget) -> None:
         )
         return
     if error not in sheet.calibrated():
-        sheet.warn("P312", path, f"no test calibrates it: {_uncalibrated(sheet)}", key=True)
+        unused = [n for n, test in sheet.spec.tests.items() if error in test.calibrates]
+        but = f" (0 repeats of {', '.join(unused)})" if unused else ""
+        sheet.warn("P312", path, f"no test calibrates it{but}: {_uncalibrated(sheet)}", key=True)
         return
     if budget.temperature_residual is not None and not catalog.varies_as_declared(effect, declared):
         needed = " or ".join(catalog.temperature_effects(effect))

@@ -6,8 +6,9 @@ drift of correlation exp(−|Δt|/τ), white noise ∝ 1/duration, and what the 
 unknowns with a prior, and so are the steps of a walk in store, back from the last power-on. Whitening and the
 design's inverse are worked out once, P = (XᵀV⁻¹X)⁻¹XᵀV⁻¹; every unit then costs matrix products,
 θ ← θ + P (y − ŷ(θ)), which is Gauss-Newton with the Jacobian at zero: it contracts by κ, 0.5 % a round. Where
-the records hardly determine a coefficient it need not contract; then the first, linear solution stays, which
-is as useless as any that fits. `planner calibrate` finds the variances in each unit's data instead.
+the records hardly determine a coefficient it need not contract; such units go on with the Jacobian where
+they are (`gauss_newton`), and if that does not settle either, the first, linear solution stays, which is as
+useless as any that fits. `planner calibrate` finds the variances in each unit's data instead.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from planner.spec.budget import STORAGE_DAYS
 from planner.verify.chance import Chance
 from planner.verify.declared import INPUT, Declared, declared, sensed
 from planner.verify.draws import DrawnError, Unit, generator
+from planner.verify.gauss_newton import Weights, gauss_newton
 from planner.verify.records import Records
 from planner.verify.references import Direction
 from planner.verify.smooth import LINES, Tables
@@ -39,6 +41,7 @@ _STEPS = 16  # of the campaign's days, at most, by which errors walk
 _NOTHING = 1e-3  # share of the variance of the mean power-on, below which a walk is nothing
 _LEAST_BESIDE_WALKS = 1e-6  # of what walks add: a perfect sensor's records would tell anything from anything
 _QUIET = 1e-12  # SI: what stands for the noise of records that have none
+_SETTLED = 0.02  # standard errors, within which the last round leaves every coefficient
 _RANK = 1e-11  # of the largest singular value of columns of unit length: below is rounding
 _TOUCHED = 1e-6  # share of a coefficient in a combination that no record sees
 
@@ -48,7 +51,7 @@ class Estimator:
     """Some channels' estimator: their model and P (p, n c), rows record by record.
 
     covariance: (p, p) by the spec's noise; undetermined: (p,) which no record tells from the others
-    tables: how its tables are read
+    tables: how its tables are read; weights: V⁻¹ of its records, beside the references that err
     """
 
     model: Declared
@@ -57,6 +60,7 @@ class Estimator:
     undetermined: NDArray[np.bool_]
     proportional: bool
     tables: Tables
+    weights: Weights
 
     @property
     def error(self) -> Array:
@@ -160,11 +164,12 @@ def _estimator(
     quiet = all(np.max(root) <= _QUIET for root in roots)  # only references that err leave anything then
     left = inverse[:, len(X) if quiet else 0 :]
     covariance = left @ left.T
+    weights = Weights(tuple(roots), tuple(rows), white[:, X.shape[1] :])
     inverse = inverse[:, : len(X)]
     for root, r in zip(roots, rows, strict=True):
         inverse[:, r] = np.linalg.solve(root.T, inverse[:, r].T).T
     by_one = _is_proportional(model, conditions)
-    return Estimator(model, np.ascontiguousarray(inverse), covariance, undetermined, by_one, tables)
+    return Estimator(model, np.ascontiguousarray(inverse), covariance, undetermined, by_one, tables, weights)
 
 
 def _rows(records: NDArray[np.int64], channels: int) -> NDArray[np.int64]:
@@ -331,8 +336,39 @@ def calibrated(estimator: Estimator, conditions: Conditions, y: Array, units: in
             v = u + _times(L, m)
             step = (read - v - bend(v, k) - _times(B, b)).reshape(units, -1) @ estimator.inverse.T
             theta = theta + step
-        settled = np.all(np.abs(step) <= 0.1 * np.abs(first) + 1e-9, axis=1)
-    return np.where(settled[:, None], theta, first)
+        settled = np.all(np.abs(step) <= _SETTLED * estimator.error + 1e-9, axis=1)
+        if settled.all():
+            return theta
+        left = np.flatnonzero(~settled)
+
+        def at(theta: Array, which: NDArray[np.int64]) -> tuple[Array, Array]:
+            b, k, m = np.split(theta, [biases, biases + scales], axis=1)
+            units = left[which]
+            bent = _Bend(estimator, _of(conditions, units, len(u)), (len(units), *u.shape[1:]))
+            return _linearised(u[units], read[units], B[units], L[units], bent, (b, k, m))
+
+        exact, ends = gauss_newton(first[left], at, estimator.weights, _SETTLED * estimator.error + 1e-9)
+        theta[left] = np.where(ends[:, None], exact, first[left])
+    return theta
+
+
+def _of(conditions: Conditions, units: NDArray[np.int64], every: int) -> Conditions:
+    """The conditions of some of the units, whose records stand one after another."""
+    n = len(conditions.day) // every
+    return conditions.at((units[:, None] * n + np.arange(n)).ravel())
+
+
+def _linearised(
+    u: Array, read: Array, B: Array, L: Array, bend: _Bend, theta: tuple[Array, Array, Array]
+) -> tuple[Array, Array]:
+    """What readings leave (B, n c) at coefficients b, k, m, and the response's slope there (B, n c, p)."""
+    b, k, m = theta
+    v = u + _times(L, m)
+    bent, h = bend(v, k), 1e-4
+    steeper = 1.0 + (bend(v + h, k) - bent) / h
+    slope = np.concatenate([B, bend.columns(v), steeper[..., None] * L], axis=3)
+    left = read - v - bent - _times(B, b)
+    return left.reshape(len(left), -1), slope.reshape(len(left), -1, slope.shape[3])
 
 
 def _times(matrix: Array, values: Array) -> Array:
@@ -364,6 +400,10 @@ class _Bend:
         if k.shape[1] == 0:
             return np.zeros(v.shape)
         return v * _times(self.of_one, k) if self.of_one is not None else _times(self._of(v), k)
+
+    def columns(self, v: Array) -> Array:
+        """(B, n, c, scale factors) S(v)."""
+        return v[..., None] * self.of_one if self.of_one is not None else self._of(v)
 
     def _of(self, v: Array) -> Array:
         found = self.model.scaled(self.conditions, v.reshape(-1, self.shape[2]))

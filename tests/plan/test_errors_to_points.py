@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from planner.errors import InputError
-from planner.plan.by_hand import even_points
 from planner.plan.errors_to_points import point_menus
+from planner.spec.even_points import even_points
 from tests.specs import loaded, planned, shared, small, with_limit, with_plan
 
 

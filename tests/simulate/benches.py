@@ -6,9 +6,9 @@ from functools import cache
 
 from planner.campaign.design import Design, design
 from planner.nouns.choices import Campaign, TestVisits
-from planner.plan.by_hand import even_points
 from planner.plan.schedule_to_steps import steps
 from planner.simulate.campaign import Settings
+from planner.spec.even_points import even_points
 from planner.spec.load import load_spec
 from planner.spec.model import Spec
 from tests.specs import SHIPPED

@@ -10,8 +10,8 @@ import pytest
 from planner.campaign.design import Design, design
 from planner.nouns.choices import Campaign, TestVisits
 from planner.nouns.step import Step
-from planner.plan.by_hand import even_points
 from planner.plan.schedule_to_steps import steps
+from planner.spec.even_points import even_points
 from planner.spec.model import Spec
 from tests.simulate.benches import shipped
 

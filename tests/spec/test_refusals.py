@@ -127,6 +127,18 @@ REFUSALS = {
     "estimated from one power-on": (
         "run_to_run: 1 mg", "run_to_run: {value: 1 mg, power_ons: 1}", "1}", "unit.accelerometer.bias.run_to_run.power_ons", "less than 2",
     ),
+    "estimated from 0 power-ons": (
+        "run_to_run: 1 mg", "run_to_run: {value: 1 mg, power_ons: 0 }", "0 }", "unit.accelerometer.bias.run_to_run.power_ons", "a whole number, not less than 2",
+    ),
+    "estimated from -3 power-ons": (
+        "run_to_run: 1 mg", "run_to_run: {value: 1 mg, power_ons: -3}", "-3}\n", "unit.accelerometer.bias.run_to_run.power_ons", "a whole number, not less than 2",
+    ),
+    "estimated from 1.5 power-ons": (
+        "run_to_run: 1 mg", "run_to_run: {value: 1 mg, power_ons: 1.5}", "1.5}\n", "unit.accelerometer.bias.run_to_run.power_ons", "a whole number, not less than 2",
+    ),
+    "estimated from twelve power-ons": (
+        "run_to_run: 1 mg", "run_to_run: {value: 1 mg, power_ons: twelve}", "twelve}\n", "unit.accelerometer.bias.run_to_run.power_ons", "a whole number, not less than 2",
+    ),
     "power-ons without a spread": ("run_to_run: 1 mg", "run_to_run: {power_ons: 12}", "run_to_run: {p", "unit.accelerometer.bias.run_to_run.value", "missing"),
     "power-ons misspelt": (
         "run_to_run: 1 mg", "run_to_run: {value: 1 mg, poweron: 9}", "poweron", "unit.accelerometer.bias.run_to_run.poweron", "'power_ons'?",
