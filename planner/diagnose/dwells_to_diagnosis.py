@@ -15,7 +15,16 @@ from planner.diagnose.hypotheses.curves import with_curve
 from planner.diagnose.hypotheses.evidence import evidence, over
 from planner.diagnose.hypotheses.generic import variable_of
 from planner.diagnose.hypotheses.lagging_thermometer import NAME as LAGS
-from planner.diagnose.hypotheses.lagging_thermometer import ahead, lag_of, with_lag
+from planner.diagnose.hypotheses.lagging_thermometer import (
+    SEVERAL,
+    UNASKED,
+    ahead,
+    following,
+    lag_of,
+    suspect_of,
+    suspects_it,
+    with_lag,
+)
 from planner.diagnose.hypotheses.limits import limits
 from planner.diagnose.hypotheses.noise import LEAST_RUNS
 from planner.diagnose.hypotheses.prepared import Prepared, prepared
@@ -33,6 +42,7 @@ from planner.errors import InputError
 from planner.nouns.diagnosis import (
     FoundEffect,
     NotFound,
+    ReferenceSuspect,
     Refused,
     RowLeftOut,
     UnitDiagnosis,
@@ -63,11 +73,7 @@ def diagnose(
     kept, off, data, found = _without_off(table, seen.kept, spec, seed, progress)
     table = rows_of(table, kept)
     every = bool(kept.all())
-    lag = lag_of(found, data)
-    late = [] if lag is None else [with_lag(s, lag) for s in suspects(found) if s.hypothesis == LAGS]
-    if lag is not None:
-        data = prepared(ahead(table, lag.value), spec.unit)
-        found = _searched(data, spec, seed, progress)
+    late, data, found = _with_temperatures_put_right(found, data, table, spec, seed, progress)
     found, effects, said, spans, rest = _fitted(found, data, table, spec, seed, progress)
     names = list(dict.fromkeys(e.effect for e in effects))
     unnamed = [with_curve(u, s, data, table, spec, names) for s in found for u in _unknown(s)]
@@ -101,6 +107,31 @@ def diagnose(
         refused=(*(r for s in found for r in _refused(s)), *spans),
         kept=None if every else kept,
     )
+
+
+def _with_temperatures_put_right(
+    found: list[SensorFound],
+    data: Prepared,
+    table: DwellTable,
+    spec: Spec,
+    seed: int,
+    progress: Callable[[str], None],
+) -> tuple[list[ReferenceSuspect], Prepared, list[SensorFound]]:
+    """The thermometer, where it lags, and what is found of the temperatures that the unit had.
+
+    A lag that no search suspected is one where several channels' effects of the ramps are gone with it.
+    """
+    lag = lag_of(found, data)
+    if lag is None:
+        return [], data, found
+    asked = suspects_it(found)
+    if not asked and len(lag.told) < (SEVERAL if following(found) else UNASKED):
+        return [], data, found
+    right = prepared(ahead(table, lag.value), spec.unit)
+    after = _searched(right, spec, seed, progress)
+    if asked:
+        return [with_lag(s, lag) for s in suspects(found) if s.hypothesis == LAGS], right, after
+    return ([suspect_of(lag)], right, after) if not following(after) else ([], data, found)
 
 
 def _fitted(

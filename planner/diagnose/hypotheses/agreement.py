@@ -1,13 +1,13 @@
 """Whether the channels agree on what they are said to have in common: a reference is wrong for all of them.
 
-One coefficient γ of several channels, each with an estimate of its own, scatters about the common one by
+The coefficients γ (k,) of several channels, each with estimates of its own, scatter about the common ones by
 
-    Q = Σ_a hₐ² / gₐ − (Σ h)² / Σ g,   hₐ = Cₐᵀzₐ,  gₐ = CₐᵀCₐ     (χ² of one less than the channels)
+    Q = Σ_a hₐᵀ Gₐ⁺ hₐ − hᵀ G⁺ h,   hₐ = Cₐᵀzₐ,  Gₐ = CₐᵀCₐ,  h = Σ hₐ,  G = Σ Gₐ    (χ², Σ rank Gₐ − rank G)
 
 in whitened columns C beside everything else that is believed. Source: Cochran, Biometrics 10 (1954) 101.
 
-Where one channel tells most of it Q says little of the others. With γ̂ of that one and g, h of the others
-together, these are to see E = γ̂ √g sigma and see O = h/√g: nearer to nothing than to E, what is there is that
+Where one channel tells most of it Q says little of the others. With γ̂ of that one and G, h of the others
+together, these are to see E² = γ̂ᵀ G γ̂ and see γ̂ᵀh: nearer to nothing than to E², what is there is that
 channel's own.
 """
 
@@ -24,8 +24,8 @@ UNLIKE = 1e-3  # p of Q, below which the channels differ
 OF_WHAT_IS_COMMON = (
     0.5  # a strong one differs by what its linear shape lacks, a tenth of it: that is no reason
 )
-
-
+SEVERAL = 2  # channels, fewer of which cannot disagree
+WELL = 0.01  # of the best told direction's information
 FORESEEN = 2.5  # sigma that the others are to see, from which they are asked: nine in ten then see half
 
 
@@ -45,34 +45,50 @@ def rests_on(here: Pool, b: int, axes: set[int]) -> bool:
 
 
 def channels_disagree(here: Pool, b: int) -> bool:
-    """Whether one coefficient of several channels is another one on each; here: beside all else."""
-    g, h = _each(here, b)
-    if not len(g):
+    """Whether the coefficients of several channels are others on each; here: beside all else."""
+    G, h = _each(here, b)
+    told = np.array([np.trace(g) for g in G])
+    G, h = G[told > TOLD * told.sum()], h[told > TOLD * told.sum()]
+    if len(G) < SEVERAL:
         return False
-    g, h = g[g > TOLD * g.sum()], h[g > TOLD * g.sum()]
-    common = float(h.sum() ** 2 / g.sum())
-    between = float(np.sum(h**2 / g)) - common
-    return between > OF_WHAT_IS_COMMON * common and bool(chi_square_tail(between, len(g) - 1) < UNLIKE)
+    common = _explained(G.sum(axis=0), h.sum(axis=0))
+    between = sum(_explained(g, x) for g, x in zip(G, h, strict=True)) - common
+    freedom = sum(_rank(g) for g in G) - _rank(G.sum(axis=0))
+    if between <= OF_WHAT_IS_COMMON * common or freedom < 1:
+        return False
+    return bool(chi_square_tail(between, freedom) < UNLIKE)
 
 
 def of_one_channel(here: Pool, b: int) -> bool:
     """Whether the others see nothing of what the channel that sees most of a block says of them."""
-    g, h = _each(here, b)
-    if not len(g):
+    G, h = _each(here, b)
+    if len(G) < SEVERAL:
         return False
-    g = np.maximum(g, 1e-300)
-    most = int(np.argmax(h**2 / g))
-    others = np.arange(len(g)) != most
-    told = float(np.sqrt(g[others].sum()))
-    foreseen = abs(float(h[most] / g[most])) * told
-    return foreseen > FORESEEN and float(np.sign(h[most]) * h[others].sum()) < 0.5 * foreseen * told
+    most = int(np.argmax([_explained(g, x) for g, x in zip(G, h, strict=True)]))
+    others = np.arange(len(G)) != most
+    gamma = _pseudo(G[most]) @ h[most]
+    foreseen = float(gamma @ G[others].sum(axis=0) @ gamma)
+    return foreseen > FORESEEN**2 and float(gamma @ h[others].sum(axis=0)) < 0.5 * foreseen
 
 
 def _each(here: Pool, b: int) -> tuple[Array, Array]:
-    """g and h of every channel of a block with one coefficient; empty of another, or of one channel."""
+    """G (channels, k, k) and h (channels, k) of every channel that sees a block."""
     k = here.places[b]
-    if len(k) != 1 or len(here.blocks[b].columns) < 2:
-        return np.empty(0), np.empty(0)
-    columns = {a: here.seen(a, k)[:, 0] for a in here.blocks[b].columns}
-    h = np.array([C @ here.state[a].z for a, C in columns.items()])
-    return np.array([C @ C for C in columns.values()]), h
+    columns = {a: here.seen(a, k) for a in here.blocks[b].columns}
+    h = np.array([C.T @ here.state[a].z for a, C in columns.items()])
+    return np.array([C.T @ C for C in columns.values()]), h
+
+
+def _explained(G: Array, h: Array) -> float:
+    """Δ = hᵀ G⁺ h."""
+    return float(h @ _pseudo(G) @ h)
+
+
+def _pseudo(G: Array) -> Array:
+    """G⁺ of the directions that are told well: badly told coefficients say nothing of other channels."""
+    return np.asarray(np.linalg.pinv(G, rcond=WELL, hermitian=True), dtype=float)
+
+
+def _rank(G: Array) -> int:
+    values = np.linalg.eigvalsh(G)
+    return int(np.count_nonzero(values > WELL * values[-1])) if values[-1] > 0.0 else 0

@@ -35,6 +35,7 @@ MOST_NAMES = (
     2  # on one channel, a second beside one that departs; with a variable in common they are one claim
 )
 CHANGES = 0.5  # of the coefficient, from the middle of a variable to its end, that a tested form excludes
+DOUBTFUL = 2.58  # sigma of a change with temperature, one in a hundred, from which it is no constant for sure
 TWO_SIDED = 1.96  # standard errors, half of a 95 % interval
 VARIABLES: tuple[Condition, ...] = (
     "temperature_degc",
@@ -119,7 +120,8 @@ def untested(found: Found, b: int, slopes: Block | None) -> tuple[str, float] | 
 def at_one_temperature(found: Found, b: int, slopes: Block | None) -> float | None:
     """Sigma by which a coefficient that doubles, or goes to nothing, to an end of the temperatures is seen.
 
-    None where the interval excludes it. A centrifuge stands in the room.
+    Or to their middle, where they are three or more. None where the intervals exclude both, and neither is
+    told from no change. A centrifuge stands in the room.
     """
     block = found.pool.blocks[b]
     if not _claims_a_form(found, b) or TEMPERATURE in (
@@ -131,8 +133,10 @@ def at_one_temperature(found: Found, b: int, slopes: Block | None) -> float | No
     x = _scaled(_values(found.pool.state[axis].channel, "temperature_degc"))
     if not np.any(x):
         return None
-    ((c, length),) = _sizes(found, b, axis, slopes, [x])
-    return None if _excludes(1.0, c, length) else length
+    one, both = _sizes(found, b, axis, slopes, [x, 2.0 * x**2 - 1.0])
+    told = [one, both] if both[1] > 0.0 else [one]
+    unseen = [n for c, n in told if not _excludes(1.0, c, n) or abs(c) * n > DOUBTFUL]
+    return min(unseen, default=None)
 
 
 def _claims_a_form(found: Found, b: int) -> bool:

@@ -229,18 +229,26 @@ def _time_on_and_temperature(c: Channel, table: DwellTable) -> list[Array]:
 
 def _input_over_time_on(c: Channel, table: DwellTable) -> list[Array]:
     """A scale factor that changes after power-on: the own input, about its nodes over the time."""
-    return [c.u[:, None] * columns for columns in _time_on(c, table)[:1]]
+    return [_own_input(c)[:, None] * columns for columns in _time_on(c, table)[:1]]
 
 
 def _input_over_days(c: Channel, table: DwellTable) -> list[Array]:
     """A scale factor that changes from day to day; what the other inputs add, not on an arm: that bends."""
-    own = [c.u[:, None] * columns for columns in _day(c, table)[:1]]
+    own = [_own_input(c)[:, None] * columns for columns in _day(c, table)[:1]]
     conditions = c.model.conditions
     unloaded = np.linalg.norm(conditions.specific_force, axis=1) < _LOADED
     inputs = conditions.rate if c.sensor == "gyro" else conditions.specific_force
     others = [inputs[:, j] * unloaded for j in range(3) if j != c.axis]
     few = _smooth(table.day, 0.02, min(FEW, len(np.unique(table.run)) // A_NODE))[:1]
     return [*own, *(np.concatenate([x[:, None] * columns for x in others], axis=1) for columns in few)]
+
+
+def _own_input(c: Channel) -> Array:
+    """(n,) that a scale factor multiplies: not the Earth's rate at rest, which shows where north is instead.
+
+    Where rests come before turns a node over the time has rests alone.
+    """
+    return np.where(np.abs(c.u) > REST_RATE, c.u, 0.0) if c.sensor == "gyro" else c.u
 
 
 def _bench(c: Channel, table: DwellTable) -> list[Array]:

@@ -34,6 +34,7 @@ HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate, below which a refere
 MOST_SCALE = 0.05  # by which gravity or a table's rate may be off: beside a scale factor of -2, 2 would fit
 ON_THE_ARM, IN_TURNS = 0.0, 1.0  # where a unit may be mounted another way
 ONE_WAY = -1.0  # a table may be wrong in one sense of turning instead of above a rate
+GROWING, STEADY = -2.0, -3.0  # or by a share that grows with the rate, or by as much at every rate
 UNLOADED = 0.2  # of g, by which the force may differ from it at rest
 
 Columns = Callable[[Channel, DwellTable, float], Array]
@@ -135,12 +136,23 @@ def _local_gravity(c: Channel, table: DwellTable, place: float) -> Array:
 
 
 def _table_rate(c: Channel, table: DwellTable, place: float) -> Array:
+    """A share of the rate: of every one or above one, one way, or growing to that share at the fastest.
+
+    A servo that is off by as much at every rate is so by that share of the slowest.
+    """
     conditions = c.model.conditions
     size = np.linalg.norm(conditions.rate, axis=1)
     wrong = (size > max(place, REST_RATE)) & ~loaded(conditions)
+    if not wrong.any():
+        return np.zeros((len(size), 1))
+    share = np.where(wrong, 1.0, 0.0)
     if place == ONE_WAY:
-        wrong &= sense(conditions) > 0.0
-    return _felt(c, [conditions.rate * wrong[:, None]])
+        share *= sense(conditions) > 0.0
+    elif place == GROWING:
+        share *= size / size[wrong].max()
+    elif place == STEADY:
+        share *= size[wrong].min() / np.maximum(size, REST_RATE)
+    return _felt(c, [conditions.rate * share[:, None]])
 
 
 def sense(conditions: Conditions) -> Array:
@@ -157,7 +169,9 @@ def _table_places(table: DwellTable) -> Sequence[float]:
         return ()
     conditions = table.conditions()
     turned = set(sense(conditions)[~loaded(conditions)].tolist())
-    return (*thresholds(table), *((ONE_WAY,) if {-1.0, 1.0} <= turned else ()))
+    above = thresholds(table)
+    curved = (GROWING, STEADY) if len(above) > 1 else ()  # one rate alone shows neither
+    return (*above, *((ONE_WAY,) if {-1.0, 1.0} <= turned else ()), *curved)
 
 
 def thresholds(table: DwellTable) -> Sequence[float]:

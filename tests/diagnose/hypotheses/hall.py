@@ -141,6 +141,27 @@ def sweeps(seed: int, visits: int = 3) -> Hall:
     return log.hall()
 
 
+def short_ramps(seed: int, ramps: int = 3) -> Hall:
+    """Few power-ons: soaks at four temperatures with turns, and ramps over all of them in twelve records."""
+    rng, log = np.random.default_rng([seed, 4]), _Log()
+    for degc in rng.permutation([-40.0, -8.0, 25.0, 58.0]):
+        log.on(rng.uniform(8.0, 50.0))
+        for i in rng.permutation(6):
+            log.record(*FACES[i], degc)
+        for axis in range(3):
+            for turn in RATES:
+                log.record(axis, 1.0, degc, turn=turn)
+        log.day += 0.3
+    for k in range(ramps):
+        log.on(rng.uniform(8.0, 50.0))
+        way, begins, speed = (1.0, -1.0)[k % 2], log.t, rng.uniform(7.0, 8.0)  # K/min
+        for i in rng.integers(6, size=12):
+            degc = (-42.0, 60.0)[k % 2] + way * speed * (log.t + 30.0 - begins) / 60.0
+            log.record(*FACES[i], degc, way * speed)
+        log.day += 0.4
+    return log.hall()
+
+
 def read(hall: Hall, seed: int, gyro: Noise = GYRO, acc: Noise = ACC, felt: Hall | None = None) -> DwellTable:
     """The table of one unit; felt: what it is exposed to where the references do not say it."""
     readings = []

@@ -50,3 +50,36 @@ def test_the_sense_is_the_table_s() -> None:
     assert np.array_equal(here, np.sign(np.sum(hall.turn, axis=1)))
     assert np.array_equal(sense(upside.conditions()), -here)
     assert ONE_WAY < 0.0  # no threshold of a rate
+
+
+@pytest.mark.parametrize(("seed", "off"), [(17, 3e-4), (18, -5e-4), (19, 2e-4)])
+def test_a_table_that_is_off_by_a_share_that_grows_with_the_rate(seed: int, off: float) -> None:
+    """Three gyros that say alike were three nonlinearities of their own."""
+    hall = axes_apart(seed, 3, (-300.0, -150.0, -60.0, 60.0, 150.0, 300.0))
+    share = off * np.linalg.norm(hall.turn, axis=1, keepdims=True) / 300.0
+    found = whole(read(hall, seed, felt=replace(hall, turn=hall.turn * (1.0 + share))))
+    (table,) = found.reference_suspects
+    assert table.hypothesis == "table_rate"
+    assert table.value == pytest.approx(off, rel=0.03)
+    assert not found.effects
+    assert not found.unknown
+
+
+@pytest.mark.parametrize(("seed", "dps"), [(20, 0.02), (21, -0.03), (22, 0.01)])
+def test_a_servo_that_is_off_by_as_much_at_every_rate(seed: int, dps: float) -> None:
+    """What varies with the rate on three channels alike had no name; its size is the share of the slowest."""
+    hall = axes_apart(seed, 3, (-300.0, -150.0, -60.0, 60.0, 150.0, 300.0))
+    found = whole(read(hall, seed, felt=replace(hall, turn=hall.turn + dps * np.sign(hall.turn))))
+    (table,) = found.reference_suspects
+    assert table.hypothesis == "table_rate"
+    assert table.value == pytest.approx(dps / 60.0, rel=0.1)
+    assert not found.effects
+    assert not found.unknown
+
+
+@pytest.mark.parametrize("seed", [23, 24])
+def test_the_cubic_of_one_gyro_stays_its_own(seed: int) -> None:
+    hall = axes_apart(seed, 4, (-300.0, -150.0, -60.0, 60.0, 150.0, 300.0))
+    found = whole(hidden(read(hall, seed), "gyro", 0, 0.03 * (hall.rate[:, 0] / 300.0) ** 3))
+    assert [(e.effect, e.channels) for e in found.effects] == [("scale_factor_nonlinearity", ("gyro_x",))]
+    assert not found.reference_suspects

@@ -1,0 +1,57 @@
+"""A thermometer that lags by minutes on a few ramps: one lag of several channels, not an effect of each."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.nouns.diagnosis import UnitDiagnosis
+from tests.diagnose.hypotheses.hall import Noise, hidden, read, short_ramps
+from tests.diagnose.hypotheses.worlds import whole
+
+QUIET = Noise(2e-4, 6e-4)
+
+
+def _lagging(seed: int, minutes: float) -> UnitDiagnosis:
+    hall = short_ramps(seed)
+    return whole(
+        read(hall, seed, gyro=QUIET, felt=replace(hall, temperature=hall.temperature + minutes * hall.ramp))
+    )
+
+
+@pytest.mark.parametrize(("seed", "minutes"), [(1, 4.0), (2, 6.0), (3, 5.0), (4, 2.5), (5, 3.5)])
+def test_the_thermometer_is_named_and_no_channel(seed: int, minutes: float) -> None:
+    """Effects of the rate of temperature on up to five channels before; a lag 20 % short of the true one."""
+    found = _lagging(seed, minutes)
+    (lag,) = found.reference_suspects
+    assert lag.hypothesis == "thermometer_lag"
+    assert lag.value == pytest.approx(60.0 * minutes, rel=0.06)
+    assert not found.effects
+    assert not found.unknown
+
+
+@pytest.mark.parametrize("seed", [6, 7, 8, 9])
+def test_what_one_channel_lags_by_stays_its_own(seed: int) -> None:
+    hall = short_ramps(seed, 6)
+    behind = hall.ramp * (1.0 - np.exp(-hall.time_on / 150.0))
+    found = whole(hidden(read(hall, seed, gyro=QUIET), "gyro", 2, 5e-3 * behind))
+    assert not found.reference_suspects
+    assert {c for e in found.effects for c in e.channels} | {
+        c for u in found.unknown for c in u.channels
+    } == {"gyro_z"}
+
+
+@pytest.mark.parametrize("seed", [10, 11, 12])
+def test_ramps_with_a_prompt_thermometer_are_clean(seed: int) -> None:
+    assert whole(read(short_ramps(seed, 6), seed, gyro=QUIET)).verdict == "clean"
+
+
+def test_the_interval_of_a_lag_has_the_truth() -> None:
+    """A parabola over two hundred seconds put it up to nine half widths off."""
+    off = []
+    for seed in range(20, 26):
+        (lag,) = _lagging(seed, 4.0).reference_suspects
+        off.append(abs(lag.value - 240.0) / ((lag.high - lag.low) / 2.0))
+    assert np.count_nonzero(np.array(off) > 1.0) <= 1
