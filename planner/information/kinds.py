@@ -146,6 +146,8 @@ def kinds_of(spec: Spec, offered: Sequence[tuple[str, Sequence[float]]], curves:
         if one is not None:
             kinds += [Kind(test, float(t), spec.tests[test].bench) for t in temperatures]
             records += [one] * len(temperatures)
+    if not kinds:
+        return Kinds((), ())
     made = campaign_of(spec, _runs(spec, kinds, records), curves)
     return Kinds(tuple(kinds), tuple(map(channel_kinds, made.channels.values())))
 

@@ -11,6 +11,7 @@ import numpy as np
 from planner import catalog
 from planner.campaign.noise import budget_of
 from planner.campaign.out_of_range import out_of_range
+from planner.errors import InputError
 from planner.information.curves import Curves
 from planner.information.in_flight import SCENARIOS, Asked, asked
 from planner.information.kinds import Kinds, kinds_of
@@ -23,6 +24,7 @@ from planner.nouns.choices import TestVisits
 from planner.nouns.deadline import Deadline
 from planner.nouns.sensor import ErrorName
 from planner.nouns.trajectory import Trajectory
+from planner.plan.campaign_by_total import used_benches
 from planner.plan.flight_response import FlightResponse, flight_response
 from planner.protocols import SENSORS
 from planner.spec.flight_temperature import TemperatureShares
@@ -168,8 +170,17 @@ def _looked_at(flight: Flight, wanted: Requirement) -> int:
 
 
 def on_offer(flight: Flight, also: Sequence[float] = ()) -> tuple[Offers, Promise]:
-    """What a campaign may be made of, and what any of them promises (quickly)."""
+    """What a campaign may be made of, and what any of them promises (quickly).
+
+    Raises InputError where no test has a bench of a kind whose motions are known: its records tell nothing.
+    """
     kinds = kinds_of(flight.spec, offered(flight.spec, also), flight.curves)
+    if not kinds.kinds:
+        benches = " and ".join(f"benches.{name}" for name in used_benches(flight.spec))
+        raise InputError(
+            f"what the records of a test tell is known of the kind of its bench, and {benches} has none; "
+            f"add 'kind:', one of {', '.join(catalog.benches())}"
+        )
     wanted = asked_of(flight, exact=False)
     return offers_of(flight.spec, kinds.kinds), promise_of(flight, kinds, wanted)
 

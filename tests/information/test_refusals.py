@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from planner.errors import PlannerError
+from planner.errors import InputError, PlannerError
 from planner.information.choose import Found, campaign_found
 from planner.information.exact import CLOSE
 from planner.pipelines.planning import plan
@@ -94,6 +94,18 @@ def test_nothing_that_tells_an_error_that_matters() -> None:
     made["tests"]["static"] |= {"motions": 1, "calibrates": ["gyro.bias", "accelerometer.bias"]}
     with pytest.raises(PlannerError, match=r"scale_factor|g_sensitivity"):
         plan(loaded(made), lambda message: None)
+
+
+def test_benches_of_no_kind_are_refused_and_not_an_internal_error() -> None:
+    """Nobody knows what their records tell; of one beside others a test is left out, as `check` warns."""
+    made = small()
+    (name,) = made["benches"]
+    made["benches"] = {"table": made["benches"][name]}
+    made["tests"] = {test: own | {"bench": "table"} for test, own in made["tests"].items()}
+    with pytest.raises(InputError, match=r"benches\.table has none; add 'kind:', one of .*rate_table"):
+        found(made, "brief")
+    made["benches"]["table"] |= {"kind": "rate_table"}
+    kept(found(made, "brief"), bounded=False)
 
 
 def test_several_benches_with_chambers() -> None:
