@@ -82,6 +82,7 @@ def _settings(salt: str) -> Any:
         "axes.facecolor": "none",
         "figure.facecolor": "none",
         "axes.grid": True,
+        "axes.titley": 1.0,  # else every axis is laid out twice, to see whether its numbers stand above
         "axes.axisbelow": True,
         "grid.color": GRID,
         "grid.linewidth": 0.6,
