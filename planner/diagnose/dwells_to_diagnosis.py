@@ -12,7 +12,7 @@ from planner.diagnose.evidence_veto import BEYOND_DOUBT, verdict_of
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.common_scale import common_scale, untold_scale
 from planner.diagnose.hypotheses.curves import with_curve
-from planner.diagnose.hypotheses.evidence import evidence, over
+from planner.diagnose.hypotheses.evidence import among, evidence
 from planner.diagnose.hypotheses.generic import variable_of
 from planner.diagnose.hypotheses.lagging_thermometer import NAME as LAGS
 from planner.diagnose.hypotheses.lagging_thermometer import (
@@ -92,7 +92,7 @@ def diagnose(
         unknown=tuple(unknown),
         not_found=tuple(not_found),
         untestable=tuple(untestable),
-        evidence=tuple(e if every else over(e, kept, len(kept)) for s in found for e in evidence(s, data)),
+        evidence=tuple(e if every else among(e, kept) for s in found for e in evidence(s, data)),
         assumptions=assumed,
         notes=(
             *seen.notes,

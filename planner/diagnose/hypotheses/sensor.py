@@ -217,6 +217,7 @@ def begin(
     blocks = [*library, *generic_blocks(mine, table, sensor)]
     triad, far, sizes = _readings(data, mine, blocks)
     state = _whitened(triad)
+    del triad  # it holds every candidate once more
     cuts = segments(state, data.starts)
     return Begun(mine, len(library), pool_of(state, blocks, cuts), cuts, far, sizes)
 
