@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.found import SINGLE
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
-from planner.diagnose.hypotheses.pool import score
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.read_temperature import STILL_K_S, straying
 from planner.diagnose.hypotheses.references import REFERENCES, hypothesis
+from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.measurement import AXES, evaluate, jacobian

@@ -9,8 +9,9 @@ import numpy as np
 
 from planner.diagnose.hypotheses.estimates import Estimate, estimates
 from planner.diagnose.hypotheses.found import free, on
-from planner.diagnose.hypotheses.pool import given, score
+from planner.diagnose.hypotheses.pool import given
 from planner.diagnose.hypotheses.references import REFERENCES, Reference
+from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.measurement import AXES
 from planner.nouns.array import Array
