@@ -1,4 +1,4 @@
-"""What chance does to the smallest p of a family of tests: by random signs, and by how many tests they are."""
+"""What chance does to the smallest p of a family: by random signs, and by how many tests that amounts to."""
 
 from __future__ import annotations
 
