@@ -29,7 +29,8 @@ def forgotten_rate(c: Channel, table: DwellTable, place: float) -> Array:
     """(n, 7) up; in tumbles across the axis and along it; elsewhere north and east as in `earth_rate`."""
     conditions = c.model.conditions
     up, axis = upwards(conditions), tumbling_axis(conditions, table.run)
-    level = (np.abs(up) > BETWEEN_FACES) & ~turning(conditions)[:, None] & ~axis.any(axis=1)[:, None]
+    apart = ~turning(conditions) & ~np.any(axis, axis=1)
+    level = (np.abs(up) > BETWEEN_FACES) & apart[:, np.newaxis]
     north = np.roll(level.astype(float), 1, axis=1)
     over = np.sign(np.sum(up * level, axis=1, keepdims=True))
     east = np.cross(north, up)

@@ -162,6 +162,23 @@ def short_ramps(seed: int, ramps: int = 3) -> Hall:
     return log.hall()
 
 
+def chamber(seed: int, power_ons: int = 7) -> Hall:
+    """Every power-on goes up or down through four temperatures, with faces and turns at each."""
+    rng, log = np.random.default_rng([seed, 7]), _Log()
+    for k in range(power_ons):
+        log.on(rng.uniform(8.0, 50.0))
+        for degc in [-42.0, -8.0, 25.0, 58.0][:: 1 if k % 2 == 0 else -1]:
+            log.t += 1500.0
+            at = degc + 0.3 * rng.normal()
+            for i in rng.permutation(6):
+                log.record(*FACES[i], at)
+            for axis in range(3):
+                for turn in RATES:
+                    log.record(axis, 1.0, at, turn=turn)
+        log.day += 0.7
+    return log.hall()
+
+
 def tumbles(seed: int, visits: int = 3, azimuth: float = 0.4) -> Hall:
     """Three temperatures; a dividing head goes around each axis in eight to twelve steps; turns apart.
 
