@@ -30,7 +30,7 @@ from planner.nouns.diagnosis import ReferenceSuspect, RowLeftOut
 from planner.nouns.dwell_table import DwellTable
 from planner.solvers.distributions import chi_square_tail
 from planner.solvers.random_effects import covariance
-from planner.temperature_table import GAP_K
+from planner.temperature_table import GAP_K, temperature_nodes
 
 LEAST_RUNS = 4  # power-ons: three of which say what the fourth reads
 TRIED = 3  # power-ons that are furthest off
@@ -93,7 +93,7 @@ def of_another_temperature(found: Sequence[SensorFound], data: Prepared) -> Anot
     moves = np.logical_or.reduceat(np.abs(table.temperature_rate) > STILL_K_S, data.starts)
     seen = [seen_of(w) for s in found for w in s.found.pool.state.values()]
     names = [c.name for s in found for c in s.channels]
-    degrees = np.array([_degree_without(table, data.starts, q) for q in range(len(sizes))])
+    degrees = _degrees(table, data.starts)
     fitted = {d: [_fitted(one, table, data.starts, d) for one in seen] for d in np.unique(degrees).tolist()}
     off = np.zeros((len(seen), len(sizes)))
     for d, channels in fitted.items():
@@ -139,10 +139,18 @@ def _tried(
     )  # fmt: skip
 
 
-def _degree_without(table: DwellTable, starts: NDArray[np.int64], q: int) -> int:
-    """Of the curves that the other power-ons tell."""
-    rows = np.arange(len(table))
-    return degree_of(rows_of(table, rows[np.searchsorted(starts, rows, side="right") - 1 != q]))
+def _degrees(table: DwellTable, starts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(g,) of the curves that the others tell of each power-on: fewer where a temperature is its alone."""
+    t, run = table.temperature_degc, np.repeat(np.arange(len(starts)), np.diff(np.append(starts, len(table))))
+    nodes = temperature_nodes(t)
+    nearest = np.argmin(np.abs(t[:, None] - nodes), axis=1)
+    first, last = np.full(len(nodes), len(starts)), np.full(len(nodes), -1)
+    np.minimum.at(first, nearest, run)
+    np.maximum.at(last, nearest, run)
+    degrees = np.full(len(starts), degree_of(table))
+    for q in np.unique(first[first == last]).tolist():
+        degrees[q] = degree_of(rows_of(table, run != q))
+    return degrees
 
 
 @dataclass(frozen=True)
@@ -164,10 +172,13 @@ class _Fitted:
     s: Array
 
     def squares(self) -> Array:
-        """(g,) χ² of every power-on at the temperature that was read: s + hᵀ (Σ G − G)⁺ h."""
-        others = self.gram.sum(axis=0) - self.gram
-        way = np.linalg.pinv(others, rcond=RANK, hermitian=True)
-        return np.asarray(self.s + np.einsum("gi,gij,gj->g", self.h, way, self.h))
+        """(g,) χ² of every power-on at the temperature that was read: s + hᵀ (Σ G − G)⁺ h.
+
+        Directions of its own have nothing of h; columns are of length one, and RANK keeps those from 0 / 0.
+        """
+        others = self.gram.sum(axis=0) - self.gram + RANK * np.eye(len(self.size))
+        told = np.linalg.solve(others, self.h[:, :, None])[:, :, 0]
+        return np.asarray(self.s + np.sum(self.h * told, axis=1))
 
     def at(self, q: int, shifts: Array) -> Array:
         """(d,) χ² of a power-on at other temperatures, its rows whitened by themselves."""
