@@ -35,6 +35,7 @@ from planner.diagnose.hypotheses.thermometer_offset import untold_offset
 from planner.diagnose.left_out import copies, left_out, off_as_a_whole
 from planner.diagnose.off_power_on import off_power_on
 from planner.diagnose.records import screened
+from planner.diagnose.remounting import remounted
 from planner.diagnose.run_of_another_temperature import of_another_temperature
 from planner.diagnose.stepped_run import stepped_run
 from planner.dwells.table_rows import rows_of
@@ -74,6 +75,7 @@ def diagnose(
     kept, off, runs, data, found = _without_off(table, seen.kept, spec, seed, progress)
     table = rows_of(table, kept)
     every = bool(kept.all())
+    anew, table, data, found = _with_mounting_put_right(found, data, table, spec, seed, progress)
     late, data, found = _with_temperatures_put_right(found, data, table, spec, seed, progress)
     found, effects, said, spans, rest = _fitted(found, data, table, spec, seed, progress)
     names = list(dict.fromkeys(e.effect for e in effects))
@@ -82,7 +84,12 @@ def diagnose(
     not_found, untestable = _limits(found, data, spec)
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
     left = [*off, *copies(data), *left_out(found, data)]
-    wrong = (*seen.suspects, *late, *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)))
+    wrong = (
+        *seen.suspects,
+        *anew,
+        *late,
+        *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)),
+    )
     common = [one for s in found if (one := common_scale(s, spec)) is not None]
     wrong = (*wrong, *runs, *off_as_a_whole(left), *common)
     untestable += _of_references(found, spec, {one.hypothesis for one in common})
@@ -108,6 +115,23 @@ def diagnose(
         refused=(*(r for s in found for r in _refused(s)), *spans),
         kept=None if every else kept,
     )
+
+
+def _with_mounting_put_right(
+    found: list[SensorFound],
+    data: Prepared,
+    table: DwellTable,
+    spec: Spec,
+    seed: int,
+    progress: Callable[[str], None],
+) -> tuple[list[ReferenceSuspect], DwellTable, Prepared, list[SensorFound]]:
+    """A mounting that became another one; the table with the references of it, and what is found of that."""
+    anew = remounted(found, data, [b.accuracy for b in spec.benches.values()])
+    if anew is None:
+        return [], table, data, found
+    right = anew.right(table)
+    data = prepared(right, spec.unit)
+    return [anew.suspect], right, data, _searched(data, spec, seed, progress)
 
 
 def _with_temperatures_put_right(
