@@ -75,8 +75,10 @@ def diagnose(
     kept, off, runs, data, found = _without_off(table, seen.kept, spec, seed, progress)
     table = rows_of(table, kept)
     every = bool(kept.all())
-    anew, table, data, found = _with_mounting_put_right(found, data, table, spec, seed, progress)
     late, data, found = _with_temperatures_put_right(found, data, table, spec, seed, progress)
+    anew = list[ReferenceSuspect]()
+    if not late:  # what a lag leaves of its ramps goes with their power-ons
+        anew, table, data, found = _with_mounting_put_right(found, data, table, spec, seed, progress)
     found, effects, said, spans, rest = _fitted(found, data, table, spec, seed, progress)
     names = list(dict.fromkeys(e.effect for e in effects))
     unnamed = [with_curve(u, s, data, table, spec, names) for s in found for u in _unknown(s)]

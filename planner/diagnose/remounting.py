@@ -21,7 +21,7 @@ import numpy as np
 from planner.diagnose.hypotheses.lack_of_fit import SHARED_MISFIT
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.prepared import Prepared
-from planner.diagnose.hypotheses.references import REFERENCES, at_rest, hypothesis
+from planner.diagnose.hypotheses.references import REFERENCES, at_rest, hypothesis, loaded
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.suspects import DEGREES, TWO_SIDED
 from planner.measurement import sensed
@@ -62,8 +62,7 @@ class Remounted:
     def right(self, table: DwellTable) -> DwellTable:
         """The table with the references that the unit had."""
         mine = table.run >= self.run
-        if self.rests:
-            mine &= at_rest(table.conditions())
+        mine &= at_rest(table.conditions()) if self.rests else ~loaded(table.conditions())
         turned = {}
         for name in ("ref_rate", "ref_acc"):
             u = getattr(table, name)
@@ -145,9 +144,8 @@ def _steps(s: SensorFound, axis: int, data: Prepared, rests: bool) -> _Steps:
     """Sums over the power-ons from each one on."""
     w, pool = s.found.pool.state[axis], s.found.pool
     conditions = w.channel.model.conditions
-    u = sensed(s.sensor, conditions)
-    if rests:
-        u = u * at_rest(conditions)[:, None]
+    here = at_rest(conditions) if rests else ~loaded(conditions)  # a centrifuge has a mounting of its own
+    u = sensed(s.sensor, conditions) * here[:, None]
     across = np.column_stack([np.cross(e, u)[:, axis] * w.channel.lean for e in np.eye(3)])
     W = w.noise.whiten(across)
     mine = [pool.blocks[b].columns[axis] for b in _of_other_kinds(s, axis)]
@@ -162,11 +160,9 @@ def _steps(s: SensorFound, axis: int, data: Prepared, rests: bool) -> _Steps:
 
 
 def _misfit(found: Sequence[SensorFound]) -> float:
-    """Δ that a strong effect of the bench may leave: its geometry is known roughly, and its columns linear."""
-    strong = [
-        s.found.share(b).delta for s in found for b in s.found.library if hypothesis(_name(s, b)).bench_only
-    ]
-    return SHARED_MISFIT * max(strong, default=0.0)
+    """Δ that a strong effect of the bench may leave: its geometry is known roughly, its columns linear."""
+    known = [(hypothesis(_name(s, b)), s.found.share(b).delta) for s in found for b in s.found.library]
+    return max((max(h.misfit, SHARED_MISFIT) * delta for h, delta in known if h.bench_only), default=0.0)
 
 
 def _name(s: SensorFound, b: int) -> str:
@@ -187,7 +183,7 @@ def _from_on(each: Array) -> Array:
 
 
 def _agree(each: Sequence[tuple[Array, Array]], common: float, s2: float) -> bool:
-    """Whether the channels' own leans explain no more than the angles that they share, and not one sees it."""
+    """Whether the channels' own leans explain no more than the angles that they share, and not one alone."""
     own = np.array([float(_explained(g[None], h[None])[0]) for g, h in each]) / s2
     freedom = sum(_rank(g) for g, _ in each) - _rank(np.sum([g for g, _ in each], axis=0))
     between = float(own.sum()) - common
