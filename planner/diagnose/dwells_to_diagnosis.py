@@ -12,7 +12,7 @@ from planner.diagnose.evidence_veto import BEYOND_DOUBT, verdict_of
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.common_scale import common_scale, untold_scale
 from planner.diagnose.hypotheses.curves import with_curve
-from planner.diagnose.hypotheses.evidence import evidence, over
+from planner.diagnose.hypotheses.evidence import among, evidence
 from planner.diagnose.hypotheses.generic import variable_of
 from planner.diagnose.hypotheses.lagging_thermometer import NAME as LAGS
 from planner.diagnose.hypotheses.lagging_thermometer import (
@@ -35,6 +35,8 @@ from planner.diagnose.hypotheses.thermometer_offset import untold_offset
 from planner.diagnose.left_out import copies, left_out, off_as_a_whole
 from planner.diagnose.off_power_on import off_power_on
 from planner.diagnose.records import screened
+from planner.diagnose.remounting import remounted
+from planner.diagnose.run_of_another_temperature import of_another_temperature
 from planner.diagnose.stepped_run import stepped_run
 from planner.dwells.table_rows import rows_of
 from planner.effects._shaped import plain_names
@@ -70,10 +72,13 @@ def diagnose(
     _check(table)
     seen = screened(table)
     _check(rows_of(table, seen.kept))
-    kept, off, data, found = _without_off(table, seen.kept, spec, seed, progress)
+    kept, off, runs, data, found = _without_off(table, seen.kept, spec, seed, progress)
     table = rows_of(table, kept)
     every = bool(kept.all())
     late, data, found = _with_temperatures_put_right(found, data, table, spec, seed, progress)
+    anew = list[ReferenceSuspect]()
+    if not late:  # what a lag leaves of its ramps goes with their power-ons
+        anew, table, data, found = _with_mounting_put_right(found, data, table, spec, seed, progress)
     found, effects, said, spans, rest = _fitted(found, data, table, spec, seed, progress)
     names = list(dict.fromkeys(e.effect for e in effects))
     unnamed = [with_curve(u, s, data, table, spec, names) for s in found for u in _unknown(s)]
@@ -81,9 +86,14 @@ def diagnose(
     not_found, untestable = _limits(found, data, spec)
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
     left = [*off, *copies(data), *left_out(found, data)]
-    wrong = (*seen.suspects, *late, *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)))
+    wrong = (
+        *seen.suspects,
+        *anew,
+        *late,
+        *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)),
+    )
     common = [one for s in found if (one := common_scale(s, spec)) is not None]
-    wrong = (*wrong, *off_as_a_whole(left), *common)
+    wrong = (*wrong, *runs, *off_as_a_whole(left), *common)
     untestable += _of_references(found, spec, {one.hypothesis for one in common})
     return UnitDiagnosis(
         unit=str(table.unit[0]),
@@ -92,7 +102,7 @@ def diagnose(
         unknown=tuple(unknown),
         not_found=tuple(not_found),
         untestable=tuple(untestable),
-        evidence=tuple(e if every else over(e, kept, len(kept)) for s in found for e in evidence(s, data)),
+        evidence=tuple(e if every else among(e, kept) for s in found for e in evidence(s, data)),
         assumptions=assumed,
         notes=(
             *seen.notes,
@@ -107,6 +117,23 @@ def diagnose(
         refused=(*(r for s in found for r in _refused(s)), *spans),
         kept=None if every else kept,
     )
+
+
+def _with_mounting_put_right(
+    found: list[SensorFound],
+    data: Prepared,
+    table: DwellTable,
+    spec: Spec,
+    seed: int,
+    progress: Callable[[str], None],
+) -> tuple[list[ReferenceSuspect], DwellTable, Prepared, list[SensorFound]]:
+    """A mounting that became another one; the table with the references of it, and what is found of that."""
+    anew = remounted(found, data, [b.accuracy for b in spec.benches.values()])
+    if anew is None:
+        return [], table, data, found
+    right = anew.right(table)
+    data = prepared(right, spec.unit)
+    return [anew.suspect], right, data, _searched(data, spec, seed, progress)
 
 
 def _with_temperatures_put_right(
@@ -162,23 +189,30 @@ def _fitted(
 
 def _without_off(
     table: DwellTable, kept: NDArray[np.bool_], spec: Spec, seed: int, progress: Callable[[str], None]
-) -> tuple[NDArray[np.bool_], list[RowLeftOut], Prepared, list[SensorFound]]:
-    """Rows that are judged, those of a power-on that is off or stepped, and what is found without them."""
+) -> tuple[NDArray[np.bool_], list[RowLeftOut], list[ReferenceSuspect], Prepared, list[SensorFound]]:
+    """Rows that are judged, those of a power-on that is off or stepped, and what is found without them.
+
+    A power-on that was at another temperature is a suspect too.
+    """
     data = prepared(rows_of(table, kept), spec.unit)
     found = _searched(data, spec, seed, progress)
-    one = off_power_on(found, data)
-    step = stepped_run(found, data) if one is None else None
-    if one is not None:
+    other = of_another_temperature(found, data)
+    one = off_power_on(found, data) if other is None else None
+    step = stepped_run(found, data) if one is None and other is None else None
+    if other is not None:
+        off = list(other.rows(data.full))
+        kept = kept & (table.run != other.run)
+    elif one is not None:
         off = list(one.rows(data.full))
         kept = kept & ~np.isin(table.run, one.runs)
     elif step is not None:
         off = list(step.left_out(data.table))
         kept = kept & ~step.of(table, data.table)
     else:
-        return kept, [], data, found
+        return kept, [], [], data, found
     data = prepared(rows_of(table, kept), spec.unit)
     found = _searched(data, spec, seed, progress)
-    return kept, off, data, found
+    return kept, off, [] if other is None else [other.suspect], data, found
 
 
 def _searched(

@@ -164,9 +164,10 @@ def _channel(s: SensorFound, axis: int, data: Prepared, spread: Array) -> _Chann
     believed = [pool.blocks[b].columns[axis] for b in s.found.all if axis in pool.blocks[b].columns]
     A = np.column_stack([w.channel.J, *believed, w.channel.r]) / spread[:, None]
     seen, sizes = ~s.far[axis], np.diff(np.append(data.starts, len(A)))
-    count = np.maximum(np.add.reduceat(seen.astype(float), data.starts), 1.0)
-    means = np.add.reduceat(A * seen[:, None], data.starts) / count[:, None]
-    about = (A - np.repeat(means, sizes, axis=0)) * seen[:, None]
+    level = (seen / spread)[:, None]  # of a power-on, in each row's sigma: records last unequally long
+    weight = np.maximum(np.add.reduceat(level**2, data.starts), 1e-300)
+    means = np.add.reduceat(A * level, data.starts) / weight
+    about = A * seen[:, None] - np.repeat(means, sizes, axis=0) * level
     length = np.linalg.norm(about, axis=0)
     kept = length[:-1] > SEEN * np.linalg.norm(A[:, :-1], axis=0)
     scatter = _scatter(data.unit, w.channel) / spread

@@ -243,8 +243,9 @@ class ResidualChange:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What the report draws, for one channel of one unit; rows in the table's order, SI.
+    """What the report draws, for one channel of one unit, SI.
 
+    rows: (n,) rows of the table that these are, in its order; None: every one of them
     before, after: (n,) residual under the declared model and with what was found added
     added: effect -> (n, 2) added-variable plot: what the effect adds and the reading, both cleared of the
         declared model (n rows, whitened scale removed)
@@ -256,6 +257,7 @@ class Evidence:
     after: Array
     expected: Array
     added: Mapping[str, Array]
+    rows: NDArray[np.int64] | None = None
 
 
 @dataclass(frozen=True)

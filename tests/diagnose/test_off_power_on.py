@@ -13,6 +13,7 @@ from planner.dwells.table_rows import rows_of
 from planner.nouns.dwell_table import DwellTable
 from planner.spec.load import load_spec
 from planner.spec.model import Spec
+from tests.diagnose.hypotheses.hall import Noise, days, read
 from tests.diagnose.labs.unit import campaign
 from tests.specs import SHIPPED
 
@@ -54,3 +55,25 @@ def test_no_power_on_of_a_plain_campaign_is_off(seed: int, tails: float) -> None
     found = diagnose(rests(seed, tails), spec())
     assert not found.reference_suspects
     assert found.kept is None
+
+
+def unequal(seed: int) -> DwellTable:
+    """Eight power-ons, two at each of four temperatures; turns last sixteen times as long as rests."""
+    hall, rng = days(seed, 8), np.random.default_rng([seed, 11])
+    degc = np.array([-30.0, 54.0, 28.0, -4.0, 54.0, 28.0, -4.0, -30.0])[hall.run - 1]
+    hall = replace(hall, temperature=degc + 0.03 * rng.normal(size=len(degc)))
+    duration = np.where(hall.turns, 240.0, 15.0)
+    table = read(hall, seed, Noise(0.0, 1e-3, 0.0), Noise(0.0, 6e-4, 0.0))
+    assert table.gyro is not None
+    assert table.acc is not None
+    white = np.sqrt(30.0 / duration)[:, None] * rng.normal(size=(2, len(degc), 3))
+    gyro, acc = table.gyro + np.radians(3e-4) * white[0], table.acc + 2e-4 * white[1]
+    return replace(table, duration=duration, gyro=gyro, acc=acc)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_levels_of_records_that_last_unequally_long_put_no_power_on_off(seed: int) -> None:
+    """In each row's sigma a level is not one number: what was left of it said that a channel was off."""
+    found = diagnose(unequal(seed), spec())
+    assert not found.rows_left_out
+    assert not found.reference_suspects

@@ -10,8 +10,9 @@ import pytest
 
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.hypotheses.candidates import Block
-from planner.diagnose.hypotheses.pool import pool_of, score
+from planner.diagnose.hypotheses.pool import pool_of
 from planner.diagnose.hypotheses.prepared import prepared
+from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.sensor import begin
 from planner.export.diagnosis_findings import findings_document, findings_from
 from planner.nouns.diagnosis import UnitDiagnosis

@@ -18,8 +18,8 @@ from math import comb, factorial
 import numpy as np
 
 from planner.diagnose.hypotheses.found import ALPHA_REFERENCE
-from planner.diagnose.hypotheses.pool import score
 from planner.diagnose.hypotheses.references import REFERENCES
+from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.measurement import AXES
 from planner.nouns.array import Array

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,26 +28,20 @@ MOST_ROWS = 40_000  # that a chart can show
 
 
 def evidence(s: SensorFound, data: Prepared) -> list[Evidence]:
-    """What the report draws, for the three channels of a sensor; NaN in rows that are too many to draw."""
+    """What the report draws, for the three channels of a sensor; of a large table as many rows as it can."""
     n = len(data.full)
     if n <= MOST_ROWS or data.attitude is not None:
         return [_of(s, data, c) for c in s.channels]
     judged = np.flatnonzero(data.where >= 0)
     rows = judged[:: -(-len(judged) // MOST_ROWS)]
     part = replace(data, full=rows_of(data.full, rows), where=data.where[rows])
-    return [over(_of(s, part, c), rows, n) for c in s.channels]
+    return [replace(_of(s, part, c), rows=rows) for c in s.channels]
 
 
-def over(e: Evidence, rows: NDArray[Any], n: int) -> Evidence:
-    """Evidence of some rows, flags or indices, as evidence of all n, NaN where a row was not judged."""
-
-    def spread(x: Array) -> Array:
-        out = np.full((n, *x.shape[1:]), np.nan)
-        out[rows] = x
-        return out
-
-    added = {name: spread(x) for name, x in e.added.items()}
-    return Evidence(e.channel, spread(e.before), spread(e.after), spread(e.expected), added)
+def among(e: Evidence, kept: NDArray[np.bool_]) -> Evidence:
+    """Evidence of a table's rows that were kept (n,), as evidence of some rows of the whole table."""
+    rows = np.flatnonzero(kept)
+    return replace(e, rows=rows if e.rows is None else rows[e.rows])
 
 
 def _of(s: SensorFound, data: Prepared, c: Channel) -> Evidence:

@@ -15,7 +15,8 @@ import numpy as np
 
 from planner.diagnose.hypotheses.found import Found
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
-from planner.diagnose.hypotheses.pool import Pool, mean_square, score
+from planner.diagnose.hypotheses.pool import Pool
+from planner.diagnose.hypotheses.scores import mean_square, score
 from planner.nouns.array import Array
 
 MOST = 6  # records: more of them are a structure

@@ -24,8 +24,9 @@ from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.found import Found, Question, best_of, free, on
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, LEAST, along
-from planner.diagnose.hypotheses.pool import Pool, given, inverse, pool_of, score
+from planner.diagnose.hypotheses.pool import Pool, given, inverse, pool_of
 from planner.diagnose.hypotheses.references import hypothesis
+from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.unnamed import MISFIT_OF_A_NAME, choice, told_apart
 from planner.nouns.array import Array
 from planner.protocols import Condition

@@ -9,18 +9,10 @@ import numpy as np
 
 from planner.diagnose.hypotheses.agreement import channels_disagree, of_one_channel
 from planner.diagnose.hypotheses.candidates import Block
-from planner.diagnose.hypotheses.pool import (
-    Flips,
-    Null,
-    Pool,
-    Score,
-    delta,
-    family_wise,
-    given,
-    null_of,
-    score,
-)
+from planner.diagnose.hypotheses.chance import Flips, Null, family_wise
+from planner.diagnose.hypotheses.pool import Pool, given
 from planner.diagnose.hypotheses.references import hypothesis
+from planner.diagnose.hypotheses.scores import Score, delta, null_of, score
 
 ALPHA = 0.01  # false claims per sensor, of three channels, where nothing else is believed
 ALPHA_FURTHER = 0.002  # beside what is believed, whose misfit looks like more

@@ -12,6 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
+from planner.diagnose.hypotheses.chance import family_wise
 from planner.diagnose.hypotheses.found import (
     ALPHA_UNKNOWN,
     SINGLE,
@@ -24,8 +25,9 @@ from planner.diagnose.hypotheses.found import (
     significant,
 )
 from planner.diagnose.hypotheses.generic import VARIES_WITH, of_the_sensor
-from planner.diagnose.hypotheses.pool import Pool, Score, delta, family_wise, null_of, score
+from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.hypotheses.references import hypothesis
+from planner.diagnose.hypotheses.scores import Score, delta, null_of, score
 
 STAYS = 0.5  # share of its Δ that a library effect must keep beside an unknown
 # share of the unknown's Δ that it must have: bins follow no curve exactly, and their rest fits anything

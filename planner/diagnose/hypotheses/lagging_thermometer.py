@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.found import SINGLE
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
-from planner.diagnose.hypotheses.pool import score
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.read_temperature import STILL_K_S, straying
 from planner.diagnose.hypotheses.references import REFERENCES, hypothesis
+from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.measurement import AXES, evaluate, jacobian
@@ -75,7 +75,7 @@ class Lag:
 
 
 @dataclass(frozen=True)
-class _Seen:
+class Seen:
     """One channel. y, v: (n,) reading and misaligned input; others: (n, k) columns without a temperature."""
 
     w: Whitened
@@ -105,7 +105,7 @@ def lag_of(found: Sequence[SensorFound], data: Prepared) -> Lag | None:
         if not apart or not (len(following(found)) >= SEVERAL or _glimpsed(found)):
             return None
     table = _calmed(data)
-    seen = [_seen(w) for s in found for w in s.found.pool.state.values()]
+    seen = [seen_of(w) for s in found for w in s.found.pool.state.values()]
     coarse = np.array([*(-lag for lag in reversed(LAGS_S)), 0.0, *LAGS_S])
     left = np.array([_left(seen, table, float(lag)).sum() for lag in coarse])
     k = int(np.clip(np.argmin(left), 1, len(coarse) - 2))
@@ -172,7 +172,8 @@ def _calmed(data: Prepared) -> DwellTable:
     return replace(t, temperature_degc=t.temperature_degc - stray)
 
 
-def _seen(w: Whitened) -> _Seen:
+def seen_of(w: Whitened) -> Seen:
+    """What curves over any temperature are fitted to."""
     c = w.channel
     parts = evaluate(c.model, c.theta)
     plain = [
@@ -180,20 +181,20 @@ def _seen(w: Whitened) -> _Seen:
         for i, x in enumerate(c.model.columns())  # of the whole model: c.J has what was found taken out
         if not np.isfinite(x.node_degc) and not x.parameter and x.effect not in c.found
     ]
-    return _Seen(w, c.y, parts.v, jacobian(c.model, c.theta, parts)[:, plain])
+    return Seen(w, c.y, parts.v, jacobian(c.model, c.theta, parts)[:, plain])
 
 
-def _name(one: _Seen) -> str:
+def _name(one: Seen) -> str:
     return f"{one.w.channel.sensor}_{AXES[one.w.channel.axis]}"
 
 
-def _left(seen: Sequence[_Seen], table: DwellTable, lag: float) -> Array:
+def _left(seen: Sequence[Seen], table: DwellTable, lag: float) -> Array:
     """(channels,) of S(τ)."""
     basis = _basis(table, lag)
     return np.array([one.left(basis) for one in seen])
 
 
-def _columns(seen: Sequence[_Seen], table: DwellTable) -> int:
+def _columns(seen: Sequence[Seen], table: DwellTable) -> int:
     """How many are fitted to all channels."""
     basis = _basis(table, 0.0)
     return sum(one.columns(basis).shape[1] for one in seen)
@@ -203,10 +204,11 @@ def _basis(table: DwellTable, lag: float) -> Array:
     """(n, d) polynomials over T + τ dT/dt."""
     t = ahead(table, lag).temperature_degc
     middle, half = (t.max() + t.min()) / 2.0, max(float(np.ptp(t)) / 2.0, 1.0)
-    return chebvander((t - middle) / half, _degree(table))
+    return chebvander((t - middle) / half, degree_of(table))
 
 
-def _degree(table: DwellTable) -> int:
+def degree_of(table: DwellTable) -> int:
+    """Of the polynomials that the points at which the chamber soaks tell."""
     still = np.abs(table.temperature_rate) <= STILL_K_S
     points = len(temperature_nodes(table.temperature_degc[still])) if still.any() else MOST_DEGREE + 1
     return int(np.clip(points - 1, 1, MOST_DEGREE))

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from planner.diagnose.hypotheses.candidates import Block, effect_blocks
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.parameters import Range
-from planner.diagnose.hypotheses.pool import Pool, extended, given, pool_of, score
+from planner.diagnose.hypotheses.pool import Pool, extended, given, pool_of
+from planner.diagnose.hypotheses.scores import score
 from planner.solvers.distributions import student_quantile
 
 NEAR_STEPS = 12  # on both sides, so that steps meet halfway between two values of the grid

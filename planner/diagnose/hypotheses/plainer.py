@@ -18,7 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.diagnose.hypotheses.found import SINGLE, Found, free
-from planner.diagnose.hypotheses.pool import RANK, inverse, score
+from planner.diagnose.hypotheses.pool import RANK, inverse
+from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.verdicts import TAIL, is_table, per_power_on
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.nouns.array import Array

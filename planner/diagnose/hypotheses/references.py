@@ -18,12 +18,14 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.generic import REST_RATE
+from planner.diagnose.hypotheses.tumbles import TERMS, forgotten_rate, without_north
 from planner.effects._bench_frame import load, turning, upwards
 from planner.measurement import evaluate, sensed
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.sensor import Sensor
+from planner.physics.earth import EARTH_RATE_RADPS
 from planner.protocols import Condition, Effect, Group, Parameter
 from planner.spec.references import BenchAccuracy
 from planner.units import STANDARD_GRAVITY_MPS2
@@ -48,8 +50,9 @@ class Reference:
     columns: (channel, table, place) -> (n, k)
     places: table -> where it may act, one block each (a threshold, a bench, a lag)
     stated: what a bench's accuracy says of one coefficient, one sigma, SI; 0: nothing
-    check: what to look at; alias: the sensor's error that no data tell it from where it acts on all
-        records; record: the record that would tell
+    said: the name in reports, where it is not `name`; check: what to look at
+    alias: the sensor's error that no data tell it from where it acts on all records; record: the record that
+        would tell
     """
 
     name: str
@@ -62,6 +65,7 @@ class Reference:
     places: Callable[[DwellTable], Sequence[float]] = lambda table: (0.0,)
     alias: str = ""
     record: str = ""
+    said: str = ""
     misfit: float = 0.05
     group: Group = "bias"
     parameters: tuple[Parameter, ...] = ()
@@ -273,6 +277,17 @@ REFERENCES: Mapping[str, Reference] = {
             ("north", "east"),
             _azimuth,
             "determine the fixture's north again, by a theodolite or a north-seeking unit",
+        ),
+        Reference(
+            "earth_rate_of_tumbles",
+            ("gyro",),
+            "deg/h",
+            TERMS,
+            forgotten_rate,
+            "enter the Earth's rate into ref_rate of the records at rest, along up and along north",
+            places=without_north,
+            said="earth_rate",
+            largest={"gyro": 2.0 * EARTH_RATE_RADPS},
         ),
         Reference(
             "mounting",

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from planner.diagnose.hypotheses.agreement import rests_on
+from planner.diagnose.hypotheses.chance import family_wise
 from planner.diagnose.hypotheses.forms import only_forms_that_hold
 from planner.diagnose.hypotheses.found import (
     ALPHA_UNKNOWN,
@@ -33,7 +34,8 @@ from planner.diagnose.hypotheses.lack_of_fit import (
     stands_beside,
 )
 from planner.diagnose.hypotheses.plainer import plainer
-from planner.diagnose.hypotheses.pool import Pool, family_wise, given, score
+from planner.diagnose.hypotheses.pool import Pool, given
+from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 
 MOST = 8  # effects a sensor; a unit that lacks more has another problem

@@ -16,6 +16,7 @@ from planner.diagnose.hypotheses.candidates import (
     library_blocks,
     reference_blocks,
 )
+from planner.diagnose.hypotheses.chance import Flips
 from planner.diagnose.hypotheses.channels import Channel, channel
 from planner.diagnose.hypotheses.estimates import Shape, estimates, shape_of, slopes_of
 from planner.diagnose.hypotheses.far_rows import far_rows, scale_scatter
@@ -27,10 +28,11 @@ from planner.diagnose.hypotheses.noise_columns import coarse, of_the_full_model
 from planner.diagnose.hypotheses.nonlinear import refined
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
 from planner.diagnose.hypotheses.parameters import Range, ranges
-from planner.diagnose.hypotheses.pool import Flips, Pool, pool_of, score
+from planner.diagnose.hypotheses.pool import Pool, pool_of
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.read_temperature import with_read_temperature
 from planner.diagnose.hypotheses.references import hypothesis
+from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.search import search
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, SCATTERS, Veto, per_power_on, predicted, vetoed
@@ -217,6 +219,7 @@ def begin(
     blocks = [*library, *generic_blocks(mine, table, sensor)]
     triad, far, sizes = _readings(data, mine, blocks)
     state = _whitened(triad)
+    del triad  # it holds every candidate once more
     cuts = segments(state, data.starts)
     return Begun(mine, len(library), pool_of(state, blocks, cuts), cuts, far, sizes)
 

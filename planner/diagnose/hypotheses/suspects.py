@@ -9,8 +9,9 @@ import numpy as np
 
 from planner.diagnose.hypotheses.estimates import Estimate, estimates
 from planner.diagnose.hypotheses.found import free, on
-from planner.diagnose.hypotheses.pool import given, score
+from planner.diagnose.hypotheses.pool import given
 from planner.diagnose.hypotheses.references import REFERENCES, Reference
+from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.measurement import AXES
 from planner.nouns.array import Array
@@ -18,6 +19,7 @@ from planner.nouns.diagnosis import ReferenceSuspect
 from planner.solvers.distributions import chi_square_tail
 
 DEGREES = 180.0 / np.pi
+HOUR_S = 3600.0
 TWO_SIDED = 1.96  # standard errors, half of a 95 % interval
 
 
@@ -47,7 +49,7 @@ def _suspect(s: SensorFound, b: int) -> ReferenceSuspect:
     sizes = [e for e in estimates(s.found.pool, s.found.all) if e.block == b]
     value, half = _size(r, sizes, block.place)
     return ReferenceSuspect(
-        hypothesis=r.name,
+        hypothesis=r.said or r.name,
         value=value,
         low=value - half,
         high=value + half,
@@ -75,7 +77,7 @@ def _chance(sizes: Sequence[Estimate], stated: float) -> float:
 
 def _size(r: Reference, sizes: Sequence[Estimate], place: float) -> tuple[float, float]:
     """The length of the coefficients in the hypothesis' unit, with the half-width along them."""
-    scale = {"deg": DEGREES, "s": place}.get(r.unit, 1.0)
+    scale = {"deg": DEGREES, "deg/h": DEGREES * HOUR_S, "s": place}.get(r.unit, 1.0)
     values: Array = np.array([e.value for e in sizes])
     halves: Array = np.array([e.half if np.isfinite(e.half) else 0.0 for e in sizes])
     if len(values) == 1:

@@ -13,8 +13,9 @@ import numpy as np
 from planner.diagnose.hypotheses.candidates import LEAST_OF_A_TABLE, Block
 from planner.diagnose.hypotheses.found import Found, Question, keys, on
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, OWN_MISFIT, along, penalty
-from planner.diagnose.hypotheses.pool import Pool, delta, score
+from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.hypotheses.references import hypothesis
+from planner.diagnose.hypotheses.scores import delta, score
 
 MISFIT_OF_A_NAME = 0.02  # share of Δ that readings with noise leave of an equation that is right
 READ_WITH_NOISE = {"temperature", "temperature_rate"}  # days, times and inputs are what was set

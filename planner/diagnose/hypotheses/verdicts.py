@@ -23,7 +23,8 @@ from planner.diagnose.hypotheses.candidates import follows_any_drift
 from planner.diagnose.hypotheses.few_records import a_few_records_explain
 from planner.diagnose.hypotheses.found import SINGLE, Found
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
-from planner.diagnose.hypotheses.pool import Pool, inverse, score
+from planner.diagnose.hypotheses.pool import Pool, inverse
+from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.whitened import SEEN, log_p
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail, student_tail

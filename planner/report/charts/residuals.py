@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.dwells.table_rows import rows_of
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import Evidence
 from planner.nouns.dwell_table import DwellTable
@@ -55,11 +56,7 @@ def residual_picture(
 
     changed: channels on which something was found
     """
-    rows = [
-        (e, most_telling(e, table)[:_ACROSS])
-        for e in evidence
-        if len(e.before) == len(table) and variables_of(e.channel, table)
-    ]
+    rows = [(e, vs[:_ACROSS]) for e in evidence if _is_of(e, table) and (vs := most_telling(e, table))]
     if not rows:
         return None
     told = "; ".join(f"{short(e.channel)} against {', '.join(v.name for v in vs)}" for e, vs in rows)
@@ -76,10 +73,10 @@ def residual_table(evidence: Sequence[Evidence], table: DwellTable, changed: Seq
     Of some twenty means of noise the largest is about 3; over days more, as the rows of a power-on share its
     level.
     """
-    known = [e for e in evidence if len(e.before) == len(table)]
+    known = [e for e in evidence if _is_of(e, table)]
     told: dict[str, dict[str, str]] = {}
     for e in known:
-        for v in variables_of(e.channel, table):
+        for v in _variables(e, table):
             before, after = (_strays(v, r / np.maximum(e.expected, 1e-300)) for r in (e.before, e.after))
             both = f"{digits(before, 2)} → {digits(after, 2)}"
             said = both if same_channel(e.channel, changed) else digits(before, 2)
@@ -96,7 +93,7 @@ def residual_table(evidence: Sequence[Evidence], table: DwellTable, changed: Seq
 def most_telling(evidence: Evidence, table: DwellTable) -> list[Variable]:
     """The variables of a channel, what its residual follows most first; of two kinds of rate the better."""
     sigma = np.where(evidence.expected > 0, evidence.expected, np.nan)
-    every = variables_of(evidence.channel, table)
+    every = _variables(evidence, table)
     order = sorted(every, key=lambda v: -_strays(v, np.asarray(evidence.before / sigma)))
     return [v for i, v in enumerate(order) if v.key != "rate" or v.key not in {o.key for o in order[:i]}]
 
@@ -114,8 +111,8 @@ def unnamed_picture(
     shown = [
         (e, v)
         for e in evidence
-        if same_channel(e.channel, channels) and len(e.after) == len(table)
-        for v in variables_of(e.channel, table)
+        if same_channel(e.channel, channels) and _is_of(e, table)
+        for v in _variables(e, table)
         if v.key == varies_with
     ]
     if not shown:
@@ -125,6 +122,16 @@ def unnamed_picture(
     caption = f"What is left against {what}, over its expected spread."
     alt = f"Residual of {where} against {what}"
     return Picture(f"unnamed-{varies_with}", alt, caption, lambda: _draw_unnamed(shown))
+
+
+def _is_of(e: Evidence, table: DwellTable) -> bool:
+    """Whether it is evidence of that table: of every row, or of those that it names."""
+    return len(e.before) == len(table) if e.rows is None else bool(e.rows.max(initial=-1) < len(table))
+
+
+def _variables(e: Evidence, table: DwellTable) -> list[Variable]:
+    """The variables of the channel over the rows of its evidence."""
+    return variables_of(e.channel, table if e.rows is None else rows_of(table, e.rows))
 
 
 def variables_of(channel: str, table: DwellTable) -> list[Variable]:

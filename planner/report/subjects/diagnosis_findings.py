@@ -28,6 +28,7 @@ NAMES = {
     "local_gravity": "local gravity wrong",
     "table_rate": "table's rate wrong",
     "azimuth": "azimuth of the fixture wrong",
+    "earth_rate": "the Earth's rate left out",
     "thermometer_lag": "thermometer behind the unit",
     "wrong_label": "labels of faces turned",
     "mixed_units": "rows of another unit",

@@ -162,6 +162,52 @@ def short_ramps(seed: int, ramps: int = 3) -> Hall:
     return log.hall()
 
 
+def chamber(seed: int, power_ons: int = 7) -> Hall:
+    """Every power-on goes up or down through four temperatures, with faces and turns at each."""
+    rng, log = np.random.default_rng([seed, 7]), _Log()
+    for k in range(power_ons):
+        log.on(rng.uniform(8.0, 50.0))
+        for degc in [-42.0, -8.0, 25.0, 58.0][:: 1 if k % 2 == 0 else -1]:
+            log.t += 1500.0
+            at = degc + 0.3 * rng.normal()
+            for i in rng.permutation(6):
+                log.record(*FACES[i], at)
+            for axis in range(3):
+                for turn in RATES:
+                    log.record(axis, 1.0, at, turn=turn)
+        log.day += 0.7
+    return log.hall()
+
+
+def tumbles(seed: int, visits: int = 3, azimuth: float = 0.4) -> Hall:
+    """Three temperatures; a dividing head goes around each axis in eight to twelve steps; turns apart.
+
+    azimuth: of the head's level axis, rad
+    """
+    rng, log = np.random.default_rng([seed, 6]), _Log()
+    steps = int(rng.integers(8, 13))
+    for _ in range(visits):
+        for degc in rng.permutation([-40.0, 20.0, 60.0]):
+            for a in range(3):
+                log.on(rng.uniform(8.0, 50.0))
+                first = rng.integers(steps)
+                for k in range(steps):
+                    log.record(a, 1.0, degc)
+                    angle = 2.0 * np.pi * (k + first) / steps
+                    up = np.cos(angle) * np.eye(3)[(a + 1) % 3] + np.sin(angle) * np.eye(3)[(a + 2) % 3]
+                    across = np.cross(np.eye(3)[a], up)
+                    north = np.cos(azimuth) * np.eye(3)[a] + np.sin(azimuth) * across
+                    log.rows[-1][5:11] = [*up, *north]
+                log.day += 0.05
+            for axis in range(3):
+                log.on(rng.uniform(8.0, 50.0))
+                for turn in RATES:
+                    log.record(axis, 1.0, degc, turn=turn)
+                log.day += 0.04
+        log.day += 1.0
+    return log.hall()
+
+
 def read(hall: Hall, seed: int, gyro: Noise = GYRO, acc: Noise = ACC, felt: Hall | None = None) -> DwellTable:
     """The table of one unit; felt: what it is exposed to where the references do not say it."""
     readings = []

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.diagnose.hypotheses.chance import Flips
 from planner.diagnose.hypotheses.found import Found, Question
-from planner.diagnose.hypotheses.pool import Flips, score
 from planner.diagnose.hypotheses.prepared import prepared
+from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.sensor import _unname_what_is_left, diagnose_sensor
 from planner.nouns.dwell_table import DwellTable
 from tests.diagnose.hypotheses.worlds import DECLARED

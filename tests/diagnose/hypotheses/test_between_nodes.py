@@ -9,8 +9,9 @@ import pytest
 
 from planner.diagnose.hypotheses.agreement import of_one_channel
 from planner.diagnose.hypotheses.between_nodes import between_nodes
-from planner.diagnose.hypotheses.pool import pool_of, score
+from planner.diagnose.hypotheses.pool import pool_of
 from planner.diagnose.hypotheses.prepared import prepared
+from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.sensor import begin
 from planner.temperature_table import hats, temperature_nodes
 from tests.diagnose.hypotheses.hall import Noise, hidden, read, sweeps

@@ -8,9 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.diagnose.hypotheses import evidence
 from planner.diagnose.hypotheses.pool import Pool
 from planner.dwells.table_rows import rows_of
 from planner.errors import InputError
+from planner.report.charts import residuals
 from tests.calibrate.world import Hidden, Layout, Noise, campaign
 from tests.diagnose.hypotheses.worlds import spec, whole
 
@@ -65,6 +67,16 @@ def test_evidence_stands_in_the_order_of_the_table(gyros, found_of_gyros) -> Non
     assert np.std(x.after) < np.std(x.before)
     adds, reading = x.added["warm_up"].T
     assert np.polyfit(adds, reading, 1)[0] == pytest.approx(1.0, abs=0.1)
+
+
+def test_evidence_of_a_large_table_is_of_rows_that_it_names(gyros, found_of_gyros, monkeypatch) -> None:
+    monkeypatch.setattr(evidence, "MOST_ROWS", 100)
+    for some, every in zip(whole(gyros).evidence, found_of_gyros.evidence, strict=True):
+        assert 50 < len(some.rows) <= 100
+        np.testing.assert_allclose(some.before, every.before[some.rows])
+        np.testing.assert_allclose(some.expected, every.expected[some.rows])
+        assert {n: a.shape for n, a in some.added.items()} == {n: (len(some.rows), 2) for n in every.added}
+        assert residuals.most_telling(some, gyros)[0].values.shape == some.before.shape
 
 
 def test_the_same_seed_gives_the_same_answer_and_keeps_nothing_of_the_search(gyros, found_of_gyros) -> None:

@@ -1,0 +1,48 @@
+"""What chance does to the smallest p of a family: by random signs, and by how many tests that amounts to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from planner.nouns.array import Array
+
+
+@dataclass(frozen=True)
+class Flips:
+    """Random signs of segments. signs: (flips, segments) of ±1
+
+    few_runs: the colour of the noise is then not known, and one long record's variables all go together. Its
+    remainder has no slow part left, the candidates took it, and the flips look like fewer tests than there
+    are: blocks count as so many independent ones at least.
+    """
+
+    signs: Array
+    few_runs: bool
+
+
+@dataclass(frozen=True)
+class Null:
+    """What chance does. least: (flips,) smallest log p over the family; tests: how many at least."""
+
+    least: Array
+    tests: float = 1.0
+
+    @cached_property
+    def independent(self) -> float:
+        """How many independent tests the flips amount to."""
+        median = float(np.exp(np.median(self.least)))
+        return float(np.log(0.5) / np.log1p(-min(max(median, 1e-300), 0.999)))
+
+
+def family_wise(found: float, null: Null) -> float:
+    """p over the whole family: by rank among the flips, and by the number of tests that they amount to.
+
+    The larger of both: flips keep the residual's square and so have lighter tails than F with few degrees of
+    freedom, and beyond the flips there is no rank.
+    """
+    by_number = min(1.0, max(null.independent, null.tests) * float(np.exp(max(found, -700.0))))
+    beyond = int(np.sum(null.least <= found))
+    return float(by_number if beyond == 0 else max(by_number, (1.0 + beyond) / (1.0 + len(null.least))))

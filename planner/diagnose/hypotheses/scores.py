@@ -1,0 +1,171 @@
+"""What blocks of a pool explain: Δ, its F test, a criterion by which unlike blocks compare, and its null.
+
+For any set S of columns Δ_S = h_Sᵀ Gram_SS⁺ h_S is the drop of the residual's square (`pool`). The null comes
+from the same columns: the share of every segment in the residual of the full model, with random signs
+(Westfall, Young: Resampling-Based Multiple Testing, 1993).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.diagnose.hypotheses.chance import Flips, Null
+from planner.diagnose.hypotheses.pool import RANK, Contrast, Pool
+from planner.diagnose.hypotheses.whitened import log_p
+from planner.nouns.array import Array
+
+GRID = np.linspace(0.0, 1.0, 60) ** 2
+OUT_OF_ACCURACY = 0.01  # of the references: off by more than is stated of them
+
+
+@dataclass(frozen=True)
+class Score:
+    """What one block explains: Δ, columns m, freedom of its F test, s², log p of one test, and a criterion.
+
+    criterion: Δ/s² − (m + parameters) log(effective number of rows), by which unlike blocks are compared;
+        of a reference that the spec states, what its prior makes of it (`_with_prior`)
+    """
+
+    delta: float
+    m: int
+    freedom: float
+    s2: float
+    log_p: float
+    criterion: float
+
+
+NOTHING = Score(0.0, 0, 1.0, 1.0, 0.0, 0.0)
+
+
+def score(pool: Pool, chosen: Sequence[int]) -> Score:
+    """The score of some blocks together."""
+    c = contrast(pool, chosen)
+    if c.m == 0:
+        return NOTHING
+    found = _square(c.root, pool.h[c.k])
+    rows = max(c.freedom, 3.0)
+    tail = float(log_p(found, c.m, c.freedom, c.s2))
+    chosen_values = sum(len(pool.blocks[b].nonlinear) for b in chosen)
+    criterion = found / c.s2 - (c.m + chosen_values) * np.log(rows)
+    if len(chosen) == 1 and pool.blocks[chosen[0]].stated > 0.0:
+        criterion = _with_prior(pool, c, pool.blocks[chosen[0]].stated, criterion)
+    return Score(found, c.m, c.freedom, c.s2, tail, criterion)
+
+
+def _with_prior(pool: Pool, c: Contrast, stated: float, criterion: float) -> float:
+    """The criterion of a reference error of which one sigma is stated beforehand.
+
+    Within that, twice the log Bayes factor of γ ~ N(0, σ²) against none, with no more of Occam's factor than
+    a coefficient pays of which nothing is stated; or else the bench is out of its accuracy, one in a hundred:
+
+        bᵀ L⁻¹ b − log det L,    b = σ h / s²,  L = I + σ Gram σ / s²
+    """
+    a = stated * pool.size[c.k]
+    b = a * pool.h[c.k] / c.s2
+    L = np.eye(len(a)) + a[:, None] * pool.grams(c.k) * a / c.s2
+    occam = min(np.linalg.slogdet(L)[1], c.m * np.log(max(c.freedom, 3.0)))
+    within = float(b @ np.linalg.solve(L, b) - occam)
+    return max(within, criterion + 2.0 * float(np.log(OUT_OF_ACCURACY)))
+
+
+def contrast(pool: Pool, chosen: Sequence[int]) -> Contrast:
+    """What some blocks test together, computed once."""
+    key = tuple(chosen)
+    if key not in pool.asked:
+        k = pool.columns(chosen)
+        root, m = _root(pool.grams(k))
+        freedom, s2 = 1.0, 1.0
+        if m:
+            axes = _axes(pool, chosen)
+            freedom = satterthwaite(pool, axes, pool.beside(k, root / np.sqrt(m)))
+            s2 = mean_square(pool, chosen)
+        pool.asked[key] = Contrast(k, root, freedom, s2)
+    return pool.asked[key]
+
+
+def delta(pool: Pool, chosen: Sequence[int]) -> float:
+    """Δ of some blocks together."""
+    k = pool.columns(chosen)
+    return _square(_root(pool.grams(k))[0], pool.h[k])
+
+
+def _square(root: Array, h: Array) -> float:
+    return float(np.sum((root.T @ h) ** 2))
+
+
+def _root(G: Array) -> tuple[Array, int]:
+    """R (k, m) with R Rᵀ = G⁺."""
+    if G.shape[0] == 1:
+        return (np.array([[1.0 / np.sqrt(G[0, 0])]]), 1) if G[0, 0] > 0 else (np.zeros((1, 0)), 0)
+    values, vectors = np.linalg.eigh(G)
+    kept = values > max(RANK * max(values[-1], 0.0), 1e-14) if len(values) else np.zeros(0, dtype=bool)
+    return vectors[:, kept] / np.sqrt(values[kept]), int(kept.sum())
+
+
+def satterthwaite(pool: Pool, axes: Iterable[int], R: Array) -> float:
+    """2 / relative variance of what REML says of the variance of contrasts R (K, m) with Σ Rᵀ Gram R = 1.
+
+    The columns' variance is made of those of white noise, of runs, …, each known as well as REML knows it.
+    """
+    spread = 0.0
+    for axis in axes:
+        mine = R[pool.axes[axis]]
+        some = np.flatnonzero(mine.any(axis=1))
+        if not len(some):
+            continue
+        stand = () if pool.taken is None else pool.taken.blocks
+        A = pool.shares[axis].of(some, [b for b in stand if axis in pool.blocks[b].columns])
+        mine = mine[some]
+        share = np.einsum("sm,ksm->k", mine, A @ mine)
+        spread += float(share @ pool.state[axis].noise.relative_error @ share)
+    return min(max(2.0 / max(spread, 1e-12), 1.0), 1e6)
+
+
+def mean_square(pool: Pool, chosen: Sequence[int]) -> float:
+    """Mean square of the remainder on the channels of some blocks: 1 when the noise model is right."""
+    axes = _axes(pool, chosen)
+    return max(sum(pool.state[a].mean_square for a in axes) / len(axes), 1e-3)
+
+
+def _axes(pool: Pool, chosen: Sequence[int]) -> list[int]:
+    return sorted({a for b in chosen for a in pool.blocks[b].columns})
+
+
+# ---------------------------------------------------------------- chance
+
+
+def null_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Null:
+    """The smallest log p over the tested blocks in every flip."""
+    tested = tuple(tested)
+    for blocks, of, null in pool.nulls:
+        if blocks == tested and of is flips:
+            return null
+    pool.nulls.append((tested, flips, _null_of(pool, tested, flips)))
+    return pool.nulls[-1][-1]
+
+
+def _null_of(pool: Pool, tested: Sequence[int], flips: Flips) -> Null:
+    H = pool.flipped(flips.signs)
+    least = np.zeros(len(flips.signs))
+    for b in tested:
+        c = contrast(pool, [b])
+        if c.m:
+            seen = H[:, c.k] @ c.root
+            _lower(least, np.einsum("fm,fm->f", seen, seen), c)
+    return Null(least, float(len({pool.blocks[b].key for b in tested})) if flips.few_runs else 1.0)
+
+
+def _lower(least: Array, values: Array, c: Contrast) -> None:
+    """`least` down to log p of very many Δ of a contrast, from a table: they only count which are rarer.
+
+    Below the largest Δ of the table that is no rarer than any of them already is, nothing is to be looked up.
+    """
+    grid = GRID * float(values.max(initial=0.0))
+    if grid[-1] <= 0.0:
+        return
+    table = log_p(grid, c.m, c.freedom, c.s2)
+    rare = values > grid[table >= least.max()][-1]  # of Δ = 0 log p is 0, and no smaller one is larger
+    least[rare] = np.minimum(least[rare], np.interp(values[rare], grid, table))

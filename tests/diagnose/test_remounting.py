@@ -1,0 +1,79 @@
+"""A unit mounted anew in the middle of a campaign: one finding about the bench, with run and angles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.nouns.array import Array
+from planner.nouns.dwell_table import DwellTable
+from tests.diagnose.hypotheses.hall import Hall, axes_apart, chamber, days, hidden, read
+from tests.diagnose.hypotheses.worlds import whole
+
+LAYOUTS: dict[str, tuple[Callable[[int], Hall], float]] = {  # with angles of which each is sure, deg
+    "days": (lambda seed: days(seed, 24), 0.0008),
+    "chamber": (lambda seed: chamber(seed, 8), 0.006),
+    "few": (lambda seed: chamber(seed, 5), 0.01),
+}
+
+
+def _turned(hall: Hall, theta: Array, mine: Array) -> Hall:
+    """What a unit turned by θ (3,), rad, is exposed to in some rows."""
+
+    def of(v: Array) -> Array:
+        return v + np.where(mine[:, None], np.cross(theta, v), 0.0)
+
+    return replace(hall, up=of(hall.up), north=of(hall.north), turn=of(hall.turn))
+
+
+def _anew(seed: int, layout: str) -> tuple[DwellTable, int, float]:
+    """A table, the run from which on the unit sits otherwise, and by how much, deg."""
+    build, size = LAYOUTS[layout]
+    hall, rng = build(seed), np.random.default_rng([seed, 8])
+    runs = np.unique(hall.run)
+    first = int(rng.choice(runs[len(runs) // 3 : -2 if len(runs) > 6 else -1]))
+    way = rng.normal(size=3)
+    theta = np.radians(size) * way / np.linalg.norm(way)
+    return read(hall, seed, felt=_turned(hall, theta, hall.run >= first)), first, size
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_unit_mounted_anew_is_one_finding_with_run_and_angle(seed: int, layout: str) -> None:
+    """It was something over days without a name on several channels, and nothing with few power-ons."""
+    table, first, size = _anew(seed, layout)
+    found = whole(table)
+    assert not found.effects
+    assert not found.unknown
+    (suspect,) = found.reference_suspects
+    assert (suspect.hypothesis, suspect.unit) == ("mounting", "deg")
+    assert f"before run {first}:" in suspect.check
+    assert abs(suspect.value - size) < suspect.high - suspect.low  # twice the 95 %
+    assert suspect.high - suspect.low < size
+
+
+@pytest.mark.parametrize("build", [LAYOUTS["days"][0], LAYOUTS["few"][0], axes_apart])
+@pytest.mark.parametrize("seed", [11, 12])
+def test_a_unit_that_stays_is_not_mounted_anew(seed: int, build: Callable[[int], Hall]) -> None:
+    assert not whole(read(build(seed), seed)).reference_suspects
+
+
+@pytest.mark.parametrize("seed", [21, 22, 23])
+def test_gyros_that_turn_by_themselves_are_no_mounting(seed: int) -> None:
+    """Gravity tells that the case stays where it was."""
+    hall = days(seed, 24)
+    late = hall.run >= 11
+    turned = read(hall, seed, felt=_turned(hall, np.radians([0.01, -0.008, 0.006]), late))
+    found = whole(replace(turned, acc=read(hall, seed).acc))
+    assert all(s.hypothesis != "mounting" for s in found.reference_suspects)
+
+
+@pytest.mark.parametrize("seed", [31, 32, 33])
+def test_one_axis_that_leans_otherwise_is_no_mounting(seed: int) -> None:
+    hall = days(seed, 24)
+    late = hall.run >= 11
+    found = whole(hidden(read(hall, seed), "gyro", 1, 2e-4 * late * hall.rate[:, 2]))
+    assert all(s.hypothesis != "mounting" for s in found.reference_suspects)
