@@ -113,12 +113,12 @@ def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> _Kept:
     """
     # drawn curves make much the same of quantiles for all; quick ones are up to a sixth too large
     even_ones = beginnings(offers, judge)[:1]
-    near = [] if even_ones else nearest(offers, judge)
+    near = [] if even_ones else nearest(flight, offers, judge)
     begun, closer = _begun(flight, offers, judge, even_ones or near[:1])
     best, closer = _shortened(flight, offers, closer, most, begun, anew=True)
     if best is not None:
         return best
-    near = near or nearest(offers, judge)  # whatever was searched: a limit once named holds
+    near = near or nearest(flight, offers, judge)  # whatever was searched: a limit once named holds
     begun, judge = _begun(flight, offers, judge, near)
     if begun is None:
         near = [eased(flight, offers, judge, near[0]), *near[1:]]

@@ -64,6 +64,17 @@ def test_limits_that_are_named_are_planned_and_three_percent_less_are_not(kind: 
     named(asking(kind, [0.97 * limit for limit in limits]))
 
 
+def test_of_campaigns_of_thousands_of_power_ons_a_refusal_asks_few_exact_figures() -> None:
+    made = asking("percentile at the worst temperature")
+    made["plan"]["repeats"] = {"least": 1, "most": 1000}
+    flight = cases.flight(made)
+    with pytest.raises(InfeasibleError):
+        campaign_found(flight, effort="brief")
+    power_ons = [sum(sum(visit.repeats) for visit in visits) for visits in flight.foreseen]
+    assert max(power_ons) > 2000
+    assert sum(n > 2000 for n in power_ons) <= 4  # seconds each
+
+
 def test_what_can_be_met_one_by_one_only_is_refused_with_limits_that_can_be_met_together() -> None:
     kind = "rss and percentile that cannot be had together"
     alone = []
