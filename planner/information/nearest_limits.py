@@ -55,7 +55,7 @@ def eased(
 
     moves, every = Neighbours(offers), [*judge.promise.families]
     own = load(n) if judge.allowed(n) else np.inf
-    left = WORTH
+    left = float(WORTH)
     for _ in range(ROUNDS):
         near = moves.whatever_they_cost(n)
         if not len(near) or own <= 1.0 or judge.late():
