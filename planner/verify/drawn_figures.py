@@ -145,6 +145,7 @@ def _remembered_normals(net: int, each: int, count: int) -> NDArray[np.float32]:
     key = net, each, count
     if key not in _NORMALS:
         _NORMALS[key] = _normals(*key)
+        _NORMALS[key].flags.writeable = False
         while sum(z.nbytes for z in _NORMALS.values()) > MOST_NORMALS and len(_NORMALS) > 1:
             _NORMALS.pop(next(iter(_NORMALS)))
     _NORMALS[key] = _NORMALS.pop(key)  # what was asked for last goes last

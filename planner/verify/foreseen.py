@@ -43,7 +43,7 @@ class Foresight:
     day: float
     _read: dict[tuple[object, ...], list[tuple[Error, int, list[int], Array]]] = field(default_factory=dict)
     _drifted: dict[tuple[Error, int], tuple[Array, Array]] = field(default_factory=dict)
-    _misread: dict[int, tuple[Mapping[Error, Moment], Array]] = field(default_factory=dict)
+    _misread: dict[int, tuple[Mapping[Error, Moment], Array]] = field(default_factory=dict, init=False)
 
     @property
     def errors(self) -> list[Error]:
@@ -131,7 +131,9 @@ class Foresight:
             if len(self._misread) >= FAMILIES:
                 self._misread.clear()
             # with the moments, so that nothing else has their id
-            self._misread[id(moments)] = moments, self._misread_by(moments)
+            found = self._misread_by(moments)
+            found.flags.writeable = False
+            self._misread[id(moments)] = moments, found
         return self._misread[id(moments)][1]
 
     def _misread_by(self, moments: Mapping[Error, Moment]) -> Array:
@@ -149,7 +151,7 @@ class Foresight:
 
     def told(self, moments: Mapping[Error, Moment]) -> Array:
         """(P, P) of the curves in the estimates, with what thermometers and chambers do to them."""
-        known, found = self.estimates, self.misread(moments)
+        known, found = self.estimates, self.misread(moments).copy()
         for error, moment in moments.items():
             found += moment.through(np.ascontiguousarray(np.moveaxis(known.curve[error], 1, 0)), known.degc)
         return found
