@@ -36,6 +36,7 @@ BRIEFLY = 300
 ROUNDS = 6
 CLOSER = 1.0 + 1e-5  # than the exact figure a quick one must not be
 MISJUDGED = 1.2  # exact over quick figures, from which on the quick ones say nothing of campaigns alike
+SEARCHED = "the search"  # as a stage that may be cut short
 KEPT = 1.0 + 1e-6  # of a limit
 QUICK = 16_000, 1000, 60  # sets, campaigns, and of these by exact figures, of a proof nobody waits for
 LONG = 2_000_000, 2_000_000, 2_000_000
@@ -85,7 +86,7 @@ def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thoroug
     when no record tells something that flies.
     """
     offers, promise = on_offer(flight)
-    late = flight.deadline.stops(SEARCH, "the search")
+    late = flight.deadline.stops(SEARCH, SEARCHED)
     judge = Judge(promise, allowed=condition_of(flight, promise), late=late)
     if is_hand_made(flight.spec):
         counts = even(offers, 1)

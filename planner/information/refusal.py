@@ -113,11 +113,20 @@ def _not_together(
     limits = met_together(flight, offers, judge, np.maximum(flight.limits, reached), named, near)
     wider = np.flatnonzero(limits > flight.limits).tolist()
     said = " and ".join(_words(flight, k, float(limits[k])) for k in wider)
+    cut = "".join(f"; {words}" for words in _cut_short(flight))
     return InfeasibleError(
-        f"the requirements can be met one by one but not together; together they can with {said}",
+        f"the requirements can be met one by one but not together; together they can with {said}{cut}",
         requirement=wider[0],
         nearest_limit=float(limits[wider[0]]),
     )
+
+
+def _cut_short(flight: Flight) -> list[str]:
+    """What makes of a refusal no last word: that time was over before all was looked at."""
+    if not flight.deadline.cut:
+        return []
+    seconds = flight.deadline.seconds
+    return [f"plan.time_limit ({seconds:g} s) cut the search short: with more time less may be reached"]
 
 
 def _words(flight: Flight, k: int, value: float) -> str:
@@ -168,6 +177,7 @@ def _error(
     others = [k for k in np.flatnonzero(together > flight.limits).tolist() if k not in beyond]
     if others:
         said.append("beside them " + " and ".join(_words(flight, k, float(together[k])) for k in others))
+    said += _cut_short(flight)
     first = next(iter(beyond))
     return InfeasibleError(
         "; ".join(said), requirement=first, binds=binds[first], nearest_limit=float(together[first])
