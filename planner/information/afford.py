@@ -26,6 +26,7 @@ from planner.information.scaled import PARTS, scaled, with_limits
 from planner.nouns.array import Array
 from planner.nouns.deadline import SEARCH
 from planner.nouns.sensor import ErrorName
+from planner.plan.campaign_by_total import SAME_S, total
 from planner.spec.model import Spec
 
 BETTER = 1e-4  # of a load: a smaller gain is none
@@ -38,6 +39,7 @@ CUT = "the search"
 TRIED = 3  # campaigns of the least loads by quick figures whose exact ones are asked
 SMALLEST, LARGEST = 1.0 / 64.0, 64.0  # factors of a sensor's spreads that are looked at
 HALVINGS = 12
+ROUNDS = 6  # of hours of one batch's work, until those of the whole plan are kept
 
 
 @dataclass(frozen=True)
@@ -70,14 +72,26 @@ class Affordable:
 def affordable(flight: Flight, seconds: float) -> Affordable:
     """What a campaign of at most so many seconds can keep, whatever its power-on hours.
 
+    The seconds are those of the whole plan, with its loads and waiting; the search counts one batch's work.
     Raises InfeasibleError when no campaign within them determines everything that flies; it names the
     shortest that was found.
     """
     flight = flight.under(_by_time(flight.spec))
     offers, promise = on_offer(flight)
     judge = Judge(promise, allowed=condition_of(flight, promise), late=flight.deadline.stops(SEARCH, CUT))
-    each = [found_of(flight, offers, judge, n) for n in _by_quick_figures(offers, judge, seconds)[:TRIED]]
-    found = _by_exact_figures(flight, min(each, key=lambda f: _load(flight, f)), seconds)
+    begun = _begun(flight, offers, judge, seconds)
+    least = float(offers.cost(begun[None])[0])
+    work = max(least, seconds * least / total(flight.spec, offers.visits(begun)))
+    for _ in range(ROUNDS):
+        quick = _by_quick_figures(offers, judge, begun, work)[:TRIED]
+        each = [found_of(flight, offers, judge, n) for n in quick]
+        found = _by_exact_figures(flight, min(each, key=lambda f: _load(flight, f)), work)
+        took = total(flight.spec, found.visits)
+        if took <= seconds + SAME_S or work <= least:
+            break
+        work = max(least, work * seconds / took)
+    if took > seconds + SAME_S:
+        found = found_of(flight, offers, judge, begun)
     load, promise = _load(flight, found), found.judge.promise
     errors = [e for e in dict.fromkeys(f.error for f in promise.flying) if e not in promise.unbudgeted]
     grades = [_grade(flight, found, load, "", errors)]
@@ -112,15 +126,20 @@ def _by_exact_figures(flight: Flight, best: Found, seconds: float) -> Found:
     return best
 
 
-def _by_quick_figures(offers: Offers, judge: Judge, seconds: float) -> list[Array]:
-    """(g,) campaigns of small loads within the seconds, the smallest first."""
+def _begun(flight: Flight, offers: Offers, judge: Judge, seconds: float) -> Array:
+    """(g,) the shortest campaign found that determines everything; InfeasibleError: it takes longer."""
     begun = shortest(offers, judge.loosened(ANY), LOOKED_AT)
-    cost = np.inf if begun is None else float(offers.cost(begun[None])[0])
-    if begun is None or cost > seconds:
-        least = "" if begun is None else f"; the shortest found that does takes {cost / 3600:.2f} h"
+    took = np.inf if begun is None else total(flight.spec, offers.visits(begun))
+    if begun is None or took > seconds + SAME_S:
+        least = "" if begun is None else f"; the shortest found that does takes {took / 3600:.2f} h"
         raise InfeasibleError(
             f"no campaign of {seconds / 3600:g} h determines every error that flies{least}; give more hours"
         )
+    return begun
+
+
+def _by_quick_figures(offers: Offers, judge: Judge, begun: Array, seconds: float) -> list[Array]:
+    """(g,) campaigns of small loads within the seconds of one batch's work, the smallest first."""
     starts = [even(offers, N, main) for N in range(1, MOST_TEMPERATURES + 1) for main in _mains(offers, N)]
     every = distinct([begun, *starts])
     within = every[offers.cost(every) <= seconds]

@@ -36,6 +36,7 @@ BRIEFLY = 300
 ROUNDS = 6
 CLOSER = 1.0 + 1e-5  # than the exact figure a quick one must not be
 MISJUDGED = 1.2  # exact over quick figures, from which on the quick ones say nothing of campaigns alike
+SEARCHED = "the search"  # as a stage that may be cut short
 KEPT = 1.0 + 1e-6  # of a limit
 QUICK = 16_000, 1000, 60  # sets, campaigns, and of these by exact figures, of a proof nobody waits for
 LONG = 2_000_000, 2_000_000, 2_000_000
@@ -85,7 +86,7 @@ def campaign_found(flight: Flight, *, effort: Literal["brief", "usual", "thoroug
     when no record tells something that flies.
     """
     offers, promise = on_offer(flight)
-    late = flight.deadline.stops(SEARCH, "the search")
+    late = flight.deadline.stops(SEARCH, SEARCHED)
     judge = Judge(promise, allowed=condition_of(flight, promise), late=late)
     if is_hand_made(flight.spec):
         counts = even(offers, 1)
@@ -113,12 +114,12 @@ def _searched(flight: Flight, offers: Offers, judge: Judge, most: int) -> _Kept:
     """
     # drawn curves make much the same of quantiles for all; quick ones are up to a sixth too large
     even_ones = beginnings(offers, judge)[:1]
-    near = [] if even_ones else nearest(offers, judge)
+    near = [] if even_ones else nearest(flight, offers, judge)
     begun, closer = _begun(flight, offers, judge, even_ones or near[:1])
     best, closer = _shortened(flight, offers, closer, most, begun, anew=True)
     if best is not None:
         return best
-    near = near or nearest(offers, judge)  # whatever was searched: a limit once named holds
+    near = near or nearest(flight, offers, judge)  # whatever was searched: a limit once named holds
     begun, judge = _begun(flight, offers, judge, near)
     if begun is None:
         near = [eased(flight, offers, judge, near[0]), *near[1:]]

@@ -34,28 +34,36 @@ def easiest(
     late: Callable[[], bool] = never,
     *,
     enough: float = 0.0,
+    known: Sequence[Array] = (),
 ) -> Array:
     """The campaign that is found to load the promise least, or so little as is enough, whatever it costs.
 
-    From the best of those at even temperatures with the most repeats, step by step; more records are not
-    always better, because straight lines between other temperatures miss another part of the curves.
+    From the best of those at even temperatures with the most repeats, and of what is known (g,) to load it
+    little, step by step; more records are not always better, because straight lines between other
+    temperatures miss another part of the curves. Where steps are too small to come to what is enough in all
+    that are left, it is not looked for any further.
     """
     every = np.array([even(offers, N) for N in range(1, MOST_TEMPERATURES + 1)])
-    every = np.concatenate([every, np.array([most_repeats(offers, n) for n in every])])
+    every = np.concatenate(
+        [every, np.array([most_repeats(offers, n) for n in every]), *(n[None] for n in known)]
+    )
     loads = by_family(every, families)
     first = int(np.argmin(loads.max(axis=1)))
     n, own = every[first], loads[first]
     moves, worth = Neighbours(offers), EASIER if enough > 0.0 else EASED
-    for _ in range(MOST_STEPS):
+    for left in range(MOST_STEPS, 0, -1):
         if own.max() <= enough or late():
             break
-        near = np.concatenate([moves.of(n), moves.more(n), moves.most(n)])
+        near = moves.whatever_they_cost(n)
         if not len(near):  # all is fixed, and as often as the spec allows
             break
         best, loads = _least(near, by_family, families, int(np.argmax(own)))
         if not loads.max() < own.max() * (1.0 - worth):
             break
+        hopeless = enough > 0.0 and (own.max() - loads.max()) * left < own.max() - enough
         n, own = near[best], loads
+        if hopeless:
+            break
     return np.asarray(n)
 
 

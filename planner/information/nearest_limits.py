@@ -23,6 +23,7 @@ from planner.units import Quantity
 
 ROUNDS = 6
 ALIKE, ABOUT = 16, 1.25  # that are asked exactly, of those that load the promise by so much more at most
+WORTH, BESIDE = 6_000, 300  # power-ons of all that are asked; of each, what takes as long beside its own
 SETTLED = 1e-4  # share of the load that makes a step worth its seconds
 ABOVE = 1.0 + 1e-4  # figures reached: a limit is kept to the last digit that it is written with
 WIDENED = 6  # times that limits are widened until they can be kept together
@@ -39,6 +40,7 @@ def eased(
 ) -> Array:
     """A campaign about as easy as n (g,) by quick figures, and easier by exact ones; n where none is.
 
+    Of campaigns of thousands of power-ons few are asked: one figure of theirs takes seconds.
     requirements: those that the judge asks, None: all
     """
     asked = [*range(len(flight.limits))] if requirements is None else [*requirements]
@@ -53,13 +55,17 @@ def eased(
 
     moves, every = Neighbours(offers), [*judge.promise.families]
     own = load(n) if judge.allowed(n) else np.inf
+    left = float(WORTH)
     for _ in range(ROUNDS):
-        near = np.concatenate([moves.of(n), moves.more(n), moves.most(n)])
+        near = moves.whatever_they_cost(n)
         if not len(near) or own <= 1.0 or judge.late():
             break
         quick = judge.loads(near, every)
         alike = np.argsort(quick, kind="stable")[:ALIKE]
         alike = alike[quick[alike] <= ABOUT * judge.loads(n[None], every)[0]]
+        work = np.cumsum(BESIDE + near[alike].sum(axis=1))
+        alike = alike[work <= left]
+        left -= work[len(alike) - 1] if len(alike) else 0.0
         exact = [unless_late(near[i]) for i in alike]
         if not exact or not min(exact) < own * (1.0 - SETTLED):
             break
@@ -89,16 +95,24 @@ def kept_limits(flight: Flight, offers: Offers, n: Array) -> Array:
     return found
 
 
-def met_together(flight: Flight, offers: Offers, judge: Judge, limits: Array, named: Sequence[int]) -> Array:
+def met_together(
+    flight: Flight,
+    offers: Offers,
+    judge: Judge,
+    limits: Array,
+    named: Sequence[int],
+    near: Sequence[Array] = (),
+) -> Array:
     """(requirements,) limits, SI, of which those that are named are widened until one campaign keeps all.
 
-    What is never kept beside the others that way is widened as well.
+    What is never kept beside the others that way is widened as well. near: campaigns (g,) from which to begin
     """
-    limits, reached = limits.copy(), limits
+    limits, reached, known = limits.copy(), limits, [*near]
     quick = judge.meeting(np.ones_like(judge.tightened))
     for _ in range(WIDENED):
         other, asking = _limited(flight, quick, limits)
-        n = easiest(offers, asking.by_family, [*asking.promise.families], judge.late)
+        n = easiest(offers, asking.by_family, [*asking.promise.families], judge.late, known=known)
+        known.append(n)
         closer = unseen_figures(other, offers.visits(n)) / asking.promise.figures(n[None])[0]
         reached = kept_limits(other, offers, eased(other, offers, asking.meeting(closer), n))
         load = float((reached / limits).max())

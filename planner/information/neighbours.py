@@ -24,10 +24,14 @@ class Neighbours:
 
     def of(self, n: Array) -> NDArray[np.float64]:
         """(B, g) distinct campaigns one step from n (g,)."""
-        found = [n.copy()]
-        for moves in (self._fewer, self._moved, self._joined, self._exchanged, self._spread, self._split):
-            found += list(moves(n))
-        return _others(found, n)
+        return _others([n, *self._alike(n), *self._split(n)], n)
+
+    def whatever_they_cost(self, n: Array) -> NDArray[np.float64]:
+        """(B, g) campaigns one step from n (g,), with more records or fewer, for who asks what they tell.
+
+        Nothing is split, half of all moves: a visit more tells more where it is made as often as any other.
+        """
+        return np.concatenate([_others([n, *self._alike(n)], n), self.more(n), self.most(n)])
 
     def fewer(self, n: Array) -> NDArray[np.float64]:
         """(B, g) distinct campaigns with something left out."""
@@ -87,6 +91,10 @@ class Neighbours:
         """Kind that may be moved -> the kinds of its test, and where it stands among them."""
         every = ([int(k) for k in offer.places] for offer in self._movable)
         return {k: (places, i) for places in every for i, k in enumerate(places)}
+
+    def _alike(self, n: Array) -> Iterator[Array]:
+        for moves in (self._fewer, self._moved, self._joined, self._exchanged, self._spread):
+            yield from moves(n)
 
     def _used(self, n: Array, offer: Offer) -> list[int]:
         return [int(k) for k in offer.places[n[offer.places] > 0]]

@@ -6,16 +6,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner import catalog
 from planner.errors import InfeasibleError, InputError
 from planner.information.easiest import easiest
-from planner.information.exact import quickly
+from planner.information.even import MOST_TEMPERATURES, even, most_repeats
+from planner.information.exact import quickly, unseen_figures
 from planner.information.exchange import Judge
 from planner.information.model_of import Flight
 from planner.information.nearest_limits import ABOVE, alone, eased, kept_limits, met_together
 from planner.information.offers import Offers
 from planner.information.parts import left_in_flight, shares
+from planner.information.spreads import spread_factors
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.plan.repeats_to_schedule import figure, rounded_up
@@ -25,15 +28,40 @@ from planner.units import from_si
 SHOWN = 4
 
 
-def nearest(offers: Offers, judge: Judge) -> list[Array]:
+def nearest(flight: Flight, offers: Offers, judge: Judge) -> list[Array]:
     """The campaigns that come nearest to the promise by quick figures, whatever they cost.
 
-    First of all requirements together, then of each alone; of one requirement that is the same.
+    First of all requirements together, then of each alone; of one requirement that is the same, and so it is
+    of those that the first one keeps exactly: none of them is what cannot be met.
     """
     every = list(judge.promise.families)
-    together = easiest(offers, judge.by_family, every, judge.late)
-    alone = range(len(judge.promise.asked)) if len(judge.promise.asked) > 1 else ()
-    return [together, *(_easiest(offers, judge, k) for k in alone)]
+    if len(judge.promise.asked) == 1:
+        return [easiest(offers, judge.by_family, every, judge.late)]
+    hardest = _hardest(offers, judge)
+    first = _easiest(offers, judge, hardest)  # whatever the other limits are: what is named is found again
+    together = easiest(offers, judge.by_family, every, judge.late, known=[first])
+    kept = _kept(flight, offers, judge, together)
+    alone = (
+        together if kept[k] else first if k == hardest else _easiest(offers, judge, k)
+        for k in range(len(kept))
+    )
+    return [together, *alone]
+
+
+def _hardest(offers: Offers, judge: Judge) -> int:
+    """The requirement that the campaigns at even temperatures with the most repeats are farthest from."""
+    every = np.array([most_repeats(offers, even(offers, N)) for N in range(1, MOST_TEMPERATURES + 1)])
+    loads = judge.figures(every) / [a.limit for a in judge.promise.asked]
+    return int(np.argmax(loads.min(axis=0)))
+
+
+def _kept(flight: Flight, offers: Offers, judge: Judge, n: Array) -> NDArray[np.bool_]:
+    """(requirements,) whether a campaign (g,) keeps each by exact figures."""
+    if not np.all(np.isfinite(judge.promise.figures(n[None]))):
+        return np.zeros(len(flight.limits), dtype=bool)
+    visits = offers.visits(n)
+    figures = unseen_figures(flight, visits) * spread_factors(flight, visits)
+    return np.asarray((figures <= flight.limits).all(axis=0))
 
 
 def refusal(
@@ -44,7 +72,9 @@ def refusal(
     figures = judge.promise.figures(np.array(each)).max(axis=1)
     if not np.any(np.isfinite(figures)):
         return untold(judge, each, "no campaign of the tests on offer tells")
-    reached = np.array([kept_limits(flight, offers, n) for n in near])
+    distinct = {n.tobytes(): n for n in near}
+    limits = {key: kept_limits(flight, offers, n) for key, n in distinct.items()}
+    reached = np.array([limits[n.tobytes()] for n in near])
     if np.all(reached[0] <= flight.limits):
         return InfeasibleError(
             "campaigns that keep the requirement rest on single records, or tell errors only together; allow "
@@ -59,13 +89,13 @@ def refusal(
     }
     least = {k: one for k, one in least.items() if one[1][k] > flight.limits[k]}
     if not least:
-        return _not_together(flight, offers, judge, reached[0])
+        return _not_together(flight, offers, judge, reached[0], near)
     beyond = {k: (n, float(kept[k])) for k, (n, kept) in least.items()}
     wanted = flight.limits.copy()
     wanted[[*beyond]] = [value for _, value in beyond.values()]
     known = [*reached, *(kept for _, kept in least.values())]
     if not any(np.all(kept <= wanted * ABOVE) for kept in known):
-        wanted = met_together(flight, offers, judge, wanted, [*beyond])
+        wanted = met_together(flight, offers, judge, wanted, [*beyond], near)
     return _error(flight, judge, beyond, wanted)
 
 
@@ -75,17 +105,28 @@ def _least(flight: Flight, offers: Offers, judge: Judge, n: Array, k: int) -> tu
     return found, kept_limits(flight, offers, found)
 
 
-def _not_together(flight: Flight, offers: Offers, judge: Judge, reached: Array) -> InfeasibleError:
+def _not_together(
+    flight: Flight, offers: Offers, judge: Judge, reached: Array, near: Sequence[Array]
+) -> InfeasibleError:
     """Each can be met, not all; reached: (requirements,) by the campaign that comes nearest to all, SI."""
     named = np.flatnonzero(reached > flight.limits).tolist()
-    limits = met_together(flight, offers, judge, np.maximum(flight.limits, reached), named)
+    limits = met_together(flight, offers, judge, np.maximum(flight.limits, reached), named, near)
     wider = np.flatnonzero(limits > flight.limits).tolist()
     said = " and ".join(_words(flight, k, float(limits[k])) for k in wider)
+    cut = "".join(f"; {words}" for words in _cut_short(flight))
     return InfeasibleError(
-        f"the requirements can be met one by one but not together; together they can with {said}",
+        f"the requirements can be met one by one but not together; together they can with {said}{cut}",
         requirement=wider[0],
         nearest_limit=float(limits[wider[0]]),
     )
+
+
+def _cut_short(flight: Flight) -> list[str]:
+    """What makes of a refusal no last word: that time was over before all was looked at."""
+    if not flight.deadline.cut:
+        return []
+    seconds = flight.deadline.seconds
+    return [f"plan.time_limit ({seconds:g} s) cut the search short: with more time less may be reached"]
 
 
 def _words(flight: Flight, k: int, value: float) -> str:
@@ -136,6 +177,7 @@ def _error(
     others = [k for k in np.flatnonzero(together > flight.limits).tolist() if k not in beyond]
     if others:
         said.append("beside them " + " and ".join(_words(flight, k, float(together[k])) for k in others))
+    said += _cut_short(flight)
     first = next(iter(beyond))
     return InfeasibleError(
         "; ".join(said), requirement=first, binds=binds[first], nearest_limit=float(together[first])

@@ -16,7 +16,7 @@ What is of second order inside a block is taken as if force and errors were cons
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,12 +50,14 @@ def navigate_with_errors(
     block_s: float = 0.25,
     instants: Sequence[float] | None = None,
     active: Active | None = None,
+    blocks: Sequence[Blocks] | None = None,
 ) -> ErrorHistory:
     """Navigation errors of B runs whose readings are off by forcing · coefficients.
 
     coefficients: (B, p) per run and column, gyro columns first
     instants: times (s) of the errors wanted, to the nearest sample; None for the end
     active: which of the p columns the forcing gives over some samples; None: all of them, always
+    blocks: `pieces` between the edges of block_s and instants, where they are known
     Returns errors (k, 3, B), computed - true, at k instants; angles wrapped to ±π.
     """
     wanted = [float(motion.time_s[-1])] if instants is None else instants
@@ -64,7 +66,7 @@ def navigate_with_errors(
     at = [int(np.argmin(np.abs(motion.time_s[edges] - t))) for t in wanted]
     true = _states(motion, edges)
     c_bi, velocity, position = to_inertial(true, time)
-    steps = _steps(pieces(motion, forcing, edges), coefficients, active)
+    steps = _steps(pieces(motion, forcing, edges) if blocks is None else blocks, coefficients, active)
     aid = _Aid(true, velocity.T, position.T) if motion.height_aid_m is not None else None
     turn, dv, dr = _run(steps, position, len(coefficients), at, aid)
     computed = from_inertial(
@@ -79,7 +81,7 @@ def navigate_with_errors(
 _Step = tuple[float, Array, Array, Array]  # duration, X (3, 1), Y (3, 1), u (9, B)
 
 
-def _steps(several: Iterator[Blocks], coefficients: Array, active: Active | None) -> Iterator[_Step]:
+def _steps(several: Iterable[Blocks], coefficients: Array, active: Active | None) -> Iterator[_Step]:
     """Block after block, what the errors of every run leave at its end."""
     for blocks in several:
         own = coefficients

@@ -29,11 +29,13 @@ from planner.spec.budget import STORAGE_DAYS
 from planner.verify.chance import Chance
 from planner.verify.declared import INPUT, Declared, declared, sensed
 from planner.verify.draws import DrawnError, Unit, generator
-from planner.verify.gauss_newton import Weights, gauss_newton
+from planner.verify.gauss_newton import gauss_newton
 from planner.verify.records import Records
 from planner.verify.references import Direction
+from planner.verify.response import Bend, is_proportional, linearised, times
 from planner.verify.smooth import LINES, Tables
 from planner.verify.strays import STILL, Strays
+from planner.verify.weights import Weights
 
 _ROUNDS = 5  # 0.5 % of scale factor to the fifth is nothing
 _LEAST_WHITE = 1e-8  # of what power-ons scatter: records without noise must not make V singular
@@ -168,7 +170,7 @@ def _estimator(
     inverse = inverse[:, : len(X)]
     for root, r in zip(roots, rows, strict=True):
         inverse[:, r] = np.linalg.solve(root.T, inverse[:, r].T).T
-    by_one = _is_proportional(model, conditions)
+    by_one = is_proportional(model, conditions)
     return Estimator(model, np.ascontiguousarray(inverse), covariance, undetermined, by_one, tables, weights)
 
 
@@ -327,14 +329,14 @@ def calibrated(estimator: Estimator, conditions: Conditions, y: Array, units: in
     u = sensed(model.sensor, conditions)[:, channels].reshape(shape)
     read = y[:, channels].reshape(shape)
     B, L = (model.matrix(part, conditions).reshape(*u.shape, -1) for part in (model.bias, model.misalignment))
-    bend = _Bend(estimator, conditions, u.shape)
+    bend = Bend(model, conditions, u.shape, proportional=estimator.proportional)
     biases, scales = len(model.bias), len(model.scale)
     theta = first = step = (read - u).reshape(units, -1) @ estimator.inverse.T
     with np.errstate(all="ignore"):  # a design that determines nothing may run away: see below
         for _ in range(_ROUNDS):
             b, k, m = np.split(theta, [biases, biases + scales], axis=1)
-            v = u + _times(L, m)
-            step = (read - v - bend(v, k) - _times(B, b)).reshape(units, -1) @ estimator.inverse.T
+            v = u + times(L, m)
+            step = (read - v - bend(v, k) - times(B, b)).reshape(units, -1) @ estimator.inverse.T
             theta = theta + step
         settled = np.all(np.abs(step) <= _SETTLED * estimator.error + 1e-9, axis=1)
         if settled.all():
@@ -344,8 +346,9 @@ def calibrated(estimator: Estimator, conditions: Conditions, y: Array, units: in
         def at(theta: Array, which: NDArray[np.int64]) -> tuple[Array, Array]:
             b, k, m = np.split(theta, [biases, biases + scales], axis=1)
             units = left[which]
-            bent = _Bend(estimator, _of(conditions, units, len(u)), (len(units), *u.shape[1:]))
-            return _linearised(u[units], read[units], B[units], L[units], bent, (b, k, m))
+            theirs, shape = _of(conditions, units, len(u)), (len(units), *u.shape[1:])
+            bent = Bend(model, theirs, shape, proportional=estimator.proportional)
+            return linearised(u[units], read[units], B[units], L[units], bent, (b, k, m))
 
         exact, ends = gauss_newton(first[left], at, estimator.weights, _SETTLED * estimator.error + 1e-9)
         theta[left] = np.where(ends[:, None], exact, first[left])
@@ -356,55 +359,3 @@ def _of(conditions: Conditions, units: NDArray[np.int64], every: int) -> Conditi
     """The conditions of some of the units, whose records stand one after another."""
     n = len(conditions.day) // every
     return conditions.at((units[:, None] * n + np.arange(n)).ravel())
-
-
-def _linearised(
-    u: Array, read: Array, B: Array, L: Array, bend: _Bend, theta: tuple[Array, Array, Array]
-) -> tuple[Array, Array]:
-    """What readings leave (B, n c) at coefficients b, k, m, and the response's slope there (B, n c, p)."""
-    b, k, m = theta
-    v = u + _times(L, m)
-    bent, h = bend(v, k), 1e-4
-    steeper = 1.0 + (bend(v + h, k) - bent) / h
-    slope = np.concatenate([B, bend.columns(v), steeper[..., None] * L], axis=3)
-    left = read - v - bent - _times(B, b)
-    return left.reshape(len(left), -1), slope.reshape(len(left), -1, slope.shape[3])
-
-
-def _times(matrix: Array, values: Array) -> Array:
-    """(B, n, c, p), (B, p) -> (B, n, c)."""
-    units, n, c, p = matrix.shape
-    return np.asarray((matrix.reshape(units, n * c, p) @ values[:, :, None]).reshape(units, n, c))
-
-
-def _is_proportional(model: Declared, conditions: Conditions) -> bool:
-    """Whether S(v) is v times S(1): then it need be asked once only."""
-    if not model.scale:
-        return True
-    u = sensed(model.sensor, conditions)[:, list(model.channels)]
-    one = model.scaled(conditions, np.ones(u.shape))
-    return all(
-        np.allclose(model.scaled(conditions, v), v[:, :, None] * one, rtol=1e-12, atol=0.0)
-        for v in (u, -2.0 * u, 0.5 * np.ones(u.shape))
-    )
-
-
-class _Bend:
-    """κ v = S(v) k; where S is proportional to v, S(v) = S(1) v once and for all."""
-
-    def __init__(self, estimator: Estimator, conditions: Conditions, shape: tuple[int, ...]) -> None:
-        self.model, self.conditions, self.shape = estimator.model, conditions, shape
-        self.of_one = self._of(np.ones(shape)) if estimator.proportional else None
-
-    def __call__(self, v: Array, k: Array) -> Array:
-        if k.shape[1] == 0:
-            return np.zeros(v.shape)
-        return v * _times(self.of_one, k) if self.of_one is not None else _times(self._of(v), k)
-
-    def columns(self, v: Array) -> Array:
-        """(B, n, c, scale factors) S(v)."""
-        return v[..., None] * self.of_one if self.of_one is not None else self._of(v)
-
-    def _of(self, v: Array) -> Array:
-        found = self.model.scaled(self.conditions, v.reshape(-1, self.shape[2]))
-        return found.reshape(*self.shape, -1)

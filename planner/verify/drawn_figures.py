@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +29,7 @@ EVERY = 4  # points of a grid that are kept, of curves without fast waves
 LEAST = 0.5**31
 GROUPS = 8  # of flights, each with curves of its own: what their quantiles differ by is what one may err
 MOST_KEPT = 64_000_000  # bytes of pools that a process remembers
+MOST_NORMALS = 128_000_000  # of normals: two sequences of 240 rows, four of a hundred
 NOTHING = 1e-12  # of the largest principal variance
 BLOCK = 2_000  # flights of 240 rows in 2 MB: what fits a cache is not fetched again
 
@@ -103,12 +103,11 @@ def drawn_quantile(
     degc, place = np.unique(np.concatenate(asked), return_inverse=True)
     places = np.split(place, np.cumsum([len(one) for one in asked])[:-1])
     curves = {error: pool.at(degc) for error, pool in pools.items()}
-    for seen, own in zip(flights, places, strict=True):
+    for i, (seen, own) in enumerate(zip(flights, places, strict=True)):
         value, vector = np.linalg.eigh(seen.rest + seen.misread(moments) + n.beside)
         notable = value > NOTHING * value[-1]
         root = (vector[:, notable] * np.sqrt(value[notable])).astype(np.float32)
-        fresh = not longest
-        z = _first_of(rng, each, root.shape[1]) if fresh else _normals(rng, each, root.shape[1])
+        z = _remembered_normals(max(i - 1, 0), each, root.shape[1])  # figures are of the first net twice
         longest.append(_longest(z, root.T, [*_taken(seen, own, curves, each, rng)], n.instants))
     return _quantile(np.array(longest, dtype=float), shares, p)
 
@@ -127,13 +126,7 @@ def _quantile(longest: Array, shares: Array, p: float) -> Quantile:
 Taken = tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32]]
 
 
-def _first_of(rng: np.random.Generator, each: int, count: int) -> NDArray[np.float32]:
-    """(each, count) that a fresh generator of quantiles draws: the same for every campaign, drawn once."""
-    z, rng.bit_generator.state = _first_normals(each, count)
-    return z
-
-
-def _normals(rng: np.random.Generator, each: int, count: int) -> NDArray[np.float32]:
+def _normals(net: int, each: int, count: int) -> NDArray[np.float32]:
     """(each, count) even in their law, most so in the last columns, which are the largest components.
 
     A scrambled net: Owen, Scrambled net variance for integrals of smooth functions, 1997.
@@ -141,16 +134,25 @@ def _normals(rng: np.random.Generator, each: int, count: int) -> NDArray[np.floa
     from scipy.special import ndtri
     from scipy.stats.qmc import Sobol
 
-    net = Sobol(max(count, 1), seed=rng).random_base2(int(np.ceil(np.log2(each))))[:each, :count]
-    return np.asarray(ndtri(np.clip(net, LEAST, 1.0 - LEAST))[:, ::-1], dtype=np.float32)
-
-
-@lru_cache(maxsize=1)  # 60 MB for 240 rows
-def _first_normals(each: int, count: int) -> tuple[NDArray[np.float32], Mapping[str, Any]]:
     rng = generator(0, 0, "drawn quantile")
-    z = _normals(rng, each, count)
-    z.flags.writeable = False
-    return z, rng.bit_generator.state
+    rng.spawn(net)  # a net spawns the next generator, and scrambles by that
+    drawn = Sobol(max(count, 1), seed=rng).random_base2(int(np.ceil(np.log2(each))))[:each, :count]
+    return np.asarray(ndtri(np.clip(drawn, LEAST, 1.0 - LEAST))[:, ::-1], dtype=np.float32)
+
+
+def _remembered_normals(net: int, each: int, count: int) -> NDArray[np.float32]:
+    """The same, kept: campaigns and families ask for the same nets, flight by flight."""
+    key = net, each, count
+    if key not in _NORMALS:
+        _NORMALS[key] = _normals(*key)
+        _NORMALS[key].flags.writeable = False
+        while sum(z.nbytes for z in _NORMALS.values()) > MOST_NORMALS and len(_NORMALS) > 1:
+            _NORMALS.pop(next(iter(_NORMALS)))
+    _NORMALS[key] = _NORMALS.pop(key)  # what was asked for last goes last
+    return _NORMALS[key]
+
+
+_NORMALS: dict[tuple[int, int, int], NDArray[np.float32]] = {}
 
 
 def _taken(

@@ -269,6 +269,11 @@ def _linear(flight: FlightModel, coefficients: Array, requirement: Requirement) 
     return np.asarray(vectors_of(flight.linear, flight.instants, requirement) @ coefficients.T)
 
 
+def _linear_at_last(flight: FlightModel, coefficients: Array, requirement: Requirement) -> Array:
+    """(c, B) at the last instant: of one that holds at any moment the others are a hundred times the work."""
+    return np.asarray(vectors_of(flight.linear, flight.instants, requirement)[-1] @ coefficients.T)
+
+
 def _squares(e: Experiment, left: Sequence[Left]) -> Array:
     """(R, E, 5) sums over the flights of |what a part of an error adds|² at the last instant."""
     found = np.zeros((len(e.requirements), len(left), len(PARTS)))
@@ -284,7 +289,7 @@ def _of_part(e: Experiment, x: Left, value: Array) -> list[Array]:
     if e.flight is None:
         return [_given(e, [x], [value])[0]] * len(e.requirements)
     coefficients = part_coefficients(e.flight, x.sensor, x.effect, value, x.temperature_degc)
-    return [_linear(e.flight, coefficients, r)[-1] for r in e.requirements]
+    return [_linear_at_last(e.flight, coefficients, r) for r in e.requirements]
 
 
 def _squares_beside(e: Experiment, beside: Mapping[str, Array], flights: int) -> Array:
@@ -294,7 +299,7 @@ def _squares_beside(e: Experiment, beside: Mapping[str, Array], flights: int) ->
         if e.flight is not None:
             coefficients = beside_coefficients(e.flight, {name: beside[name]}, flights)
             for r, wanted in enumerate(e.requirements):
-                found[r, i] = float(np.sum(_linear(e.flight, coefficients, wanted)[-1] ** 2))
+                found[r, i] = float(np.sum(_linear_at_last(e.flight, coefficients, wanted) ** 2))
     return found
 
 

@@ -11,11 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from planner.nouns.array import Array
 from planner.nouns.trajectory import Trajectory
+from planner.physics.blocks import Blocks, block_edges, pieces
 from planner.physics.error_dynamics import ErrorHistory, errors_at
 from planner.physics.perturbed import navigate_with_errors
 from planner.protocols import SENSORS, Sensor
@@ -29,6 +31,7 @@ from planner.verify.structure import affine
 BLOCK_S = 0.25
 MOMENT_S = 60.0  # a tenth of the in-run process's usual correlation time
 MOMENT_K = 2.0
+MOST_KEPT = 64_000_000  # bytes of what columns leave in the blocks of a flight: ten minutes and more
 INSTANTS = 120  # of a flight at which a requirement that holds at any moment is looked at
 
 
@@ -80,10 +83,27 @@ class FlightModel:
                 block_s=BLOCK_S,
                 instants=self.instants.tolist(),
                 active=self.columns.active,
+                blocks=self._blocks,
             )
         if self.beside.height > 0:
             flown.position[:, 2] += coefficients[:, -1]
         return flown
+
+    @cached_property
+    def _blocks(self) -> tuple[Blocks, ...] | None:
+        """What the columns leave in every block, for all flights; None where that needs much memory."""
+        edges = block_edges(self.trajectory.time_s, BLOCK_S, self.instants.tolist())
+        found, size = [], 0
+        for piece in pieces(self.trajectory, self.columns.forcing, edges):
+            size += piece.response.nbytes
+            if size > MOST_KEPT:
+                return None
+            found.append(piece)
+        return tuple(found)
+
+    def __getstate__(self) -> dict[str, object]:
+        """Without what is kept of the blocks: workers find it sooner than they would be sent it."""
+        return {name: value for name, value in vars(self).items() if name != "_blocks"}
 
     def without_beside(self) -> FlightModel:
         """The same flight with neither noise nor an error of the alignment; its linear model is not kept."""

@@ -27,6 +27,7 @@ from planner.verify.strays import squares
 
 PARTS = ("run_to_run", "in_run", "storage", "temperature", "estimate")
 KEPT = 48  # drifts of 3 MB where 120 instants ask for three components each at 240 moments
+FAMILIES = 8  # whose moments' part in the estimates is kept
 REMEMBERED = 128  # starts whose tables are read once for all requirements and families
 Asked = Mapping[Error, Array]
 """Error -> (R, K, t): what is asked of its terms at the moments of the flight."""
@@ -42,6 +43,7 @@ class Foresight:
     day: float
     _read: dict[tuple[object, ...], list[tuple[Error, int, list[int], Array]]] = field(default_factory=dict)
     _drifted: dict[tuple[Error, int], tuple[Array, Array]] = field(default_factory=dict)
+    _misread: dict[int, tuple[Mapping[Error, Moment], Array]] = field(default_factory=dict, init=False)
 
     @property
     def errors(self) -> list[Error]:
@@ -121,7 +123,20 @@ class Foresight:
         return np.asarray(over @ over.T)
 
     def misread(self, moments: Mapping[Error, Moment]) -> Array:
-        """(P, P) of what thermometers that err and chambers that stray do to the curves, in the estimates."""
+        """(P, P) of what thermometers that err and chambers that stray do to the curves, in the estimates.
+
+        Found once for a family's moments: whatever is asked, and wherever a flight starts, it is the same.
+        """
+        if id(moments) not in self._misread:
+            if len(self._misread) >= FAMILIES:
+                self._misread.clear()
+            # with the moments, so that nothing else has their id
+            found = self._misread_by(moments)
+            found.flags.writeable = False
+            self._misread[id(moments)] = moments, found
+        return self._misread[id(moments)][1]
+
+    def _misread_by(self, moments: Mapping[Error, Moment]) -> Array:
         known = self.estimates
         found = np.zeros(known.noise.shape)
         common: dict[int, list[Array]] = {}  # thermometer -> what it makes of the slopes that all units have
@@ -136,7 +151,7 @@ class Foresight:
 
     def told(self, moments: Mapping[Error, Moment]) -> Array:
         """(P, P) of the curves in the estimates, with what thermometers and chambers do to them."""
-        known, found = self.estimates, self.misread(moments)
+        known, found = self.estimates, self.misread(moments).copy()
         for error, moment in moments.items():
             found += moment.through(np.ascontiguousarray(np.moveaxis(known.curve[error], 1, 0)), known.degc)
         return found

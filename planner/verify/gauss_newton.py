@@ -8,13 +8,13 @@ and a misalignment lets a part of 1500 deg/s through, θ ← θ + P (y − ŷ(θ
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
+from planner.verify.weights import Weights
 
 ROUNDS = 12
 TOGETHER = 64  # units that are solved together: their slopes are a hundred megabytes at most
@@ -22,25 +22,6 @@ RANK = 1e-12  # of the largest eigenvalue of XᵀΩX with columns of unit length
 
 Linearised = Callable[[Array, NDArray[np.int64]], tuple[Array, Array]]
 """Coefficients (B, p) of units -> what their readings leave (B, n), and the response's slope (B, n, p)."""
-
-
-@dataclass(frozen=True)
-class Weights:
-    """Ω of records. roots: Cholesky factor of V of every power-on, in rows; shared: (n, q) L⁻¹ Z"""
-
-    roots: Sequence[Array]
-    rows: Sequence[NDArray[np.int64]]
-    shared: Array
-
-    def whitened(self, x: Array) -> Array:
-        """(B, n, m) -> Ω^½ x."""
-        white = np.empty_like(x)
-        for root, r in zip(self.roots, self.rows, strict=True):
-            white[:, r] = np.linalg.solve(root, x[:, r])
-        if self.shared.shape[1] == 0:
-            return white
-        u, s, _ = np.linalg.svd(self.shared, full_matrices=False)
-        return white - u @ ((1.0 - 1.0 / np.sqrt(1.0 + s**2))[:, None] * (u.T @ white))
 
 
 def gauss_newton(

@@ -15,6 +15,7 @@ from planner.information.exchange import Judge
 from planner.information.model_of import Flight
 from planner.information.scaled import with_limits
 from planner.nouns.array import Array
+from planner.plan.campaign_by_total import total
 from tests.information import cases
 
 SEEDS, FURTHER = [17], [4]
@@ -106,3 +107,19 @@ def test_a_family_that_decides_now_is_asked_of_those_that_were_asked_before() ->
     assert judge.keep(counts[[pick]])[0]
     judge.families.append(other)  # another campaign of the same batch has shown it
     assert not judge.keeps(counts[pick])
+
+
+def test_hours_are_those_of_all_loads() -> None:
+    """What is planned for the limits that are named takes the hours that were given, loads included."""
+    tree = cases.tree(SEEDS[0])
+    bench = next(iter(tree["benches"]))
+    tree["benches"][bench]["units"] = 1
+    tree["plan"]["units"] = 3
+    many = cases.flight(cases.limited(tree, flight(SEEDS[0]).limits))
+    alone = affordable(flight(SEEDS[0]), 1e6).found
+    seconds = 2.0 * total(many.spec, alone.visits) / 3.0
+    found = affordable(many, seconds)
+    assert total(many.spec, found.found.visits) <= seconds
+    assert found.found.cost < total(many.spec, found.found.visits)  # of one load
+    with pytest.raises(InfeasibleError, match="the shortest found that does takes"):
+        affordable(many, 60.0)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import copy
 import re
+from dataclasses import replace
 
 import pytest
 
 from planner.errors import InfeasibleError
 from planner.information.choose import Found, campaign_found
+from planner.nouns.deadline import Deadline
 from planner.spec.model import NAVIGATION_ERRORS
 from tests.information import cases
 from tests.information.cases import Tree
@@ -62,6 +64,27 @@ def test_limits_that_are_named_are_planned_and_three_percent_less_are_not(kind: 
     campaign = found(asking(kind, limits))
     assert all(a <= b for a, b in zip(campaign.foreseen.largest, limits, strict=True))
     named(asking(kind, [0.97 * limit for limit in limits]))
+
+
+def test_a_refusal_says_that_the_time_was_over() -> None:
+    flight = cases.flight(asking("rss"))
+    with pytest.raises(InfeasibleError) as refused:
+        campaign_found(replace(flight, deadline=Deadline(1e-6)), effort="brief")
+    assert "plan.time_limit" in str(refused.value)
+    with pytest.raises(InfeasibleError) as refused:
+        campaign_found(flight, effort="brief")
+    assert "plan.time_limit" not in str(refused.value)
+
+
+def test_of_campaigns_of_thousands_of_power_ons_a_refusal_asks_few_exact_figures() -> None:
+    made = asking("percentile at the worst temperature")
+    made["plan"]["repeats"] = {"least": 1, "most": 1000}
+    flight = cases.flight(made)
+    with pytest.raises(InfeasibleError):
+        campaign_found(flight, effort="brief")
+    power_ons = [sum(sum(visit.repeats) for visit in visits) for visits in flight.foreseen]
+    assert max(power_ons) > 2000
+    assert sum(n > 2000 for n in power_ons) <= 4  # seconds each
 
 
 def test_what_can_be_met_one_by_one_only_is_refused_with_limits_that_can_be_met_together() -> None:

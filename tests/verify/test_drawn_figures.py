@@ -72,3 +72,13 @@ def test_pools_are_forgotten_where_they_are_too_many(monkeypatch: pytest.MonkeyP
     for table in ({1: 0.05}, {1: 0.04}, {1: 0.03}):
         pools_of({ERROR: family(table, -40.0, 60.0, "largest", "kink")}, 0.95)
     assert len(drawn_figures._POOLS) == 2
+
+
+def test_nets_that_are_remembered_are_those_that_would_be_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drawn_figures, "_NORMALS", {})
+    monkeypatch.setattr(drawn_figures, "MOST_NORMALS", 3 * 4 * 96 * 5)  # bytes of three
+    for net in (0, 1, 2, 0, 3, 4, 0, 1):
+        found = drawn_figures._remembered_normals(net, 96, 5)
+        assert np.array_equal(found, drawn_figures._normals(net, 96, 5))
+        assert len(drawn_figures._NORMALS) <= 3
+    assert not np.array_equal(drawn_figures._normals(0, 96, 5), drawn_figures._normals(1, 96, 5))

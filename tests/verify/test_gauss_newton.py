@@ -7,7 +7,8 @@ import pytest
 from scipy.optimize import least_squares
 
 from planner.nouns.array import Array
-from planner.verify.gauss_newton import Weights, gauss_newton
+from planner.verify.gauss_newton import gauss_newton
+from planner.verify.weights import Weights
 
 N, RUNS = 12, 3
 RNG = np.random.default_rng(14)

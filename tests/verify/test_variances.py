@@ -92,3 +92,15 @@ def test_a_mean_of_moments_is_of_each_temperature() -> None:
     assert len(found) == 2
     wanted = np.mean([m.between(one, other) for m in several], axis=0)
     assert sum(m.between(one, other) for m in found) == pytest.approx(wanted, rel=1e-12)
+
+
+def test_what_estimates_are_misled_by_is_the_same_whatever_was_asked_before(p: Prediction) -> None:
+    starts = anywhere(p.e.spec).along(p.profile, np.array([0.0, 20.0]))
+    moments = p.curves.moments("kink")
+    first = p.foresight.misread(moments).copy()
+    for _ in range(2):
+        AtStarts(p.asked[0], p.foresight, starts).variances("kink", moments)
+        p.foresight.told(moments)
+    assert np.any(first != 0.0)
+    assert np.array_equal(p.foresight.misread(moments), first)
+    assert np.array_equal(replace(p.foresight).misread(moments), first)
