@@ -19,6 +19,7 @@ from planner.information.easiest import MOST_STEPS
 from planner.information.even import MOST_TEMPERATURES, even
 from planner.information.exchange import CHUNK, Judge, shortest
 from planner.information.model_of import Flight, on_offer
+from planner.information.nearest_limits import kept_limits
 from planner.information.neighbours import Neighbours
 from planner.information.offers import Offers
 from planner.information.prices import loads_with
@@ -96,7 +97,9 @@ def affordable(flight: Flight, seconds: float) -> Affordable:
     errors = [e for e in dict.fromkeys(f.error for f in promise.flying) if e not in promise.unbudgeted]
     grades = [_grade(flight, found, load, "", errors)]
     grades += [_grade(flight, found, load, str(e), [e]) for e in errors]
-    limits = tuple(float(x) for x in load * flight.limits)
+    # drawn as closely as a plan with these limits draws them
+    least_load = float((kept_limits(flight, found.offers, found.counts) / flight.limits).max())
+    limits = tuple(float(x) for x in least_load * flight.limits)
     return Affordable(found, load, limits, tuple(grades), tuple(flight.deadline.cut))
 
 
