@@ -35,6 +35,10 @@ class CurveWeights:
         """(S, ρ) of a curve (N,) that all units have."""
         return np.asarray((self.weights @ mean[self.places][:, :, None])[..., 0])
 
+    def times(self, factor: float) -> CurveWeights:
+        """Of a multiple of d."""
+        return CurveWeights(self.error, self.places, factor * self.weights)
+
     def of_rows(self, rows: slice) -> CurveWeights:
         """Of some rows of d."""
         return CurveWeights(self.error, self.places, self.weights[:, rows])

@@ -40,6 +40,7 @@ AWAY = 1.01  # times the guess: the second point of the first secant
 SECANTS = 12
 PILOT = 16  # th part of the flights, by which a quantile is first looked for
 SHORTER = 0.9  # times that one: flights which cannot be longer are not looked at
+LARGEST = 1e15  # length whose square single precision has: a vertical channel without aiding grows for ever
 WORST = 2  # temperatures at which the worst one is looked for by draws
 
 
@@ -86,6 +87,10 @@ def drawn(
     m = np.zeros(rest.shape[:2]) if shift is None else shift
     every = sum((own for _, own in parts), rest + m[..., :, None] * m[..., None, :])
     whole = np.einsum("srr->s", every)
+    if (size := float(np.sqrt(whole.max()))) > LARGEST:
+        least = [(part.times(1.0 / size), own / size**2) for part, own in parts]
+        smaller = drawn(a, rest / size**2, least, pool, draws, m / size)
+        return None if smaller is None else _Larger(smaller, size)
     notable = list[CurveWeights]()
     for part, own in parts:
         if np.any(np.einsum("srr->s", own) > NOTABLE * whole):
@@ -102,6 +107,20 @@ def drawn(
         return _at_any(a, rest, m, notable, curves, looked_at, weights, ANY * draws)
     near, here = nearly(a, every), [p.on(looked_at) for p in notable]
     return _at_one(a, rest[looked_at], m[looked_at], here, curves, weights, near, draws)
+
+
+@dataclass(frozen=True)
+class _Larger:
+    """Flights that are drawn a size smaller, in numbers of single precision."""
+
+    smaller: Drawn
+    size: float
+
+    def quantile(self) -> float:
+        return self.size * self.smaller.quantile()
+
+    def are_within(self, length: float) -> bool:
+        return self.smaller.are_within(length / self.size)
 
 
 def nearly(a: Asked, S: Array) -> float:

@@ -186,6 +186,25 @@ def test_flights_are_within_a_length_as_their_quantile_says(share: float, instan
         assert found.are_within(factor * length) == (factor > 1.0)
 
 
+@pytest.mark.parametrize("instants", [1, 3])
+@pytest.mark.parametrize("size", [1e18, 1e27])
+def test_flights_of_any_size_are_drawn(size: float, instants: int) -> None:
+    """A vertical channel that nothing aids is off by 1e27 m after ten hours: no square of it is single."""
+    pool = np.random.default_rng(2).standard_t(5, (2000, 1))
+    rows = 2 * instants
+    rest = np.stack([np.diag(np.linspace(1.0, 2.0, rows))] * 2)  # axes of its own: rounding chooses none
+    a, square = asked(0.95, 2, instants, 2), float(np.mean(pool**2))
+    part = weights_of(np.linspace(0.5, 1.0, rows), 2)
+    usual = drawn(a, rest, moved(part, square), lambda e: pool.T.astype(np.float32))
+    larger = moved(part.times(size), square)
+    found = drawn(a, rest * size**2, larger, lambda e: pool.T.astype(np.float32))
+    assert usual is not None
+    assert found is not None
+    length = found.quantile()
+    assert length == pytest.approx(size * usual.quantile(), rel=1e-3)
+    assert [found.are_within(factor * length) for factor in (0.99, 1.01)] == [False, True]
+
+
 def test_a_campaign_that_breaks_by_far_is_known_as_such_without_its_figures() -> None:
     """Under each family alone as under all of them; what is within what draws scatter by is not."""
     shown = set[bool]()
