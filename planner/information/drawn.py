@@ -54,22 +54,6 @@ class Drawn(Protocol):
         """Whether the requirement's share of them is: as the quantile says, without looking for it."""
 
 
-def drawn_quantile(
-    a: Asked,
-    rest: Array,
-    parts: Sequence[tuple[CurveWeights, Array]],
-    pool: Callable[[Error], NDArray[np.float32]],
-    draws: int = DRAWS,
-    shift: Array | None = None,
-) -> float | None:
-    """The quantile of the largest |d| over a requirement's instants; None at a single one without curves.
-
-    Arguments as of `drawn`.
-    """
-    flights = drawn(a, rest, parts, pool, draws, shift)
-    return None if flights is None else flights.quantile()
-
-
 def drawn(
     a: Asked,
     rest: Array,

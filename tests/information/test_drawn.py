@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -15,7 +17,6 @@ from planner.information.drawn import (
     SHORTER,
     _at_one,
     drawn,
-    drawn_quantile,
 )
 from planner.information.even import even
 from planner.information.exchange import Judge
@@ -51,6 +52,11 @@ def moved(weights: CurveWeights, square: float) -> list[tuple[CurveWeights, Arra
     return [(weights, weights.second_moment(np.array([[square]])))]
 
 
+def quantile_of(*flights: Any, **more: Any) -> float | None:
+    found = drawn(*flights, **more)
+    return None if found is None else found.quantile()
+
+
 @pytest.mark.parametrize("share", SHARES)
 @pytest.mark.parametrize("size", [0.5, 2.0])
 def test_a_curve_of_one_size_shifts_a_gaussian(share: float, size: float) -> None:
@@ -58,7 +64,7 @@ def test_a_curve_of_one_size_shifts_a_gaussian(share: float, size: float) -> Non
     a, rest = asked(share, 1, 1, 1), np.ones((1, 1, 1))
     pool = np.full((2, 1), size)
     parts = moved(weights_of(np.ones(1), 1), size**2)
-    found = drawn_quantile(a, rest, parts, lambda e: pool.T)
+    found = quantile_of(a, rest, parts, lambda e: pool.T)
 
     def missing(r: float) -> float:
         root = np.sqrt(2.0)
@@ -78,7 +84,7 @@ def test_gaussian_curves_leave_a_gaussian(components: int, instants: int, worst:
     pool = rng.normal(size=(40_000, 1))
     a = asked(0.95, 3, instants, components, worst=worst)
     one = np.tile(rest, (instants, instants))
-    found = drawn_quantile(
+    found = quantile_of(
         a,
         np.broadcast_to(one, (3, *one.shape)),
         moved(weights_of(np.tile(J, instants), 3), 1.0),
@@ -94,14 +100,14 @@ def test_where_no_curve_matters_nothing_is_drawn() -> None:
     def never(error: object) -> Array:
         raise AssertionError("drawn")
 
-    assert drawn_quantile(a, np.ones((1, 1, 1)), moved(small, 1.0), never) is None
+    assert quantile_of(a, np.ones((1, 1, 1)), moved(small, 1.0), never) is None
 
 
 @pytest.mark.parametrize("share", [0.95, 0.99, 0.997])
 def test_the_worst_of_many_temperatures_is_no_worse_for_being_drawn(share: float) -> None:
     """Forty alike, two equal instants, no curve: the largest of forty scattered quantiles is above theirs."""
     rest = np.tile(np.diag([1.0, 0.5, 0.1]), (2, 2))
-    found = drawn_quantile(asked(share, 40, 2, 3, worst=True), np.broadcast_to(rest, (40, 6, 6)), [], len)
+    found = quantile_of(asked(share, 40, 2, 3, worst=True), np.broadcast_to(rest, (40, 6, 6)), [], len)
     assert found == pytest.approx(float(percentile(rest[:3, :3], share)), rel=0.006)
 
 
@@ -113,7 +119,7 @@ def test_the_worst_temperature_is_looked_for_on_both_sides() -> None:
     weights = np.array([1.0, 0.0, 0.0, 0.0, 0.0])[:, None, None]
     part = CurveWeights(ERROR, np.zeros((5, 1), dtype=np.intp), weights)
     parts = [(part, part.second_moment(np.ones((1, 1))))]
-    found = drawn_quantile(asked(0.99, 5, 1, 1, worst=True), rest, parts, lambda e: pool.T)
+    found = quantile_of(asked(0.99, 5, 1, 1, worst=True), rest, parts, lambda e: pool.T)
     assert found == pytest.approx(5.0, abs=0.15)
 
 
@@ -133,7 +139,7 @@ def test_long_tails_lengthen_high_quantiles_and_shorten_low_ones() -> None:
     moment = np.array([[float(np.mean(pool**2))]])
     total = np.array([[0.2 + moment[0, 0]]])
     for share, longer in ((0.9, False), (0.99, True)):
-        found = drawn_quantile(
+        found = quantile_of(
             asked(share, 1, 1, 1),
             np.full((1, 1, 1), 0.2),
             moved(weights_of(np.ones(1), 1), float(moment[0, 0])),
@@ -148,7 +154,7 @@ def test_long_tails_lengthen_high_quantiles_and_shorten_low_ones() -> None:
 def test_what_all_flights_have_shifts_a_gaussian(share: float, instants: int) -> None:
     """P(|d| <= r) = Φ(r − m) − Φ(−r − m), at one instant, or at two of which the other hardly moves."""
     a, rest = asked(share, 1, instants, 1), np.diag([1.0, 1e-4])[None, :instants, :instants]
-    found = drawn_quantile(a, rest, [], lambda e: np.empty((1, 0)), shift=np.full((1, instants), 0.8))
+    found = quantile_of(a, rest, [], lambda e: np.empty((1, 0)), shift=np.full((1, instants), 0.8))
     assert found is not None
     assert ndtr(found - 0.8) - ndtr(-found - 0.8) == pytest.approx(share, abs=0.003)
 
@@ -257,7 +263,7 @@ def test_other_curves_are_drawn_at_every_temperature(instants: int) -> None:
     for _ in range(20):
         pool = rng.standard_t(4, (40_000, 1))
         parts = moved(weights_of(np.ones(instants), S), float(np.mean(pool**2)))
-        value = drawn_quantile(a, rest, parts, lambda e, pool=pool: pool.T, draws)
+        value = quantile_of(a, rest, parts, lambda e, pool=pool: pool.T, draws)
         assert value is not None
         found.append(value / np.quantile(np.abs(pool), 0.95))
     # √(.05 .95 / 30 000) of a probability is 0.7 % of this quantile; of a thousand flights it would be 4 %
