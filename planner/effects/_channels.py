@@ -52,6 +52,7 @@ class BaseEffect:
         False  # whether a row's regressors depend on the rows before it, which stand in the order of time
     )
     nodal = False  # whether its coefficients are the values at nodes, its regressors the weights of these
+    apart = False  # whether each of its coefficients may be the only one there: an axis's share, no node's
     follows_drift = False  # whether one power-on cannot tell it from a drift: a table over what changes there
     largest: Mapping[Sensor, float] | None = None
     title: str

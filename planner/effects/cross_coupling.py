@@ -21,6 +21,7 @@ class CrossCoupling(BaseEffect):
     sensors: tuple[Sensor, ...] = BOTH
     units: Mapping[Sensor, str] = {"gyro": "s/deg", "accelerometer": "mg/g**2"}
     group: Group = "bias"
+    apart = True
     needs = frozenset[Condition](("rate", "specific_force"))
     variable: Condition | None = "specific_force"
     title = "cross-coupling"

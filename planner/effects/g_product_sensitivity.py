@@ -21,6 +21,7 @@ class GProductSensitivity(BaseEffect):
     sensors: tuple[Sensor, ...] = ("gyro",)
     units: Mapping[Sensor, str] = {"gyro": "deg/s/g**2"}
     group: Group = "bias"
+    apart = True
     needs = frozenset[Condition](("specific_force",))
     variable: Condition | None = "specific_force"
     title = "sensitivity to products of forces"

@@ -17,6 +17,7 @@ class GSensitivity(BaseEffect):
     sensors: tuple[Sensor, ...] = ("gyro",)
     units: Mapping[Sensor, str] = {"gyro": "deg/s/g"}
     group: Group = "bias"
+    apart = True
     needs = frozenset[Condition](("specific_force",))
     variable: Condition | None = "specific_force"
     title = "g-sensitivity"

@@ -25,6 +25,7 @@ class Misalignment(BaseEffect):
     sensors: tuple[Sensor, ...] = BOTH
     units: Mapping[Sensor, str] = {"gyro": "deg", "accelerometer": "deg"}
     group: Group = "misalignment"
+    apart = True
     needs = frozenset[Condition](("rate", "specific_force"))
     variable: Condition | None = "rate"
     title = "misalignment"

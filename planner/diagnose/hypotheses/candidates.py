@@ -43,6 +43,7 @@ class Block:
     columns: channel's index -> (n, k), zero where a shared term does not act on that channel
     reference: whether it is a hypothesis about a reference; place: where that acts
     stated: what the spec says of each coefficient beforehand, one sigma, SI; 0: nothing
+    apart: whether each of its coefficients may be the only one that is there
     """
 
     name: str
@@ -54,6 +55,7 @@ class Block:
     reference: bool = False
     place: float = 0.0
     stated: float = 0.0
+    apart: bool = False
 
     @property
     def channels(self) -> tuple[int, ...]:
@@ -185,7 +187,8 @@ def _bent(
     The table's bends are clear of a straight line, so that the effect's coefficient is the mean slope.
     """
     names = tuple(effect.terms(c.sensor)[k].name for k in mine)
-    plain = Block(effect.name, c.sensor, {c.axis: full[:, mine]}, names, nonlinear)
+    apart = bool(getattr(effect, "apart", False)) and len(mine) > 1
+    plain = Block(effect.name, c.sensor, {c.axis: full[:, mine]}, names, nonlinear, apart=apart)
     if not effect.tabled or effect.temperature_of is None:
         return plain
     t = c.model.conditions.temperature_degc

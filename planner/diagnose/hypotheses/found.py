@@ -128,7 +128,7 @@ class Found:
         Few points of several parameters together lie far apart, and the nearest may explain less than an
         effect that is not there.
         """
-        found = {b: s.criterion for b, s in scores.items()}
+        found = {b: s.among_names for b, s in scores.items()}
         best: dict[Key, int] = {}
         for b in sorted(scores, key=lambda b: -found[b]):
             if len(self.pool.blocks[b].nonlinear) > 1:
@@ -136,7 +136,7 @@ class Found:
         for b in best.values():
             self.pool, moved = question.refine(self.pool, self.all, b)
             if moved != b:
-                found[moved] = score(self.without(), [moved]).criterion
+                found[moved] = score(self.without(), [moved]).among_names
         return found
 
     def drop_needless(self, null: Null) -> None:

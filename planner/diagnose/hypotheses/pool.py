@@ -59,7 +59,7 @@ class Pool:
     parts: axis -> (n, k_a) of length one over all axes; size: (K,) whitened length that they had, per SI unit
     gram: (K, K) of the parts; h: (K,) clear of what was taken; segments: for the flips; shares: of variances
     taken: what the pool is clear of, which never touches (K, K): a search asks for few blocks beside much
-    asked, nulls, cleared: what was computed of it already: a search asks the same many times
+    asked, alone, nulls, cleared: what was computed of it already: a search asks the same many times
     """
 
     state: Mapping[int, Whitened]
@@ -74,6 +74,7 @@ class Pool:
     shares: Mapping[int, Shares]
     taken: Taken | None = None
     asked: dict[tuple[int, ...], Contrast] = field(init=False, default_factory=dict, compare=False)
+    alone: dict[int, tuple[Contrast, ...]] = field(init=False, default_factory=dict, compare=False)
     nulls: list[tuple[tuple[int, ...], Flips, Null]] = field(init=False, default_factory=list, compare=False)
     cleared: dict[tuple[int, ...], Pool] = field(init=False, default_factory=dict, compare=False)
 

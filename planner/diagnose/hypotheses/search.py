@@ -15,6 +15,7 @@ from planner.diagnose.hypotheses.chance import family_wise
 from planner.diagnose.hypotheses.forms import only_forms_that_hold
 from planner.diagnose.hypotheses.found import (
     ALPHA_UNKNOWN,
+    SINGLE,
     TIE,
     Found,
     Key,
@@ -98,9 +99,12 @@ def _swap(found: Found, library: Sequence[int]) -> None:
             if found.stands(b):
                 continue
             here = given(found.pool, found.others(b))
-            rivals = {c: score(here, [c]).criterion for c in [*free(found.pool, library, found.others(b)), b]}
+            scores = {c: score(here, [c]) for c in [*free(found.pool, library, found.others(b)), b]}
+            # few columns of nothing may be as good a choice as many of which one tells: they are no claim
+            rivals = {c: s.among_names for c, s in scores.items() if c == b or s.log_p < np.log(SINGLE)}
             best = best_of(found.pool, rivals)
-            apart, together = _channel_by_channel(found, b, rivals, here)
+            every = {c: s.criterion for c, s in scores.items()}
+            apart, together = _channel_by_channel(found, b, every, here)
             if together > rivals[best] + TIE + _coincidence(found, b, apart, here):
                 instead = apart
             elif rivals[best] > rivals[b] + TIE:

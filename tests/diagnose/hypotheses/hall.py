@@ -208,6 +208,21 @@ def tumbles(seed: int, visits: int = 3, azimuth: float = 0.4) -> Hall:
     return log.hall()
 
 
+def anywhere(seed: int, visits: int = 3) -> Hall:
+    """Four temperatures on a table of two axes: rests in any attitude, turns about any axis of the body."""
+    rng, log = np.random.default_rng([seed, 8]), _Log()
+    for _ in range(visits):
+        for degc in rng.permutation([-40.0, -5.0, 25.0, 60.0]):
+            log.on(rng.uniform(8.0, 50.0))
+            for k in range(26):
+                log.record(0, 1.0, degc)
+                up, other = np.linalg.qr(rng.normal(size=(3, 3)))[0][:2]
+                turn = RATES[k % 4] * up if k >= 10 else np.zeros(3)
+                log.rows[-1][5:14] = [*up, *other, *turn]
+            log.day += rng.uniform(0.1, 0.6)
+    return log.hall()
+
+
 def read(hall: Hall, seed: int, gyro: Noise = GYRO, acc: Noise = ACC, felt: Hall | None = None) -> DwellTable:
     """The table of one unit; felt: what it is exposed to where the references do not say it."""
     readings = []
