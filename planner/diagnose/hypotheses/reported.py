@@ -18,12 +18,15 @@ from planner.diagnose.declared_and_found import ChannelEstimates, declared_and_f
 from planner.diagnose.hypotheses.bench_uncertainty import below_bench
 from planner.diagnose.hypotheses.estimates import Estimate, ParameterInterval, estimates, rivals
 from planner.diagnose.hypotheses.forms import TEMPERATURE, at_one_temperature, untested
+from planner.diagnose.hypotheses.found import ALPHA
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
-from planner.diagnose.hypotheses.wander import can_tell, wander
+from planner.diagnose.hypotheses.wander import can_tell, left_of, wander
+from planner.diagnose.hypotheses.whitened import Whitened, log_p
 from planner.dwells.table_rows import rows_of
 from planner.errors import InputError
 from planner.measurement import AXES
+from planner.nouns.array import Array
 from planner.nouns.diagnosis import FoundEffect, FoundTerm, Rival
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Effect, Sensor
@@ -143,7 +146,8 @@ def _told_by_the_search(
     """Channels of which the fit tells a bias no longer from zero that the search does, and nothing wanders.
 
     That fit counts the spec's in-run as noise of every record: 0.5 mg hide a coefficient of 0.08 mg per K/min
-    that stands 13 sigma above what the records scatter. Where they show no such process it is not in them.
+    that stands 13 sigma above what the records scatter. Where they show no such process it is not in them;
+    what is not beyond doubt must be significant even beside as much of it as they allow.
     """
     budgets: Mapping[str, ErrorBudget] = getattr(spec.unit, s.sensor)
     known, out = catalog.effects(), set[int]()
@@ -151,16 +155,28 @@ def _told_by_the_search(
         block = s.found.pool.blocks[b]
         axis = block.channels[0]
         alone = len(block.channels) == 1 and len(s.found.on({axis})) == 1 and axis in last
-        if not alone or known[block.name].group != "bias" or s.found.share(b).delta < SURE**2:
+        if not alone or known[block.name].group != "bias":
             continue
         fit = [c for (effect, _), c in last[axis].terms.items() if effect == block.name]
         if all(c.low <= 0.0 <= c.high for c in fit) and "bias" in budgets:
             mine = [e for e in estimates(s.found.pool, s.found.all) if e.block == b]
             told = any(abs(e.value) > e.half for e in mine)
             w, tau = s.found.pool.state[axis], budgets["bias"].in_run_time
-            if told and can_tell(w) and wander(w, block.columns[axis], data.table.time_on, tau) is None:
+            told = told and can_tell(w) and wander(w, block.columns[axis], data.table.time_on, tau) is None
+            if told and _stands_beside_a_walk(s, b, w, data.table.time_on, tau):
                 out.add(axis)
     return out
+
+
+def _stands_beside_a_walk(s: SensorFound, b: int, w: Whitened, time_on: Array, tau: float) -> bool:
+    """Whether an effect stays significant beside as large a process within power-ons as the rows allow."""
+    own = s.found.share(b)
+    if own.delta >= SURE**2:
+        return True
+    pool = s.found.pool
+    left = left_of(w, pool.blocks[b].columns[w.channel.axis], time_on, tau)
+    looks = len({block.key for block in pool.blocks})
+    return bool(float(log_p(left * own.delta, own.m, own.freedom, own.s2)) <= np.log(ALPHA / looks))
 
 
 def _search_alone(s: SensorFound, axis: int) -> str:

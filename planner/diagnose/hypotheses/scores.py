@@ -4,7 +4,7 @@ For any set S of columns Δ_S = h_Sᵀ Gram_SS⁺ h_S is the drop of the residua
 of rates, of which one alone is there, hide it among five of noise: where a block's coefficients stand apart
 each is looked at by itself as well, and what such a choice of m may find by chance is taken off,
 
-    log p = log 2 + min(log p_S, log m + min_k log p_k),   criterion among names = max(C_S, max_k C_k − 2 log m)
+    log p = log 2 + min(log p_S, log m + min_k log p_k),    among names C = max(C_S, max_k C_k − 2 log m)
 
 (Bonferroni; Chen, Chen, Biometrika 95, 2008, 759: the extended Bayesian criterion). The null comes from the
 same columns: the share of every segment in the residual of the full model, with random signs (Westfall,

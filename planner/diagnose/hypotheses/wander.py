@@ -27,10 +27,10 @@ from planner.diagnose.hypotheses.noise import (
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.nouns.array import Array
-from planner.solvers.block_covariance import LARGEST
+from planner.solvers.block_covariance import LARGEST, BlockCovariance
 from planner.solvers.distributions import chi_square_tail
 from planner.solvers.least_squares import factors
-from planner.solvers.random_effects import Drift
+from planner.solvers.random_effects import Covariance, Drift, covariance
 from planner.solvers.reml import Variances, reml, reml_and_information
 from planner.solvers.restricted_likelihood import Sample, restricted_loglik
 
@@ -57,10 +57,7 @@ def wander(w: Whitened, believed: Array, time_on: Array, tau: float) -> ChannelN
     effects = w.noise.sample.effects
     if neighbours(left, w.noise.starts) < AT_FIRST_SIGHT or int(effects.sizes.max()) > LARGEST:
         return None
-    rows, _ = judged_rows(w.noise.starts, len(w.z))
-    basis = factors(np.column_stack([w.channel.J, believed, w.noise.fixed_runs])[rows], TOLD).basis
-    sample = Sample(w.channel.r[rows], basis, effects, True)
-    drift = Drift(np.ones(len(rows)), time_on[rows], tau)
+    sample, drift = _sample(w, believed, time_on, tau)
     start = w.noise.variances.theta
     try:
         plain = reml(sample.y, sample.basis, sample.effects, start, SETTLED)
@@ -73,6 +70,41 @@ def wander(w: Whitened, believed: Array, time_on: Array, tau: float) -> ChannelN
         return None
     (known,) = without_zeros([found])
     return replace(w.noise, variances=known, components=(*w.noise.components, NAME))
+
+
+def left_of(w: Whitened, believed: Array, time_on: Array, tau: float) -> float:
+    """Share of Δ of believed columns (n, k) where the process is as large as the rows allow, 0 … 1.
+
+    Its variance is the estimate beside them, or what one that comes out as zero may well be: a drift of a few
+    sigma is not told from a process that the rows do not refuse. 0 where nothing can be said.
+    """
+    sample, drift = _sample(w, believed, time_on, tau)
+    rows, _ = judged_rows(w.noise.starts, len(w.z))
+    known = np.column_stack([w.channel.J, w.noise.fixed_runs])[rows]
+    try:
+        plain = reml(sample.y, sample.basis, sample.effects, w.noise.variances.theta, SETTLED)
+        (moving,) = without_zeros([_with(sample, drift, plain.theta)[0]])
+    except ValueError:
+        return 0.0
+    both = (sample.effects, plain.theta), (replace(sample.effects, drifts=(drift,)), moving.theta)
+    before, after = (_explained(covariance(e, t), known, believed[rows], sample.y) for e, t in both)
+    return min(after / before, 1.0) if before > 0.0 else 0.0
+
+
+def _sample(w: Whitened, believed: Array, time_on: Array, tau: float) -> tuple[Sample, Drift]:
+    """The rows that tell the variances, under what is declared and believed; the process on them."""
+    rows, _ = judged_rows(w.noise.starts, len(w.z))
+    basis = factors(np.column_stack([w.channel.J, believed, w.noise.fixed_runs])[rows], TOLD).basis
+    sample = Sample(w.channel.r[rows], basis, w.noise.sample.effects, True)
+    return sample, Drift(np.ones(len(rows)), time_on[rows], tau)
+
+
+def _explained(v: Covariance | BlockCovariance, known: Array, columns: Array, y: Array) -> float:
+    """Δ, the drop of yᵀPy by columns beside what is known."""
+    white = v.whiten(np.column_stack([y, known, columns]))
+    Q = orthonormal(white[:, 1 : known.shape[1] + 1])
+    left = clear(Q, np.column_stack([white[:, :1], white[:, known.shape[1] + 1 :]]))
+    return float(np.sum((orthonormal(left[:, 1:], TOLD).T @ left[:, 0]) ** 2))
 
 
 def _with(sample: Sample, drift: Drift, theta: Array) -> tuple[Variances, float]:

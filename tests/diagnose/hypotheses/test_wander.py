@@ -7,9 +7,11 @@ from functools import cache
 import numpy as np
 import pytest
 
+from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.prepared import prepared
-from planner.diagnose.hypotheses.sensor import diagnose_sensor
+from planner.diagnose.hypotheses.sensor import begin, diagnose_sensor
+from planner.diagnose.hypotheses.wander import left_of
 from planner.diagnose.stepped_run import stepped_run
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import BudgetExceeded
@@ -51,7 +53,7 @@ def measured(seed: int, moves: Array | float, heavy: bool = False) -> DwellTable
     faces = np.concatenate([faces, faces[:, : ROWS - 6]], axis=1).reshape(n, 3)
     noise = rng.standard_t(3, (n, 3)) / np.sqrt(3.0) if heavy else rng.normal(size=(n, 3))
     level = np.repeat(rng.normal(size=(RUNS, 3)) * 0.3 * MG, ROWS, axis=0)
-    acc = faces * G * +5.0 * MG + level + WHITE * noise
+    acc = faces * G + 5.0 * MG + level + WHITE * noise
     acc[:, 0] += np.broadcast_to(moves, (RUNS, ROWS)).ravel()
     return DwellTable(
         unit=np.full(n, "u1"),
@@ -122,3 +124,39 @@ def test_one_step_of_one_power_on_is_said_with_run_moment_and_size(seed: int) ->
 def test_steps_in_every_power_on_are_no_step_of_one(seed: int) -> None:
     data = prepared(measured(seed, 0.2 * MG * steps(np.random.default_rng(seed))))
     assert stepped_run([diagnose_sensor(data, "accelerometer", ("bias",), 1)], data) is None
+
+
+def drift(sigma: float) -> Array:
+    """(RUNS, ROWS) m/s², a straight line in every power-on, so many sigma of white noise over all rows."""
+    t = np.arange(ROWS) - (ROWS - 1) / 2.0
+    return np.asarray(np.tile(sigma * WHITE * t / np.sqrt(RUNS * (t @ t)), (RUNS, 1)))
+
+
+def effects(seed: int, moves: Array | float) -> list[tuple[str, tuple[str, ...]]]:
+    found = diagnose(measured(seed, moves), spec("      in_run: 0.5 mg\n"))
+    return [(e.effect, e.channels) for e in found.effects]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.further("seed", range(4, 10))
+def test_a_drift_of_five_and_a_half_sigma_stands_before_a_budget_that_would_hide_it(seed: int) -> None:
+    """The budget's 0.5 mg may drift five times as far; the rows show that nothing of the kind is there."""
+    assert effects(seed, drift(5.5)) == [("drift", ("accelerometer_x",))]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", range(3, 12))
+def test_beside_a_walk_no_drift_is_claimed(seed: int) -> None:
+    rng = np.random.default_rng([seed, 3])
+    assert effects(seed, 0.05 * MG * walk(rng)) == []
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_walk_as_large_as_the_rows_allow_takes_a_share_of_a_drift(seed: int) -> None:
+    data = prepared(measured(seed, drift(7.0)))
+    w = begin(data, "accelerometer", ("bias",)).pool.state[0]
+    time_on = data.table.time_on
+    alone = left_of(w, time_on[:, None], time_on, 600.0)
+    walking = prepared(measured(seed, 0.1 * MG * walk(np.random.default_rng(seed)) + drift(7.0)))
+    w = begin(walking, "accelerometer", ("bias",)).pool.state[0]
+    assert 0.0 < left_of(w, time_on[:, None], time_on, 600.0) < 0.8 * alone < 0.8
