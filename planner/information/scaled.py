@@ -6,8 +6,9 @@ from dataclasses import replace
 from typing import Any, Literal
 
 from planner.nouns.sensor import ErrorName
-from planner.spec.budget import ErrorBudget, InRun, MeasuredCurve, MeasuredCurves, ResidualTable, RunToRun
+from planner.spec.budget import ErrorBudget, InRun, RunToRun
 from planner.spec.model import Spec
+from planner.spec.temperature_residual import MeasuredCurve, MeasuredCurves, ResidualTable
 from planner.units import Quantity
 
 Part = Literal["run_to_run", "in_run", "storage", "temperature"]

@@ -16,9 +16,10 @@ from planner.nouns.choices import PointMenu, TemperaturePoints
 from planner.nouns.sensor import ErrorName
 from planner.plan.by_hand import chosen_by_hand, temperatures_of
 from planner.solvers.breakpoints import optimal_breakpoints, table_residual
-from planner.spec.budget import ErrorBudget, MeasuredCurve
+from planner.spec.budget import ErrorBudget
 from planner.spec.even_points import even_points
 from planner.spec.model import Spec
+from planner.spec.temperature_residual import MeasuredCurve
 
 
 def point_menus(spec: Spec) -> tuple[PointMenu, ...]:

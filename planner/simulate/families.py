@@ -6,10 +6,11 @@ from planner.errors import InputError
 from planner.protocols import SENSORS, Sensor
 from planner.simulate.curves.measured import one_unit, several_units, table_of
 from planner.simulate.temperature_curves import CurveFamily, curve_family
-from planner.spec.budget import CurveName, ErrorBudget
+from planner.spec.budget import ErrorBudget
 from planner.spec.curve_names import FAMILY_NAMES, FamilyName
 from planner.spec.model import Spec
 from planner.spec.places import did_you_mean
+from planner.spec.temperature_residual import CurveName
 
 
 def family_named(word: str) -> FamilyName:

@@ -27,7 +27,7 @@ from planner.simulate.curves.cubic import Cubic
 from planner.simulate.curves.grid import POINTS, Real, Shape, along, centred, even_table, largest_left
 from planner.simulate.curves.kink import Kink
 from planner.simulate.curves.matern import Matern
-from planner.spec.budget import CurveName
+from planner.spec.temperature_residual import CurveName
 
 Figure = Literal["largest", "sigma"]
 

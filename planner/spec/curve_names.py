@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Literal
 
 from planner.protocols import SENSORS
-from planner.spec.budget import CURVE_NAMES, CurveName, ErrorBudget
+from planner.spec.budget import ErrorBudget
 from planner.spec.model import Spec
+from planner.spec.temperature_residual import CURVE_NAMES, CurveName
 
 FamilyName = Literal[CurveName, "measured"]
 FAMILY_NAMES: tuple[FamilyName, ...] = (*CURVE_NAMES, "measured")

@@ -10,19 +10,12 @@ from planner import catalog
 from planner.effects._scatter_over_input import INPUT_UNIT
 from planner.nouns.sensor import ErrorName
 from planner.protocols import Sensor
-from planner.spec.budget import (
-    ErrorBudget,
-    InRun,
-    MeasuredCurve,
-    MeasuredCurves,
-    OverInput,
-    ResidualTable,
-    RunToRun,
-)
+from planner.spec.budget import ErrorBudget, InRun, OverInput, RunToRun
 from planner.spec.places import did_you_mean
 from planner.spec.review import Review
 from planner.spec.rules_requirement import wrong_unit
 from planner.spec.scatter import SPREADS
+from planner.spec.temperature_residual import MeasuredCurve, MeasuredCurves, ResidualTable
 from planner.spec.yaml12 import Path
 from planner.units import Quantity, UnitError, to_degc
 

@@ -17,8 +17,9 @@ from planner import catalog
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS
-from planner.spec.budget import ErrorBudget, MeasuredCurve
+from planner.spec.budget import ErrorBudget
 from planner.spec.model import PercentileRule, Spec
+from planner.spec.temperature_residual import MeasuredCurve
 from planner.units import UnitError, dimension_of, unit_factor
 from planner.verify.asked_steps import in_room
 from planner.verify.findings import Document, Findings

@@ -12,7 +12,7 @@ import pytest
 from planner.information.curves import Curves
 from planner.nouns.array import Array
 from planner.simulate.temperature_curves import LARGEST, curve_family
-from planner.spec.budget import CurveName
+from planner.spec.temperature_residual import CurveName
 from planner.verify.curves import family
 from planner.verify.families import curves_in
 from planner.verify.second_moments import moments_of

@@ -22,9 +22,10 @@ from planner.simulate.curves.matern import Matern
 from planner.simulate.curves.measured import OneUnit, SeveralUnits, one_unit, several_units, table_of
 from planner.simulate.families import curve_families, family_named
 from planner.simulate.temperature_curves import CurveFamily, TableCurves, second_moment
-from planner.spec.budget import CURVE_NAMES, CurveName, ErrorBudget, MeasuredCurve
+from planner.spec.budget import ErrorBudget
 from planner.spec.curve_names import FAMILY_NAMES, FamilyName, families_of
 from planner.spec.model import Spec
+from planner.spec.temperature_residual import CURVE_NAMES, CurveName, MeasuredCurve
 from tests.simulate.benches import campaign_of, noiseless, shipped
 from tests.specs import SHIPPED
 

@@ -17,7 +17,7 @@ from planner.simulate.curves.grid import POINTS, Shape, along, centred, even_tab
 from planner.simulate.curves.kink import Kink
 from planner.simulate.curves.matern import Matern
 from planner.simulate.temperature_curves import LARGEST, Figure, TableCurves, curve_family, second_moment
-from planner.spec.budget import CURVE_NAMES, CurveName
+from planner.spec.temperature_residual import CURVE_NAMES, CurveName
 
 PUBLISHED = {1: 0.032, 3: 0.0085, 5: 0.0035, 7: 0.0029, 10: 0.0026, 20: 0.0021}  # K table 2.10
 SCALED: tuple[CurveName, ...] = ("kink", "cubic", "matern")  # by one number, where the figure is a sigma

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.spec.budget import CURVE_NAMES, IN_RUN_TIME_S, CurveName, ErrorBudget
+from planner.spec.budget import IN_RUN_TIME_S, ErrorBudget
 from planner.spec.flight_temperature import TemperatureShares
+from planner.spec.temperature_residual import CURVE_NAMES, CurveName
 from planner.units import STANDARD_GRAVITY_MPS2
 from tests.spec.example import changed, loaded
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from planner.errors import InputError
-from planner.spec.budget import MeasuredCurve
 from planner.spec.load import load_spec
 from planner.spec.model import PercentileRule
+from planner.spec.temperature_residual import MeasuredCurve
 from tests.spec.example import EXAMPLE, changed, faults, loaded, place
 
 

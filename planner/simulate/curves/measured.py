@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.nouns.array import Array
 from planner.simulate.curves.grid import along, largest_left, places
-from planner.spec.budget import MeasuredCurve
+from planner.spec.temperature_residual import MeasuredCurve
 
 MOST_POINTS = 10  # of the table that one unit's curve leaves
 _NOTHING = 1e-9  # of the largest: straight lines between as many measured points leave rounding
