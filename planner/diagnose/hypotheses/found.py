@@ -58,7 +58,7 @@ class Found:
 
     misfit: generic blocks that are left beside a much stronger effect of the bench
     aliased: library effects (their keys) that stand although an unknown of their channel could take them up
-    stood_for: library effects -> p of the generic alternative that was significant where they stand now
+    stood_for: library effects -> p of what was significant where they stand now: bins, or a name less fitting
     """
 
     pool: Pool

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from planner.diagnose.hypotheses.agreement import rests_on
-from planner.diagnose.hypotheses.chance import family_wise
+from planner.diagnose.hypotheses.chance import Null, family_wise
 from planner.diagnose.hypotheses.forms import only_forms_that_hold
 from planner.diagnose.hypotheses.found import (
     ALPHA_UNKNOWN,
@@ -78,7 +78,7 @@ def _forward(found: Found, question: Question) -> None:
         criteria = found.criteria(question, good)
         found.library.append(best_of(found.pool, criteria))
         found.refine(question)
-        _swap(found, question.library)
+        _swap(found, question.library, null)
         found.refine(question)
         found.drop_needless(null)
         if _state(found) in seen:
@@ -91,8 +91,12 @@ def _state(found: Found) -> frozenset[Key]:
     return frozenset(keys(found.pool, found.library))
 
 
-def _swap(found: Found, library: Sequence[int]) -> None:
-    """Exchange each believed effect for the best in its place, until nothing changes."""
+def _swap(found: Found, library: Sequence[int], null: Null) -> None:
+    """Exchange each believed effect for the best in its place, until nothing changes.
+
+    That something is there is as sure as it was: the name that explains it best stands for the one that was
+    found, though alone among so many it might not have been.
+    """
     for _ in range(3):
         changed = False
         for b in list(found.library):
@@ -109,6 +113,9 @@ def _swap(found: Found, library: Sequence[int]) -> None:
                 instead = apart
             elif rivals[best] > rivals[b] + TIE:
                 instead = [best]
+                key = found.pool.blocks[b].key
+                sure = min(family_wise(scores[b].log_p, null), found.stood_for.get(key, 1.0))
+                found.stood_for[found.pool.blocks[best].key] = sure
             else:
                 continue
             place = found.library.index(b)
