@@ -112,6 +112,15 @@ def triad_noise(triad: Sequence[Readings]) -> list[ChannelNoise]:
     return [_noise(j, v) for j, v in zip(judged, without_zeros(_shared(judged, own) or own), strict=True)]
 
 
+def noise_in_common(triad: Sequence[Readings]) -> list[ChannelNoise] | None:
+    """The noise of every channel, what few runs tell taken as the triad's; None where the channels differ."""
+    judged = [r.judged for r in triad]
+    found = _shared(judged, [_own(j) for j in judged])
+    if found is None:
+        return None
+    return [_noise(j, v) for j, v in zip(judged, without_zeros(found), strict=True)]
+
+
 def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights: Array) -> Array:
     """(n,) one sigma of each row, of its weight, about its power-on under the declared model alone."""
     return channel_noise(Readings(c, starts, duration, np.empty((len(c.r), 0)), weights)).spread

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from planner import catalog
 from planner.campaign.channel_model import EXCITING
+from planner.diagnose.hypotheses.borne_by_triad import borne_by_triad
 from planner.diagnose.hypotheses.candidates import (
     Block,
     generic_blocks,
@@ -230,7 +231,7 @@ def _readings(
     """What the noise is judged from; axis -> (n,) rows that were left out, and (n,) sigma."""
     nothing = np.empty((len(data.table), 0))
     cells = cells_of(data.table.conditions())
-    triad, far, sizes = [], {}, {}
+    plains, triad, far, sizes = list[Readings](), list[Readings](), {}, {}
     for c in channels:
         full, hidden = of_the_full_model(blocks, c.axis, len(c.r), len(data.starts))
         few = np.column_stack([nothing, *coarse(blocks, c.axis)])
@@ -241,8 +242,9 @@ def _readings(
         plain = Readings(c, data.starts, data.table.duration, candidates, weights)
         if not full:  # a slope at each node would take all that tells the spread of few power-ons
             plain = replace(plain, moves=moving(c, channel_noise(plain)))
+        plains.append(plain)
         triad.append(with_what_hides(plain, hidden))
-    return triad, far, sizes
+    return borne_by_triad(plains, triad), far, sizes
 
 
 def _whitened(triad: Sequence[Readings]) -> dict[int, Whitened]:
