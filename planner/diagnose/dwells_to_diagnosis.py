@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from planner import catalog
 from planner.diagnose.evidence_veto import BEYOND_DOUBT, verdict_of
+from planner.diagnose.gravity_of_turns import gravity_of_turns
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.common_scale import common_scale, untold_scale
 from planner.diagnose.hypotheses.curves import with_curve
@@ -70,6 +71,8 @@ def diagnose(
     Raises InputError when the table has no readings or too few rows.
     """
     _check(table)
+    gravity = gravity_of_turns(table)
+    table = table if gravity is None else gravity.table
     seen = screened(table)
     _check(rows_of(table, seen.kept))
     kept, off, runs, data, found = _without_off(table, seen.kept, spec, seed, progress)
@@ -87,6 +90,7 @@ def diagnose(
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
     left = [*off, *copies(data), *left_out(found, data)]
     wrong = (
+        *(() if gravity is None else (gravity.suspect,)),
         *seen.suspects,
         *anew,
         *late,
