@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +18,9 @@ from planner.diagnose.hypotheses.evidence import among, evidence
 from planner.diagnose.hypotheses.generic import variable_of
 from planner.diagnose.hypotheses.lagging_thermometer import NAME as LAGS
 from planner.diagnose.hypotheses.lagging_thermometer import (
-    SEVERAL,
-    UNASKED,
     ahead,
-    following,
     lag_of,
+    on_several_ramps,
     suspect_of,
     suspects_it,
     with_lag,
@@ -57,6 +56,7 @@ from planner.protocols import SENSORS, Sensor
 from planner.spec.model import Spec
 
 AGAIN = 2  # searches, of what explains a channel instead of an effect that the fit leaves nothing of
+OF_ONE_CHANNEL = "curves over temperature that lag alike say no more than one of them by itself"
 SURE = 5.0  # sigma, at which a variable is told although its effect is not
 LEAST_ROWS = 8  # a channel has about as many declared coefficients at one temperature
 
@@ -76,13 +76,13 @@ def diagnose(
     seen = screened(table)
     _check(rows_of(table, seen.kept))
     kept, off, runs, data, found = _without_off(table, seen.kept, spec, seed, progress)
-    table = rows_of(table, kept)
     every = bool(kept.all())
-    late, data, found = _with_temperatures_put_right(found, data, table, spec, seed, progress)
-    anew = list[ReferenceSuspect]()
+    judged = _with_temperatures_put_right(_Judged(rows_of(table, kept), data, found), spec, seed, progress)
+    late = judged.suspects
     if not late:  # what a lag leaves of its ramps goes with their power-ons
-        anew, table, data, found = _with_mounting_put_right(found, data, table, spec, seed, progress)
-    found, effects, said, spans, rest = _fitted(found, data, table, spec, seed, progress)
+        judged = _with_mounting_put_right(judged, spec, seed, progress)
+    table, data = judged.table, judged.data
+    found, effects, said, spans, rest = _fitted(judged, spec, seed, progress)
     names = list(dict.fromkeys(e.effect for e in effects))
     unnamed = [with_curve(u, s, data, table, spec, names) for s in found for u in _unknown(s)]
     unknown = [*unnamed, *rest]
@@ -92,8 +92,7 @@ def diagnose(
     wrong = (
         *(() if gravity is None else (gravity.suspect,)),
         *seen.suspects,
-        *anew,
-        *late,
+        *judged.suspects,
         *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)),
     )
     common = [one for s in found if (one := common_scale(s, spec)) is not None]
@@ -123,61 +122,65 @@ def diagnose(
     )
 
 
+@dataclass(frozen=True)
+class _Judged:
+    """What is found of a table, with the references that were put right in it; barred: not asked again."""
+
+    table: DwellTable
+    data: Prepared
+    found: list[SensorFound]
+    suspects: tuple[ReferenceSuspect, ...] = ()
+    barred: tuple[Refused, ...] = ()
+
+
 def _with_mounting_put_right(
-    found: list[SensorFound],
-    data: Prepared,
-    table: DwellTable,
-    spec: Spec,
-    seed: int,
-    progress: Callable[[str], None],
-) -> tuple[list[ReferenceSuspect], DwellTable, Prepared, list[SensorFound]]:
+    judged: _Judged, spec: Spec, seed: int, progress: Callable[[str], None]
+) -> _Judged:
     """A mounting that became another one; the table with the references of it, and what is found of that."""
-    anew = remounted(found, data, [b.accuracy for b in spec.benches.values()])
+    anew = remounted(judged.found, judged.data, [b.accuracy for b in spec.benches.values()])
     if anew is None:
-        return [], table, data, found
-    right = anew.right(table)
+        return judged
+    right = anew.right(judged.table)
     data = prepared(right, spec.unit)
-    return [anew.suspect], right, data, _searched(data, spec, seed, progress)
+    found = _searched(data, spec, seed, progress, judged.barred)
+    return _Judged(right, data, found, (anew.suspect,), judged.barred)
 
 
 def _with_temperatures_put_right(
-    found: list[SensorFound],
-    data: Prepared,
-    table: DwellTable,
-    spec: Spec,
-    seed: int,
-    progress: Callable[[str], None],
-) -> tuple[list[ReferenceSuspect], Prepared, list[SensorFound]]:
+    judged: _Judged, spec: Spec, seed: int, progress: Callable[[str], None]
+) -> _Judged:
     """The thermometer, where it lags, and what is found of the temperatures that the unit had.
 
-    A lag that no search suspected is one where several channels' effects of the ramps are gone with it.
+    A lag that a search suspected, and that one channel alone has on several ramps, is barred.
     """
-    lag = lag_of(found, data)
+    found, data = judged.found, judged.data
+    lag, asked, several = lag_of(found, data), suspects_it(found), on_several_ramps(data)
+    if several and not (lag is not None and lag.of_several):
+        if not asked:
+            return judged
+        alone = tuple(Refused(LAGS, _channels(s), OF_ONE_CHANNEL) for s in found)
+        return replace(judged, found=_searched(data, spec, seed, progress, alone), barred=alone)
     if lag is None:
-        return [], data, found
-    asked = suspects_it(found)
-    if not asked and len(lag.told) < (SEVERAL if following(found) else UNASKED):
-        return [], data, found
-    right = prepared(ahead(table, lag.value), spec.unit)
-    after = _searched(right, spec, seed, progress)
-    if asked:
-        return [with_lag(s, lag) for s in suspects(found) if s.hypothesis == LAGS], right, after
-    return ([suspect_of(lag)], right, after) if not following(after) else ([], data, found)
+        return judged
+    right = ahead(judged.table, lag.value)
+    data = prepared(right, spec.unit)
+    said = [with_lag(s, lag) for s in suspects(found) if s.hypothesis == LAGS] if asked else [suspect_of(lag)]
+    return _Judged(right, data, _searched(data, spec, seed, progress), tuple(said))
+
+
+def _channels(s: SensorFound) -> tuple[str, ...]:
+    return tuple(c.name for c in s.channels)
 
 
 def _fitted(
-    found: list[SensorFound],
-    data: Prepared,
-    table: DwellTable,
-    spec: Spec,
-    seed: int,
-    progress: Callable[[str], None],
+    judged: _Judged, spec: Spec, seed: int, progress: Callable[[str], None]
 ) -> tuple[list[SensorFound], list[FoundEffect], list[str], list[Refused], list[Unknown]]:
     """What was found, fitted with what is declared; where that leaves nothing of it, what explains it else.
 
     The search saw something on that channel: "nothing is missing" is no answer to it.
     """
-    refused, unsure = list[Refused](), list[Unknown]()
+    table, data, found = judged.table, judged.data, judged.found
+    refused, unsure = list(judged.barred), list[Unknown]()
     for again in range(AGAIN + 1):
         progress(f"{table.unit[0]}: fitting what was found with what is declared")
         effects, said = found_effects(found, data, table, spec)
