@@ -34,8 +34,8 @@ from planner.diagnose.hypotheses.suspects import suspects
 from planner.diagnose.hypotheses.thermometer_offset import untold_offset
 from planner.diagnose.left_out import copies, left_out, off_as_a_whole
 from planner.diagnose.off_power_on import off_power_on
+from planner.diagnose.other_from_run_on import other_from_run_on
 from planner.diagnose.records import screened
-from planner.diagnose.remounting import remounted
 from planner.diagnose.run_of_another_temperature import of_another_temperature
 from planner.diagnose.stepped_run import stepped_run
 from planner.dwells.table_rows import rows_of
@@ -80,7 +80,7 @@ def diagnose(
     judged = _with_temperatures_put_right(_Judged(rows_of(table, kept), data, found), spec, seed, progress)
     late = judged.suspects
     if not late:  # what a lag leaves of its ramps goes with their power-ons
-        judged = _with_mounting_put_right(judged, spec, seed, progress)
+        judged = _with_reference_put_right(judged, spec, seed, progress)
     table, data = judged.table, judged.data
     found, effects, said, spans, rest = _fitted(judged, spec, seed, progress)
     names = list(dict.fromkeys(e.effect for e in effects))
@@ -133,11 +133,11 @@ class _Judged:
     barred: tuple[Refused, ...] = ()
 
 
-def _with_mounting_put_right(
+def _with_reference_put_right(
     judged: _Judged, spec: Spec, seed: int, progress: Callable[[str], None]
 ) -> _Judged:
-    """A mounting that became another one; the table with the references of it, and what is found of that."""
-    anew = remounted(judged.found, judged.data, [b.accuracy for b in spec.benches.values()])
+    """A reference that became another one; the table with that one, and what is found of it."""
+    anew = other_from_run_on(judged.found, judged.data, [b.accuracy for b in spec.benches.values()])
     if anew is None:
         return judged
     right = anew.right(judged.table)
@@ -206,6 +206,10 @@ def _without_off(
     other = of_another_temperature(found, data)
     one = off_power_on(found, data) if other is None else None
     step = stepped_run(found, data) if one is None and other is None else None
+    if (one is not None or step is not None) and _of_the_bench(
+        found, data, table, kept, spec, seed, progress
+    ):
+        return kept, [], [], data, found
     if other is not None:
         off = list(other.rows(data.full))
         kept = kept & (table.run != other.run)
@@ -220,6 +224,24 @@ def _without_off(
     data = prepared(rows_of(table, kept), spec.unit)
     found = _searched(data, spec, seed, progress)
     return kept, off, [] if other is None else [other.suspect], data, found
+
+
+def _of_the_bench(
+    found: list[SensorFound],
+    data: Prepared,
+    table: DwellTable,
+    kept: NDArray[np.bool_],
+    spec: Spec,
+    seed: int,
+    progress: Callable[[str], None],
+) -> bool:
+    """Whether no power-on is off, or stepped, where a reference of one is put right."""
+    bench = other_from_run_on(found, data, [b.accuracy for b in spec.benches.values()])
+    if bench is None or not bench.only:
+        return False
+    data = prepared(bench.right(rows_of(table, kept)), spec.unit)
+    found = _searched(data, spec, seed, progress)
+    return off_power_on(found, data) is None and stepped_run(found, data) is None
 
 
 def _searched(
