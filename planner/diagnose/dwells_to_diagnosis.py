@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
 from planner.diagnose.evidence_veto import BEYOND_DOUBT, verdict_of
+from planner.diagnose.gravity_of_turns import gravity_of_turns
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.common_scale import common_scale, untold_scale
 from planner.diagnose.hypotheses.curves import with_curve
@@ -16,11 +18,9 @@ from planner.diagnose.hypotheses.evidence import among, evidence
 from planner.diagnose.hypotheses.generic import variable_of
 from planner.diagnose.hypotheses.lagging_thermometer import NAME as LAGS
 from planner.diagnose.hypotheses.lagging_thermometer import (
-    SEVERAL,
-    UNASKED,
     ahead,
-    following,
     lag_of,
+    on_several_ramps,
     suspect_of,
     suspects_it,
     with_lag,
@@ -34,8 +34,8 @@ from planner.diagnose.hypotheses.suspects import suspects
 from planner.diagnose.hypotheses.thermometer_offset import untold_offset
 from planner.diagnose.left_out import copies, left_out, off_as_a_whole
 from planner.diagnose.off_power_on import off_power_on
+from planner.diagnose.other_from_run_on import other_from_run_on
 from planner.diagnose.records import screened
-from planner.diagnose.remounting import remounted
 from planner.diagnose.run_of_another_temperature import of_another_temperature
 from planner.diagnose.stepped_run import stepped_run
 from planner.dwells.table_rows import rows_of
@@ -56,6 +56,7 @@ from planner.protocols import SENSORS, Sensor
 from planner.spec.model import Spec
 
 AGAIN = 2  # searches, of what explains a channel instead of an effect that the fit leaves nothing of
+OF_ONE_CHANNEL = "curves over temperature that lag alike say no more than one of them by itself"
 SURE = 5.0  # sigma, at which a variable is told although its effect is not
 LEAST_ROWS = 8  # a channel has about as many declared coefficients at one temperature
 
@@ -70,16 +71,18 @@ def diagnose(
     Raises InputError when the table has no readings or too few rows.
     """
     _check(table)
+    gravity = gravity_of_turns(table)
+    table = table if gravity is None else gravity.table
     seen = screened(table)
     _check(rows_of(table, seen.kept))
     kept, off, runs, data, found = _without_off(table, seen.kept, spec, seed, progress)
-    table = rows_of(table, kept)
     every = bool(kept.all())
-    late, data, found = _with_temperatures_put_right(found, data, table, spec, seed, progress)
-    anew = list[ReferenceSuspect]()
+    judged = _with_temperatures_put_right(_Judged(rows_of(table, kept), data, found), spec, seed, progress)
+    late = judged.suspects
     if not late:  # what a lag leaves of its ramps goes with their power-ons
-        anew, table, data, found = _with_mounting_put_right(found, data, table, spec, seed, progress)
-    found, effects, said, spans, rest = _fitted(found, data, table, spec, seed, progress)
+        judged = _with_reference_put_right(judged, spec, seed, progress)
+    table, data = judged.table, judged.data
+    found, effects, said, spans, rest = _fitted(judged, spec, seed, progress)
     names = list(dict.fromkeys(e.effect for e in effects))
     unnamed = [with_curve(u, s, data, table, spec, names) for s in found for u in _unknown(s)]
     unknown = [*unnamed, *rest]
@@ -87,9 +90,9 @@ def diagnose(
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
     left = [*off, *copies(data), *left_out(found, data)]
     wrong = (
+        *(() if gravity is None else (gravity.suspect,)),
         *seen.suspects,
-        *anew,
-        *late,
+        *judged.suspects,
         *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)),
     )
     common = [one for s in found if (one := common_scale(s, spec)) is not None]
@@ -119,61 +122,65 @@ def diagnose(
     )
 
 
-def _with_mounting_put_right(
-    found: list[SensorFound],
-    data: Prepared,
-    table: DwellTable,
-    spec: Spec,
-    seed: int,
-    progress: Callable[[str], None],
-) -> tuple[list[ReferenceSuspect], DwellTable, Prepared, list[SensorFound]]:
-    """A mounting that became another one; the table with the references of it, and what is found of that."""
-    anew = remounted(found, data, [b.accuracy for b in spec.benches.values()])
+@dataclass(frozen=True)
+class _Judged:
+    """What is found of a table, with the references that were put right in it; barred: not asked again."""
+
+    table: DwellTable
+    data: Prepared
+    found: list[SensorFound]
+    suspects: tuple[ReferenceSuspect, ...] = ()
+    barred: tuple[Refused, ...] = ()
+
+
+def _with_reference_put_right(
+    judged: _Judged, spec: Spec, seed: int, progress: Callable[[str], None]
+) -> _Judged:
+    """A reference that became another one; the table with that one, and what is found of it."""
+    anew = other_from_run_on(judged.found, judged.data, [b.accuracy for b in spec.benches.values()])
     if anew is None:
-        return [], table, data, found
-    right = anew.right(table)
+        return judged
+    right = anew.right(judged.table)
     data = prepared(right, spec.unit)
-    return [anew.suspect], right, data, _searched(data, spec, seed, progress)
+    found = _searched(data, spec, seed, progress, judged.barred)
+    return _Judged(right, data, found, (anew.suspect,), judged.barred)
 
 
 def _with_temperatures_put_right(
-    found: list[SensorFound],
-    data: Prepared,
-    table: DwellTable,
-    spec: Spec,
-    seed: int,
-    progress: Callable[[str], None],
-) -> tuple[list[ReferenceSuspect], Prepared, list[SensorFound]]:
+    judged: _Judged, spec: Spec, seed: int, progress: Callable[[str], None]
+) -> _Judged:
     """The thermometer, where it lags, and what is found of the temperatures that the unit had.
 
-    A lag that no search suspected is one where several channels' effects of the ramps are gone with it.
+    A lag that a search suspected, and that one channel alone has on several ramps, is barred.
     """
-    lag = lag_of(found, data)
+    found, data = judged.found, judged.data
+    lag, asked, several = lag_of(found, data), suspects_it(found), on_several_ramps(data)
+    if several and not (lag is not None and lag.of_several):
+        if not asked:
+            return judged
+        alone = tuple(Refused(LAGS, _channels(s), OF_ONE_CHANNEL) for s in found)
+        return replace(judged, found=_searched(data, spec, seed, progress, alone), barred=alone)
     if lag is None:
-        return [], data, found
-    asked = suspects_it(found)
-    if not asked and len(lag.told) < (SEVERAL if following(found) else UNASKED):
-        return [], data, found
-    right = prepared(ahead(table, lag.value), spec.unit)
-    after = _searched(right, spec, seed, progress)
-    if asked:
-        return [with_lag(s, lag) for s in suspects(found) if s.hypothesis == LAGS], right, after
-    return ([suspect_of(lag)], right, after) if not following(after) else ([], data, found)
+        return judged
+    right = ahead(judged.table, lag.value)
+    data = prepared(right, spec.unit)
+    said = [with_lag(s, lag) for s in suspects(found) if s.hypothesis == LAGS] if asked else [suspect_of(lag)]
+    return _Judged(right, data, _searched(data, spec, seed, progress), tuple(said))
+
+
+def _channels(s: SensorFound) -> tuple[str, ...]:
+    return tuple(c.name for c in s.channels)
 
 
 def _fitted(
-    found: list[SensorFound],
-    data: Prepared,
-    table: DwellTable,
-    spec: Spec,
-    seed: int,
-    progress: Callable[[str], None],
+    judged: _Judged, spec: Spec, seed: int, progress: Callable[[str], None]
 ) -> tuple[list[SensorFound], list[FoundEffect], list[str], list[Refused], list[Unknown]]:
     """What was found, fitted with what is declared; where that leaves nothing of it, what explains it else.
 
     The search saw something on that channel: "nothing is missing" is no answer to it.
     """
-    refused, unsure = list[Refused](), list[Unknown]()
+    table, data, found = judged.table, judged.data, judged.found
+    refused, unsure = list(judged.barred), list[Unknown]()
     for again in range(AGAIN + 1):
         progress(f"{table.unit[0]}: fitting what was found with what is declared")
         effects, said = found_effects(found, data, table, spec)
@@ -199,6 +206,10 @@ def _without_off(
     other = of_another_temperature(found, data)
     one = off_power_on(found, data) if other is None else None
     step = stepped_run(found, data) if one is None and other is None else None
+    if (one is not None or step is not None) and _of_the_bench(
+        found, data, table, kept, spec, seed, progress
+    ):
+        return kept, [], [], data, found
     if other is not None:
         off = list(other.rows(data.full))
         kept = kept & (table.run != other.run)
@@ -213,6 +224,24 @@ def _without_off(
     data = prepared(rows_of(table, kept), spec.unit)
     found = _searched(data, spec, seed, progress)
     return kept, off, [] if other is None else [other.suspect], data, found
+
+
+def _of_the_bench(
+    found: list[SensorFound],
+    data: Prepared,
+    table: DwellTable,
+    kept: NDArray[np.bool_],
+    spec: Spec,
+    seed: int,
+    progress: Callable[[str], None],
+) -> bool:
+    """Whether no power-on is off, or stepped, where a reference of one is put right."""
+    bench = other_from_run_on(found, data, [b.accuracy for b in spec.benches.values()])
+    if bench is None or not bench.only:
+        return False
+    data = prepared(bench.right(rows_of(table, kept)), spec.unit)
+    found = _searched(data, spec, seed, progress)
+    return off_power_on(found, data) is None and stepped_run(found, data) is None
 
 
 def _searched(

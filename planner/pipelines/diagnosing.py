@@ -18,6 +18,7 @@ from planner.diagnose.diagnosis_to_residual import UnitFits, residual_changes, u
 from planner.diagnose.diagnosis_to_spec import SpecUpdate, updated_spec
 from planner.diagnose.dwells_to_diagnosis import diagnose as diagnose_unit
 from planner.diagnose.evidence_veto import held_to_the_floor, refused_by_flight, refused_by_residual, told
+from planner.diagnose.gravity_of_turns import gravity_of_turns
 from planner.dwells.dwell_checks import check_rests
 from planner.dwells.dwell_files import read_dwells
 from planner.dwells.table_rows import rows_of
@@ -86,6 +87,8 @@ def _diagnosed(
 ) -> Diagnosed:
     check_rests(table)
     found = diagnose_unit(table, loaded.spec, seed=seed, progress=progress)
+    gravity = gravity_of_turns(table)
+    table = table if gravity is None else gravity.table  # evidence is of what was judged
     progress(f"{found.unit}: before and after on runs held out")
     found, fits, residual = _confirmed(table, loaded, found)
     progress(f"{found.unit}: what it costs in flight")

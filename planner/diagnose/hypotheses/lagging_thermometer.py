@@ -8,10 +8,14 @@ at which smooth curves over T + τ dT/dt leave least,
 p, κ polynomials, for a table's nodes would come and go as the ramps' rows move; v the misaligned input; T of
 soaked rows their power-on's mean. What a search of those temperatures no longer finds was the thermometer's.
 
-Where a ramp moves by many kelvin within the lag its linear columns miss so much that several channels have an
-effect of the rate of temperature instead, each its own. That one number takes all of them away is no chance
-where S falls on several channels and rises on none: their coefficients would have to stand to each other as
-the slopes of the channels' curves do.
+It need not be suspected by a search: where a ramp moves by many kelvin within the lag, linear columns miss
+so much that channels have an effect of the rate of temperature instead, each its own, or nothing at all.
+What one channel follows by itself is no lag of the thermometer's. It is one where S falls beyond chance
+without the channel that says most, rises on none, and the least S of each of the others is near the common,
+
+    Q = Σ_a [S_a(τ₀) − min S_a] / s²   (χ²; Cochran, Biometrics 10 (1954) 101)
+
+for coefficients of several channels would have to stand to each other as the slopes of their curves do.
 """
 
 from __future__ import annotations
@@ -21,14 +25,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
-from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.found import SINGLE
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.read_temperature import STILL_K_S, straying
-from planner.diagnose.hypotheses.references import REFERENCES, hypothesis
-from planner.diagnose.hypotheses.scores import score
+from planner.diagnose.hypotheses.references import REFERENCES
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.measurement import AXES, evaluate, jacobian
@@ -41,12 +42,15 @@ from planner.temperature_table import temperature_nodes
 NAME = "thermometer_lag"
 RATE = "temperature_rate"  # the condition, and the variable of what has no name
 LAGS_S = (30.0, 60.0, 100.0, 150.0, 200.0, 300.0, 450.0, 600.0, 900.0)
+GLIMPSED_S = (50.0, 150.0, 450.0)  # at one of which S falls by half of what it does at any of 30 to 1500 s
 CHI2_95 = 3.84
 FINE = 5  # points between two of the grid
-SEVERAL = 2  # channels that must say the same lag where each was named by itself
+SEVERAL = 2  # ramps: one has no curves but those that it is to be judged by
+CHANCE = 1e-4  # of what the channels say beside the one that says most: a fault of the bench is rare
 CHI2_999 = 10.83  # of one channel's S, that is no chance
 MISFIT = 0.03  # of what all channels gain, by which curves of one may rise: polynomials follow only so well
-UNASKED = 3  # channels that must say it where no search saw anything follow the ramps
+UNLIKE = 1e-3  # p of Q, below which the channels differ
+OF_WHAT_IS_COMMON = 0.25  # of what the others say, that a strong lag's curves miss: that is no reason
 MOST_DEGREE = 7  # a unit's curve over 120 K; fewer where the points at which the chamber soaks are fewer
 
 
@@ -54,13 +58,14 @@ MOST_DEGREE = 7  # a unit's curve over 120 K; fewer where the points at which th
 class Lag:
     """Seconds by which the unit's temperature is ahead of the reading, with its 95 % interval.
 
-    falls: channel -> (S(0) − S(τ)) / s² of its own
+    falls: channel -> (S(0) − S(τ)) / s² of its own; apart: (channels,) (S(τ) − min S) / s²
     """
 
     value: float
     low: float
     high: float
     falls: Mapping[str, float]
+    apart: Array
 
     @property
     def strength(self) -> float:
@@ -69,9 +74,19 @@ class Lag:
 
     @property
     def told(self) -> tuple[str, ...]:
-        """The channels that say it by themselves; none where some channel says another."""
-        saying = _saying(np.array(list(self.falls.values())))
-        return tuple(channel for channel, says in zip(self.falls, saying, strict=True) if says)
+        """The channels that say it by themselves."""
+        return tuple(channel for channel, fall in self.falls.items() if fall > CHI2_95)
+
+    @property
+    def of_several(self) -> bool:
+        """Whether the channels say it together, and not one alone."""
+        falls = np.array(list(self.falls.values()))
+        others = np.arange(len(falls)) != np.argmax(falls)
+        said, apart = float(falls[others].sum()), float(self.apart[others].sum())
+        rises = max(CHI2_999, MISFIT * float(falls.sum()))
+        if said <= 0.0 or chi_square_tail(said, 1) > CHANCE or falls.min() < -rises:
+            return False
+        return bool(apart <= OF_WHAT_IS_COMMON * said or chi_square_tail(apart, others.sum()) > UNLIKE)
 
 
 @dataclass(frozen=True)
@@ -100,69 +115,60 @@ def lag_of(found: Sequence[SensorFound], data: Prepared) -> Lag | None:
     Every channel that was searched has its say: accelerometers whose bias is steep know a lag best, and may
     yet have called it something else.
     """
-    if not suspects_it(found):
-        apart = _ramps(data) >= SEVERAL  # one sweep has no curves but those that it is to be judged by
-        if not apart or not (len(following(found)) >= SEVERAL or _glimpsed(found)):
-            return None
+    asked = suspects_it(found)
+    if not asked and not on_several_ramps(data):
+        return None
     table = _calmed(data)
     seen = [seen_of(w) for s in found for w in s.found.pool.state.values()]
+    if not asked and not _glimpsed(seen, table):
+        return None
     coarse = np.array([*(-lag for lag in reversed(LAGS_S)), 0.0, *LAGS_S])
-    left = np.array([_left(seen, table, float(lag)).sum() for lag in coarse])
+    each = np.array([_left(seen, table, float(lag)) for lag in coarse])
+    left = each.sum(axis=1)
     k = int(np.clip(np.argmin(left), 1, len(coarse) - 2))
     fine = np.linspace(coarse[k - 1], coarse[k + 1], 2 * FINE + 1)
-    around = np.array([_left(seen, table, float(lag)).sum() for lag in fine])
+    finer = np.array([_left(seen, table, float(lag)) for lag in fine])
+    around = finer.sum(axis=1)
     i = int(np.clip(np.argmin(around), 1, len(fine) - 2))
     near = slice(i - 1, i + 2)  # S is no parabola over all of a grid's step, a hundred seconds
     a, b, _ = np.polyfit(fine[near] - fine[i], around[near], 2)
     if a <= 0.0:
         return None
     value = float(np.clip(fine[i] - b / (2.0 * a), fine[i - 1], fine[i + 1]))
-    s2 = max(float(around.min()) / max(len(seen) * len(data.table) - _columns(seen, table), 1), 1.0)
+    s2 = _noise(around.min(), seen, table)
     half = float(np.sqrt(CHI2_95 * s2 / a))
     if abs(value) <= half:
         return None
-    falls = (_left(seen, table, 0.0) - _left(seen, table, value)) / s2
-    return Lag(value, value - half, value + half, dict(zip(map(_name, seen), falls.tolist(), strict=True)))
+    here = _left(seen, table, value)
+    falls = (_left(seen, table, 0.0) - here) / s2
+    least = np.minimum(here, np.vstack([each, finer]).min(axis=0))
+    return Lag(
+        value, value - half, value + half, dict(zip(map(_name, seen), falls.tolist(), strict=True)),
+        (here - least) / s2,
+    )  # fmt: skip
 
 
-def _ramps(data: Prepared) -> int:
-    """Power-ons in which the temperature moves."""
+def on_several_ramps(data: Prepared) -> bool:
+    """Whether the temperature moves in several power-ons."""
     moves = np.abs(data.table.temperature_rate) > STILL_K_S
-    return int(np.count_nonzero(np.logical_or.reduceat(moves, data.starts)))
+    return int(np.count_nonzero(np.logical_or.reduceat(moves, data.starts))) >= SEVERAL
 
 
-def _glimpsed(found: Sequence[SensorFound]) -> bool:
-    """Whether its linear columns, beside all that was found, see more of a lag than chance would."""
-    return any(
-        score(s.found.without(), [b]).log_p < np.log(SINGLE)
-        for s in found
-        for b, block in enumerate(s.found.pool.blocks)
-        if block.name == NAME
-    )
+def _glimpsed(seen: Sequence[Seen], table: DwellTable) -> bool:
+    """Whether some lag leaves less than none by more than noise does; not all are asked of every table."""
+    now = float(_left(seen, table, 0.0).sum())
+    least = min(float(_left(seen, table, sign * lag).sum()) for lag in GLIMPSED_S for sign in (1.0, -1.0))
+    return now - least > CHI2_95 * _noise(least, seen, table)
 
 
-def _saying(falls: Array) -> NDArray[np.bool_]:
-    """Which channels' S falls beyond chance; none where that of some channel rises by more than a misfit."""
-    rises = max(CHI2_999, MISFIT * float(falls.sum()))
-    return np.asarray((falls > CHI2_999) & (falls.min() >= -rises))
+def _noise(least: float, seen: Sequence[Seen], table: DwellTable) -> float:
+    """s², by the degrees of freedom of all channels; what is whitened has one, or more where curves miss."""
+    return max(float(least) / max(len(seen) * len(table) - _columns(seen, table), 1), 1.0)
 
 
 def suspects_it(found: Sequence[SensorFound]) -> bool:
     """Whether a search believes that the thermometer lags."""
     return any(s.found.pool.blocks[b].name == NAME for s in found for b in s.found.library)
-
-
-def following(found: Sequence[SensorFound]) -> set[str]:
-    """The channels with an effect, or something without a name, that follows the rate of temperature."""
-    out = set()
-    for s in found:
-        for b in s.found.all:
-            block = s.found.pool.blocks[b]
-            if block.reference:
-                continue
-            if block.name == RATE or (not block.generic and RATE in hypothesis(block.name).needs):
-                out |= {f"{s.sensor}_{AXES[a]}" for a in s.found.axes(b)}
-    return out
 
 
 def _calmed(data: Prepared) -> DwellTable:

@@ -34,7 +34,7 @@ MOST_THRESHOLDS = 8  # between the rates that were set; neighbours explain nearl
 LAGS_S = (60.0, 150.0, 300.0, 600.0)  # a minute to ten, each about twice the one before
 HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate, below which a reference names no north
 MOST_SCALE = 0.05  # by which gravity or a table's rate may be off: beside a scale factor of -2, 2 would fit
-ON_THE_ARM, IN_TURNS = 0.0, 1.0  # where a unit may be mounted another way
+ON_THE_ARM, IN_TURNS, TURNING = 0.0, 1.0, 2.0  # where a unit may be mounted another way: in both
 ONE_WAY = -1.0  # a table may be wrong in one sense of turning instead of above a rate
 GROWING, STEADY = -2.0, -3.0  # or by a share that grows with the rate, or by as much at every rate
 UNLOADED = 0.2  # of g, by which the force may differ from it at rest
@@ -200,13 +200,14 @@ def _azimuth(c: Channel, table: DwellTable, place: float) -> Array:
 
 
 def _mounting(c: Channel, table: DwellTable, place: float) -> Array:
-    """Turned by three angles in one place: on the centrifuge, or in all turns of the table.
+    """Turned by three angles in one place: on the centrifuge, in all turns of the table, or in both.
 
-    The latter only gravity tells, by the accelerometers: a gyro's turns are where its misalignments are from.
+    Turns only accelerometers tell, by gravity and load: they are where a gyro's misalignments are from.
     """
     conditions = c.model.conditions
-    here = loaded(conditions) if place == ON_THE_ARM else ~loaded(conditions) & turning(conditions)
-    if place == IN_TURNS and c.sensor == "gyro":
+    arm, turns = loaded(conditions), turning(conditions)
+    here = {ON_THE_ARM: arm, IN_TURNS: ~arm & turns, TURNING: turns}[place]
+    if place != ON_THE_ARM and c.sensor == "gyro":
         here = np.zeros_like(here)
     u = sensed(c.sensor, conditions) * here[:, None]
     return _felt(c, [np.cross(np.broadcast_to(e, u.shape), u) for e in np.eye(3)])
@@ -217,7 +218,8 @@ def _mountings(table: DwellTable) -> Sequence[float]:
     arm = loaded(conditions)
     turns, rests = ~arm & turning(conditions), at_rest(conditions)
     on_the_arm = (ON_THE_ARM,) if arm.any() and not arm.all() else ()
-    return (*on_the_arm, IN_TURNS) if turns.any() and rests.any() else on_the_arm
+    in_turns = (IN_TURNS, *((TURNING,) if on_the_arm else ())) if turns.any() and rests.any() else ()
+    return (*on_the_arm, *in_turns)
 
 
 def _thermometer(c: Channel, table: DwellTable, place: float) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.diagnose.hypotheses.lagging_thermometer import Lag
 from planner.nouns.diagnosis import UnitDiagnosis
 from tests.diagnose.hypotheses.hall import Noise, hidden, read, short_ramps
 from tests.diagnose.hypotheses.worlds import whole
@@ -30,6 +31,36 @@ def test_the_thermometer_is_named_and_no_channel(seed: int, minutes: float) -> N
     assert lag.value == pytest.approx(60.0 * minutes, rel=0.06)
     assert not found.effects
     assert not found.unknown
+
+
+@pytest.mark.parametrize("seed", [60, 62, 63])
+def test_a_lag_that_no_channel_follows_visibly_is_told_by_all_together(seed: int) -> None:
+    """Nothing was missing, at 10 to 30 sigma: linear columns beside a table's nodes see none of it."""
+    hall = short_ramps(seed)
+    lagging = replace(hall, temperature=hall.temperature + 1.5 * hall.ramp)
+    found = whole(read(hall, seed, gyro=Noise(1e-3, 6e-4), felt=lagging))
+    (lag,) = found.reference_suspects
+    assert lag.hypothesis == "thermometer_lag"
+    assert lag.low - 4.0 <= 90.0 <= lag.high + 4.0
+    assert len(lag.channels) > 1
+    assert not found.effects
+
+
+@pytest.mark.parametrize(
+    ("falls", "apart", "several"),
+    [
+        ((0.3, 900.0, -2.0, 4.0, 1.0, 0.0), (0.0,) * 6, False),  # one channel by itself
+        ((6.0, 2.0, 9.0, 3.0, 7.0, 5.0), (0.0, 1.0, 0.5, 2.0, 0.0, 0.1), True),  # a little by each
+        ((40.0, 200.0, 30.0, -25.0, 1.0, 2.0), (0.0,) * 6, False),  # one becomes worse
+        ((60.0, 200.0, 30.0, 1.0, 1.0, 2.0), (90.0, 0.0, 40.0, 0.0, 0.0, 0.0), False),  # each another lag
+    ],
+)
+def test_a_lag_is_one_where_channels_say_it_together(
+    falls: tuple[float, ...], apart: tuple[float, ...], several: bool
+) -> None:
+    names = (f"{sensor}_{axis}" for sensor in ("gyro", "accelerometer") for axis in "xyz")
+    lag = Lag(90.0, 80.0, 100.0, dict(zip(names, falls, strict=True)), np.array(apart))
+    assert lag.of_several == several
 
 
 @pytest.mark.parametrize("seed", [6, 7, 8, 9])

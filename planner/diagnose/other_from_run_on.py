@@ -1,0 +1,302 @@
+"""A reference that is another one from some power-on on, or in one alone: mounting, tilt, azimuth.
+
+    y = (1 + κ) M (u + Σ_j γ_j d_j) + b   of those power-ons
+
+    mounting   d_j = e_j × u of both sensors
+    tilt       g · north, g · east of the accelerometers, at rest
+    azimuth    |Ω_h| · north, |Ω_h| · east of the gyros, at rest
+
+The leans of six channels are twelve numbers, and a mounting gives them three: it is one where the three say
+what the twelve would, beyond chance over all power-ons. A sensor that is another one, or changed by itself,
+does not keep to it. Sums over power-ons make every one as cheap as the first,
+
+    G = Σ WᵀW − (Σ QᵀW)ᵀ(Σ QᵀW),   h = Σ Wᵀz   over the power-ons in question,
+
+W the whitened columns, Q the declared model and what is believed, z the residual clear of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnose.hypotheses.lack_of_fit import SHARED_MISFIT
+from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.diagnose.hypotheses.prepared import Prepared
+from planner.diagnose.hypotheses.references import REFERENCES, at_rest, horizontal, hypothesis, loaded
+from planner.diagnose.hypotheses.sensor import SensorFound
+from planner.diagnose.hypotheses.suspects import DEGREES, TWO_SIDED
+from planner.measurement import sensed
+from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
+from planner.nouns.diagnosis import ReferenceSuspect
+from planner.nouns.dwell_table import DwellTable
+from planner.protocols import Sensor
+from planner.solvers.distributions import chi_square_tail
+from planner.spec.references import BenchAccuracy
+from planner.units import STANDARD_GRAVITY_MPS2
+
+CHANCE = 1e-5  # over all power-ons and kinds: of what would be wrong with all channels at once
+SIDE = 2  # power-ons on either side, of six or more: one that is off has a name of its own
+LEAST_RUNS = 3  # power-ons: of two either is otherwise than the other
+UNLIKE = 1e-3  # p of what the channels' leans explain beside what they share, above which they agree
+OF_WHAT_IS_COMMON = 0.1  # which they may explain of a strong one: products that three angles miss
+OF_ONE = 0.8  # of what the channels see: more by one alone is that channel's
+SEEN = 1e-4  # of the best told coefficient's information, below which one is not told
+MOST_RAD = 0.1  # 6 deg, beyond which θ × u is no rotation
+MOST_SHARE = 3.0  # of the horizontal rate: north that is south is 2
+
+Felt = Callable[[Sensor, Conditions], list[Array]]
+
+
+# ---------------------------------------------------------------- what may change
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """A hypothesis about a reference that may begin in mid-campaign.
+
+    felt: what one unit of each coefficient adds to the true input, (n, 3) each; most: their length can be
+    where: in words; said: how unit or bench would then stand, with blanks for the coefficients
+    alone: whether it is asked of single power-ons too (a mounting of one is `off_power_on`'s), and of whole
+        campaigns by the search
+    """
+
+    name: str
+    sensors: tuple[Sensor, ...]
+    felt: Felt
+    most: float
+    where: str
+    said: str
+    alone: bool = False
+
+
+def _mounted(sensor: Sensor, conditions: Conditions) -> list[Array]:
+    here = ~loaded(conditions)  # a centrifuge has a mounting of its own
+    u = sensed(sensor, conditions) * here[:, None]
+    return [np.cross(e, u) for e in np.eye(3)]
+
+
+def _mounted_at_rest(sensor: Sensor, conditions: Conditions) -> list[Array]:
+    u = sensed(sensor, conditions) * at_rest(conditions)[:, None]
+    return [np.cross(e, u) for e in np.eye(3)]
+
+
+def _tilted(sensor: Sensor, conditions: Conditions) -> list[Array]:
+    still = at_rest(conditions)[:, None]
+    return [STANDARD_GRAVITY_MPS2 * still * v for v in horizontal(conditions)]
+
+
+def _turned_from_north(sensor: Sensor, conditions: Conditions) -> list[Array]:
+    still = at_rest(conditions)[:, None]
+    north, east = horizontal(conditions)
+    size = np.abs(np.sum(north * conditions.rate, axis=1, keepdims=True)) * still
+    return [size * north, size * east]
+
+
+_ANEW = (
+    "look up whether the unit was mounted anew before run {first}: {where}from there on it is turned by "
+    "{sizes} deg about x, y and z on all channels alike"
+)
+_KINDS = (
+    _Kind("mounting", ("gyro", "accelerometer"), _mounted, MOST_RAD, "", _ANEW),
+    _Kind("mounting", ("gyro", "accelerometer"), _mounted_at_rest, MOST_RAD, "at rest, ", _ANEW),
+    _Kind(
+        "base_tilt", ("accelerometer",), _tilted, MOST_RAD, "",
+        "look up whether the base settled or was levelled anew: {when} it leans by {sizes} deg along north "
+        "and east",
+        alone=True,
+    ),
+    _Kind(
+        "azimuth", ("gyro",), _turned_from_north, MOST_SHARE, "",
+        "look up whether the fixture was turned: {when} {sizes} of the Earth's horizontal rate act along "
+        "north and east beside the reference",
+        alone=True,
+    ),
+)  # fmt: skip
+
+
+# ---------------------------------------------------------------- one that did
+
+
+@dataclass(frozen=True)
+class OtherFromRunOn:
+    """Which reference is another one and by how much. gamma: (k,) SI, half: of their length's 95 % interval
+
+    runs: in which it is; first: from which one on, `only` in that one
+    """
+
+    kind: _Kind
+    runs: NDArray[np.int64]
+    only: bool
+    gamma: Array
+    half: float
+    channels: tuple[str, ...]
+    p_value: float
+    strength: float
+    chance: float
+    stated: float
+
+    def right(self, table: DwellTable) -> DwellTable:
+        """The table with the references that the unit had."""
+        mine, conditions = np.isin(table.run, self.runs), table.conditions()
+        put = {}
+        for sensor in self.kind.sensors:
+            name = "ref_rate" if sensor == "gyro" else "ref_acc"
+            u = getattr(table, name)
+            if u is not None:
+                felt = self.kind.felt(sensor, conditions)
+                added = sum((g * d for g, d in zip(self.gamma, felt, strict=True)), np.zeros_like(u))
+                put[name] = u + np.where(mine[:, None], added, 0.0)
+        return replace(table, **put)
+
+    @property
+    def suspect(self) -> ReferenceSuspect:
+        """As it is reported."""
+        r, size = REFERENCES[self.kind.name], float(np.linalg.norm(self.gamma))
+        scale = DEGREES if r.unit == "deg" else 1.0
+        sizes = ", ".join(f"{x:+.2g}" for x in self.gamma * scale)
+        first = int(self.runs[0])
+        when = f"in run {first} alone" if self.only else f"from run {first} on"
+        check = self.kind.said.format(first=first, when=when, where=self.kind.where, sizes=sizes)
+        return ReferenceSuspect(
+            self.kind.name, size * scale, (size - self.half) * scale, (size + self.half) * scale, r.unit,
+            self.channels, self.p_value, self.strength, f"{check}; {r.check}", self.strength, r.alias,
+            r.record, self.stated * scale, self.chance,
+        )  # fmt: skip
+
+
+def other_from_run_on(
+    found: Sequence[SensorFound], data: Prepared, benches: Sequence[BenchAccuracy]
+) -> OtherFromRunOn | None:
+    """The one change that explains most, or None."""
+    if len(data.starts) < LEAST_RUNS:
+        return None
+    every = (_best(kind, found, data, benches) for kind in _KINDS)
+    told = [one for one in every if one is not None]
+    return max(told, key=lambda one: one.strength**2 - 2.0 * len(one.gamma), default=None)
+
+
+# ---------------------------------------------------------------- sums over power-ons
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """What a channel says of the coefficients in each of w sets of power-ons. gram: (w, k, k), h: (w, k)"""
+
+    name: str
+    gram: Array
+    h: Array
+
+
+def _best(
+    kind: _Kind, found: Sequence[SensorFound], data: Prepared, benches: Sequence[BenchAccuracy]
+) -> OtherFromRunOn | None:
+    mine = [s for s in found if s.sensor in kind.sensors]
+    sets, only = _sets(len(data.starts), kind.alone)
+    sums = [_sums(kind, s, axis, data, sets) for s in mine for axis in s.found.pool.state]
+    if len(sums) < 2:
+        return None
+    gram, h = np.sum([x.gram for x in sums], axis=0), np.sum([x.h for x in sums], axis=0)
+    s2 = max(float(np.mean([w.mean_square for s in mine for w in s.found.pool.state.values()])), 1.0)
+    delta = _explained(gram, h) / s2
+    k = 1 + int(np.argmax(delta[1:]))  # the first set is the whole campaign
+    tests = float(len(sets) * len(_KINDS))
+    p = float(min(1.0, tests * chi_square_tail(float(delta[k]), h.shape[1])))
+    throughout = float(delta[0]) - 2.0 * np.log(CHANCE) if kind.alone and kind.name in _known(found) else 0.0
+    if (
+        p > CHANCE
+        or delta[k] < max(_misfit(found, kind), throughout)
+        or not _agree([(x.gram[k], x.h[k]) for x in sums], float(delta[k]), s2)
+    ):
+        return None
+    way = _pseudo(gram[k])
+    gamma = way @ h[k]
+    size = float(np.linalg.norm(gamma))
+    if size > kind.most:
+        return None
+    variance = s2 * np.diag(way)
+    half = TWO_SIDED * float(np.sqrt(gamma**2 @ variance)) / max(size, 1e-300)
+    stated = max(map(REFERENCES[kind.name].stated, benches), default=0.0)
+    square = float(np.sum(gamma**2 / (stated**2 + variance))) if stated > 0.0 else 0.0
+    return OtherFromRunOn(
+        kind, data.table.run[data.starts[sets[k]]], bool(only[k]), gamma, half, tuple(x.name for x in sums),
+        p, float(np.sqrt(delta[k])), float(chi_square_tail(square, len(gamma))), float(stated),
+    )  # fmt: skip
+
+
+def _sets(runs: int, alone: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(w, g) power-ons that may have another reference, first all of them; (w,) whether it is one alone."""
+    side = min(SIDE, runs // LEAST_RUNS)
+    on = np.array([np.arange(runs) >= k for k in (0, *range(side, runs - side + 1))])
+    each = np.eye(runs, dtype=bool) if alone else np.empty((0, runs), dtype=bool)
+    return np.vstack([on, each]), np.append(np.zeros(len(on), dtype=bool), np.ones(len(each), dtype=bool))
+
+
+def _sums(kind: _Kind, s: SensorFound, axis: int, data: Prepared, sets: NDArray[np.bool_]) -> _Sums:
+    w, pool = s.found.pool.state[axis], s.found.pool
+    felt = kind.felt(s.sensor, w.channel.model.conditions)
+    W = w.noise.whiten(np.column_stack([d[:, axis] * w.channel.lean for d in felt]))
+    mine = [pool.blocks[b].columns[axis] for b in _of_other_kinds(s, axis, kind)]
+    Q, z = w.Q, w.z
+    if mine:
+        more = orthonormal(clear(w.Q, w.noise.whiten(np.column_stack(mine))), 1e-6)
+        Q, z = np.column_stack([Q, more]), clear(more, z)
+    parts = [np.split(x, data.starts[1:]) for x in (Q, W, z)]
+    each = [(b.T @ b, a.T @ b, b.T @ c) for a, b, c in zip(*parts, strict=True)]
+    square, along, h = (np.tensordot(sets, np.array([x[i] for x in each]), axes=1) for i in range(3))
+    return _Sums(w.channel.name, square - np.swapaxes(along, 1, 2) @ along, h)
+
+
+def _known(found: Sequence[SensorFound]) -> set[str]:
+    return {_name(s, b) for s in found for b in s.found.library}
+
+
+def _misfit(found: Sequence[SensorFound], kind: _Kind) -> float:
+    """Δ that a strong effect of the bench may leave: its geometry is known roughly, its columns linear."""
+    known = [(hypothesis(_name(s, b)), s.found.share(b).delta) for s in found for b in s.found.library]
+    others = [(h, delta) for h, delta in known if h.bench_only and h.name != kind.name]
+    return max((max(h.misfit, SHARED_MISFIT) * delta for h, delta in others), default=0.0)
+
+
+def _name(s: SensorFound, b: int) -> str:
+    return s.found.pool.blocks[b].name
+
+
+def _of_other_kinds(s: SensorFound, axis: int, kind: _Kind) -> list[int]:
+    """What is believed of a channel and is not the change itself, which may look like an effect of days."""
+    blocks = s.found.pool.blocks
+    return [
+        b
+        for b in s.found.library
+        if axis in blocks[b].columns
+        and "day" not in hypothesis(_name(s, b)).needs
+        and not (_name(s, b) == kind.name and kind.alone)
+    ]
+
+
+def _agree(each: Sequence[tuple[Array, Array]], common: float, s2: float) -> bool:
+    """Whether the channels' own leans explain no more than what they share, and not one alone."""
+    own = np.array([float(_explained(g[None], h[None])[0]) for g, h in each]) / s2
+    freedom = sum(_rank(g) for g, _ in each) - _rank(np.sum([g for g, _ in each], axis=0))
+    between = float(own.sum()) - common
+    if freedom < 1 or own.max() > OF_ONE * own.sum():
+        return False
+    return between <= OF_WHAT_IS_COMMON * common or bool(chi_square_tail(between, freedom) > UNLIKE)
+
+
+def _explained(gram: Array, h: Array) -> Array:
+    """(w,) Δ = hᵀ G⁺ h."""
+    return np.asarray(np.einsum("ki,kij,kj->k", h, _pseudo(gram), h))
+
+
+def _pseudo(gram: Array) -> Array:
+    return np.asarray(np.linalg.pinv(gram, rcond=SEEN, hermitian=True))
+
+
+def _rank(gram: Array) -> int:
+    values = np.linalg.eigvalsh(gram)
+    return int(np.count_nonzero(values > SEEN * values[-1])) if values[-1] > 0.0 else 0
