@@ -91,7 +91,7 @@ def of_another_temperature(found: Sequence[SensorFound], data: Prepared) -> Anot
     if len(sizes) < LEAST_RUNS or np.ptp(table.temperature_degc) < LEAST_K:
         return None
     moves = np.logical_or.reduceat(np.abs(table.temperature_rate) > STILL_K_S, data.starts)
-    seen = [seen_of(w) for s in found for w in s.found.pool.state.values()]
+    seen = [seen_of(s, axis) for s in found for axis in s.found.pool.state]
     names = [c.name for s in found for c in s.channels]
     degrees = _degrees(table, data.starts)
     fitted = {d: [_fitted(one, table, data.starts, d) for one in seen] for d in np.unique(degrees).tolist()}

@@ -119,7 +119,7 @@ def lag_of(found: Sequence[SensorFound], data: Prepared) -> Lag | None:
     if not asked and not on_several_ramps(data):
         return None
     table = _calmed(data)
-    seen = [seen_of(w) for s in found for w in s.found.pool.state.values()]
+    seen = [seen_of(s, axis) for s in found for axis in s.found.pool.state]
     if not asked and not _glimpsed(seen, table):
         return None
     coarse = np.array([*(-lag for lag in reversed(LAGS_S)), 0.0, *LAGS_S])
@@ -178,8 +178,16 @@ def _calmed(data: Prepared) -> DwellTable:
     return replace(t, temperature_degc=t.temperature_degc - stray)
 
 
-def seen_of(w: Whitened) -> Seen:
-    """What curves over any temperature are fitted to."""
+def _other_references(s: SensorFound, axis: int) -> Array:
+    """(n, k) columns of what else was found to be wrong with the bench: a base that leans is no lag."""
+    mine = [s.found.pool.blocks[b] for b in s.found.on({axis})]
+    wrong = [b.columns[axis] for b in mine if b.reference and b.name != NAME]
+    return np.column_stack([np.empty((len(s.found.pool.state[axis].z), 0)), *wrong])
+
+
+def seen_of(s: SensorFound, axis: int) -> Seen:
+    """What curves over any temperature are fitted to, beside what else is wrong with the bench."""
+    w = s.found.pool.state[axis]
     c = w.channel
     parts = evaluate(c.model, c.theta)
     plain = [
@@ -187,7 +195,8 @@ def seen_of(w: Whitened) -> Seen:
         for i, x in enumerate(c.model.columns())  # of the whole model: c.J has what was found taken out
         if not np.isfinite(x.node_degc) and not x.parameter and x.effect not in c.found
     ]
-    return Seen(w, c.y, parts.v, jacobian(c.model, c.theta, parts)[:, plain])
+    others = np.column_stack([jacobian(c.model, c.theta, parts)[:, plain], _other_references(s, axis)])
+    return Seen(w, c.y, parts.v, others)
 
 
 def _name(one: Seen) -> str:
