@@ -107,13 +107,7 @@ def diagnose(
         untestable=tuple(untestable),
         evidence=tuple(e if every else among(e, kept) for s in found for e in evidence(s, data)),
         assumptions=assumed,
-        notes=(
-            *seen.notes,
-            *data.notes,
-            *_notes(found, data),
-            *said,
-            *(f"not looked for: {one}" for one in catalog.unloadable("effects")),
-        ),
+        notes=(*seen.notes, *data.notes, *_notes(found, data), *said, *_not_looked_for()),
         reference_suspects=wrong,
         budget_exceeded=exceeded(assumed),
         rows_left_out=(*seen.left_out, *left),
@@ -358,6 +352,10 @@ def _no_sensor(sensor: Sensor, data: Prepared) -> str:
     short = "gyro" if sensor == "gyro" else "acc"
     there = data.full.gyro if sensor == "gyro" else data.full.acc
     return f"no columns {short}_x …" if there is None else f"no reference for the {sensor}s"
+
+
+def _not_looked_for() -> list[str]:
+    return [f"not looked for: {one}" for one in catalog.unloadable("effects")]
 
 
 def _notes(found: Sequence[SensorFound], data: Prepared) -> list[str]:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.another_unit import channels_of
+from planner.diagnose.hypotheses.suspects import TWO_SIDED
 from planner.effects._bench_frame import turning
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
@@ -28,7 +29,6 @@ LEAN = 0.01  # of the load, 0.6 deg, that a unit not yet calibrated lets through
 FOLLOWS = 0.2  # of the rate, within which the gyros confirm the axis of the turn and its sense
 SEVERAL = 3  # rows, from which what is off is no single accident
 MOST = 0.5  # of a power-on's turns, from which its references are meant and not single rows
-TWO_SIDED = 1.96  # standard errors, half of a 95 % interval
 BIAS = 0.01  # of g, of a unit before calibration: what the least loads are off by, beside their lean
 
 

@@ -16,10 +16,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.lagging_thermometer import Seen, degree_of, seen_of
+from planner.diagnose.hypotheses.lagging_thermometer import (
+    CHI2_95,
+    CHI2_999,
+    Seen,
+    curves,
+    degree_of,
+    seen_of,
+)
 from planner.diagnose.hypotheses.pool import inverse
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.read_temperature import STILL_K_S
@@ -39,8 +45,6 @@ STEP_K = 0.5  # between temperatures that are tried
 LEAST_K = 5.0  # kelvins: a chamber's own gradient is less, and a lag has a name of its own
 LEFT = 1e-3  # p of what is left at the other temperature
 SEVERAL = 3  # channels that must say it by themselves: the others may have flat curves
-CHI2_999 = 10.83  # of one channel's χ², that is no chance
-CHI2_95 = 3.84
 RANK = 1e-8  # of the largest direction, below which the other power-ons tell nothing
 
 
@@ -189,7 +193,7 @@ class _Fitted:
         beta = self.beta + inverse(G) @ (self.h.sum(axis=0) - self.h[q])
         t, out = self.table.temperature_degc, np.empty(len(shifts))
         for i, shift in enumerate(shifts.tolist()):
-            X = _columns(self.seen, _basis(t, t[rows] + shift, self.degree), rows)
+            X = self.seen.columns(curves(t, t[rows] + shift, self.degree), rows)
             white = block.whiten(np.column_stack([X / self.size, self.seen.y[rows]]))
             Z = white[:, :-1]
             e = white[:, -1] - Z @ beta
@@ -200,7 +204,7 @@ class _Fitted:
 
 def _fitted(seen: Seen, table: DwellTable, starts: NDArray[np.int64], degree: int) -> _Fitted:
     t = table.temperature_degc
-    X = _columns(seen, _basis(t, t, degree), np.arange(len(table)))
+    X = seen.columns(curves(t, t, degree))
     white = seen.w.noise.whiten(np.column_stack([X, seen.y]))
     size = np.maximum(np.linalg.norm(white[:, :-1], axis=0), 1e-300)
     Z = white[:, :-1] / size
@@ -212,18 +216,6 @@ def _fitted(seen: Seen, table: DwellTable, starts: NDArray[np.int64], degree: in
         np.array([z.T @ z for z, _ in parts]), np.array([z.T @ x for z, x in parts]),
         np.array([x @ x for _, x in parts]),
     )  # fmt: skip
-
-
-def _columns(seen: Seen, basis: Array, rows: NDArray[np.int64]) -> Array:
-    """(m, k) curves of bias and scale factor on a basis (m, d), and what has no temperature."""
-    fixed = seen.w.noise.fixed_runs[rows]
-    return np.column_stack([basis, basis * seen.v[rows][:, None], seen.others[rows], fixed])
-
-
-def _basis(all_degc: Array, degc: Array, degree: int) -> Array:
-    """(m, d) polynomials over temperatures (m,), on the range of the table's."""
-    middle, half = (all_degc.max() + all_degc.min()) / 2.0, max(float(np.ptp(all_degc)) / 2.0, 1.0)
-    return chebvander((degc - middle) / half, degree)
 
 
 def rows_of_run(starts: NDArray[np.int64], q: int, n: int) -> NDArray[np.int64]:

@@ -18,7 +18,7 @@ import numpy as np
 
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
 from planner.diagnose.hypotheses.noise import TOLD, ChannelNoise, Readings, noise_in_common
-from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.diagnose.hypotheses.orthogonal import explained
 
 
 def borne_by_triad(before: Sequence[Readings], after: Sequence[Readings]) -> list[Readings]:
@@ -40,11 +40,8 @@ def _borne(before: Readings, triad: Sequence[Readings], after: Readings, i: int)
 
 def _explains(before: Readings, after: Readings, noise: ChannelNoise) -> bool:
     """Whether the columns that one has more than the other explain enough in noise of this size."""
-    columns = [before.declared, before.candidates, noise.fixed_runs]
-    known, more = np.column_stack(columns), after.candidates[:, before.candidates.shape[1] :]
-    white = noise.whiten(np.column_stack([before.channel.r, known, more]))
-    Q = orthonormal(white[:, 1 : known.shape[1] + 1], TOLD)
-    left = clear(Q, np.column_stack([white[:, :1], white[:, known.shape[1] + 1 :]]))
-    C = orthonormal(left[:, 1:], TOLD)
-    explained = float(np.sum((C.T @ left[:, 0]) ** 2))
-    return bool(explained - C.shape[1] * np.log(len(noise.starts)) > DECISIVE)
+    known = np.column_stack([before.declared, before.candidates, noise.fixed_runs])
+    more = after.candidates[:, before.candidates.shape[1] :]
+    y = noise.whiten(before.channel.r[:, None])[:, 0]
+    delta, m = explained(noise.whiten(known), noise.whiten(more), y, TOLD)
+    return bool(delta - m * np.log(len(noise.starts)) > DECISIVE)

@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
+from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.prepared import Prepared
@@ -98,9 +99,10 @@ class Seen:
     v: Array
     others: Array
 
-    def columns(self, basis: Array) -> Array:
-        """(n, k) that are fitted to it with a basis (n, d) over temperature."""
-        return np.column_stack([basis, basis * self.v[:, None], self.others, self.w.noise.fixed_runs])
+    def columns(self, basis: Array, rows: NDArray[np.int64] | slice = slice(None)) -> Array:
+        """(m, k) that are fitted to rows of it with a basis (m, d) over temperature."""
+        fixed = self.w.noise.fixed_runs[rows]
+        return np.column_stack([basis, basis * self.v[rows][:, None], self.others[rows], fixed])
 
     def left(self, basis: Array) -> float:
         """What curves of a basis over temperature leave of it, in noise."""
@@ -218,8 +220,13 @@ def _columns(seen: Sequence[Seen], table: DwellTable) -> int:
 def _basis(table: DwellTable, lag: float) -> Array:
     """(n, d) polynomials over T + τ dT/dt."""
     t = ahead(table, lag).temperature_degc
-    middle, half = (t.max() + t.min()) / 2.0, max(float(np.ptp(t)) / 2.0, 1.0)
-    return chebvander((t - middle) / half, degree_of(table))
+    return curves(t, t, degree_of(table))
+
+
+def curves(all_degc: Array, degc: Array, degree: int) -> Array:
+    """(m, d) polynomials over temperatures (m,), on the range of all of a table's (n,)."""
+    middle, half = (all_degc.max() + all_degc.min()) / 2.0, max(float(np.ptp(all_degc)) / 2.0, 1.0)
+    return chebvander((degc - middle) / half, degree)
 
 
 def degree_of(table: DwellTable) -> int:

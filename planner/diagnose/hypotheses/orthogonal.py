@@ -37,3 +37,14 @@ def clear(Q: Array, A: Array) -> Array:
     """(I − QQᵀ) A, twice, because raw values are 1e5 times the noise."""
     A = A - Q @ (Q.T @ A)
     return np.asarray(A - Q @ (Q.T @ A))
+
+
+def explained(known: Array, columns: Array, y: Array, seen: float) -> tuple[float, int]:
+    """Δ, the drop of |y|² (n,) by columns (n, k) beside what is known (n, p), all whitened, and their rank.
+
+    seen: share of the largest direction below which one is nothing
+    """
+    Q = orthonormal(known, seen)
+    left = clear(Q, np.column_stack([y, columns]))
+    C = orthonormal(left[:, 1:], seen)
+    return float(np.sum((C.T @ left[:, 0]) ** 2)), int(C.shape[1])

@@ -24,7 +24,7 @@ from planner.diagnose.hypotheses.noise import (
     judged_rows,
     without_zeros,
 )
-from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.diagnose.hypotheses.orthogonal import clear, explained, orthonormal
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import LARGEST, BlockCovariance
@@ -101,10 +101,7 @@ def _sample(w: Whitened, believed: Array, time_on: Array, tau: float) -> tuple[S
 
 def _explained(v: Covariance | BlockCovariance, known: Array, columns: Array, y: Array) -> float:
     """Δ, the drop of yᵀPy by columns beside what is known."""
-    white = v.whiten(np.column_stack([y, known, columns]))
-    Q = orthonormal(white[:, 1 : known.shape[1] + 1])
-    left = clear(Q, np.column_stack([white[:, :1], white[:, known.shape[1] + 1 :]]))
-    return float(np.sum((orthonormal(left[:, 1:], TOLD).T @ left[:, 0]) ** 2))
+    return explained(v.whiten(known), v.whiten(columns), v.whiten(y[:, None])[:, 0], TOLD)[0]
 
 
 def _with(sample: Sample, drift: Drift, theta: Array) -> tuple[Variances, float]:
