@@ -14,8 +14,23 @@ def orthonormal(A: Array, seen: float = 1e-9) -> Array:
     if A.shape[1] == 0:
         return np.empty((len(A), 0))
     q, r = np.linalg.qr(A)
-    u, s, _ = np.linalg.svd(r)
+    u, s = _left(r)
     return np.asarray(q @ u[:, : len(s)][:, s > seen * s[0]])
+
+
+def _left(r: Array) -> tuple[Array, Array]:
+    """Left singular vectors and singular values of a triangle; by the slow way where the quick one fails.
+
+    LAPACK's division and conquest (gesdd) does not converge on some triangles whose smallest values are
+    rounding; QR sweeps (gesvd) do.
+    """
+    try:
+        u, s, _ = np.linalg.svd(r)
+    except np.linalg.LinAlgError:
+        from scipy.linalg import svd
+
+        u, s, _ = svd(r, lapack_driver="gesvd")
+    return u, s
 
 
 def clear(Q: Array, A: Array) -> Array:

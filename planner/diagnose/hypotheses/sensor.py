@@ -22,7 +22,7 @@ from planner.diagnose.hypotheses.estimates import Shape, estimates, shape_of, sl
 from planner.diagnose.hypotheses.far_rows import far_rows, scale_scatter
 from planner.diagnose.hypotheses.found import Found, Question, on
 from planner.diagnose.hypotheses.hidden_columns import with_what_hides
-from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, STAYS, along
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, along
 from planner.diagnose.hypotheses.noise import Readings, channel_noise, triad_noise
 from planner.diagnose.hypotheses.noise_columns import coarse, of_the_full_model
 from planner.diagnose.hypotheses.nonlinear import refined
@@ -32,10 +32,11 @@ from planner.diagnose.hypotheses.pool import Pool, pool_of
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.read_temperature import with_read_temperature
 from planner.diagnose.hypotheses.references import hypothesis
+from planner.diagnose.hypotheses.refusals import refusals
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.search import search
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
-from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, SCATTERS, Veto, per_power_on, predicted, vetoed
+from planner.diagnose.hypotheses.verdicts import Veto, vetoed
 from planner.diagnose.hypotheses.whitened import Whitened, moving, whitened
 from planner.diagnose.unseen_runs import cells_of
 from planner.effects._shaped import plain_names
@@ -163,7 +164,7 @@ def _searched(
     question = Question(tuple(named), tuple(unnamed), flips, refine, slopes)
     found = search(b.pool, question)
     _unname_the_undetermined(found, b.channels, b.cuts, shown)
-    refused = _refused(found, data.starts)
+    refused = refusals(found, data.starts)
     if refused:
         _unname_what_is_left(found, question, data.starts)
     return SensorFound(
@@ -248,43 +249,6 @@ def _readings(
 def _whitened(triad: Sequence[Readings]) -> dict[int, Whitened]:
     noises = triad_noise(triad)
     return {r.channel.axis: whitened(r.channel, n, r.candidates) for r, n in zip(triad, noises, strict=True)}
-
-
-def _refused(found: Found, starts: NDArray[np.int64]) -> tuple[Veto, ...]:
-    """What the power-ons themselves refuse goes, the weakest first: the others may stand without it."""
-    out = []
-    for b in sorted(found.all, key=lambda i: found.share(i).delta):
-        veto = None if found.pool.blocks[b].reference else vetoed(found, b, starts)
-        if veto is not None:
-            (found.library if b in found.library else found.unknown).remove(b)
-            out.append(veto)
-            if not found.pool.blocks[b].generic and veto.why != SCATTERS:
-                _unnamed_in_place(found, b, starts)
-    return tuple(out)
-
-
-def _unnamed_in_place(found: Found, b: int, starts: NDArray[np.int64]) -> None:
-    """Where the power-ons refuse a name, bins over a variable may stand: something is there all the same.
-
-    They must predict unseen power-ons themselves. Where those scatter it wanders, and no bins are asked.
-    """
-    pool = found.pool
-    here = found.without()
-    same = on(pool, range(len(pool.blocks)), found.axes(b))
-    scores = {g: score(here, [g]) for g in same if pool.blocks[g].generic}
-    best = max(scores, key=lambda g: scores[g].criterion, default=None)
-    if best is None or scores[best].criterion < DECISIVE or on(pool, found.unknown, found.axes(b)):
-        return
-    found.unknown.append(best)
-    found.p[best] = found.p[b]
-    foreseen = predicted(*per_power_on(found.without(best), [best], starts))
-    if vetoed(found, best, starts) is not None or foreseen <= OF_A_TABLE * scores[best].delta:
-        found.unknown.remove(best)
-        return
-    for i in found.on(found.axes(b)):
-        alone = score(found.without(i, best), [i]).delta
-        if len(found.axes(i)) == 1 and found.share(i).delta < STAYS * alone:
-            found.library.remove(i)  # what is left of it may as well be the other's
 
 
 def _unname_what_is_left(found: Found, question: Question, starts: NDArray[np.int64]) -> None:

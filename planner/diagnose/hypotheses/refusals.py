@@ -1,0 +1,52 @@
+"""What the power-ons refuse of what a search believes, and what stands in the place of a refused name."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.diagnose.hypotheses.found import Found, on
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, STAYS
+from planner.diagnose.hypotheses.scores import score
+from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, SCATTERS, Veto, per_power_on, predicted, vetoed
+
+
+def refusals(found: Found, starts: NDArray[np.int64]) -> tuple[Veto, ...]:
+    """What the power-ons themselves refuse goes, the weakest first: the others may stand without it.
+
+    In the place of a name come bins over a variable that the power-ons do not refuse.
+    """
+    out = []
+    for b in sorted(found.all, key=lambda i: found.share(i).delta):
+        gone = b not in found.all  # with a name before it
+        veto = None if gone or found.pool.blocks[b].reference else vetoed(found, b, starts)
+        if veto is not None:
+            (found.library if b in found.library else found.unknown).remove(b)
+            out.append(veto)
+            if not found.pool.blocks[b].generic and veto.why != SCATTERS:
+                _unnamed_in_place(found, b, starts)
+    return tuple(out)
+
+
+def _unnamed_in_place(found: Found, b: int, starts: NDArray[np.int64]) -> None:
+    """Where the power-ons refuse a name, bins over a variable may stand: something is there all the same.
+
+    They must predict unseen power-ons themselves. Where those scatter it wanders, and no bins are asked.
+    """
+    pool = found.pool
+    here = found.without()
+    same = on(pool, range(len(pool.blocks)), found.axes(b))
+    scores = {g: score(here, [g]) for g in same if pool.blocks[g].generic}
+    best = max(scores, key=lambda g: scores[g].criterion, default=None)
+    if best is None or scores[best].criterion < DECISIVE or on(pool, found.unknown, found.axes(b)):
+        return
+    found.unknown.append(best)
+    found.p[best] = found.p[b]
+    foreseen = predicted(*per_power_on(found.without(best), [best], starts))
+    if vetoed(found, best, starts) is not None or foreseen <= OF_A_TABLE * scores[best].delta:
+        found.unknown.remove(best)
+        return
+    for i in found.on(found.axes(b)):
+        alone = score(found.without(i, best), [i]).delta
+        if len(found.axes(i)) == 1 and found.share(i).delta < STAYS * alone:
+            found.library.remove(i)  # what is left of it may as well be the other's
