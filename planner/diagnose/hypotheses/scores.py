@@ -2,7 +2,9 @@
 
 For any set S of columns Δ_S = h_Sᵀ Gram_SS⁺ h_S is the drop of the residual's square (`pool`). The null comes
 from the same columns: the share of every segment in the residual of the full model, with random signs
-(Westfall, Young: Resampling-Based Multiple Testing, 1993).
+(Westfall, Young: Resampling-Based Multiple Testing, 1993). Every channel is a family of its own, and counts
+as one of so many: what wanders in one makes its tables larger than their F tests say, and by the smallest p
+of all channels nothing would be significant on any other.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.diagnose.hypotheses.chance import Flips, Null
+from planner.diagnose.hypotheses.chance import Flips, Nulls, family_wise
 from planner.diagnose.hypotheses.pool import RANK, Contrast, Pool
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.nouns.array import Array
@@ -137,25 +139,35 @@ def _axes(pool: Pool, chosen: Sequence[int]) -> list[int]:
 # ---------------------------------------------------------------- chance
 
 
-def null_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Null:
-    """The smallest log p over the tested blocks in every flip."""
+def nulls_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Nulls:
+    """The smallest log p over the tested blocks of every channel in every flip."""
     tested = tuple(tested)
-    for blocks, of, null in pool.nulls:
+    for blocks, of, nulls in pool.nulls:
         if blocks == tested and of is flips:
-            return null
-    pool.nulls.append((tested, flips, _null_of(pool, tested, flips)))
+            return nulls
+    pool.nulls.append((tested, flips, _nulls_of(pool, tested, flips)))
     return pool.nulls[-1][-1]
 
 
-def _null_of(pool: Pool, tested: Sequence[int], flips: Flips) -> Null:
+def _nulls_of(pool: Pool, tested: Sequence[int], flips: Flips) -> Nulls:
     H = pool.flipped(flips.signs)
-    least = np.zeros(len(flips.signs))
+    least = {axis: np.zeros(len(flips.signs)) for axis in pool.state}
+    keys: dict[int, set[tuple[str, tuple[int, ...]]]] = {axis: set() for axis in pool.state}
     for b in tested:
         c = contrast(pool, [b])
+        for axis in pool.blocks[b].columns:
+            keys[axis].add(pool.blocks[b].key)
         if c.m:
             seen = H[:, c.k] @ c.root
-            _lower(least, np.einsum("fm,fm->f", seen, seen), c)
-    return Null(least, float(len({pool.blocks[b].key for b in tested})) if flips.few_runs else 1.0)
+            values = np.einsum("fm,fm->f", seen, seen)
+            for axis in pool.blocks[b].columns:
+                _lower(least[axis], values, c)
+    return Nulls(least, {axis: float(len(k)) if flips.few_runs else 1.0 for axis, k in keys.items()})
+
+
+def chance_of(pool: Pool, block: int, s: Score, nulls: Nulls) -> float:
+    """p of a block's score over the whole family; 1 of what explains nothing."""
+    return family_wise(s.log_p, nulls.of(pool.blocks[block].columns)) if s.m else 1.0
 
 
 def _lower(least: Array, values: Array, c: Contrast) -> None:

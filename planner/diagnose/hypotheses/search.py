@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from planner.diagnose.hypotheses.agreement import rests_on
-from planner.diagnose.hypotheses.chance import family_wise
 from planner.diagnose.hypotheses.forms import only_forms_that_hold
 from planner.diagnose.hypotheses.found import (
     ALPHA_UNKNOWN,
@@ -35,7 +34,7 @@ from planner.diagnose.hypotheses.lack_of_fit import (
 )
 from planner.diagnose.hypotheses.plainer import plainer
 from planner.diagnose.hypotheses.pool import Pool, given
-from planner.diagnose.hypotheses.scores import score
+from planner.diagnose.hypotheses.scores import chance_of, score
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 
 MOST = 8  # effects a sensor; a unit that lacks more has another problem
@@ -150,7 +149,8 @@ def _coincidence(found: Found, block: int, apart: Sequence[int], here: Pool) -> 
 def _needless(found: Found, question: Question) -> None:
     """An unknown that a library effect, found later, explains away is none; nor an effect beside others."""
     for b in list(found.unknown):
-        if not significant(score(found.without(b), [b]), found.chance(question, b), ALPHA_UNKNOWN):
+        s = score(found.without(b), [b])
+        if not significant(found.pool, b, s, found.chance(question, b), ALPHA_UNKNOWN):
             found.unknown.remove(b)
     found.drop_needless(found.chance(question))
     for b in list(found.library):
@@ -169,5 +169,5 @@ def _judge(found: Found, question: Question) -> None:
     """Family-wise p of everything believed, each beside the others, among all that was not believed."""
     null = found.chance(question)
     for b in found.all:
-        own = family_wise(found.share(b).log_p, null)
+        own = chance_of(found.pool, b, found.share(b), null)
         found.p[b] = max(min(own, found.stood_for.get(found.pool.blocks[b].key, 1.0)), question.least_p)
