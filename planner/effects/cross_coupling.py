@@ -23,7 +23,7 @@ class CrossCoupling(BaseEffect):
     group: Group = "bias"
     apart = True
     needs = frozenset[Condition](("rate", "specific_force"))
-    variable: Condition | None = "specific_force"
+    variable: Condition | None = "rate"  # its input: an accelerometer's is the load
     title = "cross-coupling"
     equation = "y_i += Σ c_ijk u_j u_k"
     source = "IEEE Std 1293, cross-coupling coefficients"

@@ -19,6 +19,7 @@ from planner.diagnose.hypotheses.generic import generics
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.parameters import grid, ranges
 from planner.diagnose.hypotheses.references import REFERENCES, Reference
+from planner.dwells.dwell_columns import SINGLES
 from planner.effects._bench_frame import turning
 from planner.effects._history import power_ons
 from planner.measurement import reached
@@ -44,6 +45,7 @@ class Block:
     reference: whether it is a hypothesis about a reference; place: where that acts
     stated: what the spec says of each coefficient beforehand, one sigma, SI; 0: nothing
     apart: whether each of its coefficients may be the only one that is there
+    narrow: whether it is a generic one of few columns, which the noise is not judged under unasked
     """
 
     name: str
@@ -56,6 +58,7 @@ class Block:
     place: float = 0.0
     stated: float = 0.0
     apart: bool = False
+    narrow: bool = False
 
     @property
     def channels(self) -> tuple[int, ...]:
@@ -115,7 +118,10 @@ def lasts(effect: Effect, table: DwellTable) -> bool:
     """Whether the table spans enough days for an effect of the days; within two it is the run-to-run.
 
     And power-ons enough for one that is a table itself: within one of them a score of nodes follow any drift.
+    And whether it has the columns: without a temperature everything that goes with it looks like its history.
     """
+    if any(c.field in effect.needs and c.name in table.absent for c in SINGLES):
+        return False
     if follows_any_drift(effect) and len(np.unique(table.run)) < LEAST_OF_A_TABLE:
         return False
     return "day" not in effect.needs or float(np.ptp(table.day)) >= LEAST_DAYS
@@ -206,7 +212,7 @@ def _bent(
 def generic_blocks(channels: Sequence[Channel], table: DwellTable, sensor: Sensor) -> list[Block]:
     """Every generic alternative on every channel of the sensor."""
     return [
-        Block(g.varies_with, sensor, {c.axis: g.columns}, (), generic=True)
+        Block(g.varies_with, sensor, {c.axis: g.columns}, (), generic=True, narrow=g.narrow)
         for c in channels
         if c.sensor == sensor
         for g in generics(c, table)

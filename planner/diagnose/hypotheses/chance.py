@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -25,10 +26,14 @@ class Flips:
 
 @dataclass(frozen=True)
 class Null:
-    """What chance does. least: (flips,) smallest log p over the family; tests: how many at least."""
+    """What chance does. least: (flips,) smallest log p over a family; tests: how many at least.
+
+    among: channels of whose kind it is one family: what is said of one is said of any of so many
+    """
 
     least: Array
     tests: float = 1.0
+    among: float = 1.0
 
     @cached_property
     def independent(self) -> float:
@@ -37,12 +42,31 @@ class Null:
         return float(np.log(0.5) / np.log1p(-min(max(median, 1e-300), 0.999)))
 
 
+@dataclass(frozen=True)
+class Nulls:
+    """What chance does to the blocks of each channel. least: channel -> (flips,); tests: channel -> number"""
+
+    least: Mapping[int, Array]
+    tests: Mapping[int, float]
+
+    def of(self, axes: Iterable[int]) -> Null:
+        """The family of a block of some channels: all that is tested on them."""
+        axes = tuple(sorted(set(axes) & set(self.least)))
+        if axes not in self.asked:
+            least = np.min([self.least[a] for a in axes], axis=0)
+            self.asked[axes] = Null(least, max(self.tests[a] for a in axes), len(self.least) / len(axes))
+        return self.asked[axes]
+
+    asked: dict[tuple[int, ...], Null] = field(init=False, default_factory=dict, compare=False)
+
+
 def family_wise(found: float, null: Null) -> float:
     """p over the whole family: by rank among the flips, and by the number of tests that they amount to.
 
     The larger of both: flips keep the residual's square and so have lighter tails than F with few degrees of
     freedom, and beyond the flips there is no rank.
     """
-    by_number = min(1.0, max(null.independent, null.tests) * float(np.exp(max(found, -700.0))))
+    by_number = max(null.independent, null.tests) * float(np.exp(max(found, -700.0)))
     beyond = int(np.sum(null.least <= found))
-    return float(by_number if beyond == 0 else max(by_number, (1.0 + beyond) / (1.0 + len(null.least))))
+    p = by_number if beyond == 0 else max(by_number, (1.0 + beyond) / (1.0 + len(null.least)))
+    return float(min(1.0, null.among * p))

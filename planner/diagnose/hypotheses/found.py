@@ -9,10 +9,10 @@ import numpy as np
 
 from planner.diagnose.hypotheses.agreement import channels_disagree, of_one_channel
 from planner.diagnose.hypotheses.candidates import Block
-from planner.diagnose.hypotheses.chance import Flips, Null, family_wise
+from planner.diagnose.hypotheses.chance import Flips, Nulls
 from planner.diagnose.hypotheses.pool import Pool, given
 from planner.diagnose.hypotheses.references import hypothesis
-from planner.diagnose.hypotheses.scores import Score, delta, null_of, score
+from planner.diagnose.hypotheses.scores import Score, chance_of, delta, nulls_of, score
 
 ALPHA = 0.01  # false claims per sensor, of three channels, where nothing else is believed
 ALPHA_FURTHER = 0.002  # beside what is believed, whose misfit looks like more
@@ -82,10 +82,10 @@ class Found:
         """The pool beside everything believed but these."""
         return given(self.pool, self.others(*blocks))
 
-    def chance(self, question: Question, *blocks: int) -> Null:
+    def chance(self, question: Question, *blocks: int) -> Nulls:
         """What chance does among all that is still a candidate beside everything believed but these."""
         taken = self.others(*blocks)
-        return null_of(self.without(*blocks), free(self.pool, question.every, taken), question.flips)
+        return nulls_of(self.without(*blocks), free(self.pool, question.every, taken), question.flips)
 
     def share(self, block: int) -> Score:
         """What a block explains beside everything else that is believed, but not beside its alias."""
@@ -139,7 +139,7 @@ class Found:
                 found[moved] = score(self.without(), [moved]).among_names
         return found
 
-    def drop_needless(self, null: Null) -> None:
+    def drop_needless(self, null: Nulls) -> None:
         """Backward elimination: library effects that are not significant beside the others go."""
         for b in list(self.library):
             s = self.share(b)
@@ -148,11 +148,11 @@ class Found:
             if not (stands or self.enters(b, s, null)):
                 self.library.remove(b)
 
-    def enters(self, block: int, s: Score, null: Null) -> bool:
+    def enters(self, block: int, s: Score, null: Nulls) -> bool:
         """Whether a block of the library may be believed beside the others, by its score there."""
         reference = self.pool.blocks[block].reference
         alpha = ALPHA_REFERENCE if reference else ALPHA_FURTHER if self.others(block) else ALPHA
-        if not significant(s, null, alpha if s.freedom > FEW else OF_FEW * alpha):
+        if not significant(self.pool, block, s, null, alpha if s.freedom > FEW else OF_FEW * alpha):
             return False
         return not (reference and channels_disagree(self.without(block), block)) and not self.is_of_one(block)
 
@@ -166,9 +166,9 @@ class Found:
         return of_one_channel(self.without(block), block) and of_one_channel(self.pool, block)
 
 
-def significant(s: Score, null: Null, alpha: float) -> bool:
+def significant(pool: Pool, block: int, s: Score, null: Nulls, alpha: float) -> bool:
     """Whether a block's p over the whole family is small enough."""
-    return bool(s.m and family_wise(s.log_p, null) <= alpha)
+    return chance_of(pool, block, s, null) <= alpha
 
 
 def best_of(pool: Pool, scores: Mapping[int, float]) -> int:

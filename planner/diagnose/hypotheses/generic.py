@@ -13,6 +13,7 @@ import numpy as np
 
 from planner.diagnose.hypotheses.between_nodes import between_nodes
 from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.narrow import MAKERS as NARROW
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Condition, Effect, Sensor
@@ -36,10 +37,11 @@ _ONE_G = (0.9 * STANDARD_GRAVITY_MPS2, 1.1 * STANDARD_GRAVITY_MPS2)  # gravity a
 
 @dataclass(frozen=True)
 class Generic:
-    """A block without a name of its own. varies_with: the variable; columns: (n, k)."""
+    """A block without a name of its own. varies_with: the variable; columns: (n, k); narrow: from there."""
 
     varies_with: str
     columns: Array
+    narrow: bool = False
 
 
 def generics(c: Channel, table: DwellTable) -> list[Generic]:
@@ -49,6 +51,7 @@ def generics(c: Channel, table: DwellTable) -> list[Generic]:
     """
     makers = {**_MAKERS, **_OF_THE_INPUT[c.sensor]}
     found = [Generic(name, columns) for name, make in makers.items() for columns in make(c, table)]
+    found += [Generic(name, x, narrow=True) for name, make in NARROW.items() for x in make(c, table)]
     return [g for g in found if g.columns.shape[1] > 0 and np.any(g.columns)]
 
 

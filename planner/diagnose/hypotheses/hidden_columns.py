@@ -28,11 +28,13 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.pool import inverse
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, predicted
 from planner.diagnose.hypotheses.weighed_columns import Weighed, weighed
+from planner.diagnose.hypotheses.whitened import between_rank, log_p
 from planner.nouns.array import Array
 from planner.solvers.least_squares import factors
 
 STRONG = 30.0  # sigma explained by what has a name: how it misses looks like anything, and hides nothing
 FEW = 8  # blocks whose likelihood is asked: those that promise most
+APART = 0.25  # of the columns, that lies between power-ons and not within them
 MOST = 3  # blocks without a name on one channel, and as many with: more is a channel that follows nothing
 
 
@@ -44,7 +46,7 @@ def with_what_hides(readings: Readings, hidden: Sequence[Block]) -> Readings:
         plain = weighed(readings)
         if plain is None:
             break
-        strong = _explained(plain) > STRONG**2
+        strong = _explained(plain, readings) > STRONG**2
         asked = [k for k, b in left.items() if taken[b.generic] < MOST and not (b.generic and strong)]
         columns = {k: left[k].columns[axis] for k in _promising(plain, left, asked, axis)}
         gains = {k: _gain(plain, x, left[k].generic) for k, x in columns.items()}
@@ -67,10 +69,12 @@ def _promising(plain: Weighed, left: Mapping[int, Block], asked: Sequence[int], 
     return [asked[i] for i in sorted(first)]
 
 
-def _explained(plain: Weighed) -> float:
-    """Squares of sigma that the model explains."""
+def _explained(plain: Weighed, readings: Readings) -> float:
+    """Squares of sigma that the candidates in the model explain beside what is declared."""
     X, y = plain.white()
-    return float(np.sum((factors(X, TOLD).basis.T @ y) ** 2))
+    basis = factors(plain.whitened(readings.declared), TOLD).basis
+    more = factors(clear(basis, X), TOLD).basis
+    return float(np.sum((more.T @ clear(basis, y[:, None])[:, 0]) ** 2))
 
 
 def _gain(plain: Weighed, block: Array, unnamed: bool) -> float:
@@ -78,9 +82,32 @@ def _gain(plain: Weighed, block: Array, unnamed: bool) -> float:
     if more is None:
         return -np.inf
     cost = (more.columns - plain.columns) * float(np.log(plain.rows))
-    gain = 2.0 * (more.loglik - plain.loglik) - cost
-    sure = gain <= DECISIVE or not unnamed or _predicts(more, plain.columns)
-    return gain if sure else -np.inf
+    ratio = 2.0 * (more.loglik - plain.loglik)
+    if ratio - cost <= DECISIVE:
+        return ratio - cost
+    sure = _tell_it(more, plain.columns, ratio, DECISIVE + cost)
+    return ratio - cost if sure and (not unnamed or _predicts(more, plain.columns)) else -np.inf
+
+
+def _tell_it(more: Weighed, columns: int, ratio: float, least: float) -> bool:
+    """Whether what differs between power-ons has as many of them left as its likelihood ratio needs.
+
+    Of the last m columns, after so many, a quarter of which are the means of power-ons, with ν of the g
+    power-ons left beside the whole model, the ratio Λ = g log(σ₀² / σ²) is that of an F of m and ν degrees,
+
+        F = (exp(Λ / g) (ν + m) − ν) / m,     whose p is to be no more than exp(−least / 2)
+
+    With few left any columns take all of the spread, and Λ is as large as one likes.
+    """
+    basis, starts = more.judged.sample.basis, more.starts
+    m = more.columns - columns
+    if between_rank(basis[:, columns:], starts) < APART * m:
+        return True
+    left = len(starts) - between_rank(basis, starts)
+    if left < 1.0:
+        return False
+    grown = float(np.exp(min(ratio / len(starts), 100.0))) * (left + m) - left
+    return bool(log_p(grown, m, left, 1.0) <= -least / 2.0)
 
 
 def _predicts(more: Weighed, columns: int) -> bool:

@@ -12,7 +12,6 @@ from itertools import combinations
 
 import numpy as np
 
-from planner.diagnose.hypotheses.chance import family_wise
 from planner.diagnose.hypotheses.found import (
     ALPHA_UNKNOWN,
     SINGLE,
@@ -27,7 +26,7 @@ from planner.diagnose.hypotheses.found import (
 from planner.diagnose.hypotheses.generic import VARIES_WITH, of_the_sensor
 from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.hypotheses.references import hypothesis
-from planner.diagnose.hypotheses.scores import Score, delta, null_of, score
+from planner.diagnose.hypotheses.scores import Score, chance_of, delta, nulls_of, score
 
 STAYS = 0.5  # share of its Δ that a library effect must keep beside an unknown
 # share of the unknown's Δ that it must have: bins follow no curve exactly, and their rest fits anything
@@ -45,12 +44,12 @@ def lack_of_fit(found: Found, question: Question) -> list[int]:
     """The generic alternatives that are still significant, the strongest first."""
     here = found.without()
     generic = free(found.pool, question.generic, found.unknown)
-    null = null_of(here, [*free(found.pool, question.library, found.all), *generic], question.flips)
+    null = nulls_of(here, [*free(found.pool, question.library, found.all), *generic], question.flips)
     scores = {g: score(here, [g]) for g in generic}
     good = []
     for g, s in scores.items():
         # no table over temperature is exact: many rows make its bends significant, the criterion does not
-        if s.criterion > 0.0 and significant(s, null, ALPHA_UNKNOWN):
+        if s.criterion > 0.0 and significant(here, g, s, null, ALPHA_UNKNOWN):
             if _only_misfit(found, g, s.delta):
                 found.misfit.add(g)
             else:
@@ -183,7 +182,7 @@ def pairs_for_tables(found: Found, question: Question) -> None:
             continue
         tried = found.tried([*(b for b in found.library if b not in mine), *pair])
         tried.refine(question)
-        tried.drop_needless(null_of(tried.without(), question.every, question.flips))
+        tried.drop_needless(nulls_of(tried.without(), question.every, question.flips))
         if tried.on({axis}):
             _taken(found, tried, {axis}, question)
 
@@ -233,7 +232,7 @@ def _named(found: Found, lacking: Sequence[int], question: Question) -> bool:
 
 def _p_beside(found: Found, generic: int, question: Question) -> float:
     """Family-wise p of what is lacking beside everything believed."""
-    return family_wise(score(found.without(), [generic]).log_p, found.chance(question))
+    return chance_of(found.pool, generic, score(found.without(), [generic]), found.chance(question))
 
 
 def _taken(found: Found, tried: Found, axes: set[int], question: Question) -> bool:
@@ -271,7 +270,7 @@ def _pair(found: Found, lacking: Sequence[int], question: Question) -> bool:
     tried.refine(question)
     if keys(tried.pool, tried.library) == keys(found.pool, found.library):
         return False
-    null = null_of(tried.without(), question.every, question.flips)
+    null = nulls_of(tried.without(), question.every, question.flips)
     size = len(tried.library)
     tried.drop_needless(null)
     return len(tried.library) == size and _taken(found, tried, axes, question)

@@ -27,7 +27,7 @@ def coarse(blocks: Sequence[Block], axis: int) -> list[Array]:
     names: set[str] = set()
     kept = []
     for b in blocks:
-        fine = b.generic and b.name in names and b.name in FINE_ONES
+        fine = b.narrow or (b.generic and b.name in names and b.name in FINE_ONES)
         if axis in b.columns and not fine and not _is_table(b):
             kept.append(b.columns[axis])
         if b.generic and axis in b.columns:
@@ -50,6 +50,7 @@ def of_the_full_model(
     """
     whole = mine = _thinned([b for b in blocks if axis in b.columns])
     finer = {id(b) for i, b in enumerate(whole) if b.name in BETWEEN_NODES and b.name in _names(whole[:i])}
+    mine = [b for b in mine if not b.narrow]
     for goes in (lambda b: id(b) in finer, _is_generic, _is_table):
         if sum(b.columns[axis].shape[1] for b in mine) > rows * MOST_SHARE:
             mine = [b for b in mine if not goes(b)]
@@ -67,11 +68,15 @@ def of_the_full_model(
 
 def _coarse_of(blocks: Sequence[Block]) -> list[Block]:
     """The blocks without fine ones: beside few rows 25 columns cost more than what the 9 do not see."""
-    return [b for i, b in enumerate(blocks) if b.name not in FINE_ONES or b.name not in _names(blocks[:i])]
+    return [
+        b
+        for i, b in enumerate(blocks)
+        if b.narrow or b.name not in FINE_ONES or b.name not in _names(blocks[:i])
+    ]
 
 
 def _names(blocks: Sequence[Block]) -> set[str]:
-    return {b.name for b in blocks if b.generic}
+    return {b.name for b in blocks if b.generic and not b.narrow}
 
 
 def _is_generic(block: Block) -> bool:

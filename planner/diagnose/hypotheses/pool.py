@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.candidates import Block
-from planner.diagnose.hypotheses.chance import Flips, Null
+from planner.diagnose.hypotheses.chance import Flips, Nulls
 from planner.diagnose.hypotheses.orthogonal import clear
 from planner.diagnose.hypotheses.shares import Segments, Shares
 from planner.diagnose.hypotheses.whitened import SEEN, Whitened
@@ -75,7 +75,7 @@ class Pool:
     taken: Taken | None = None
     asked: dict[tuple[int, ...], Contrast] = field(init=False, default_factory=dict, compare=False)
     alone: dict[int, tuple[Contrast, ...]] = field(init=False, default_factory=dict, compare=False)
-    nulls: list[tuple[tuple[int, ...], Flips, Null]] = field(init=False, default_factory=list, compare=False)
+    nulls: list[tuple[tuple[int, ...], Flips, Nulls]] = field(init=False, default_factory=list, compare=False)
     cleared: dict[tuple[int, ...], Pool] = field(init=False, default_factory=dict, compare=False)
 
     def columns(self, chosen: Iterable[int]) -> NDArray[np.int64]:

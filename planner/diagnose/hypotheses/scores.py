@@ -8,7 +8,9 @@ each is looked at by itself as well, and what such a choice of m may find by cha
 
 (Bonferroni; Chen, Chen, Biometrika 95, 2008, 759: the extended Bayesian criterion). The null comes from the
 same columns: the share of every segment in the residual of the full model, with random signs (Westfall,
-Young: Resampling-Based Multiple Testing, 1993).
+Young: Resampling-Based Multiple Testing, 1993). Every channel is a family of its own,
+and counts as one of so many: what wanders in one makes its tables larger than their F tests say, and by the
+smallest p of all channels nothing would be significant on any other.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.chance import Flips, Null
+from planner.diagnose.hypotheses.chance import Flips, Nulls, family_wise
 from planner.diagnose.hypotheses.pool import RANK, Contrast, Pool
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.nouns.array import Array
@@ -174,27 +176,37 @@ def _axes(pool: Pool, chosen: Sequence[int]) -> list[int]:
 # ---------------------------------------------------------------- chance
 
 
-def null_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Null:
-    """The smallest log p over the tested blocks in every flip."""
+def nulls_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Nulls:
+    """The smallest log p over the tested blocks of every channel in every flip."""
     tested = tuple(tested)
-    for blocks, of, null in pool.nulls:
+    for blocks, of, nulls in pool.nulls:
         if blocks == tested and of is flips:
-            return null
-    pool.nulls.append((tested, flips, _null_of(pool, tested, flips)))
+            return nulls
+    pool.nulls.append((tested, flips, _nulls_of(pool, tested, flips)))
     return pool.nulls[-1][-1]
 
 
-def _null_of(pool: Pool, tested: Sequence[int], flips: Flips) -> Null:
+def _nulls_of(pool: Pool, tested: Sequence[int], flips: Flips) -> Nulls:
     H = pool.flipped(flips.signs)
-    least = np.zeros(len(flips.signs))
+    least = {axis: np.zeros(len(flips.signs)) for axis in pool.state}
+    keys: dict[int, set[tuple[str, tuple[int, ...]]]] = {axis: set() for axis in pool.state}
     for b in tested:
         c = contrast(pool, [b])
         single = _each_alone(pool, b)
+        for axis in pool.blocks[b].columns:
+            keys[axis].add(pool.blocks[b].key)
         for look in (c, *single) if c.m else ():
             looks = 1.0 if not single else 2.0 * (1.0 if look is c else len(single))
             seen = H[:, look.k] @ look.root
-            _lower(least, np.einsum("fm,fm->f", seen, seen), look, float(np.log(looks)))
-    return Null(least, float(len({pool.blocks[b].key for b in tested})) if flips.few_runs else 1.0)
+            values = np.einsum("fm,fm->f", seen, seen)
+            for axis in pool.blocks[b].columns:
+                _lower(least[axis], values, look, float(np.log(looks)))
+    return Nulls(least, {axis: float(len(k)) if flips.few_runs else 1.0 for axis, k in keys.items()})
+
+
+def chance_of(pool: Pool, block: int, s: Score, nulls: Nulls) -> float:
+    """p of a block's score over the whole family; 1 of what explains nothing."""
+    return family_wise(s.log_p, nulls.of(pool.blocks[block].columns)) if s.m else 1.0
 
 
 def _lower(least: Array, values: Array, c: Contrast, looks: float) -> None:

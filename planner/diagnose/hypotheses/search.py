@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from planner.diagnose.hypotheses.agreement import rests_on
-from planner.diagnose.hypotheses.chance import Null, family_wise
+from planner.diagnose.hypotheses.chance import Nulls
 from planner.diagnose.hypotheses.forms import only_forms_that_hold
 from planner.diagnose.hypotheses.found import (
     ALPHA_UNKNOWN,
@@ -36,7 +36,7 @@ from planner.diagnose.hypotheses.lack_of_fit import (
 )
 from planner.diagnose.hypotheses.plainer import plainer
 from planner.diagnose.hypotheses.pool import Pool, given
-from planner.diagnose.hypotheses.scores import score
+from planner.diagnose.hypotheses.scores import chance_of, score
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 
 MOST = 8  # effects a sensor; a unit that lacks more has another problem
@@ -91,7 +91,7 @@ def _state(found: Found) -> frozenset[Key]:
     return frozenset(keys(found.pool, found.library))
 
 
-def _swap(found: Found, library: Sequence[int], null: Null) -> None:
+def _swap(found: Found, library: Sequence[int], null: Nulls) -> None:
     """Exchange each believed effect for the best in its place, until nothing changes.
 
     That something is there is as sure as it was: the name that explains it best stands for the one that was
@@ -114,7 +114,7 @@ def _swap(found: Found, library: Sequence[int], null: Null) -> None:
             elif rivals[best] > rivals[b] + TIE:
                 instead = [best]
                 key = found.pool.blocks[b].key
-                sure = min(family_wise(scores[b].log_p, null), found.stood_for.get(key, 1.0))
+                sure = min(chance_of(found.pool, b, scores[b], null), found.stood_for.get(key, 1.0))
                 found.stood_for[found.pool.blocks[best].key] = sure
             else:
                 continue
@@ -161,7 +161,8 @@ def _coincidence(found: Found, block: int, apart: Sequence[int], here: Pool) -> 
 def _needless(found: Found, question: Question) -> None:
     """An unknown that a library effect, found later, explains away is none; nor an effect beside others."""
     for b in list(found.unknown):
-        if not significant(score(found.without(b), [b]), found.chance(question, b), ALPHA_UNKNOWN):
+        s = score(found.without(b), [b])
+        if not significant(found.pool, b, s, found.chance(question, b), ALPHA_UNKNOWN):
             found.unknown.remove(b)
     found.drop_needless(found.chance(question))
     for b in list(found.library):
@@ -180,5 +181,5 @@ def _judge(found: Found, question: Question) -> None:
     """Family-wise p of everything believed, each beside the others, among all that was not believed."""
     null = found.chance(question)
     for b in found.all:
-        own = family_wise(found.share(b).log_p, null)
+        own = chance_of(found.pool, b, found.share(b), null)
         found.p[b] = max(min(own, found.stood_for.get(found.pool.blocks[b].key, 1.0)), question.least_p)

@@ -49,6 +49,11 @@ class Weighed:
         both = woodbury(sample.effects, self.theta).whiten(np.column_stack([sample.basis, sample.y]))
         return both[:, :-1], both[:, -1]
 
+    def whitened(self, columns: Array) -> Array:
+        """V^(−1/2) of columns (n, k) of all the channel's rows, at the rows looked at."""
+        rows, _ = judged_rows(self.judged.starts, len(columns))
+        return woodbury(self.judged.sample.effects, self.theta).whiten(columns[rows])
+
     def promises(self, blocks: Sequence[Array]) -> Array:
         """(2, k) what each of some blocks (n, m) would gain were its noise one scale of a law, less m log n.
 

@@ -44,6 +44,7 @@ VARIABLES = {
     "day_and_rate": "day and rate, as a scale factor does",
     "day_and_specific_force": "day and specific force, as a scale factor does",
     "time_on_and_temperature": "time since power-on and temperature",
+    "rate_and_specific_force": "rate and specific force, as a scale factor does",
     "temperature_and_rate": "temperature and rate",
     "bench": "bench",
     "unexplained": "no variable of the table",

@@ -1,0 +1,32 @@
+"""Columns that tell power-ons apart are no explanation of their spread where few power-ons are left."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner import catalog
+from planner.diagnose.hypotheses.generic import variable_of
+from planner.diagnose.hypotheses.prepared import prepared
+from planner.diagnose.hypotheses.sensor import begin
+from tests.diagnose.hypotheses.hall import Noise, days, read
+from tests.diagnose.hypotheses.worlds import DECLARED
+
+
+@pytest.mark.parametrize("seed", [371, 372, 373])
+@pytest.mark.further("seed", [374, 375, 376])
+def test_the_spread_of_thirteen_power_ons_is_judged_no_smaller_than_it_may_be(seed: int) -> None:
+    """Waves, days and benches took all of it, and noise was said to go with the days at 7 to 15 sigma."""
+    level = 3e-3
+    table = replace(read(days(seed, 13), seed, Noise(4e-4, level)), acc=None)
+    for w in begin(prepared(table), "gyro", DECLARED).pool.state.values():
+        at = w.noise.components.index("run_to_run_bias")
+        assert np.degrees(np.sqrt(w.noise.variances.theta[at])) > 0.4 * level
+
+
+@pytest.mark.parametrize(("sensor", "variable"), [("gyro", "rate"), ("accelerometer", "specific_force")])
+def test_products_of_inputs_go_with_the_input_of_their_sensor(sensor, variable) -> None:
+    """What a gyro's coupling leaves was asked along the load: a rest over the rate stood beside it."""
+    assert variable_of(catalog.effects()["cross_coupling"], sensor) == variable
