@@ -113,7 +113,7 @@ def _step(s: SensorFound, axis: int, data: Prepared) -> Step | None:
     k, end = places[best]
     start = int(data.starts[np.searchsorted(data.starts, k, side="right") - 1])
     size = float(z @ h[:, best]) / float(length[best]) ** 2
-    left = z * np.sqrt(w.noise.covariance.diagonal)
+    left = z * w.noise.spread
     medians = float(np.median(left[k:end]) - np.median(left[start:k]))
     if medians * np.sign(size) < MEDIANS * abs(size):
         return None

@@ -9,10 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from planner import catalog
-from planner.diagnose.hypotheses.noise import LEVEL, ChannelNoise
+from planner.diagnose.hypotheses.noise import IN_RUN, LEVEL, ChannelNoise
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
-from planner.diagnose.hypotheses.wander import NAME as WANDERS
 from planner.diagnose.hypotheses.wander import wander
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.nouns.array import Array
@@ -25,7 +24,7 @@ from planner.spec.own_units import budget_unit
 
 PARTS = (
     (("run_to_run_bias",), "bias", "run_to_run"),
-    (("constant", WANDERS), "bias", "in_run"),
+    (("constant", IN_RUN), "bias", "in_run"),
     (("run_to_run_scale_factor",), "scale_factor", "run_to_run"),
 )
 EXCEEDED = 0.01  # chance that a unit within all its budgets is said to exceed one
@@ -65,7 +64,7 @@ def assumptions(s: SensorFound, spec: Spec, data: Prepared) -> list[Assumption]:
                 if size[1] >= KNOWN and noise is not w.noise and part != "in_run":
                     size = _sum(w.noise, here)  # which the triad may tell
                 one = _spread(s, w.channel.name, size, error, part, budgets[error], apart)
-                found.append(_unbudgeted(one) if WANDERS in noise.components and part == "in_run" else one)
+                found.append(_unbudgeted(one) if IN_RUN in noise.components and part == "in_run" else one)
     found = _of_the_triad(found)
     found += list(_residuals(s, budgets))
     return found
@@ -88,8 +87,8 @@ def _wander(s: SensorFound, budgets: Mapping[str, ErrorBudget], noise: ChannelNo
     is more: 0.5 mg among six faces looks like 0.02 % of 1 g that changes from power-on to power-on.
     """
     bias = budgets["bias"].in_run_sigma if "bias" in budgets else 0.0
-    if WANDERS in noise.components:
-        bias = max(bias, float(np.sqrt(noise.variances.theta[noise.components.index(WANDERS)])))
+    if IN_RUN in noise.components:
+        bias = max(bias, float(np.sqrt(noise.variances.theta[noise.components.index(IN_RUN)])))
     largest = max(float(np.abs(c.u).max(initial=0.0)) for c in s.channels)
     return float(np.hypot(budgets["scale_factor"].in_run_sigma, bias / largest if largest > 0.0 else 0.0))
 
@@ -167,7 +166,7 @@ def _between_records(s: SensorFound, w: Whitened, budget: ErrorBudget, data: Pre
     if within is None or table.n_samples is None:
         return []
     white = float(np.mean(within[:, w.channel.axis] ** 2 / np.maximum(table.n_samples, 1)))
-    left = w.z * np.sqrt(w.noise.covariance.diagonal)
+    left = w.z * w.noise.spread
     freedom = float(len(left) - w.Q.shape[1])
     if freedom < 1.0 or not np.isfinite(white):
         return []

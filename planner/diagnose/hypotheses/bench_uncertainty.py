@@ -26,7 +26,7 @@ def below_bench(s: SensorFound, blocks: Sequence[int], sizes: Sequence[Estimate]
         for c in s.channels:
             if c.axis in s.found.pool.blocks[b].columns:
                 adds = _adds(s, b, c, sizes)
-                counts = adds**2 / s.found.pool.state[c.axis].noise.covariance.diagonal
+                counts = adds**2 / s.found.pool.state[c.axis].noise.spread ** 2
                 below += float(counts[np.abs(adds) <= _uncertainty(c)].sum())
                 total += float(counts.sum())
     return below > total / 2.0

@@ -8,7 +8,8 @@ them with the variances that they leave,
 
     2 (log L_b − log L) − m log n > DECISIVE,   log L = −½ (log|V| + yᵀPy), V by REML of each model
 
-the strongest goes in, and the others are asked again beside it. One without a name must predict half of what
+the strongest goes in, and the others are asked again beside it. Where each of k coefficients may be the only
+one there, each is asked alone too, 2 log k dearer. One without a name must predict half of what
 it explains in power-ons that its fit has not seen, and nothing strong must have a name: a coefficient of a
 thousand sigma that scatters by a hundredth looks like any bins.
 """
@@ -16,8 +17,8 @@ thousand sigma that scatters by a hundredth looks like any bins.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,33 +39,47 @@ APART = 0.25  # of the columns, that lies between power-ons and not within them
 MOST = 3  # blocks without a name on one channel, and as many with: more is a channel that follows nothing
 
 
+@dataclass(frozen=True)
+class _Asked:
+    """What may hide. columns: (n, m) of a block, or one of its columns; looks: log of how many were looked at"""
+
+    block: Block
+    columns: Array
+    looks: float = 0.0
+
+
 def with_what_hides(readings: Readings, hidden: Sequence[Block]) -> Readings:
     """The readings with those blocks among their candidates that the likelihood asks for."""
-    axis, taken = readings.channel.axis, Counter[bool]()
-    left = dict(enumerate(hidden))
+    taken = Counter[bool]()
+    left = [asked for b in hidden for asked in _of(b, b.columns[readings.channel.axis])]
     while left:
         plain = weighed(readings)
         if plain is None:
             break
         strong = _explained(plain, readings) > STRONG**2
-        asked = [k for k, b in left.items() if taken[b.generic] < MOST and not (b.generic and strong)]
-        columns = {k: left[k].columns[axis] for k in _promising(plain, left, asked, axis)}
-        gains = {k: _gain(plain, x, left[k].generic) for k, x in columns.items()}
-        best = max(gains, key=lambda k: gains[k], default=-1)
-        if best < 0 or gains[best] <= DECISIVE:
+        asked = [a for a in left if taken[a.block.generic] < MOST and not (a.block.generic and strong)]
+        gains = [(_gain(plain, a), i, a) for i, a in enumerate(_promising(plain, asked))]
+        gain, _, best = max(gains, default=(-np.inf, 0, None))
+        if best is None or gain <= DECISIVE:
             break
-        taken[left[best].generic] += 1
-        readings = replace(readings, candidates=np.column_stack([readings.candidates, columns[best]]))
-        gone = left[best].key
-        left = {k: b for k, b in left.items() if b.key != gone}
+        taken[best.block.generic] += 1
+        readings = replace(readings, candidates=np.column_stack([readings.candidates, best.columns]))
+        left = [a for a in left if a is not best and (best.looks or a.block.key != best.block.key)]
     return readings
 
 
-def _promising(plain: Weighed, left: Mapping[int, Block], asked: Sequence[int], axis: int) -> list[int]:
-    """Of the blocks asked for those that may gain most by either law of the noise."""
+def _of(block: Block, columns: Array) -> list[_Asked]:
+    """A block, and each of its columns where every coefficient may be the only one that is there."""
+    k = columns.shape[1]
+    single = range(k) if block.apart and k > 1 else ()
+    return [_Asked(block, columns), *(_Asked(block, columns[:, [j]], float(np.log(k))) for j in single)]
+
+
+def _promising(plain: Weighed, asked: Sequence[_Asked]) -> list[_Asked]:
+    """Of what is asked for that which may gain most by either law of the noise."""
     if len(asked) <= FEW:
         return list(asked)
-    promises = plain.promises([left[k].columns[axis] for k in asked])
+    promises = plain.promises([a.columns for a in asked]) - 2.0 * np.array([a.looks for a in asked])
     first = {int(i) for law in promises for i in np.argsort(-law)[:FEW]}
     return [asked[i] for i in sorted(first)]
 
@@ -77,16 +92,16 @@ def _explained(plain: Weighed, readings: Readings) -> float:
     return float(np.sum((more.T @ clear(basis, y[:, None])[:, 0]) ** 2))
 
 
-def _gain(plain: Weighed, block: Array, unnamed: bool) -> float:
-    more = plain.beside(block)
+def _gain(plain: Weighed, asked: _Asked) -> float:
+    more = plain.beside(asked.columns)
     if more is None:
         return -np.inf
-    cost = (more.columns - plain.columns) * float(np.log(plain.rows))
+    cost = (more.columns - plain.columns) * float(np.log(plain.rows)) + 2.0 * asked.looks
     ratio = 2.0 * (more.loglik - plain.loglik)
     if ratio - cost <= DECISIVE:
         return ratio - cost
     sure = _tell_it(more, plain.columns, ratio, DECISIVE + cost)
-    return ratio - cost if sure and (not unnamed or _predicts(more, plain.columns)) else -np.inf
+    return ratio - cost if sure and (not asked.block.generic or _predicts(more, plain.columns)) else -np.inf
 
 
 def _tell_it(more: Weighed, columns: int, ratio: float, least: float) -> bool:

@@ -28,12 +28,14 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail
 from planner.solvers.least_squares import factors
-from planner.solvers.random_effects import Covariance, RandomEffects, woodbury
+from planner.solvers.block_covariance import BlockCovariance
+from planner.solvers.random_effects import Covariance, Drift, RandomEffects, covariance
 from planner.solvers.reml import Variances, reml_and_information, reml_together
 from planner.solvers.restricted_likelihood import Sample, reml_information, restricted_loglik
 
 LEAST_RUNS = 8  # power-ons, from which their spread is a variance: a triad then tells it by 15 degrees
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
+IN_RUN = "in_run_bias"  # what moves within power-ons, the last component where there is one
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
 SETTLED = 1e-3  # of the log-likelihood: a decision needs no variance to less than 5 % of its error
 MOST_ROWS = 1000  # for the variances; more rows tell nothing that a campaign's decision needs
@@ -53,7 +55,7 @@ class ChannelNoise:
         judged from
     """
 
-    covariance: Covariance
+    covariance: Covariance | BlockCovariance
     variances: Variances
     components: tuple[str, ...]
     fixed_runs: Array
@@ -67,7 +69,8 @@ class ChannelNoise:
     @property
     def spread(self) -> Array:
         """(n,) one sigma of a row about its run."""
-        return np.asarray(np.sqrt(self.covariance.diagonal))
+        own = self.covariance.effects.diagonals
+        return np.asarray(np.sqrt(self.variances.theta[: len(own)] @ own))
 
     @cached_property
     def relative_error(self) -> Array:
@@ -83,6 +86,7 @@ class Readings:
     candidates: (n, k) columns of all candidates; weights: (n,) 1, or near 0 for a row that is an outlier
     least_runs: power-ons from which their spread is a variance; with fewer each has a level of its own
     moves: (q,) columns of the declared model that can move the rows at all; None: all of them
+    drift: a process within power-ons that the rows show; None: they show none
     """
 
     channel: Channel
@@ -92,6 +96,7 @@ class Readings:
     weights: Array
     least_runs: int = LEAST_RUNS
     moves: NDArray[np.bool_] | None = None
+    drift: Drift | None = None
 
     @property
     def declared(self) -> Array:
@@ -133,7 +138,7 @@ def channel_noise(readings: Readings) -> ChannelNoise:
 
 
 def _noise(j: Judged, v: Variances) -> ChannelNoise:
-    return ChannelNoise(woodbury(j.effects, v.theta), v, j.components, j.fixed, j.starts, j.sample)
+    return ChannelNoise(covariance(j.effects, v.theta), v, j.components, j.fixed, j.starts, j.sample)
 
 
 @dataclass(frozen=True)
@@ -159,15 +164,17 @@ def _judged(given: Readings) -> Judged:
     alone = len(starts) == len(c.r)  # one row a run: its spread is the noise
     diagonals = _diagonals(c, given.duration, given.weights)
     slopes = {} if alone else {name: z for name, z in _slopes(c).items() if not (few and _level(z, starts))}
-    effects = _effects(starts, diagonals, slopes)
+    drifts = {} if given.drift is None else {IN_RUN: given.drift}
+    effects = replace(_effects(starts, diagonals, slopes), drifts=tuple(drifts.values()))
     rows, firsts = judged_rows(starts, len(c.r))
-    part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows])
+    within = tuple(d.at(rows) for d in effects.drifts)
+    part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows], within)
     basis = factors(np.column_stack([given.declared, given.candidates, fixed])[rows], TOLD).basis
     if len(rows) - basis.shape[1] < least_freedom(firsts):
         basis = factors(given.declared[rows], 1e-7).basis
     least = np.zeros(effects.count)
     least[0] = (ROUNDING * float(np.abs(c.y).max(initial=1e-30))) ** 2
-    return Judged(Sample(c.r[rows], basis, part, True), effects, (*diagonals, *slopes), fixed, starts, least)
+    return Judged(Sample(c.r[rows], basis, part, True), effects, (*diagonals, *slopes, *drifts), fixed, starts, least)
 
 
 def least_freedom(starts: NDArray[np.int64]) -> int:
@@ -193,15 +200,17 @@ def _own(j: Judged) -> Variances:
     return Variances(theta, error, theta > 0, restricted_loglik(j.sample, theta), True)
 
 
-def without_zeros(found: Sequence[Variances]) -> list[Variances]:
-    """A variance that comes out as zero is set to what it may well be.
+def without_zeros(
+    found: Sequence[Variances], some: NDArray[np.bool_] | bool = True
+) -> list[Variances]:
+    """A variance that comes out as zero is set to what it may well be; some: (K,) of which variances.
 
     With six runs on a centrifuge it often does, and every curve over the load would then be significant.
     """
     out = []
     for v in found:
         least = MEDIAN * np.sqrt(np.maximum(np.diag(v.error), 0.0))
-        out.append(replace(v, theta=np.asarray(np.where(v.theta > 0, v.theta, least), dtype=float)))
+        out.append(replace(v, theta=np.asarray(np.where((v.theta > 0) | ~np.asarray(some), v.theta, least), dtype=float)))
     return out
 
 
@@ -217,6 +226,8 @@ def _shared(judged: Sequence[Judged], own: Sequence[Variances]) -> list[Variance
     if len(judged) < 2 or len({j.components for j in judged}) > 1:
         return None
     poor = np.any([_freedom(v) < WELL_KNOWN for v in own], axis=0)
+    poor &= [name != IN_RUN for name in judged[0].components]  # each has its own correlation time
+    own = without_zeros(own, ~poor)
     sizes = [np.where(poor, 1.0, np.maximum(v.theta, j.least)) for j, v in zip(judged, own, strict=True)]
     if not poor.any() or any((size <= 0).any() for size in sizes):
         return None
@@ -242,10 +253,9 @@ def _freedom(v: Variances) -> Array:
 
 
 def _times(effects: RandomEffects, factor: Array) -> RandomEffects:
-    a = len(effects.diagonals)
-    return RandomEffects(
-        effects.starts, effects.diagonals * factor[:a, None], effects.slopes * np.sqrt(factor[a:, None])
-    )
+    """Every V_k times factor_k (K,); what moves within power-ons is then known."""
+    moving = range(effects.count - len(effects.drifts), effects.count)
+    return replace(effects.scaled(factor), known=tuple(moving))
 
 
 def _of_the_triad(

@@ -38,6 +38,7 @@ from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.search import search
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 from planner.diagnose.hypotheses.verdicts import Veto, vetoed
+from planner.diagnose.hypotheses.wander import with_wander
 from planner.diagnose.hypotheses.whitened import Whitened, moving, whitened
 from planner.diagnose.unseen_runs import cells_of
 from planner.effects._shaped import plain_names
@@ -245,6 +246,14 @@ def _readings(
             plain = replace(plain, moves=moving(c, channel_noise(plain)))
         plains.append(plain)
         triad.append(with_what_hides(plain, hidden))
+        moves = with_wander(triad[-1], data.table.time_on)
+        if moves.drift is not None:
+            plains[-1] = replace(plain, drift=moves.drift)
+            triad[-1] = with_what_hides(plains[-1], hidden)
+    drift = next((r.drift for r in triad if r.drift is not None), None)
+    if drift is not None:
+        plains = [p if p.drift is not None else replace(p, drift=drift) for p in plains]
+        triad = [p if p.drift is not None else replace(p, drift=drift) for p in triad]
     return borne_by_triad(plains, triad), far, sizes
 
 

@@ -66,10 +66,16 @@ class Shares:
         found = {b: np.empty((effects.count, len(p), len(p))) for b, p in self.places.items()}
         for k in range(effects.count):
             a = len(effects.diagonals)
+            if k >= a + len(effects.slopes):
+                images = effects.times(k, U)
+                for b, place in self.places.items():
+                    mine = slice(place[0], place[-1] + 1)
+                    found[b][k] = theta[k] * (U[:, mine].T @ images[:, mine])
+                continue
             root = drawn[k - a] if k >= a else np.sqrt(effects.diagonals[k])[:, None] * U
             for b, place in self.places.items():
-                mine = root[:, place[0] : place[-1] + 1]
-                found[b][k] = theta[k] * (mine.T @ mine)
+                root_of = root[:, place[0] : place[-1] + 1]
+                found[b][k] = theta[k] * (root_of.T @ root_of)
         return found
 
     def _row(self, b: int) -> Array:

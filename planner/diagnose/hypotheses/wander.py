@@ -16,15 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.noise import (
+    IN_RUN,
     LEAST_RUNS,
     SETTLED,
     TOLD,
     ChannelNoise,
+    Readings,
     inverse_of,
     judged_rows,
     without_zeros,
 )
 from planner.diagnose.hypotheses.orthogonal import clear, explained, orthonormal
+from planner.diagnose.hypotheses.weighed_columns import weighed
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import LARGEST, BlockCovariance
@@ -32,11 +35,45 @@ from planner.solvers.distributions import chi_square_tail
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, Drift, covariance
 from planner.solvers.reml import Variances, reml, reml_and_information
+from planner.solvers.reml_beside import reml_roughly
 from planner.solvers.restricted_likelihood import Sample, restricted_loglik
 
-NAME = "in_run_bias"
 CHANCE = 1e-4  # of a channel that does not wander; tails of Student's t of 3 degrees make a few of it
+CHANCE_AT_FIRST = 1e-3  # the same before anything is believed: noise that is counted on costs little
+TIMES_S = (60.0, 200.0, 600.0, 2000.0)  # correlation times that are asked
+LARGEST_AT_FIRST = 256  # rows of a power-on
+SETTLED_ROUGHLY = 0.1  # of the log-likelihood
 AT_FIRST_SIGHT = 1.0  # sigma of the correlation of neighbours, below which no likelihood is asked
+
+
+def with_wander(readings: Readings, time_on: Array) -> Readings:
+    """The readings with such a process, of the likeliest of some correlation times, where their rows show it.
+
+    Under their own candidates: what hides in the noise goes in before.
+    """
+    sample = readings.judged.sample
+    if len(readings.starts) < LEAST_RUNS or int(sample.effects.sizes.max()) > LARGEST_AT_FIRST:
+        return readings
+    plain = weighed(readings)
+    if plain is None:
+        return readings
+    X, y = plain.white()
+    if neighbours(clear(orthonormal(X), y[:, None])[:, 0], sample.effects.starts) < AT_FIRST_SIGHT:
+        return readings
+    rows, _ = judged_rows(readings.starts, len(time_on))
+    before = restricted_loglik(sample, plain.theta)
+    found = []
+    for tau in TIMES_S:
+        drift = Drift(np.ones(len(rows)), time_on[rows], tau)
+        moving = replace(sample, effects=replace(sample.effects, drifts=(drift,)))
+        start = np.append(plain.theta, max(float(plain.theta[0]), 1e-3 * float(np.var(sample.y))))
+        theta, _ = reml_roughly(moving, start, SETTLED_ROUGHLY)
+        if theta[-1] > 0.0:
+            found.append((2.0 * (restricted_loglik(moving, theta) - before), tau))
+    gain, tau = max(found, default=(0.0, 0.0))
+    if gain <= 0.0 or 0.5 * len(TIMES_S) * float(chi_square_tail(gain, 1)) > CHANCE_AT_FIRST:
+        return readings
+    return replace(readings, drift=Drift(np.ones(len(time_on)), time_on, tau))
 
 
 def can_tell(w: Whitened) -> bool:
@@ -54,11 +91,11 @@ def wander(w: Whitened, believed: Array, time_on: Array, tau: float) -> ChannelN
     """
     white = w.noise.whiten(believed)
     left = clear(orthonormal(clear(w.Q, white), TOLD), w.z)
-    effects = w.noise.sample.effects
-    if neighbours(left, w.noise.starts) < AT_FIRST_SIGHT or int(effects.sizes.max()) > LARGEST:
+    known = bool(w.noise.sample.effects.drifts)
+    if not known and neighbours(left, w.noise.starts) < AT_FIRST_SIGHT or int(w.noise.sample.effects.sizes.max()) > LARGEST:
         return None
     sample, drift = _sample(w, believed, time_on, tau)
-    start = w.noise.variances.theta
+    start = w.noise.variances.theta[: sample.effects.count]
     try:
         plain = reml(sample.y, sample.basis, sample.effects, start, SETTLED)
         found, loglik = _with(sample, drift, plain.theta)
@@ -69,7 +106,7 @@ def wander(w: Whitened, believed: Array, time_on: Array, tau: float) -> ChannelN
     if chance > CHANCE or found.theta[-1] <= 0.0:
         return None
     (known,) = without_zeros([found])
-    return replace(w.noise, variances=known, components=(*w.noise.components, NAME))
+    return replace(w.noise, variances=known, components=(*w.noise.components[: sample.effects.count], IN_RUN))
 
 
 def left_of(w: Whitened, believed: Array, time_on: Array, tau: float) -> float:
@@ -82,7 +119,7 @@ def left_of(w: Whitened, believed: Array, time_on: Array, tau: float) -> float:
     rows, _ = judged_rows(w.noise.starts, len(w.z))
     known = np.column_stack([w.channel.J, w.noise.fixed_runs])[rows]
     try:
-        plain = reml(sample.y, sample.basis, sample.effects, w.noise.variances.theta, SETTLED)
+        plain = reml(sample.y, sample.basis, sample.effects, w.noise.variances.theta[: sample.effects.count], SETTLED)
         (moving,) = without_zeros([_with(sample, drift, plain.theta)[0]])
     except ValueError:
         return 0.0
@@ -95,7 +132,8 @@ def _sample(w: Whitened, believed: Array, time_on: Array, tau: float) -> tuple[S
     """The rows that tell the variances, under what is declared and believed; the process on them."""
     rows, _ = judged_rows(w.noise.starts, len(w.z))
     basis = factors(np.column_stack([w.channel.J, believed, w.noise.fixed_runs])[rows], TOLD).basis
-    sample = Sample(w.channel.r[rows], basis, w.noise.sample.effects, True)
+    effects = replace(w.noise.sample.effects, drifts=())
+    sample = Sample(w.channel.r[rows], basis, effects, True)
     return sample, Drift(np.ones(len(rows)), time_on[rows], tau)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from planner.diagnose.hypotheses.noise import TOLD, Judged, Readings, judged_rows, least_freedom
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
-from planner.solvers.random_effects import woodbury
+from planner.solvers.random_effects import covariance
 from planner.solvers.reml_beside import Grounds, Slope, reml_roughly
 from planner.solvers.restricted_likelihood import loglik
 
@@ -46,13 +46,13 @@ class Weighed:
     def white(self) -> tuple[Array, Array]:
         """(n, p) the model's columns and (n,) the readings, whitened."""
         sample = self.judged.sample
-        both = woodbury(sample.effects, self.theta).whiten(np.column_stack([sample.basis, sample.y]))
+        both = covariance(sample.effects, self.theta).whiten(np.column_stack([sample.basis, sample.y]))
         return both[:, :-1], both[:, -1]
 
     def whitened(self, columns: Array) -> Array:
         """V^(−1/2) of columns (n, k) of all the channel's rows, at the rows looked at."""
         rows, _ = judged_rows(self.judged.starts, len(columns))
-        return woodbury(self.judged.sample.effects, self.theta).whiten(columns[rows])
+        return covariance(self.judged.sample.effects, self.theta).whiten(columns[rows])
 
     def promises(self, blocks: Sequence[Array]) -> Array:
         """(2, k) what each of some blocks (n, m) would gain were its noise one scale of a law, less m log n.
@@ -65,7 +65,7 @@ class Weighed:
         sample = self.judged.sample
         rows, _ = judged_rows(self.judged.starts, len(blocks[0]))
         every = np.column_stack([sample.basis, sample.y, *(b[rows] for b in blocks)])
-        v = woodbury(sample.effects, self.theta)
+        v = covariance(sample.effects, self.theta)
         counts = [b.shape[1] for b in blocks]
         return np.array([_promises(law, self.columns, counts) for law in (v.whiten(every), every)])
 
