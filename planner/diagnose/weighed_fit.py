@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from planner.measurement import ChannelModel, Parts, evaluate, jacobian
 from planner.nouns.array import Array
+from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance
 
@@ -48,7 +49,7 @@ class WeighedFit:
     theta: Array
     J: Array
     residual: Array
-    v: Covariance
+    v: Covariance | BlockCovariance
     spreads: Spreads
     far: NDArray[np.bool_]
 
@@ -56,7 +57,7 @@ class WeighedFit:
 def weighed_fit(
     model: ChannelModel,
     y: Array,
-    v: Covariance,
+    v: Covariance | BlockCovariance,
     spreads: Spreads,
     far: NDArray[np.bool_],
     nonlinear: Shapes | None = None,

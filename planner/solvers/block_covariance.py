@@ -40,6 +40,12 @@ class BlockCovariance:
     theta: Array
     batches: tuple[_Batch, ...]
 
+    @cached_property
+    def diagonal(self) -> Array:
+        """(n,) the variance that each row has by itself."""
+        own = self.effects.diagonals
+        return np.asarray(self.theta[: len(own)] @ own)
+
     def whiten(self, A: Array) -> Array:
         """W A for A (n, m), W = L⁻¹ block by block: W V Wᵀ = I."""
         out = np.empty_like(A, dtype=np.float64)

@@ -40,7 +40,7 @@ class Drift:
         rho = np.exp(-0.5 * x**2) if self.smooth else np.exp(-np.abs(x))
         return np.asarray(z[:, :, None] * z[:, None, :] * rho)
 
-    def at(self, rows: NDArray[np.bool_]) -> Drift:
+    def at(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> Drift:
         """The process on some of the rows."""
         return replace(self, z=self.z[rows], time=self.time[rows])
 

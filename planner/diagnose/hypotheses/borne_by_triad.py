@@ -17,7 +17,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
-from planner.diagnose.hypotheses.noise import TOLD, ChannelNoise, Readings, noise_in_common
+from planner.diagnose.hypotheses.noise import TOLD, ChannelNoise, Readings
+from planner.diagnose.hypotheses.noise_of_triad import noise_in_common
 from planner.diagnose.hypotheses.orthogonal import explained
 
 

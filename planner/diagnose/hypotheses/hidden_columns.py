@@ -41,7 +41,7 @@ MOST = 3  # blocks without a name on one channel, and as many with: more is a ch
 
 @dataclass(frozen=True)
 class _Asked:
-    """What may hide. columns: (n, m) of a block, or one of its columns; looks: log of how many were looked at"""
+    """What may hide. columns: (n, m) of a block, or one of its k; looks: log k then, of which it is one"""
 
     block: Block
     columns: Array
@@ -76,11 +76,11 @@ def _of(block: Block, columns: Array) -> list[_Asked]:
 
 
 def _promising(plain: Weighed, asked: Sequence[_Asked]) -> list[_Asked]:
-    """Of what is asked for that which may gain most by either law of the noise."""
-    if len(asked) <= FEW:
-        return list(asked)
+    """Of what is asked for that which may gain most, or anything, by either law of the noise."""
+    if not asked:
+        return []
     promises = plain.promises([a.columns for a in asked]) - 2.0 * np.array([a.looks for a in asked])
-    first = {int(i) for law in promises for i in np.argsort(-law)[:FEW]}
+    first = {int(i) for law in promises for i in np.argsort(-law)[:FEW] if law[i] > 0.0}
     return [asked[i] for i in sorted(first)]
 
 

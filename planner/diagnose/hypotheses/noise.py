@@ -8,9 +8,9 @@ what hides does not inflate them; where that is too many columns, under those th
 from so few, and effects between power-ons are then untestable. How well each variance is known, of a dozen
 power-ons by a few degrees of freedom, is in every test (Satterthwaite).
 
-Variances that one channel knows from a few runs only (the share of the input, the scale factor's run-to-run)
-are taken as those of the triad, unless the likelihood ratio of its channels says that they differ: a
-centrifuge with six runs a channel could otherwise hardly find anything.
+What moves within power-ons, where the rows show that something does (`wander`), is one more of them,
+
+    σ_m² exp(−|Δt| / τ) in every power-on
 """
 
 from __future__ import annotations
@@ -26,22 +26,21 @@ from planner.campaign.channel_model import EXCITING
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
-from planner.solvers.distributions import chi_square_tail
-from planner.solvers.least_squares import factors
 from planner.solvers.block_covariance import BlockCovariance
+from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, Drift, RandomEffects, covariance
-from planner.solvers.reml import Variances, reml_and_information, reml_together
-from planner.solvers.restricted_likelihood import Sample, reml_information, restricted_loglik
+from planner.solvers.reml import Variances, reml_and_information
+from planner.solvers.reml_beside import Slope, reml_roughly
+from planner.solvers.restricted_likelihood import Sample, loglik, reml_information, restricted_loglik
 
 LEAST_RUNS = 8  # power-ons, from which their spread is a variance: a triad then tells it by 15 degrees
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
 IN_RUN = "in_run_bias"  # what moves within power-ons, the last component where there is one
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
+ROUGHLY = 1.0  # of the log-likelihood where columns are weighed, which must gain five times as much
 SETTLED = 1e-3  # of the log-likelihood: a decision needs no variance to less than 5 % of its error
 MOST_ROWS = 1000  # for the variances; more rows tell nothing that a campaign's decision needs
 ROUNDING = 1e-9  # of the largest reading: data without any noise still have this much
-WELL_KNOWN = 40.0  # degrees of freedom, from which a channel's own variance is as good as the triad's
-UNLIKE = 0.05  # p of the likelihood ratio, below which the channels of a triad are judged each for itself
 TOLD = 1e-5  # of a column's length that must be left beside a model, or it says nothing new
 TOLD_APART = 1e-9  # of the information, each variance in its own units: less is rounding
 MEDIAN = 0.67  # sigma: what a variance estimated as zero may well be, the middle of half a normal law
@@ -69,8 +68,7 @@ class ChannelNoise:
     @property
     def spread(self) -> Array:
         """(n,) one sigma of a row about its run."""
-        own = self.covariance.effects.diagonals
-        return np.asarray(np.sqrt(self.variances.theta[: len(own)] @ own))
+        return np.asarray(np.sqrt(self.covariance.diagonal))
 
     @cached_property
     def relative_error(self) -> Array:
@@ -110,22 +108,6 @@ class Readings:
         return _judged(self)
 
 
-def triad_noise(triad: Sequence[Readings]) -> list[ChannelNoise]:
-    """The noise of every channel of a sensor."""
-    judged = [r.judged for r in triad]
-    own = [_own(j) for j in judged]
-    return [_noise(j, v) for j, v in zip(judged, without_zeros(_shared(judged, own) or own), strict=True)]
-
-
-def noise_in_common(triad: Sequence[Readings]) -> list[ChannelNoise] | None:
-    """The noise of every channel, what few runs tell taken as the triad's; None where the channels differ."""
-    judged = [r.judged for r in triad]
-    found = _shared(judged, [_own(j) for j in judged])
-    if found is None:
-        return None
-    return [_noise(j, v) for j, v in zip(judged, without_zeros(found), strict=True)]
-
-
 def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights: Array) -> Array:
     """(n,) one sigma of each row, of its weight, about its power-on under the declared model alone."""
     return channel_noise(Readings(c, starts, duration, np.empty((len(c.r), 0)), weights)).spread
@@ -134,10 +116,11 @@ def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights
 def channel_noise(readings: Readings) -> ChannelNoise:
     """The noise of one channel by itself."""
     judged = readings.judged
-    return _noise(judged, *without_zeros([_own(judged)]))
+    return noise_of(judged, *without_zeros([own_variances(judged)]))
 
 
-def _noise(j: Judged, v: Variances) -> ChannelNoise:
+def noise_of(j: Judged, v: Variances) -> ChannelNoise:
+    """The noise of a channel with these variances."""
     return ChannelNoise(covariance(j.effects, v.theta), v, j.components, j.fixed, j.starts, j.sample)
 
 
@@ -154,6 +137,22 @@ class Judged:
     fixed: Array
     starts: NDArray[np.int64]
     least: Array
+
+    @cached_property
+    def at_first(self) -> tuple[Array, float]:
+        """θ (K,) and the rows' log-likelihood by a rough search, with which columns are weighed."""
+        effects = self.sample.effects
+        even = max(float(np.var(self.sample.left)), self.least[0]) / effects.count / effects.mean_sizes()
+        return roughly(self, np.maximum(even, self.least))
+
+
+def roughly(j: Judged, start: Array, first: Slope | None = None) -> tuple[Array, float]:
+    """θ (K,) and the log-likelihood of the rows there, with their best coefficients: to ROUGHLY."""
+    theta, found = reml_roughly(j.sample, start, ROUGHLY, first)
+    if (theta < j.least).any():
+        theta = np.maximum(theta, j.least)
+        found = loglik(j.sample, theta)
+    return theta, found
 
 
 def _judged(given: Readings) -> Judged:
@@ -174,7 +173,9 @@ def _judged(given: Readings) -> Judged:
         basis = factors(given.declared[rows], 1e-7).basis
     least = np.zeros(effects.count)
     least[0] = (ROUNDING * float(np.abs(c.y).max(initial=1e-30))) ** 2
-    return Judged(Sample(c.r[rows], basis, part, True), effects, (*diagonals, *slopes, *drifts), fixed, starts, least)
+    return Judged(
+        Sample(c.r[rows], basis, part, True), effects, (*diagonals, *slopes, *drifts), fixed, starts, least
+    )
 
 
 def least_freedom(starts: NDArray[np.int64]) -> int:
@@ -182,7 +183,7 @@ def least_freedom(starts: NDArray[np.int64]) -> int:
     return max(10, len(starts) // 4)
 
 
-def _own(j: Judged) -> Variances:
+def own_variances(j: Judged) -> Variances:
     """REML of one channel; all its noise is white where the rows allow no more."""
     theta = np.zeros(j.effects.count)
     theta[0] = max(float(np.var(j.sample.y)), 1e-30)
@@ -200,79 +201,16 @@ def _own(j: Judged) -> Variances:
     return Variances(theta, error, theta > 0, restricted_loglik(j.sample, theta), True)
 
 
-def without_zeros(
-    found: Sequence[Variances], some: NDArray[np.bool_] | bool = True
-) -> list[Variances]:
-    """A variance that comes out as zero is set to what it may well be; some: (K,) of which variances.
+def without_zeros(found: Sequence[Variances], some: NDArray[np.bool_] | None = None) -> list[Variances]:
+    """A variance that comes out as zero is set to what it may well be; some: (K,) of which, None: all.
 
     With six runs on a centrifuge it often does, and every curve over the load would then be significant.
     """
     out = []
     for v in found:
         least = MEDIAN * np.sqrt(np.maximum(np.diag(v.error), 0.0))
-        out.append(replace(v, theta=np.asarray(np.where((v.theta > 0) | ~np.asarray(some), v.theta, least), dtype=float)))
-    return out
-
-
-# ---------------------------------------------------------------- what the channels of a triad share
-
-
-def _shared(judged: Sequence[Judged], own: Sequence[Variances]) -> list[Variances] | None:
-    """Variances that are badly known channel by channel taken from all of them; None where they differ.
-
-    What a channel knows well stays its own: its component is scaled by its own estimate. The rest is one
-    restricted likelihood of all channels, and 2 (Σ log L_own − log L_shared) is to be no rarer than UNLIKE.
-    """
-    if len(judged) < 2 or len({j.components for j in judged}) > 1:
-        return None
-    poor = np.any([_freedom(v) < WELL_KNOWN for v in own], axis=0)
-    poor &= [name != IN_RUN for name in judged[0].components]  # each has its own correlation time
-    own = without_zeros(own, ~poor)
-    sizes = [np.where(poor, 1.0, np.maximum(v.theta, j.least)) for j, v in zip(judged, own, strict=True)]
-    if not poor.any() or any((size <= 0).any() for size in sizes):
-        return None
-    scaled = [
-        replace(j.sample, effects=_times(j.sample.effects, size))
-        for j, size in zip(judged, sizes, strict=True)
-    ]
-    try:
-        middle = np.mean([v.theta / size for v, size in zip(own, sizes, strict=True)], axis=0)
-        together = reml_together(scaled, middle, SETTLED)
-        shared = sum(restricted_loglik(s, together.theta) for s in scaled)
-    except ValueError:
-        return None
-    ratio = 2.0 * (sum(v.loglik for v in own) - shared)
-    if chi_square_tail(ratio, (len(judged) - 1) * int(poor.sum())) < UNLIKE:
-        return None
-    return _of_the_triad(judged, sizes, together.theta, poor)
-
-
-def _freedom(v: Variances) -> Array:
-    """(K,) Satterthwaite's degrees of freedom of each variance; none where it is zero."""
-    return np.asarray(2.0 * v.theta**2 / np.maximum(np.diag(v.error), 1e-300))
-
-
-def _times(effects: RandomEffects, factor: Array) -> RandomEffects:
-    """Every V_k times factor_k (K,); what moves within power-ons is then known."""
-    moving = range(effects.count - len(effects.drifts), effects.count)
-    return replace(effects.scaled(factor), known=tuple(moving))
-
-
-def _of_the_triad(
-    judged: Sequence[Judged], sizes: Sequence[Array], theta: Array, poor: NDArray[np.bool_]
-) -> list[Variances]:
-    """Each channel's share of a common estimate, known as well as all channels tell it where it was poor."""
-    thetas = [np.maximum(theta * s, j.least) for j, s in zip(judged, sizes, strict=True)]
-    own = [reml_information(j.sample, t) for j, t in zip(judged, thetas, strict=True)]
-    common = inverse_of(np.sum([i * np.outer(s, s) for i, s in zip(own, sizes, strict=True)], axis=0))
-    out = []
-    for t, s, information in zip(thetas, sizes, own, strict=True):
-        error = common * np.outer(s, s)
-        alone = np.sqrt(
-            np.maximum(np.diag(inverse_of(information)), 0.0) / np.maximum(np.diag(error), 1e-300)
-        )
-        wider = np.where(poor, 1.0, alone)
-        out.append(Variances(t, error * np.outer(wider, wider), t > 0, 0.0, True))
+        kept = (v.theta > 0) if some is None else (v.theta > 0) | ~some
+        out.append(replace(v, theta=np.asarray(np.where(kept, v.theta, least), dtype=float)))
     return out
 
 

@@ -24,8 +24,9 @@ from planner.diagnose.hypotheses.far_rows import far_rows, scale_scatter
 from planner.diagnose.hypotheses.found import Found, Question, on
 from planner.diagnose.hypotheses.hidden_columns import with_what_hides
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, along
-from planner.diagnose.hypotheses.noise import Readings, channel_noise, triad_noise
+from planner.diagnose.hypotheses.noise import Readings, channel_noise
 from planner.diagnose.hypotheses.noise_columns import coarse, of_the_full_model
+from planner.diagnose.hypotheses.noise_of_triad import triad_noise
 from planner.diagnose.hypotheses.nonlinear import refined
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
 from planner.diagnose.hypotheses.parameters import Range, ranges
@@ -246,15 +247,17 @@ def _readings(
             plain = replace(plain, moves=moving(c, channel_noise(plain)))
         plains.append(plain)
         triad.append(with_what_hides(plain, hidden))
-        moves = with_wander(triad[-1], data.table.time_on)
-        if moves.drift is not None:
-            plains[-1] = replace(plain, drift=moves.drift)
+        drift = with_wander(triad[-1], data.table.time_on).drift
+        if drift is not None:
+            plains[-1] = replace(plain, drift=drift)
             triad[-1] = with_what_hides(plains[-1], hidden)
+    return borne_by_triad(_alike(plains), _alike(triad)), far, sizes
+
+
+def _alike(triad: Sequence[Readings]) -> list[Readings]:
+    """With a process within power-ons on every channel where one has it: they share other variances."""
     drift = next((r.drift for r in triad if r.drift is not None), None)
-    if drift is not None:
-        plains = [p if p.drift is not None else replace(p, drift=drift) for p in plains]
-        triad = [p if p.drift is not None else replace(p, drift=drift) for p in triad]
-    return borne_by_triad(plains, triad), far, sizes
+    return [r if drift is None or r.drift is not None else replace(r, drift=drift) for r in triad]
 
 
 def _whitened(triad: Sequence[Readings]) -> dict[int, Whitened]:

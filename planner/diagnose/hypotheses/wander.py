@@ -5,7 +5,9 @@
 σ² and θ together by REML under what is declared and was found, τ the budget's correlation time: whatever else
 walks or steps within power-ons has a part along it. A channel has such a process where its restricted
 likelihood is so much larger with it that chance, half a χ² of one degree (Self, Liang, JASA 82, 1987), does
-so once in 10 000. What the noise of `noise` takes for it otherwise is part level, part white.
+so once in 10 000. What the noise of `noise` takes for it otherwise is part level, part white, and every curve
+over time or over what changes with it explains ten sigma of nothing; so where the rows show one of any
+correlation time it is part of that noise from the beginning (`with_wander`).
 """
 
 from __future__ import annotations
@@ -39,7 +41,7 @@ from planner.solvers.reml_beside import reml_roughly
 from planner.solvers.restricted_likelihood import Sample, restricted_loglik
 
 CHANCE = 1e-4  # of a channel that does not wander; tails of Student's t of 3 degrees make a few of it
-CHANCE_AT_FIRST = 1e-3  # the same before anything is believed: noise that is counted on costs little
+CHANCE_AT_FIRST = 1e-3  # the same before anything is believed: what is counted on in vain costs little
 TIMES_S = (60.0, 200.0, 600.0, 2000.0)  # correlation times that are asked
 LARGEST_AT_FIRST = 256  # rows of a power-on
 SETTLED_ROUGHLY = 0.1  # of the log-likelihood
@@ -49,31 +51,27 @@ AT_FIRST_SIGHT = 1.0  # sigma of the correlation of neighbours, below which no l
 def with_wander(readings: Readings, time_on: Array) -> Readings:
     """The readings with such a process, of the likeliest of some correlation times, where their rows show it.
 
-    Under their own candidates: what hides in the noise goes in before.
+    Under their own candidates: what hides in the noise goes in before, and is asked again beside it.
     """
     sample = readings.judged.sample
-    if len(readings.starts) < LEAST_RUNS or int(sample.effects.sizes.max()) > LARGEST_AT_FIRST:
-        return readings
     plain = weighed(readings)
-    if plain is None:
+    many = int(sample.effects.sizes.max()) > LARGEST_AT_FIRST
+    if len(readings.starts) < LEAST_RUNS or many or plain is None:
         return readings
     X, y = plain.white()
-    if neighbours(clear(orthonormal(X), y[:, None])[:, 0], sample.effects.starts) < AT_FIRST_SIGHT:
+    if neighbours(clear(orthonormal(X), y[:, None])[:, 0], plain.starts) < AT_FIRST_SIGHT:
         return readings
     rows, _ = judged_rows(readings.starts, len(time_on))
-    before = restricted_loglik(sample, plain.theta)
-    found = []
-    for tau in TIMES_S:
-        drift = Drift(np.ones(len(rows)), time_on[rows], tau)
-        moving = replace(sample, effects=replace(sample.effects, drifts=(drift,)))
-        start = np.append(plain.theta, max(float(plain.theta[0]), 1e-3 * float(np.var(sample.y))))
-        theta, _ = reml_roughly(moving, start, SETTLED_ROUGHLY)
-        if theta[-1] > 0.0:
-            found.append((2.0 * (restricted_loglik(moving, theta) - before), tau))
-    gain, tau = max(found, default=(0.0, 0.0))
+    drifts = [Drift(np.ones(len(rows)), time_on[rows], tau) for tau in TIMES_S]
+    moving = [replace(sample, effects=replace(sample.effects, drifts=(d,))) for d in drifts]
+    start = np.append(plain.theta, _first(plain.theta, sample.y))
+    each = [restricted_loglik(m, reml_roughly(m, start, SETTLED_ROUGHLY)[0]) for m in moving]
+    best = int(np.argmax(each))
+    without, _ = reml_roughly(sample, plain.theta, SETTLED_ROUGHLY)
+    gain = 2.0 * (each[best] - restricted_loglik(sample, without))
     if gain <= 0.0 or 0.5 * len(TIMES_S) * float(chi_square_tail(gain, 1)) > CHANCE_AT_FIRST:
         return readings
-    return replace(readings, drift=Drift(np.ones(len(time_on)), time_on, tau))
+    return replace(readings, drift=Drift(np.ones(len(time_on)), time_on, TIMES_S[best]))
 
 
 def can_tell(w: Whitened) -> bool:
@@ -91,11 +89,11 @@ def wander(w: Whitened, believed: Array, time_on: Array, tau: float) -> ChannelN
     """
     white = w.noise.whiten(believed)
     left = clear(orthonormal(clear(w.Q, white), TOLD), w.z)
-    known = bool(w.noise.sample.effects.drifts)
-    if not known and neighbours(left, w.noise.starts) < AT_FIRST_SIGHT or int(w.noise.sample.effects.sizes.max()) > LARGEST:
+    effects = w.noise.sample.effects
+    shown = bool(effects.drifts) or neighbours(left, w.noise.starts) >= AT_FIRST_SIGHT
+    if not shown or int(effects.sizes.max()) > LARGEST:
         return None
-    sample, drift = _sample(w, believed, time_on, tau)
-    start = w.noise.variances.theta[: sample.effects.count]
+    sample, drift, start = _sample(w, believed, time_on, tau)
     try:
         plain = reml(sample.y, sample.basis, sample.effects, start, SETTLED)
         found, loglik = _with(sample, drift, plain.theta)
@@ -106,7 +104,7 @@ def wander(w: Whitened, believed: Array, time_on: Array, tau: float) -> ChannelN
     if chance > CHANCE or found.theta[-1] <= 0.0:
         return None
     (known,) = without_zeros([found])
-    return replace(w.noise, variances=known, components=(*w.noise.components[: sample.effects.count], IN_RUN))
+    return replace(w.noise, variances=known, components=(*w.noise.components[: len(start)], IN_RUN))
 
 
 def left_of(w: Whitened, believed: Array, time_on: Array, tau: float) -> float:
@@ -115,11 +113,11 @@ def left_of(w: Whitened, believed: Array, time_on: Array, tau: float) -> float:
     Its variance is the estimate beside them, or what one that comes out as zero may well be: a drift of a few
     sigma is not told from a process that the rows do not refuse. 0 where nothing can be said.
     """
-    sample, drift = _sample(w, believed, time_on, tau)
+    sample, drift, start = _sample(w, believed, time_on, tau)
     rows, _ = judged_rows(w.noise.starts, len(w.z))
     known = np.column_stack([w.channel.J, w.noise.fixed_runs])[rows]
     try:
-        plain = reml(sample.y, sample.basis, sample.effects, w.noise.variances.theta[: sample.effects.count], SETTLED)
+        plain = reml(sample.y, sample.basis, sample.effects, start, SETTLED)
         (moving,) = without_zeros([_with(sample, drift, plain.theta)[0]])
     except ValueError:
         return 0.0
@@ -128,13 +126,16 @@ def left_of(w: Whitened, believed: Array, time_on: Array, tau: float) -> float:
     return min(after / before, 1.0) if before > 0.0 else 0.0
 
 
-def _sample(w: Whitened, believed: Array, time_on: Array, tau: float) -> tuple[Sample, Drift]:
-    """The rows that tell the variances, under what is declared and believed; the process on them."""
+def _sample(w: Whitened, believed: Array, time_on: Array, tau: float) -> tuple[Sample, Drift, Array]:
+    """The rows that tell the variances, under what is declared and believed; the process on them.
+
+    And the other variances (K,), from which they are sought.
+    """
     rows, _ = judged_rows(w.noise.starts, len(w.z))
     basis = factors(np.column_stack([w.channel.J, believed, w.noise.fixed_runs])[rows], TOLD).basis
     effects = replace(w.noise.sample.effects, drifts=())
     sample = Sample(w.channel.r[rows], basis, effects, True)
-    return sample, Drift(np.ones(len(rows)), time_on[rows], tau)
+    return sample, Drift(np.ones(len(rows)), time_on[rows], tau), w.noise.variances.theta[: effects.count]
 
 
 def _explained(v: Covariance | BlockCovariance, known: Array, columns: Array, y: Array) -> float:
@@ -145,10 +146,15 @@ def _explained(v: Covariance | BlockCovariance, known: Array, columns: Array, y:
 def _with(sample: Sample, drift: Drift, theta: Array) -> tuple[Variances, float]:
     """REML with the process, from a start without it, and its restricted log-likelihood."""
     effects = replace(sample.effects, drifts=(drift,))
-    start = np.append(theta, max(float(theta[0]), 1e-3 * float(np.var(sample.y))))
+    start = np.append(theta, _first(theta, sample.y))
     moving = replace(sample, effects=effects)
     found, information = reml_and_information([moving], start, SETTLED)
     return replace(found, error=inverse_of(information)), restricted_loglik(moving, found.theta)
+
+
+def _first(theta: Array, y: Array) -> float:
+    """The process' variance from which it is sought: that of the white noise."""
+    return max(float(theta[0]), 1e-3 * float(np.var(y)))
 
 
 def neighbours(z: Array, starts: NDArray[np.int64]) -> float:

@@ -10,14 +10,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.noise import TOLD, Judged, Readings, judged_rows, least_freedom
+from planner.diagnose.hypotheses.noise import TOLD, Judged, Readings, judged_rows, least_freedom, roughly
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
 from planner.solvers.random_effects import covariance
-from planner.solvers.reml_beside import Grounds, Slope, reml_roughly
-from planner.solvers.restricted_likelihood import loglik
-
-ROUGHLY = 1.0  # of the log-likelihood where columns are weighed, which must gain five times as much
+from planner.solvers.reml_beside import Grounds
 
 
 @dataclass(frozen=True)
@@ -81,7 +78,8 @@ class Weighed:
         if not more.size or len(rows) - basis.shape[1] < least_freedom(firsts):
             return None
         wider = replace(self.judged, sample=replace(sample, X=basis))
-        return _weighed(wider, self.theta, self._grounds.with_columns(more))
+        theta, found = roughly(wider, self.theta, self._grounds.with_columns(more))
+        return Weighed(wider, theta, found) if np.isfinite(found) else None
 
     @cached_property
     def _grounds(self) -> Grounds:
@@ -105,15 +103,5 @@ def _promises(white: Array, p: int, counts: Sequence[int]) -> list[float]:
 
 def weighed(readings: Readings) -> Weighed | None:
     """A channel under its own candidates; None where the rows tell no variance."""
-    judged = readings.judged
-    effects = judged.sample.effects
-    even = max(float(np.var(judged.sample.left)), judged.least[0]) / effects.count / effects.mean_sizes()
-    return _weighed(judged, np.maximum(even, judged.least))
-
-
-def _weighed(j: Judged, start: Array, first: Slope | None = None) -> Weighed | None:
-    theta, found = reml_roughly(j.sample, start, ROUGHLY, first)
-    if (theta < j.least).any():
-        theta = np.maximum(theta, j.least)
-        found = loglik(j.sample, theta)
-    return Weighed(j, theta, found) if np.isfinite(found) else None
+    theta, found = readings.judged.at_first
+    return Weighed(readings.judged, theta, found) if np.isfinite(found) else None
