@@ -23,7 +23,7 @@ import numpy as np
 
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
-from planner.diagnose.hypotheses.noise import TOLD, Readings, inverse_of
+from planner.diagnose.hypotheses.noise import LEVEL, TOLD, Readings
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.pool import inverse
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, predicted
@@ -96,22 +96,23 @@ def _tell_it(more: Weighed, columns: int) -> bool:
     C (n, m) those columns, whitened and orthonormal beside the others, z the readings so, Δ = |Cᵀz|²:
 
         p of F = Δ / m  with m and ν degrees  ≤  exp(−DECISIVE / 2) / √n,    w = Wᵀ C Cᵀz / |Cᵀz|,  wᵀVw = 1
-        ν = 2 / gᵀ cov(θ) g,  g_k = wᵀV_k w     (Satterthwaite, Biometrics 2, 1946, 110)
+        ν = 2 I_uu / (wᵀV_u w)²     (Satterthwaite, Biometrics 2, 1946, 110; V_u of the power-ons' level)
 
-    over the variances θ_k between power-ons. What lies between these is judged by their spread, and with few
-    of them left beside the model any columns take all of it: the likelihood ratio is as large as one likes.
+    What lies between power-ons is judged by their spread, and with few of them left beside the model any
+    columns take all of it: the likelihood ratio is then as large as one likes.
     """
-    sample, theta = more.judged.sample, more.theta
-    v = woodbury(sample.effects, theta)
+    sample, theta, named = more.judged.sample, more.theta, more.judged.components
+    if LEVEL not in named:
+        return True
+    v, level = woodbury(sample.effects, theta), named.index(LEVEL)
     X, y = more.white()
     Q = orthonormal(X[:, :columns])
     C, z = orthonormal(clear(Q, X[:, columns:])), clear(Q, y[:, None])
     h = C.T @ z
     delta = float(np.sum(h**2))
-    g = v.within(v.whiten_transposed(C @ h / max(float(np.sqrt(delta)), 1e-300)))
-    g[: len(sample.effects.diagonals)] = 0.0
-    spread = float(g @ inverse_of(reml_information(sample, theta)) @ g)
-    freedom = 2.0 / max(spread, 1e-6)
+    share = float(v.within(v.whiten_transposed(C @ h / max(float(np.sqrt(delta)), 1e-300)))[level])
+    known = float(reml_information(sample, theta)[level, level])
+    freedom = min(2.0 * known / max(share**2, 1e-300), 1e6)
     return bool(log_p(delta, C.shape[1], freedom, 1.0) <= -0.5 * (DECISIVE + np.log(more.rows)))
 
 
