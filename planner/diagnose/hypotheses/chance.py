@@ -26,9 +26,9 @@ class Flips:
 
 @dataclass(frozen=True)
 class Null:
-    """What chance does. least: (flips,) smallest log p over a family; tests: how many at least.
+    """What chance does. least: (flips,) smallest log p over a family; tests: how many of all at least.
 
-    among: channels of whose kind it is one family: what is said of one is said of any of so many
+    among: families of its kind: what is said of one is said of any of so many
     """
 
     least: Array
@@ -44,20 +44,23 @@ class Null:
 
 @dataclass(frozen=True)
 class Nulls:
-    """What chance does to the blocks of each channel. least: channel -> (flips,); tests: channel -> number"""
+    """What chance does to the blocks of each channel, those that lie between power-ons and those within them.
 
-    least: Mapping[int, Array]
-    tests: Mapping[int, float]
+    least: (channel, whether between) -> (flips,); tests: of all channels together at least
+    """
 
-    def of(self, axes: Iterable[int]) -> Null:
-        """The family of a block of some channels: all that is tested on them."""
-        axes = tuple(sorted(set(axes) & set(self.least)))
-        if axes not in self.asked:
-            least = np.min([self.least[a] for a in axes], axis=0)
-            self.asked[axes] = Null(least, max(self.tests[a] for a in axes), len(self.least) / len(axes))
-        return self.asked[axes]
+    least: Mapping[tuple[int, bool], Array]
+    tests: float
 
-    asked: dict[tuple[int, ...], Null] = field(init=False, default_factory=dict, compare=False)
+    def of(self, axes: Iterable[int], between: bool) -> Null:
+        """The family of a block of some channels: all of its kind that is tested on them."""
+        kept = tuple(sorted(axis for axis in set(axes) if (axis, between) in self.least))
+        if (kept, between) not in self.asked:
+            least = np.min([self.least[axis, between] for axis in kept], axis=0)
+            self.asked[kept, between] = Null(least, self.tests, len(self.least) / len(kept))
+        return self.asked[kept, between]
+
+    asked: dict[tuple[tuple[int, ...], bool], Null] = field(init=False, default_factory=dict, compare=False)
 
 
 def family_wise(found: float, null: Null) -> float:
@@ -66,7 +69,7 @@ def family_wise(found: float, null: Null) -> float:
     The larger of both: flips keep the residual's square and so have lighter tails than F with few degrees of
     freedom, and beyond the flips there is no rank.
     """
-    by_number = max(null.independent, null.tests) * float(np.exp(max(found, -700.0)))
+    by_number = max(null.among * null.independent, null.tests) * float(np.exp(max(found, -700.0)))
     beyond = int(np.sum(null.least <= found))
-    p = by_number if beyond == 0 else max(by_number, (1.0 + beyond) / (1.0 + len(null.least)))
-    return float(min(1.0, null.among * p))
+    by_rank = null.among * (1.0 + beyond) / (1.0 + len(null.least))
+    return float(min(1.0, by_number if beyond == 0 else max(by_number, by_rank)))

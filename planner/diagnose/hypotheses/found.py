@@ -18,6 +18,7 @@ ALPHA = 0.01  # false claims per sensor, of three channels, where nothing else i
 ALPHA_FURTHER = 0.002  # beside what is believed, whose misfit looks like more
 ALPHA_REFERENCE = 0.001  # of what would be wrong with all channels at once
 ALPHA_UNKNOWN = 0.0005  # for what has no name: wide blocks, to which noise of another colour looks like much
+FAMILIES = 6  # of a sensor, each asked by flips of its own: two of each channel
 FEW = 60.0  # degrees of freedom, below which tails are longer than F's
 OF_FEW = 0.5  # of the chance that those may take: what the longer tails add
 SINGLE = 1e-3  # p of one test at which an effect may stand for a generic alternative that is significant
@@ -49,7 +50,9 @@ class Question:
     @property
     def least_p(self) -> float:
         """The smallest p that is said: with few power-ons none beyond what the flips can tell."""
-        return 1.0 / (1.0 + len(self.flips.signs)) if self.flips.few_runs else float(np.finfo(float).tiny)
+        return (
+            FAMILIES / (1.0 + len(self.flips.signs)) if self.flips.few_runs else float(np.finfo(float).tiny)
+        )
 
 
 @dataclass

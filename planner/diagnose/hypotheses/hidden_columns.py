@@ -24,18 +24,19 @@ import numpy as np
 
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
-from planner.diagnose.hypotheses.noise import TOLD, Readings
+from planner.diagnose.hypotheses.noise import LEVEL, TOLD, Readings
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.pool import inverse
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, predicted
 from planner.diagnose.hypotheses.weighed_columns import Weighed, weighed
-from planner.diagnose.hypotheses.whitened import between_rank, log_p
+from planner.diagnose.hypotheses.whitened import log_p
 from planner.nouns.array import Array
 from planner.solvers.least_squares import factors
+from planner.solvers.random_effects import covariance
+from planner.solvers.restricted_likelihood import reml_information
 
 STRONG = 30.0  # sigma explained by what has a name: how it misses looks like anything, and hides nothing
 FEW = 8  # blocks whose likelihood is asked: those that promise most
-APART = 0.25  # of the columns, that lies between power-ons and not within them
 MOST = 3  # blocks without a name on one channel, and as many with: more is a channel that follows nothing
 
 
@@ -100,29 +101,34 @@ def _gain(plain: Weighed, asked: _Asked) -> float:
     ratio = 2.0 * (more.loglik - plain.loglik)
     if ratio - cost <= DECISIVE:
         return ratio - cost
-    sure = _tell_it(more, plain.columns, ratio, DECISIVE + cost)
+    sure = _tell_it(more, plain.columns)
     return ratio - cost if sure and (not asked.block.generic or _predicts(more, plain.columns)) else -np.inf
 
 
-def _tell_it(more: Weighed, columns: int, ratio: float, least: float) -> bool:
-    """Whether what differs between power-ons has as many of them left as its likelihood ratio needs.
+def _tell_it(more: Weighed, columns: int) -> bool:
+    """Whether the spread of power-ons beside the last columns of a model, after so many, is known well.
 
-    Of the last m columns, after so many, a quarter of which are the means of power-ons, with ν of the g
-    power-ons left beside the whole model, the ratio Λ = g log(σ₀² / σ²) is that of an F of m and ν degrees,
+    C (n, m) those columns, whitened and orthonormal beside the others, z the readings so, Δ = |Cᵀz|²:
 
-        F = (exp(Λ / g) (ν + m) − ν) / m,     whose p is to be no more than exp(−least / 2)
+        p of F = Δ / m  with m and ν degrees  ≤  exp(−DECISIVE / 2) / √n,    w = Wᵀ C Cᵀz / |Cᵀz|,  wᵀVw = 1
+        ν = 2 I_uu / (wᵀV_u w)²     (Satterthwaite, Biometrics 2, 1946, 110; V_u of the power-ons' level)
 
-    With few left any columns take all of the spread, and Λ is as large as one likes.
+    What lies between power-ons is judged by their spread, and with few of them left beside the model any
+    columns take all of it: the likelihood ratio is then as large as one likes.
     """
-    basis, starts = more.judged.sample.basis, more.starts
-    m = more.columns - columns
-    if between_rank(basis[:, columns:], starts) < APART * m:
+    sample, theta, named = more.judged.sample, more.theta, more.judged.components
+    if LEVEL not in named:
         return True
-    left = len(starts) - between_rank(basis, starts)
-    if left < 1.0:
-        return False
-    grown = float(np.exp(min(ratio / len(starts), 100.0))) * (left + m) - left
-    return bool(log_p(grown, m, left, 1.0) <= -least / 2.0)
+    v, level = covariance(sample.effects, theta), named.index(LEVEL)
+    X, y = more.white()
+    Q = orthonormal(X[:, :columns])
+    C, z = orthonormal(clear(Q, X[:, columns:])), clear(Q, y[:, None])
+    h = C.T @ z
+    delta = float(np.sum(h**2))
+    share = float(v.within(v.whiten_transposed(C @ h / max(float(np.sqrt(delta)), 1e-300)))[level])
+    known = float(reml_information(sample, theta)[level, level])
+    freedom = min(2.0 * known / max(share**2, 1e-300), 1e6)
+    return bool(log_p(delta, C.shape[1], freedom, 1.0) <= -0.5 * (DECISIVE + np.log(more.rows)))
 
 
 def _predicts(more: Weighed, columns: int) -> bool:

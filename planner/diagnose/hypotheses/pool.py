@@ -19,7 +19,7 @@ from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.chance import Flips, Nulls
 from planner.diagnose.hypotheses.orthogonal import clear
 from planner.diagnose.hypotheses.shares import Segments, Shares
-from planner.diagnose.hypotheses.whitened import SEEN, Whitened
+from planner.diagnose.hypotheses.whitened import SEEN, Whitened, of_means
 from planner.nouns.array import Array
 
 RANK = 1e-8  # of the largest eigenvalue: directions below are what is there already
@@ -57,6 +57,7 @@ class Pool:
     """state: axis -> channel; blocks, places: block -> its columns; axes: axis -> (k_a,) columns on it
 
     parts: axis -> (n, k_a) of length one over all axes; size: (K,) whitened length that they had, per SI unit
+    between: block -> whether most of it lies between power-ons, not within them
     gram: (K, K) of the parts; h: (K,) clear of what was taken; segments: for the flips; shares: of variances
     taken: what the pool is clear of, which never touches (K, K): a search asks for few blocks beside much
     asked, alone, nulls, cleared: what was computed of it already: a search asks the same many times
@@ -68,6 +69,7 @@ class Pool:
     axes: Mapping[int, NDArray[np.int64]]
     parts: Mapping[int, Array]
     size: Array
+    between: tuple[bool, ...]
     gram: Array
     h: Array
     segments: Segments
@@ -150,11 +152,26 @@ def pool_of(state: Mapping[int, Whitened], blocks: Sequence[Block], cuts: NDArra
         axes,
         parts,
         size,
+        _lie_between(state, places, axes, parts),
         gram,
         h,
         Segments(parts, axes, {a: w.remainder for a, w in state.items()}, total, cuts),
         {a: Shares(state[a].noise, part, _places(of_axis[a], places)) for a, part in parts.items()},
     )
+
+
+def _lie_between(
+    state: Mapping[int, Whitened],
+    places: Sequence[NDArray[np.int64]],
+    axes: Mapping[int, NDArray[np.int64]],
+    parts: Mapping[int, Array],
+) -> tuple[bool, ...]:
+    """Of every block whether the means of power-ons hold half of its columns' squares."""
+    means, every = np.zeros(sum(map(len, places))), np.zeros(sum(map(len, places)))
+    for axis, C in parts.items():
+        means[axes[axis]] += np.sum(of_means(C, state[axis].noise.starts) ** 2, axis=0)
+        every[axes[axis]] += np.sum(C**2, axis=0)
+    return tuple(bool(means[k].sum() > 0.5 * every[k].sum()) for k in places)
 
 
 def _places(mine: Sequence[int], places: Sequence[NDArray[np.int64]]) -> dict[int, NDArray[np.int64]]:
@@ -185,6 +202,7 @@ def extended(pool: Pool, block: Block, cuts: NDArray[np.int64]) -> Pool:
         axes=axes,
         parts=parts,
         size=size,
+        between=(*pool.between, *one.between),
         gram=gram,
         h=np.concatenate([pool.h, one.h]),
         segments=Segments(parts, axes, pool.segments.remainder, len(size), cuts, flips),

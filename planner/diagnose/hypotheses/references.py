@@ -37,6 +37,9 @@ MOST_SCALE = 0.05  # by which gravity or a table's rate may be off: beside a sca
 ON_THE_ARM, IN_TURNS, TURNING = 0.0, 1.0, 2.0  # where a unit may be mounted another way: in both
 ONE_WAY = -1.0  # a table may be wrong in one sense of turning instead of above a rate
 GROWING, STEADY = -2.0, -3.0  # or by a share that grows with the rate, or by as much at every rate
+ANYWHERE = (
+    1e3  # rad/s, beside a rate above which it is wrong: on the centrifuge as well, one drive turns both
+)
 UNLOADED = 0.2  # of g, by which the force may differ from it at rest
 
 Columns = Callable[[Channel, DwellTable, float], Array]
@@ -146,7 +149,8 @@ def _table_rate(c: Channel, table: DwellTable, place: float) -> Array:
     """
     conditions = c.model.conditions
     size = np.linalg.norm(conditions.rate, axis=1)
-    wrong = (size > max(place, REST_RATE)) & ~loaded(conditions)
+    here, least = (True, place - ANYWHERE) if place > ANYWHERE else (~loaded(conditions), place)
+    wrong = (size > max(least, REST_RATE)) & here
     if not wrong.any():
         return np.zeros((len(size), 1))
     share = np.where(wrong, 1.0, 0.0)
@@ -173,17 +177,16 @@ def _table_places(table: DwellTable) -> Sequence[float]:
         return ()
     conditions = table.conditions()
     turned = set(sense(conditions)[~loaded(conditions)].tolist())
-    above = thresholds(table)
+    above = thresholds(conditions, ~loaded(conditions))
+    both = thresholds(conditions, turning(conditions)) if loaded(conditions).any() else ()
     curved = (GROWING, STEADY) if len(above) > 1 else ()  # one rate alone shows neither
-    return (*above, *((ONE_WAY,) if {-1.0, 1.0} <= turned else ()), *curved)
+    anywhere = (ANYWHERE + rate for rate in both[1:])  # that of every rate is the gyros' own scale factor
+    return (*above, *((ONE_WAY,) if {-1.0, 1.0} <= turned else ()), *curved, *anywhere)
 
 
-def thresholds(table: DwellTable) -> Sequence[float]:
-    """Rates above which a table may be wrong: none, and between the levels that the records have, rad/s."""
-    if table.ref_rate is None:
-        return ()
-    conditions = table.conditions()
-    size = np.linalg.norm(conditions.rate[~loaded(conditions)], axis=1)
+def thresholds(conditions: Conditions, here: NDArray[np.bool_]) -> Sequence[float]:
+    """Rates above which a drive may be wrong: none, and between the levels of some records (n,), rad/s."""
+    size = np.linalg.norm(conditions.rate[here], axis=1)
     levels = np.unique(np.round(size[size > REST_RATE], 3))
     apart = levels[np.append(True, np.diff(levels) > 0.05 * levels[1:])] if len(levels) else levels
     between = (apart[1:] + apart[:-1]) / 2.0

@@ -8,9 +8,9 @@ each is looked at by itself as well, and what such a choice of m may find by cha
 
 (Bonferroni; Chen, Chen, Biometrika 95, 2008, 759: the extended Bayesian criterion). The null comes from the
 same columns: the share of every segment in the residual of the full model, with random signs (Westfall,
-Young: Resampling-Based Multiple Testing, 1993). Every channel is a family of its own,
-and counts as one of so many: what wanders in one makes its tables larger than their F tests say, and by the
-smallest p of all channels nothing would be significant on any other.
+Young: Resampling-Based Multiple Testing, 1993). Every channel has two families of its own, what lies between
+power-ons and what changes within them, each one of so many: what wanders in one channel within its power-ons
+makes its drifts larger than their F tests say, and by the smallest p of all no step would be significant.
 """
 
 from __future__ import annotations
@@ -177,7 +177,7 @@ def _axes(pool: Pool, chosen: Sequence[int]) -> list[int]:
 
 
 def nulls_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Nulls:
-    """The smallest log p over the tested blocks of every channel in every flip."""
+    """The smallest log p over the tested blocks of every family in every flip."""
     tested = tuple(tested)
     for blocks, of, nulls in pool.nulls:
         if blocks == tested and of is flips:
@@ -188,25 +188,22 @@ def nulls_of(pool: Pool, tested: Iterable[int], flips: Flips) -> Nulls:
 
 def _nulls_of(pool: Pool, tested: Sequence[int], flips: Flips) -> Nulls:
     H = pool.flipped(flips.signs)
-    least = {axis: np.zeros(len(flips.signs)) for axis in pool.state}
-    keys: dict[int, set[tuple[str, tuple[int, ...]]]] = {axis: set() for axis in pool.state}
+    least = {(axis, kind): np.zeros(len(flips.signs)) for axis in pool.state for kind in (False, True)}
     for b in tested:
         c = contrast(pool, [b])
         single = _each_alone(pool, b)
-        for axis in pool.blocks[b].columns:
-            keys[axis].add(pool.blocks[b].key)
         for look in (c, *single) if c.m else ():
             looks = 1.0 if not single else 2.0 * (1.0 if look is c else len(single))
             seen = H[:, look.k] @ look.root
             values = np.einsum("fm,fm->f", seen, seen)
             for axis in pool.blocks[b].columns:
-                _lower(least[axis], values, look, float(np.log(looks)))
-    return Nulls(least, {axis: float(len(k)) if flips.few_runs else 1.0 for axis, k in keys.items()})
+                _lower(least[axis, pool.between[b]], values, look, float(np.log(looks)))
+    return Nulls(least, float(len({pool.blocks[b].key for b in tested})) if flips.few_runs else 1.0)
 
 
 def chance_of(pool: Pool, block: int, s: Score, nulls: Nulls) -> float:
     """p of a block's score over the whole family; 1 of what explains nothing."""
-    return family_wise(s.log_p, nulls.of(pool.blocks[block].columns)) if s.m else 1.0
+    return family_wise(s.log_p, nulls.of(pool.blocks[block].columns, pool.between[block])) if s.m else 1.0
 
 
 def _lower(least: Array, values: Array, c: Contrast, looks: float) -> None:

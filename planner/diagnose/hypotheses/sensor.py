@@ -49,7 +49,7 @@ from planner.protocols import Sensor
 from planner.solvers.one_thread import one_thread
 from planner.spec.references import BenchAccuracy
 
-FLIPS = 999  # the least p by rank is then 1e-3, half of ALPHA_FURTHER
+FLIPS = 2999  # the least p by rank, of one of six families, is then ALPHA_FURTHER
 STRONG = 60.0  # sigma; products are about 1 % of an effect
 AGAIN = 2  # searches more: with what was found strong, and with what was strong beside that
 DRIVEN = 0.5  # of what tells an effect that multiplies an input, that records with such an input must tell

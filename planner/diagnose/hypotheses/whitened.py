@@ -51,7 +51,7 @@ def whitened(c: Channel, noise: ChannelNoise, candidates: Array) -> Whitened:
     if len(z) - Q.shape[1] - span.rank < len(z) / 4.0:
         span = Span.of(_largest(seen, z), SEEN)  # too few rows for all candidates at once
     n, g = len(z), len(noise.starts)
-    taken = min(between_rank(Q, noise.starts) + span.energy(of_means(span.X, noise.starts)), g - 1.0)
+    taken = min(_between_rank(Q, noise.starts) + span.energy(of_means(span.X, noise.starts)), g - 1.0)
     between = max(1.0, g - taken)
     within = max(1.0, (n - g) - (Q.shape[1] + span.rank - taken))
     remainder = _full_size(clear(Q, span.clear(z)), noise.starts, between, within)
@@ -104,7 +104,7 @@ def _full_size(left: Array, starts: NDArray[np.int64], between: float, within: f
     return np.asarray(means * np.sqrt(g / between) + (left - means) * inside)
 
 
-def between_rank(R: Array, starts: NDArray[np.int64]) -> float:
+def _between_rank(R: Array, starts: NDArray[np.int64]) -> float:
     """How many differences between runs a basis takes up: the energy of its columns that is run means."""
     return float(np.sum(of_means(R, starts) ** 2))
 

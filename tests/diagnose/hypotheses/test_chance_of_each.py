@@ -7,9 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.diagnose.hypotheses.chance import Flips
+from planner.diagnose.hypotheses.prepared import prepared
+from planner.diagnose.hypotheses.scores import nulls_of
+from planner.diagnose.hypotheses.sensor import begin
 from planner.nouns.array import Array
 from tests.diagnose.hypotheses.hall import Hall, days, hidden, read
-from tests.diagnose.hypotheses.worlds import whole
+from tests.diagnose.hypotheses.worlds import DECLARED, whole
 
 NOISE = 4e-4  # deg/s of a record, by which the bias of one gyro walks from one record to the next
 
@@ -34,3 +38,24 @@ def test_a_walk_of_one_gyro_does_not_hide_the_warm_up_of_another(seed: int) -> N
     said = {e.effect for e in found.effects if "gyro_y" in e.channels}
     assert said <= {"warm_up", "drift", "drift_curve", "settling"}
     assert said
+
+
+@pytest.mark.parametrize("seed", [362, 364])
+@pytest.mark.further("seed", [366, 367])
+def test_what_wanders_within_power_ons_does_not_hide_a_step_between_them(seed: int) -> None:
+    """Of one gyro: the walk's drifts made chance look like eight sigma, and the step was nothing."""
+    hall = days(seed, 24)
+    walks = hidden(replace(read(hall, seed), acc=None), "gyro", 0, NOISE * _walks(hall, seed))
+    found = whole(hidden(walks, "gyro", 0, 3.6e-3 * (hall.run > 12)))
+    assert {e.effect for e in found.effects if "gyro_x" in e.channels} & {"bias_step", "ageing"}
+
+
+@pytest.mark.parametrize("seed", [351, 352, 353])
+def test_what_acts_on_three_channels_is_one_test_of_all_that_are_counted(seed: int) -> None:
+    """It was one of each: twelve power-ons made more of them than there are, and hid faint effects."""
+    begun = begin(prepared(read(days(seed, 12), seed)), "accelerometer", DECLARED)
+    blocks = range(len(begun.pool.blocks))
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(99, len(begun.cuts)))
+    nulls = nulls_of(begun.pool, blocks, Flips(signs, few_runs=True))
+    every = len({begun.pool.blocks[b].key for b in blocks})
+    assert all(nulls.of(axes, kind).tests == every for axes in ([0], [0, 1, 2]) for kind in (False, True))

@@ -83,3 +83,20 @@ def test_the_cubic_of_one_gyro_stays_its_own(seed: int) -> None:
     found = whole(hidden(read(hall, seed), "gyro", 0, 0.03 * (hall.rate[:, 0] / 300.0) ** 3))
     assert [(e.effect, e.channels) for e in found.effects] == [("scale_factor_nonlinearity", ("gyro_x",))]
     assert not found.reference_suspects
+
+
+@pytest.mark.parametrize(("seed", "off"), [(25, 2e-4), (26, -3e-4), (27, 1.5e-4)])
+def test_a_drive_that_is_off_above_a_rate_turns_the_arm_as_well(seed: int, off: float) -> None:
+    """Turns under load were no table's: three gyros had shapes of their own beside a table off by less."""
+    hall = axes_apart(seed, 4, (-300.0, -150.0, -60.0, 60.0, 150.0, 300.0))
+    wrong = np.linalg.norm(hall.turn, axis=1, keepdims=True) > 100.0
+    table = replace(read(hall, seed, felt=replace(hall, turn=hall.turn * (1.0 + off * wrong))), acc=None)
+    on_the_arm = (hall.day > np.median(hall.day))[:, None]
+    assert table.ref_acc is not None
+    inwards = np.roll(np.radians(hall.turn) ** 2, 1, axis=1) * on_the_arm  # at an arm of 1 m
+    found = whole(replace(table, ref_acc=table.ref_acc + inwards))
+    (drive,) = found.reference_suspects
+    assert drive.hypothesis == "table_rate"
+    assert drive.value == pytest.approx(off, rel=0.15)
+    assert not found.effects
+    assert not found.unknown

@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 
 from planner import catalog
+from planner.diagnose.hypotheses.candidates import library_blocks
+from planner.diagnose.hypotheses.channels import channel
 from planner.diagnose.hypotheses.generic import variable_of
+from planner.diagnose.hypotheses.hidden_columns import with_what_hides
+from planner.diagnose.hypotheses.noise import Readings
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import begin
-from tests.diagnose.hypotheses.hall import Noise, days, read
+from tests.diagnose.hypotheses.hall import Noise, days, hidden, read
 from tests.diagnose.hypotheses.worlds import DECLARED
 
 
@@ -24,6 +28,22 @@ def test_the_spread_of_thirteen_power_ons_is_judged_no_smaller_than_it_may_be(se
     for w in begin(prepared(table), "gyro", DECLARED).pool.state.values():
         at = w.noise.components.index("run_to_run_bias")
         assert np.degrees(np.sqrt(w.noise.variances.theta[at])) > 0.4 * level
+
+
+@pytest.mark.parametrize("seed", [387, 388, 389])
+@pytest.mark.further("seed", [381, 382, 392])
+def test_what_changes_within_power_ons_is_told_however_few_of_them_there_are(seed: int) -> None:
+    """Half of each is on a ramp: what lies between power-ons was asked to tell all that half says."""
+    hall = days(seed, 13)
+    place = np.arange(len(hall.run)) - np.searchsorted(hall.run, hall.run)
+    hall = replace(hall, ramp=np.where(place < 9, np.array([2.0, -2.0, 0.0])[hall.run % 3], 0.0))
+    data = prepared(hidden(read(hall, seed), "gyro", 0, 1.5e-4 * hall.ramp))
+    table = data.table
+    assert table.gyro is not None
+    c = channel("gyro", 0, table.conditions(), table.gyro[:, 0], DECLARED, ())
+    ramp = [b for b in library_blocks([c], table, DECLARED, "gyro") if b.name == "temperature_rate"]
+    nothing = Readings(c, data.starts, table.duration, np.empty((len(c.r), 0)), np.ones(len(c.r)))
+    assert with_what_hides(nothing, ramp).candidates.shape[1] == 1
 
 
 @pytest.mark.parametrize(("sensor", "variable"), [("gyro", "rate"), ("accelerometer", "specific_force")])
