@@ -32,7 +32,7 @@ from planner.diagnose.hypotheses.whitened import log_p
 from planner.nouns.array import Array
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import woodbury
-from planner.solvers.restricted_likelihood import reml_information
+from planner.solvers.restricted_likelihood import Sample, reml_information
 
 STRONG = 30.0  # sigma explained by what has a name: how it misses looks like anything, and hides nothing
 FEW = 8  # blocks whose likelihood is asked: those that promise most
@@ -98,21 +98,26 @@ def _tell_it(more: Weighed, columns: int) -> bool:
         p of F = Δ / m  with m and ν degrees  ≤  exp(−DECISIVE / 2) / √n,    w = Wᵀ C Cᵀz / |Cᵀz|,  wᵀVw = 1
         ν = 2 / gᵀ cov(θ) g,  g_k = wᵀV_k w     (Satterthwaite, Biometrics 2, 1946, 110)
 
-    over the variances θ_k between power-ons. What lies between these is judged by their spread, and with few
-    of them left beside the model any columns take all of it: the likelihood ratio is as large as one likes.
+    over the variances θ_k between power-ons, each as large as it may be, one sigma more than it comes out: C
+    then keeps to what changes within them as far as it can. What lies between is judged by their spread, and
+    with few of them left beside the model any columns take all of it, however large that makes the ratio.
     """
-    sample, theta = more.judged.sample, more.theta
+    sample, theta, a = more.judged.sample, more.theta.copy(), len(more.judged.sample.effects.diagonals)
+    theta[a:] += np.sqrt(np.maximum(np.diag(_error(sample, theta, a)), 0.0))
     v = woodbury(sample.effects, theta)
-    X, y = more.white()
-    Q = orthonormal(X[:, :columns])
-    C, z = orthonormal(clear(Q, X[:, columns:])), clear(Q, y[:, None])
+    both = v.whiten(np.column_stack([sample.basis, sample.y]))
+    Q = orthonormal(both[:, :columns])
+    C, z = orthonormal(clear(Q, both[:, columns:-1])), clear(Q, both[:, -1:])
     h = C.T @ z
     delta = float(np.sum(h**2))
-    g = v.within(v.whiten_transposed(C @ h / max(float(np.sqrt(delta)), 1e-300)))
-    g[: len(sample.effects.diagonals)] = 0.0
-    spread = float(g @ inverse_of(reml_information(sample, theta)) @ g)
-    freedom = 2.0 / max(spread, 1e-6)
+    g = v.within(v.whiten_transposed(C @ h / max(float(np.sqrt(delta)), 1e-300)))[a:]
+    freedom = 2.0 / max(float(g @ _error(sample, theta, a) @ g), 1e-6)
     return bool(log_p(delta, C.shape[1], freedom, 1.0) <= -0.5 * (DECISIVE + np.log(more.rows)))
+
+
+def _error(sample: Sample, theta: Array, first: int) -> Array:
+    """Covariance of what the rows tell of the variances from the first one on, the others as if known."""
+    return inverse_of(reml_information(sample, theta)[first:, first:])
 
 
 def _predicts(more: Weighed, columns: int) -> bool:
