@@ -24,7 +24,7 @@ import numpy as np
 
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
-from planner.diagnose.hypotheses.noise import LEVEL, TOLD, Readings
+from planner.diagnose.hypotheses.noise import TOLD, Readings, inverse_of
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.pool import inverse
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, predicted
@@ -33,7 +33,7 @@ from planner.diagnose.hypotheses.whitened import log_p
 from planner.nouns.array import Array
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import covariance
-from planner.solvers.restricted_likelihood import reml_information
+from planner.solvers.restricted_likelihood import Sample, reml_information
 
 STRONG = 30.0  # sigma explained by what has a name: how it misses looks like anything, and hides nothing
 FEW = 8  # blocks whose likelihood is asked: those that promise most
@@ -113,22 +113,28 @@ def _tell_it(more: Weighed, columns: int) -> bool:
         p of F = Δ / m  with m and ν degrees  ≤  exp(−DECISIVE / 2) / √n,    w = Wᵀ C Cᵀz / |Cᵀz|,  wᵀVw = 1
         ν = 2 I_uu / (wᵀV_u w)²     (Satterthwaite, Biometrics 2, 1946, 110; V_u of the power-ons' level)
 
-    What lies between power-ons is judged by their spread, and with few of them left beside the model any
-    columns take all of it: the likelihood ratio is then as large as one likes.
+    over the variances θ_k between power-ons, each as large as it may be, one sigma more than it comes out: C
+    then keeps to what changes within them as far as it can. What lies between is judged by their spread, and
+    with few of them left beside the model any columns take all of it, however large that makes the ratio.
     """
-    sample, theta, named = more.judged.sample, more.theta, more.judged.components
-    if LEVEL not in named:
-        return True
-    v, level = covariance(sample.effects, theta), named.index(LEVEL)
-    X, y = more.white()
-    Q = orthonormal(X[:, :columns])
-    C, z = orthonormal(clear(Q, X[:, columns:])), clear(Q, y[:, None])
+    sample, theta = more.judged.sample, more.theta.copy()
+    first = len(sample.effects.diagonals)
+    between = slice(first, first + len(sample.effects.slopes))
+    theta[between] += np.sqrt(np.maximum(np.diag(_error(sample, theta, between)), 0.0))
+    v = covariance(sample.effects, theta)
+    both = v.whiten(np.column_stack([sample.basis, sample.y]))
+    Q = orthonormal(both[:, :columns])
+    C, z = orthonormal(clear(Q, both[:, columns:-1])), clear(Q, both[:, -1:])
     h = C.T @ z
     delta = float(np.sum(h**2))
-    share = float(v.within(v.whiten_transposed(C @ h / max(float(np.sqrt(delta)), 1e-300)))[level])
-    known = float(reml_information(sample, theta)[level, level])
-    freedom = min(2.0 * known / max(share**2, 1e-300), 1e6)
+    g = v.within(v.whiten_transposed(C @ h / max(float(np.sqrt(delta)), 1e-300)))[between]
+    freedom = 2.0 / max(float(g @ _error(sample, theta, between) @ g), 1e-6)
     return bool(log_p(delta, C.shape[1], freedom, 1.0) <= -0.5 * (DECISIVE + np.log(more.rows)))
+
+
+def _error(sample: Sample, theta: Array, some: slice) -> Array:
+    """Covariance of what the rows tell of some of the variances, the others as if known."""
+    return inverse_of(reml_information(sample, theta)[some, some])
 
 
 def _predicts(more: Weighed, columns: int) -> bool:

@@ -59,7 +59,7 @@ def with_wander(readings: Readings, time_on: Array) -> Readings:
     if len(readings.starts) < LEAST_RUNS or many or plain is None:
         return readings
     X, y = plain.white()
-    if neighbours(clear(orthonormal(X), y[:, None])[:, 0], plain.starts) < AT_FIRST_SIGHT:
+    if _without_the_largest(clear(orthonormal(X), y[:, None])[:, 0], plain.starts) < AT_FIRST_SIGHT:
         return readings
     rows, _ = judged_rows(readings.starts, len(time_on))
     drifts = [Drift(np.ones(len(rows)), time_on[rows], tau) for tau in TIMES_S]
@@ -159,8 +159,21 @@ def _first(theta: Array, y: Array) -> float:
 
 def neighbours(z: Array, starts: NDArray[np.int64]) -> float:
     """Σ z_i z_j of neighbours within power-ons over its standard error under independence, z (n,) white."""
-    inside = np.ones(len(z), dtype=bool)
-    inside[starts] = False
-    products = z[1:][inside[1:]] * z[:-1][inside[1:]]
+    products = _products(z, starts)
     error = float(np.linalg.norm(products))
     return float(products.sum()) / error if error > 0.0 else 0.0
+
+
+def _without_the_largest(z: Array, starts: NDArray[np.int64]) -> float:
+    """The same without the power-on that says most: one step of one of them is none of all."""
+    each = np.add.reduceat(_products(z, starts), starts)
+    largest = int(np.argmax(each))
+    left = np.repeat(np.arange(len(starts)) != largest, np.diff(np.append(starts, len(z))))
+    return neighbours(np.where(left, z, 0.0), starts)
+
+
+def _products(z: Array, starts: NDArray[np.int64]) -> Array:
+    """(n,) of every row and the one before it in its power-on."""
+    products = np.append(0.0, z[1:] * z[:-1])
+    products[starts] = 0.0
+    return np.asarray(products)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.diagnose.hypotheses import noise
+from planner.diagnose.hypotheses import noise_of_triad
 from planner.diagnose.hypotheses import prepared as rows
 from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.hypotheses.prepared import prepared
@@ -50,7 +50,7 @@ def test_channels_that_are_alike_tell_their_badly_known_variances_together(
     table = campaign(83)  # one campaign in twenty looks unlike by chance
     shared = begun(table)
     with monkeypatch.context() as patched:
-        patched.setattr(noise, "UNLIKE", 2.0)  # no likelihood ratio is that probable
+        patched.setattr(noise_of_triad, "UNLIKE", 2.0)  # no likelihood ratio is that probable
         alone = begun(table)
     k = shared.state[0].noise.components.index("run_to_run_scale_factor")
     assert len({float(w.noise.variances.theta[k]) for w in shared.state.values()}) == 1
