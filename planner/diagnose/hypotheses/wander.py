@@ -59,18 +59,22 @@ def with_wander(readings: Readings, time_on: Array) -> Readings:
     if len(readings.starts) < LEAST_RUNS or many or plain is None:
         return readings
     X, y = plain.white()
-    if _without_the_largest(clear(orthonormal(X), y[:, None])[:, 0], plain.starts) < AT_FIRST_SIGHT:
+    left = clear(orthonormal(X), y[:, None])[:, 0]
+    if neighbours(left, plain.starts) < AT_FIRST_SIGHT:
         return readings
     rows, _ = judged_rows(readings.starts, len(time_on))
     drifts = [Drift(np.ones(len(rows)), time_on[rows], tau) for tau in TIMES_S]
     moving = [replace(sample, effects=replace(sample.effects, drifts=(d,))) for d in drifts]
     start = np.append(plain.theta, _first(plain.theta, sample.y))
-    each = [restricted_loglik(m, reml_roughly(m, start, SETTLED_ROUGHLY)[0]) for m in moving]
-    best = int(np.argmax(each))
-    without, _ = reml_roughly(sample, plain.theta, SETTLED_ROUGHLY)
-    gain = 2.0 * (each[best] - restricted_loglik(sample, without))
+    found = [reml_roughly(m, start, SETTLED_ROUGHLY)[0] for m in moving]
+    best = int(np.argmax([restricted_loglik(m, theta) for m, theta in zip(moving, found, strict=True)]))
+    gain = _gain(sample, plain.theta, moving[best], found[best])
     if gain <= 0.0 or 0.5 * len(TIMES_S) * float(chi_square_tail(gain, 1)) > CHANCE_AT_FIRST:
         return readings
+    largest = np.argmax(np.add.reduceat(_products(left, plain.starts), plain.starts))
+    rest = [_of_some(s, np.arange(len(plain.starts)) != largest) for s in (sample, moving[best])]
+    if _gain(rest[0], plain.theta, rest[1], found[best]) <= 0.0:
+        return readings  # one step of one power-on is no process of all
     return replace(readings, drift=Drift(np.ones(len(time_on)), time_on, TIMES_S[best]))
 
 
@@ -152,6 +156,18 @@ def _with(sample: Sample, drift: Drift, theta: Array) -> tuple[Variances, float]
     return replace(found, error=inverse_of(information)), restricted_loglik(moving, found.theta)
 
 
+def _gain(without: Sample, start: Array, moving: Sample, theta: Array) -> float:
+    """2 (log L of a sample with the process at θ − log L without it at its best), restricted likelihoods."""
+    best, _ = reml_roughly(without, start, SETTLED_ROUGHLY)
+    return 2.0 * (restricted_loglik(moving, theta) - restricted_loglik(without, best))
+
+
+def _of_some(sample: Sample, stays: NDArray[np.bool_]) -> Sample:
+    """Some of the power-ons of a sample (g,)."""
+    rows = np.repeat(stays, sample.effects.sizes)
+    return Sample(sample.y[rows], sample.basis[rows], sample.effects.at(stays))
+
+
 def _first(theta: Array, y: Array) -> float:
     """The process' variance from which it is sought: that of the white noise."""
     return max(float(theta[0]), 1e-3 * float(np.var(y)))
@@ -162,14 +178,6 @@ def neighbours(z: Array, starts: NDArray[np.int64]) -> float:
     products = _products(z, starts)
     error = float(np.linalg.norm(products))
     return float(products.sum()) / error if error > 0.0 else 0.0
-
-
-def _without_the_largest(z: Array, starts: NDArray[np.int64]) -> float:
-    """The same without the power-on that says most: one step of one of them is none of all."""
-    each = np.add.reduceat(_products(z, starts), starts)
-    largest = int(np.argmax(each))
-    left = np.repeat(np.arange(len(starts)) != largest, np.diff(np.append(starts, len(z))))
-    return neighbours(np.where(left, z, 0.0), starts)
 
 
 def _products(z: Array, starts: NDArray[np.int64]) -> Array:
