@@ -92,14 +92,21 @@ class BlockCovariance:
 
     def trace(self, k: int) -> float:
         """tr V⁻¹ V_k."""
-        return float(sum(np.sum(b.inverse * block(self.effects, k, b.rows)) for b in self.batches))
+        e = self.effects
+        a, c = len(e.diagonals), len(e.diagonals) + len(e.slopes)
+        if k < a:
+            return float(sum(np.einsum("gii,gi->", b.inverse, e.diagonals[k][b.rows]) for b in self.batches))
+        if k < c:
+            z = e.slopes[k - a][:, None]
+            return float(np.sum(self.whiten(z) ** 2))
+        return float(sum(np.vdot(b.inverse, e.drifted[i][k - c]) for i, b in enumerate(self.batches)))
 
     def double_traces(self) -> Array:
         """(K, K) tr V⁻¹ V_k V⁻¹ V_l."""
         K = self.effects.count
         out = np.zeros((K, K))
-        for b in self.batches:
-            products = [b.inverse @ block(self.effects, k, b.rows) for k in range(K)]
+        for i, b in enumerate(self.batches):
+            products = [b.inverse @ block(self.effects, k, i) for k in range(K)]
             flat = np.array([p.ravel() for p in products])
             turned = np.array([np.swapaxes(p, 1, 2).ravel() for p in products])
             out += flat @ turned.T
@@ -109,10 +116,14 @@ class BlockCovariance:
 def block_covariance(effects: RandomEffects, theta: Array) -> BlockCovariance:
     """V(θ) ready for use. Raises NoNoise when a block is not positive definite."""
     batches = []
-    for rows in effects.batches:
-        V = sum(
-            theta[k] * block(effects, k, rows) for k in range(effects.count) if theta[k] > 0.0
-        ) + np.zeros((*rows.shape, rows.shape[1]))
+    a, c = len(effects.diagonals), len(effects.diagonals) + len(effects.slopes)
+    own, Z = theta[:a] @ effects.diagonals, (np.sqrt(theta[a:c])[:, None] * effects.slopes).T
+    for i, rows in enumerate(effects.batches):
+        V = Z[rows] @ np.swapaxes(Z[rows], 1, 2)
+        for variance, drifted in zip(theta[c:], effects.drifted[i], strict=True):
+            V += variance * drifted
+        one = np.arange(rows.shape[1])
+        V[:, one, one] += own[rows]
         try:
             root = np.linalg.cholesky(V)
         except np.linalg.LinAlgError as error:
@@ -121,12 +132,12 @@ def block_covariance(effects: RandomEffects, theta: Array) -> BlockCovariance:
     return BlockCovariance(effects, theta, tuple(batches))
 
 
-def block(effects: RandomEffects, k: int, rows: NDArray[np.int64]) -> Array:
-    """(G, m, m) V_k in the groups of one size."""
-    a, b = len(effects.diagonals), len(effects.slopes)
+def block(effects: RandomEffects, k: int, i: int) -> Array:
+    """(G, m, m) V_k in the groups of one size, the i-th of `batches`."""
+    a, b, rows = len(effects.diagonals), len(effects.slopes), effects.batches[i]
     if k < a:
         return np.asarray(effects.diagonals[k][rows][:, :, None] * np.eye(rows.shape[1]))
     if k < a + b:
         z = effects.slopes[k - a][rows]
         return np.asarray(z[:, :, None] * z[:, None, :])
-    return effects.drifts[k - a - b].block(rows)
+    return effects.drifted[i][k - a - b]

@@ -145,6 +145,11 @@ class RandomEffects:
             for m in sorted(set(self.sizes.tolist()))
         ]
 
+    @cached_property
+    def drifted(self) -> list[list[Array]]:
+        """(G, m, m) of every drift, in the groups of every size in `batches`."""
+        return [[d.block(rows) for d in self.drifts] for rows in self.batches]
+
     def _by_group(
         self, part: Callable[..., Array], columns: Sequence[Array], groups: Sequence[Array]
     ) -> Array:
@@ -177,11 +182,9 @@ class RandomEffects:
         return self._by_group(_outer_times, (z, A), ())
 
     def _drifted(self, k: int, A: Array) -> Array:
-        from planner.solvers.block_covariance import block
-
         out = np.empty_like(A)
-        for rows in self.batches:
-            out[rows] = block(self, k, rows) @ A[rows]
+        for i, rows in enumerate(self.batches):
+            out[rows] = self.drifted[i][k - len(self.diagonals) - len(self.slopes)] @ A[rows]
         return out
 
 
