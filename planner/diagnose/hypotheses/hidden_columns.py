@@ -24,14 +24,13 @@ import numpy as np
 
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE
-from planner.diagnose.hypotheses.noise import TOLD, Readings, inverse_of
+from planner.diagnose.hypotheses.noise import Readings, inverse_of
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.pool import inverse
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, predicted
 from planner.diagnose.hypotheses.weighed_columns import Weighed, weighed
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.nouns.array import Array
-from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import covariance
 from planner.solvers.restricted_likelihood import Sample, reml_information
 
@@ -49,15 +48,15 @@ class _Asked:
     looks: float = 0.0
 
 
-def with_what_hides(readings: Readings, hidden: Sequence[Block]) -> Readings:
-    """The readings with those blocks among their candidates that the likelihood asks for."""
+def with_what_hides(readings: Readings, hidden: Sequence[Block]) -> tuple[Readings, Weighed | None]:
+    """The readings with those blocks among their candidates that the likelihood asks for, and how they weigh.
+
+    None where the rows tell no variance.
+    """
     taken = Counter[bool]()
     left = [asked for b in hidden for asked in _of(b, b.columns[readings.channel.axis])]
-    while left:
-        plain = weighed(readings)
-        if plain is None:
-            break
-        strong = _explained(plain, readings) > STRONG**2
+    while (plain := weighed(readings)) is not None:
+        strong = plain.explained(readings.declared) > STRONG**2
         asked = [a for a in left if taken[a.block.generic] < MOST and not (a.block.generic and strong)]
         gains = [(_gain(plain, a), i, a) for i, a in enumerate(_promising(plain, asked))]
         gain, _, best = max(gains, default=(-np.inf, 0, None))
@@ -66,7 +65,7 @@ def with_what_hides(readings: Readings, hidden: Sequence[Block]) -> Readings:
         taken[best.block.generic] += 1
         readings = replace(readings, candidates=np.column_stack([readings.candidates, best.columns]))
         left = [a for a in left if a is not best and (best.looks or a.block.key != best.block.key)]
-    return readings
+    return readings, plain
 
 
 def _of(block: Block, columns: Array) -> list[_Asked]:
@@ -83,14 +82,6 @@ def _promising(plain: Weighed, asked: Sequence[_Asked]) -> list[_Asked]:
     promises = plain.promises([a.columns for a in asked]) - 2.0 * np.array([a.looks for a in asked])
     first = {int(i) for law in promises for i in np.argsort(-law)[:FEW] if law[i] > 0.0}
     return [asked[i] for i in sorted(first)]
-
-
-def _explained(plain: Weighed, readings: Readings) -> float:
-    """Squares of sigma that the candidates in the model explain beside what is declared."""
-    X, y = plain.white()
-    basis = factors(plain.whitened(readings.declared), TOLD).basis
-    more = factors(clear(basis, X), TOLD).basis
-    return float(np.sum((more.T @ clear(basis, y[:, None])[:, 0]) ** 2))
 
 
 def _gain(plain: Weighed, asked: _Asked) -> float:
@@ -139,7 +130,7 @@ def _error(sample: Sample, theta: Array, some: slice) -> Array:
 
 def _predicts(more: Weighed, columns: int) -> bool:
     """Whether the last columns of a model, after so many, predict power-ons that their fit has not seen."""
-    X, y = more.white()
+    X, y = more.white
     Q = orthonormal(X[:, :columns])
     C, z = clear(Q, X[:, columns:]), clear(Q, y[:, None])[:, 0]
     gram = np.add.reduceat(C[:, :, None] * C[:, None, :], more.starts)

@@ -138,13 +138,6 @@ class Judged:
     starts: NDArray[np.int64]
     least: Array
 
-    @cached_property
-    def at_first(self) -> tuple[Array, float]:
-        """θ (K,) and the rows' log-likelihood by a rough search, with which columns are weighed."""
-        effects = self.sample.effects
-        even = max(float(np.var(self.sample.left)), self.least[0]) / effects.count / effects.mean_sizes()
-        return roughly(self, np.maximum(even, self.least))
-
 
 def roughly(j: Judged, start: Array, first: Slope | None = None) -> tuple[Array, float]:
     """θ (K,) and the log-likelihood of the rows there, with their best coefficients: to ROUGHLY."""

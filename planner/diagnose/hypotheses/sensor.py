@@ -246,11 +246,12 @@ def _readings(
         if not full:  # a slope at each node would take all that tells the spread of few power-ons
             plain = replace(plain, moves=moving(c, channel_noise(plain)))
         plains.append(plain)
-        triad.append(with_what_hides(plain, hidden))
-        drift = with_wander(triad[-1], data.table.time_on).drift
+        whole, how = with_what_hides(plain, hidden)
+        drift = with_wander(whole, how, data.table.time_on).drift
         if drift is not None:
             plains[-1] = replace(plain, drift=drift)
-            triad[-1] = with_what_hides(plains[-1], hidden)
+            whole, _ = with_what_hides(plains[-1], hidden)
+        triad.append(whole)
     return borne_by_triad(_alike(plains), _alike(triad)), far, sizes
 
 

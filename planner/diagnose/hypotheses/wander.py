@@ -29,7 +29,7 @@ from planner.diagnose.hypotheses.noise import (
     without_zeros,
 )
 from planner.diagnose.hypotheses.orthogonal import clear, explained, orthonormal
-from planner.diagnose.hypotheses.weighed_columns import weighed
+from planner.diagnose.hypotheses.weighed_columns import Weighed
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import LARGEST, BlockCovariance
@@ -48,19 +48,16 @@ SETTLED_ROUGHLY = 0.1  # of the log-likelihood
 AT_FIRST_SIGHT = 1.0  # sigma of the correlation of neighbours, below which no likelihood is asked
 
 
-def with_wander(readings: Readings, time_on: Array) -> Readings:
+def with_wander(readings: Readings, plain: Weighed | None, time_on: Array) -> Readings:
     """The readings with such a process, of the likeliest of some correlation times, where their rows show it.
 
-    Under their own candidates: what hides in the noise goes in before, and is asked again beside it.
+    plain: how they weigh under their own candidates; what hides in the noise went in before
     """
     sample = readings.judged.sample
-    plain = weighed(readings)
     many = int(sample.effects.sizes.max()) > LARGEST_AT_FIRST
     if len(readings.starts) < LEAST_RUNS or many or plain is None:
         return readings
-    X, y = plain.white()
-    left = clear(orthonormal(X), y[:, None])[:, 0]
-    if neighbours(left, plain.starts) < AT_FIRST_SIGHT:
+    if neighbours(plain.left, plain.starts) < AT_FIRST_SIGHT:
         return readings
     rows, _ = judged_rows(readings.starts, len(time_on))
     drifts = [Drift(np.ones(len(rows)), time_on[rows], tau) for tau in TIMES_S]
@@ -71,7 +68,7 @@ def with_wander(readings: Readings, time_on: Array) -> Readings:
     gain = _gain(sample, plain.theta, moving[best], found[best])
     if gain <= 0.0 or 0.5 * len(TIMES_S) * float(chi_square_tail(gain, 1)) > CHANCE_AT_FIRST:
         return readings
-    largest = np.argmax(np.add.reduceat(_products(left, plain.starts), plain.starts))
+    largest = np.argmax(np.add.reduceat(_products(plain.left, plain.starts), plain.starts))
     rest = [_of_some(s, np.arange(len(plain.starts)) != largest) for s in (sample, moving[best])]
     if _gain(rest[0], plain.theta, rest[1], found[best]) <= 0.0:
         return readings  # one step of one power-on is no process of all

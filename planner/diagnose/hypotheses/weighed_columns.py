@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from planner.diagnose.hypotheses.noise import TOLD, Judged, Readings, judged_rows, least_freedom, roughly
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
-from planner.solvers.random_effects import covariance
+from planner.solvers.block_covariance import BlockCovariance
+from planner.solvers.random_effects import Covariance, covariance
 from planner.solvers.reml_beside import Grounds
 
 
@@ -40,16 +41,36 @@ class Weighed:
         """(g,) first of these rows of every power-on."""
         return self.judged.sample.effects.starts
 
+    @cached_property
     def white(self) -> tuple[Array, Array]:
         """(n, p) the model's columns and (n,) the readings, whitened."""
         sample = self.judged.sample
-        both = covariance(sample.effects, self.theta).whiten(np.column_stack([sample.basis, sample.y]))
+        both = self._v.whiten(np.column_stack([sample.basis, sample.y]))
         return both[:, :-1], both[:, -1]
 
-    def whitened(self, columns: Array) -> Array:
-        """V^(−1/2) of columns (n, k) of all the channel's rows, at the rows looked at."""
+    @cached_property
+    def basis(self) -> Array:
+        """(n, p) orthonormal, of the whitened columns."""
+        return orthonormal(self.white[0])
+
+    @cached_property
+    def left(self) -> Array:
+        """(n,) the whitened readings without what the columns explain."""
+        return clear(self.basis, self.white[1][:, None])[:, 0]
+
+    def explained(self, declared: Array) -> float:
+        """Squares of sigma that the model explains beside declared columns (n, q) of all rows, some of its own."""
+        own = orthonormal(self._v.whiten(self._at_rows(declared)), TOLD)
+        y = self.white[1]
+        return float(np.sum((self.basis.T @ y) ** 2) - np.sum((own.T @ y) ** 2))
+
+    @cached_property
+    def _v(self) -> Covariance | BlockCovariance:
+        return covariance(self.judged.sample.effects, self.theta)
+
+    def _at_rows(self, columns: Array) -> Array:
         rows, _ = judged_rows(self.judged.starts, len(columns))
-        return covariance(self.judged.sample.effects, self.theta).whiten(columns[rows])
+        return columns[rows]
 
     def promises(self, blocks: Sequence[Array]) -> Array:
         """(2, k) what each of some blocks (n, m) would gain were its noise one scale of a law, less m log n.
@@ -59,12 +80,13 @@ class Weighed:
         What hides has made its own variance large: the noise as it is weighs rows lightly that tell it, white
         noise those of few power-ons too much. Either names it among the first.
         """
-        sample = self.judged.sample
-        rows, _ = judged_rows(self.judged.starts, len(blocks[0]))
-        every = np.column_stack([sample.basis, sample.y, *(b[rows] for b in blocks)])
-        v = covariance(sample.effects, self.theta)
-        counts = [b.shape[1] for b in blocks]
-        return np.array([_promises(law, self.columns, counts) for law in (v.whiten(every), every)])
+        sample, counts = self.judged.sample, [b.shape[1] for b in blocks]
+        asked = self._at_rows(np.column_stack(blocks))
+        laws = (
+            (self.basis, self.left, self._v.whiten(asked)),
+            (sample.basis, sample.left, asked),
+        )
+        return np.array([_promises(Q, z, columns, counts) for Q, z, columns in laws])
 
     def beside(self, block: Array) -> Weighed | None:
         """The same with a block (n, k) more; None where the rows do not carry it, or it is nothing more."""
@@ -87,14 +109,13 @@ class Weighed:
         return Grounds(self.judged.sample, self.theta)
 
 
-def _promises(white: Array, p: int, counts: Sequence[int]) -> list[float]:
-    """Of columns (n, p + 1 + Σ counts): the model's, the readings, the blocks'."""
-    n, found = len(white), []
-    left = clear(orthonormal(white[:, :p]), white[:, p:])
-    z = left[:, 0]
+def _promises(Q: Array, z: Array, asked: Array, counts: Sequence[int]) -> list[float]:
+    """Of blocks' columns (n, Σ counts) beside a basis, z (n,) what that leaves of the readings."""
+    n, found = len(z), []
+    left = clear(Q, asked)
     total = float(z @ z)
-    seen = np.sum(left**2, axis=0) > TOLD**2 * np.sum(white[:, p:] ** 2, axis=0)
-    for first, last in pairwise(np.cumsum([1, *counts])):
+    seen = np.sum(left**2, axis=0) > TOLD**2 * np.sum(asked**2, axis=0)
+    for first, last in pairwise(np.cumsum([0, *counts])):
         C = orthonormal(left[:, first:last][:, seen[first:last]], TOLD)
         rest = max(total - float(np.sum((C.T @ z) ** 2)), 1e-12 * total)
         found.append(n * float(np.log(total / rest)) - C.shape[1] * float(np.log(n)))
@@ -103,5 +124,8 @@ def _promises(white: Array, p: int, counts: Sequence[int]) -> list[float]:
 
 def weighed(readings: Readings) -> Weighed | None:
     """A channel under its own candidates; None where the rows tell no variance."""
-    theta, found = readings.judged.at_first
+    judged = readings.judged
+    effects = judged.sample.effects
+    even = max(float(np.var(judged.sample.left)), judged.least[0]) / effects.count / effects.mean_sizes()
+    theta, found = roughly(judged, np.maximum(even, judged.least))
     return Weighed(readings.judged, theta, found) if np.isfinite(found) else None
