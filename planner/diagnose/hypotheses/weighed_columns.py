@@ -59,7 +59,7 @@ class Weighed:
         return clear(self.basis, self.white[1][:, None])[:, 0]
 
     def explained(self, declared: Array) -> float:
-        """Squares of sigma that the model explains beside declared columns (n, q) of all rows, some of its own."""
+        """Squares of sigma that the model explains beside declared columns (n, q) (n, q), some of its own."""
         own = orthonormal(self._v.whiten(self._at_rows(declared)), TOLD)
         y = self.white[1]
         return float(np.sum((self.basis.T @ y) ** 2) - np.sum((own.T @ y) ** 2))
