@@ -58,9 +58,8 @@ def with_what_hides(readings: Readings, hidden: Sequence[Block]) -> tuple[Readin
     while (plain := weighed(readings)) is not None:
         strong = plain.explained(readings.declared) > STRONG**2
         asked = [a for a in left if taken[a.block.generic] < MOST and not (a.block.generic and strong)]
-        gains = [(_gain(plain, a), i, a) for i, a in enumerate(_promising(plain, asked))]
-        gain, _, best = max(gains, default=(-np.inf, 0, None))
-        if best is None or gain <= DECISIVE:
+        best = _best(plain, _promising(plain, asked))
+        if best is None:
             break
         taken[best.block.generic] += 1
         readings = replace(readings, candidates=np.column_stack([readings.candidates, best.columns]))
@@ -84,16 +83,23 @@ def _promising(plain: Weighed, asked: Sequence[_Asked]) -> list[_Asked]:
     return [asked[i] for i in sorted(first)]
 
 
-def _gain(plain: Weighed, asked: _Asked) -> float:
-    more = plain.beside(asked.columns)
-    if more is None:
-        return -np.inf
+def _best(plain: Weighed, asked: Sequence[_Asked]) -> _Asked | None:
+    """What gains most of that which is sure; None where nothing gains enough."""
+    found = [(a, more) for a in asked if (more := plain.beside(a.columns)) is not None]
+    gains = [_gain(plain, a, more) for a, more in found]
+    for i in sorted(range(len(found)), key=lambda i: -gains[i]):
+        a, more = found[i]
+        if gains[i] <= DECISIVE:
+            break
+        if _tell_it(more, plain.columns) and (not a.block.generic or _predicts(more, plain.columns)):
+            return a
+    return None
+
+
+def _gain(plain: Weighed, asked: _Asked, more: Weighed) -> float:
+    """2 (log L_b − log L) − m log n, and what the looks cost."""
     cost = (more.columns - plain.columns) * float(np.log(plain.rows)) + 2.0 * asked.looks
-    ratio = 2.0 * (more.loglik - plain.loglik)
-    if ratio - cost <= DECISIVE:
-        return ratio - cost
-    sure = _tell_it(more, plain.columns)
-    return ratio - cost if sure and (not asked.block.generic or _predicts(more, plain.columns)) else -np.inf
+    return 2.0 * (more.loglik - plain.loglik) - cost
 
 
 def _tell_it(more: Weighed, columns: int) -> bool:
