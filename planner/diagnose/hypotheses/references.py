@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.generic import REST_RATE
+from planner.diagnose.hypotheses.table_axis import beside_an_arm, off_the_axis
 from planner.diagnose.hypotheses.tumbles import TERMS, forgotten_rate, without_north
 from planner.effects._bench_frame import load, turning, upwards
 from planner.measurement import evaluate, sensed
@@ -302,6 +303,16 @@ REFERENCES: Mapping[str, Reference] = {
             places=_mountings,
             alias="misalignment",
             record="the same record after mounting the unit anew",
+        ),
+        Reference(
+            "lever_arm_on_the_table",
+            ("accelerometer",),
+            "m",
+            ("x", "y", "z"),
+            off_the_axis,
+            "measure how far the accelerometers are from the table's axis and enter it in the reference",
+            places=beside_an_arm,
+            said="lever_arm",
         ),
         Reference(
             "thermometer_lag",
