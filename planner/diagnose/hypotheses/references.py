@@ -37,6 +37,7 @@ HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate, below which a refere
 MOST_SCALE = 0.05  # by which gravity or a table's rate may be off: beside a scale factor of -2, 2 would fit
 ON_THE_ARM, IN_TURNS, TURNING = 0.0, 1.0, 2.0  # where a unit may be mounted another way: in both
 ONE_WAY = -1.0  # a table may be wrong in one sense of turning instead of above a rate
+OTHER_WAY = -4.0  # or in the other, which beside a scale factor only turns elsewhere tell from it
 GROWING, STEADY = -2.0, -3.0  # or by a share that grows with the rate, or by as much at every rate
 UNLOADED = 0.2  # of g, by which the force may differ from it at rest
 
@@ -151,8 +152,8 @@ def _table_rate(c: Channel, table: DwellTable, place: float) -> Array:
     if not wrong.any():
         return np.zeros((len(size), 1))
     share = np.where(wrong, 1.0, 0.0)
-    if place == ONE_WAY:
-        share *= sense(conditions) > 0.0
+    if place in (ONE_WAY, OTHER_WAY):
+        share *= sense(conditions) * (1.0 if place == ONE_WAY else -1.0) > 0.0
     elif place == GROWING:
         share *= size / size[wrong].max()
     elif place == STEADY:
@@ -173,10 +174,12 @@ def _table_places(table: DwellTable) -> Sequence[float]:
     if table.ref_rate is None:
         return ()
     conditions = table.conditions()
-    turned = set(sense(conditions)[~loaded(conditions)].tolist())
+    arm = loaded(conditions)
+    turned = set(sense(conditions)[~arm].tolist())
     above = thresholds(table)
     curved = (GROWING, STEADY) if len(above) > 1 else ()  # one rate alone shows neither
-    return (*above, *((ONE_WAY,) if {-1.0, 1.0} <= turned else ()), *curved)
+    ways = (ONE_WAY, *((OTHER_WAY,) if arm.any() else ())) if {-1.0, 1.0} <= turned else ()
+    return (*above, *ways, *curved)
 
 
 def thresholds(table: DwellTable) -> Sequence[float]:
