@@ -29,11 +29,13 @@ from planner.diagnose.hypotheses.noise import (
     TOLD,
     inverse_of,
     judged_rows,
+    least_freedom,
     without_zeros,
 )
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.whitened import Whitened, log_p
 from planner.nouns.array import Array
+from planner.solvers.block_covariance import BlockCovariance, block_covariance
 from planner.solvers.distributions import chi_square_tail
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Drift, covariance
@@ -52,13 +54,13 @@ def stands_in_own_noise(found: Found, b: int) -> bool:
     pool, block = found.pool, found.pool.blocks[b]
     (axis,) = block.columns
     w, mine = pool.state[axis], block.columns[axis]
-    if len(w.noise.starts) < LEAST_RUNS or int(w.noise.sample.effects.sizes.max()) > LARGEST:
-        return True  # in one record a drift and a walk are the same
+    if not _can_tell(w):
+        return True
     others = [pool.blocks[i].columns[axis] for i in found.others(b) if axis in pool.blocks[i].columns]
     beside = np.column_stack([w.channel.J, w.noise.fixed_runs, *others])
     between = _of_means(mine, w.noise.starts) > BETWEEN
     try:
-        sample, v, wanders = _own_noise(w, np.column_stack([beside, mine]))
+        sample, v, wanders = _own_noise(w, w.channel.r, np.column_stack([beside, mine]))
         if not (wanders or between):
             return True
         rows, _ = judged_rows(w.noise.starts, len(w.z))
@@ -66,6 +68,26 @@ def stands_in_own_noise(found: Found, b: int) -> bool:
     except ValueError:
         return True
     return delta >= KEPT * found.share(b).delta or tail <= np.log(_alpha(found, b, between))
+
+
+def wandering(w: Whitened, y: Array, believed: Array) -> BlockCovariance | None:
+    """V' of a channel whose readings y (n,) wander beside columns (n, k); None where they do not for sure."""
+    if not _can_tell(w) or len(y) - believed.shape[1] < least_freedom(w.noise.starts):
+        return None
+    try:
+        sample, v, wanders = _own_noise(w, y, believed)
+    except ValueError:
+        return None
+    if not wanders:
+        return None
+    one, time_on = np.ones(len(y)), w.channel.model.conditions.time_on
+    drift = Drift(one, time_on, sample.effects.drifts[0].tau)
+    return block_covariance(replace(w.noise.covariance.effects, drifts=(drift,)), v.theta)
+
+
+def _can_tell(w: Whitened) -> bool:
+    """Whether rows tell a walk from a drift: in one record they are the same."""
+    return len(w.noise.starts) >= LEAST_RUNS and int(w.noise.covariance.effects.sizes.max()) <= LARGEST
 
 
 def _alpha(found: Found, b: int, between: bool) -> float:
@@ -76,11 +98,11 @@ def _alpha(found: Found, b: int, between: bool) -> float:
     return (ALPHA_UNKNOWN if blocks[b].generic else ALPHA) / len({x.key for x in blocks})
 
 
-def _own_noise(w: Whitened, believed: Array) -> tuple[Sample, Variances, bool]:
-    """The rows that tell the variances under columns (n, k), these variances, and whether they wander."""
+def _own_noise(w: Whitened, y: Array, believed: Array) -> tuple[Sample, Variances, bool]:
+    """The rows of y (n,) that tell the variances beside columns (n, k), these, and whether they wander."""
     rows, _ = judged_rows(w.noise.starts, len(w.z))
     basis = factors(believed[rows], TOLD).basis
-    plain = Sample(w.channel.r[rows], basis, w.noise.sample.effects, True)
+    plain = Sample(y[rows], basis, w.noise.sample.effects, True)
     level, without = _variances(plain, w.noise.variances.theta)
     first = level.theta[0] if level.theta[0] > 0.0 else 1e-3 * float(np.var(plain.y))
     one, time_on = np.ones(len(rows)), w.channel.model.conditions.time_on[rows]

@@ -8,26 +8,16 @@ import pytest
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import diagnose_sensor
 from planner.nouns.array import Array
-from tests.diagnose.hypotheses.hall import Hall, Noise, chamber, hidden, read
+from tests.diagnose.hypotheses.hall import Hall, Noise, chamber, hidden, read, wander
 from tests.diagnose.hypotheses.worlds import DECLARED
 
-POWER_ONS, WHITE, WANDERS, TAU_S = 12, 4e-4, 1.2e-3, 2000.0  # deg/s
-
-
-def _wander(hall: Hall, seed: int) -> Array:
-    """(n,) a first-order Gauss-Markov process in every power-on."""
-    rng, x = np.random.default_rng([seed, 31]), np.zeros(len(hall.run))
-    for run in np.unique(hall.run):
-        t = hall.time_on[hall.run == run]
-        V = np.exp(-np.abs(t[:, None] - t) / TAU_S) + 1e-9 * np.eye(len(t))
-        x[hall.run == run] = WANDERS * np.linalg.cholesky(V) @ rng.normal(size=len(t))
-    return x
+POWER_ONS, WHITE, WANDERS = 12, 4e-4, 1.2e-3  # deg/s
 
 
 def _claims(seed: int, hall: Hall, effect: Array | float) -> list[tuple[str, tuple[int, ...]]]:
     """On gyros of which z wanders and has an effect (n,) beside."""
     table = read(hall, seed, gyro=Noise(WHITE, 3e-4))
-    table = hidden(table, "gyro", 2, _wander(hall, seed) + effect)
+    table = hidden(table, "gyro", 2, WANDERS * wander(hall, seed) + effect)
     found = diagnose_sensor(prepared(table), "gyro", DECLARED, 1).found
     return [found.pool.blocks[b].key for b in found.all]
 
