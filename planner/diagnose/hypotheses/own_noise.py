@@ -10,9 +10,8 @@ asked again beside it,
 σ², θ by REML beside all that is believed, τ the one of a few that the likelihood prefers. Δ' must be beyond
 chance by an F test with the degrees of freedom of the variances of V' (Satterthwaite), or be most of Δ.
 
-What tells power-ons apart no wander explains, but their spread: that is the triad's in `noise` where the
-channels do not differ for sure, and an ordinary spread on the noisiest of them was a step of ten sigma beside
-the others'. Beside the channel's own it must be one test beyond chance, for each day it had to choose.
+What tells power-ons apart is asked as one test for each day that it had to choose: a dozen levels leave few
+degrees of freedom, and a wander says little of them.
 """
 
 from __future__ import annotations
@@ -61,7 +60,7 @@ def stands_in_own_noise(found: Found, b: int) -> bool:
     between = _of_means(mine, w.noise.starts) > BETWEEN
     try:
         sample, v, wanders = _own_noise(w, w.channel.r, np.column_stack([beside, mine]))
-        if not (wanders or between):
+        if not wanders:
             return True
         rows, _ = judged_rows(w.noise.starts, len(w.z))
         delta, tail = _tested(sample, v, beside[rows], mine[rows])

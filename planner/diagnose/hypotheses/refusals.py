@@ -11,7 +11,7 @@ from planner.diagnose.hypotheses.own_noise import stands_in_own_noise
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, SCATTERS, Veto, per_power_on, predicted, vetoed
 
-NOISE = "the noise of this channel by itself, from power-on to power-on and within, explains it as well"
+NOISE = "what wanders on this channel within power-ons explains it as well"
 
 
 def refusals(found: Found, starts: NDArray[np.int64]) -> tuple[Veto, ...]:
