@@ -28,6 +28,7 @@ from planner.effects._bench_frame import turning
 from planner.nouns.array import Array
 
 JUMP_K = 1.5  # between records, from which the chamber went on to another point
+MOVES = 5.0  # times what strays about it, from which a course is one: of noise alone it is twice
 LEAST_OF_A_COURSE = 5  # records: a parabola leaves two of them
 STILL_K_S = 0.1 / 60.0  # K/s: a chamber that soaks moves less; on a ramp the readings move with the unit
 
@@ -78,7 +79,10 @@ def about_course(degc: Array, rate: Array, time_on: Array, starts: NDArray[np.in
         if len(rows) >= LEAST_OF_A_COURSE:
             t = time_on[rows] - time_on[rows].mean()
             basis = orthonormal(np.vander(t / max(float(np.abs(t).max()), 1.0), 3))
-            out[rows] = clear(basis, degc[rows][:, None] - degc[rows].mean())[:, 0]
+            about = degc[rows] - degc[rows].mean()
+            left = clear(basis, about[:, None])[:, 0]
+            if np.ptp(about - left) > MOVES * np.std(left):  # a unit that keeps its temperature has its mean
+                out[rows] = left
     return out
 
 
