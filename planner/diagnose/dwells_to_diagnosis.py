@@ -20,6 +20,7 @@ from planner.diagnose.hypotheses.lagging_thermometer import NAME as LAGS
 from planner.diagnose.hypotheses.lagging_thermometer import (
     ahead,
     lag_of,
+    lags_more,
     on_several_ramps,
     suspect_of,
     suspects_it,
@@ -198,6 +199,8 @@ def _without_off(
     data = prepared(rows_of(table, kept), spec.unit)
     found = _searched(data, spec, seed, progress)
     other = of_another_temperature(found, data)
+    if other is not None and lags_more(found, data, other.strength):
+        return kept, [], [], data, found
     one = off_power_on(found, data) if other is None else None
     step = stepped_run(found, data) if one is None and other is None else None
     if (one is not None or step is not None) and _of_the_bench(

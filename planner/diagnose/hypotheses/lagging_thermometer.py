@@ -28,6 +28,7 @@ from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.diagnose.hypotheses.own_noise import wandering
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.read_temperature import STILL_K_S, straying
 from planner.diagnose.hypotheses.references import REFERENCES
@@ -37,6 +38,7 @@ from planner.measurement import AXES, evaluate, jacobian
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
+from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.distributions import chi_square_tail
 from planner.temperature_table import temperature_nodes
 
@@ -92,12 +94,16 @@ class Lag:
 
 @dataclass(frozen=True)
 class Seen:
-    """One channel. y, v: (n,) reading and misaligned input; others: (n, k) columns without a temperature."""
+    """One channel. y, v: (n,) reading and misaligned input; others: (n, k) columns without a temperature
+
+    law: of its noise, where that is not its search's
+    """
 
     w: Whitened
     y: Array
     v: Array
     others: Array
+    law: BlockCovariance | None = None
 
     def columns(self, basis: Array, rows: NDArray[np.int64] | slice = slice(None)) -> Array:
         """(m, k) that are fitted to rows of it with a basis (m, d) over temperature."""
@@ -107,7 +113,7 @@ class Seen:
     def left(self, basis: Array) -> float:
         """What curves of a basis over temperature leave of it, in noise."""
         X = self.columns(basis)
-        white = self.w.noise.whiten(np.column_stack([self.y, X]))
+        white = (self.law or self.w.noise).whiten(np.column_stack([self.y, X]))
         return float(np.sum(clear(orthonormal(white[:, 1:]), white[:, 0]) ** 2))
 
 
@@ -124,6 +130,7 @@ def lag_of(found: Sequence[SensorFound], data: Prepared) -> Lag | None:
     seen = [seen_of(s, axis) for s in found for axis in s.found.pool.state]
     if not asked and not _glimpsed(seen, table):
         return None
+    seen = [_in_own_noise(one, table) for one in seen]
     coarse = np.array([*(-lag for lag in reversed(LAGS_S)), 0.0, *LAGS_S])
     each = np.array([_left(seen, table, float(lag)) for lag in coarse])
     left = each.sum(axis=1)
@@ -148,6 +155,21 @@ def lag_of(found: Sequence[SensorFound], data: Prepared) -> Lag | None:
         value, value - half, value + half, dict(zip(map(_name, seen), falls.tolist(), strict=True)),
         (here - least) / s2,
     )  # fmt: skip
+
+
+def lags_more(found: Sequence[SensorFound], data: Prepared, strength: float) -> bool:
+    """Whether the channels say of several ramps that the thermometer lags, at more sigma than some other."""
+    lag = lag_of(found, data) if on_several_ramps(data) else None
+    return lag is not None and lag.of_several and lag.strength > strength
+
+
+def _in_own_noise(one: Seen, table: DwellTable) -> Seen:
+    """A channel in noise that wanders within power-ons, where it does beside curves that lag or do not.
+
+    A ramp lasts for half an hour: so does a walk, and white about its power-on it is a lag of its own.
+    """
+    X = np.column_stack([one.columns(_basis(table, lag)) for lag in (0.0, GLIMPSED_S[1])])
+    return replace(one, law=wandering(one.w, clear(orthonormal(X), one.y[:, None])[:, 0], X))
 
 
 def on_several_ramps(data: Prepared) -> bool:

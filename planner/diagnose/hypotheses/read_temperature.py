@@ -5,6 +5,12 @@
 0.05 K on a bias of 0.8 mg/K are 0.04 mg, the noise of a record; only where the curve is steep, so that it
 looks like an effect of temperature. One column with a free coefficient says how much of the straying is
 noise: none where the unit's temperature really moved (it then lies on the curve), all where it did not.
+
+A unit that warms itself moves by kelvins on a course that is smooth, and the readings stray about that,
+
+    δ ≈ T̃ − q(t),   q a parabola over the time of each stretch of a power-on that moves by less than JUMP_K
+
+At 600 deg/s on an arm 0.04 K are ten sigma of a record there: a scale factor that goes with the time.
 """
 
 from __future__ import annotations
@@ -17,9 +23,13 @@ from numpy.typing import NDArray
 
 from planner import catalog
 from planner.diagnose.hypotheses.channels import LEAST_NODES, SOAKED_K, Channel, tables
+from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.effects._bench_frame import turning
 from planner.nouns.array import Array
 
+JUMP_K = 1.5  # between records, from which the chamber went on to another point
+MOVES = 5.0  # times what strays about it, from which a course is one: of noise alone it is twice
+LEAST_OF_A_COURSE = 5  # records: a parabola leaves two of them
 STILL_K_S = 0.1 / 60.0  # K/s: a chamber that soaks moves less; on a ramp the readings move with the unit
 
 
@@ -35,14 +45,18 @@ def with_read_temperature(c: Channel, starts: NDArray[np.int64]) -> Channel:
 
 def _columns(c: Channel, starts: NDArray[np.int64]) -> Iterator[Array]:
     """(n, 1) at rest and in turns, where another thermometer's place or another soak may hold."""
-    strays = straying(c.model.conditions.temperature_degc, c.model.conditions.temperature_rate, starts)
-    if not strays.any():
+    x = c.model.conditions
+    both = (
+        straying(x.temperature_degc, x.temperature_rate, starts),
+        about_course(x.temperature_degc, x.temperature_rate, x.time_on, starts),
+    )
+    if not np.any(both):
         return
-    column = strays * _steepness(c)
-    turns = turning(c.model.conditions)
-    for here in (turns, ~turns):
-        if np.any(column[here]):
-            yield np.where(here, column, 0.0)[:, None]
+    steep, turns = _steepness(c), turning(x)
+    for strays in both:
+        for here in (turns, ~turns):
+            if np.any((strays * steep)[here]):
+                yield np.where(here, strays * steep, 0.0)[:, None]
 
 
 def straying(degc: Array, rate: Array, starts: NDArray[np.int64]) -> Array:
@@ -53,6 +67,23 @@ def straying(degc: Array, rate: Array, starts: NDArray[np.int64]) -> Array:
     mean = np.bincount(run, np.where(still, degc, 0.0), len(starts)) / np.maximum(count, 1.0)
     about = np.where(still, degc - mean[run], 0.0)
     return np.where((np.abs(about) <= SOAKED_K) & (count[run] > 1), about, 0.0)
+
+
+def about_course(degc: Array, rate: Array, time_on: Array, starts: NDArray[np.int64]) -> Array:
+    """(n,) K by which a soaked row's reading differs from the course of those before and after it."""
+    run = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, len(degc))))
+    soaked = np.flatnonzero(np.abs(rate) <= STILL_K_S)
+    goes_on = (np.diff(run[soaked]) == 0) & (np.abs(np.diff(degc[soaked])) <= JUMP_K)
+    out = np.zeros(len(degc))
+    for rows in np.split(soaked, np.flatnonzero(~goes_on) + 1):
+        if len(rows) >= LEAST_OF_A_COURSE:
+            t = time_on[rows] - time_on[rows].mean()
+            basis = orthonormal(np.vander(t / max(float(np.abs(t).max()), 1.0), 3))
+            about = degc[rows] - degc[rows].mean()
+            left = clear(basis, about[:, None])[:, 0]
+            if np.ptp(about - left) > MOVES * np.std(left):  # a unit that keeps its temperature has its mean
+                out[rows] = left
+    return out
 
 
 def _steepness(c: Channel) -> Array:

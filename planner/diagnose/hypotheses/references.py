@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.generic import REST_RATE
+from planner.diagnose.hypotheses.table_axis import beside_an_arm, off_the_axis
 from planner.diagnose.hypotheses.tumbles import TERMS, forgotten_rate, without_north
 from planner.effects._bench_frame import load, turning, upwards
 from planner.measurement import evaluate, sensed
@@ -36,6 +37,7 @@ HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate, below which a refere
 MOST_SCALE = 0.05  # by which gravity or a table's rate may be off: beside a scale factor of -2, 2 would fit
 ON_THE_ARM, IN_TURNS, TURNING = 0.0, 1.0, 2.0  # where a unit may be mounted another way: in both
 ONE_WAY = -1.0  # a table may be wrong in one sense of turning instead of above a rate
+OTHER_WAY = -4.0  # or in the other, which beside a scale factor only turns elsewhere tell from it
 GROWING, STEADY = -2.0, -3.0  # or by a share that grows with the rate, or by as much at every rate
 ANYWHERE = (
     1e3  # rad/s, beside a rate above which it is wrong: on the centrifuge as well, one drive turns both
@@ -154,8 +156,8 @@ def _table_rate(c: Channel, table: DwellTable, place: float) -> Array:
     if not wrong.any():
         return np.zeros((len(size), 1))
     share = np.where(wrong, 1.0, 0.0)
-    if place == ONE_WAY:
-        share *= sense(conditions) > 0.0
+    if place in (ONE_WAY, OTHER_WAY):
+        share *= sense(conditions) * (1.0 if place == ONE_WAY else -1.0) > 0.0
     elif place == GROWING:
         share *= size / size[wrong].max()
     elif place == STEADY:
@@ -176,12 +178,14 @@ def _table_places(table: DwellTable) -> Sequence[float]:
     if table.ref_rate is None:
         return ()
     conditions = table.conditions()
-    turned = set(sense(conditions)[~loaded(conditions)].tolist())
-    above = thresholds(conditions, ~loaded(conditions))
-    both = thresholds(conditions, turning(conditions)) if loaded(conditions).any() else ()
+    arm = loaded(conditions)
+    turned = set(sense(conditions)[~arm].tolist())
+    above = thresholds(conditions, ~arm)
+    both = thresholds(conditions, turning(conditions)) if arm.any() else ()
     curved = (GROWING, STEADY) if len(above) > 1 else ()  # one rate alone shows neither
+    ways = (ONE_WAY, *((OTHER_WAY,) if arm.any() else ())) if {-1.0, 1.0} <= turned else ()
     anywhere = (ANYWHERE + rate for rate in both[1:])  # that of every rate is the gyros' own scale factor
-    return (*above, *((ONE_WAY,) if {-1.0, 1.0} <= turned else ()), *curved, *anywhere)
+    return (*above, *ways, *curved, *anywhere)
 
 
 def thresholds(conditions: Conditions, here: NDArray[np.bool_]) -> Sequence[float]:
@@ -305,6 +309,16 @@ REFERENCES: Mapping[str, Reference] = {
             places=_mountings,
             alias="misalignment",
             record="the same record after mounting the unit anew",
+        ),
+        Reference(
+            "lever_arm_on_the_table",
+            ("accelerometer",),
+            "m",
+            ("x", "y", "z"),
+            off_the_axis,
+            "measure how far the accelerometers are from the table's axis and enter it in the reference",
+            places=beside_an_arm,
+            said="lever_arm",
         ),
         Reference(
             "thermometer_lag",

@@ -7,8 +7,11 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.found import Found, on
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, STAYS
+from planner.diagnose.hypotheses.own_noise import stands_in_own_noise
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, SCATTERS, Veto, per_power_on, predicted, vetoed
+
+NOISE = "what wanders on this channel within power-ons explains it as well"
 
 
 def refusals(found: Found, starts: NDArray[np.int64]) -> tuple[Veto, ...]:
@@ -20,10 +23,12 @@ def refusals(found: Found, starts: NDArray[np.int64]) -> tuple[Veto, ...]:
     for b in sorted(found.all, key=lambda i: found.share(i).delta):
         gone = b not in found.all  # with a name before it
         veto = None if gone or found.pool.blocks[b].reference else vetoed(found, b, starts)
+        if veto is None and not gone and _is_noise(found, b):
+            veto = Veto(b, NOISE)
         if veto is not None:
             (found.library if b in found.library else found.unknown).remove(b)
             out.append(veto)
-            if not found.pool.blocks[b].generic and veto.why != SCATTERS:
+            if not found.pool.blocks[b].generic and veto.why not in (SCATTERS, NOISE):
                 _unnamed_in_place(found, b, starts)
     return tuple(out)
 
@@ -43,10 +48,17 @@ def _unnamed_in_place(found: Found, b: int, starts: NDArray[np.int64]) -> None:
     found.unknown.append(best)
     found.p[best] = found.p[b]
     foreseen = predicted(*per_power_on(found.without(best), [best], starts))
-    if vetoed(found, best, starts) is not None or foreseen <= OF_A_TABLE * scores[best].delta:
+    refused = vetoed(found, best, starts) is not None or _is_noise(found, best)
+    if refused or foreseen <= OF_A_TABLE * scores[best].delta:
         found.unknown.remove(best)
         return
     for i in found.on(found.axes(b)):
         alone = score(found.without(i, best), [i]).delta
         if len(found.axes(i)) == 1 and found.share(i).delta < STAYS * alone:
             found.library.remove(i)  # what is left of it may as well be the other's
+
+
+def _is_noise(found: Found, b: int) -> bool:
+    """Whether a block of one channel is no more than that channel's own noise."""
+    block = found.pool.blocks[b]
+    return not block.reference and len(block.columns) == 1 and not stands_in_own_noise(found, b)

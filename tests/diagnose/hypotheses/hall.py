@@ -252,6 +252,16 @@ def hidden(table: DwellTable, sensor: str, axis: int, shape: Array) -> DwellTabl
     return replace(table, acc=table.acc + G * shape[:, None] * np.eye(3)[axis])
 
 
+def wander(hall: Hall, seed: int, tau: float = 2000.0) -> Array:
+    """(n,) a first-order Gauss-Markov process in every power-on, of one sigma."""
+    rng, x = np.random.default_rng([seed, 31]), np.zeros(len(hall.run))
+    for run in np.unique(hall.run):
+        t = hall.time_on[hall.run == run]
+        V = np.exp(-np.abs(t[:, None] - t) / tau) + 1e-9 * np.eye(len(t))
+        x[hall.run == run] = np.linalg.cholesky(V) @ rng.normal(size=len(t))
+    return x
+
+
 def _curves(x: Array, size: float, rng: np.random.Generator) -> Array:
     """(n, 3) a cubic of each channel."""
     k = size * rng.normal(size=(4, 3)) * np.array([1.0, 0.7, 0.3, 0.15])[:, None]

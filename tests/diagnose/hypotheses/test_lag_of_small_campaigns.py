@@ -7,10 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.diagnose.hypotheses.lagging_thermometer import Lag
+from planner.diagnose.hypotheses.lagging_thermometer import Lag, lags_more
+from planner.diagnose.hypotheses.prepared import prepared
+from planner.diagnose.hypotheses.sensor import diagnose_sensor
 from planner.nouns.diagnosis import UnitDiagnosis
-from tests.diagnose.hypotheses.hall import Noise, hidden, read, short_ramps
-from tests.diagnose.hypotheses.worlds import whole
+from planner.protocols import SENSORS
+from tests.diagnose.hypotheses.hall import Noise, hidden, read, short_ramps, wander
+from tests.diagnose.hypotheses.worlds import DECLARED, whole
 
 QUIET = Noise(2e-4, 6e-4)
 
@@ -44,6 +47,29 @@ def test_a_lag_that_no_channel_follows_visibly_is_told_by_all_together(seed: int
     assert lag.low - 4.0 <= 90.0 <= lag.high + 4.0
     assert len(lag.channels) > 1
     assert not found.effects
+
+
+@pytest.mark.parametrize("seed", [4, 5, 8])
+def test_a_lag_has_its_size_where_all_channels_wander(seed: int) -> None:
+    """Walks of half an hour are no curves that lag: by white noise 129 +- 7 s, 127 +- 5 s."""
+    hall = short_ramps(seed, 8)
+    table = read(hall, seed, gyro=QUIET, felt=replace(hall, temperature=hall.temperature + 2.0 * hall.ramp))
+    for axis in range(3):
+        table = hidden(table, "gyro", axis, 1.5e-3 * wander(hall, 10 * seed + axis))
+        table = hidden(table, "acc", axis, 3e-4 * wander(hall, 10 * seed + axis + 5))
+    (lag,) = whole(table).reference_suspects
+    assert lag.low <= 120.0 <= lag.high
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_lags_more_than_one_power_on_is_off_is_no_temperature_of_that_one(seed: int) -> None:
+    hall = short_ramps(seed)
+    late = replace(hall, temperature=hall.temperature + 4.0 * hall.ramp)
+    data = [prepared(read(hall, seed, gyro=QUIET, felt=felt)) for felt in (late, hall)]
+    lags, prompt = ([diagnose_sensor(d, s, DECLARED, 1) for s in SENSORS] for d in data)
+    assert lags_more(lags, data[0], 5.0)
+    assert not lags_more(lags, data[0], 1e4)
+    assert not lags_more(prompt, data[1], 5.0)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.diagnose.hypotheses.references import ONE_WAY, sense
-from tests.diagnose.hypotheses.hall import axes_apart, days, hidden, read
+from tests.diagnose.hypotheses.hall import G, axes_apart, days, hidden, read
 from tests.diagnose.hypotheses.worlds import whole
 
 
@@ -22,6 +22,22 @@ def test_a_table_that_is_fast_one_way(seed: int, off: float) -> None:
     assert abs(found.reference_suspects[0].value) == pytest.approx(abs(off), rel=0.1)
     assert not found.effects
     assert not found.unknown
+
+
+@pytest.mark.parametrize("seed", [31, 32, 33])
+@pytest.mark.parametrize("wrong_way", [1.0, -1.0])
+def test_an_arm_tells_which_way_the_table_is_wrong(seed: int, wrong_way: float) -> None:
+    """Beside an arm that turns one way, a table wrong the other way was the asymmetry of three gyros."""
+    hall = days(seed, 16)
+    arm = (hall.run > 13) & hall.turns
+    hall = replace(hall, turn=np.where(arm[:, None], 4.0 * np.abs(hall.turn), hall.turn))
+    wrong = (np.sum(hall.turn, axis=1) * wrong_way > 0.0) & ~arm
+    table = read(hall, seed, felt=replace(hall, turn=hall.turn * (1.0 + 1e-3 * wrong[:, None])))
+    loaded = G * (hall.up + 20.0 * arm[:, None] * np.roll(hall.up, 1, axis=1))
+    found = whole(replace(table, ref_acc=loaded, acc=None))
+    assert [s.hypothesis for s in found.reference_suspects] == ["table_rate"]
+    assert found.reference_suspects[0].value == pytest.approx(1e-3, rel=0.05)
+    assert (found.effects, found.unknown) == ((), ())
 
 
 def test_three_channels_that_say_alike_are_the_table_at_a_thousand_sigma() -> None:
