@@ -40,6 +40,7 @@ from planner.diagnose.hypotheses.search import search
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 from planner.diagnose.hypotheses.verdicts import Veto, vetoed
 from planner.diagnose.hypotheses.wander import with_wander
+from planner.diagnose.hypotheses.weighed_columns import weighed
 from planner.diagnose.hypotheses.whitened import Whitened, moving, whitened
 from planner.diagnose.unseen_runs import cells_of
 from planner.effects._shaped import plain_names
@@ -246,13 +247,25 @@ def _readings(
         if not full:  # a slope at each node would take all that tells the spread of few power-ons
             plain = replace(plain, moves=moving(c, channel_noise(plain)))
         plains.append(plain)
-        whole, how = with_what_hides(plain, hidden)
-        drift = with_wander(whole, how, data.table.time_on).drift
-        if drift is not None:
-            plains[-1] = replace(plain, drift=drift)
-            whole, _ = with_what_hides(plains[-1], hidden)
+        plains[-1], whole = _hides_and_wanders(plain, hidden, data.table.time_on)
         triad.append(whole)
     return borne_by_triad(_alike(plains), _alike(triad)), far, sizes
+
+
+def _hides_and_wanders(plain: Readings, hidden: Sequence[Block], time_on: Array) -> tuple[Readings, Readings]:
+    """The readings with the process within power-ons that they show, and with what hides in the noise beside.
+
+    A table over the time follows what wanders, and a process what a table says: the likelier of both stands.
+    """
+    whole, how = with_what_hides(plain, hidden)
+    drift, least = with_wander(whole, how, time_on).drift, -np.inf
+    if drift is None and how is not None and whole is not plain:
+        drift, least = with_wander(plain, weighed(plain), time_on).drift, how.criterion
+    if drift is None:
+        return plain, whole
+    moves = replace(plain, drift=drift)
+    beside, then = with_what_hides(moves, hidden)
+    return (moves, beside) if then is not None and then.criterion >= least else (plain, whole)
 
 
 def _alike(triad: Sequence[Readings]) -> list[Readings]:

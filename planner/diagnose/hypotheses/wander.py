@@ -41,7 +41,7 @@ from planner.solvers.reml_beside import reml_roughly
 from planner.solvers.restricted_likelihood import Sample, restricted_loglik
 
 CHANCE = 1e-4  # of a channel that does not wander; tails of Student's t of 3 degrees make a few of it
-CHANCE_AT_FIRST = 1e-3  # the same before anything is believed: what is counted on in vain costs little
+CHANCE_AT_FIRST = 1e-2  # the same before anything is believed: what is counted on in vain costs little
 TIMES_S = (60.0, 200.0, 600.0, 2000.0)  # correlation times that are asked
 LARGEST_AT_FIRST = 256  # rows of a power-on
 SETTLED_ROUGHLY = 0.1  # of the log-likelihood

@@ -37,6 +37,11 @@ class Weighed:
         return len(self.judged.sample.y)
 
     @property
+    def criterion(self) -> float:
+        """2 log L less log n for every column and variance: by which unlike models compare (Schwarz)."""
+        return 2.0 * self.loglik - float(self.columns + len(self.theta)) * float(np.log(self.rows))
+
+    @property
     def starts(self) -> NDArray[np.int64]:
         """(g,) first of these rows of every power-on."""
         return self.judged.sample.effects.starts
