@@ -12,7 +12,7 @@ from planner import catalog
 from planner.diagnose.hypotheses.candidates import effect_blocks
 from planner.diagnose.hypotheses.channels import Channel, at_rows, columns
 from planner.diagnose.hypotheses.estimates import estimates
-from planner.diagnose.hypotheses.noise import IN_RUN, LEVEL
+from planner.diagnose.hypotheses.noise import IN_RUN, LEVEL, leaning
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.hypotheses.prepared import Prepared
@@ -97,6 +97,7 @@ def _expected(w: Whitened, whole: Channel, data: Prepared) -> Array:
     total = theta["white"] * usual / duration + theta.get("constant", 0.0)
     total = total + (theta.get("rate_noise", 0.0) + theta.get("run_to_run_scale_factor", 0.0)) * whole.u**2
     total = total + theta.get("cross_noise", 0.0) * whole.across**2
+    total = total + sum(theta.get(name, 0.0) * z**2 for name, z in leaning(whole).items())
     return np.asarray(np.sqrt(total + theta.get(LEVEL, 0.0) + theta.get(IN_RUN, 0.0)))
 
 

@@ -11,6 +11,8 @@ power-ons by a few degrees of freedom, is in every test (Satterthwaite).
 What moves within power-ons, where the rows show that something does (`wander`), is one more of them,
 
     σ_m² exp(−|Δt| / τ) in every power-on
+
+and so are misalignments that differ from power-on to power-on, where they show that (`shown_noise`).
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ from numpy.typing import NDArray
 from planner.campaign.channel_model import EXCITING
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.measurement import AXES, sensed
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import factors
@@ -35,6 +38,8 @@ from planner.solvers.restricted_likelihood import Sample, loglik, reml_informati
 
 LEAST_RUNS = 8  # power-ons, from which their spread is a variance: a triad then tells it by 15 degrees
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
+CROSS_NOISE = "cross_noise"  # of each record
+LEANS = "run_to_run_misalignment"  # and the axis towards which
 IN_RUN = "in_run_bias"  # what moves within power-ons, the last component where there is one
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
 ROUGHLY = 1.0  # of the log-likelihood where columns are weighed, which must gain five times as much
@@ -85,6 +90,7 @@ class Readings:
     least_runs: power-ons from which their spread is a variance; with fewer each has a level of its own
     moves: (q,) columns of the declared model that can move the rows at all; None: all of them
     drift: a process within power-ons that the rows show; None: they show none
+    leans: whether they show misalignments that differ from power-on to power-on
     """
 
     channel: Channel
@@ -95,6 +101,7 @@ class Readings:
     least_runs: int = LEAST_RUNS
     moves: NDArray[np.bool_] | None = None
     drift: Drift | None = None
+    leans: bool = False
 
     @property
     def declared(self) -> Array:
@@ -155,7 +162,9 @@ def _judged(given: Readings) -> Judged:
     fixed = _indicators(starts, len(c.r)) if few else np.empty((len(c.r), 0))
     alone = len(starts) == len(c.r)  # one row a run: its spread is the noise
     diagonals = _diagonals(c, given.duration, given.weights)
-    slopes = {} if alone else {name: z for name, z in _slopes(c).items() if not (few and _level(z, starts))}
+    slopes = (
+        {} if alone else {name: z for name, z in _slopes(given).items() if not (few and _level(z, starts))}
+    )
     drifts = {} if given.drift is None else {IN_RUN: given.drift}
     effects = replace(_effects(starts, diagonals, slopes), drifts=tuple(drifts.values()))
     rows, firsts = judged_rows(starts, len(c.r))
@@ -236,7 +245,7 @@ def _diagonals(c: Channel, duration: Array, weights: Array) -> dict[str, Array]:
     duration = np.where(duration > 0, duration, 1.0)
     exciting = (EXCITING[c.sensor] * (1.0 if c.sensor == "gyro" else 6.0)) ** 2
     found = {"white": duration.mean() / duration}
-    inputs = {"rate_noise": c.u**2, "cross_noise": c.across**2}
+    inputs = {"rate_noise": c.u**2, CROSS_NOISE: c.across**2}
     other = {name: x for name, x in inputs.items() if x.max(initial=0.0) > exciting}
     if duration.max() > 1.5 * duration.min():
         other["constant"] = np.ones(len(duration))
@@ -247,11 +256,18 @@ def _diagonals(c: Channel, duration: Array, weights: Array) -> dict[str, Array]:
     return {name: x / weights for name, x in found.items()}
 
 
-def _slopes(c: Channel) -> dict[str, Array]:
+def _slopes(given: Readings) -> dict[str, Array]:
+    c = given.channel
     found = {LEVEL: np.ones(len(c.r))}
     if np.ptp(np.abs(c.u)) > EXCITING[c.sensor]:
         found["run_to_run_scale_factor"] = c.u
-    return found
+    return found | (leaning(c) if given.leans else {})
+
+
+def leaning(c: Channel) -> dict[str, Array]:
+    """(n,) each input across a channel, by the name of what its misalignment draws at every power-on."""
+    inputs = sensed(c.sensor, c.model.conditions)
+    return {f"{LEANS}_{name}": inputs[:, j] for j, name in enumerate(AXES) if j != c.axis}
 
 
 def _level(z: Array, starts: NDArray[np.int64]) -> bool:

@@ -22,7 +22,6 @@ from planner.diagnose.hypotheses.channels import Channel, channel
 from planner.diagnose.hypotheses.estimates import Shape, estimates, shape_of, slopes_of
 from planner.diagnose.hypotheses.far_rows import far_rows, scale_scatter
 from planner.diagnose.hypotheses.found import Found, Question, on
-from planner.diagnose.hypotheses.hidden_columns import with_what_hides
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, along
 from planner.diagnose.hypotheses.noise import Readings, channel_noise
 from planner.diagnose.hypotheses.noise_columns import coarse, of_the_full_model
@@ -37,10 +36,9 @@ from planner.diagnose.hypotheses.references import hypothesis
 from planner.diagnose.hypotheses.refusals import refusals
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.search import search
+from planner.diagnose.hypotheses.shown_noise import alike, as_shown
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 from planner.diagnose.hypotheses.verdicts import Veto, vetoed
-from planner.diagnose.hypotheses.wander import with_wander
-from planner.diagnose.hypotheses.weighed_columns import weighed
 from planner.diagnose.hypotheses.whitened import Whitened, moving, whitened
 from planner.diagnose.unseen_runs import cells_of
 from planner.effects._shaped import plain_names
@@ -246,32 +244,10 @@ def _readings(
         plain = Readings(c, data.starts, data.table.duration, candidates, weights)
         if not full:  # a slope at each node would take all that tells the spread of few power-ons
             plain = replace(plain, moves=moving(c, channel_noise(plain)))
+        plain, whole = as_shown(plain, hidden, data.table.time_on)
         plains.append(plain)
-        plains[-1], whole = _hides_and_wanders(plain, hidden, data.table.time_on)
         triad.append(whole)
-    return borne_by_triad(_alike(plains), _alike(triad)), far, sizes
-
-
-def _hides_and_wanders(plain: Readings, hidden: Sequence[Block], time_on: Array) -> tuple[Readings, Readings]:
-    """The readings with the process within power-ons that they show, and with what hides in the noise beside.
-
-    A table over the time follows what wanders, and a process what a table says: the likelier of both stands.
-    """
-    whole, how = with_what_hides(plain, hidden)
-    drift, least = with_wander(whole, how, time_on).drift, -np.inf
-    if drift is None and how is not None and whole is not plain:
-        drift, least = with_wander(plain, weighed(plain), time_on).drift, how.criterion
-    if drift is None:
-        return plain, whole
-    moves = replace(plain, drift=drift)
-    beside, then = with_what_hides(moves, hidden)
-    return (moves, beside) if then is not None and then.criterion >= least else (plain, whole)
-
-
-def _alike(triad: Sequence[Readings]) -> list[Readings]:
-    """With a process within power-ons on every channel where one has it: they share other variances."""
-    drift = next((r.drift for r in triad if r.drift is not None), None)
-    return [r if drift is None or r.drift is not None else replace(r, drift=drift) for r in triad]
+    return borne_by_triad(alike(plains), alike(triad)), far, sizes
 
 
 def _whitened(triad: Sequence[Readings]) -> dict[int, Whitened]:

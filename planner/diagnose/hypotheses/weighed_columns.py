@@ -63,9 +63,13 @@ class Weighed:
         """(n,) the whitened readings without what the columns explain."""
         return clear(self.basis, self.white[1][:, None])[:, 0]
 
+    def whitened(self, columns: Array) -> Array:
+        """V^(−1/2) of columns (n, k) of all the channel's rows, at the rows looked at."""
+        return self._v.whiten(self._at_rows(columns))
+
     def explained(self, declared: Array) -> float:
         """Squares of sigma that the model explains beside declared columns (n, q) (n, q), some of its own."""
-        own = orthonormal(self._v.whiten(self._at_rows(declared)), TOLD)
+        own = orthonormal(self.whitened(declared), TOLD)
         y = self.white[1]
         return float(np.sum((self.basis.T @ y) ** 2) - np.sum((own.T @ y) ** 2))
 

@@ -1,0 +1,79 @@
+"""What the rows of a channel show of its noise beyond white and levels of power-ons, with what hides in it.
+
+A bias that wanders within power-ons (`wander`), or misalignments that differ from power-on to power-on,
+
+    cov(e) = … + Σ_runs σ_j² u_j u_jᵀ,   u_j an input across the channel
+
+which is a pattern of every power-on and no noise of every record that grows with the input across: of a few
+on a centrifuge that made a square of the load at seven sigma. Each is asked of the likelihood beside what
+hides in the noise (`hidden_columns`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from planner.diagnose.hypotheses.candidates import Block
+from planner.diagnose.hypotheses.hidden_columns import with_what_hides
+from planner.diagnose.hypotheses.noise import CROSS_NOISE, LEAST_RUNS, Readings
+from planner.diagnose.hypotheses.wander import SETTLED_ROUGHLY, with_wander
+from planner.diagnose.hypotheses.weighed_columns import Weighed, weighed
+from planner.nouns.array import Array
+from planner.solvers.distributions import chi_square_tail
+from planner.solvers.reml_beside import reml_roughly
+from planner.solvers.restricted_likelihood import restricted_loglik
+
+CHANCE = 1e-3  # of a channel that keeps its alignment
+
+
+def as_shown(plain: Readings, hidden: Sequence[Block], time_on: Array) -> tuple[Readings, Readings]:
+    """The readings with the noise that they show, and the same with what hides in it beside.
+
+    A table over the time follows what wanders, and a process what a table says: the likelier of both stands.
+    """
+    whole, how = with_what_hides(plain, hidden)
+    if _leans(whole, how):
+        plain = replace(plain, leans=True)
+        whole, how = with_what_hides(plain, hidden)
+    drift, least = with_wander(whole, how, time_on).drift, -np.inf
+    if drift is None and how is not None and whole is not plain:
+        drift, least = with_wander(plain, weighed(plain), time_on).drift, how.criterion
+    if drift is None:
+        return plain, whole
+    moves = replace(plain, drift=drift)
+    beside, then = with_what_hides(moves, hidden)
+    return (moves, beside) if then is not None and then.criterion >= least else (plain, whole)
+
+
+def alike(triad: Sequence[Readings]) -> list[Readings]:
+    """With a kind of noise on every channel where one has it: what they share must be of one kind."""
+    drift = next((r.drift for r in triad if r.drift is not None), None)
+    leans = any(r.leans for r in triad)
+    return [
+        r
+        if (drift is None or r.drift is not None) and r.leans is leans
+        else replace(r, drift=r.drift or drift, leans=leans)
+        for r in triad
+    ]
+
+
+def _leans(readings: Readings, plain: Weighed | None) -> bool:
+    """Whether the restricted likelihood is so much larger with misalignments of every power-on: χ² of two.
+
+    Where they are left out, noise of each record that grows with the input across stands for them.
+    """
+    c = readings.channel
+    if plain is None or len(readings.starts) < LEAST_RUNS or CROSS_NOISE not in plain.judged.components:
+        return False
+    cross = float(plain.theta[plain.judged.components.index(CROSS_NOISE)])
+    if cross * float(np.max(c.across**2)) < plain.theta[0]:
+        return False
+    wider = replace(readings, leans=True).judged.sample
+    start = np.append(plain.theta, np.full(2, cross))
+    theta, _ = reml_roughly(wider, start, SETTLED_ROUGHLY)
+    before, _ = reml_roughly(plain.judged.sample, plain.theta, SETTLED_ROUGHLY)
+    gain = 2.0 * (restricted_loglik(wider, theta) - restricted_loglik(plain.judged.sample, before))
+    return gain > 0.0 and float(chi_square_tail(gain, 2)) < CHANCE
