@@ -12,7 +12,7 @@ from planner import catalog
 from planner.diagnose.hypotheses.candidates import effect_blocks
 from planner.diagnose.hypotheses.channels import Channel, at_rows, columns
 from planner.diagnose.hypotheses.estimates import estimates
-from planner.diagnose.hypotheses.noise import IN_RUN, LEVEL, leaning
+from planner.diagnose.hypotheses.noise import IN_RUN, IN_RUN_SCALE, LEVEL, leaning
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.hypotheses.prepared import Prepared
@@ -95,7 +95,8 @@ def _expected(w: Whitened, whole: Channel, data: Prepared) -> Array:
     duration = np.where(data.full.duration > 0, data.full.duration, 1.0)
     usual = np.where(data.table.duration > 0, data.table.duration, 1.0).mean()
     total = theta["white"] * usual / duration + theta.get("constant", 0.0)
-    total = total + (theta.get("rate_noise", 0.0) + theta.get("run_to_run_scale_factor", 0.0)) * whole.u**2
+    along = ("rate_noise", "run_to_run_scale_factor", IN_RUN_SCALE)
+    total = total + sum(theta.get(name, 0.0) for name in along) * whole.u**2
     total = total + theta.get("cross_noise", 0.0) * whole.across**2
     total = total + sum(theta.get(name, 0.0) * z**2 for name, z in leaning(whole).items())
     return np.asarray(np.sqrt(total + theta.get(LEVEL, 0.0) + theta.get(IN_RUN, 0.0)))

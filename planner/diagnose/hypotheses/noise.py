@@ -17,8 +17,8 @@ and so are misalignments that differ from power-on to power-on, where they show 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -38,9 +38,10 @@ from planner.solvers.restricted_likelihood import Sample, loglik, reml_informati
 
 LEAST_RUNS = 8  # power-ons, from which their spread is a variance: a triad then tells it by 15 degrees
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
-CROSS_NOISE = "cross_noise"  # of each record
+RATE_NOISE, CROSS_NOISE = "rate_noise", "cross_noise"  # of each record
 LEANS = "run_to_run_misalignment"  # and the axis towards which
-IN_RUN = "in_run_bias"  # what moves within power-ons, the last component where there is one
+IN_RUN = "in_run_bias"  # what moves within power-ons
+IN_RUN_SCALE = "in_run_scale_factor"
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
 ROUGHLY = 1.0  # of the log-likelihood where columns are weighed, which must gain five times as much
 SETTLED = 1e-3  # of the log-likelihood: a decision needs no variance to less than 5 % of its error
@@ -89,7 +90,7 @@ class Readings:
     candidates: (n, k) columns of all candidates; weights: (n,) 1, or near 0 for a row that is an outlier
     least_runs: power-ons from which their spread is a variance; with fewer each has a level of its own
     moves: (q,) columns of the declared model that can move the rows at all; None: all of them
-    drift: a process within power-ons that the rows show; None: they show none
+    drifts: processes within power-ons that the rows show, by the names of their variances
     leans: whether they show misalignments that differ from power-on to power-on
     """
 
@@ -100,7 +101,7 @@ class Readings:
     weights: Array
     least_runs: int = LEAST_RUNS
     moves: NDArray[np.bool_] | None = None
-    drift: Drift | None = None
+    drifts: Mapping[str, Drift] = field(default_factory=dict)
     leans: bool = False
 
     @property
@@ -165,8 +166,7 @@ def _judged(given: Readings) -> Judged:
     slopes = (
         {} if alone else {name: z for name, z in _slopes(given).items() if not (few and _level(z, starts))}
     )
-    drifts = {} if given.drift is None else {IN_RUN: given.drift}
-    effects = replace(_effects(starts, diagonals, slopes), drifts=tuple(drifts.values()))
+    effects = replace(_effects(starts, diagonals, slopes), drifts=tuple(given.drifts.values()))
     rows, firsts = judged_rows(starts, len(c.r))
     within = tuple(d.at(rows) for d in effects.drifts)
     part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows], within)
@@ -176,7 +176,12 @@ def _judged(given: Readings) -> Judged:
     least = np.zeros(effects.count)
     least[0] = (ROUNDING * float(np.abs(c.y).max(initial=1e-30))) ** 2
     return Judged(
-        Sample(c.r[rows], basis, part, True), effects, (*diagonals, *slopes, *drifts), fixed, starts, least
+        Sample(c.r[rows], basis, part, True),
+        effects,
+        (*diagonals, *slopes, *given.drifts),
+        fixed,
+        starts,
+        least,
     )
 
 
@@ -245,7 +250,7 @@ def _diagonals(c: Channel, duration: Array, weights: Array) -> dict[str, Array]:
     duration = np.where(duration > 0, duration, 1.0)
     exciting = (EXCITING[c.sensor] * (1.0 if c.sensor == "gyro" else 6.0)) ** 2
     found = {"white": duration.mean() / duration}
-    inputs = {"rate_noise": c.u**2, CROSS_NOISE: c.across**2}
+    inputs = {RATE_NOISE: c.u**2, CROSS_NOISE: c.across**2}
     other = {name: x for name, x in inputs.items() if x.max(initial=0.0) > exciting}
     if duration.max() > 1.5 * duration.min():
         other["constant"] = np.ones(len(duration))

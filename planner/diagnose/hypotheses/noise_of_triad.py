@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.noise import (
     IN_RUN,
+    IN_RUN_SCALE,
     SETTLED,
     ChannelNoise,
     Judged,
@@ -60,7 +61,9 @@ def _shared(judged: Sequence[Judged], own: Sequence[Variances]) -> list[Variance
     if len(judged) < 2 or len({j.components for j in judged}) > 1:
         return None
     poor = np.any([_freedom(v) < WELL_KNOWN for v in own], axis=0)
-    poor &= [name != IN_RUN for name in judged[0].components]  # each has its own correlation time
+    poor &= [
+        name not in (IN_RUN, IN_RUN_SCALE) for name in judged[0].components
+    ]  # each has its own correlation time
     own = without_zeros(own, ~poor)
     sizes = [np.where(poor, 1.0, np.maximum(v.theta, j.least)) for j, v in zip(judged, own, strict=True)]
     if not poor.any() or any((size <= 0).any() for size in sizes):

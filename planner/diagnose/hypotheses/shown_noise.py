@@ -38,25 +38,24 @@ def as_shown(plain: Readings, hidden: Sequence[Block], time_on: Array) -> tuple[
     if _leans(whole, how):
         plain = replace(plain, leans=True)
         whole, how = with_what_hides(plain, hidden)
-    drift, least = with_wander(whole, how, time_on).drift, -np.inf
-    if drift is None and how is not None and whole is not plain:
-        drift, least = with_wander(plain, weighed(plain), time_on).drift, how.criterion
-    if drift is None:
+    drifts, least = with_wander(whole, how, time_on).drifts, -np.inf
+    if not drifts and how is not None and whole is not plain:
+        drifts, least = with_wander(plain, weighed(plain), time_on).drifts, how.criterion
+    if not drifts:
         return plain, whole
-    moves = replace(plain, drift=drift)
+    moves = replace(plain, drifts=drifts)
     beside, then = with_what_hides(moves, hidden)
     return (moves, beside) if then is not None and then.criterion >= least else (plain, whole)
 
 
 def alike(triad: Sequence[Readings]) -> list[Readings]:
     """With a kind of noise on every channel where one has it: what they share must be of one kind."""
-    drift = next((r.drift for r in triad if r.drift is not None), None)
+    drifts = {name: d for r in reversed(triad) for name, d in r.drifts.items()}
     leans = any(r.leans for r in triad)
+    own = [{name: r.drifts.get(name, drifts[name]) for name in sorted(drifts)} for r in triad]
     return [
-        r
-        if (drift is None or r.drift is not None) and r.leans is leans
-        else replace(r, drift=r.drift or drift, leans=leans)
-        for r in triad
+        r if r.leans is leans and [*r.drifts] == [*mine] else replace(r, drifts=mine, leans=leans)
+        for r, mine in zip(triad, own, strict=True)
     ]
 
 

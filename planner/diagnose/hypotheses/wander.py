@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.noise import (
     IN_RUN,
+    IN_RUN_SCALE,
     LEAST_RUNS,
+    RATE_NOISE,
     SETTLED,
     TOLD,
     ChannelNoise,
@@ -29,7 +31,7 @@ from planner.diagnose.hypotheses.noise import (
     without_zeros,
 )
 from planner.diagnose.hypotheses.orthogonal import clear, explained, orthonormal
-from planner.diagnose.hypotheses.weighed_columns import Weighed
+from planner.diagnose.hypotheses.weighed_columns import Weighed, weighed
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import LARGEST, BlockCovariance
@@ -49,30 +51,45 @@ AT_FIRST_SIGHT = 1.0  # sigma of the correlation of neighbours, below which no l
 
 
 def with_wander(readings: Readings, plain: Weighed | None, time_on: Array) -> Readings:
-    """The readings with such a process, of the likeliest of some correlation times, where their rows show it.
+    """The readings with such processes, of the likeliest of some correlation times, where their rows show them.
 
+    Of the bias, and of the scale factor, which noise of each record that grows with its input stands for else.
     plain: how they weigh under their own candidates; what hides in the noise went in before
     """
-    sample = readings.judged.sample
-    many = int(sample.effects.sizes.max()) > LARGEST_AT_FIRST
-    if len(readings.starts) < LEAST_RUNS or many or plain is None:
+    u = readings.channel.u
+    if plain is not None and neighbours(plain.left, plain.starts) >= AT_FIRST_SIGHT:
+        drift = _shown(readings, plain, np.ones(len(time_on)), time_on)
+        if drift is not None:
+            readings = replace(readings, drifts={IN_RUN: drift})
+            plain = weighed(readings)
+    if plain is None or RATE_NOISE not in plain.judged.components:
         return readings
-    if neighbours(plain.left, plain.starts) < AT_FIRST_SIGHT:
+    if plain.theta[plain.judged.components.index(RATE_NOISE)] * float(np.max(u**2)) < plain.theta[0]:
         return readings
+    drift = _shown(readings, plain, u, time_on)
+    return readings if drift is None else replace(readings, drifts={**readings.drifts, IN_RUN_SCALE: drift})
+
+
+def _shown(readings: Readings, plain: Weighed, z: Array, time_on: Array) -> Drift | None:
+    """The process of a column z (n,) that the rows show; None where they show none."""
+    sample = plain.judged.sample
+    if len(readings.starts) < LEAST_RUNS or int(sample.effects.sizes.max()) > LARGEST_AT_FIRST:
+        return None
     rows, _ = judged_rows(readings.starts, len(time_on))
-    drifts = [Drift(np.ones(len(rows)), time_on[rows], tau) for tau in TIMES_S]
-    moving = [replace(sample, effects=replace(sample.effects, drifts=(d,))) for d in drifts]
-    start = np.append(plain.theta, _first(plain.theta, sample.y))
-    found = [reml_roughly(m, start, SETTLED_ROUGHLY)[0] for m in moving]
+    drifts = [Drift(z, time_on, tau) for tau in TIMES_S]
+    own = sample.effects.drifts
+    moving = [replace(sample, effects=replace(sample.effects, drifts=(*own, d.at(rows)))) for d in drifts]
+    first = _first(plain.theta, sample.y) / max(float(np.mean(z**2)), 1e-300)
+    found = [reml_roughly(m, np.append(plain.theta, first), SETTLED_ROUGHLY)[0] for m in moving]
     best = int(np.argmax([restricted_loglik(m, theta) for m, theta in zip(moving, found, strict=True)]))
     gain = _gain(sample, plain.theta, moving[best], found[best])
     if gain <= 0.0 or 0.5 * len(TIMES_S) * float(chi_square_tail(gain, 1)) > CHANCE_AT_FIRST:
-        return readings
+        return None
     largest = np.argmax(np.add.reduceat(_products(plain.left, plain.starts), plain.starts))
     rest = [_of_some(s, np.arange(len(plain.starts)) != largest) for s in (sample, moving[best])]
     if _gain(rest[0], plain.theta, rest[1], found[best]) <= 0.0:
-        return readings  # one step of one power-on is no process of all
-    return replace(readings, drift=Drift(np.ones(len(time_on)), time_on, TIMES_S[best]))
+        return None  # one step of one power-on is no process of all
+    return drifts[best]
 
 
 def can_tell(w: Whitened) -> bool:
