@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from planner.campaign.channel_model import EXCITING
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
-from planner.measurement import AXES, sensed
+from planner.measurement import sensed
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import factors
@@ -39,7 +39,7 @@ from planner.solvers.restricted_likelihood import Sample, loglik, reml_informati
 LEAST_RUNS = 8  # power-ons, from which their spread is a variance: a triad then tells it by 15 degrees
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
 RATE_NOISE, CROSS_NOISE = "rate_noise", "cross_noise"  # of each record
-LEANS = "run_to_run_misalignment"  # and the axis towards which
+LEANS = "run_to_run_misalignment"  # towards the next axis, and the one after it
 IN_RUN = "in_run_bias"  # what moves within power-ons
 IN_RUN_SCALE = "in_run_scale_factor"
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
@@ -270,9 +270,9 @@ def _slopes(given: Readings) -> dict[str, Array]:
 
 
 def leaning(c: Channel) -> dict[str, Array]:
-    """(n,) each input across a channel, by the name of what its misalignment draws at every power-on."""
+    """(n,) the inputs across a channel, by the names of what their misalignments draw at every power-on."""
     inputs = sensed(c.sensor, c.model.conditions)
-    return {f"{LEANS}_{name}": inputs[:, j] for j, name in enumerate(AXES) if j != c.axis}
+    return {f"{LEANS}_{k}": inputs[:, (c.axis + k) % 3] for k in (1, 2)}
 
 
 def _level(z: Array, starts: NDArray[np.int64]) -> bool:

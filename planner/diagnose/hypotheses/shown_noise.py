@@ -19,12 +19,11 @@ import numpy as np
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.hidden_columns import with_what_hides
 from planner.diagnose.hypotheses.noise import CROSS_NOISE, LEAST_RUNS, Readings
-from planner.diagnose.hypotheses.wander import SETTLED_ROUGHLY, with_wander
+from planner.diagnose.hypotheses.wander import SETTLED_ROUGHLY, gained, with_wander
 from planner.diagnose.hypotheses.weighed_columns import Weighed, weighed
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail
 from planner.solvers.reml_beside import reml_roughly
-from planner.solvers.restricted_likelihood import restricted_loglik
 
 CHANCE = 1e-3  # of a channel that keeps its alignment
 
@@ -73,6 +72,5 @@ def _leans(readings: Readings, plain: Weighed | None) -> bool:
     wider = replace(readings, leans=True).judged.sample
     start = np.append(plain.theta, np.full(2, cross))
     theta, _ = reml_roughly(wider, start, SETTLED_ROUGHLY)
-    before, _ = reml_roughly(plain.judged.sample, plain.theta, SETTLED_ROUGHLY)
-    gain = 2.0 * (restricted_loglik(wider, theta) - restricted_loglik(plain.judged.sample, before))
+    gain = gained(plain.judged.sample, plain.theta, wider, theta)
     return gain > 0.0 and float(chi_square_tail(gain, 2)) < CHANCE

@@ -51,9 +51,9 @@ AT_FIRST_SIGHT = 1.0  # sigma of the correlation of neighbours, below which no l
 
 
 def with_wander(readings: Readings, plain: Weighed | None, time_on: Array) -> Readings:
-    """The readings with such processes, of the likeliest of some correlation times, where their rows show them.
+    """The readings with such processes, of the likeliest correlation times, where their rows show them.
 
-    Of the bias, and of the scale factor, which noise of each record that grows with its input stands for else.
+    Of the bias, and of the scale factor, for which noise that grows with the input of a record stands else.
     plain: how they weigh under their own candidates; what hides in the noise went in before
     """
     u = readings.channel.u
@@ -82,12 +82,12 @@ def _shown(readings: Readings, plain: Weighed, z: Array, time_on: Array) -> Drif
     first = _first(plain.theta, sample.y) / max(float(np.mean(z**2)), 1e-300)
     found = [reml_roughly(m, np.append(plain.theta, first), SETTLED_ROUGHLY)[0] for m in moving]
     best = int(np.argmax([restricted_loglik(m, theta) for m, theta in zip(moving, found, strict=True)]))
-    gain = _gain(sample, plain.theta, moving[best], found[best])
+    gain = gained(sample, plain.theta, moving[best], found[best])
     if gain <= 0.0 or 0.5 * len(TIMES_S) * float(chi_square_tail(gain, 1)) > CHANCE_AT_FIRST:
         return None
     largest = np.argmax(np.add.reduceat(_products(plain.left, plain.starts), plain.starts))
     rest = [_of_some(s, np.arange(len(plain.starts)) != largest) for s in (sample, moving[best])]
-    if _gain(rest[0], plain.theta, rest[1], found[best]) <= 0.0:
+    if gained(rest[0], plain.theta, rest[1], found[best]) <= 0.0:
         return None  # one step of one power-on is no process of all
     return drifts[best]
 
@@ -170,10 +170,14 @@ def _with(sample: Sample, drift: Drift, theta: Array) -> tuple[Variances, float]
     return replace(found, error=inverse_of(information)), restricted_loglik(moving, found.theta)
 
 
-def _gain(without: Sample, start: Array, moving: Sample, theta: Array) -> float:
-    """2 (log L of a sample with the process at θ − log L without it at its best), restricted likelihoods."""
-    best, _ = reml_roughly(without, start, SETTLED_ROUGHLY)
-    return 2.0 * (restricted_loglik(moving, theta) - restricted_loglik(without, best))
+def gained(without: Sample, start: Array, moving: Sample, theta: Array) -> float:
+    """2 (log L of a sample with more noise, at θ, − log L without at its best), restricted likelihoods."""
+    rough, _ = reml_roughly(without, start, SETTLED_ROUGHLY)
+    here = restricted_loglik(moving, theta)
+    if here <= restricted_loglik(without, rough):
+        return 0.0
+    best = reml(without.y, without.basis, without.effects, rough, SETTLED_ROUGHLY)  # a variance may wake up
+    return 2.0 * (here - restricted_loglik(without, best.theta))
 
 
 def _of_some(sample: Sample, stays: NDArray[np.bool_]) -> Sample:
