@@ -56,7 +56,7 @@ GYRO, ACC = Noise(4e-4, 1e-3), Noise(5e-5, 6e-4)
 
 
 @dataclass
-class _Log:
+class Log:
     rows: list[list[float]] = field(default_factory=list)
     run: int = 0
     day: float = 0.0
@@ -81,7 +81,7 @@ class _Log:
 
 def days(seed: int, power_ons: int = 36) -> Hall:
     """A power-on a day at one of five temperatures, rests first and turns after them."""
-    rng, log = np.random.default_rng([seed, 1]), _Log()
+    rng, log = np.random.default_rng([seed, 1]), Log()
     for k in range(power_ons):
         log.on(rng.uniform(5.0, 20.0))
         degc = [-45.0, -15.0, 20.0, 40.0, 60.0][k if k < 5 else rng.integers(5)] + 0.3 * rng.normal()
@@ -96,7 +96,7 @@ def days(seed: int, power_ons: int = 36) -> Hall:
 
 def axes_apart(seed: int, visits: int = 2, turns: tuple[float, ...] = (-300.0, -75.0, 75.0, 300.0)) -> Hall:
     """Three temperatures; rests and the turns about every axis have a power-on of their own at each."""
-    rng, log = np.random.default_rng([seed, 2]), _Log()
+    rng, log = np.random.default_rng([seed, 2]), Log()
     for _ in range(visits):
         for degc in rng.permutation([-40.0, 20.0, 60.0]):
             log.on(rng.uniform(8.0, 50.0))
@@ -114,7 +114,7 @@ def axes_apart(seed: int, visits: int = 2, turns: tuple[float, ...] = (-300.0, -
 
 def sweeps(seed: int, visits: int = 3) -> Hall:
     """Slow ramps up and down with the attitudes in turn, and soaks 16 K apart with turns."""
-    rng, log = np.random.default_rng([seed, 3]), _Log()
+    rng, log = np.random.default_rng([seed, 3]), Log()
     speed = rng.uniform(0.6, 1.4)
     for _ in range(visits):
         for way in (1.0, -1.0):
@@ -143,7 +143,7 @@ def sweeps(seed: int, visits: int = 3) -> Hall:
 
 def short_ramps(seed: int, ramps: int = 3) -> Hall:
     """Few power-ons: soaks at four temperatures with turns, and ramps over all of them in twelve records."""
-    rng, log = np.random.default_rng([seed, 4]), _Log()
+    rng, log = np.random.default_rng([seed, 4]), Log()
     for degc in rng.permutation([-40.0, -8.0, 25.0, 58.0]):
         log.on(rng.uniform(8.0, 50.0))
         for i in rng.permutation(6):
@@ -164,7 +164,7 @@ def short_ramps(seed: int, ramps: int = 3) -> Hall:
 
 def chamber(seed: int, power_ons: int = 7) -> Hall:
     """Every power-on goes up or down through four temperatures, with faces and turns at each."""
-    rng, log = np.random.default_rng([seed, 7]), _Log()
+    rng, log = np.random.default_rng([seed, 7]), Log()
     for k in range(power_ons):
         log.on(rng.uniform(8.0, 50.0))
         for degc in [-42.0, -8.0, 25.0, 58.0][:: 1 if k % 2 == 0 else -1]:
@@ -184,7 +184,7 @@ def tumbles(seed: int, visits: int = 3, azimuth: float = 0.4) -> Hall:
 
     azimuth: of the head's level axis, rad
     """
-    rng, log = np.random.default_rng([seed, 6]), _Log()
+    rng, log = np.random.default_rng([seed, 6]), Log()
     steps = int(rng.integers(8, 13))
     for _ in range(visits):
         for degc in rng.permutation([-40.0, 20.0, 60.0]):
@@ -210,7 +210,7 @@ def tumbles(seed: int, visits: int = 3, azimuth: float = 0.4) -> Hall:
 
 def anywhere(seed: int, visits: int = 3) -> Hall:
     """Four temperatures on a table of two axes: rests in any attitude, turns about any axis of the body."""
-    rng, log = np.random.default_rng([seed, 8]), _Log()
+    rng, log = np.random.default_rng([seed, 8]), Log()
     for _ in range(visits):
         for degc in rng.permutation([-40.0, -5.0, 25.0, 60.0]):
             log.on(rng.uniform(8.0, 50.0))
