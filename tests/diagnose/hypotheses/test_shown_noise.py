@@ -11,6 +11,7 @@ from planner.diagnose.hypotheses.noise import IN_RUN, IN_RUN_SCALE, LEANS, LEVEL
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import begin, diagnose_sensor
 from planner.nouns.array import Array
+from planner.nouns.dwell_table import DwellTable
 from tests.diagnose.hypotheses.hall import FACES, GYRO, RATES, Hall, Log, Noise, anywhere, days, hidden, read
 from tests.diagnose.hypotheses.worlds import DECLARED
 
@@ -41,9 +42,9 @@ def _turning(axis: int) -> Hall:
     return log.hall()
 
 
-def _sizes(table: object, axis: int) -> dict[str, float]:
+def _sizes(table: DwellTable, axis: int) -> dict[str, float]:
     """One sigma of every variance of a gyro, SI."""
-    noise = begin(prepared(table), "gyro", DECLARED).pool.state[axis].noise  # type: ignore[arg-type]
+    noise = begin(prepared(table), "gyro", DECLARED).pool.state[axis].noise
     return dict(zip(noise.components, np.sqrt(noise.variances.theta).tolist(), strict=True))
 
 
