@@ -108,7 +108,7 @@ def _tell_it(more: Weighed, columns: int) -> bool:
     C (n, m) those columns, whitened and orthonormal beside the others, z the readings so, Δ = |Cᵀz|²:
 
         p of F = Δ / m  with m and ν degrees  ≤  exp(−DECISIVE / 2) / √n,    w = Wᵀ C Cᵀz / |Cᵀz|,  wᵀVw = 1
-        ν = 2 I_uu / (wᵀV_u w)²     (Satterthwaite, Biometrics 2, 1946, 110; V_u of the power-ons' level)
+        ν = 2 / gᵀ cov(θ) g,  g_k = wᵀV_k w     (Satterthwaite, Biometrics 2, 1946, 110)
 
     over the variances θ_k between power-ons, each as large as it may be, one sigma more than it comes out: C
     then keeps to what changes within them as far as it can. What lies between is judged by their spread, and

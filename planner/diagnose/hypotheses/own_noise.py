@@ -1,9 +1,9 @@
 """Whether a claim stands in the channel's own noise, which may wander within power-ons.
 
-The noise of `noise` is white about its power-on. A bias that wanders while the unit is on gives tables over
-the time, or over the rate of temperature, fourteen sigma of nothing: they follow it record after record, and
-what they leave looks white. Where the likelihood shows such a process, what is believed of the channel is
-asked again beside it,
+A bias that wanders while the unit is on gives tables over the time, or over the rate of temperature, fourteen
+sigma of nothing: they follow it record after record, and what they leave looks white. Where all candidates
+together judge the noise they take the process up, and `wander` sees none before anything is believed. Where
+the likelihood shows it beside what is, that is asked again,
 
     V' = V(θ) + σ² exp(−|Δt| / τ) in every power-on,   Δ' = yᵀP'_0 y − yᵀP' y
 
