@@ -172,7 +172,7 @@ def _judged(given: Readings) -> Judged:
     part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows], within)
     basis = factors(np.column_stack([given.declared, given.candidates, fixed])[rows], TOLD).basis
     if len(rows) - basis.shape[1] < least_freedom(firsts):
-        basis = factors(given.declared[rows], 1e-7).basis
+        basis = factors(np.column_stack([given.declared, fixed])[rows], 1e-7).basis
     least = np.zeros(effects.count)
     least[0] = (ROUNDING * float(np.abs(c.y).max(initial=1e-30))) ** 2
     return Judged(

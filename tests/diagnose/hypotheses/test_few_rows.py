@@ -10,10 +10,10 @@ import pytest
 
 from planner.diagnose.hypotheses.noise import LEVEL
 from planner.diagnose.hypotheses.prepared import prepared
-from planner.diagnose.hypotheses.sensor import SensorFound, diagnose_sensor
+from planner.diagnose.hypotheses.sensor import SensorFound, begin, diagnose_sensor
 from planner.dwells.table_rows import rows_of
 from planner.nouns.dwell_table import DwellTable
-from tests.diagnose.hypotheses.hall import GYRO, Hall, Noise, axes_apart, days, hidden, read
+from tests.diagnose.hypotheses.hall import ACC, GYRO, G, Hall, Noise, axes_apart, days, hidden, read
 from tests.diagnose.hypotheses.test_small_campaigns import claims
 from tests.diagnose.hypotheses.worlds import DECLARED
 from tests.diagnose.labs.shapes import Hidden
@@ -65,3 +65,17 @@ def test_scatter_of_several_budgets_is_no_claim(layout: Callable[[int], Hall], t
     for seed in (97021, 97022):
         noise = Noise(BUDGET.white, times * BUDGET.level, times * BUDGET.scale)
         assert claims(searched(read(layout(seed), seed, noise))) == []
+
+
+@pytest.mark.parametrize("seed", range(97011, 97015))
+def test_the_levels_of_six_power_ons_are_no_noise_of_their_records(seed: int) -> None:
+    """Four faces each, too few for all candidates: the level, six times the white noise, went into it.
+
+    The plan's own campaign of `small_uav`, six power-ons, then said that an accelerometer exceeds its budget.
+    """
+    hall = days(seed, 6)
+    read_at = replace(hall, temperature=np.repeat([-45.0, 20.0, 60.0] * 2, 18))
+    four = np.flatnonzero(~hall.turns)[np.arange(36) % 6 > 1]
+    pool = begin(prepared(rows_of(read(read_at, seed), four)), "accelerometer", DECLARED).pool
+    for w in pool.state.values():
+        assert float(np.mean(w.noise.spread)) == pytest.approx(ACC.white * G, rel=0.5)
