@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 
-RAMP = 0.2 / 60.0  # K/s: a soaked chamber moves less
+RAMP = 0.5 / 60.0  # K/s: a chamber that ramps; a soaked one moves less, and so does a unit that warms itself
 ROOM_DEGC = 20.0  # from which the first temperature of a campaign was reached
+GRAIN_K = 0.1  # within which a temperature is the same: a thermometer says no less
 TURN_K = 3.0  # chamber points lie further apart, and a soaked chamber strays by 2 K at most (K 2.6)
 
 
@@ -31,15 +32,22 @@ def lag(conditions: Conditions, time_constant: float) -> Array:
 
 
 def direction(conditions: Conditions) -> Array:
-    """(n,) +1 or −1: the way in which the temperature last stepped by TURN_K or is moving; 0 before it did.
+    """(n,) +1 or −1: the way in which the temperature ramps, or last came TURN_K away from where it turned.
 
-    Rows stand in the order of time; the first temperature was reached from that of the room.
+    0 before it did. A unit that warms itself by less goes on as it came, as in a play that wide. Rows stand
+    in the order of time; the first temperature was reached from that of the room.
     """
     T, rate = conditions.temperature_degc, conditions.temperature_rate
-    step = np.diff(T, prepend=ROOM_DEGC)
-    way = np.where(np.abs(rate) > RAMP, np.sign(rate), np.where(np.abs(step) > TURN_K, np.sign(step), 0.0))
-    told = np.maximum.accumulate(np.where(way != 0.0, np.arange(len(T)), 0))
-    return np.asarray(way[told]) if len(T) else way
+    ramps = np.where(np.abs(rate) > RAMP, np.sign(rate), 0.0)
+    asked = (np.diff(np.rint(T / GRAIN_K), prepend=np.inf) != 0.0) | (ramps != 0.0)
+    last, turned, ways = 0.0, ROOM_DEGC, ramps[asked].tolist()
+    for k, (t, ramp) in enumerate(zip(T[asked].tolist(), ways, strict=True)):
+        if ramp or not -TURN_K <= t - turned <= TURN_K:
+            last, turned = ramp or (1.0 if t > turned else -1.0), t
+        elif last * (t - turned) > 0.0:
+            turned = t
+        ways[k] = last
+    return np.asarray(np.append(0.0, ways)[np.cumsum(asked)])
 
 
 def power_ons(conditions: Conditions) -> NDArray[np.bool_]:

@@ -22,6 +22,7 @@ FAMILIES = 6  # of a sensor, each asked by flips of its own: two of each channel
 FEW = 60.0  # degrees of freedom, below which tails are longer than F's
 OF_FEW = 0.5  # of the chance that those may take: what the longer tails add
 SINGLE = 1e-3  # p of one test at which an effect may stand for a generic alternative that is significant
+CLOSE = 0.8  # of the best criterion, from which one between two values of the grid may be the best
 TIE = 0.1  # of the criterion, that is no difference
 GROUPS = ("bias", "scale_factor", "misalignment")  # the simplest first
 Key = tuple[str, tuple[int, ...]]
@@ -125,22 +126,34 @@ class Found:
             if self.pool.blocks[b].nonlinear:
                 self.pool, self.library[i] = question.refine(self.pool, self.all, b)
 
-    def criteria(self, question: Question, scores: Mapping[int, Score]) -> dict[int, float]:
-        """Block -> criterion; of an effect with several parameters also between its grid's points.
+    def criteria(
+        self, question: Question, scores: Mapping[int, Score], b: int | None = None
+    ) -> dict[int, float]:
+        """Block -> criterion among names, beside everything believed but b; also between the grid's points.
 
         Few points of several parameters together lie far apart, and the nearest may explain less than an
-        effect that is not there.
+        effect that is not there. Those of one parameter are asked so where the nearest comes close to the
+        best: of a warm-up of sixty sigma the next time constant misses so much that a table explains more.
         """
-        found = {b: s.among_names for b, s in scores.items()}
+        beside = self.all if b is None else self.others(b)
+        found = {c: s.among_names for c, s in scores.items()}
         best: dict[Key, int] = {}
-        for b in sorted(scores, key=lambda b: -found[b]):
-            if len(self.pool.blocks[b].nonlinear) > 1:
-                best.setdefault(self.pool.blocks[b].key, b)
-        for b in best.values():
-            self.pool, moved = question.refine(self.pool, self.all, b)
-            if moved != b:
-                found[moved] = score(self.without(), [moved]).among_names
+        for c in sorted(scores, key=lambda c: -found[c]):
+            if self.pool.blocks[c].nonlinear:
+                best.setdefault(self.pool.blocks[c].key, c)
+        for c in best.values():
+            if len(self.pool.blocks[c].nonlinear) > 1 or self._is_close(c, found):
+                self.pool, moved = question.refine(self.pool, beside, c)
+                if moved != c:
+                    found[moved] = score(given(self.pool, beside), [moved]).among_names
         return found
+
+    def _is_close(self, block: int, criteria: Mapping[int, float]) -> bool:
+        """Whether a block comes close to the best of another name, or is the best and another comes close."""
+        own = self.pool.blocks[block].key
+        others = max((x for c, x in criteria.items() if self.pool.blocks[c].key != own), default=-np.inf)
+        least, most = sorted((criteria[block], others))
+        return least >= CLOSE * most > 0.0
 
     def drop_needless(self, null: Nulls) -> None:
         """Backward elimination: library effects that are not significant beside the others go."""

@@ -78,7 +78,7 @@ def _forward(found: Found, question: Question) -> None:
         criteria = found.criteria(question, good)
         found.library.append(best_of(found.pool, criteria))
         found.refine(question)
-        _swap(found, question.library, null)
+        _swap(found, question, null)
         found.refine(question)
         found.drop_needless(null)
         if _state(found) in seen:
@@ -91,7 +91,7 @@ def _state(found: Found) -> frozenset[Key]:
     return frozenset(keys(found.pool, found.library))
 
 
-def _swap(found: Found, library: Sequence[int], null: Nulls) -> None:
+def _swap(found: Found, question: Question, null: Nulls) -> None:
     """Exchange each believed effect for the best in its place, until nothing changes.
 
     That something is there is as sure as it was: the name that explains it best stands for the one that was
@@ -103,9 +103,11 @@ def _swap(found: Found, library: Sequence[int], null: Nulls) -> None:
             if found.stands(b):
                 continue
             here = given(found.pool, found.others(b))
-            scores = {c: score(here, [c]) for c in [*free(found.pool, library, found.others(b)), b]}
+            candidates = free(found.pool, question.library, found.others(b))
+            scores = {c: score(here, [c]) for c in [*candidates, b]}
             # few columns of nothing may be as good a choice as many of which one tells: they are no claim
-            rivals = {c: s.among_names for c, s in scores.items() if c == b or s.log_p < np.log(SINGLE)}
+            claims = {c: s for c, s in scores.items() if c == b or s.log_p < np.log(SINGLE)}
+            rivals = found.criteria(question, claims, b)
             best = best_of(found.pool, rivals)
             every = {c: s.criterion for c, s in scores.items()}
             apart, together = _channel_by_channel(found, b, every, here)
