@@ -93,11 +93,16 @@ def grid(found: Sequence[Range], most: int = MOST) -> list[dict[str, float]]:
 
 
 def seen_time_constants(table: DwellTable) -> tuple[float, float]:
-    """The time constants that the records can show, s: two records of a run feel the shortest."""
+    """The time constants that the records can show, s.
+
+    Of what decays in the shortest a twentieth is left for the first record of a power-on, and from one record
+    to the next: a strong one still shows there.
+    """
     same = np.diff(table.run) == 0
     gaps = np.diff(table.time_on)[same]
     gap = float(np.median(gaps[gaps > 0])) if (gaps > 0).any() else 0.0
-    low = max(SHORTEST_S, float(np.min(table.time_on, initial=np.inf)), gap / 2.0)
+    first = float(np.min(table.time_on, initial=np.inf))
+    low = max(SHORTEST_S, first / FELT, gap / FELT)
     return low, max(3.0 * float(np.max(table.time_on, initial=0.0)), 2.0 * low)
 
 

@@ -34,3 +34,15 @@ def test_a_strong_warm_up_is_no_curve_over_the_time(seed: int, tau: float, size:
     assert claims(found) == [("warm_up", (seed % 3,))]
     (b,) = found.found.all
     assert found.found.pool.blocks[b].nonlinear["time_constant"] == pytest.approx(tau, rel=0.1)
+
+
+@pytest.mark.parametrize("seed", [97021, 97023])
+@pytest.mark.further("seed", [97022, 97024, 97025, 97026])
+def test_what_has_nearly_settled_by_the_first_record_is_a_warm_up(seed: int) -> None:
+    """Of 32 s with no record before 65 s, which was the shortest that was asked: a curve explained more."""
+    early = days(seed, 24)
+    hall = replace(early, time_on=early.time_on + 30.0)
+    warming = 200.0 * GYRO.white * np.exp(-hall.time_on / 32.0)
+    table = hidden(read(hall, seed), "gyro", seed % 3, warming)
+    found = diagnose_sensor(prepared(replace(table, acc=None)), "gyro", DECLARED, 1)
+    assert claims(found) == [("warm_up", (seed % 3,))]
