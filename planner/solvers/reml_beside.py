@@ -13,10 +13,10 @@ from planner.solvers.restricted_likelihood import (
     Sample,
     State,
     average_information,
-    inverse_of_triangle,
     loglik_of_rows,
     state_of,
 )
+from planner.solvers.triangles import inverse_of_triangle
 
 
 def reml_roughly(
@@ -78,7 +78,7 @@ class Grounds:
     def _traces(self) -> Array:
         """(K,) tr P V_k."""
         s = self._state
-        return np.array([s.v.trace(k) for k in range(s.v.effects.count)]) - s.v.within(s.root)
+        return s.v.traces - s.v.within(s.root)
 
     def with_columns(self, B: Array) -> Slope | None:
         """With more columns B (n, m) that are orthonormal beside those of the sample; None: hardly beside.
