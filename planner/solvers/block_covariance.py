@@ -95,7 +95,7 @@ class BlockCovariance:
 
     def within(self, A: Array) -> Array:
         """(K,) tr AᵀV_kA for A (n, m)."""
-        return np.sum([b.traces(_square(b.batch.of(A))) for b in self.blocks], axis=0)
+        return np.asarray(sum(b.traces(_square(b.batch.of(A))) for b in self.blocks))
 
     def between(self, A: Array) -> Array:
         """(K, K) tr AᵀV_kV⁻¹V_lA − ½ tr AᵀV_kAAᵀV_lA for A (n, m)."""
@@ -112,7 +112,7 @@ class BlockCovariance:
     @property
     def traces(self) -> Array:
         """(K,) tr V⁻¹ V_k."""
-        return np.sum([b.traces(b.inverse) for b in self.blocks], axis=0)
+        return np.asarray(sum(b.traces(b.inverse) for b in self.blocks))
 
     def double_traces(self) -> Array:
         """(K, K) tr V⁻¹ V_k V⁻¹ V_l."""
@@ -144,5 +144,5 @@ def block_covariance(effects: RandomEffects, theta: Array) -> BlockCovariance:
             root = np.linalg.cholesky(V)
         except np.linalg.LinAlgError as error:
             raise NoNoise("every row needs a positive noise variance") from error
-        blocks.append(_Blocks(batch, diagonals, slopes, drifts, inverse_of_triangles(root)))
+        blocks.append(_Blocks(batch, diagonals, slopes, drifts, inverse_of_triangles(np.asarray(root))))
     return BlockCovariance(effects, theta, tuple(blocks))

@@ -34,7 +34,7 @@ class Batch:
 
     def of(self, A: Array) -> Array:
         """(G, m, …) what of rows (n, …) is theirs."""
-        return A[self._at].reshape(*self.rows.shape, *A.shape[1:])
+        return np.asarray(A[self._at].reshape(*self.rows.shape, *A.shape[1:]))
 
     def of_groups(self, S: Array) -> Array:
         """(G, …) what of the groups' own S (g, …) is theirs."""

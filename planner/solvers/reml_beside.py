@@ -19,10 +19,17 @@ from planner.solvers.restricted_likelihood import (
 from planner.solvers.triangles import inverse_of_triangle
 
 
-def reml_roughly(
-    sample: Sample, start: Array, settled: float, first: Slope | None = None
-) -> tuple[Array, float]:
-    """θ (K,) from a start by the average information alone, and `loglik` there: for models that lie apart.
+@dataclass(frozen=True)
+class Rough:
+    """Where a rough search ended. theta: (K,); `restricted_loglik` there, and `loglik`, that of the rows."""
+
+    theta: Array
+    loglik: float
+    of_the_rows: float
+
+
+def reml_roughly(sample: Sample, start: Array, settled: float, first: Slope | None = None) -> Rough:
+    """θ (K,) from a start by the average information alone: for models that lie apart.
 
     The search ends where a step gains less than `settled`; a component that is zero there may stay so.
     first: the likelihood at the start and its slope, where they are known
@@ -31,17 +38,20 @@ def reml_roughly(
     part, sought = _in_units(sample, size, total), sample.effects.free
     theta = np.asarray(start * size / total)
     here = _slope_of(state_of(part.y, part.X, part.effects, theta)) if first is None else first
+    loglik, of_the_rows = here.loglik, here.of_the_rows
     for _ in range(MOST_STEPS):
         step = step_within(theta, here.score, here.information, sought)
-        new, better = improved([part], theta, step, here.loglik)
+        new, better = improved([part], theta, step, loglik)
         if better is None:
             break
-        gained = better[0].loglik - here.loglik
-        theta = new
+        gained = better[0].loglik - loglik
+        theta, loglik, of_the_rows = new, better[0].loglik, loglik_of_rows(better[0])
         if gained < settled:
-            return theta * total / size, loglik_of_rows(better[0]) - _of_units(sample, total)
+            break
         here = _slope_of(better[0])
-    return np.asarray(theta * total / size), here.of_the_rows - _of_units(sample, total)
+    unit, n = 0.5 * float(np.log(total)), len(sample.y)
+    left = n - sample.basis.shape[1]
+    return Rough(np.asarray(theta * total / size), loglik - left * unit, of_the_rows - n * unit)
 
 
 @dataclass(frozen=True)
@@ -115,8 +125,3 @@ def _units(sample: Sample, start: Array) -> tuple[Array, float]:
 
 def _in_units(sample: Sample, size: Array, total: float) -> Sample:
     return Sample(sample.left / np.sqrt(total), sample.basis, sample.effects.scaled(1.0 / size), True)
-
-
-def _of_units(sample: Sample, total: float) -> float:
-    """What a log-likelihood in units is more than one of the rows as they are."""
-    return 0.5 * len(sample.y) * float(np.log(total))

@@ -124,7 +124,7 @@ def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights
 def channel_noise(readings: Readings) -> ChannelNoise:
     """The noise of one channel by itself."""
     judged = readings.judged
-    return noise_of(judged, *without_zeros([own_variances(judged)]))
+    return noise_of(judged, *without_zeros([judged.own]))
 
 
 def noise_of(j: Judged, v: Variances) -> ChannelNoise:
@@ -146,14 +146,19 @@ class Judged:
     starts: NDArray[np.int64]
     least: Array
 
+    @cached_property
+    def own(self) -> Variances:
+        """By itself: asked when the triad is looked at, and beside what hides in another channel."""
+        return own_variances(self)
+
 
 def roughly(j: Judged, start: Array, first: Slope | None = None) -> tuple[Array, float]:
     """θ (K,) and the log-likelihood of the rows there, with their best coefficients: to ROUGHLY."""
-    theta, found = reml_roughly(j.sample, start, ROUGHLY, first)
-    if (theta < j.least).any():
-        theta = np.maximum(theta, j.least)
-        found = loglik(j.sample, theta)
-    return theta, found
+    found = reml_roughly(j.sample, start, ROUGHLY, first)
+    if (found.theta < j.least).any():
+        theta = np.maximum(found.theta, j.least)
+        return theta, loglik(j.sample, theta)
+    return found.theta, found.of_the_rows
 
 
 def _judged(given: Readings) -> Judged:

@@ -207,16 +207,17 @@ def chance_of(pool: Pool, block: int, s: Score, nulls: Nulls) -> float:
 
 
 def _lower(families: Iterable[Array], values: Array, c: Contrast, looks: float) -> None:
-    """The least of each family down to log p of very many Δ of a contrast, from a table: they are counted.
+    """The least of each family down to log p of very many Δ of a contrast, by a table: they are counted.
 
     looks: log of how many of them the block had.
-
-    Below the largest Δ of the table that is no rarer than any of them already is, nothing is to be looked up.
     """
-    grid = GRID * float(values.max(initial=0.0))
-    if grid[-1] <= 0.0:
+    largest = float(values.max(initial=0.0))
+    if largest <= 0.0:
         return
+    grid = GRID * largest
     table = looks + log_p(grid, c.m, c.freedom, c.s2)
+    steps = len(GRID) - 1  # GRID = (i / steps)²: the place of a value in it is a root
+    i = np.minimum((np.sqrt(values / largest) * steps).astype(np.int64), steps - 1)
+    found = table[i] + (np.diff(table) / np.diff(grid))[i] * (values - grid[i])
     for least in families:
-        rare = values > grid[table >= least.max()][-1]  # of Δ = 0 log p is 0, and no smaller one is larger
-        least[rare] = np.minimum(least[rare], np.interp(values[rare], grid, table))
+        np.minimum(least, found, out=least)

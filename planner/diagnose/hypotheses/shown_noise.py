@@ -71,6 +71,6 @@ def _leans(readings: Readings, plain: Weighed | None) -> bool:
         return False
     wider = replace(readings, leans=True).judged.sample
     start = np.append(plain.theta, np.full(2, cross))
-    theta, _ = reml_roughly(wider, start, SETTLED_ROUGHLY)
+    theta = reml_roughly(wider, start, SETTLED_ROUGHLY).theta
     gain = gained(plain.judged.sample, plain.theta, wider, theta)
     return gain > 0.0 and float(chi_square_tail(gain, 2)) < CHANCE
