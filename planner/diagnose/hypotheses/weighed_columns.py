@@ -14,6 +14,7 @@ from planner.diagnose.hypotheses.noise import TOLD, Judged, Readings, judged_row
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import BlockCovariance
+from planner.solvers.least_squares import orthogonal
 from planner.solvers.random_effects import Covariance, covariance
 from planner.solvers.reml_beside import Grounds
 
@@ -55,8 +56,8 @@ class Weighed:
 
     @cached_property
     def basis(self) -> Array:
-        """(n, p) orthonormal, of the whitened columns."""
-        return orthonormal(self.white[0])
+        """(n, p) orthonormal, of the whitened columns, which are all told apart."""
+        return orthogonal(self.white[0])[0]
 
     @cached_property
     def left(self) -> Array:
