@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 
 _SMALL = 12  # columns, of which to ask each for its inverse takes longer than the work itself
 
 
-def inverse_of_triangle(L: Array) -> Array:
+def inverse_of_triangle(L: NDArray[np.floating[Any]]) -> Array:
     """L⁻¹ of a lower triangle (r, r)."""
     from scipy.linalg.lapack import dtrtri
 
     if not L.size:
-        return L
-    return np.asarray(dtrtri(L.T)[0].T)  # an upper one by columns: as it lies, not turned over
+        return np.asarray(L, dtype=float)
+    return np.asarray(dtrtri(L.T)[0].T, dtype=float)  # an upper one by columns: as it lies, not turned over
 
 
 def inverse_of_triangles(L: Array) -> Array:
