@@ -145,7 +145,7 @@ class RandomEffects:
         """(G, m, m) of every drift, in the groups of every size in `batches`."""
         return [[d.block(batch.rows) for d in self.drifts] for batch in self.batches]
 
-    def _by_group(
+    def by_group(
         self, part: Callable[..., Array], columns: Sequence[Array], groups: Sequence[Array]
     ) -> Array:
         """(n, m) of part(columns (G, m, …)…, groups (G, …)…)."""
@@ -156,7 +156,7 @@ class RandomEffects:
 
     def projected(self, U: Array, S: Array, Z: Array, A: Array) -> Array:
         """U S Zᵀ A group by group (n, m): U, Z (n, b), S (g, b, b), A (n, m)."""
-        return self._by_group(_sandwich, (U, Z, A), (S,))
+        return self.by_group(_sandwich, (U, Z, A), (S,))
 
     def times(self, k: int, A: Array) -> Array:
         """V_k A for A (n, m)."""
@@ -165,7 +165,7 @@ class RandomEffects:
         if k >= len(self.diagonals) + len(self.slopes):
             return self._drifted(k, A)
         z = self.slopes[k - len(self.diagonals)][:, None]
-        return self._by_group(_outer_times, (z, A), ())
+        return self.by_group(_outer_times, (z, A), ())
 
     def inner(self, A: Array) -> Array:
         """(K, m²) every AᵀV_kA for A (n, m); of one array with itself half of the work."""
@@ -209,8 +209,8 @@ class Covariance:
         scaled = A / root_d
         found = scaled.T @ scaled  # of one array with itself: half of the work
         if self.Z.shape[1]:
-            root = np.swapaxes(np.linalg.cholesky(self.S), 1, 2) @ self.effects.drawn(self.Z / root_d, scaled)
-            flat = root.reshape(-1, A.shape[1])
+            Z = self.effects.by_group(np.matmul, (self.Z / root_d,), (np.asarray(np.linalg.cholesky(self.S)),))
+            flat = self.effects.drawn(Z, scaled).reshape(-1, A.shape[1])
             found -= flat.T @ flat
         return np.asarray(found)
 
@@ -270,23 +270,20 @@ class Covariance:
         """(K, K) tr AᵀV_kV⁻¹V_lA − ½ tr AᵀV_kAAᵀV_lA for A (n, m)."""
         e, a = self.effects, len(self.effects.diagonals)
         z, inner = e.slopes.T, e.inner(A)
-        size, drawn = np.einsum("nm,nm->n", A, A), np.swapaxes(e.drawn(z, A), 0, 1)
+        weighted = [e.drawn((d / self.diagonal)[:, None] * z, A) for d in e.diagonals]
+        drawn = np.concatenate([*weighted, e.drawn(z, A)], axis=1)  # zᵀD⁻¹V_kA of the diagonal ones, zᵀA
+        shape = len(e.starts), *2 * (a + 1, len(e.slopes))
+        met = (drawn @ np.swapaxes(drawn, 1, 2)).reshape(shape)
         M = np.sqrt(self.theta[a:, None] * self.theta[None, a:]) * self.S
         gram = e.sums(np.einsum("nb,nc->nbc", z / self.diagonal[:, None], z))
-        seen = gram - gram @ M @ gram  # (g, b, b) zᵀV⁻¹z
-        weighted = [e.drawn((d / self.diagonal)[:, None] * z, A) for d in e.diagonals]
-        out = np.zeros((e.count, e.count))
-        for k in range(e.count):
-            for m in range(k, e.count):
-                if m < a:
-                    product = float(np.sum(e.diagonals[k] * e.diagonals[m] / self.diagonal * size))
-                    product -= float(np.vdot(weighted[k], M @ weighted[m]))
-                elif k < a:
-                    left = weighted[k] - gram @ (M @ weighted[k])
-                    product = float(np.vdot(left[:, m - a], drawn[m - a]))
-                else:
-                    product = float(np.sum(seen[:, k - a, m - a, None] * drawn[k - a] * drawn[m - a]))
-                out[k, m] = out[m, k] = product
+        taken = gram @ M
+        size = np.einsum("nm,nm->n", A, A)
+        out = np.empty((e.count, e.count))
+        out[:a, :a] = e.diagonals * (size / self.diagonal) @ e.diagonals.T
+        out[:a, :a] -= np.einsum("gkbmc,gbc->km", met[:, :a, :, :a], M)
+        left = np.einsum("gkbb->kb", met[:, :a, :, a]) - np.einsum("gbc,gkcb->kb", taken, met[:, :a, :, a])
+        out[:a, a:], out[a:, :a] = left, left.T
+        out[a:, a:] = np.einsum("gbc,gbc->bc", gram - taken @ gram, met[:, a, :, a])
         return out - 0.5 * inner @ inner.T
 
     def double_traces(self) -> Array:

@@ -18,6 +18,8 @@ from planner.solvers.restricted_likelihood import (
 )
 from planner.solvers.triangles import inverse_of_triangle
 
+_ROUNDING = 1e-13  # of a column's weight: what is left of one that is there already
+
 
 @dataclass(frozen=True)
 class Rough:
@@ -96,10 +98,13 @@ class Grounds:
         P = V⁻¹ − root rootᵀ loses new newᵀ, new = P B L⁻ᵀ, L Lᵀ = Bᵀ P B: work of m columns, not of all.
         """
         s = self._state
-        PB = s.v.solve(B) - s.root @ (s.root.T @ B)
+        VB = s.v.solve(B)
+        PB = VB - s.root @ (s.root.T @ B)
         try:
             triangle = np.asarray(np.linalg.cholesky(B.T @ PB), dtype=float)
         except np.linalg.LinAlgError:
+            return None
+        if (np.diag(triangle) ** 2 <= _ROUNDING * np.einsum("nm,nm->m", B, VB)).any():
             return None
         new = PB @ inverse_of_triangle(triangle).T
         seen = new.T @ s.y
