@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 # singular values of the scaled columns below this share of the largest are rounding: 1e5 ulps of a double
 RANK_TOLERANCE = 1e-11
 _SAFE = 1e-100, 1e100  # lengths, between which no square has over- or underflown
-_TALL = 600  # rows from which products of matrices are cheaper than reflections, at most half as dear
-_NARROW = 4  # times as many rows as columns: below it they are not
+_LARGE = 8_000  # elements, from which products of matrices take less time than reflections, down to half
+_TALL = 4  # times as many rows as columns: below it they do not
 _TAME = 1e-5  # smallest over largest pivot of Cholesky's factor
 _SQUARED = 1e-6  # rank tolerance whose square a product XᵀX still tells from rounding
 _MANY = 400  # rows, from which that product and its eigenvectors take less than half the time of reflections
@@ -100,7 +100,7 @@ def _scales(X: Array) -> Array:
 
 def _told_by_product(X: Array, tolerance: float) -> bool:
     """Whether XᵀX tells what the tolerance asks, and takes less than half the time."""
-    return tolerance >= _SQUARED and len(X) >= max(_MANY, 4 * X.shape[1]) and X.shape[1] > 0
+    return tolerance >= _SQUARED and len(X) >= max(_MANY, 2 * X.shape[1]) and X.shape[1] > 0
 
 
 def _eigen(product: Array, tolerance: float) -> tuple[Array, Array, int]:
@@ -149,7 +149,7 @@ def orthogonal(X: Array) -> tuple[Array, Array]:
     The second pass makes Q orthonormal to rounding while the condition is below 1e8 (Yamamoto et al., ETNA
     44, 2015, 306); it costs two products of matrices.
     """
-    if len(X) < max(_TALL, _NARROW * X.shape[1]) or X.shape[1] == 0:
+    if X.size < _LARGE or len(X) < _TALL * X.shape[1]:
         return np.linalg.qr(X)
     try:
         first = np.linalg.cholesky(X.T @ X)
