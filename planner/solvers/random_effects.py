@@ -209,7 +209,8 @@ class Covariance:
         scaled = A / root_d
         found = scaled.T @ scaled  # of one array with itself: half of the work
         if self.Z.shape[1]:
-            Z = self.effects.by_group(np.matmul, (self.Z / root_d,), (np.asarray(np.linalg.cholesky(self.S)),))
+            root = np.asarray(np.linalg.cholesky(self.S))
+            Z = self.effects.by_group(np.matmul, (self.Z / root_d,), (root,))
             flat = self.effects.drawn(Z, scaled).reshape(-1, A.shape[1])
             found -= flat.T @ flat
         return np.asarray(found)
