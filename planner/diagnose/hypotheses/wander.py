@@ -60,14 +60,14 @@ def with_wander(readings: Readings, plain: Weighed | None, time_on: Array) -> Re
     if plain is not None and neighbours(plain.left, plain.starts) >= AT_FIRST_SIGHT:
         drift = _shown(readings, plain, np.ones(len(time_on)), time_on)
         if drift is not None:
-            readings = replace(readings, drifts={IN_RUN: drift})
+            readings = readings.with_noise(drifts={IN_RUN: drift})
             plain = weighed(readings)
     if plain is None or RATE_NOISE not in plain.judged.components:
         return readings
     if plain.theta[plain.judged.components.index(RATE_NOISE)] * float(np.max(u**2)) < plain.theta[0]:
         return readings
     drift = _shown(readings, plain, u, time_on)
-    return readings if drift is None else replace(readings, drifts={**readings.drifts, IN_RUN_SCALE: drift})
+    return readings if drift is None else readings.with_noise(drifts={**readings.drifts, IN_RUN_SCALE: drift})
 
 
 def _shown(readings: Readings, plain: Weighed, z: Array, time_on: Array) -> Drift | None:
