@@ -39,11 +39,12 @@ class Shares:
             tr RᵀA_kR = tr R_sᵀA_ssR_s + Σ_b tr R_bᵀ (2 A_bs R_s + Σ_c A_bc R_c)
         """
         share = np.einsum("sm,ksm->k", R, self.of(some) @ R)
-        if stand:
-            at = np.concatenate([some, *(self.places[b] for b in stand)])
-            every = np.concatenate([2.0 * R, *stand.values()])
-            for b, mine in stand.items():
-                share += np.einsum("sm,ksm->k", mine, self._row(b)[:, :, at] @ every)
+        for b, mine in stand.items():
+            row = self._row(b)
+            met = row[:, :, some] @ (2.0 * R)
+            for c, other in stand.items():
+                met += row[:, :, self.places[c][0] : self.places[c][-1] + 1] @ other
+            share += np.einsum("sm,ksm->k", mine, met)
         return np.asarray(share)
 
     def of(self, some: NDArray[np.int64]) -> Array:
