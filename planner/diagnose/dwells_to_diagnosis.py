@@ -183,7 +183,9 @@ def _fitted(
         refused, unsure = [*refused, *falls], [*unsure, *rest]
         if not falls or again == AGAIN:
             break
-        found = _searched(data, spec, seed, progress, refused)
+        fallen = {c for r in falls for c in r.channels}
+        stays = [s for s in found if fallen.isdisjoint(_channels(s))]
+        found = _searched(data, spec, seed, progress, refused, stays)
     told = {c for e in effects for c in e.channels}
     told |= {c for s in found for u in _unknown(s) for c in u.channels}
     return found, effects, said, refused, [u for u in unsure if told.isdisjoint(u.channels)]
@@ -247,11 +249,18 @@ def _searched(
     seed: int,
     progress: Callable[[str], None],
     refused: Sequence[Refused] = (),
+    stays: Sequence[SensorFound] = (),
 ) -> list[SensorFound]:
-    """Every sensor that can be judged, searched. refused: what is not asked again on its channels"""
+    """Every sensor that can be judged, searched.
+
+    refused: what is not asked again on its channels; stays: what was found where nothing new is refused
+    """
     found, benches = [], [b.accuracy for b in spec.benches.values()]
+    known = {s.sensor: s for s in stays}
     for sensor in SENSORS:
-        if sensor in data.sensors:
+        if sensor in known:
+            found.append(known[sensor])
+        elif sensor in data.sensors:
             progress(f"{data.table.unit[0]}: searching the {sensor}s")
             mine = {channel_name(sensor, a): a for a in range(3)}
             fallen = {(r.effect, mine[c]) for r in refused for c in r.channels if c in mine}

@@ -11,12 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.solvers.triangles import inverse_of_triangle, times_transposed
+
 Array = NDArray[np.float64]
 
 # singular values of the scaled columns below this share of the largest are rounding: 1e5 ulps of a double
 RANK_TOLERANCE = 1e-11
 _SAFE = 1e-100, 1e100  # lengths, between which no square has over- or underflown
-_TALL = 3000  # rows from which two products of matrices are cheaper than reflections
+_LARGE = 8_000  # elements, from which products of matrices take less time than reflections, down to half
+_TALL = 4  # times as many rows as columns: below it they do not
 _TAME = 1e-5  # smallest over largest pivot of Cholesky's factor
 _SQUARED = 1e-6  # rank tolerance whose square a product XᵀX still tells from rounding
 _MANY = 400  # rows, from which that product and its eigenvectors take less than half the time of reflections
@@ -65,7 +68,7 @@ def factors(X: Array, tolerance: float = RANK_TOLERANCE, roughly: bool = False) 
     scale = _scales(X)
     if _told_by_product(X, tolerance):
         return _squared(X / scale, scale, tolerance, roughly)
-    q, r = _orthogonal(X / scale)
+    q, r = orthogonal(X / scale)
     u, s, vt = np.linalg.svd(r)
     rank = int(np.sum(s > tolerance * s[0])) if len(s) and s[0] > 0 else 0
     return Factors(
@@ -97,7 +100,7 @@ def _scales(X: Array) -> Array:
 
 def _told_by_product(X: Array, tolerance: float) -> bool:
     """Whether XᵀX tells what the tolerance asks, and takes less than half the time."""
-    return tolerance >= _SQUARED and len(X) >= max(_MANY, 4 * X.shape[1]) and X.shape[1] > 0
+    return tolerance >= _SQUARED and len(X) >= max(_MANY, 2 * X.shape[1]) and X.shape[1] > 0
 
 
 def _eigen(product: Array, tolerance: float) -> tuple[Array, Array, int]:
@@ -114,8 +117,8 @@ def _squared(X: Array, scale: Array, tolerance: float, roughly: bool) -> Factors
     way = vectors[:, :rank] / root[:rank]
     q = X @ way
     if not roughly:
-        turned = np.linalg.inv(np.linalg.cholesky(q.T @ q)).T
-        q, way = q @ turned, way @ turned
+        turn = inverse_of_triangle(np.linalg.cholesky(q.T @ q))
+        q, way = times_transposed(q, turn), times_transposed(way, turn)
     return Factors(
         basis=q,
         to_coefficients=way / scale[:, np.newaxis],
@@ -140,24 +143,24 @@ def _lengths(X: Array) -> Array:
     return np.asarray(length)
 
 
-def _orthogonal(X: Array) -> tuple[Array, Array]:
+def orthogonal(X: Array) -> tuple[Array, Array]:
     """Q, R of X with columns of unit length: Householder, or where X is tall and tame Cholesky twice.
 
     The second pass makes Q orthonormal to rounding while the condition is below 1e8 (Yamamoto et al., ETNA
     44, 2015, 306); it costs two products of matrices.
     """
-    if len(X) < max(_TALL, 20 * X.shape[1]) or X.shape[1] == 0:
+    if X.size < _LARGE or len(X) < _TALL * X.shape[1]:
         return np.linalg.qr(X)
     try:
-        first = np.linalg.cholesky(X.T @ X).T
+        first = np.linalg.cholesky(X.T @ X)
         size = np.abs(np.diag(first))
         if size.min() < _TAME * size.max():
             return np.linalg.qr(X)
-        q = X @ np.linalg.inv(first)
-        second = np.linalg.cholesky(q.T @ q).T
+        q = times_transposed(X, inverse_of_triangle(first))
+        second = np.linalg.cholesky(q.T @ q)
     except np.linalg.LinAlgError:
         return np.linalg.qr(X)
-    return q @ np.linalg.inv(second), second @ first
+    return times_transposed(q, inverse_of_triangle(second)), (first @ second).T
 
 
 def least_squares(X: Array, y: Array, tolerance: float = RANK_TOLERANCE) -> tuple[Array, Factors]:

@@ -134,8 +134,6 @@ def step_within(theta: Array, score: Array, information: Array, free: NDArray[np
     Every variance in units of its own error, or a large one would count as unseen. Least squares with bounds:
     Lawson, Hanson, Solving Least Squares Problems, 1974, 23.
     """
-    from scipy.optimize import nnls
-
     free = free & (np.diag(information) > _LEAST_INFORMATION)
     step = np.zeros_like(score)
     if not free.any():
@@ -146,7 +144,11 @@ def step_within(theta: Array, score: Array, information: Array, free: NDArray[np
     root = np.sqrt(np.maximum(value, _LEAST_CURVATURE))
     at = theta[free] * unit
     target = (vector / root).T @ (score[free] / unit) + (vector * root).T @ at
-    found, _ = nnls((vector * root).T, target, maxiter=30 * len(at))
+    found = (vector / root) @ target
+    if (found < 0.0).any():
+        from scipy.optimize import nnls
+
+        found, _ = nnls((vector * root).T, target, maxiter=30 * len(at))
     step[free] = np.minimum(found / unit, _MOST) - theta[free]
     return step
 

@@ -13,16 +13,25 @@ from planner.solvers.restricted_likelihood import (
     Sample,
     State,
     average_information,
-    inverse_of_triangle,
     loglik_of_rows,
     state_of,
 )
+from planner.solvers.triangles import inverse_of_triangle
+
+_ROUNDING = 1e-13  # of a column's weight: what is left of one that is there already
 
 
-def reml_roughly(
-    sample: Sample, start: Array, settled: float, first: Slope | None = None
-) -> tuple[Array, float]:
-    """θ (K,) from a start by the average information alone, and `loglik` there: for models that lie apart.
+@dataclass(frozen=True)
+class Rough:
+    """Where a rough search ended. theta: (K,); `restricted_loglik` there, and `loglik`, that of the rows."""
+
+    theta: Array
+    loglik: float
+    of_the_rows: float
+
+
+def reml_roughly(sample: Sample, start: Array, settled: float, first: Slope | None = None) -> Rough:
+    """θ (K,) from a start by the average information alone: for models that lie apart.
 
     The search ends where a step gains less than `settled`; a component that is zero there may stay so.
     first: the likelihood at the start and its slope, where they are known
@@ -31,17 +40,20 @@ def reml_roughly(
     part, sought = _in_units(sample, size, total), sample.effects.free
     theta = np.asarray(start * size / total)
     here = _slope_of(state_of(part.y, part.X, part.effects, theta)) if first is None else first
+    loglik, of_the_rows = here.loglik, here.of_the_rows
     for _ in range(MOST_STEPS):
         step = step_within(theta, here.score, here.information, sought)
-        new, better = improved([part], theta, step, here.loglik)
+        new, better = improved([part], theta, step, loglik)
         if better is None:
             break
-        gained = better[0].loglik - here.loglik
-        theta = new
+        gained = better[0].loglik - loglik
+        theta, loglik, of_the_rows = new, better[0].loglik, loglik_of_rows(better[0])
         if gained < settled:
-            return theta * total / size, loglik_of_rows(better[0]) - _of_units(sample, total)
+            break
         here = _slope_of(better[0])
-    return np.asarray(theta * total / size), here.of_the_rows - _of_units(sample, total)
+    unit, n = 0.5 * float(np.log(total)), len(sample.y)
+    left = n - sample.basis.shape[1]
+    return Rough(np.asarray(theta * total / size), loglik - left * unit, of_the_rows - n * unit)
 
 
 @dataclass(frozen=True)
@@ -78,7 +90,7 @@ class Grounds:
     def _traces(self) -> Array:
         """(K,) tr P V_k."""
         s = self._state
-        return np.array([s.v.trace(k) for k in range(s.v.effects.count)]) - s.v.within(s.root)
+        return s.v.traces - s.v.within(s.root)
 
     def with_columns(self, B: Array) -> Slope | None:
         """With more columns B (n, m) that are orthonormal beside those of the sample; None: hardly beside.
@@ -86,10 +98,13 @@ class Grounds:
         P = V⁻¹ − root rootᵀ loses new newᵀ, new = P B L⁻ᵀ, L Lᵀ = Bᵀ P B: work of m columns, not of all.
         """
         s = self._state
-        PB = s.v.solve(B) - s.root @ (s.root.T @ B)
+        VB = s.v.solve(B)
+        PB = VB - s.root @ (s.root.T @ B)
         try:
             triangle = np.asarray(np.linalg.cholesky(B.T @ PB), dtype=float)
         except np.linalg.LinAlgError:
+            return None
+        if (np.diag(triangle) ** 2 <= _ROUNDING * np.einsum("nm,nm->m", B, VB)).any():
             return None
         new = PB @ inverse_of_triangle(triangle).T
         seen = new.T @ s.y
@@ -115,8 +130,3 @@ def _units(sample: Sample, start: Array) -> tuple[Array, float]:
 
 def _in_units(sample: Sample, size: Array, total: float) -> Sample:
     return Sample(sample.left / np.sqrt(total), sample.basis, sample.effects.scaled(1.0 / size), True)
-
-
-def _of_units(sample: Sample, total: float) -> float:
-    """What a log-likelihood in units is more than one of the rows as they are."""
-    return 0.5 * len(sample.y) * float(np.log(total))

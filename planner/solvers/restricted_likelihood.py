@@ -17,6 +17,7 @@ from planner.nouns.array import Array
 from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, RandomEffects, covariance
+from planner.solvers.triangles import inverse_of_triangle, times_transposed
 
 
 @dataclass(frozen=True)
@@ -70,12 +71,10 @@ class State:
         return self.v.solve(self._halved())
 
     def _halved(self) -> Array:
-        """(n, r) X halfᵀ; of a triangle half of the work."""
-        if self.factor is None or not self.factor.size:
+        """(n, r) X halfᵀ."""
+        if self.factor is None:
             return np.asarray(self.X @ self.half.T)
-        from scipy.linalg.blas import dtrmm
-
-        return np.asarray(dtrmm(1.0, self.half, self.X.T, lower=1).T)
+        return times_transposed(self.X, self.half)
 
     @cached_property
     def Py(self) -> Array:
@@ -113,20 +112,11 @@ def _inverse_root(information: Array) -> Array:
         return np.asarray((vector[:, seen] / np.sqrt(value[seen])).T)
 
 
-def inverse_of_triangle(L: Array) -> Array:
-    """L⁻¹ of a lower triangle (r, r): a fourth of the time of any matrix's inverse."""
-    from scipy.linalg.lapack import dtrtri
-
-    if not L.size:
-        return L
-    return np.asarray(dtrtri(L, lower=1)[0])
-
-
 def derivatives(s: State) -> tuple[Array, Array]:
     """Score (K,) and expected information (K, K): traces of V_k and P = V⁻¹ − root rootᵀ."""
     v = s.v
     quadratic = _quadratics(s)
-    trace = np.array([v.trace(k) for k in range(v.effects.count)]) - v.within(s.root)
+    trace = v.traces - v.within(s.root)
     information = v.double_traces() - 2.0 * v.between(s.root)
     return 0.5 * (quadratic - trace), 0.5 * information
 
@@ -145,7 +135,7 @@ def average_information(s: State) -> tuple[Array, Array]:
     e = s.v.effects
     pulled = np.column_stack([e.times(k, s.Py[:, None]) for k in range(e.count)])
     taken = s.root.T @ pulled
-    trace = np.array([s.v.trace(k) for k in range(e.count)]) - s.v.within(s.root)
+    trace = s.v.traces - s.v.within(s.root)
     information = s.v.quadratic(pulled) - taken.T @ taken
     return 0.5 * (s.Py @ pulled - trace), 0.5 * information
 
@@ -162,7 +152,9 @@ def loglik(sample: Sample, theta: Array) -> float:
 
 def loglik_of_rows(s: State) -> float:
     """−½ (log|V| + yᵀPy) of a state."""
-    return s.loglik + 0.5 * float(np.linalg.slogdet(s.information)[1])
+    if s.factor is None:
+        return s.loglik + 0.5 * float(np.linalg.slogdet(s.information)[1])
+    return s.loglik + float(np.log(np.diag(s.factor)).sum())
 
 
 def reml_information(sample: Sample, theta: Array) -> Array:

@@ -13,7 +13,7 @@ from planner import catalog
 from planner.diagnose.dwells_to_diagnosis import diagnose, told_from_zero
 from planner.diagnose.hypotheses.channels import channel
 from planner.diagnose.hypotheses.outliers import outliers
-from planner.diagnose.hypotheses.read_temperature import straying, with_read_temperature
+from planner.diagnose.hypotheses.read_temperature import straying, strays_of, with_read_temperature
 from planner.diagnose.records import screened
 from planner.export.diagnosis_findings import findings_document, findings_from
 from planner.nouns.conditions import Conditions
@@ -82,7 +82,7 @@ def test_what_a_thermometer_strays_while_the_chamber_soaks_is_no_temperature() -
     )  # fmt: skip
     steep = 1e-4 * ((soaked - 20.0) / 10.0) ** 3
     c = channel("accelerometer", 0, axis, axis.specific_force[:, 0] + steep, ("bias", "bias_temperature"))
-    wide = with_read_temperature(c, starts)
+    wide = with_read_temperature(c, strays_of(c.model.conditions, starts))
     (added,) = wide.J[:, c.J.shape[1] :].T
     slope = 3e-5 * ((soaked - 20.0) / 10.0) ** 2
     assert np.abs(added - slope * stray)[14:-7].max() < 0.1 * np.abs(slope * stray).max()

@@ -7,7 +7,7 @@ import pytest
 
 from planner.solvers.random_effects import RandomEffects
 from planner.solvers.reml_beside import Grounds, reml_roughly
-from planner.solvers.restricted_likelihood import Sample, loglik
+from planner.solvers.restricted_likelihood import Sample, loglik, restricted_loglik
 
 G, M = 30, 12  # groups, rows of each
 STARTS = np.arange(0, G * M, M)
@@ -33,11 +33,12 @@ def rows(seed: int, more: int) -> tuple[Sample, Sample, np.ndarray]:
 def test_a_search_begun_beside_columns_more_is_that_of_their_rows(seed: int, more: int) -> None:
     without, whole, columns = rows(seed, more)
     first = Grounds(without, START).with_columns(columns)
-    theta, found = reml_roughly(whole, START, 1e-9, first)
-    wanted, best = reml_roughly(whole, START, 1e-9)
-    np.testing.assert_allclose(theta, wanted, rtol=1e-6, atol=1e-9)
-    assert found == pytest.approx(best, abs=1e-8)
-    assert found == pytest.approx(loglik(whole, theta), abs=1e-8)
+    found = reml_roughly(whole, START, 1e-9, first)
+    wanted = reml_roughly(whole, START, 1e-9)
+    np.testing.assert_allclose(found.theta, wanted.theta, rtol=1e-6, atol=1e-9)
+    assert found.of_the_rows == pytest.approx(wanted.of_the_rows, abs=1e-8)
+    assert found.of_the_rows == pytest.approx(loglik(whole, found.theta), abs=1e-8)
+    assert found.loglik == pytest.approx(restricted_loglik(whole, found.theta), abs=1e-8)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +62,11 @@ class Channel:
     def name(self) -> str:
         """`gyro_x` …"""
         return f"{self.sensor}_{AXES[self.axis]}"
+
+    @cached_property
+    def predicted(self) -> Array:
+        """(n,) of the reading, by the fit."""
+        return evaluate(self.model, self.theta).predicted
 
     @property
     def u(self) -> Array:

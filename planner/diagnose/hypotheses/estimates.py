@@ -71,8 +71,8 @@ def estimates(pool: Pool, believed: Sequence[int]) -> list[Estimate]:
 def _freedom(pool: Pool, block: int, k: NDArray[np.int64], q: Array) -> tuple[float, float]:
     """Satterthwaite's freedom of a coefficient, the contrast q of the believed columns; its channels' s²."""
     total = float(q @ pool.grams(k) @ q)
-    R = pool.beside(k, q[:, None] / np.sqrt(max(total, 1e-300)))
-    return satterthwaite(pool, pool.axes, R), max(mean_square(pool, [block]), 1.0)
+    R = q[:, None] / np.sqrt(max(total, 1e-300))
+    return satterthwaite(pool, pool.axes, k, R), max(mean_square(pool, [block]), 1.0)
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ OF_FEW = 0.5  # of the chance that those may take: what the longer tails add
 SINGLE = 1e-3  # p of one test at which an effect may stand for a generic alternative that is significant
 CLOSE = 0.8  # of the best criterion, from which one between two values of the grid may be the best
 TIE = 0.1  # of the criterion, that is no difference
+ROUNDED = 6  # digits behind the point of a criterion, beyond which two columns are one and the same
 GROUPS = ("bias", "scale_factor", "misalignment")  # the simplest first
 Key = tuple[str, tuple[int, ...]]
 Refine = Callable[[Pool, Sequence[int], int], tuple[Pool, int]]
@@ -188,9 +189,21 @@ def significant(pool: Pool, block: int, s: Score, null: Nulls, alpha: float) -> 
 
 
 def best_of(pool: Pool, scores: Mapping[int, float]) -> int:
-    """The best criterion; of those that are as good the simplest, a bias before what an input drives."""
+    """The best criterion; of those that are as good the simplest, a bias before what an input drives.
+
+    Where power-ons have levels of their own, ageing is a drift within them, and rounding is no reason.
+    """
     most = max(scores.values()) - TIE
-    return min((b for b in scores if scores[b] >= most), key=lambda b: (_driven(pool, b), -scores[b]))
+
+    def rank(b: int) -> tuple[int, float, bool, float]:
+        return _driven(pool, b), -round(scores[b], ROUNDED), _of_days(pool, b), -scores[b]
+
+    return min((b for b in scores if scores[b] >= most), key=rank)
+
+
+def _of_days(pool: Pool, block: int) -> bool:
+    b = pool.blocks[block]
+    return not b.generic and "day" in hypothesis(b.name).needs
 
 
 def _driven(pool: Pool, block: int) -> int:

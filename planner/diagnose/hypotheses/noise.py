@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +34,7 @@ from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, Drift, RandomEffects, covariance
 from planner.solvers.reml import Variances, reml_and_information
-from planner.solvers.reml_beside import Slope, reml_roughly
-from planner.solvers.restricted_likelihood import Sample, loglik, reml_information, restricted_loglik
+from planner.solvers.restricted_likelihood import Sample, reml_information, restricted_loglik
 
 LEAST_RUNS = 8  # power-ons, from which their spread is a variance: a triad then tells it by 15 degrees
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
@@ -43,7 +43,6 @@ LEANS = "run_to_run_misalignment"  # towards the next axis, and the one after it
 IN_RUN = "in_run_bias"  # what moves within power-ons
 IN_RUN_SCALE = "in_run_scale_factor"
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
-ROUGHLY = 1.0  # of the log-likelihood where columns are weighed, which must gain five times as much
 SETTLED = 1e-3  # of the log-likelihood: a decision needs no variance to less than 5 % of its error
 MOST_ROWS = 1000  # for the variances; more rows tell nothing that a campaign's decision needs
 ROUNDING = 1e-9  # of the largest reading: data without any noise still have this much
@@ -110,10 +109,34 @@ class Readings:
         J = self.channel.J
         return J if self.moves is None else J[:, self.moves]
 
+    @property
+    def fixed(self) -> Array:
+        """(n, g − 1) indicators of the runs where these are few: their level is then fixed."""
+        few, n = len(self.starts) < self.least_runs, len(self.channel.r)
+        return _indicators(self.starts, n) if few else np.empty((n, 0))
+
+    @cached_property
+    def spanned(self) -> Array:
+        """(m, r) orthonormal columns of the full model, at the rows that tell the variances.
+
+        Of the declared one where these are too few for the full.
+        """
+        rows, firsts = judged_rows(self.starts, len(self.channel.r))
+        full = factors(np.column_stack([self.declared, self.candidates, self.fixed])[rows], TOLD).basis
+        if len(rows) - full.shape[1] < least_freedom(firsts):
+            return factors(np.column_stack([self.declared, self.fixed])[rows], 1e-7).basis
+        return full
+
     @cached_property
     def judged(self) -> Judged:
         """What is estimated from them: asked when columns are weighed, and again for the variances."""
         return _judged(self)
+
+    def with_noise(self, **changes: Any) -> Readings:
+        """The same with other `drifts` or `leans`; what the columns span is handed on."""
+        other = replace(self, **changes)
+        other.__dict__["spanned"] = self.spanned
+        return other
 
 
 def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights: Array) -> Array:
@@ -124,7 +147,7 @@ def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights
 def channel_noise(readings: Readings) -> ChannelNoise:
     """The noise of one channel by itself."""
     judged = readings.judged
-    return noise_of(judged, *without_zeros([own_variances(judged)]))
+    return noise_of(judged, *without_zeros([judged.own]))
 
 
 def noise_of(j: Judged, v: Variances) -> ChannelNoise:
@@ -146,21 +169,15 @@ class Judged:
     starts: NDArray[np.int64]
     least: Array
 
-
-def roughly(j: Judged, start: Array, first: Slope | None = None) -> tuple[Array, float]:
-    """θ (K,) and the log-likelihood of the rows there, with their best coefficients: to ROUGHLY."""
-    theta, found = reml_roughly(j.sample, start, ROUGHLY, first)
-    if (theta < j.least).any():
-        theta = np.maximum(theta, j.least)
-        found = loglik(j.sample, theta)
-    return theta, found
+    @cached_property
+    def own(self) -> Variances:
+        """By itself: asked when the triad is looked at, and beside what hides in another channel."""
+        return own_variances(self)
 
 
 def _judged(given: Readings) -> Judged:
-    """The problem under the full model; under the declared one when the rows are too few for the full."""
-    c, starts = given.channel, given.starts
+    c, starts, fixed = given.channel, given.starts, given.fixed
     few = len(starts) < given.least_runs
-    fixed = _indicators(starts, len(c.r)) if few else np.empty((len(c.r), 0))
     alone = len(starts) == len(c.r)  # one row a run: its spread is the noise
     diagonals = _diagonals(c, given.duration, given.weights)
     slopes = (
@@ -170,13 +187,10 @@ def _judged(given: Readings) -> Judged:
     rows, firsts = judged_rows(starts, len(c.r))
     within = tuple(d.at(rows) for d in effects.drifts)
     part = RandomEffects(firsts, effects.diagonals[:, rows], effects.slopes[:, rows], within)
-    basis = factors(np.column_stack([given.declared, given.candidates, fixed])[rows], TOLD).basis
-    if len(rows) - basis.shape[1] < least_freedom(firsts):
-        basis = factors(np.column_stack([given.declared, fixed])[rows], 1e-7).basis
     least = np.zeros(effects.count)
     least[0] = (ROUNDING * float(np.abs(c.y).max(initial=1e-30))) ** 2
     return Judged(
-        Sample(c.r[rows], basis, part, True),
+        Sample(c.r[rows], given.spanned, part, True),
         effects,
         (*diagonals, *slopes, *given.drifts),
         fixed,

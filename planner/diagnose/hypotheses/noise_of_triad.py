@@ -23,14 +23,13 @@ from planner.diagnose.hypotheses.noise import (
     Readings,
     inverse_of,
     noise_of,
-    own_variances,
     without_zeros,
 )
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail
 from planner.solvers.random_effects import RandomEffects
 from planner.solvers.reml import Variances, reml_together
-from planner.solvers.restricted_likelihood import reml_information, restricted_loglik
+from planner.solvers.restricted_likelihood import reml_information
 
 WELL_KNOWN = 40.0  # degrees of freedom, from which a channel's own variance is as good as the triad's
 UNLIKE = 0.05  # p of the likelihood ratio, below which the channels of a triad are judged each for itself
@@ -39,14 +38,14 @@ UNLIKE = 0.05  # p of the likelihood ratio, below which the channels of a triad 
 def triad_noise(triad: Sequence[Readings]) -> list[ChannelNoise]:
     """The noise of every channel of a sensor."""
     judged = [r.judged for r in triad]
-    own = [own_variances(j) for j in judged]
+    own = [j.own for j in judged]
     return [noise_of(j, v) for j, v in zip(judged, without_zeros(_shared(judged, own) or own), strict=True)]
 
 
 def noise_in_common(triad: Sequence[Readings]) -> list[ChannelNoise] | None:
     """The noise of every channel, what few runs tell taken as the triad's; None where the channels differ."""
     judged = [r.judged for r in triad]
-    found = _shared(judged, [own_variances(j) for j in judged])
+    found = _shared(judged, [j.own for j in judged])
     if found is None:
         return None
     return [noise_of(j, v) for j, v in zip(judged, without_zeros(found), strict=True)]
@@ -75,10 +74,9 @@ def _shared(judged: Sequence[Judged], own: Sequence[Variances]) -> list[Variance
     try:
         middle = np.mean([v.theta / size for v, size in zip(own, sizes, strict=True)], axis=0)
         together = reml_together(scaled, middle, SETTLED)
-        shared = sum(restricted_loglik(s, together.theta) for s in scaled)
     except ValueError:
         return None
-    ratio = 2.0 * (sum(v.loglik for v in own) - shared)
+    ratio = 2.0 * (sum(v.loglik for v in own) - together.loglik)
     if chi_square_tail(ratio, (len(judged) - 1) * int(poor.sum())) < UNLIKE:
         return None
     return _of_the_triad(judged, sizes, together.theta, poor)

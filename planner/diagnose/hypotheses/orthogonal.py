@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.nouns.array import Array
+from planner.solvers.least_squares import orthogonal
 
 
 def orthonormal(A: Array, seen: float = 1e-9) -> Array:
@@ -13,7 +14,7 @@ def orthonormal(A: Array, seen: float = 1e-9) -> Array:
     A = A[:, length > 0] / length[length > 0]
     if A.shape[1] == 0:
         return np.empty((len(A), 0))
-    q, r = np.linalg.qr(A)
+    q, r = orthogonal(A)
     u, s = _left(r)
     return np.asarray(q @ u[:, : len(s)][:, s > seen * s[0]])
 

@@ -174,16 +174,18 @@ def _within(
     A column that is one value a power-on is nothing then: scaled up, what rounding leaves of it would explain
     a random share of every reading.
     """
-    A = np.column_stack([columns, r])
-    counts = np.add.reduceat(seen.astype(float), starts)
-    means = np.add.reduceat(A * seen[:, None], starts) / np.maximum(counts, 1.0)[:, None]
-    sizes = np.diff(np.append(starts, len(A)))
-    length = np.sqrt(seen @ A**2)
-    A = A - np.repeat(np.where(sizes[:, None] > 2, means, 0.0), sizes, axis=0)
-    rounding = np.sqrt(seen @ A**2) <= NOTHING * length
-    A[:, rounding] *= ~seen[:, None]
+    A, sizes = np.column_stack([columns, r]), np.diff(np.append(starts, len(r)))
+    counted = A if seen.all() else A * seen[:, None]
+    length = np.sqrt(np.einsum("nk,nk->k", counted, A))
+    counts = np.maximum(np.add.reduceat(seen.astype(float), starts), 1.0)
+    means = np.add.reduceat(counted, starts) / counts[:, None]
+    A -= np.repeat(np.where(sizes[:, None] > 2, means, 0.0), sizes, axis=0)
+    about = A if seen.all() else A[seen]
+    rounding = np.sqrt(np.einsum("nk,nk->k", about, about)) <= NOTHING * length
+    if rounding.any():
+        A[:, rounding] *= ~seen[:, None]
     some = A[:, :-1].any(axis=0)
-    return A[:, :-1][:, some], A[:, -1]
+    return A[:, :-1] if some.all() else A[:, :-1][:, some], A[:, -1]
 
 
 def _sigma(

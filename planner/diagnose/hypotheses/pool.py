@@ -113,7 +113,7 @@ class Pool:
     def flipped(self, signs: Array) -> Array:
         """(flips, K) sums of the segments under random signs, clear of what was taken."""
         H, t = self.segments.flipped(signs), self.taken
-        return H if t is None else np.where(t.left, H - H[:, t.columns] @ t.A, 0.0)
+        return H if t is None else np.where(t.left, H - (t.A.T @ H.T[t.columns]).T, 0.0)
 
 
 def pool_of(state: Mapping[int, Whitened], blocks: Sequence[Block], cuts: NDArray[np.int64]) -> Pool:

@@ -15,7 +15,7 @@ At 600 deg/s on an arm 0.04 K are ten sigma of a record there: a scale factor th
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +26,7 @@ from planner.diagnose.hypotheses.channels import LEAST_NODES, SOAKED_K, Channel,
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.effects._bench_frame import turning
 from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions
 
 JUMP_K = 1.5  # between records, from which the chamber went on to another point
 MOVES = 5.0  # times what strays about it, from which a course is one: of noise alone it is twice
@@ -33,9 +34,17 @@ LEAST_OF_A_COURSE = 5  # records: a parabola leaves two of them
 STILL_K_S = 0.1 / 60.0  # K/s: a chamber that soaks moves less; on a ramp the readings move with the unit
 
 
-def with_read_temperature(c: Channel, starts: NDArray[np.int64]) -> Channel:
+def strays_of(x: Conditions, starts: NDArray[np.int64]) -> tuple[Array, Array]:
+    """(n,) K each: how soaked rows stray about the mean of their power-on, and about their course."""
+    return (
+        straying(x.temperature_degc, x.temperature_rate, starts),
+        about_course(x.temperature_degc, x.temperature_rate, x.time_on, starts),
+    )
+
+
+def with_read_temperature(c: Channel, strays: Sequence[Array]) -> Channel:
     """The channel with the columns of the thermometer's noise among those of the declared model."""
-    columns = np.column_stack([np.empty((len(c.r), 0)), *_columns(c, starts)])
+    columns = np.column_stack([np.empty((len(c.r), 0)), *_columns(c, strays)])
     return replace(
         c,
         J=np.column_stack([c.J, columns]),
@@ -43,20 +52,15 @@ def with_read_temperature(c: Channel, starts: NDArray[np.int64]) -> Channel:
     )
 
 
-def _columns(c: Channel, starts: NDArray[np.int64]) -> Iterator[Array]:
+def _columns(c: Channel, strays: Sequence[Array]) -> Iterator[Array]:
     """(n, 1) at rest and in turns, where another thermometer's place or another soak may hold."""
-    x = c.model.conditions
-    both = (
-        straying(x.temperature_degc, x.temperature_rate, starts),
-        about_course(x.temperature_degc, x.temperature_rate, x.time_on, starts),
-    )
-    if not np.any(both):
+    if not np.any(strays):
         return
-    steep, turns = _steepness(c), turning(x)
-    for strays in both:
+    steep, turns = _steepness(c), turning(c.model.conditions)
+    for stray in strays:
         for here in (turns, ~turns):
-            if np.any((strays * steep)[here]):
-                yield np.where(here, strays * steep, 0.0)[:, None]
+            if np.any((stray * steep)[here]):
+                yield np.where(here, stray * steep, 0.0)[:, None]
 
 
 def straying(degc: Array, rate: Array, starts: NDArray[np.int64]) -> Array:

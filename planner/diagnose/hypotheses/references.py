@@ -233,8 +233,7 @@ def _thermometer(c: Channel, table: DwellTable, place: float) -> Array:
     """What the declared curves make of a temperature that is `place` seconds ahead of the reading."""
     ahead = c.model.conditions.temperature_degc + table.temperature_rate * place
     model = replace(c.model, conditions=replace(c.model.conditions, temperature_degc=ahead))
-    now = evaluate(c.model, c.theta).predicted
-    return np.asarray((evaluate(model, c.theta).predicted - now)[:, None])
+    return np.asarray((evaluate(model, c.theta).predicted - c.predicted)[:, None])
 
 
 def _lags(table: DwellTable) -> Sequence[float]:

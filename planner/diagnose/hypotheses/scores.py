@@ -109,7 +109,7 @@ def _contrast(pool: Pool, chosen: Sequence[int], k: NDArray[np.int64]) -> Contra
     root, m = _root(pool.grams(k))
     freedom, s2 = 1.0, 1.0
     if m:
-        freedom = satterthwaite(pool, _axes(pool, chosen), pool.beside(k, root / np.sqrt(m)))
+        freedom = satterthwaite(pool, _axes(pool, chosen), k, root / np.sqrt(m))
         s2 = mean_square(pool, chosen)
     return Contrast(k, root, freedom, s2)
 
@@ -144,21 +144,22 @@ def _root(G: Array) -> tuple[Array, int]:
     return vectors[:, kept] / np.sqrt(values[kept]), int(kept.sum())
 
 
-def satterthwaite(pool: Pool, axes: Iterable[int], R: Array) -> float:
-    """2 / relative variance of what REML says of the variance of contrasts R (K, m) with Σ Rᵀ Gram R = 1.
+def satterthwaite(pool: Pool, axes: Iterable[int], k: NDArray[np.int64], R: Array) -> float:
+    """2 / relative variance of what REML says of the variance of contrasts R (k, m) with Σ Rᵀ Gram R = 1.
 
     The columns' variance is made of those of white noise, of runs, …, each known as well as REML knows it.
     """
+    beside: dict[int, Array] = {}
+    if (t := pool.taken) is not None:
+        R = t.left[k][:, None] * R
+        last = np.cumsum([len(pool.places[b]) for b in t.blocks])[:-1]
+        beside = dict(zip(t.blocks, np.split(-(t.A[:, k] @ R), last), strict=True))
     spread = 0.0
     for axis in axes:
-        mine = R[pool.axes[axis]]
-        some = np.flatnonzero(mine.any(axis=1))
-        if not len(some):
-            continue
-        stand = () if pool.taken is None else pool.taken.blocks
-        A = pool.shares[axis].of(some, [b for b in stand if axis in pool.blocks[b].columns])
-        mine = mine[some]
-        share = np.einsum("sm,ksm->k", mine, A @ mine)
+        stand = {b: x for b, x in beside.items() if axis in pool.blocks[b].columns}
+        at = np.searchsorted(pool.axes[axis], k)
+        here = np.append(pool.axes[axis], -1)[at] == k
+        share = pool.shares[axis].of_contrasts(at[here], R[here], stand)
         spread += float(share @ pool.state[axis].noise.relative_error @ share)
     return min(max(2.0 / max(spread, 1e-12), 1.0), 1e6)
 
@@ -194,10 +195,9 @@ def _nulls_of(pool: Pool, tested: Sequence[int], flips: Flips) -> Nulls:
         single = _each_alone(pool, b)
         for look in (c, *single) if c.m else ():
             looks = 1.0 if not single else 2.0 * (1.0 if look is c else len(single))
-            seen = H[:, look.k] @ look.root
-            values = np.einsum("fm,fm->f", seen, seen)
-            for axis in pool.blocks[b].columns:
-                _lower(least[axis, pool.between[b]], values, look, float(np.log(looks)))
+            seen = look.root.T @ H.T[look.k]
+            families = [least[axis, pool.between[b]] for axis in pool.blocks[b].columns]
+            _lower(families, np.einsum("mf,mf->f", seen, seen), look, float(np.log(looks)))
     return Nulls(least, float(len({pool.blocks[b].key for b in tested})) if flips.few_runs else 1.0)
 
 
@@ -206,16 +206,18 @@ def chance_of(pool: Pool, block: int, s: Score, nulls: Nulls) -> float:
     return family_wise(s.log_p, nulls.of(pool.blocks[block].columns, pool.between[block])) if s.m else 1.0
 
 
-def _lower(least: Array, values: Array, c: Contrast, looks: float) -> None:
-    """`least` down to log p of very many Δ of a contrast, from a table: they only count which are rarer.
+def _lower(families: Iterable[Array], values: Array, c: Contrast, looks: float) -> None:
+    """The least of each family down to log p of very many Δ of a contrast, by a table: they are counted.
 
     looks: log of how many of them the block had.
-
-    Below the largest Δ of the table that is no rarer than any of them already is, nothing is to be looked up.
     """
-    grid = GRID * float(values.max(initial=0.0))
-    if grid[-1] <= 0.0:
+    largest = float(values.max(initial=0.0))
+    if largest <= 0.0:
         return
+    grid = GRID * largest
     table = looks + log_p(grid, c.m, c.freedom, c.s2)
-    rare = values > grid[table >= least.max()][-1]  # of Δ = 0 log p is 0, and no smaller one is larger
-    least[rare] = np.minimum(least[rare], np.interp(values[rare], grid, table))
+    steps = len(GRID) - 1  # GRID = (i / steps)²: the place of a value in it is a root
+    i = np.minimum((np.sqrt(values / largest) * steps).astype(np.int64), steps - 1)
+    found = table[i] + (np.diff(table) / np.diff(grid))[i] * (values - grid[i])
+    for least in families:
+        np.minimum(least, found, out=least)

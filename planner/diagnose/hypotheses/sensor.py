@@ -31,7 +31,7 @@ from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
 from planner.diagnose.hypotheses.parameters import Range, ranges
 from planner.diagnose.hypotheses.pool import Pool, pool_of
 from planner.diagnose.hypotheses.prepared import Prepared
-from planner.diagnose.hypotheses.read_temperature import with_read_temperature
+from planner.diagnose.hypotheses.read_temperature import strays_of, with_read_temperature
 from planner.diagnose.hypotheses.references import hypothesis
 from planner.diagnose.hypotheses.refusals import refusals
 from planner.diagnose.hypotheses.scores import score
@@ -215,7 +215,8 @@ def begin(
     alive = [a for a in range(3) if np.ptp(readings[:, a]) > 0]  # a dead channel has no noise to judge by
     free = data.attitudes()[0] if sensor == "accelerometer" else None
     whole = [channel(sensor, a, conditions, readings[:, a], declared, strong, free) for a in alive]
-    mine = tuple(with_read_temperature(c, data.starts) for c in whole)
+    strays = strays_of(conditions, data.starts)
+    mine = tuple(with_read_temperature(c, strays) for c in whole)
     library = library_blocks(mine, table, (*plain_names(declared, sensor), *impossible), sensor)
     library += [b for b in reference_blocks(mine, table, sensor, benches) if b.name not in impossible]
     library = [b for b in library if fallen.isdisjoint((b.name, a) for a in b.columns)]

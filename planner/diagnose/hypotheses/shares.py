@@ -8,7 +8,7 @@ are made block by block, and a row of blocks when one of them is believed, θ_k 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -31,10 +31,24 @@ class Shares:
     places: Mapping[int, NDArray[np.int64]]
     rows: dict[int, Array] = field(init=False, default_factory=dict, compare=False)
 
-    def of(self, some: NDArray[np.int64], stand: Iterable[int] = ()) -> Array:
-        """(K, s, s) of some columns (s,); stand: blocks that will be asked for again and again."""
-        for b in stand:
-            self._row(b)
+    def of_contrasts(self, some: NDArray[np.int64], R: Array, stand: Mapping[int, Array]) -> Array:
+        """(K,) tr RᵀA_kR of contrasts that are R (s, m) of some columns (s,), and (k, m) of those that stand.
+
+        stand: by blocks, which will be asked for again and again
+
+            tr RᵀA_kR = tr R_sᵀA_ssR_s + Σ_b tr R_bᵀ (2 A_bs R_s + Σ_c A_bc R_c)
+        """
+        share = np.einsum("sm,ksm->k", R, self.of(some) @ R)
+        for b, mine in stand.items():
+            row = self._row(b)
+            met = row[:, :, some] @ (2.0 * R)
+            for c, other in stand.items():
+                met += row[:, :, self.places[c][0] : self.places[c][-1] + 1] @ other
+            share += np.einsum("sm,ksm->k", mine, met)
+        return np.asarray(share)
+
+    def of(self, some: NDArray[np.int64]) -> Array:
+        """(K, s, s) of some columns (s,)."""
         asked = sorted(set(self._block[some].tolist()), key=lambda b: b in self.rows)
         if len(asked) == 1:
             at = some - self.places[asked[0]][0]
@@ -109,7 +123,7 @@ class Segments:
         for known, sums in self.flips:
             if known is signs:
                 return sums
-        self.flips.append((signs, signs @ self._sums()))
+        self.flips.append((signs, (self._sums().T @ signs.T).T))  # by columns, of which few are asked at once
         return self.flips[-1][1]
 
     def _sums(self) -> Array:

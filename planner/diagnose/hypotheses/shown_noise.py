@@ -12,7 +12,6 @@ hides in the noise (`hidden_columns`).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -35,14 +34,14 @@ def as_shown(plain: Readings, hidden: Sequence[Block], time_on: Array) -> tuple[
     """
     whole, how = with_what_hides(plain, hidden)
     if _leans(whole, how):
-        plain = replace(plain, leans=True)
+        plain = plain.with_noise(leans=True)
         whole, how = with_what_hides(plain, hidden)
     drifts, least = with_wander(whole, how, time_on).drifts, -np.inf
     if not drifts and how is not None and whole is not plain:
         drifts, least = with_wander(plain, weighed(plain), time_on).drifts, how.criterion
     if not drifts:
         return plain, whole
-    moves = replace(plain, drifts=drifts)
+    moves = plain.with_noise(drifts=drifts)
     beside, then = with_what_hides(moves, hidden)
     return (moves, beside) if then is not None and then.criterion >= least else (plain, whole)
 
@@ -53,7 +52,7 @@ def alike(triad: Sequence[Readings]) -> list[Readings]:
     leans = any(r.leans for r in triad)
     own = [{name: r.drifts.get(name, drifts[name]) for name in sorted(drifts)} for r in triad]
     return [
-        r if r.leans is leans and [*r.drifts] == [*mine] else replace(r, drifts=mine, leans=leans)
+        r if r.leans is leans and [*r.drifts] == [*mine] else r.with_noise(drifts=mine, leans=leans)
         for r, mine in zip(triad, own, strict=True)
     ]
 
@@ -69,8 +68,8 @@ def _leans(readings: Readings, plain: Weighed | None) -> bool:
     cross = float(plain.theta[plain.judged.components.index(CROSS_NOISE)])
     if cross * float(np.max(c.across**2)) < plain.theta[0]:
         return False
-    wider = replace(readings, leans=True).judged.sample
+    wider = readings.with_noise(leans=True).judged.sample
     start = np.append(plain.theta, np.full(2, cross))
-    theta, _ = reml_roughly(wider, start, SETTLED_ROUGHLY)
+    theta = reml_roughly(wider, start, SETTLED_ROUGHLY).theta
     gain = gained(plain.judged.sample, plain.theta, wider, theta)
     return gain > 0.0 and float(chi_square_tail(gain, 2)) < CHANCE

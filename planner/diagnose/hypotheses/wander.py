@@ -38,7 +38,7 @@ from planner.solvers.block_covariance import LARGEST, BlockCovariance
 from planner.solvers.distributions import chi_square_tail
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, Drift, covariance
-from planner.solvers.reml import Variances, reml, reml_and_information
+from planner.solvers.reml import Variances, reml_and_information, reml_together
 from planner.solvers.reml_beside import reml_roughly
 from planner.solvers.restricted_likelihood import Sample, restricted_loglik
 
@@ -60,14 +60,14 @@ def with_wander(readings: Readings, plain: Weighed | None, time_on: Array) -> Re
     if plain is not None and neighbours(plain.left, plain.starts) >= AT_FIRST_SIGHT:
         drift = _shown(readings, plain, np.ones(len(time_on)), time_on)
         if drift is not None:
-            readings = replace(readings, drifts={IN_RUN: drift})
+            readings = readings.with_noise(drifts={IN_RUN: drift})
             plain = weighed(readings)
     if plain is None or RATE_NOISE not in plain.judged.components:
         return readings
     if plain.theta[plain.judged.components.index(RATE_NOISE)] * float(np.max(u**2)) < plain.theta[0]:
         return readings
     drift = _shown(readings, plain, u, time_on)
-    return readings if drift is None else replace(readings, drifts={**readings.drifts, IN_RUN_SCALE: drift})
+    return readings if drift is None else readings.with_noise(drifts={**readings.drifts, IN_RUN_SCALE: drift})
 
 
 def _shown(readings: Readings, plain: Weighed, z: Array, time_on: Array) -> Drift | None:
@@ -80,14 +80,14 @@ def _shown(readings: Readings, plain: Weighed, z: Array, time_on: Array) -> Drif
     own = sample.effects.drifts
     moving = [replace(sample, effects=replace(sample.effects, drifts=(*own, d.at(rows)))) for d in drifts]
     first = _first(plain.theta, sample.y) / max(float(np.mean(z**2)), 1e-300)
-    found = [reml_roughly(m, np.append(plain.theta, first), SETTLED_ROUGHLY)[0] for m in moving]
-    best = int(np.argmax([restricted_loglik(m, theta) for m, theta in zip(moving, found, strict=True)]))
-    gain = gained(sample, plain.theta, moving[best], found[best])
+    found = [reml_roughly(m, np.append(plain.theta, first), SETTLED_ROUGHLY) for m in moving]
+    best = int(np.argmax([f.loglik for f in found]))
+    gain = gained(sample, plain.theta, moving[best], found[best].theta)
     if gain <= 0.0 or 0.5 * len(TIMES_S) * float(chi_square_tail(gain, 1)) > CHANCE_AT_FIRST:
         return None
     largest = np.argmax(np.add.reduceat(_products(plain.left, plain.starts), plain.starts))
     rest = [_of_some(s, np.arange(len(plain.starts)) != largest) for s in (sample, moving[best])]
-    if gained(rest[0], plain.theta, rest[1], found[best]) <= 0.0:
+    if gained(rest[0], plain.theta, rest[1], found[best].theta) <= 0.0:
         return None  # one step of one power-on is no process of all
     return drifts[best]
 
@@ -113,7 +113,7 @@ def wander(w: Whitened, believed: Array, time_on: Array, tau: float) -> ChannelN
         return None
     sample, drift, start = _sample(w, believed, time_on, tau)
     try:
-        plain = reml(sample.y, sample.basis, sample.effects, start, SETTLED)
+        plain = reml_together([sample], start, SETTLED)
         found, loglik = _with(sample, drift, plain.theta)
     except ValueError:
         return None
@@ -135,7 +135,7 @@ def left_of(w: Whitened, believed: Array, time_on: Array, tau: float) -> float:
     rows, _ = judged_rows(w.noise.starts, len(w.z))
     known = np.column_stack([w.channel.J, w.noise.fixed_runs])[rows]
     try:
-        plain = reml(sample.y, sample.basis, sample.effects, start, SETTLED)
+        plain = reml_together([sample], start, SETTLED)
         (moving,) = without_zeros([_with(sample, drift, plain.theta)[0]])
     except ValueError:
         return 0.0
@@ -172,12 +172,12 @@ def _with(sample: Sample, drift: Drift, theta: Array) -> tuple[Variances, float]
 
 def gained(without: Sample, start: Array, moving: Sample, theta: Array) -> float:
     """2 (log L of a sample with more noise, at θ, − log L without at its best), restricted likelihoods."""
-    rough, _ = reml_roughly(without, start, SETTLED_ROUGHLY)
+    rough = reml_roughly(without, start, SETTLED_ROUGHLY)
     here = restricted_loglik(moving, theta)
-    if here <= restricted_loglik(without, rough):
+    if here <= rough.loglik:
         return 0.0
-    best = reml(without.y, without.basis, without.effects, rough, SETTLED_ROUGHLY)  # a variance may wake up
-    return 2.0 * (here - restricted_loglik(without, best.theta))
+    best = reml_together([without], rough.theta, SETTLED_ROUGHLY)  # a variance may wake up
+    return 2.0 * (here - best.loglik)
 
 
 def _of_some(sample: Sample, stays: NDArray[np.bool_]) -> Sample:

@@ -10,12 +10,16 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.noise import TOLD, Judged, Readings, judged_rows, least_freedom, roughly
+from planner.diagnose.hypotheses.noise import TOLD, Judged, Readings, judged_rows, least_freedom
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import BlockCovariance
+from planner.solvers.least_squares import orthogonal
 from planner.solvers.random_effects import Covariance, covariance
-from planner.solvers.reml_beside import Grounds
+from planner.solvers.reml_beside import Grounds, Slope, reml_roughly
+from planner.solvers.restricted_likelihood import loglik
+
+ROUGHLY = 1.0  # of the log-likelihood where columns are weighed, which must gain five times as much
 
 
 @dataclass(frozen=True)
@@ -55,8 +59,8 @@ class Weighed:
 
     @cached_property
     def basis(self) -> Array:
-        """(n, p) orthonormal, of the whitened columns."""
-        return orthonormal(self.white[0])
+        """(n, p) orthonormal, of the whitened columns, which are all told apart."""
+        return orthogonal(self.white[0])[0]
 
     @cached_property
     def left(self) -> Array:
@@ -109,7 +113,7 @@ class Weighed:
         if not more.size or len(rows) - basis.shape[1] < least_freedom(firsts):
             return None
         wider = replace(self.judged, sample=replace(sample, X=basis))
-        theta, found = roughly(wider, self.theta, self._grounds.with_columns(more))
+        theta, found = _roughly(wider, self.theta, self._grounds.with_columns(more))
         return Weighed(wider, theta, found) if np.isfinite(found) else None
 
     @cached_property
@@ -136,5 +140,14 @@ def weighed(readings: Readings) -> Weighed | None:
     judged = readings.judged
     effects = judged.sample.effects
     even = max(float(np.var(judged.sample.left)), judged.least[0]) / effects.count / effects.mean_sizes()
-    theta, found = roughly(judged, np.maximum(even, judged.least))
+    theta, found = _roughly(judged, np.maximum(even, judged.least))
     return Weighed(readings.judged, theta, found) if np.isfinite(found) else None
+
+
+def _roughly(j: Judged, start: Array, first: Slope | None = None) -> tuple[Array, float]:
+    """θ (K,) and the log-likelihood of the rows there, with their best coefficients: to ROUGHLY."""
+    found = reml_roughly(j.sample, start, ROUGHLY, first)
+    if (found.theta < j.least).any():
+        theta = np.maximum(found.theta, j.least)
+        return theta, loglik(j.sample, theta)
+    return found.theta, found.of_the_rows

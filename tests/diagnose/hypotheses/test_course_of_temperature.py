@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.diagnose.hypotheses.channels import channel
-from planner.diagnose.hypotheses.read_temperature import about_course, with_read_temperature
+from planner.diagnose.hypotheses.read_temperature import about_course, strays_of, with_read_temperature
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 
@@ -52,6 +52,6 @@ def test_what_it_makes_of_a_steep_scale_factor_is_taken_off(seed: int) -> None:
         day=np.repeat(np.arange(float(RUNS)), ROWS),
     )
     c = channel("gyro", 0, conditions, u * (1.0 + PER_KELVIN * (true - 20.0)), DECLARED)
-    wide = with_read_temperature(c, STARTS)
+    wide = with_read_temperature(c, strays_of(c.model.conditions, STARTS))
     before, after = (x.r - x.J @ np.linalg.lstsq(x.J, x.r, rcond=1e-10)[0] for x in (c, wide))
     assert np.std(after) < 0.7 * np.std(before)
