@@ -206,7 +206,8 @@ def _best(
     k = 1 + int(np.argmax(delta[1:]))  # the first set is the whole campaign
     tests = float(len(sets) * len(_KINDS))
     p = float(min(1.0, tests * chi_square_tail(float(delta[k]), h.shape[1])))
-    throughout = float(delta[0]) - 2.0 * np.log(CHANCE) if kind.alone and kind.name in _known(found) else 0.0
+    told = _told(found, kind) / s2 if kind.alone else 0.0  # by the search, of all records or those of a bench
+    throughout = max(float(delta[0]), told) - 2.0 * np.log(CHANCE) if told > 0.0 else 0.0
     if (
         p > CHANCE
         or delta[k] < max(_misfit(found, kind), throughout)
@@ -251,8 +252,10 @@ def _sums(kind: _Kind, s: SensorFound, axis: int, data: Prepared, sets: NDArray[
     return _Sums(w.channel.name, square - np.swapaxes(along, 1, 2) @ along, h)
 
 
-def _known(found: Sequence[SensorFound]) -> set[str]:
-    return {_name(s, b) for s in found for b in s.found.library}
+def _told(found: Sequence[SensorFound], kind: _Kind) -> float:
+    """Δ of the same reference where a search believes it; 0 where none does."""
+    mine = ((s, b) for s in found for b in s.found.library if _name(s, b) == kind.name)
+    return max((float(s.found.share(b).delta) for s, b in mine), default=0.0)
 
 
 def _misfit(found: Sequence[SensorFound], kind: _Kind) -> float:

@@ -111,7 +111,9 @@ def _of_reference(
     r: Reference, channels: Sequence[Channel], table: DwellTable, sensor: Sensor, place: float
 ) -> Block:
     columns = {c.axis: r.columns(c, table, place) for c in channels}
-    return Block(r.name, sensor, columns, r.terms, reference=True, place=place)
+    count = next(iter(columns.values())).shape[1]
+    terms = r.terms or tuple(str(k + 1) for k in range(count))
+    return Block(r.name, sensor, columns, terms, reference=True, place=place)
 
 
 def lasts(effect: Effect, table: DwellTable) -> bool:
