@@ -17,7 +17,8 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.leans_change import leans_change
 from planner.nouns.array import Array
 
-ANOTHER = 1e-9  # p of the weakest channel's leans, over all places
+ANOTHER = 1e-9  # p of all channels' leans together, over all places
+EACH = 1e-3  # p of the weakest channel's
 OF_THE_BENCH = 0.9  # of what six leans explain: of six that are anything three angles explain half
 LEAST_RUNS = 4  # power-ons with rests, of which several say how leans scatter
 
@@ -31,9 +32,11 @@ def another_at_rest(y: Array, u: Array, run: NDArray[np.int64], north: Array) ->
     if runs < LEAST_RUNS:
         return None
     each = np.array([[leans_change(y[:, a], u, a, run, k) for a in range(3)] for k in range(runs - 1)])
-    place = int(np.argmin(each.max(axis=1)))
-    found = float(each[place].max() + np.log(runs))
-    return (found, place) if found < np.log(ANOTHER) and _is_no_bench(y, u, run, north, place) else None
+    place = int(np.argmin(each.sum(axis=1)))
+    found, weakest = float(each[place].sum() + np.log(runs)), float(each[place].max() + np.log(runs))
+    if found > np.log(ANOTHER) or weakest > np.log(EACH) or not _is_no_bench(y, u, run, north, place):
+        return None
+    return found, place
 
 
 def _is_no_bench(y: Array, u: Array, run: NDArray[np.int64], north: Array, place: int) -> bool:
