@@ -138,8 +138,8 @@ _KINDS = (
     ),
     _Kind(
         "mixed_units", SENSORS, _read_out, MOST_SCALE, "",
-        "look up what was changed at the read-out of all channels: {when} they read by {sizes} of their input "
-        "more",
+        "look up what was changed at the read-out of all channels: {when} they read by {sizes} of their "
+        "input more",
     ),
     _Kind(
         "table_rate", ("gyro",), _scaled, MOST_SCALE, "",

@@ -1,4 +1,4 @@
-"""A gain that becomes another one in mid-campaign: of the read-out, of the table, of gravity at another site."""
+"""A gain that becomes another one in mid-campaign: of the read-out, of the table, of gravity at a site."""
 
 from __future__ import annotations
 
