@@ -13,8 +13,10 @@ import pytest
 
 from planner import catalog
 from planner.diagnose.dwells_to_diagnosis import diagnose
+from planner.effects._bench_frame import load
 from planner.nouns.diagnosis import ReferenceSuspect, UnitDiagnosis
 from tests.diagnose.hypotheses.hall import EARTH, LATITUDE, Hall, axes_apart, days, hidden, read
+from tests.diagnose.labs.unit import campaign
 from tests.specs import shipped
 
 SPEC = shipped("small_uav").spec
@@ -105,3 +107,20 @@ def test_the_earths_rate_is_left_out_of_turns_alone(seed: int) -> None:
     suspect = _suspect(diagnose(replace(table, ref_rate=rate), SPEC), "earth_rate")
     vertical = np.degrees(EARTH) * 3600.0 * np.sin(LATITUDE)
     assert suspect.low < vertical < suspect.high
+
+
+@pytest.mark.parametrize("seed", [93050, 93051])
+@pytest.mark.further("seed", [93052, 93053])
+def test_a_centrifuge_whose_rate_is_rounded(seed: int) -> None:
+    """To a fifth of a deg/s, by its counter: curves over the load of all accelerometers were claimed."""
+    table, _ = campaign(seed)
+    conditions = table.conditions()
+    arm = load(conditions).any(axis=1)
+    rate = np.degrees(np.linalg.norm(conditions.rate, axis=1))
+    share = np.where(arm, np.round(rate / 0.2) * 0.2 / np.maximum(rate, 1e-9) - 1.0, 0.0)[:, None]
+    table = replace(
+        table,
+        ref_rate=conditions.rate * (1.0 + share),
+        ref_acc=conditions.specific_force + load(conditions) * ((1.0 + share) ** 2 - 1.0),
+    )
+    _suspect(diagnose(table, SPEC), "table_rate")

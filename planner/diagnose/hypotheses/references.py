@@ -22,6 +22,7 @@ from planner.diagnose.hypotheses.earth_in_turns import TERMS as EARTH_IN_TURNS
 from planner.diagnose.hypotheses.earth_in_turns import known_at_rest, left_out_of_turns
 from planner.diagnose.hypotheses.fixture_faces import leaning_faces, resting_on_faces
 from planner.diagnose.hypotheses.generic import REST_RATE
+from planner.diagnose.hypotheses.rate_of_arm import off_at_each_load, set_loads
 from planner.diagnose.hypotheses.rate_of_each_level import off_at_each_level, sense, set_rates
 from planner.diagnose.hypotheses.table_axis import beside_an_arm, off_the_axis
 from planner.diagnose.hypotheses.tumbles import TERMS, forgotten_rate, without_north
@@ -303,6 +304,18 @@ REFERENCES: Mapping[str, Reference] = {
             places=set_rates,
             said="table_rate",
             largest={"gyro": MOST_SCALE},
+        ),
+        Reference(
+            "arm_rate_by_level",
+            ("gyro", "accelerometer"),
+            "1",
+            (),
+            off_at_each_load,
+            "compare the centrifuge's rate with a counter of whole turns at every level that was set",
+            stated=lambda accuracy: accuracy.rate,
+            places=set_loads,
+            said="table_rate",
+            largest={"gyro": MOST_SCALE, "accelerometer": MOST_SCALE},
         ),
         Reference(
             "earth_rate_of_turns",
