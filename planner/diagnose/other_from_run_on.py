@@ -183,11 +183,11 @@ class OtherFromRunOn:
     def right(self, table: DwellTable) -> DwellTable:
         """The table with the references that the unit had, or with the readings of one gain."""
         mine, conditions = np.isin(table.run, self.runs), table.conditions()
-        put: dict[str, Array] = {}
+        put = {}
         if self.kind.reference is _GAIN:
             by = np.where(mine, 1.0 + self.gamma[0], 1.0)[:, None]
-            readings = (("gyro", table.gyro), ("acc", table.acc))
-            return replace(table, **{name: y / by for name, y in readings if y is not None})
+            gyro, acc = (None if y is None else y / by for y in (table.gyro, table.acc))
+            return replace(table, gyro=gyro, acc=acc)
         for sensor in self.kind.sensors:
             name = "ref_rate" if sensor == "gyro" else "ref_acc"
             u = getattr(table, name)
@@ -307,7 +307,8 @@ def _within_power_ons(
     beside that it is known to a tenth, and what is left when it is put right is a hundred sigma of rows.
     """
     sizes = np.diff(np.append(data.starts, len(data.table)))
-    rows, gram, h = np.repeat(there, sizes)[:, None], 0.0, 0.0
+    rows = np.repeat(there, sizes)[:, None]
+    parts = []
     for s in found:
         for axis, w in s.found.pool.state.items():
             felt = kind.felt(s.sensor, w.channel.model.conditions)
@@ -318,8 +319,9 @@ def _within_power_ons(
             A = A - np.repeat(means, sizes, axis=0) * level
             own = w.channel.J.shape[1]
             z = clear(orthonormal(A[:, :own], 1e-6), A[:, own:])
-            gram, h = gram + z[:, :-1].T @ z[:, :-1], h + z[:, :-1].T @ z[:, -1]
-    return np.asarray(_pseudo(np.asarray(gram)) @ h)
+            parts.append(z.T @ z)
+    gram: Array = np.sum(parts, axis=0)
+    return np.asarray(_pseudo(gram[:-1, :-1]) @ gram[:-1, -1])
 
 
 def _told(found: Sequence[SensorFound], kind: _Kind) -> float:

@@ -116,7 +116,7 @@ def test_a_centrifuge_whose_rate_is_rounded(seed: int) -> None:
     table, _ = campaign(seed)
     conditions = table.conditions()
     arm = load(conditions).any(axis=1)
-    rate = np.degrees(np.linalg.norm(conditions.rate, axis=1))
+    rate: np.ndarray = np.degrees(np.linalg.norm(conditions.rate, axis=1))
     share = np.where(arm, np.round(rate / 0.2) * 0.2 / np.maximum(rate, 1e-9) - 1.0, 0.0)[:, None]
     table = replace(
         table,
