@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from planner.diagnose.hypotheses.found import Found
 from planner.diagnose.hypotheses.pool import Pool, extended
 
+LEAST = 20.0  # sigma, of an effect that cannot be nothing; a rounding of readings without noise is 8
 APART = 1e-6  # of a column's square, less of which beside the others before it tells nothing of its own
 
 
@@ -26,7 +27,7 @@ def told_together(found: Found, cuts: NDArray[np.int64]) -> None:
         if block.reference or len(block.columns) < 2 or len(block.terms) < 2:
             continue
         own = _own(found.pool, found.pool.places[b])
-        if len(own) < len(block.terms):
+        if len(own) < len(block.terms) and found.share(b).delta > LEAST**2:
             columns = {axis: x[:, own] for axis, x in block.columns.items()}
             fewer = replace(block, columns=columns, terms=tuple(block.terms[k] for k in own))
             found.pool = extended(found.pool, fewer, cuts)
