@@ -355,7 +355,7 @@ REFERENCES: Mapping[str, Reference] = {
             ("x", "y", "z"),
             _mounting,
             "mount the unit on that bench again, against its datum faces, and repeat one record",
-            stated=lambda accuracy: np.sqrt(2.0) * accuracy.mounting,  # of two installations
+            stated=lambda accuracy: float(np.sqrt(2.0)) * accuracy.mounting,  # of two installations
             places=_mountings,
             alias="misalignment",
             record="the same record after mounting the unit anew",
