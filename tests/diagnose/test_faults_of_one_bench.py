@@ -59,6 +59,8 @@ def test_a_base_leans_under_one_bench_of_two(seed: int, column: bool) -> None:
         table = replace(table, bench=np.where(second, "two", "one"))
     suspect = _suspect(diagnose(table, SPEC), "base_tilt")
     assert abs(suspect.value - 0.2) < 0.02
+    first = np.unique(hall.run[second & ~hall.turns])[0]
+    assert not column or f"it is the bench of run {first}, " in suspect.check  # else these are all rests
 
 
 @pytest.mark.parametrize("seed", [91, 92])

@@ -49,6 +49,7 @@ ANYWHERE = (
     1e3  # rad/s, beside a rate above which it is wrong: on the centrifuge as well, one drive turns both
 )
 ON_BENCH = 10.0  # and behind it on one bench among several, the first, the second …
+BY_BENCH = frozenset({"base_tilt", "azimuth", "mounting"})  # what has such places
 UNLOADED = 0.2  # of g, by which the force may differ from it at rest
 
 Columns = Callable[[Channel, DwellTable, float], Array]
