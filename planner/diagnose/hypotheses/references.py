@@ -64,6 +64,7 @@ class Reference:
     places: table -> where it may act, one block each (a threshold, a bench, a lag)
     stated: what a bench's accuracy says of one coefficient, one sigma, SI; 0: nothing
     by_channel: whether each coefficient is seen by a channel of its own, and several have to see some
+    narrow: whether the noise is not judged under it unasked: dear where few records carry loads
     said: the name in reports, where it is not `name`; check: what to look at
     alias: the sensor's error that no data tell it from where it acts on all records; record: the record that
         would tell
@@ -80,6 +81,7 @@ class Reference:
     alias: str = ""
     record: str = ""
     by_channel: bool = False
+    narrow: bool = False
     said: str = ""
     misfit: float = 0.05
     group: Group = "bias"
@@ -315,6 +317,7 @@ REFERENCES: Mapping[str, Reference] = {
             "compare the centrifuge's rate with a counter of whole turns at every level that was set",
             stated=lambda accuracy: accuracy.rate,
             places=set_loads,
+            narrow=True,
             said="table_rate",
             largest={"gyro": MOST_SCALE, "accelerometer": MOST_SCALE},
         ),
