@@ -153,6 +153,8 @@ def _coincidence(found: Found, block: int, apart: Sequence[int], here: Pool) -> 
     if not (of_the_bench(found, block) and len(found.axes(block)) > 1):
         return 0.0
     alike = float(sum(np.log(max(score(here, [c]).delta, 1.0)) for c in apart[1:]))
+    if not found.pool.blocks[block].reference:
+        return alike  # an arm's own equation is known better: squares of loads of each gyro are no bending
     return max(alike, SHARED_MISFIT * score(here, [block]).delta)
 
 
