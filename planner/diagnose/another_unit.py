@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.diagnose.another_unit_at_rest import another_at_rest
 from planner.diagnose.hypotheses.prepared import LEAST_OF_MANY
-from planner.diagnose.hypotheses.references import loaded
+from planner.diagnose.hypotheses.references import at_rest, horizontal, loaded
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.diagnose.leans_change import leans_change
 from planner.measurement import AXES
@@ -82,7 +83,7 @@ def another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | No
     """
     rows = _rows(table, kept)
     if len(rows.order) < 60 or rows.run.max() < 8:
-        return None
+        return _at_rest(table, kept)
     surest: tuple[float, int] | None = None
     for y, u in rows.sensors:
         stays = _every_channel(y, u, rows, _stays)
@@ -99,7 +100,20 @@ def another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | No
     if surest is not None:
         return _said(rows, *surest, "scale factors and misalignments")
     stepped = _all_step(rows) or _all_step(rows, level_of_turns=False)
-    return None if stepped is None else _said(rows, *stepped, "the biases of all channels")
+    return _at_rest(table, kept) if stepped is None else _said(rows, *stepped, "the biases of all channels")
+
+
+def _at_rest(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | None:
+    """Whether the leans of all accelerometers become others, by their rests alone."""
+    if table.acc is None or table.ref_acc is None:
+        return None
+    conditions = table.conditions()
+    rows = _rows(table, kept & at_rest(conditions))
+    if len(rows.order) == 0:
+        return None
+    north = horizontal(conditions)[0][rows.order]
+    found = another_at_rest(table.acc[rows.order], table.ref_acc[rows.order], rows.run, north)
+    return None if found is None else _said(rows, *found, "misalignments of the accelerometers")
 
 
 def channels_of(table: DwellTable) -> tuple[str, ...]:

@@ -39,6 +39,7 @@ from planner.diagnose.other_from_run_on import other_from_run_on
 from planner.diagnose.records import screened
 from planner.diagnose.run_of_another_temperature import of_another_temperature
 from planner.diagnose.stepped_run import stepped_run
+from planner.diagnose.temperature_of_before import temperature_of_before
 from planner.dwells.table_rows import rows_of
 from planner.effects._shaped import plain_names
 from planner.errors import InputError
@@ -74,6 +75,8 @@ def diagnose(
     _check(table)
     gravity = gravity_of_turns(table)
     table = table if gravity is None else gravity.table
+    before = temperature_of_before(table)
+    table = table if before is None else before.table
     seen = screened(table)
     _check(rows_of(table, seen.kept))
     kept, off, runs, data, found = _without_off(table, seen.kept, spec, seed, progress)
@@ -91,7 +94,7 @@ def diagnose(
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
     left = [*off, *copies(data), *left_out(found, data)]
     wrong = (
-        *(() if gravity is None else (gravity.suspect,)),
+        *(one.suspect for one in (gravity, before) if one is not None),
         *seen.suspects,
         *judged.suspects,
         *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)),

@@ -1,10 +1,11 @@
-"""A reference that is another one from some power-on on, or in one alone: mounting, tilt, azimuth.
+"""A reference that is another one from some power-on on, or in one alone: mounting, tilt, azimuth, scale.
 
     y = (1 + κ) M (u + Σ_j γ_j d_j) + b   of those power-ons
 
     mounting   d_j = e_j × u of both sensors
     tilt       g · north, g · east of the accelerometers, at rest
     azimuth    |Ω_h| · north, |Ω_h| · east of the gyros, at rest
+    scale      u of both sensors (the read-out), of the gyros (the table), of the accelerometers (gravity)
 
 The leans of six channels are twelve numbers, and a mounting gives them three: it is one where the three say
 what the twelve would, beyond chance over all power-ons. A sensor that is another one, or changed by itself,
@@ -26,7 +27,15 @@ from numpy.typing import NDArray
 from planner.diagnose.hypotheses.lack_of_fit import SHARED_MISFIT
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.prepared import Prepared
-from planner.diagnose.hypotheses.references import REFERENCES, at_rest, horizontal, hypothesis, loaded
+from planner.diagnose.hypotheses.references import (
+    MOST_SCALE,
+    REFERENCES,
+    Reference,
+    at_rest,
+    horizontal,
+    hypothesis,
+    loaded,
+)
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.suspects import DEGREES, TWO_SIDED
 from planner.measurement import sensed
@@ -34,7 +43,7 @@ from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
-from planner.protocols import Sensor
+from planner.protocols import SENSORS, Sensor
 from planner.solvers.distributions import chi_square_tail
 from planner.spec.references import BenchAccuracy
 from planner.units import STANDARD_GRAVITY_MPS2
@@ -73,6 +82,11 @@ class _Kind:
     said: str
     alone: bool = False
 
+    @property
+    def reference(self) -> Reference:
+        """What is known of it."""
+        return REFERENCES.get(self.name, _GAIN)
+
 
 def _mounted(sensor: Sensor, conditions: Conditions) -> list[Array]:
     here = ~loaded(conditions)  # a centrifuge has a mounting of its own
@@ -97,6 +111,18 @@ def _turned_from_north(sensor: Sensor, conditions: Conditions) -> list[Array]:
     return [size * north, size * east]
 
 
+def _scaled(sensor: Sensor, conditions: Conditions) -> list[Array]:
+    return [sensed(sensor, conditions) * ~loaded(conditions)[:, None]]
+
+
+def _read_out(sensor: Sensor, conditions: Conditions) -> list[Array]:
+    return [sensed(sensor, conditions)]
+
+
+_GAIN = Reference(
+    "mixed_units", SENSORS, "1", ("scale",), lambda c, table, place: sensed(c.sensor, table.conditions()),
+    "compare the gain or the range of the read-out before and after",
+)  # fmt: skip
 _ANEW = (
     "look up whether the unit was mounted anew before run {first}: {where}from there on it is turned by "
     "{sizes} deg about x, y and z on all channels alike"
@@ -109,6 +135,20 @@ _KINDS = (
         "look up whether the base settled or was levelled anew: {when} it leans by {sizes} deg along north "
         "and east",
         alone=True,
+    ),
+    _Kind(
+        "mixed_units", SENSORS, _read_out, MOST_SCALE, "",
+        "look up what was changed at the read-out of all channels: {when} they read by {sizes} of their "
+        "input more",
+    ),
+    _Kind(
+        "table_rate", ("gyro",), _scaled, MOST_SCALE, "",
+        "look up what was changed at the table: {when} it turns by {sizes} of its rate faster than the "
+        "reference says",
+    ),
+    _Kind(
+        "local_gravity", ("accelerometer",), _scaled, MOST_SCALE, "",
+        "look up whether the bench was moved: {when} gravity is larger by {sizes} of it",
     ),
     _Kind(
         "azimuth", ("gyro",), _turned_from_north, MOST_SHARE, "",
@@ -141,9 +181,13 @@ class OtherFromRunOn:
     stated: float
 
     def right(self, table: DwellTable) -> DwellTable:
-        """The table with the references that the unit had."""
+        """The table with the references that the unit had, or with the readings of one gain."""
         mine, conditions = np.isin(table.run, self.runs), table.conditions()
         put = {}
+        if self.kind.reference is _GAIN:
+            by = np.where(mine, 1.0 + self.gamma[0], 1.0)[:, None]
+            gyro, acc = (None if y is None else y / by for y in (table.gyro, table.acc))
+            return replace(table, gyro=gyro, acc=acc)
         for sensor in self.kind.sensors:
             name = "ref_rate" if sensor == "gyro" else "ref_acc"
             u = getattr(table, name)
@@ -156,7 +200,7 @@ class OtherFromRunOn:
     @property
     def suspect(self) -> ReferenceSuspect:
         """As it is reported."""
-        r, size = REFERENCES[self.kind.name], float(np.linalg.norm(self.gamma))
+        r, size = self.kind.reference, float(np.linalg.norm(self.gamma))
         scale = DEGREES if r.unit == "deg" else 1.0
         sizes = ", ".join(f"{x:+.2g}" for x in self.gamma * scale)
         first = int(self.runs[0])
@@ -206,7 +250,8 @@ def _best(
     k = 1 + int(np.argmax(delta[1:]))  # the first set is the whole campaign
     tests = float(len(sets) * len(_KINDS))
     p = float(min(1.0, tests * chi_square_tail(float(delta[k]), h.shape[1])))
-    throughout = float(delta[0]) - 2.0 * np.log(CHANCE) if kind.alone and kind.name in _known(found) else 0.0
+    told = _told(found, kind) / s2 if kind.alone else 0.0  # by the search, of all records or those of a bench
+    throughout = max(float(delta[0]), told) - 2.0 * np.log(CHANCE) if told > 0.0 else 0.0
     if (
         p > CHANCE
         or delta[k] < max(_misfit(found, kind), throughout)
@@ -220,7 +265,9 @@ def _best(
         return None
     variance = s2 * np.diag(way)
     half = TWO_SIDED * float(np.sqrt(gamma**2 @ variance)) / max(size, 1e-300)
-    stated = max(map(REFERENCES[kind.name].stated, benches), default=0.0)
+    if kind.felt in (_scaled, _read_out):
+        gamma = _within_power_ons(kind, mine, data, sets[k])
+    stated = max(map(kind.reference.stated, benches), default=0.0)
     square = float(np.sum(gamma**2 / (stated**2 + variance))) if stated > 0.0 else 0.0
     return OtherFromRunOn(
         kind, data.table.run[data.starts[sets[k]]], bool(only[k]), gamma, half, tuple(x.name for x in sums),
@@ -251,8 +298,36 @@ def _sums(kind: _Kind, s: SensorFound, axis: int, data: Prepared, sets: NDArray[
     return _Sums(w.channel.name, square - np.swapaxes(along, 1, 2) @ along, h)
 
 
-def _known(found: Sequence[SensorFound]) -> set[str]:
-    return {_name(s, b) for s in found for b in s.found.library}
+def _within_power_ons(
+    kind: _Kind, found: Sequence[SensorFound], data: Prepared, there: NDArray[np.bool_]
+) -> Array:
+    """(k,) coefficients by the readings about the means of power-ons, in the noise of each row alone.
+
+    A scale that is another one from a power-on on is in the noise, as a scale factor that each of them draws:
+    beside that it is known to a tenth, and what is left when it is put right is a hundred sigma of rows.
+    """
+    sizes = np.diff(np.append(data.starts, len(data.table)))
+    rows = np.repeat(there, sizes)[:, None]
+    parts = []
+    for s in found:
+        for axis, w in s.found.pool.state.items():
+            felt = kind.felt(s.sensor, w.channel.model.conditions)
+            W = np.column_stack([d[:, axis] * w.channel.lean for d in felt]) * rows
+            level = 1.0 / w.noise.spread[:, None]
+            A = np.column_stack([w.channel.J, W, w.channel.r]) * level
+            means = np.add.reduceat(A * level, data.starts) / np.add.reduceat(level**2, data.starts)
+            A = A - np.repeat(means, sizes, axis=0) * level
+            own = w.channel.J.shape[1]
+            z = clear(orthonormal(A[:, :own], 1e-6), A[:, own:])
+            parts.append(z.T @ z)
+    gram: Array = np.sum(parts, axis=0)
+    return np.asarray(_pseudo(gram[:-1, :-1]) @ gram[:-1, -1])
+
+
+def _told(found: Sequence[SensorFound], kind: _Kind) -> float:
+    """Δ of the same reference where a search believes it; 0 where none does."""
+    mine = ((s, b) for s in found for b in s.found.library if _name(s, b) == kind.name)
+    return max((float(s.found.share(b).delta) for s, b in mine), default=0.0)
 
 
 def _misfit(found: Sequence[SensorFound], kind: _Kind) -> float:

@@ -71,6 +71,13 @@ def of_one_channel(here: Pool, b: int) -> bool:
     return foreseen > FORESEEN**2 and float(gamma @ h[others].sum(axis=0)) < 0.5 * foreseen
 
 
+def seen_by_one(here: Pool, b: int) -> bool:
+    """Whether all channels but the one that sees most of a block see nothing of it."""
+    channels = here.blocks[b].channels
+    each = [_explained(g, h) for g, h in zip(*_each(here, b), strict=True)]
+    return rests_on(here, b, {channels[int(np.argmax(each))]})
+
+
 def _each(here: Pool, b: int) -> tuple[Array, Array]:
     """G (channels, k, k) and h (channels, k) of every channel that sees a block."""
     k = here.places[b]

@@ -45,7 +45,8 @@ class Block:
     reference: whether it is a hypothesis about a reference; place: where that acts
     stated: what the spec says of each coefficient beforehand, one sigma, SI; 0: nothing
     apart: whether each of its coefficients may be the only one that is there
-    narrow: whether it is a generic one of few columns, which the noise is not judged under unasked
+    narrow: whether it is a generic one of few columns, or a reference that says so, which the noise is not
+        judged under unasked
     """
 
     name: str
@@ -111,7 +112,9 @@ def _of_reference(
     r: Reference, channels: Sequence[Channel], table: DwellTable, sensor: Sensor, place: float
 ) -> Block:
     columns = {c.axis: r.columns(c, table, place) for c in channels}
-    return Block(r.name, sensor, columns, r.terms, reference=True, place=place)
+    count = next(iter(columns.values())).shape[1]
+    terms = r.terms or tuple(str(k + 1) for k in range(count))
+    return Block(r.name, sensor, columns, terms, reference=True, place=place, narrow=r.narrow)
 
 
 def lasts(effect: Effect, table: DwellTable) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from planner.diagnose.hypotheses.agreement import channels_disagree, of_one_channel
+from planner.diagnose.hypotheses.agreement import channels_disagree, of_one_channel, seen_by_one
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.chance import Flips, Nulls
 from planner.diagnose.hypotheses.pool import Pool, given
@@ -180,6 +180,8 @@ class Found:
         """
         if not self.pool.blocks[block].reference:
             return False
+        if getattr(hypothesis(self.pool.blocks[block].name), "by_channel", False):
+            return seen_by_one(self.without(block), block)
         return of_one_channel(self.without(block), block) and of_one_channel(self.pool, block)
 
 

@@ -16,8 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
+from planner.diagnose.hypotheses.bench_of_rows import rows_by_bench
 from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.earth_in_turns import TERMS as EARTH_IN_TURNS
+from planner.diagnose.hypotheses.earth_in_turns import known_at_rest, left_out_of_turns
+from planner.diagnose.hypotheses.fixture_faces import leaning_faces, resting_on_faces
 from planner.diagnose.hypotheses.generic import REST_RATE
+from planner.diagnose.hypotheses.rate_of_arm import off_at_each_load, set_loads
+from planner.diagnose.hypotheses.rate_of_each_level import off_at_each_level, sense, set_rates
 from planner.diagnose.hypotheses.table_axis import beside_an_arm, off_the_axis
 from planner.diagnose.hypotheses.tumbles import TERMS, forgotten_rate, without_north
 from planner.effects._bench_frame import load, turning, upwards
@@ -42,6 +48,8 @@ GROWING, STEADY = -2.0, -3.0  # or by a share that grows with the rate, or by as
 ANYWHERE = (
     1e3  # rad/s, beside a rate above which it is wrong: on the centrifuge as well, one drive turns both
 )
+ON_BENCH = 10.0  # and behind it on one bench among several, the first, the second …
+BY_BENCH = frozenset({"base_tilt", "azimuth", "mounting"})  # what has such places
 UNLOADED = 0.2  # of g, by which the force may differ from it at rest
 
 Columns = Callable[[Channel, DwellTable, float], Array]
@@ -51,10 +59,12 @@ Columns = Callable[[Channel, DwellTable, float], Array]
 class Reference:
     """A hypothesis about a reference; what a search asks of an effect it can ask of one of these.
 
-    terms: its coefficients, shared by the channels, "" of one that nobody asks for
+    terms: its coefficients, shared by the channels, "" of one that nobody asks for; none: one for each column
     columns: (channel, table, place) -> (n, k)
     places: table -> where it may act, one block each (a threshold, a bench, a lag)
     stated: what a bench's accuracy says of one coefficient, one sigma, SI; 0: nothing
+    by_channel: whether each coefficient is seen by a channel of its own, and several have to see some
+    narrow: whether the noise is not judged under it unasked: dear where few records carry loads
     said: the name in reports, where it is not `name`; check: what to look at
     alias: the sensor's error that no data tell it from where it acts on all records; record: the record that
         would tell
@@ -70,6 +80,8 @@ class Reference:
     places: Callable[[DwellTable], Sequence[float]] = lambda table: (0.0,)
     alias: str = ""
     record: str = ""
+    by_channel: bool = False
+    narrow: bool = False
     said: str = ""
     misfit: float = 0.05
     group: Group = "bias"
@@ -129,14 +141,26 @@ def _base_tilt(c: Channel, table: DwellTable, place: float) -> Array:
     """
     conditions = c.model.conditions
     north, east = horizontal(conditions)
-    still = at_rest(conditions)[:, None]
+    here = on_bench(table, place)
+    still = (at_rest(conditions) & here)[:, None]
     size = np.linalg.norm(conditions.rate, axis=1, keepdims=True)
     level = (np.linalg.norm(conditions.specific_force, axis=1) < UNLOADED * STANDARD_GRAVITY_MPS2)[:, None]
-    axis = np.where(turning(conditions)[:, None] & level, conditions.rate, 0.0) / np.where(
-        size > 0, size, 1.0
-    )
+    turns = (turning(conditions) & here)[:, None] & level
+    axis = np.where(turns, conditions.rate, 0.0) / np.where(size > 0, size, 1.0)
     along = [np.abs(axis[:, [k]]) * np.eye(3)[k] for k in range(3)]
     return _felt(c, [STANDARD_GRAVITY_MPS2 * v for v in (still * north, still * east, *along)])
+
+
+def _bases(table: DwellTable) -> Sequence[float]:
+    """All rests, or those on one of several benches."""
+    return (0.0, *(ON_BENCH + k for k in range(len(rows_by_bench(table)))))
+
+
+def on_bench(table: DwellTable, place: float) -> NDArray[np.bool_]:
+    """(n,) rows on the bench of a place; all rows where the place is none of a bench."""
+    if place < ON_BENCH:
+        return np.ones(len(table), dtype=bool)
+    return rows_by_bench(table)[int(place - ON_BENCH)]
 
 
 def _local_gravity(c: Channel, table: DwellTable, place: float) -> Array:
@@ -163,15 +187,6 @@ def _table_rate(c: Channel, table: DwellTable, place: float) -> Array:
     elif place == STEADY:
         share *= size[wrong].min() / np.maximum(size, REST_RATE)
     return _felt(c, [conditions.rate * share[:, None]])
-
-
-def sense(conditions: Conditions) -> Array:
-    """(n,) +1, −1: the table's way about up, or the body's where its axis lies; 0 at rest."""
-    rate, up = conditions.rate, upwards(conditions)
-    size = np.linalg.norm(rate, axis=1)
-    about_up = np.sum(rate * up, axis=1)
-    own = rate[np.arange(len(rate)), np.argmax(np.abs(rate), axis=1)]
-    return np.where(size > REST_RATE, np.sign(np.where(2.0 * np.abs(about_up) > size, about_up, own)), 0.0)
 
 
 def _table_places(table: DwellTable) -> Sequence[float]:
@@ -201,19 +216,20 @@ def thresholds(conditions: Conditions, here: NDArray[np.bool_]) -> Sequence[floa
 def _azimuth(c: Channel, table: DwellTable, place: float) -> Array:
     conditions = c.model.conditions
     north, east = horizontal(conditions)
-    still = at_rest(conditions)[:, None]
+    still = (at_rest(conditions) & on_bench(table, place))[:, None]
     size = np.abs(np.sum(north * conditions.rate, axis=1, keepdims=True)) * still
     return _felt(c, [size * north, size * east])
 
 
 def _mounting(c: Channel, table: DwellTable, place: float) -> Array:
-    """Turned by three angles in one place: on the centrifuge, in all turns of the table, or in both.
+    """Turned by three angles in one place: on the centrifuge, in all turns of the table, in both, on a bench.
 
-    Turns only accelerometers tell, by gravity and load: they are where a gyro's misalignments are from.
+    All but the first only accelerometers tell, by gravity and load: a gyro's misalignments are from turns.
     """
     conditions = c.model.conditions
     arm, turns = loaded(conditions), turning(conditions)
-    here = {ON_THE_ARM: arm, IN_TURNS: ~arm & turns, TURNING: turns}[place]
+    apart = {ON_THE_ARM: arm, IN_TURNS: ~arm & turns, TURNING: turns}
+    here = apart[place] if place in apart else on_bench(table, place)
     if place != ON_THE_ARM and c.sensor == "gyro":
         here = np.zeros_like(here)
     u = sensed(c.sensor, conditions) * here[:, None]
@@ -226,7 +242,7 @@ def _mountings(table: DwellTable) -> Sequence[float]:
     turns, rests = ~arm & turning(conditions), at_rest(conditions)
     on_the_arm = (ON_THE_ARM,) if arm.any() and not arm.all() else ()
     in_turns = (IN_TURNS, *((TURNING,) if on_the_arm else ())) if turns.any() and rests.any() else ()
-    return (*on_the_arm, *in_turns)
+    return (*on_the_arm, *in_turns, *_bases(table)[1:])
 
 
 def _thermometer(c: Channel, table: DwellTable, place: float) -> Array:
@@ -253,6 +269,7 @@ REFERENCES: Mapping[str, Reference] = {
             _base_tilt,
             "level the table's base, or measure its tilt with a level and enter it in the reference",
             stated=lambda accuracy: accuracy.level,
+            places=_bases,
         ),
         Reference(
             "local_gravity",
@@ -279,12 +296,49 @@ REFERENCES: Mapping[str, Reference] = {
             record="whole turns timed against a clock",
         ),
         Reference(
+            "table_rate_by_level",
+            ("gyro",),
+            "1",
+            (),
+            off_at_each_level,
+            "time whole turns of the table against a clock at every rate that was set, either way",
+            stated=lambda accuracy: accuracy.rate,
+            places=set_rates,
+            said="table_rate",
+            largest={"gyro": MOST_SCALE},
+        ),
+        Reference(
+            "arm_rate_by_level",
+            ("gyro", "accelerometer"),
+            "1",
+            (),
+            off_at_each_load,
+            "compare the centrifuge's rate with a counter of whole turns at every level that was set",
+            stated=lambda accuracy: accuracy.rate,
+            places=set_loads,
+            narrow=True,
+            said="table_rate",
+            largest={"gyro": MOST_SCALE, "accelerometer": MOST_SCALE},
+        ),
+        Reference(
+            "earth_rate_of_turns",
+            ("gyro",),
+            "deg/h",
+            EARTH_IN_TURNS,
+            left_out_of_turns,
+            "enter the Earth's rate into ref_rate of the turns too, as it is in that of the rests",
+            places=known_at_rest,
+            said="earth_rate",
+            largest={"gyro": 2.0 * EARTH_RATE_RADPS},
+        ),
+        Reference(
             "azimuth",
             ("gyro",),
             "1",
             ("north", "east"),
             _azimuth,
             "determine the fixture's north again, by a theodolite or a north-seeking unit",
+            places=_bases,
         ),
         Reference(
             "earth_rate_of_tumbles",
@@ -304,10 +358,22 @@ REFERENCES: Mapping[str, Reference] = {
             ("x", "y", "z"),
             _mounting,
             "mount the unit on that bench again, against its datum faces, and repeat one record",
-            stated=lambda accuracy: np.sqrt(2.0) * accuracy.mounting,  # of two installations
+            stated=lambda accuracy: float(np.sqrt(2.0)) * accuracy.mounting,  # of two installations
             places=_mountings,
             alias="misalignment",
             record="the same record after mounting the unit anew",
+        ),
+        Reference(
+            "mounting_of_faces",
+            ("accelerometer",),
+            "deg",
+            (),
+            leaning_faces,
+            "measure the angles of the fixture's faces, or of its stops, and enter them in the reference",
+            stated=lambda accuracy: accuracy.mounting,
+            places=resting_on_faces,
+            said="mounting",
+            by_channel=True,
         ),
         Reference(
             "lever_arm_on_the_table",

@@ -27,6 +27,7 @@ from planner.dwells.table_rows import rows_of
 from planner.errors import InputError
 from planner.measurement import AXES
 from planner.nouns.array import Array
+from planner.nouns.calibration import Coefficient
 from planner.nouns.diagnosis import FoundEffect, FoundTerm, Rival
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Effect, Sensor
@@ -293,7 +294,7 @@ def _terms(
     block = s.found.pool.blocks[b]
     names = [t for t in block.terms if t]
     fit = {key: c for axis in block.channels if axis in last for key, c in last[axis].terms.items()}
-    if any((effect.name, t) not in fit for t in names):
+    if any(not _alone(fit.get((effect.name, t))) for t in names):
         return _of_the_search(s, b, effect, sizes)
     channel, unit = _where(s, b), effect.units[s.sensor]
     told = last[block.channels[0]].parameters
@@ -308,6 +309,11 @@ def _terms(
             if (c := told.get((effect.name, p.name))) is not None
         ),
     ]
+
+
+def _alone(c: Coefficient | None) -> bool:
+    """Whether a fit has a coefficient, and does not have it only together with another (told_together)."""
+    return c is not None and bool(np.isfinite(c.high - c.low))
 
 
 def sizes_of_a_sign(value: float, low: float, high: float, strength: float) -> tuple[float, float]:

@@ -31,6 +31,7 @@ from planner.diagnose.hypotheses.lack_of_fit import (
     cut_chains,
     explained,
     lack_of_fit,
+    of_the_bench,
     pairs_for_tables,
     stands_beside,
 )
@@ -145,15 +146,17 @@ def _channel_by_channel(
 
 
 def _coincidence(found: Found, block: int, apart: Sequence[int], here: Pool) -> float:
-    """What the criterion owes a reference that several channels say alike, before an effect of each of them.
+    """What the criterion owes what is wrong with a bench and several channels say alike, before one of each.
 
     Coefficients of their own could each have been anything up to their size, t sigma: that all but one agree
     within one is a coincidence of 1 / t each, 2 log t. And the geometry of the bench is known only so well:
     at a thousand sigma its linear columns miss a part, which coefficients of their own take up.
     """
-    if not found.pool.blocks[block].reference:
+    if not (of_the_bench(found, block) and len(found.axes(block)) > 1):
         return 0.0
     alike = float(sum(np.log(max(score(here, [c]).delta, 1.0)) for c in apart[1:]))
+    if not found.pool.blocks[block].reference:
+        return alike  # an arm's own equation is known better: squares of loads of each gyro are no bending
     return max(alike, SHARED_MISFIT * score(here, [block]).delta)
 
 

@@ -37,6 +37,7 @@ from planner.diagnose.hypotheses.refusals import refusals
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.search import search
 from planner.diagnose.hypotheses.shown_noise import alike, as_shown
+from planner.diagnose.hypotheses.told_together import told_together
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 from planner.diagnose.hypotheses.verdicts import Veto, vetoed
 from planner.diagnose.hypotheses.whitened import Whitened, moving, whitened
@@ -165,6 +166,7 @@ def _searched(
     flips = Flips(signs, len(data.starts) < SIGNS)
     question = Question(tuple(named), tuple(unnamed), flips, refine, slopes)
     found = search(b.pool, question)
+    told_together(found, b.cuts)
     _unname_the_undetermined(found, b.channels, b.cuts, shown)
     refused = refusals(found, data.starts)
     if refused:

@@ -10,7 +10,7 @@ import numpy as np
 from planner.diagnose.hypotheses.estimates import Estimate, estimates
 from planner.diagnose.hypotheses.found import free, on
 from planner.diagnose.hypotheses.pool import given
-from planner.diagnose.hypotheses.references import REFERENCES, Reference
+from planner.diagnose.hypotheses.references import BY_BENCH, ON_BENCH, REFERENCES, Reference
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.measurement import AXES
@@ -20,6 +20,7 @@ from planner.solvers.distributions import chi_square_tail
 
 DEGREES = 180.0 / np.pi
 HOUR_S = 3600.0
+FEW = 5  # power-ons that are named
 TWO_SIDED = 1.96  # standard errors, half of a 95 % interval
 
 
@@ -57,13 +58,25 @@ def _suspect(s: SensorFound, b: int) -> ReferenceSuspect:
         channels=tuple(f"{s.sensor}_{AXES[a]}" for a in sorted(block.columns)),
         p_value=s.found.p[b],
         strength=float(np.sqrt(s.found.share(b).delta)),
-        check=r.check,
+        check=r.check + _where(s, b),
         separated_by=_apart(s, b),
         alias=r.alias,
         record=r.record,
         stated=block.stated * (DEGREES if r.unit == "deg" else 1.0),
         chance=_chance(sizes, block.stated),
     )
+
+
+def _where(s: SensorFound, b: int) -> str:
+    """The power-ons of one bench among several, in words; nothing of what acts on all of them."""
+    block = s.found.pool.blocks[b]
+    if block.name not in BY_BENCH or block.place < ON_BENCH:
+        return ""
+    starts = next(iter(s.found.pool.state.values())).noise.starts
+    here = np.any([np.any(x != 0.0, axis=1) for x in block.columns.values()], axis=0)
+    runs = s.runs[np.logical_or.reduceat(here, starts)]
+    named = ", ".join(map(str, runs[:FEW].tolist())) + (", …" if len(runs) > FEW else "")
+    return f"; it is the bench of run {named}"
 
 
 def _chance(sizes: Sequence[Estimate], stated: float) -> float:

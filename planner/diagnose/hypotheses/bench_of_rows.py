@@ -1,0 +1,27 @@
+"""Which rows were taken on one bench: what is wrong with that bench is wrong with these and no others.
+
+By the column `bench` where it tells several apart; else power-ons with turns, and those without.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.effects._bench_frame import load, turning
+from planner.nouns.dwell_table import DwellTable
+
+MOST = 6  # benches that are told apart: each is a hypothesis of its own
+
+
+def rows_by_bench(table: DwellTable) -> list[NDArray[np.bool_]]:
+    """(n,) rows under gravity alone of every bench that has any; none where there is one alone."""
+    conditions = table.conditions()
+    here = ~load(conditions).any(axis=1)
+    if table.bench is not None and len(np.unique(table.bench[here])) > 1:
+        apart = [here & (table.bench == name) for name in np.unique(table.bench[here])]
+    else:
+        turned = np.isin(table.run, np.unique(table.run[here & turning(conditions)]))
+        apart = [here & turned, here & ~turned]
+    apart = [rows for rows in apart if rows.any()]
+    return apart if 1 < len(apart) <= MOST else []

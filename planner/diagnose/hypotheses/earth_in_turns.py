@@ -1,0 +1,49 @@
+"""The Earth's rate, left out of the reference of turns alone: a table's rate is entered as it was set.
+
+    y += Ω sin φ · a (a · up),   a the axis of the turn;   where it lies, a (a · n) of whichever way n points
+
+Rests have it, and it is no `earth_rate` of all records. What it leaves is the same on both ways of turning: a
+curve over the rate of three gyros with a step at zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from planner.diagnose.hypotheses.channels import Channel
+from planner.effects._bench_frame import load, turning, upwards
+from planner.nouns.array import Array
+from planner.nouns.dwell_table import DwellTable
+from planner.physics.attitude import unit
+
+TERMS = ("up", "", "", "")  # behind it, of a level axis that is each of the body's
+UPRIGHT = 0.7  # cosine of a turn's axis with up, from which it is no level one
+ON_THE_TABLE, EVERY_TURN = 0.0, 1.0
+HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate
+
+
+def left_out_of_turns(c: Channel, table: DwellTable, place: float) -> Array:
+    """(n, 4) per rad/s of the Earth's rate along up, and along a level axis."""
+    conditions = c.model.conditions
+    axis, up = unit(conditions.rate), upwards(conditions)
+    turns = turning(conditions) & ((place == EVERY_TURN) | ~load(conditions).any(axis=1))
+    about_up = np.sum(axis * up, axis=1)
+    upright = (np.abs(about_up) > UPRIGHT) & turns
+    vertical = axis * (about_up * upright)[:, None]
+    level = (turns & ~upright).astype(float)
+    lying = [np.abs(axis[:, k]) * level * (c.axis == k) for k in range(3)]
+    return np.column_stack([vertical[:, c.axis] * c.lean, *(x * c.lean for x in lying)])
+
+
+def known_at_rest(table: DwellTable) -> Sequence[float]:
+    """Turns of the table, and those on the arm too, where rests have the Earth's rate in their reference."""
+    if table.ref_rate is None:
+        return ()
+    conditions = table.conditions()
+    turns, arm = turning(conditions), load(conditions).any(axis=1)
+    if not (np.linalg.norm(table.ref_rate[~turns], axis=1) > HORIZONTAL).any():
+        return ()
+    on_the_table, on_the_arm = bool((turns & ~arm).any()), bool(arm.any())
+    return (*((ON_THE_TABLE,) if on_the_table else ()), *((EVERY_TURN,) if on_the_arm else ()))
