@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.another_unit_at_rest import another_at_rest
+from planner.diagnose.hypotheses.bench_directions import at_rest, horizontal, loaded
 from planner.diagnose.hypotheses.prepared import LEAST_OF_MANY
-from planner.diagnose.hypotheses.references import at_rest, horizontal, loaded
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.diagnose.leans_change import leans_change
 from planner.measurement import AXES

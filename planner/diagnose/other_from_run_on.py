@@ -24,18 +24,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.diagnose.hypotheses.bench_directions import at_rest, horizontal, loaded
 from planner.diagnose.hypotheses.lack_of_fit import SHARED_MISFIT
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.prepared import Prepared
-from planner.diagnose.hypotheses.references import (
-    MOST_SCALE,
-    REFERENCES,
-    Reference,
-    at_rest,
-    horizontal,
-    hypothesis,
-    loaded,
-)
+from planner.diagnose.hypotheses.references import MOST_SCALE, REFERENCES, Reference, hypothesis
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.suspects import DEGREES, TWO_SIDED
 from planner.measurement import sensed

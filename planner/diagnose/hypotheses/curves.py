@@ -14,11 +14,11 @@ import numpy as np
 
 from planner import catalog
 from planner.diagnose.declared_and_found import declared_and_found
+from planner.diagnose.hypotheses.bench_directions import loaded
 from planner.diagnose.hypotheses.channels import columns
 from planner.diagnose.hypotheses.generic import levels
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.prepared import Prepared
-from planner.diagnose.hypotheses.references import loaded
 from planner.diagnose.hypotheses.reported import cannot_fit, rows_to_fit
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.effects._measured_curve import FORMS, LEAST_NODES, MOST_NODES, VARIABLES, curve_name, curve_of

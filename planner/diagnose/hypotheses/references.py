@@ -3,8 +3,7 @@
     y = (1 + κ) M (u + δu) + b,   δu what the reference does not say
 
 An effect of the bench acts on all channels of a sensor with the same few coefficients, in directions that the
-records themselves give: up along gravity's reaction, north along the horizontal part of the Earth's rate in
-`ref_rate`, or, where it has none, along the next axis in cyclic order (planner.effects.earth_rate).
+records themselves give (`bench_directions`).
 """
 
 from __future__ import annotations
@@ -16,20 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
+from planner.diagnose.hypotheses.bench_directions import UNLOADED, at_rest, felt, horizontal, loaded
 from planner.diagnose.hypotheses.bench_of_rows import rows_by_bench
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.earth_in_turns import TERMS as EARTH_IN_TURNS
 from planner.diagnose.hypotheses.earth_in_turns import known_at_rest, left_out_of_turns
 from planner.diagnose.hypotheses.fixture_faces import leaning_faces, resting_on_faces
-from planner.diagnose.hypotheses.generic import REST_RATE
 from planner.diagnose.hypotheses.rate_of_arm import off_at_each_load, set_loads
-from planner.diagnose.hypotheses.rate_of_each_level import off_at_each_level, sense, set_rates
+from planner.diagnose.hypotheses.rate_of_each_level import off_at_each_level, set_rates
+from planner.diagnose.hypotheses.rate_of_table import off_by_a_share, set_ways
 from planner.diagnose.hypotheses.table_axis import beside_an_arm, off_the_axis
 from planner.diagnose.hypotheses.tumbles import TERMS, forgotten_rate, without_north
-from planner.effects._bench_frame import load, turning, upwards
+from planner.effects._bench_frame import turning
 from planner.measurement import evaluate, sensed
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.sensor import Sensor
 from planner.physics.earth import EARTH_RATE_RADPS
@@ -37,20 +36,11 @@ from planner.protocols import Condition, Effect, Group, Parameter
 from planner.spec.references import BenchAccuracy
 from planner.units import STANDARD_GRAVITY_MPS2
 
-MOST_THRESHOLDS = 8  # between the rates that were set; neighbours explain nearly the same
 LAGS_S = (60.0, 150.0, 300.0, 600.0)  # a minute to ten, each about twice the one before
-HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate, below which a reference names no north
 MOST_SCALE = 0.05  # by which gravity or a table's rate may be off: beside a scale factor of -2, 2 would fit
 ON_THE_ARM, IN_TURNS, TURNING = 0.0, 1.0, 2.0  # where a unit may be mounted another way: in both
-ONE_WAY = -1.0  # a table may be wrong in one sense of turning instead of above a rate
-OTHER_WAY = -4.0  # or in the other, which beside a scale factor only turns elsewhere tell from it
-GROWING, STEADY = -2.0, -3.0  # or by a share that grows with the rate, or by as much at every rate
-ANYWHERE = (
-    1e3  # rad/s, beside a rate above which it is wrong: on the centrifuge as well, one drive turns both
-)
 ON_BENCH = 10.0  # and behind it on one bench among several, the first, the second …
 BY_BENCH = frozenset({"base_tilt", "azimuth", "mounting"})  # what has such places
-UNLOADED = 0.2  # of g, by which the force may differ from it at rest
 
 Columns = Callable[[Channel, DwellTable, float], Array]
 
@@ -99,38 +89,6 @@ def hypothesis(name: str) -> Effect | Reference:
     return REFERENCES[name] if name in REFERENCES else catalog.effects()[name]
 
 
-# ---------------------------------------------------------------- directions
-
-
-def loaded(conditions: Conditions) -> NDArray[np.bool_]:
-    """(n,) whether the unit is on a centrifuge."""
-    return np.asarray(np.any(load(conditions) != 0.0, axis=1))
-
-
-def at_rest(conditions: Conditions) -> NDArray[np.bool_]:
-    """(n,) whether gravity alone acts and nothing turns."""
-    size = np.linalg.norm(conditions.specific_force, axis=1) / STANDARD_GRAVITY_MPS2
-    return np.asarray(~turning(conditions) & (np.abs(size - 1.0) < UNLOADED))
-
-
-def horizontal(conditions: Conditions) -> tuple[Array, Array]:
-    """(n, 3) unit vectors north and east in body axes; zero where nobody knows them."""
-    up = upwards(conditions)
-    rate = np.where(turning(conditions)[:, None], 0.0, conditions.rate)
-    across = rate - up * np.sum(up * rate, axis=1, keepdims=True)
-    size = np.linalg.norm(across, axis=1, keepdims=True)
-    told = size > HORIZONTAL
-    guess = np.roll(np.round(up), 1, axis=1) * (np.abs(up).max(axis=1, keepdims=True) > 0.98)
-    north = np.where(told, across / np.where(told, size, 1.0), guess)
-    return north, np.cross(north, up)
-
-
-def _felt(c: Channel, across: Sequence[Array]) -> Array:
-    """(n, k) what changes (n, 3) of the true input add to the channel: its row of (1 + κ) M."""
-    axis = c.axis
-    return np.column_stack([v[:, axis] * c.lean for v in across])
-
-
 # ---------------------------------------------------------------- the hypotheses
 
 
@@ -148,7 +106,7 @@ def _base_tilt(c: Channel, table: DwellTable, place: float) -> Array:
     turns = (turning(conditions) & here)[:, None] & level
     axis = np.where(turns, conditions.rate, 0.0) / np.where(size > 0, size, 1.0)
     along = [np.abs(axis[:, [k]]) * np.eye(3)[k] for k in range(3)]
-    return _felt(c, [STANDARD_GRAVITY_MPS2 * v for v in (still * north, still * east, *along)])
+    return felt(c, [STANDARD_GRAVITY_MPS2 * v for v in (still * north, still * east, *along)])
 
 
 def _bases(table: DwellTable) -> Sequence[float]:
@@ -165,52 +123,7 @@ def on_bench(table: DwellTable, place: float) -> NDArray[np.bool_]:
 
 def _local_gravity(c: Channel, table: DwellTable, place: float) -> Array:
     here = ~loaded(c.model.conditions)
-    return _felt(c, [c.model.conditions.specific_force * here[:, None]])
-
-
-def _table_rate(c: Channel, table: DwellTable, place: float) -> Array:
-    """A share of the rate: of every one or above one, one way, or growing to that share at the fastest.
-
-    A servo that is off by as much at every rate is so by that share of the slowest.
-    """
-    conditions = c.model.conditions
-    size = np.linalg.norm(conditions.rate, axis=1)
-    here, least = (True, place - ANYWHERE) if place > ANYWHERE else (~loaded(conditions), place)
-    wrong = (size > max(least, REST_RATE)) & here
-    if not wrong.any():
-        return np.zeros((len(size), 1))
-    share = np.where(wrong, 1.0, 0.0)
-    if place in (ONE_WAY, OTHER_WAY):
-        share *= sense(conditions) * (1.0 if place == ONE_WAY else -1.0) > 0.0
-    elif place == GROWING:
-        share *= size / size[wrong].max()
-    elif place == STEADY:
-        share *= size[wrong].min() / np.maximum(size, REST_RATE)
-    return _felt(c, [conditions.rate * share[:, None]])
-
-
-def _table_places(table: DwellTable) -> Sequence[float]:
-    if table.ref_rate is None:
-        return ()
-    conditions = table.conditions()
-    arm = loaded(conditions)
-    turned = set(sense(conditions)[~arm].tolist())
-    above = thresholds(conditions, ~arm)
-    both = thresholds(conditions, turning(conditions)) if arm.any() else ()
-    curved = (GROWING, STEADY) if len(above) > 1 else ()  # one rate alone shows neither
-    ways = (ONE_WAY, *((OTHER_WAY,) if arm.any() else ())) if {-1.0, 1.0} <= turned else ()
-    anywhere = (ANYWHERE + rate for rate in both[1:])  # that of every rate is the gyros' own scale factor
-    return (*above, *ways, *curved, *anywhere)
-
-
-def thresholds(conditions: Conditions, here: NDArray[np.bool_]) -> Sequence[float]:
-    """Rates above which a drive may be wrong: none, and between the levels of some records (n,), rad/s."""
-    size = np.linalg.norm(conditions.rate[here], axis=1)
-    levels = np.unique(np.round(size[size > REST_RATE], 3))
-    apart = levels[np.append(True, np.diff(levels) > 0.05 * levels[1:])] if len(levels) else levels
-    between = (apart[1:] + apart[:-1]) / 2.0
-    kept = np.unique(np.linspace(0, len(between) - 1, min(len(between), MOST_THRESHOLDS)).round().astype(int))
-    return (0.0, *between[kept].tolist()) if len(between) else (0.0,)
+    return felt(c, [c.model.conditions.specific_force * here[:, None]])
 
 
 def _azimuth(c: Channel, table: DwellTable, place: float) -> Array:
@@ -218,7 +131,7 @@ def _azimuth(c: Channel, table: DwellTable, place: float) -> Array:
     north, east = horizontal(conditions)
     still = (at_rest(conditions) & on_bench(table, place))[:, None]
     size = np.abs(np.sum(north * conditions.rate, axis=1, keepdims=True)) * still
-    return _felt(c, [size * north, size * east])
+    return felt(c, [size * north, size * east])
 
 
 def _mounting(c: Channel, table: DwellTable, place: float) -> Array:
@@ -233,7 +146,7 @@ def _mounting(c: Channel, table: DwellTable, place: float) -> Array:
     if place != ON_THE_ARM and c.sensor == "gyro":
         here = np.zeros_like(here)
     u = sensed(c.sensor, conditions) * here[:, None]
-    return _felt(c, [np.cross(np.broadcast_to(e, u.shape), u) for e in np.eye(3)])
+    return felt(c, [np.cross(np.broadcast_to(e, u.shape), u) for e in np.eye(3)])
 
 
 def _mountings(table: DwellTable) -> Sequence[float]:
@@ -287,10 +200,10 @@ REFERENCES: Mapping[str, Reference] = {
             ("gyro",),
             "1",
             ("scale",),
-            _table_rate,
+            off_by_a_share,
             "time whole turns of the table against a clock at the rates in question, either way",
             stated=lambda accuracy: accuracy.rate,
-            places=_table_places,
+            places=set_ways,
             alias="scale_factor",
             largest={"gyro": MOST_SCALE},
             record="whole turns timed against a clock",

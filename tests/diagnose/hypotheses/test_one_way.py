@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.diagnose.hypotheses.references import ONE_WAY, sense
+from planner.diagnose.hypotheses.rate_of_each_level import sense
+from planner.diagnose.hypotheses.rate_of_table import ONE_WAY
 from tests.diagnose.hypotheses.hall import G, axes_apart, days, hidden, read
 from tests.diagnose.hypotheses.worlds import whole
 
