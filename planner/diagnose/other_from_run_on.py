@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.bench_directions import at_rest, horizontal, loaded
 from planner.diagnose.hypotheses.lack_of_fit import SHARED_MISFIT
+from planner.diagnose.hypotheses.noise import LEAST_RUNS as LEAST_RUNS_OF_A_SPREAD
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.references import MOST_SCALE, REFERENCES, Reference, hypothesis
@@ -47,6 +48,7 @@ LEAST_RUNS = 3  # power-ons: of two either is otherwise than the other
 UNLIKE = 1e-3  # p of what the channels' leans explain beside what they share, above which they agree
 OF_WHAT_IS_COMMON = 0.1  # which they may explain of a strong one: products that three angles miss
 OF_ONE = 0.8  # of what the channels see: more by one alone is that channel's
+AS_BUDGETED = 1e-3  # p, above which power-ons that differ as they may are all there is
 SEEN = 1e-4  # of the best told coefficient's information, below which one is not told
 MOST_RAD = 0.1  # 6 deg, beyond which θ × u is no rotation
 MOST_SHARE = 3.0  # of the horizontal rate: north that is south is 2
@@ -257,6 +259,8 @@ def _best(
     if size > kind.most:
         return None
     variance = s2 * np.diag(way)
+    if kind.name == "mounting" and _draws_as_much(gamma, variance, data, sets[k]):
+        return None
     half = TWO_SIDED * float(np.sqrt(gamma**2 @ variance)) / max(size, 1e-300)
     if kind.felt in (_scaled, _read_out):
         gamma = _within_power_ons(kind, mine, data, sets[k])
@@ -315,6 +319,21 @@ def _within_power_ons(
             parts.append(z.T @ z)
     gram: Array = np.sum(parts, axis=0)
     return np.asarray(_pseudo(gram[:-1, :-1]) @ gram[:-1, -1])
+
+
+def _draws_as_much(gamma: Array, variance: Array, data: Prepared, there: NDArray[np.bool_]) -> bool:
+    """Whether misalignments that differ from power-on to power-on as the spec lets them may be all of it.
+
+    Σ γ² / (var γ + σ² (1/g₁ + 1/g₂)), χ² of k;  σ the larger budget, g₁, g₂ power-ons there and elsewhere
+    Of few power-ons, whose spread nothing tells; where they are many it is in the noise.
+    """
+    if len(there) >= LEAST_RUNS_OF_A_SPREAD:
+        return False
+    budgets = [] if data.unit is None else [getattr(data.unit, s).get("misalignment") for s in SENSORS]
+    sigma = max((b.run_to_run_largest or 0.0 for b in budgets if b is not None), default=0.0)
+    drawn = sigma**2 * (1.0 / int(there.sum()) + 1.0 / int((~there).sum()))
+    square = float(np.sum(gamma**2 / (variance + drawn)))
+    return bool(chi_square_tail(square, len(gamma)) > AS_BUDGETED)
 
 
 def _told(found: Sequence[SensorFound], kind: _Kind) -> float:

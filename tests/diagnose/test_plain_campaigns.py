@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from functools import cache
 
 import numpy as np
@@ -10,15 +11,18 @@ import yaml
 from scipy.special import ndtr
 
 from planner.diagnose import another_unit
+from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.hypotheses.noise import IN_RUN
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import diagnose_sensor
 from planner.diagnose.hypotheses.verdicts import _rests_on, _scatter
 from planner.diagnose.records import screened
+from planner.export.json import plan_text
 from planner.pipelines.data import simulate
 from planner.simulate.settings import settings_of
 from planner.spec.load import LoadedSpec, load_spec
 from tests.diagnose.labs.unit import campaign
+from tests.shipped_plans import shipped_plan
 from tests.specs import SHIPPED, loaded
 
 
@@ -139,3 +143,25 @@ def test_what_every_gyro_has_for_itself_is_no_bending_arm(hidden: str, seed: int
     found = diagnose_sensor(prepared(table), "gyro", tuple(unit.spec.effects), 1)
     named = {found.found.pool.blocks[b].name for b in found.found.all}
     assert named == {hidden.split("=")[0].removeprefix("gyro.")}
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"), [("high_g", 3), ("high_g", 7), ("small_uav", 8), ("tactical_leg", 5)]
+)
+@pytest.mark.further(
+    ("name", "seed"),
+    [
+        *(("high_g", seed) for seed in (1, 2, 4, 5, 6, 8, 14)),
+        *(("small_uav", seed) for seed in range(1, 8)),
+        *(("tactical_leg", seed) for seed in range(1, 5)),
+    ],
+)
+def test_the_campaign_of_a_plan_gives_no_alarm(name: str, seed: int) -> None:
+    """Six power-ons: walks of 6 sigma had been effects of time, misalignments of each power-on curves over
+    temperature and rate of 17 sigma and a mounting, and levels of power-ons an in-run twice its budget.
+    """
+    unit = load_spec(SHIPPED / f"{name}.yaml")
+    plan = json.loads(plan_text(shipped_plan(name).plan))
+    table, _ = simulate(unit, plan, (), seed, settings_of(unit.spec))
+    found = diagnose(table, unit.spec)
+    assert [*found.effects, *found.unknown, *found.reference_suspects, *found.budget_exceeded] == []

@@ -7,8 +7,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner import catalog
+from planner.diagnose.hypotheses.beside_budgets import like_in_run, like_scale_factor
 from planner.diagnose.hypotheses.noise import IN_RUN, LEVEL, ChannelNoise
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
@@ -59,10 +61,10 @@ def assumptions(s: SensorFound, spec: Spec, data: Prepared) -> list[Assumption]:
             if LEVEL in components and error in budgets and _alone(data):
                 found += _between_records(s, w, budgets[error], data)
             elif error in budgets and here:
-                apart = _wander(s, budgets, noise) if error == "scale_factor" else 0.0
                 size = _sum(noise, here)
                 if size[1] >= KNOWN and noise is not w.noise and part != "in_run":
                     size = _sum(w.noise, here)  # which the triad may tell
+                apart = _apart(s, budgets, noise, data.starts, error, part)
                 one = _spread(s, w.channel.name, size, error, part, budgets[error], apart)
                 found.append(_unbudgeted(one) if IN_RUN in noise.components and part == "in_run" else one)
     found = _of_the_triad(found)
@@ -78,6 +80,21 @@ def _of_the_triad(found: Sequence[Assumption]) -> list[Assumption]:
     return [
         several[0] if len(several) == 1 else replace(several[0], channel="") for several in groups.values()
     ]
+
+
+def _apart(
+    s: SensorFound,
+    budgets: Mapping[str, ErrorBudget],
+    noise: ChannelNoise,
+    starts: NDArray[np.int64],
+    error: str,
+    part: str,
+) -> float:
+    """What else the budgets let differ and a spread would hold, on the channel that has most of it."""
+    if error == "scale_factor":
+        drawn = max(like_scale_factor(c, starts, budgets) for c in s.channels)
+        return float(np.hypot(_wander(s, budgets, noise), drawn))
+    return max(like_in_run(c, starts, budgets) for c in s.channels) if part == "in_run" else 0.0
 
 
 def _wander(s: SensorFound, budgets: Mapping[str, ErrorBudget], noise: ChannelNoise) -> float:

@@ -17,8 +17,8 @@ import numpy as np
 
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.hidden_columns import with_what_hides
-from planner.diagnose.hypotheses.noise import CROSS_NOISE, LEAST_RUNS, Readings
-from planner.diagnose.hypotheses.wander import SETTLED_ROUGHLY, gained, with_wander
+from planner.diagnose.hypotheses.noise import CROSS_NOISE, Readings
+from planner.diagnose.hypotheses.wander import LEAST_TO_WANDER, SETTLED_ROUGHLY, gained, with_wander
 from planner.diagnose.hypotheses.weighed_columns import Weighed, weighed
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail
@@ -63,7 +63,7 @@ def _leans(readings: Readings, plain: Weighed | None) -> bool:
     Where they are left out, noise of each record that grows with the input across stands for them.
     """
     c = readings.channel
-    if plain is None or len(readings.starts) < LEAST_RUNS or CROSS_NOISE not in plain.judged.components:
+    if plain is None or len(readings.starts) < LEAST_TO_WANDER or CROSS_NOISE not in plain.judged.components:
         return False
     cross = float(plain.theta[plain.judged.components.index(CROSS_NOISE)])
     if cross * float(np.max(c.across**2)) < plain.theta[0]:

@@ -44,6 +44,8 @@ from planner.solvers.restricted_likelihood import Sample, restricted_loglik
 
 CHANCE = 1e-4  # of a channel that does not wander; tails of Student's t of 3 degrees make a few of it
 CHANCE_AT_FIRST = 1e-2  # the same before anything is believed: what is counted on in vain costs little
+LEAST_TO_WANDER = 4  # power-ons; in one a drift and a walk are the same
+LEAST_ROWS = 50  # beside a model's columns, of few power-ons: each takes a level from them
 TIMES_S = (60.0, 200.0, 600.0, 2000.0)  # correlation times that are asked
 LARGEST_AT_FIRST = 256  # rows of a power-on
 SETTLED_ROUGHLY = 0.1  # of the log-likelihood
@@ -73,7 +75,9 @@ def with_wander(readings: Readings, plain: Weighed | None, time_on: Array) -> Re
 def _shown(readings: Readings, plain: Weighed, z: Array, time_on: Array) -> Drift | None:
     """The process of a column z (n,) that the rows show; None where they show none."""
     sample = plain.judged.sample
-    if len(readings.starts) < LEAST_RUNS or int(sample.effects.sizes.max()) > LARGEST_AT_FIRST:
+    if len(readings.starts) < LEAST_TO_WANDER or int(sample.effects.sizes.max()) > LARGEST_AT_FIRST:
+        return None
+    if len(readings.starts) < LEAST_RUNS and len(sample.y) - sample.basis.shape[1] < LEAST_ROWS:
         return None
     rows, _ = judged_rows(readings.starts, len(time_on))
     drifts = [Drift(z, time_on, tau) for tau in TIMES_S]
@@ -97,7 +101,7 @@ def can_tell(w: Whitened) -> bool:
 
     In one record a drift and a walk are the same.
     """
-    return len(w.noise.starts) >= LEAST_RUNS and int(w.noise.sample.effects.sizes.max()) <= LARGEST
+    return len(w.noise.starts) >= LEAST_TO_WANDER and int(w.noise.sample.effects.sizes.max()) <= LARGEST
 
 
 def wander(w: Whitened, believed: Array, time_on: Array, tau: float) -> ChannelNoise | None:
