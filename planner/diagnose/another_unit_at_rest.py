@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.diagnose.hypotheses.orthogonal import about_means, clear, orthonormal
 from planner.diagnose.leans_change import leans_change
 from planner.nouns.array import Array
 
@@ -47,9 +47,9 @@ def _is_no_bench(y: Array, u: Array, run: NDArray[np.int64], north: Array, place
     leans, shared, left = [], [], []
     for a in range(3):
         own = np.column_stack([u[:, [a]] * later, u[:, [a]] * ~later, np.delete(u, a, axis=1)])
-        base = orthonormal(_about(own, run), 1e-6)
+        base = orthonormal(about_means(own, run), 1e-6)
         X = np.column_stack([np.delete(u, a, axis=1), turned[:, a], tilted[:, a]]) * later
-        z = clear(base, _about(np.column_stack([X, y[:, a] - u[:, a]]), run))
+        z = clear(base, about_means(np.column_stack([X, y[:, a] - u[:, a]]), run))
         mine = np.zeros((len(z), 6))
         mine[:, 2 * a : 2 * a + 2] = z[:, :2]
         leans.append(mine)
@@ -58,12 +58,6 @@ def _is_no_bench(y: Array, u: Array, run: NDArray[np.int64], north: Array, place
     e = np.concatenate(left)
     every, rotation = _square(np.concatenate(leans), e), _square(np.concatenate(shared)[:, :3], e)
     return max(rotation, _square(np.concatenate(shared)[:, 3:], e)) < OF_THE_BENCH * every
-
-
-def _about(X: Array, run: NDArray[np.int64]) -> Array:
-    """(n, k) columns about the means of power-ons."""
-    means = np.array([np.bincount(run, c) for c in X.T]).T / np.bincount(run)[:, None]
-    return np.asarray(X - means[run])
 
 
 def _square(X: Array, e: Array) -> float:

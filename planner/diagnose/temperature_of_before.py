@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.another_unit import channels_of
-from planner.diagnose.hypotheses.orthogonal import explained
+from planner.diagnose.hypotheses.orthogonal import about_means, explained
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
@@ -93,7 +93,8 @@ def _odds(table: DwellTable, order: NDArray[np.int64], moved: Array) -> Iterator
             told = np.isfinite(e)
             rows = order[told]
             each = (table.temperature_degc[rows], moved[rows])
-            left = [_left(e[told], u[rows], t, run[told], axis) for t in each]
+            _, own = np.unique(run[told], return_inverse=True)  # a power-on may have none of this channel
+            left = [_left(e[told], u[rows], t, own, axis) for t in each]
             yield 0.5 * len(rows) * float(np.log(max(left[0], 1e-300) / max(left[1], 1e-300)))
 
 
@@ -101,8 +102,7 @@ def _left(e: Array, u: Array, t: Array, run: NDArray[np.int64], axis: int) -> fl
     """What is left of the square of e (n,) about the means of power-ons."""
     H = hats(t, temperature_nodes(t), 0.0)
     X = np.column_stack([H, H * u[:, [axis]], np.delete(u, axis, axis=1), e])
-    means = np.array([np.bincount(run, c) for c in X.T]).T / np.maximum(np.bincount(run), 1)[:, None]
-    about = X - means[run]
+    about = about_means(X, run)
     nothing = np.zeros((len(e), 0))
     gain, _ = explained(nothing, about[:, :-1], about[:, -1], 1e-6)
     return float(about[:, -1] @ about[:, -1]) - gain

@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.effects._bench_frame import load, turning
+from planner.diagnose.hypotheses.bench_directions import loaded
+from planner.effects._bench_frame import turning
 from planner.nouns.dwell_table import DwellTable
 
 MOST = 6  # benches that are told apart: each is a hypothesis of its own
@@ -17,7 +18,7 @@ MOST = 6  # benches that are told apart: each is a hypothesis of its own
 def rows_by_bench(table: DwellTable) -> list[NDArray[np.bool_]]:
     """(n,) rows under gravity alone of every bench that has any; none where there is one alone."""
     conditions = table.conditions()
-    here = ~load(conditions).any(axis=1)
+    here = ~loaded(conditions)
     if table.bench is not None and len(np.unique(table.bench[here])) > 1:
         apart = [here & (table.bench == name) for name in np.unique(table.bench[here])]
     else:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from planner import catalog
 from planner.diagnose.hypotheses.channels import Channel, columns
+from planner.diagnose.hypotheses.orthogonal import about_means
 from planner.nouns.array import Array
 from planner.spec.budget import ErrorBudget
 
@@ -55,5 +56,4 @@ def _drawn(
 def _about(columns: Array, starts: NDArray[np.int64]) -> Array:
     """(n, k) columns about the mean of their power-on."""
     sizes = np.diff(np.append(starts, len(columns)))
-    means = np.add.reduceat(columns, starts) / sizes[:, None]
-    return np.asarray(columns - np.repeat(means, sizes, axis=0))
+    return about_means(columns, np.repeat(np.arange(len(starts)), sizes))

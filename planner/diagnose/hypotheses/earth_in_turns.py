@@ -12,8 +12,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from planner.diagnose.hypotheses.bench_directions import HORIZONTAL, loaded
 from planner.diagnose.hypotheses.channels import Channel
-from planner.effects._bench_frame import load, turning, upwards
+from planner.effects._bench_frame import turning, upwards
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
 from planner.physics.attitude import unit
@@ -21,14 +22,13 @@ from planner.physics.attitude import unit
 TERMS = ("up", "", "", "")  # behind it, of a level axis that is each of the body's
 UPRIGHT = 0.7  # cosine of a turn's axis with up, from which it is no level one
 ON_THE_TABLE, EVERY_TURN = 0.0, 1.0
-HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate
 
 
 def left_out_of_turns(c: Channel, table: DwellTable, place: float) -> Array:
     """(n, 4) per rad/s of the Earth's rate along up, and along a level axis."""
     conditions = c.model.conditions
     axis, up = unit(conditions.rate), upwards(conditions)
-    turns = turning(conditions) & ((place == EVERY_TURN) | ~load(conditions).any(axis=1))
+    turns = turning(conditions) & ((place == EVERY_TURN) | ~loaded(conditions))
     about_up = np.sum(axis * up, axis=1)
     upright = (np.abs(about_up) > UPRIGHT) & turns
     vertical = axis * (about_up * upright)[:, None]
@@ -42,7 +42,7 @@ def known_at_rest(table: DwellTable) -> Sequence[float]:
     if table.ref_rate is None:
         return ()
     conditions = table.conditions()
-    turns, arm = turning(conditions), load(conditions).any(axis=1)
+    turns, arm = turning(conditions), loaded(conditions)
     if not (np.linalg.norm(table.ref_rate[~turns], axis=1) > HORIZONTAL).any():
         return ()
     on_the_table, on_the_arm = bool((turns & ~arm).any()), bool(arm.any())

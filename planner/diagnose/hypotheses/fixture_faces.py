@@ -14,8 +14,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.diagnose.hypotheses.bench_directions import loaded
 from planner.diagnose.hypotheses.channels import Channel
-from planner.effects._bench_frame import load, turning, upwards
+from planner.effects._bench_frame import turning, upwards
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.dwell_table import DwellTable
@@ -47,7 +48,7 @@ def resting_on_faces(table: DwellTable) -> Sequence[float]:
 def _faces(conditions: Conditions, run: NDArray[np.int64]) -> list[tuple[Array, NDArray[np.bool_]]]:
     """Up in body axes and (n,) rows of every face that several power-ons have."""
     up = upwards(conditions)
-    still = ~turning(conditions) & ~load(conditions).any(axis=1)
+    still = ~turning(conditions) & ~loaded(conditions)
     left = still.copy()
     found: list[tuple[Array, NDArray[np.bool_]]] = []
     while left.any() and len(found) <= 2 * MOST:

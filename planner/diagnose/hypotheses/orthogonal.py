@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.solvers.least_squares import orthogonal
@@ -49,3 +50,9 @@ def explained(known: Array, columns: Array, y: Array, seen: float) -> tuple[floa
     left = clear(Q, np.column_stack([y, columns]))
     C = orthonormal(left[:, 1:], seen)
     return float(np.sum((C.T @ left[:, 0]) ** 2)), int(C.shape[1])
+
+
+def about_means(X: Array, group: NDArray[np.int64]) -> Array:
+    """(n, k) columns about the means of their groups, (n,) 0 … g − 1 without a gap."""
+    means = np.array([np.bincount(group, c) for c in X.T]).T / np.bincount(group)[:, None]
+    return np.asarray(X - means[group])

@@ -12,13 +12,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from planner.diagnose.hypotheses.bench_directions import loaded
 from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.rate_of_each_level import but_the_last, levels_of, one_place
 from planner.effects._bench_frame import load
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.dwell_table import DwellTable
 
-LEAST, MOST = 3, 24  # levels: of two a longer arm and one that gives way say all
+LEAST = 3  # levels: of two a longer arm and one that gives way say all
 ONE_LEVEL = 0.005  # of a rate, by which records of one level differ: a hundredth of the load
 
 
@@ -30,25 +32,16 @@ def off_at_each_load(c: Channel, table: DwellTable, place: float) -> Array:
     conditions = c.model.conditions
     level = _levels(conditions)
     felt = conditions.rate if c.sensor == "gyro" else 2.0 * load(conditions)
-    along = felt[:, c.axis] * c.lean
-    return np.column_stack([along * (level == k) for k in range(int(level.max(initial=-1)))])
+    return but_the_last(felt[:, c.axis] * c.lean, level)
 
 
 def set_loads(table: DwellTable) -> Sequence[float]:
     """One place, where an arm is set to some levels again and again."""
     if table.ref_rate is None:
         return ()
-    count = int(_levels(table.conditions()).max(initial=-1)) + 1
-    return (0.0,) if LEAST <= count <= MOST else ()
+    return one_place(_levels(table.conditions()), LEAST)
 
 
 def _levels(conditions: Conditions) -> Array:
     """(n,) number of each row's level on the arm; −1 of all other rows."""
-    here = load(conditions).any(axis=1)
-    size = np.linalg.norm(conditions.rate, axis=1)
-    values = np.unique(size[here])
-    if len(values) == 0:
-        return np.full(len(size), -1)
-    apart = np.append(True, np.diff(values) > ONE_LEVEL * values[1:])
-    which = (np.cumsum(apart) - 1)[np.clip(np.searchsorted(values, size), 0, len(values) - 1)]
-    return np.where(here, which, -1)
+    return levels_of(np.linalg.norm(conditions.rate, axis=1), loaded(conditions), ONE_LEVEL)

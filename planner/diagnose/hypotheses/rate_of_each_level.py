@@ -12,14 +12,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+from planner.diagnose.hypotheses.bench_directions import loaded
 from planner.diagnose.hypotheses.channels import Channel
-from planner.effects._bench_frame import load, turning, upwards
+from planner.effects._bench_frame import turning, upwards
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.dwell_table import DwellTable
 
-LEAST, MOST = 4, 24  # signed rates: of fewer a share of each way says all; more are no levels
+LEAST = 4  # signed rates: of fewer a share of each way says all
+MOST = 24  # more are no levels
 ONE_LEVEL = 0.02  # of a rate, by which records of one level differ
 
 
@@ -30,16 +33,14 @@ def off_at_each_level(c: Channel, table: DwellTable, place: float) -> Array:
     """
     conditions = c.model.conditions
     level = _levels(conditions)
-    along = conditions.rate[:, c.axis] * c.lean
-    return np.column_stack([along * (level == k) for k in range(int(level.max(initial=-1)))])
+    return but_the_last(conditions.rate[:, c.axis] * c.lean, level)
 
 
 def set_rates(table: DwellTable) -> Sequence[float]:
     """One place, where some rates are set again and again."""
     if table.ref_rate is None:
         return ()
-    count = int(_levels(table.conditions()).max(initial=-1)) + 1
-    return (0.0,) if LEAST <= count <= MOST else ()
+    return one_place(_levels(table.conditions()), LEAST)
 
 
 def sense(conditions: Conditions) -> Array:
@@ -53,11 +54,26 @@ def sense(conditions: Conditions) -> Array:
 
 def _levels(conditions: Conditions) -> Array:
     """(n,) number of each row's signed rate on the table; −1 of all other rows."""
-    here = turning(conditions) & ~load(conditions).any(axis=1)
+    here = turning(conditions) & ~loaded(conditions)
     rate = np.where(here, sense(conditions) * np.linalg.norm(conditions.rate, axis=1), 0.0)
+    return levels_of(rate, here, ONE_LEVEL, 1e-4)
+
+
+def levels_of(rate: Array, here: NDArray[np.bool_], share: float, least: float = 0.0) -> Array:
+    """(n,) number of each row's level; −1 of rows that are not here. One is within a share and `least`."""
     values = np.unique(rate[here])
     if len(values) == 0:
         return np.full(len(rate), -1)
-    apart = np.append(True, np.diff(values) > ONE_LEVEL * np.abs(values[1:]) + 1e-4)
+    apart = np.append(True, np.diff(values) > share * np.abs(values[1:]) + least)
     which = (np.cumsum(apart) - 1)[np.clip(np.searchsorted(values, rate), 0, len(values) - 1)]
     return np.where(here, which, -1)
+
+
+def but_the_last(along: Array, level: Array) -> Array:
+    """(n, levels − 1) what is along (n,) at each level but the last."""
+    return np.column_stack([along * (level == k) for k in range(int(level.max(initial=-1)))])
+
+
+def one_place(level: Array, least: int) -> Sequence[float]:
+    """One place, where rows have as many levels as are set again and again."""
+    return (0.0,) if least <= int(level.max(initial=-1)) + 1 <= MOST else ()

@@ -14,8 +14,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.diagnose.hypotheses.bench_directions import loaded
 from planner.diagnose.hypotheses.channels import Channel
-from planner.effects._bench_frame import load, turning
+from planner.effects._bench_frame import turning
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.dwell_table import DwellTable
@@ -38,4 +39,4 @@ def beside_an_arm(table: DwellTable) -> Sequence[float]:
 
 def _on_the_table(conditions: Conditions) -> NDArray[np.bool_]:
     """(n,) whether the unit turns under gravity alone."""
-    return np.asarray(turning(conditions) & ~load(conditions).any(axis=1))
+    return np.asarray(turning(conditions) & ~loaded(conditions))

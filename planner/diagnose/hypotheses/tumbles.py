@@ -12,8 +12,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.diagnose.hypotheses.bench_directions import HORIZONTAL, loaded
 from planner.diagnose.hypotheses.channels import Channel
-from planner.effects._bench_frame import load, turning, upwards
+from planner.effects._bench_frame import turning, upwards
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.dwell_table import DwellTable
@@ -22,7 +23,6 @@ TERMS = ("up", "north", "east", "", "", "", "")  # behind them, of faces that st
 BETWEEN_FACES = 0.98  # cosine of up with an axis, below which no face is level (planner.effects.earth_rate)
 ONE_PLANE = 0.02  # rms of up's part along the axis, 1 deg: how well a unit is mounted on a head
 AROUND = 0.2  # of the rows, by which up spreads in both directions of the plane
-HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate, above which the reference has north
 
 
 def forgotten_rate(c: Channel, table: DwellTable, place: float) -> Array:
@@ -69,4 +69,4 @@ def tumbling_axis(conditions: Conditions, run: NDArray[np.int64]) -> Array:
 
 def _still(conditions: Conditions) -> NDArray[np.bool_]:
     """(n,) whether a row is a rest under gravity alone."""
-    return np.asarray(~turning(conditions) & ~load(conditions).any(axis=1))
+    return np.asarray(~turning(conditions) & ~loaded(conditions))
