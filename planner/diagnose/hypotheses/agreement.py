@@ -20,10 +20,8 @@ from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail
 
 TOLD = 1e-3  # of the information, that a channel must have to be asked
+TAKEN_UP = 0.1  # of what a channel would see of a reference, less of which an effect of its own leaves
 UNLIKE = 1e-3  # p of Q, below which the channels differ
-OF_WHAT_IS_COMMON = (
-    0.5  # a strong one differs by what its linear shape lacks, a tenth of it: that is no reason
-)
 SEVERAL = 2  # channels, fewer of which cannot disagree
 WELL = 0.01  # of the best told direction's information
 FORESEEN = 2.5  # sigma that the others are to see, from which they are asked: nine in ten then see half
@@ -44,9 +42,15 @@ def rests_on(here: Pool, b: int, axes: set[int]) -> bool:
     return rank == 0 or bool(chi_square_tail(float(h @ inverse(gram) @ h), rank) > UNLIKE)
 
 
-def channels_disagree(here: Pool, b: int) -> bool:
-    """Whether the coefficients of several channels are others on each; here: beside all else."""
+def channels_disagree(pool: Pool, here: Pool, b: int, unlike: float) -> bool:
+    """Whether the coefficients of several channels differ by more than a share of what they have in common.
+
+    Or whether all but one have an effect in its place. here: the pool beside all else; unlike: the share, Q
+    over Δ of the common coefficients, which is what linear columns lack of a strong error
+    """
     G, h = _each(here, b)
+    if _others_have_their_own(_each(pool, b)[0], G, _pseudo(G.sum(axis=0)) @ h.sum(axis=0)):
+        return True
     told = np.array([np.trace(g) for g in G])
     G, h = G[told > TOLD * told.sum()], h[told > TOLD * told.sum()]
     if len(G) < SEVERAL:
@@ -54,9 +58,19 @@ def channels_disagree(here: Pool, b: int) -> bool:
     common = _explained(G.sum(axis=0), h.sum(axis=0))
     between = sum(_explained(g, x) for g, x in zip(G, h, strict=True)) - common
     freedom = sum(_rank(g) for g in G) - _rank(G.sum(axis=0))
-    if between <= OF_WHAT_IS_COMMON * common or freedom < 1:
+    if between <= unlike * common or freedom < 1:
         return False
     return bool(chi_square_tail(between, freedom) < UNLIKE)
+
+
+def _others_have_their_own(before: Array, G: Array, gamma: Array) -> bool:
+    """Whether what several channels would have seen of γ is taken up by what is believed of all but one.
+
+    before: (channels, k, k) beside nothing that is believed
+    """
+    foreseen, left = (np.einsum("i,aij,j->a", gamma, g, gamma) for g in (before, G))
+    see = foreseen > TOLD * foreseen.sum()
+    return bool(np.sum(see) >= SEVERAL > np.sum(see & (left > TAKEN_UP * foreseen)))
 
 
 def of_one_channel(here: Pool, b: int) -> bool:

@@ -44,6 +44,7 @@ class Block:
     columns: channel's index -> (n, k), zero where a shared term does not act on that channel
     reference: whether it is a hypothesis about a reference; place: where that acts
     stated: what the spec says of each coefficient beforehand, one sigma, SI; 0: nothing
+    bounds: the least and the most that each coefficient (k,) can be, SI; None: anything
     apart: whether each of its coefficients may be the only one that is there
     narrow: whether it is a generic one of few columns, or a reference that says so, which the noise is not
         judged under unasked
@@ -58,6 +59,7 @@ class Block:
     reference: bool = False
     place: float = 0.0
     stated: float = 0.0
+    bounds: tuple[Array, Array] | None = None
     apart: bool = False
     narrow: bool = False
 
@@ -114,7 +116,8 @@ def _of_reference(
     columns = {c.axis: r.columns(c, table, place) for c in channels}
     count = next(iter(columns.values())).shape[1]
     terms = r.terms or tuple(str(k + 1) for k in range(count))
-    return Block(r.name, sensor, columns, terms, reference=True, place=place, narrow=r.narrow)
+    bounds = r.bounds(table) if r.bounds is not None else None
+    return Block(r.name, sensor, columns, terms, reference=True, place=place, bounds=bounds, narrow=r.narrow)
 
 
 def lasts(effect: Effect, table: DwellTable) -> bool:

@@ -18,8 +18,10 @@ from planner.effects._bench_frame import turning, upwards
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
 from planner.physics.attitude import unit
+from planner.physics.earth import EARTH_RATE_RADPS
 
 TERMS = ("up", "", "", "")  # behind it, of a level axis that is each of the body's
+ROUGHLY = 0.1  # of the Earth's rate, to which a reference at rest has it
 UPRIGHT = 0.7  # cosine of a turn's axis with up, from which it is no level one
 ON_THE_TABLE, EVERY_TURN = 0.0, 1.0
 
@@ -47,3 +49,18 @@ def known_at_rest(table: DwellTable) -> Sequence[float]:
         return ()
     on_the_table, on_the_arm = bool((turns & ~arm).any()), bool(arm.any())
     return (*((ON_THE_TABLE,) if on_the_table else ()), *((EVERY_TURN,) if on_the_arm else ()))
+
+
+def as_at_rest(table: DwellTable) -> tuple[Array, Array]:
+    """Bounds of the four coefficients: along up what the rests have of it, along a level axis up to the rest.
+
+    Ω sin φ = median of ref_rate · up at rest,   |level| ≤ √(Ω² − (Ω sin φ)²)
+    """
+    conditions = table.conditions()
+    rests = ~turning(conditions)
+    along = np.sum(conditions.rate * upwards(conditions), axis=1)[rests]
+    up = float(np.median(along))
+    level = np.sqrt(max(EARTH_RATE_RADPS**2 - up**2, 0.0))
+    slack = ROUGHLY * EARTH_RATE_RADPS
+    most = np.array([up, level, level, level]) + slack
+    return np.array([up, -level, -level, -level]) - slack, most

@@ -10,8 +10,9 @@ import numpy as np
 from planner.diagnose.hypotheses.agreement import channels_disagree, of_one_channel, seen_by_one
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.chance import Flips, Nulls
+from planner.diagnose.hypotheses.foreseen import as_foreseen
 from planner.diagnose.hypotheses.pool import Pool, given
-from planner.diagnose.hypotheses.references import hypothesis
+from planner.diagnose.hypotheses.references import REFERENCES, hypothesis
 from planner.diagnose.hypotheses.scores import Score, chance_of, delta, nulls_of, score
 
 ALPHA = 0.01  # false claims per sensor, of three channels, where nothing else is believed
@@ -171,7 +172,20 @@ class Found:
         alpha = ALPHA_REFERENCE if reference else ALPHA_FURTHER if self.others(block) else ALPHA
         if not significant(self.pool, block, s, null, alpha if s.freedom > FEW else OF_FEW * alpha):
             return False
-        return not (reference and channels_disagree(self.without(block), block)) and not self.is_of_one(block)
+        return self.may_be(block) and not self.is_of_one(block)
+
+    def may_be(self, block: int, *instead: int) -> bool:
+        """Whether the channels agree on a reference, and it is what the rest of the table says of it.
+
+        No more is asked of an effect of the library. instead: believed ones in the place of which it stands
+        """
+        b = self.pool.blocks[block]
+        if not b.reference:
+            return True
+        here = self.without(block, *instead)
+        return as_foreseen(self.pool, here, block) and not channels_disagree(
+            self.pool, here, block, REFERENCES[b.name].unlike
+        )
 
     def is_of_one(self, block: int) -> bool:
         """Whether a block is a reference, wrong for all channels, of which only one of them shows anything.

@@ -217,7 +217,8 @@ def _named(found: Found, lacking: Sequence[int], question: Question) -> bool:
     candidates = free(found.pool, on(found.pool, question.library, axes), found.all)
     scores = {b: score(here, [b]) for b in candidates}
     scores = {b: s for b, s in scores.items() if s.m and s.log_p < np.log(SINGLE)}
-    scores = {b: s for b, s in scores.items() if stands_beside(found, b, s) and not found.is_of_one(b)}
+    scores = {b: s for b, s in scores.items() if stands_beside(found, b, s)}
+    scores = {b: s for b, s in scores.items() if found.may_be(b) and not found.is_of_one(b)}
     if not scores:
         return False
     criteria = found.criteria(question, scores)
@@ -280,6 +281,7 @@ def _best_pair(found: Found, axes: set[int], question: Question) -> tuple[int, i
     mine = found.on(axes)
     here = found.without(*mine)
     candidates = free(found.pool, on(found.pool, question.library, axes), found.others(*mine))
+    candidates = [b for b in candidates if found.may_be(b, *mine)]
     costs = {b: penalty(here, b) for b in candidates if score(here, [b]).m}
     pairs = {
         (a, b): delta(here, [a, b]) - costs[a] - costs[b]

@@ -19,11 +19,11 @@ from planner.diagnose.hypotheses.bench_directions import UNLOADED, at_rest, felt
 from planner.diagnose.hypotheses.bench_of_rows import rows_by_bench
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.earth_in_turns import TERMS as EARTH_IN_TURNS
-from planner.diagnose.hypotheses.earth_in_turns import known_at_rest, left_out_of_turns
+from planner.diagnose.hypotheses.earth_in_turns import as_at_rest, known_at_rest, left_out_of_turns
 from planner.diagnose.hypotheses.fixture_faces import leaning_faces, resting_on_faces
 from planner.diagnose.hypotheses.rate_of_arm import off_at_each_load, set_loads
 from planner.diagnose.hypotheses.rate_of_each_level import off_at_each_level, set_rates
-from planner.diagnose.hypotheses.rate_of_table import off_by_a_share, set_ways
+from planner.diagnose.hypotheses.rate_of_table import ONE_WAY, OTHER_WAY, off_by_a_share, set_ways
 from planner.diagnose.hypotheses.table_axis import beside_an_arm, off_the_axis
 from planner.diagnose.hypotheses.tumbles import TERMS, forgotten_rate, without_north
 from planner.effects._bench_frame import turning
@@ -38,6 +38,7 @@ from planner.units import STANDARD_GRAVITY_MPS2
 
 LAGS_S = (60.0, 150.0, 300.0, 600.0)  # a minute to ten, each about twice the one before
 MOST_SCALE = 0.05  # by which gravity or a table's rate may be off: beside a scale factor of -2, 2 would fit
+ONE_SCALE = 0.005  # 7 % of it: what a drive or gravity that is off by a share adds is the same on each
 ON_THE_ARM, IN_TURNS, TURNING = 0.0, 1.0, 2.0  # where a unit may be mounted another way: in both
 ON_BENCH = 10.0  # and behind it on one bench among several, the first, the second …
 BY_BENCH = frozenset({"base_tilt", "azimuth", "mounting"})  # what has such places
@@ -52,12 +53,15 @@ class Reference:
     terms: its coefficients, shared by the channels, "" of one that nobody asks for; none: one for each column
     columns: (channel, table, place) -> (n, k)
     places: table -> where it may act, one block each (a threshold, a bench, a lag)
+    bounds: table -> the least and the most of each coefficient (k,), SI, by what the rest of it says
+    unlike: share of what the channels have in common by which they may differ; what they see of a rate that
+        is off is the same of each, of a geometry only so far as it is known
     stated: what a bench's accuracy says of one coefficient, one sigma, SI; 0: nothing
     by_channel: whether each coefficient is seen by a channel of its own, and several have to see some
     narrow: whether the noise is not judged under it unasked: dear where few records carry loads
     said: the name in reports, where it is not `name`; check: what to look at
-    alias: the sensor's error that no data tell it from where it acts on all records; record: the record that
-        would tell
+    alias: the sensor's error that no data tell it from where it acts on all records; alias_at: that where it
+        acts at some places; record: the record that would tell
     """
 
     name: str
@@ -68,7 +72,10 @@ class Reference:
     check: str
     stated: Callable[[BenchAccuracy], float] = lambda accuracy: 0.0
     places: Callable[[DwellTable], Sequence[float]] = lambda table: (0.0,)
+    bounds: Callable[[DwellTable], tuple[Array, Array]] | None = None
+    unlike: float = 0.5
     alias: str = ""
+    alias_at: Mapping[float, str] = field(default_factory=dict)
     record: str = ""
     by_channel: bool = False
     narrow: bool = False
@@ -192,6 +199,7 @@ REFERENCES: Mapping[str, Reference] = {
             _local_gravity,
             "compare the local g of the reference with the site's surveyed value",
             alias="scale_factor",
+            unlike=ONE_SCALE,
             largest={"accelerometer": MOST_SCALE},
             record="a centrifuge record, whose load does not rest on the local gravity",
         ),
@@ -205,6 +213,8 @@ REFERENCES: Mapping[str, Reference] = {
             stated=lambda accuracy: accuracy.rate,
             places=set_ways,
             alias="scale_factor",
+            alias_at={ONE_WAY: "scale_factor_asymmetry", OTHER_WAY: "scale_factor_asymmetry"},
+            unlike=ONE_SCALE,
             largest={"gyro": MOST_SCALE},
             record="whole turns timed against a clock",
         ),
@@ -218,6 +228,7 @@ REFERENCES: Mapping[str, Reference] = {
             stated=lambda accuracy: accuracy.rate,
             places=set_rates,
             said="table_rate",
+            unlike=ONE_SCALE,
             largest={"gyro": MOST_SCALE},
         ),
         Reference(
@@ -241,8 +252,8 @@ REFERENCES: Mapping[str, Reference] = {
             left_out_of_turns,
             "enter the Earth's rate into ref_rate of the turns too, as it is in that of the rests",
             places=known_at_rest,
+            bounds=as_at_rest,
             said="earth_rate",
-            largest={"gyro": 2.0 * EARTH_RATE_RADPS},
         ),
         Reference(
             "azimuth",

@@ -37,6 +37,7 @@ from planner.diagnose.hypotheses.lack_of_fit import (
 )
 from planner.diagnose.hypotheses.plainer import plainer
 from planner.diagnose.hypotheses.pool import Pool, given
+from planner.diagnose.hypotheses.references import REFERENCES
 from planner.diagnose.hypotheses.scores import chance_of, score
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 
@@ -108,6 +109,7 @@ def _swap(found: Found, question: Question, null: Nulls) -> None:
             scores = {c: score(here, [c]) for c in [*candidates, b]}
             # few columns of nothing may be as good a choice as many of which one tells: they are no claim
             claims = {c: s for c, s in scores.items() if c == b or s.log_p < np.log(SINGLE)}
+            claims = {c: s for c, s in claims.items() if c == b or found.may_be(c, b)}
             rivals = found.criteria(question, claims, b)
             best = best_of(found.pool, rivals)
             every = {c: s.criterion for c, s in scores.items()}
@@ -157,7 +159,8 @@ def _coincidence(found: Found, block: int, apart: Sequence[int], here: Pool) -> 
     alike = float(sum(np.log(max(score(here, [c]).delta, 1.0)) for c in apart[1:]))
     if not found.pool.blocks[block].reference:
         return alike  # an arm's own equation is known better: squares of loads of each gyro are no bending
-    return max(alike, SHARED_MISFIT * score(here, [block]).delta)
+    known = min(SHARED_MISFIT, REFERENCES[found.pool.blocks[block].name].unlike)
+    return max(alike, known * score(here, [block]).delta)
 
 
 # ---------------------------------------------------------------- the last word

@@ -60,7 +60,7 @@ def _suspect(s: SensorFound, b: int) -> ReferenceSuspect:
         strength=float(np.sqrt(s.found.share(b).delta)),
         check=r.check + _where(s, b),
         separated_by=_apart(s, b),
-        alias=r.alias,
+        alias=r.alias_at.get(block.place, r.alias),
         record=r.record,
         stated=block.stated * (DEGREES if r.unit == "deg" else 1.0),
         chance=_chance(sizes, block.stated),

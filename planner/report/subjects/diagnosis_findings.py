@@ -69,8 +69,8 @@ def told_by(suspects: Sequence[ReferenceSuspect]) -> Items | None:
     """Each suspect against its stated accuracy; the sensor's error that no record tells it from."""
     stated = tuple(map(_against_stated, (s for s in suspects if s.stated)))
     said = stated + tuple(
-        f"Acting on every record, {suspect_name(s.hypothesis)} is one with a common {plain_name(s.alias)} of "
-        f"the {s.channels[0].split('_')[0]}s; {s.record} would tell."
+        f"Acting on every record that has it, {suspect_name(s.hypothesis)} is one with a common "
+        f"{plain_name(s.alias)} of the {s.channels[0].split('_')[0]}s; {s.record} would tell."
         for s in suspects
         if s.alias
     )

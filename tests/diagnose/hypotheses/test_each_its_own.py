@@ -1,0 +1,57 @@
+"""Three gyros that lack one effect, each by its own size, are no fault of the bench; plain NumPy campaigns.
+
+What a reference lacks is the same on each: a share of the rate, or the Earth's rate that its rests have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.diagnose.hypotheses.earth_in_turns import as_at_rest
+from planner.nouns.array import Array
+from tests.diagnose.hypotheses.hall import EARTH, LATITUDE, Hall, axes_apart, hidden, read
+from tests.diagnose.hypotheses.worlds import whole
+
+LARGEST = 0.02  # deg/s
+EFFECTS: dict[str, Callable[[Array], Array]] = {
+    "scale_factor_asymmetry": np.abs,
+    "scale_factor_nonlinearity": lambda u: u**3 / 300.0**2,
+}
+
+
+def two_axes(seed: int) -> Hall:
+    """A table with two axes: turns about x and y are about a level one, over which gravity averages out."""
+    hall = axes_apart(seed, 4, (-300.0, -150.0, -60.0, 60.0, 150.0, 300.0))
+    lying = hall.turns & (hall.turn[:, 2] == 0.0)
+    return replace(hall, up=np.where(lying[:, None], 0.0, hall.up))
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+@pytest.mark.parametrize("seed", [61, 62])
+@pytest.mark.further("seed", range(63, 71))
+@pytest.mark.parametrize("make", [two_axes, lambda seed: axes_apart(seed, 4)], ids=["lying", "upright"])
+def test_an_effect_of_all_gyros(name: str, seed: int, make: Callable[[int], Hall]) -> None:
+    """Asymmetries of .04 % were a table's rate of that size beside one asymmetry, of the size of the rest."""
+    hall, rng = make(seed), np.random.default_rng([seed, 7])
+    sizes = LARGEST * rng.permutation([1.0, rng.uniform(0.35, 0.75), -rng.uniform(0.25, 0.75)])
+    table = read(hall, seed)
+    for axis, size in enumerate(sizes):
+        table = hidden(table, "gyro", axis, size * EFFECTS[name](hall.rate[:, axis]) / 300.0)
+    found = whole(table)
+    assert not found.reference_suspects
+    ((effect, channels),) = {(e.effect, tuple(sorted(e.channels))) for e in found.effects}
+    assert (effect, channels) == (name, ("gyro_x", "gyro_y", "gyro_z"))
+    said = {t.channel: t for e in found.effects for t in e.terms}
+    assert [np.sign(said[f"gyro_{a}"].value) for a in "xyz"] == np.sign(sizes).tolist()
+
+
+def test_the_rests_say_what_turns_may_lack() -> None:
+    low, high = as_at_rest(read(two_axes(71), 71))
+    up, level = EARTH * np.sin(LATITUDE), EARTH * np.cos(LATITUDE)
+    assert low[0] < up < high[0]
+    assert high[0] - low[0] < 0.5 * up
+    assert np.all((low[1:] < -level) & (high[1:] > level) & (high[1:] < 1.5 * level))
