@@ -22,6 +22,7 @@ from planner.solvers.distributions import chi_square_tail
 TOLD = 1e-3  # of the information, that a channel must have to be asked
 TAKEN_UP = 0.1  # of what a channel would see of a reference, less of which an effect of its own leaves
 UNLIKE = 1e-3  # p of Q, below which the channels differ
+OF_OTHERS = 0.02  # of what one channel sees, below which the others see its products alone
 SEVERAL = 2  # channels, fewer of which cannot disagree
 WELL = 0.01  # of the best told direction's information
 FORESEEN = 2.5  # sigma that the others are to see, from which they are asked: nine in ten then see half
@@ -86,10 +87,14 @@ def of_one_channel(here: Pool, b: int) -> bool:
 
 
 def seen_by_one(here: Pool, b: int) -> bool:
-    """Whether all channels but the one that sees most of a block see nothing of it."""
+    """Whether all channels but the one that sees most of a block see nothing of it of their own.
+
+    Products that linear columns lack of a strong effect of one channel are on the others as well.
+    """
     channels = here.blocks[b].channels
     each = [_explained(g, h) for g, h in zip(*_each(here, b), strict=True)]
-    return rests_on(here, b, {channels[int(np.argmax(each))]})
+    most = int(np.argmax(each))
+    return sum(each) - each[most] < OF_OTHERS * each[most] or rests_on(here, b, {channels[most]})
 
 
 def _each(here: Pool, b: int) -> tuple[Array, Array]:

@@ -70,7 +70,9 @@ def _columns(s: SensorFound, whole: Channel, b: int, table: DwellTable) -> Array
         return REFERENCES[block.name].columns(whole, table, block.place)
     if len(block.columns) == 1:
         every = effect_blocks([whole], block.name, block.nonlinear)
-        return next(x.columns[whole.axis] for x in every if (x.terms, x.place) == (block.terms, block.place))
+        x = next(x for x in every if set(x.terms) >= set(block.terms) and x.place == block.place)
+        fewer = [x.terms.index(t) for t in block.terms] if x.terms != block.terms else slice(None)
+        return x.columns[whole.axis][:, fewer]
     names = [t.name for t in catalog.effects()[block.name].terms(s.sensor)]
     shared = columns(whole, block.name, dict(block.nonlinear))
     return shared[:, [names.index(t) for t in block.terms]]

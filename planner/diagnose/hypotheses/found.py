@@ -24,6 +24,7 @@ FEW = 60.0  # degrees of freedom, below which tails are longer than F's
 OF_FEW = 0.5  # of the chance that those may take: what the longer tails add
 SINGLE = 1e-3  # p of one test at which an effect may stand for a generic alternative that is significant
 CLOSE = 0.8  # of the best criterion, from which one between two values of the grid may be the best
+ALIKE = 2.0 * np.log(30.0)  # of the criterion: a name that another channel has, of thirty that there are
 TIE = 0.1  # of the criterion, that is no difference
 ROUNDED = 6  # digits behind the point of a criterion, beyond which two columns are one and the same
 GROUPS = ("bias", "scale_factor", "misalignment")  # the simplest first
@@ -136,9 +137,10 @@ class Found:
         Few points of several parameters together lie far apart, and the nearest may explain less than an
         effect that is not there. Those of one parameter are asked so where the nearest comes close to the
         best: of a warm-up of sixty sigma the next time constant misses so much that a table explains more.
+        Three channels are of one kind: what one of them has the others are likely to have, each of its size.
         """
         beside = self.all if b is None else self.others(b)
-        found = {c: s.among_names for c, s in scores.items()}
+        found = {c: s.among_names + self.alike(c, beside) for c, s in scores.items()}
         best: dict[Key, int] = {}
         for c in sorted(scores, key=lambda c: -found[c]):
             if self.pool.blocks[c].nonlinear:
@@ -148,7 +150,16 @@ class Found:
                 self.pool, moved = question.refine(self.pool, beside, c)
                 if moved != c:
                     found[moved] = score(given(self.pool, beside), [moved]).among_names
+                    found[moved] += self.alike(moved, beside)
         return found
+
+    def alike(self, block: int, beside: Iterable[int]) -> float:
+        """What the criterion owes an effect of one channel that another has as well, by that alone."""
+        one = self.pool.blocks[block]
+        others = (self.pool.blocks[i] for i in beside if len(self.pool.blocks[i].columns) == 1)
+        if one.generic or len(one.columns) > 1:
+            return 0.0
+        return ALIKE if any(x.name == one.name and x.key != one.key for x in others) else 0.0
 
     def _is_close(self, block: int, criteria: Mapping[int, float]) -> bool:
         """Whether a block comes close to the best of another name, or is the best and another comes close."""
@@ -162,7 +173,7 @@ class Found:
         for b in list(self.library):
             s = self.share(b)
             stands = self.pool.blocks[b].key in self.stood_for and s.log_p < np.log(SINGLE)
-            stands = stands and not self.is_of_one(b)
+            stands = stands and self.may_be(b)
             if not (stands or self.enters(b, s, null)):
                 self.library.remove(b)
 
@@ -172,31 +183,22 @@ class Found:
         alpha = ALPHA_REFERENCE if reference else ALPHA_FURTHER if self.others(block) else ALPHA
         if not significant(self.pool, block, s, null, alpha if s.freedom > FEW else OF_FEW * alpha):
             return False
-        return self.may_be(block) and not self.is_of_one(block)
+        return self.may_be(block)
 
     def may_be(self, block: int, *instead: int) -> bool:
-        """Whether the channels agree on a reference, and it is what the rest of the table says of it.
+        """Whether several channels see a reference and agree, and it is as the rest of the table says.
 
         No more is asked of an effect of the library. instead: believed ones in the place of which it stands
         """
-        b = self.pool.blocks[block]
-        if not b.reference:
-            return True
-        here = self.without(block, *instead)
-        return as_foreseen(self.pool, here, block) and not channels_disagree(
-            self.pool, here, block, REFERENCES[b.name].unlike
-        )
-
-    def is_of_one(self, block: int) -> bool:
-        """Whether a block is a reference, wrong for all channels, of which only one of them shows anything.
-
-        Neither beside what is believed nor by itself: a name of one channel takes that one's share of it.
-        """
         if not self.pool.blocks[block].reference:
+            return True
+        here, r = self.without(block, *instead), REFERENCES[self.pool.blocks[block].name]
+        if not as_foreseen(self.pool, here, block) or channels_disagree(self.pool, here, block, r.unlike):
             return False
-        if getattr(hypothesis(self.pool.blocks[block].name), "by_channel", False):
-            return seen_by_one(self.without(block), block)
-        return of_one_channel(self.without(block), block) and of_one_channel(self.pool, block)
+        if r.by_channel:
+            return not seen_by_one(here, block)
+        # neither beside what is believed nor by itself: a name of one channel takes that one's share of it
+        return not (of_one_channel(here, block) and of_one_channel(self.pool, block))
 
 
 def significant(pool: Pool, block: int, s: Score, null: Nulls, alpha: float) -> bool:

@@ -218,7 +218,7 @@ def _named(found: Found, lacking: Sequence[int], question: Question) -> bool:
     scores = {b: score(here, [b]) for b in candidates}
     scores = {b: s for b, s in scores.items() if s.m and s.log_p < np.log(SINGLE)}
     scores = {b: s for b, s in scores.items() if stands_beside(found, b, s)}
-    scores = {b: s for b, s in scores.items() if found.may_be(b) and not found.is_of_one(b)}
+    scores = {b: s for b, s in scores.items() if found.may_be(b)}
     if not scores:
         return False
     criteria = found.criteria(question, scores)
@@ -248,6 +248,7 @@ def _unnamed_is_better(found: Found, axes: set[int], named: Sequence[int], quest
     """Whether one generic alternative explains the channel better than these library effects together."""
     here = found.without(*found.on(axes))
     together = delta(here, named) - sum(penalty(here, b) for b in named)
+    together += sum(found.alike(b, found.library) for b in named)
     every = free(found.pool, on(found.pool, question.generic, axes), found.unknown)
     return together < max(score(here, [g]).criterion for g in every)
 

@@ -143,8 +143,14 @@ def _channel_by_channel(
         if len(own) == 1 and own <= axes and criteria[c] > 0.0:
             effects.setdefault(found.pool.blocks[c].name, {})[min(own)] = c  # the last one is the best
     several = [[*channels.values()] for channels in effects.values() if len(channels) > 1]
-    each = ((blocks, score(here, blocks).criterion) for blocks in several)
-    return max(each, key=lambda one: one[1], default=([], -np.inf))
+    beside = found.others(block)
+
+    def together(blocks: Sequence[int]) -> float:
+        """Channels have no noise in common, so that criteria add up."""
+        own = [score(here, [c]).among_names for c in blocks]
+        return sum(own) + sum(found.alike(c, [*beside, *blocks[:k]]) for k, c in enumerate(blocks))
+
+    return max(((b, together(b)) for b in several), key=lambda one: one[1], default=([], -np.inf))
 
 
 def _coincidence(found: Found, block: int, apart: Sequence[int], here: Pool) -> float:
@@ -152,15 +158,18 @@ def _coincidence(found: Found, block: int, apart: Sequence[int], here: Pool) -> 
 
     Coefficients of their own could each have been anything up to their size, t sigma: that all but one agree
     within one is a coincidence of 1 / t each, 2 log t. And the geometry of the bench is known only so well:
-    at a thousand sigma its linear columns miss a part, which coefficients of their own take up.
+    at a thousand sigma its linear columns miss a part, which coefficients of their own take up. Where each
+    of the block's own is of one channel, none agrees with another.
     """
     if not (of_the_bench(found, block) and len(found.axes(block)) > 1):
         return 0.0
     alike = float(sum(np.log(max(score(here, [c]).delta, 1.0)) for c in apart[1:]))
+    name = found.pool.blocks[block].name
     if not found.pool.blocks[block].reference:
         return alike  # an arm's own equation is known better: squares of loads of each gyro are no bending
-    known = min(SHARED_MISFIT, REFERENCES[found.pool.blocks[block].name].unlike)
-    return max(alike, known * score(here, [block]).delta)
+    if REFERENCES[name].by_channel:
+        return 0.0
+    return max(alike, min(SHARED_MISFIT, REFERENCES[name].unlike) * score(here, [block]).delta)
 
 
 # ---------------------------------------------------------------- the last word

@@ -1,6 +1,7 @@
-"""Three gyros that lack one effect, each by its own size, are no fault of the bench; plain NumPy campaigns.
+"""Three channels that lack one effect, each by its own size, are no fault of the bench.
 
 What a reference lacks is the same on each: a share of the rate, or the Earth's rate that its rests have.
+Campaigns of plain NumPy.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import pytest
 
 from planner.diagnose.hypotheses.earth_in_turns import as_at_rest
 from planner.nouns.array import Array
-from tests.diagnose.hypotheses.hall import EARTH, LATITUDE, Hall, axes_apart, hidden, read
+from tests.diagnose.hypotheses.hall import EARTH, LATITUDE, Hall, axes_apart, days, hidden, read
 from tests.diagnose.hypotheses.worlds import whole
 
 LARGEST = 0.02  # deg/s
@@ -47,6 +48,50 @@ def test_an_effect_of_all_gyros(name: str, seed: int, make: Callable[[int], Hall
     assert (effect, channels) == (name, ("gyro_x", "gyro_y", "gyro_z"))
     said = {t.channel: t for e in found.effects for t in e.terms}
     assert [np.sign(said[f"gyro_{a}"].value) for a in "xyz"] == np.sign(sizes).tolist()
+
+
+SQUARES: dict[str, Callable[[Array, int], Array]] = {
+    "scale_factor_asymmetry": lambda u, axis: np.abs(u[:, axis]),
+    "cross_coupling": lambda u, axis: u[:, (axis + 1) % 3] ** 2,
+}
+
+
+@pytest.mark.parametrize("name", SQUARES)
+@pytest.mark.parametrize("seed", [73, 74])
+@pytest.mark.further("seed", range(75, 83))
+def test_an_effect_of_all_accelerometers(name: str, seed: int) -> None:
+    """What six faces show of it twelve leaning faces would as well, in four times the coefficients.
+
+    |f|² is g² at rest, so that three squares and the bias are one: the square that is there says it alone.
+    """
+    hall, rng = axes_apart(seed, 4), np.random.default_rng([seed, 7])
+    table, sizes = read(hall, seed), 4e-4 * rng.permutation([1.0, 0.6, -0.8])
+    for axis, size in enumerate(sizes):
+        table = hidden(table, "accelerometer", axis, size * SQUARES[name](hall.up, axis))
+    found = whole(table)
+    assert not found.reference_suspects
+    told = {(e.effect, c) for e in found.effects for c in e.channels}
+    assert told == {(name, f"accelerometer_{a}") for a in "xyz"}
+
+
+@pytest.mark.parametrize(("seed", "size"), [(84, 2e-4), (85, 4e-4), (86, 2e-3)])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_a_misalignment_that_grows_with_temperature_is_no_cube_of_the_input(
+    seed: int, size: float, channels: int
+) -> None:
+    """From sixty sigma on it leans the input of all candidates, and a cube of ±1 is ±1 but for that part.
+
+    It had been nonlinearities of accelerometers, or gravity off by half of it.
+    """
+    hall = days(seed)
+    table = read(hall, seed)
+    for axis in range(channels):
+        leans = (hall.temperature - 20.0) / 40.0 * hall.up[:, (axis + 1) % 3]
+        table = hidden(table, "accelerometer", axis, (1.0 - 0.3 * axis) * size * leans)
+    found = whole(table)
+    told = {(e.effect, c) for e in found.effects for c in e.channels}
+    assert told == {("misalignment_temperature", f"accelerometer_{a}") for a in "xyz"[:channels]}
+    assert not found.reference_suspects
 
 
 def test_the_rests_say_what_turns_may_lack() -> None:
