@@ -174,7 +174,8 @@ def pairs_for_tables(found: Found, question: Question) -> None:
         if len(mine) != 1 or on(found.pool, found.unknown, {axis}) or len(found.axes(mine[0])) > 1:
             continue
         here = found.without(*mine)
-        pair = _best_pair(found, {axis}, question) if score(here, mine).m > 2 else None
+        own = [b for b in question.library if not found.pool.blocks[b].reference]
+        pair = _best_pair(found, {axis}, own) if score(here, mine).m > 2 else None
         if pair is None or sum(score(here, [b]).m for b in pair) >= score(here, mine).m:
             continue
         together = delta(here, pair) - sum(penalty(here, b) for b in pair)
@@ -265,7 +266,7 @@ def _pair(found: Found, lacking: Sequence[int], question: Question) -> bool:
     mine = found.on(axes)
     if len(mine) > 2 or not mine or on(found.pool, found.unknown, axes):
         return False
-    best = _best_pair(found, axes, question)
+    best = _best_pair(found, axes, question.library)
     if best is None or _unnamed_is_better(found, axes, best, question):
         return False
     tried = found.tried([*(b for b in found.library if b not in mine), *best])
@@ -278,10 +279,10 @@ def _pair(found: Found, lacking: Sequence[int], question: Question) -> bool:
     return len(tried.library) == size and _taken(found, tried, axes, question)
 
 
-def _best_pair(found: Found, axes: set[int], question: Question) -> tuple[int, int] | None:
+def _best_pair(found: Found, axes: set[int], library: Sequence[int]) -> tuple[int, int] | None:
     mine = found.on(axes)
     here = found.without(*mine)
-    candidates = free(found.pool, on(found.pool, question.library, axes), found.others(*mine))
+    candidates = free(found.pool, on(found.pool, library, axes), found.others(*mine))
     candidates = [b for b in candidates if found.may_be(b, *mine)]
     costs = {b: penalty(here, b) for b in candidates if score(here, [b]).m}
     pairs = {
