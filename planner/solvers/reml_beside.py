@@ -56,6 +56,28 @@ def reml_roughly(sample: Sample, start: Array, settled: float, first: Slope | No
     return Rough(np.asarray(theta * total / size), loglik - left * unit, of_the_rows - n * unit)
 
 
+def promised(sample: Sample, theta: Array, more: int) -> Array:
+    """(more,) what each of the last variances, zero at θ (K + more,), would gain beside the first K alone.
+
+        2 max_d (sᵀd − ½ dᵀ I d),  θ + d ≥ 0,    less the same without it
+
+    s, I score and average information there, of all of them for one likelihood: of 182 searches that followed
+    none gained 2.7 times as much.
+    """
+    size, total = _units(sample, theta)
+    part, at = _in_units(sample, size, total), np.asarray(theta * size / total)
+    slope = _slope_of(state_of(part.y, part.X, part.effects, at))
+    own, sought = len(theta) - more, sample.effects.free
+
+    def gain(some: list[int]) -> float:
+        s, information = slope.score[some], slope.information[np.ix_(some, some)]
+        step = step_within(at[some], s, information, sought[some])
+        return float(2.0 * (s @ step) - step @ information @ step)
+
+    first = list(range(own))
+    return np.array([gain([*first, k]) for k in range(own, len(theta))]) - gain(first)
+
+
 @dataclass(frozen=True)
 class Slope:
     """What a search asks of one θ: the likelihoods of `restricted_loglik` and `loglik`, score, information.

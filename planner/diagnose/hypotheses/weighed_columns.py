@@ -10,16 +10,21 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.noise import TOLD, Judged, Readings, judged_rows, least_freedom
+from planner.diagnose.hypotheses.noise import (
+    ROUGHLY,
+    TOLD,
+    Judged,
+    Readings,
+    judged_rows,
+    least_freedom,
+)
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import orthogonal
 from planner.solvers.random_effects import Covariance, covariance
-from planner.solvers.reml_beside import Grounds, Slope, reml_roughly
+from planner.solvers.reml_beside import Grounds, Rough, reml_roughly
 from planner.solvers.restricted_likelihood import loglik
-
-ROUGHLY = 1.0  # of the log-likelihood where columns are weighed, which must gain five times as much
 
 
 @dataclass(frozen=True)
@@ -113,7 +118,8 @@ class Weighed:
         if not more.size or len(rows) - basis.shape[1] < least_freedom(firsts):
             return None
         wider = replace(self.judged, sample=replace(sample, X=basis))
-        theta, found = _roughly(wider, self.theta, self._grounds.with_columns(more))
+        first = self._grounds.with_columns(more)
+        theta, found = _believed(wider, reml_roughly(wider.sample, self.theta, ROUGHLY, first))
         return Weighed(wider, theta, found) if np.isfinite(found) else None
 
     @cached_property
@@ -138,15 +144,12 @@ def _promises(Q: Array, z: Array, asked: Array, counts: Sequence[int]) -> list[f
 def weighed(readings: Readings) -> Weighed | None:
     """A channel under its own candidates; None where the rows tell no variance."""
     judged = readings.judged
-    effects = judged.sample.effects
-    even = max(float(np.var(judged.sample.left)), judged.least[0]) / effects.count / effects.mean_sizes()
-    theta, found = _roughly(judged, np.maximum(even, judged.least))
-    return Weighed(readings.judged, theta, found) if np.isfinite(found) else None
+    theta, found = _believed(judged, judged.rough)
+    return Weighed(judged, theta, found) if np.isfinite(found) else None
 
 
-def _roughly(j: Judged, start: Array, first: Slope | None = None) -> tuple[Array, float]:
-    """θ (K,) and the log-likelihood of the rows there, with their best coefficients: to ROUGHLY."""
-    found = reml_roughly(j.sample, start, ROUGHLY, first)
+def _believed(j: Judged, found: Rough) -> tuple[Array, float]:
+    """θ (K,), none of it less than may be believed, and the log-likelihood of the rows there."""
     if (found.theta < j.least).any():
         theta = np.maximum(found.theta, j.least)
         return theta, loglik(j.sample, theta)
