@@ -93,6 +93,7 @@ class Readings:
     moves: (q,) columns of the declared model that can move the rows at all; None: all of them
     drifts: processes within power-ons that the rows show, by the names of their variances
     leans: whether they show misalignments that differ from power-on to power-on
+    near: (K,) variances from which these are sought, where much the same rows told them
     """
 
     channel: Channel
@@ -104,6 +105,7 @@ class Readings:
     moves: NDArray[np.bool_] | None = None
     drifts: Mapping[str, Drift] = field(default_factory=dict)
     leans: bool = False
+    near: Array | None = None
 
     @property
     def declared(self) -> Array:
@@ -135,7 +137,7 @@ class Readings:
         return _judged(self)
 
     def with_noise(self, **changes: Any) -> Readings:
-        """The same with other `drifts` or `leans`; what the columns span is handed on."""
+        """The same with other `drifts`, `leans` or `weights`; what the columns span is handed on."""
         other = replace(self, **changes)
         other.__dict__["spanned"] = self.spanned
         return other
@@ -143,7 +145,12 @@ class Readings:
 
 def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights: Array) -> Array:
     """(n,) one sigma of each row, of its weight, about its power-on under the declared model alone."""
-    return channel_noise(Readings(c, starts, duration, np.empty((len(c.r), 0)), weights)).spread
+    return channel_noise(plain_readings(c, starts, duration, weights)).spread
+
+
+def plain_readings(c: Channel, starts: NDArray[np.int64], duration: Array, weights: Array) -> Readings:
+    """What the noise of a channel is judged from under the declared model alone."""
+    return Readings(c, starts, duration, np.empty((len(c.r), 0)), weights)
 
 
 def channel_noise(readings: Readings) -> ChannelNoise:
@@ -161,7 +168,7 @@ def noise_of(j: Judged, v: Variances) -> ChannelNoise:
 class Judged:
     """A channel's variances to be estimated. sample: rows and fixed effects; effects: of all rows
 
-    least: (K,) below which nothing is believed
+    least: (K,) below which nothing is believed; near: (K,) from which they are sought, or None
     """
 
     sample: Sample
@@ -170,13 +177,15 @@ class Judged:
     fixed: Array
     starts: NDArray[np.int64]
     least: Array
+    near: Array | None = None
 
     @cached_property
     def rough(self) -> Rough:
         """By itself, to ROUGHLY: where columns are weighed, and where `own` begins."""
         effects = self.sample.effects
         even = max(float(np.var(self.sample.left)), self.least[0]) / effects.count / effects.mean_sizes()
-        return reml_roughly(self.sample, np.maximum(even, self.least), ROUGHLY)
+        start = even if self.near is None else self.near
+        return reml_roughly(self.sample, np.maximum(start, self.least), ROUGHLY)
 
     @cached_property
     def own(self) -> Variances:
@@ -205,6 +214,7 @@ def _judged(given: Readings) -> Judged:
         fixed,
         starts,
         least,
+        given.near,
     )
 
 

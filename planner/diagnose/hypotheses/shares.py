@@ -90,7 +90,7 @@ class Shares:
 
         def several(p: NDArray[np.int64]) -> Array:
             mine = slice(p[0], p[-1] + 1)
-            V, roots = U[:, mine], drawn[:, :, mine]
+            V, roots = np.ascontiguousarray(U[:, mine]), drawn[:, :, mine]
             own = [(V * d[:, None]).T @ V for d in effects.diagonals]
             return np.array([*own, *(r.T @ r for r in roots), *(V.T @ x[:, mine] for x in images)])
 
