@@ -20,17 +20,17 @@ class Batch:
     rows: NDArray[np.int64]
 
     @cached_property
-    def _together(self) -> bool:
+    def together(self) -> bool:
         """Whether the groups follow one another: then nothing is copied to see what is theirs."""
         return bool(self.places[-1] - self.places[0] == len(self.places) - 1)
 
     @cached_property
     def _at(self) -> Any:
-        return slice(self.rows[0, 0], self.rows[-1, -1] + 1) if self._together else self.rows
+        return slice(self.rows[0, 0], self.rows[-1, -1] + 1) if self.together else self.rows
 
     @cached_property
     def _among(self) -> Any:
-        return slice(self.places[0], self.places[-1] + 1) if self._together else self.places
+        return slice(self.places[0], self.places[-1] + 1) if self.together else self.places
 
     def of(self, A: Array) -> Array:
         """(G, m, …) what of rows (n, …) is theirs."""
@@ -42,7 +42,7 @@ class Batch:
 
     def put(self, out: Array, found: Array) -> None:
         """`found` (G, m, …) to its place among rows (n, …)."""
-        out[self._at] = found.reshape(self.rows.size, *out.shape[1:]) if self._together else found
+        out[self._at] = found.reshape(self.rows.size, *out.shape[1:]) if self.together else found
 
     def put_groups(self, out: Array, found: Array) -> None:
         """`found` (G, …) to its place among what is the groups' own (g, …)."""

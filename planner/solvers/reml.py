@@ -87,7 +87,7 @@ def reml_and_each(
         nothing = np.zeros((len(samples), count, count))
         return Variances(np.zeros(count), nothing[0], np.zeros(count, bool), 0.0, True), nothing
     size = np.mean([s.effects.mean_sizes() for s in samples], axis=0)
-    parts = [Sample(s.left / np.sqrt(total), s.basis, s.effects.scaled(1.0 / size), True) for s in samples]
+    parts = [in_units(s, size, total) for s in samples]
     sought = samples[0].effects.free
     theta = np.full(count, 1.0 / count) if start is None else start * size / total
     theta = np.maximum(theta, 1e-3 * (np.arange(count) == 0))
@@ -100,6 +100,12 @@ def reml_and_each(
     scale = np.outer(factor, factor)
     loglik = found.loglik - 0.5 * sum(freedom) * float(np.log(total))
     return Variances(found.theta * factor, error * scale, free, loglik, found.done), found.information / scale
+
+
+def in_units(sample: Sample, size: Array, total: float) -> Sample:
+    """What a search asks: `left` over √total, V_k over sizes (K,), groups of one size together."""
+    s = sample.by_size
+    return Sample(s.y / np.sqrt(total), s.basis, s.effects.scaled(1.0 / size), True)
 
 
 @dataclass(frozen=True)
