@@ -36,12 +36,10 @@ def far_rows(
     scatter: (n,) one sigma by which a row may be off with its whole power-on (`scale_scatter`)
     """
     plain = plain_readings(c, starts, duration, np.ones(len(c.r)))
-    noise = channel_noise(plain)
-    first = outliers(c, candidates, starts, noise.spread, cells)
+    first = outliers(c, candidates, starts, channel_noise(plain).spread, cells)
     suspect = first.size > LEAST_FAR
     if not suspect.any():
         return first
     weights = np.where(suspect, FAR_WEIGHT, 1.0)
-    others = plain.with_noise(weights=weights, near=noise.variances.theta)
-    spread = channel_noise(others).spread * np.sqrt(weights)
+    spread = channel_noise(plain.with_noise(weights=weights)).spread * np.sqrt(weights)
     return outliers(c, candidates, starts, spread, cells, scatter)

@@ -93,7 +93,6 @@ class Readings:
     moves: (q,) columns of the declared model that can move the rows at all; None: all of them
     drifts: processes within power-ons that the rows show, by the names of their variances
     leans: whether they show misalignments that differ from power-on to power-on
-    near: (K,) variances from which these are sought, where much the same rows told them
     """
 
     channel: Channel
@@ -105,7 +104,6 @@ class Readings:
     moves: NDArray[np.bool_] | None = None
     drifts: Mapping[str, Drift] = field(default_factory=dict)
     leans: bool = False
-    near: Array | None = None
 
     @property
     def declared(self) -> Array:
@@ -168,7 +166,7 @@ def noise_of(j: Judged, v: Variances) -> ChannelNoise:
 class Judged:
     """A channel's variances to be estimated. sample: rows and fixed effects; effects: of all rows
 
-    least: (K,) below which nothing is believed; near: (K,) from which they are sought, or None
+    least: (K,) below which nothing is believed
     """
 
     sample: Sample
@@ -177,15 +175,13 @@ class Judged:
     fixed: Array
     starts: NDArray[np.int64]
     least: Array
-    near: Array | None = None
 
     @cached_property
     def rough(self) -> Rough:
         """By itself, to ROUGHLY: where columns are weighed, and where `own` begins."""
         effects = self.sample.effects
         even = max(float(np.var(self.sample.left)), self.least[0]) / effects.count / effects.mean_sizes()
-        start = even if self.near is None else self.near
-        return reml_roughly(self.sample, np.maximum(start, self.least), ROUGHLY)
+        return reml_roughly(self.sample, np.maximum(even, self.least), ROUGHLY)
 
     @cached_property
     def own(self) -> Variances:
@@ -214,7 +210,6 @@ def _judged(given: Readings) -> Judged:
         fixed,
         starts,
         least,
-        given.near,
     )
 
 
