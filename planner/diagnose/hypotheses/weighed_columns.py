@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,17 +127,30 @@ class Weighed:
         return Grounds(self.judged.sample, self.theta)
 
 
-def _promises(Q: Array, z: Array, asked: Array, counts: Sequence[int]) -> list[float]:
-    """Of blocks' columns (n, Σ counts) beside a basis, z (n,) what that leaves of the readings."""
-    n, found = len(z), []
+def _promises(Q: Array, z: Array, asked: Array, counts: Sequence[int]) -> Array:
+    """(k,) of blocks' columns (n, Σ counts) beside a basis, z (n,) what that leaves of the readings.
+
+    By products of each block's columns of length one, blocks of one width at a time: which blocks are asked
+    for their likelihood needs no more digits.
+    """
+    n, widths = len(z), np.array(counts)
     left = clear(Q, asked)
-    total = float(z @ z)
-    seen = np.sum(left**2, axis=0) > TOLD**2 * np.sum(asked**2, axis=0)
-    for first, last in pairwise(np.cumsum([0, *counts])):
-        C = orthonormal(left[:, first:last][:, seen[first:last]], TOLD)
-        rest = max(total - float(np.sum((C.T @ z) ** 2)), 1e-12 * total)
-        found.append(n * float(np.log(total / rest)) - C.shape[1] * float(np.log(n)))
-    return found
+    total, square = float(z @ z), np.sum(left**2, axis=0)
+    seen = square > TOLD**2 * np.sum(asked**2, axis=0)
+    left *= np.where(seen, 1.0 / np.sqrt(np.where(seen, square, 1.0)), 0.0)
+    h, firsts = z @ left, np.cumsum([0, *counts[:-1]])
+    explained, rank = np.zeros(len(widths)), np.zeros(len(widths))
+    for width in set(counts):
+        mine = np.flatnonzero(widths == width)
+        at = firsts[mine, None] + np.arange(width)
+        blocks = left[:, at].transpose(1, 2, 0)
+        value, vector = np.linalg.eigh(blocks @ blocks.transpose(0, 2, 1))
+        told = value > np.maximum(TOLD**2 * value[:, -1:], 1e-300)
+        along = np.einsum("bij,bi->bj", vector, h[at]) ** 2
+        explained[mine] = np.sum(np.where(told, along / np.where(told, value, 1.0), 0.0), axis=1)
+        rank[mine] = told.sum(axis=1)
+    rest = np.maximum(total - explained, 1e-12 * total)
+    return np.asarray(n * np.log(total / rest) - rank * np.log(n))
 
 
 def weighed(readings: Readings) -> Weighed | None:
