@@ -88,7 +88,7 @@ class ChannelNoise:
 class Readings:
     """What the noise of one channel is judged from: rows run by run from `starts`.
 
-    candidates: (n, k) columns of all candidates; weights: (n,) 1, or near 0 for a row that is an outlier
+    blocks: (n, k) columns of each candidate; weights: (n,) 1, or near 0 for a row that is an outlier
     least_runs: power-ons from which their spread is a variance; with fewer each has a level of its own
     moves: (q,) columns of the declared model that can move the rows at all; None: all of them
     drifts: processes within power-ons that the rows show, by the names of their variances
@@ -98,12 +98,17 @@ class Readings:
     channel: Channel
     starts: NDArray[np.int64]
     duration: Array
-    candidates: Array
+    blocks: tuple[Array, ...]
     weights: Array
     least_runs: int = LEAST_RUNS
     moves: NDArray[np.bool_] | None = None
     drifts: Mapping[str, Drift] = field(default_factory=dict)
     leans: bool = False
+
+    @property
+    def candidates(self) -> Array:
+        """(n, k) columns of all candidates."""
+        return np.column_stack([np.empty((len(self.channel.r), 0)), *self.blocks])
 
     @property
     def declared(self) -> Array:
@@ -148,7 +153,7 @@ def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights
 
 def plain_readings(c: Channel, starts: NDArray[np.int64], duration: Array, weights: Array) -> Readings:
     """What the noise of a channel is judged from under the declared model alone."""
-    return Readings(c, starts, duration, np.empty((len(c.r), 0)), weights)
+    return Readings(c, starts, duration, (), weights)
 
 
 def channel_noise(readings: Readings) -> ChannelNoise:

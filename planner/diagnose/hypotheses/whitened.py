@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,14 +41,53 @@ class Whitened:
         """Of the residual of the full model: 1 when the noise model is right, more when it is too small."""
         return float(np.mean(self.remainder**2))
 
+    def clear_of_declared(self, columns: Sequence[Array]) -> Cleared:
+        """Some more columns (n, k) of the channel."""
+        return _clear_of(self.channel, self.noise, self.Q, self.z, columns)
 
-def whitened(c: Channel, noise: ChannelNoise, candidates: Array) -> Whitened:
-    """The channel, whitened, its declared model taken off; candidates: (n, k) columns of all of them."""
+
+@dataclass(frozen=True)
+class Cleared:
+    """A channel's blocks, whitened and clear of its declared model. Q, z: as in Whitened
+
+    columns: (n, k) of each block; left: (n, K) what is left of all; lengths: (K,) squares they had, whitened
+    """
+
+    channel: Channel
+    noise: ChannelNoise
+    Q: Array
+    z: Array
+    columns: Sequence[Array]
+    left: Array
+    lengths: Array
+
+    def of(self, some: Sequence[Array]) -> Array:
+        """(n, k) what is left of some blocks, or of columns of theirs; rounding is nothing left."""
+        firsts = np.cumsum([0, *(x.shape[1] for x in self.columns)])
+        places = {id(x): np.arange(*ends) for x, ends in zip(self.columns, pairwise(firsts), strict=True)}
+        mine = [places[id(x)] for x in some if id(x) in places]
+        k = np.concatenate([np.empty(0, dtype=np.int64), *mine])
+        found = self.left[:, k[np.sum(self.left[:, k] ** 2, axis=0) > SEEN**2 * self.lengths[k]]]
+        others = [_seen(self.Q, self.noise.whiten(x)) for x in some if id(x) not in places]
+        return np.column_stack([found, *others])
+
+
+def cleared(c: Channel, noise: ChannelNoise, columns: Sequence[Array]) -> Cleared:
+    """The channel and all blocks that are asked of it, its declared model taken off; columns: (n, k) each."""
     white = noise.whiten(np.column_stack([c.r, c.J, noise.fixed_runs]))
     moves = np.append(_moves(c, white[:, 1 : c.J.shape[1] + 1]), np.full(noise.fixed_runs.shape[1], True))
     Q = orthonormal(white[:, 1:][:, moves])
-    z = clear(Q, white[:, 0])
-    seen = _seen(Q, noise.whiten(candidates))
+    return _clear_of(c, noise, Q, clear(Q, white[:, 0]), columns)
+
+
+def _clear_of(c: Channel, noise: ChannelNoise, Q: Array, z: Array, columns: Sequence[Array]) -> Cleared:
+    every = noise.whiten(np.concatenate([np.empty((len(z), 0)), *columns], axis=1))
+    return Cleared(c, noise, Q, z, columns, clear(Q, every), np.sum(every**2, axis=0))
+
+
+def whitened(known: Cleared, seen: Array) -> Whitened:
+    """The channel, whitened, its declared model taken off; seen: (n, k) what is left of all candidates."""
+    c, noise, Q, z = known.channel, known.noise, known.Q, known.z
     span = Span.of(seen, SEEN)
     if len(z) - Q.shape[1] - span.rank < len(z) / 4.0:
         span = Span.of(_largest(seen, z), SEEN)  # too few rows for all candidates at once

@@ -42,7 +42,7 @@ def test_what_changes_within_power_ons_is_told_however_few_of_them_there_are(see
     assert table.gyro is not None
     c = channel("gyro", 0, table.conditions(), table.gyro[:, 0], DECLARED, ())
     ramp = [b for b in library_blocks([c], table, DECLARED, "gyro") if b.name == "temperature_rate"]
-    nothing = Readings(c, data.starts, table.duration, np.empty((len(c.r), 0)), np.ones(len(c.r)))
+    nothing = Readings(c, data.starts, table.duration, (), np.ones(len(c.r)))
     assert with_what_hides(nothing, ramp)[0].candidates.shape[1] == 1
 
 
