@@ -19,6 +19,7 @@ from planner.diagnose.hypotheses.orthogonal import clear
 from planner.diagnose.hypotheses.whitened import SEEN
 from planner.nouns.array import Array
 from planner.solvers.distributions import student_quantile
+from planner.solvers.group_batches import sums_of_groups
 from planner.solvers.least_squares import Factors, factors
 
 FAR_WEIGHT = 1e-4  # of such a row: 40 sigma then count as 0.4
@@ -217,7 +218,7 @@ def _within(
     counted = A if seen.all() else A * seen[:, None]
     length = np.sqrt(np.einsum("nk,nk->k", counted, A))
     counts = np.maximum(np.add.reduceat(seen.astype(float), starts), 1.0)
-    means = np.add.reduceat(counted, starts) / counts[:, None]
+    means = sums_of_groups(counted, starts) / counts[:, None]
     A -= np.repeat(np.where(sizes[:, None] > 2, means, 0.0), sizes, axis=0)
     about = A if seen.all() else A[seen]
     rounding = np.sqrt(np.einsum("nk,nk->k", about, about)) <= NOTHING * length

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.noise import ChannelNoise
 from planner.nouns.array import Array
+from planner.solvers.group_batches import sums_of_groups
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,7 @@ class Segments:
     def _sums(self) -> Array:
         out = np.zeros((len(self.cuts), self.total))
         for axis, C in self.columns.items():
-            out[:, self.places[axis]] += np.add.reduceat(C * self.remainder[axis][:, None], self.cuts, axis=0)
+            out[:, self.places[axis]] += sums_of_groups(C * self.remainder[axis][:, None], self.cuts)
         return out
 
     def flipped_with(self, more: Segments) -> list[tuple[Array, Array]]:

@@ -14,6 +14,7 @@ from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.noise import ChannelNoise
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
+from planner.solvers.group_batches import sums_of_groups
 from planner.solvers.span import Span
 
 SMALL = 0.5  # sigma, that a slope can amount to in all rows, below which it takes no degree of freedom
@@ -153,7 +154,7 @@ def _between_rank(R: Array, starts: NDArray[np.int64]) -> float:
 def of_means(A: Array, starts: NDArray[np.int64]) -> Array:
     """(g, k) the means of runs of columns (n, k), each of the length that they have over its rows."""
     sizes = np.diff(np.append(starts, len(A)))
-    return np.asarray(np.add.reduceat(A, starts, axis=0) / np.sqrt(sizes)[:, None])
+    return sums_of_groups(A, starts) / np.sqrt(sizes)[:, None]
 
 
 def log_p(values: Array | float, m: int, freedom: float, s2: float) -> Array:
