@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions, asked_once
+from planner.nouns.conditions import Conditions
 from planner.physics.attitude import unit
 from planner.units import STANDARD_GRAVITY_MPS2
 
@@ -14,13 +14,11 @@ TURNING = np.radians(1.0)  # rad/s: above it a record is of a turn, far above th
 LOADED_G = 0.2  # horizontal load in g above which the unit is on a centrifuge
 
 
-@asked_once
 def turning(conditions: Conditions) -> NDArray[np.bool_]:
     """(n,) whether the unit turns, by the reference."""
     return np.asarray(np.linalg.norm(conditions.rate, axis=1) > TURNING)
 
 
-@asked_once
 def upwards(conditions: Conditions) -> Array:
     """(n, 3) unit vector that points up: along gravity's reaction, on a loaded turn along its axis."""
     f = conditions.specific_force
@@ -32,7 +30,6 @@ def upwards(conditions: Conditions) -> Array:
     return np.where(loaded[:, np.newaxis], axis, up)
 
 
-@asked_once
 def load(conditions: Conditions) -> Array:
     """(n, 3) m/s² the centrifuge's load: the part of the specific force across the axis of a turn."""
     up = upwards(conditions)
