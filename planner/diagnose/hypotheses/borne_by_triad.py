@@ -42,7 +42,7 @@ def _borne(before: Readings, triad: Sequence[Readings], after: Readings, i: int)
 def _explains(before: Readings, after: Readings, noise: ChannelNoise) -> bool:
     """Whether the columns that one has more than the other explain enough in noise of this size."""
     known = np.column_stack([before.declared, before.candidates, noise.fixed_runs])
-    more = np.column_stack(after.blocks[len(before.blocks) :])
+    more = after.candidates[:, before.candidates.shape[1] :]
     y = noise.whiten(before.channel.r[:, None])[:, 0]
     delta, m = explained(noise.whiten(known), noise.whiten(more), y, TOLD)
     return bool(delta - m * np.log(len(noise.starts)) > DECISIVE)
