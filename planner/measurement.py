@@ -208,6 +208,12 @@ class ChannelModel:
         return found
 
     @cached_property
+    def hats(self) -> Mapping[str, Array]:
+        """Effect -> (n, N) weights of the nodes of its table: no input and no θ changes the temperatures."""
+        t = self.conditions.temperature_degc
+        return {c.effect.name: fitting_hats(t, c.nodes, REACH_K) for c in self.carried if c.nodes is not None}
+
+    @cached_property
     def fixed(self) -> Mapping[Group, Array]:
         """Columns B and L where no parameter is fitted: they do not depend on θ."""
         return {
@@ -295,7 +301,7 @@ def _group(
         if getattr(c.effect, "nodal", False):
             columns = columns * reached(columns)
         if c.nodes is not None:
-            hats = fitting_hats(conditions.temperature_degc, c.nodes, REACH_K)
+            hats = model.hats[c.effect.name]
             columns = (columns[:, :, None] * hats[:, None, :]).reshape(len(columns), -1)
         found.append(columns)
     return np.concatenate(found, axis=1)

@@ -232,7 +232,7 @@ def _rest(grams: Array) -> tuple[Array, Array]:
 
 def _leans_too(y: Array, u: Array, rows: _Rows, place: int) -> bool:
     """Whether the leans of every channel change there by more than power-ons draw them."""
-    each = [leans_change(y[:, axis], u, axis, rows.run, place) for axis in range(3)]
+    each = [leans_change(y[:, axis], u, axis, rows.run)[place] for axis in range(3)]
     return bool(max(each) < np.log(EACH))
 
 

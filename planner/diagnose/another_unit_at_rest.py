@@ -31,9 +31,9 @@ def another_at_rest(y: Array, u: Array, run: NDArray[np.int64], north: Array) ->
     runs = int(run.max(initial=-1)) + 1
     if runs < LEAST_RUNS:
         return None
-    each = np.array([[leans_change(y[:, a], u, a, run, k) for a in range(3)] for k in range(runs - 1)])
-    place = int(np.argmin(each.sum(axis=1)))
-    found, weakest = float(each[place].sum() + np.log(runs)), float(each[place].max() + np.log(runs))
+    each = np.array([leans_change(y[:, a], u, a, run) for a in range(3)])
+    place = int(np.argmin(each.sum(axis=0)))
+    found, weakest = float(each[:, place].sum() + np.log(runs)), float(each[:, place].max() + np.log(runs))
     if found > np.log(ANOTHER) or weakest > np.log(EACH) or not _is_no_bench(y, u, run, north, place):
         return None
     return found, place

@@ -128,10 +128,11 @@ def _readings(
 ) -> Readings:
     """What the noise of a channel is judged from; what was found are columns that the rows may follow."""
     c = channel(sensor, axis, table.conditions(), y, tuple(spec.effects))
-    candidates = np.column_stack([np.empty((len(y), 0)), *(columns(c, e.effect, e.nonlinear) for e in found)])
+    blocks = tuple(columns(c, e.effect, e.nonlinear) for e in found)
+    candidates = np.column_stack([np.empty((len(y), 0)), *blocks])
     cells, scatter = cells_of(table.conditions()), scale_scatter(spec.unit, c)
     far = far_rows(c, candidates, starts, table.duration, cells, scatter).rows
-    return Readings(c, starts, table.duration, candidates, np.where(far, FAR_WEIGHT, 1.0), LEAST_RUNS)
+    return Readings(c, starts, table.duration, blocks, np.where(far, FAR_WEIGHT, 1.0), LEAST_RUNS)
 
 
 def _channel_fits(

@@ -19,10 +19,11 @@ from planner.nouns.array import Array
 SEEN = 1e-4  # of the largest square of an input in a power-on, below which it tells nothing
 
 
-def leans_change(y: Array, u: Array, axis: int, run: NDArray[np.int64], place: int) -> float:
-    """log p of leans of channel `axis` that are the same before and after a power-on; 0 where none tells.
+def leans_change(y: Array, u: Array, axis: int, run: NDArray[np.int64]) -> Array:
+    """(runs − 1,) log p of leans of channel `axis` that are the same before and after each power-on.
 
-    y: (n,) reading, u: (n, 3) input, rows run by run; run: (n,) 0 … runs − 1; place: the last one before
+    0 where none tells. y: (n,) reading, u: (n, 3) input, rows run by run; run: (n,) 0 … runs − 1; the last
+    power-on before is each but the last.
     """
     starts = np.flatnonzero(np.append(True, np.diff(run) > 0))
     sizes = np.diff(np.append(starts, len(run)))
@@ -33,18 +34,20 @@ def leans_change(y: Array, u: Array, axis: int, run: NDArray[np.int64], place: i
     least = SEEN * grams[:, [0, 1, 2], [0, 1, 2]].max()
     G, told = _clear_of_the_own(grams, least)
     each, dims = _explained(G, least)
-    later = np.arange(len(G)) > place
-    sides = np.array([G[~later].sum(axis=0), G[later].sum(axis=0)])
-    split, ranks = _explained(sides, least)
-    whole, rank = _explained(sides.sum(axis=0)[None], least)
-    columns, freedom = int(ranks.sum() - rank[0]), int(dims.sum() - ranks.sum())
+    total, before = G.sum(axis=0), np.cumsum(G, axis=0)[:-1]
+    first, last = _explained(before, least), _explained(total - before, least)
+    split, ranks = first[0] + last[0], first[1] + last[1]
+    whole, rank = _explained(total[None], least)
+    columns, freedom = ranks - rank[0], int(dims.sum()) - ranks
     rows = len(run) - len(G) - int(told.sum()) - int(dims.sum())
-    if columns < 1 or freedom < 1 or rows < 1:
-        return 0.0
-    between = max(float(each.sum() - split.sum()), 0.0) / freedom
-    within = max(float(G[:, 2, 2].sum() - each.sum()), 0.0) / rows
-    gain = max(float(split.sum() - whole[0]), 0.0)
-    return float(log_p(gain, columns, float(freedom), max(between, within, 1e-300)))
+    between = np.maximum(each.sum() - split, 0.0) / np.maximum(freedom, 1)
+    within = max(float(G[:, 2, 2].sum() - each.sum()), 0.0) / max(rows, 1)
+    gain = np.maximum(split - whole[0], 0.0)
+    found = np.zeros(len(split))
+    for k in np.flatnonzero((columns > 0) & (freedom > 0) & (rows > 0)).tolist():
+        s2 = max(float(between[k]), within, 1e-300)
+        found[k] = float(log_p(float(gain[k]), int(columns[k]), float(freedom[k]), s2))
+    return found
 
 
 def _clear_of_the_own(grams: Array, least: float) -> tuple[Array, NDArray[np.bool_]]:

@@ -236,7 +236,7 @@ def _best(
 ) -> OtherFromRunOn | None:
     mine = [s for s in found if s.sensor in kind.sensors]
     sets, only = _sets(len(data.starts), kind.alone)
-    sums = [_sums(kind, s, axis, data, sets) for s in mine for axis in s.found.pool.state]
+    sums = [_sums(kind, s, axis, sets) for s in mine for axis in s.found.pool.state]
     if len(sums) < 2:
         return None
     gram, h = np.sum([x.gram for x in sums], axis=0), np.sum([x.h for x in sums], axis=0)
@@ -280,7 +280,7 @@ def _sets(runs: int, alone: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]
     return np.vstack([on, each]), np.append(np.zeros(len(on), dtype=bool), np.ones(len(each), dtype=bool))
 
 
-def _sums(kind: _Kind, s: SensorFound, axis: int, data: Prepared, sets: NDArray[np.bool_]) -> _Sums:
+def _sums(kind: _Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _Sums:
     w, pool = s.found.pool.state[axis], s.found.pool
     felt = kind.felt(s.sensor, w.channel.model.conditions)
     W = w.noise.whiten(np.column_stack([d[:, axis] * w.channel.lean for d in felt]))
@@ -289,9 +289,9 @@ def _sums(kind: _Kind, s: SensorFound, axis: int, data: Prepared, sets: NDArray[
     if mine:
         more = orthonormal(clear(w.Q, w.noise.whiten(np.column_stack(mine))), 1e-6)
         Q, z = np.column_stack([Q, more]), clear(more, z)
-    parts = [np.split(x, data.starts[1:]) for x in (Q, W, z)]
-    each = [(b.T @ b, a.T @ b, b.T @ c) for a, b, c in zip(*parts, strict=True)]
-    square, along, h = (np.tensordot(sets, np.array([x[i] for x in each]), axes=1) for i in range(3))
+    drawn = w.noise.covariance.effects.drawn
+    each = drawn(W, W), drawn(Q, W), drawn(W, z[:, None])[:, :, 0]
+    square, along, h = (np.tensordot(sets, x, axes=1) for x in each)
     return _Sums(w.channel.name, square - np.swapaxes(along, 1, 2) @ along, h)
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.dwells.table_rows import alike
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions
+from planner.nouns.conditions import Conditions, asked_once
 from planner.nouns.diagnosis import Split
 from planner.temperature_table import temperature_nodes
 from planner.units import STANDARD_GRAVITY_MPS2
@@ -74,6 +75,7 @@ def _pieces(part: NDArray[np.int64], run: NDArray[np.int64]) -> NDArray[np.int64
     return np.asarray(np.unique(both, axis=0, return_inverse=True)[1].ravel())
 
 
+@asked_once
 def cells_of(conditions: Conditions) -> NDArray[np.int64]:
     """(n,) number of the condition of every row: rows of one number were made to be alike.
 
@@ -87,7 +89,7 @@ def cells_of(conditions: Conditions) -> NDArray[np.int64]:
         _levels(np.degrees(conditions.rate), 0.5),
         _levels(conditions.specific_force / STANDARD_GRAVITY_MPS2, 0.05),
     ]
-    return np.asarray(np.unique(np.concatenate(columns, axis=1), axis=0, return_inverse=True)[1].ravel())
+    return alike(np.concatenate(columns, axis=1))[1]
 
 
 def _levels(x: Array, least: float) -> Array:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import wraps
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 
+T = TypeVar("T")
 POSSIBLE_DEGC = (-120.0, 150.0)  # a temperature sensor that reads anything else is dead
 
 
@@ -29,6 +33,27 @@ class Conditions:
     time_on: Array
     day: Array
 
-    def at(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> Conditions:
+    def at(self, rows: NDArray[np.int64] | NDArray[np.bool_] | slice) -> Conditions:
         """Some of the rows, in their order."""
         return Conditions(*(getattr(self, f.name)[rows] for f in fields(self)))
+
+
+def asked_once(question: Callable[[Conditions], T]) -> Callable[[Conditions], T]:
+    """A question whose answer stays with the conditions: hypotheses ask for the same directions 300 times.
+
+    Arrays of an answer are read only.
+    """
+
+    @wraps(question)
+    def answered(conditions: Conditions) -> T:
+        known: dict[str, Any] = conditions.__dict__.setdefault("_answers", {})
+        if question.__qualname__ not in known:
+            found = question(conditions)
+            parts: tuple[Any, ...] = found if isinstance(found, tuple) else (found,)
+            for part in parts:
+                part.flags.writeable = False
+            known[question.__qualname__] = found
+        answer: T = known[question.__qualname__]
+        return answer
+
+    return answered

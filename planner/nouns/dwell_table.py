@@ -7,6 +7,7 @@ SI and radians inside, temperatures in degrees Celsius; the file's units are tho
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +59,11 @@ class DwellTable:
 
     def conditions(self) -> Conditions:
         """The conditions of every row for the effects; references that are missing count as zero."""
+        return self._conditions
+
+    @cached_property
+    def _conditions(self) -> Conditions:
+        """The same object every time: what was asked of it is kept with it (`asked_once`)."""
         zero = np.zeros((len(self), 3))
         return Conditions(
             rate=zero if self.ref_rate is None else self.ref_rate,

@@ -192,7 +192,7 @@ def _nodes(trajectory: Trajectory, error: ErrorName, range_degc: tuple[float, fl
     samples = len(trajectory.angle_increment)
     step = max(samples // PROBES, 1)
     rows = np.arange(step // 2, samples, step)
-    some = Conditions(**{name: x[rows] for name, x in vars(conditions_of(trajectory, 0, samples)).items()})
+    some = conditions_of(trajectory, 0, samples).at(rows)
     x = np.array([known.regressors(error.sensor, _at(some, degc)) for degc in grid])
     share = ((grid[1:-1] - grid[:-2]) / (grid[2:] - grid[:-2]))[:, None, None, None]
     bent = np.abs(x[1:-1] - (1.0 - share) * x[:-2] - share * x[2:]).max(axis=(1, 2, 3), initial=0.0)

@@ -11,7 +11,7 @@ their own equations at every instant.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,8 +157,8 @@ def _with_one_more(d: Design, flown: Conditions) -> Design:
 
 def _joined(records: Conditions, flown: Conditions) -> Conditions:
     """The records' conditions, and the first of a flight."""
-    both = {name: np.concatenate([value, vars(flown)[name][:1]]) for name, value in vars(records).items()}
-    return Conditions(**both)
+    names = [f.name for f in fields(Conditions)]
+    return Conditions(*(np.concatenate([getattr(records, x), getattr(flown, x)[:1]]) for x in names))
 
 
 # ---------------------------------------------------------------- what the unit says
@@ -171,7 +171,7 @@ def _read(
     for sensor in SENSORS:
         acting = list(_acting(drawn, sensor, met, of, run))
         ideal = [
-            response(sensor, _some(met, part), [replace(a, values=a.values[part]) for a in acting])
+            response(sensor, met.at(part), [replace(a, values=a.values[part]) for a in acting])
             for part in _parts(len(of))
         ]
         readings[sensor] = _noisy(drawn, sensor, np.concatenate(ideal), run)
@@ -185,10 +185,6 @@ def _read(
 
 def _parts(count: int) -> list[slice]:
     return [slice(k, min(k + _CHUNK, count)) for k in range(0, count, _CHUNK)]
-
-
-def _some(met: Conditions, part: slice) -> Conditions:
-    return Conditions(**{name: value[part] for name, value in vars(met).items()})
 
 
 def _acting(

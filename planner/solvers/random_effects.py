@@ -101,6 +101,23 @@ class RandomEffects:
         drifts = tuple(d.at(rows) for d in self.drifts)
         return RandomEffects(starts, self.diagonals[:, rows], self.slopes[:, rows], drifts, self.known)
 
+    @cached_property
+    def order_by_size(self) -> NDArray[np.int64] | None:
+        """(n,) rows with groups of one size together, of which nothing is copied; None where they are."""
+        if all(batch.together for batch in self.batches):
+            return None
+        return np.concatenate([batch.rows.ravel() for batch in self.batches])
+
+    def by_size(self) -> RandomEffects:
+        """The rows in `order_by_size`."""
+        rows = self.order_by_size
+        if rows is None:
+            return self
+        sizes = np.concatenate([np.full(len(b.places), b.rows.shape[1]) for b in self.batches])
+        starts = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
+        drifts = tuple(d.at(rows) for d in self.drifts)
+        return RandomEffects(starts, self.diagonals[:, rows], self.slopes[:, rows], drifts, self.known)
+
     def mean_sizes(self) -> Array:
         """(K,) mean of each V_k's diagonal; 1 where it is zero."""
         drifts = [np.mean(d.z**2) for d in self.drifts]

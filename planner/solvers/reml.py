@@ -70,16 +70,24 @@ def reml_and_information(
 
     Its inverse is how well the data could tell θ, whatever they told (Variances.error leaves out zeros).
     """
+    found, information = reml_and_each(samples, start, settled)
+    return found, np.sum(information, axis=0)
+
+
+def reml_and_each(
+    samples: Sequence[Sample], start: Array | None = None, settled: float = _CONVERGED
+) -> tuple[Variances, Array]:
+    """The same, and the expected information (S, K, K) of every sample."""
     count = samples[0].effects.count
     freedom = [len(s.y) - s.basis.shape[1] for s in samples]
     if min(freedom) < 1:
         raise ValueError("as many coefficients as rows: nothing is left to estimate the noise from")
     total = sum(float(s.left @ s.left) for s in samples) / sum(freedom)
     if total <= 0.0:
-        nothing = np.zeros((count, count))
-        return Variances(np.zeros(count), nothing, np.zeros(count, bool), 0.0, True), nothing
+        nothing = np.zeros((len(samples), count, count))
+        return Variances(np.zeros(count), nothing[0], np.zeros(count, bool), 0.0, True), nothing
     size = np.mean([s.effects.mean_sizes() for s in samples], axis=0)
-    parts = [Sample(s.left / np.sqrt(total), s.basis, s.effects.scaled(1.0 / size), True) for s in samples]
+    parts = [in_units(s, size, total) for s in samples]
     sought = samples[0].effects.free
     theta = np.full(count, 1.0 / count) if start is None else start * size / total
     theta = np.maximum(theta, 1e-3 * (np.arange(count) == 0))
@@ -87,16 +95,22 @@ def reml_and_information(
     found = _scored(parts, theta, sought, settled)
     free = (found.theta > 0) & sought
     error = np.zeros((count, count))
-    error[np.ix_(free, free)] = np.linalg.pinv(found.information[np.ix_(free, free)])
+    error[np.ix_(free, free)] = np.linalg.pinv(found.information.sum(axis=0)[np.ix_(free, free)])
     factor = total / size
     scale = np.outer(factor, factor)
     loglik = found.loglik - 0.5 * sum(freedom) * float(np.log(total))
     return Variances(found.theta * factor, error * scale, free, loglik, found.done), found.information / scale
 
 
+def in_units(sample: Sample, size: Array, total: float) -> Sample:
+    """What a search asks: `left` over √total, V_k over sizes (K,), groups of one size together."""
+    s = sample.by_size
+    return Sample(s.y / np.sqrt(total), s.basis, s.effects.scaled(1.0 / size), True)
+
+
 @dataclass(frozen=True)
 class _Scored:
-    """Where the search ended. information: (K, K) the expected one; done: whether it settled there."""
+    """Where the search ended. information: (S, K, K) the expected ones; done: whether it settled there."""
 
     theta: Array
     information: Array
@@ -113,7 +127,7 @@ def _scored(samples: Sequence[Sample], theta: Array, sought: NDArray[np.bool_], 
     states, done, expected = _states(samples, theta), False, False
     for _ in range(MOST_STEPS):
         score, information = _slope(states, expected)
-        step = step_within(theta, score, information, sought)
+        step = step_within(theta, score, information.sum(axis=0), sought)
         new, better = improved(samples, theta, step, _total(states))
         settled = better is None or _total(better) - _total(states) < least
         if settled and expected:
@@ -162,9 +176,9 @@ def _total(states: Sequence[State]) -> float:
 
 
 def _slope(states: Sequence[State], expected: bool) -> tuple[Array, Array]:
-    """Score (K,) and information (K, K) of all samples together."""
+    """Score (K,) of all samples together and information (S, K, K) of each."""
     parts = [derivatives(s) if expected else average_information(s) for s in states]
-    return np.sum([p[0] for p in parts], axis=0), np.sum([p[1] for p in parts], axis=0)
+    return np.sum([p[0] for p in parts], axis=0), np.array([p[1] for p in parts])
 
 
 def improved(

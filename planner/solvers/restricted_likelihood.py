@@ -42,6 +42,14 @@ class Sample:
         """(n,) y without what X explains of it by plain least squares."""
         return np.asarray(self.y - self.basis @ (self.basis.T @ self.y))
 
+    @cached_property
+    def by_size(self) -> Sample:
+        """`left` and the basis with groups of one size together: what a search asks a hundred times."""
+        rows = self.effects.order_by_size
+        if rows is None:
+            return Sample(self.left, self.basis, self.effects, True)
+        return Sample(self.left[rows], self.basis[rows], self.effects.by_size(), True)
+
 
 @dataclass(frozen=True)
 class State:

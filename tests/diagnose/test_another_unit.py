@@ -52,5 +52,5 @@ def test_leans_are_held_against_what_power_ons_draw() -> None:
     u = np.radians(hall.rate)
     drawn = np.radians(0.01) * rng.normal(size=(run.max() + 1, 2))
     y = u[:, 0] + np.sum(drawn[run] * u[:, 1:], axis=1) + np.radians(4e-4) * rng.normal(size=len(u))
-    assert leans_change(y, u, 0, run, 17) > np.log(1e-3)
-    assert leans_change(y + np.radians(0.1) * u[:, 1] * (run > 17), u, 0, run, 17) < np.log(1e-9)
+    assert leans_change(y, u, 0, run)[17] > np.log(1e-3)
+    assert leans_change(y + np.radians(0.1) * u[:, 1] * (run > 17), u, 0, run)[17] < np.log(1e-9)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.solvers.group_batches import batches_of
+from planner.solvers.group_batches import batches_of, sums_of_groups
 from planner.solvers.triangles import inverse_of_triangle, inverse_of_triangles, times_transposed
 
 
@@ -34,3 +34,11 @@ def test_triangles_are_inverted_and_multiplied_as_any_matrix(r: int) -> None:
     np.testing.assert_allclose(inverse_of_triangle(L[0]), np.linalg.inv(L[0]), atol=1e-13)
     np.testing.assert_allclose(inverse_of_triangles(L), np.linalg.inv(L), atol=1e-13)
     np.testing.assert_allclose(times_transposed(X, L[0]), X @ L[0].T, atol=1e-12)
+
+
+@pytest.mark.parametrize("columns", [0, 1, 49, 50, 120])
+def test_sums_of_groups_are_those_of_their_rows(columns: int) -> None:
+    starts = np.array([0, 3, 4, 9])
+    A = np.random.default_rng(2).normal(size=(11, columns))
+    wanted = [A[a:b].sum(axis=0) for a, b in ((0, 3), (3, 4), (4, 9), (9, 11))]
+    np.testing.assert_allclose(sums_of_groups(A, starts), np.array(wanted), atol=1e-14)

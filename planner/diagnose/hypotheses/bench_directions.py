@@ -14,24 +14,27 @@ from numpy.typing import NDArray
 from planner.diagnose.hypotheses.channels import Channel
 from planner.effects._bench_frame import load, turning, upwards
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions
+from planner.nouns.conditions import Conditions, asked_once
 from planner.units import STANDARD_GRAVITY_MPS2
 
 HORIZONTAL = 1e-6  # rad/s: a fiftieth of the Earth's rate, below which a reference names no north
 UNLOADED = 0.2  # of g, by which the force may differ from it at rest
 
 
+@asked_once
 def loaded(conditions: Conditions) -> NDArray[np.bool_]:
     """(n,) whether the unit is on a centrifuge."""
     return np.asarray(np.any(load(conditions) != 0.0, axis=1))
 
 
+@asked_once
 def at_rest(conditions: Conditions) -> NDArray[np.bool_]:
     """(n,) whether gravity alone acts and nothing turns."""
     size = np.linalg.norm(conditions.specific_force, axis=1) / STANDARD_GRAVITY_MPS2
     return np.asarray(~turning(conditions) & (np.abs(size - 1.0) < UNLOADED))
 
 
+@asked_once
 def horizontal(conditions: Conditions) -> tuple[Array, Array]:
     """(n, 3) unit vectors north and east in body axes; zero where nobody knows them."""
     up = upwards(conditions)

@@ -19,7 +19,7 @@ from planner.diagnose.hypotheses.lack_of_fit import along, own_variable
 from planner.diagnose.hypotheses.nonlinear import as_likely_steps
 from planner.diagnose.hypotheses.parameters import Range
 from planner.diagnose.hypotheses.pool import Pool, extended, given
-from planner.diagnose.hypotheses.scores import mean_square, satterthwaite, score
+from planner.diagnose.hypotheses.scores import delta, mean_square, satterthwaite, score
 from planner.nouns.array import Array
 from planner.protocols import Parameter
 from planner.solvers.distributions import student_quantile
@@ -238,4 +238,4 @@ def _variables_of(own: str) -> set[str]:
 def _apart(found: Found, b: int, rival: int) -> float:
     """√Δ(b | rival) beside everything else that is believed."""
     beside = given(found.pool, [*found.others(b), rival])
-    return float(np.sqrt(max(score(beside, [b]).delta, 0.0)))
+    return float(np.sqrt(max(delta(beside, [b]), 0.0)))

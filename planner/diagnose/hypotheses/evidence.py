@@ -54,10 +54,11 @@ def _of(s: SensorFound, data: Prepared, c: Channel) -> Evidence:
     whole = at_rows(c, data.full.conditions(), readings[:, c.axis], free)
     small = [s.found.pool.blocks[b].columns[c.axis] for b in blocks]
     full = [_columns(s, whole, b, data.full) for b in blocks]
+    before = _residual(w, c, whole, [], [])
     return Evidence(
         channel=c.name,
-        before=_residual(w, c, whole, [], []),
-        after=_residual(w, c, whole, small, full),
+        before=before,
+        after=_residual(w, c, whole, small, full) if blocks else before,
         expected=_expected(w, whole, data),
         added=_added(s, w, blocks, data),
     )

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.channels import Channel
-from planner.diagnose.hypotheses.noise import plain_spread
+from planner.diagnose.hypotheses.noise import channel_noise, plain_readings
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT, LEAST_FAR, Far, outliers
 from planner.nouns.array import Array
 from planner.spec.model import Unit
@@ -35,11 +35,11 @@ def far_rows(
 
     scatter: (n,) one sigma by which a row may be off with its whole power-on (`scale_scatter`)
     """
-    ones = np.ones(len(c.r))
-    first = outliers(c, candidates, starts, plain_spread(c, starts, duration, ones), cells)
+    plain = plain_readings(c, starts, duration, np.ones(len(c.r)))
+    first = outliers(c, candidates, starts, channel_noise(plain).spread, cells)
     suspect = first.size > LEAST_FAR
     if not suspect.any():
         return first
     weights = np.where(suspect, FAR_WEIGHT, 1.0)
-    spread = plain_spread(c, starts, duration, weights) * np.sqrt(weights)
+    spread = channel_noise(plain.with_noise(weights=weights)).spread * np.sqrt(weights)
     return outliers(c, candidates, starts, spread, cells, scatter)

@@ -62,7 +62,7 @@ def with_what_hides(readings: Readings, hidden: Sequence[Block]) -> tuple[Readin
         if best is None:
             break
         taken[best.block.generic] += 1
-        readings = replace(readings, candidates=np.column_stack([readings.candidates, best.columns]))
+        readings = replace(readings, blocks=(*readings.blocks, best.columns))
         left = [a for a in left if a is not best and (best.looks or a.block.key != best.block.key)]
     return readings, plain
 

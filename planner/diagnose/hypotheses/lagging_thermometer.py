@@ -21,7 +21,8 @@ for coefficients of several channels would have to stand to each other as the sl
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
@@ -96,7 +97,7 @@ class Lag:
 class Seen:
     """One channel. y, v: (n,) reading and misaligned input; others: (n, k) columns without a temperature
 
-    law: of its noise, where that is not its search's
+    law: of its noise, where that is not its search's; known: lag -> `left`
     """
 
     w: Whitened
@@ -104,17 +105,27 @@ class Seen:
     v: Array
     others: Array
     law: BlockCovariance | None = None
+    known: dict[float, float] = field(init=False, default_factory=dict, compare=False)
 
     def columns(self, basis: Array, rows: NDArray[np.int64] | slice = slice(None)) -> Array:
         """(m, k) that are fitted to rows of it with a basis (m, d) over temperature."""
         fixed = self.w.noise.fixed_runs[rows]
         return np.column_stack([basis, basis * self.v[rows][:, None], self.others[rows], fixed])
 
-    def left(self, basis: Array) -> float:
-        """What curves of a basis over temperature leave of it, in noise."""
-        X = self.columns(basis)
-        white = (self.law or self.w.noise).whiten(np.column_stack([self.y, X]))
-        return float(np.sum(clear(orthonormal(white[:, 1:]), white[:, 0]) ** 2))
+    def left(self, table: DwellTable, lag: float) -> float:
+        """What curves over temperatures that lag leave of it, in noise; asked once of every lag."""
+        if lag not in self.known:
+            basis, fixed = _basis(table, lag), self._fixed
+            curved = (self.law or self.w.noise).whiten(np.column_stack([basis, basis * self.v[:, None]]))
+            X = np.column_stack([curved, fixed[:, 1:]])
+            self.known[lag] = float(np.sum(clear(orthonormal(X), fixed[:, 0]) ** 2))
+        return self.known[lag]
+
+    @cached_property
+    def _fixed(self) -> Array:
+        """(n, 1 + k) reading and columns without a temperature, whitened: the same at every lag."""
+        fixed = np.column_stack([self.y, self.others, self.w.noise.fixed_runs])
+        return (self.law or self.w.noise).whiten(fixed)
 
 
 def lag_of(found: Sequence[SensorFound], data: Prepared) -> Lag | None:
@@ -169,7 +180,8 @@ def _in_own_noise(one: Seen, table: DwellTable) -> Seen:
     A ramp lasts for half an hour: so does a walk, and white about its power-on it is a lag of its own.
     """
     X = np.column_stack([one.columns(_basis(table, lag)) for lag in (0.0, GLIMPSED_S[1])])
-    return replace(one, law=wandering(one.w, clear(orthonormal(X), one.y[:, None])[:, 0], X))
+    law = wandering(one.w, clear(orthonormal(X), one.y[:, None])[:, 0], X)
+    return one if law is None else replace(one, law=law)
 
 
 def on_several_ramps(data: Prepared) -> bool:
@@ -229,8 +241,7 @@ def _name(one: Seen) -> str:
 
 def _left(seen: Sequence[Seen], table: DwellTable, lag: float) -> Array:
     """(channels,) of S(τ)."""
-    basis = _basis(table, lag)
-    return np.array([one.left(basis) for one in seen])
+    return np.array([one.left(table, lag) for one in seen])
 
 
 def _columns(seen: Sequence[Seen], table: DwellTable) -> int:

@@ -34,6 +34,7 @@ from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, Drift, RandomEffects, covariance
 from planner.solvers.reml import Variances, reml_and_information
+from planner.solvers.reml_beside import Rough, reml_roughly
 from planner.solvers.restricted_likelihood import Sample, reml_information, restricted_loglik
 
 LEAST_RUNS = 8  # power-ons, from which their spread is a variance: a triad then tells it by 15 degrees
@@ -43,6 +44,7 @@ LEANS = "run_to_run_misalignment"  # towards the next axis, and the one after it
 IN_RUN = "in_run_bias"  # what moves within power-ons
 IN_RUN_SCALE = "in_run_scale_factor"
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
+ROUGHLY = 1.0  # of the log-likelihood where columns are weighed, which must gain five times as much
 SETTLED = 1e-3  # of the log-likelihood: a decision needs no variance to less than 5 % of its error
 MOST_ROWS = 1000  # for the variances; more rows tell nothing that a campaign's decision needs
 ROUNDING = 1e-9  # of the largest reading: data without any noise still have this much
@@ -86,7 +88,7 @@ class ChannelNoise:
 class Readings:
     """What the noise of one channel is judged from: rows run by run from `starts`.
 
-    candidates: (n, k) columns of all candidates; weights: (n,) 1, or near 0 for a row that is an outlier
+    blocks: (n, k) columns of each candidate; weights: (n,) 1, or near 0 for a row that is an outlier
     least_runs: power-ons from which their spread is a variance; with fewer each has a level of its own
     moves: (q,) columns of the declared model that can move the rows at all; None: all of them
     drifts: processes within power-ons that the rows show, by the names of their variances
@@ -96,12 +98,17 @@ class Readings:
     channel: Channel
     starts: NDArray[np.int64]
     duration: Array
-    candidates: Array
+    blocks: tuple[Array, ...]
     weights: Array
     least_runs: int = LEAST_RUNS
     moves: NDArray[np.bool_] | None = None
     drifts: Mapping[str, Drift] = field(default_factory=dict)
     leans: bool = False
+
+    @property
+    def candidates(self) -> Array:
+        """(n, k) columns of all candidates."""
+        return np.column_stack([np.empty((len(self.channel.r), 0)), *self.blocks])
 
     @property
     def declared(self) -> Array:
@@ -133,7 +140,7 @@ class Readings:
         return _judged(self)
 
     def with_noise(self, **changes: Any) -> Readings:
-        """The same with other `drifts` or `leans`; what the columns span is handed on."""
+        """The same with other `drifts`, `leans` or `weights`; what the columns span is handed on."""
         other = replace(self, **changes)
         other.__dict__["spanned"] = self.spanned
         return other
@@ -141,7 +148,12 @@ class Readings:
 
 def plain_spread(c: Channel, starts: NDArray[np.int64], duration: Array, weights: Array) -> Array:
     """(n,) one sigma of each row, of its weight, about its power-on under the declared model alone."""
-    return channel_noise(Readings(c, starts, duration, np.empty((len(c.r), 0)), weights)).spread
+    return channel_noise(plain_readings(c, starts, duration, weights)).spread
+
+
+def plain_readings(c: Channel, starts: NDArray[np.int64], duration: Array, weights: Array) -> Readings:
+    """What the noise of a channel is judged from under the declared model alone."""
+    return Readings(c, starts, duration, (), weights)
 
 
 def channel_noise(readings: Readings) -> ChannelNoise:
@@ -168,6 +180,13 @@ class Judged:
     fixed: Array
     starts: NDArray[np.int64]
     least: Array
+
+    @cached_property
+    def rough(self) -> Rough:
+        """By itself, to ROUGHLY: where columns are weighed, and where `own` begins."""
+        effects = self.sample.effects
+        even = max(float(np.var(self.sample.left)), self.least[0]) / effects.count / effects.mean_sizes()
+        return reml_roughly(self.sample, np.maximum(even, self.least), ROUGHLY)
 
     @cached_property
     def own(self) -> Variances:
@@ -209,7 +228,7 @@ def own_variances(j: Judged) -> Variances:
     theta = np.zeros(j.effects.count)
     theta[0] = max(float(np.var(j.sample.y)), 1e-30)
     try:
-        found, information = reml_and_information([j.sample], settled=SETTLED)
+        found, information = reml_and_information([j.sample], _start(j), SETTLED)
         if found.theta[: len(j.effects.diagonals)].any():
             if np.all(found.theta >= j.least):
                 error = found.error if found.free.all() else inverse_of(information)
@@ -220,6 +239,13 @@ def own_variances(j: Judged) -> Variances:
     theta = np.maximum(theta, j.least)
     error = inverse_of(reml_information(j.sample, theta))
     return Variances(theta, error, theta > 0, restricted_loglik(j.sample, theta), True)
+
+
+def _start(j: Judged) -> Array | None:
+    """(K,) where the search for a channel's variances begins; None where nothing is left of the rows."""
+    if len(j.sample.y) <= j.sample.basis.shape[1]:
+        return None
+    return j.rough.theta if np.isfinite(j.rough.loglik) else None
 
 
 def without_zeros(found: Sequence[Variances], some: NDArray[np.bool_] | None = None) -> list[Variances]:

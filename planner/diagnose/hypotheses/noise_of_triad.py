@@ -28,7 +28,7 @@ from planner.diagnose.hypotheses.noise import (
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail
 from planner.solvers.random_effects import RandomEffects
-from planner.solvers.reml import Variances, reml_together
+from planner.solvers.reml import Variances, reml_and_each
 from planner.solvers.restricted_likelihood import reml_information
 
 WELL_KNOWN = 40.0  # degrees of freedom, from which a channel's own variance is as good as the triad's
@@ -73,13 +73,13 @@ def _shared(judged: Sequence[Judged], own: Sequence[Variances]) -> list[Variance
     ]
     try:
         middle = np.mean([v.theta / size for v, size in zip(own, sizes, strict=True)], axis=0)
-        together = reml_together(scaled, middle, SETTLED)
+        together, information = reml_and_each(scaled, middle, SETTLED)
     except ValueError:
         return None
     ratio = 2.0 * (sum(v.loglik for v in own) - together.loglik)
     if chi_square_tail(ratio, (len(judged) - 1) * int(poor.sum())) < UNLIKE:
         return None
-    return _of_the_triad(judged, sizes, together.theta, poor)
+    return _of_the_triad(judged, sizes, together.theta, information, poor)
 
 
 def _freedom(v: Variances) -> Array:
@@ -94,11 +94,21 @@ def _times(effects: RandomEffects, factor: Array) -> RandomEffects:
 
 
 def _of_the_triad(
-    judged: Sequence[Judged], sizes: Sequence[Array], theta: Array, poor: NDArray[np.bool_]
+    judged: Sequence[Judged],
+    sizes: Sequence[Array],
+    theta: Array,
+    told: Array,
+    poor: NDArray[np.bool_],
 ) -> list[Variances]:
-    """Each channel's share of a common estimate, known as well as all channels tell it where it was poor."""
+    """Each channel's share of a common estimate, known as well as all channels tell it where it was poor.
+
+    told: (channels, K, K) information at θ in units of the sizes
+    """
     thetas = [np.maximum(theta * s, j.least) for j, s in zip(judged, sizes, strict=True)]
-    own = [reml_information(j.sample, t) for j, t in zip(judged, thetas, strict=True)]
+    own = [
+        i / np.outer(s, s) if np.array_equal(t, theta * s) else reml_information(j.sample, t)
+        for j, t, s, i in zip(judged, thetas, sizes, told, strict=True)
+    ]
     common = inverse_of(np.sum([i * np.outer(s, s) for i, s in zip(own, sizes, strict=True)], axis=0))
     out = []
     for t, s, information in zip(thetas, sizes, own, strict=True):

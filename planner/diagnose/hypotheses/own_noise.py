@@ -32,6 +32,7 @@ from planner.diagnose.hypotheses.noise import (
     without_zeros,
 )
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.diagnose.hypotheses.wander import PROMISED, promised_by
 from planner.diagnose.hypotheses.whitened import Whitened, log_p
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import BlockCovariance, block_covariance
@@ -107,8 +108,11 @@ def _own_noise(w: Whitened, y: Array, believed: Array) -> tuple[Sample, Variance
     level, without = _variances(plain, w.noise.variances.theta)
     first = level.theta[0] if level.theta[0] > 0.0 else 1e-3 * float(np.var(plain.y))
     one, time_on = np.ones(len(rows)), w.channel.model.conditions.time_on[rows]
-    drifts = [replace(plain.effects, drifts=(Drift(one, time_on, tau),)) for tau in TAUS_S]
-    moving = [replace(plain, effects=effects) for effects in drifts]
+    drifts = [Drift(one, time_on, tau) for tau in TAUS_S]
+    promises = promised_by(plain, level.theta, drifts)
+    if promises.max() < PROMISED:
+        return plain, without_zeros([level])[0], False
+    moving = [replace(plain, effects=replace(plain.effects, drifts=(d,))) for d in drifts]
     each = [_variances(sample, np.append(level.theta, first)) for sample in moving]
     k = int(np.argmax([loglik for _, loglik in each]))
     gain = 2.0 * (each[k][1] - without)

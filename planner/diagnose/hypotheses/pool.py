@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.chance import Flips, Nulls
-from planner.diagnose.hypotheses.orthogonal import clear
 from planner.diagnose.hypotheses.shares import Segments, Shares
-from planner.diagnose.hypotheses.whitened import SEEN, Whitened, of_means
+from planner.diagnose.hypotheses.whitened import SEEN, Cleared, Whitened, of_means
 from planner.nouns.array import Array
 
 RANK = 1e-8  # of the largest eigenvalue: directions below are what is there already
@@ -119,8 +118,16 @@ class Pool:
         return H if t is None else np.where(t.left, H - (t.A.T @ H.T[t.columns]).T, 0.0)
 
 
-def pool_of(state: Mapping[int, Whitened], blocks: Sequence[Block], cuts: NDArray[np.int64]) -> Pool:
-    """The pool of some blocks; cuts: first row of every segment that keeps one sign under a flip."""
+def pool_of(
+    state: Mapping[int, Whitened],
+    blocks: Sequence[Block],
+    cuts: NDArray[np.int64],
+    known: Mapping[int, Cleared] | None = None,
+) -> Pool:
+    """The pool of some blocks; cuts: first row of every segment that keeps one sign under a flip.
+
+    known: their columns by channel, where they are whitened already: what is left of them becomes the pool's
+    """
     counts = [next(iter(b.columns.values())).shape[1] for b in blocks]
     firsts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     places = tuple(np.arange(a, b) for a, b in pairwise(firsts))
@@ -130,12 +137,10 @@ def pool_of(state: Mapping[int, Whitened], blocks: Sequence[Block], cuts: NDArra
     before, after = np.zeros(total), np.zeros(total)
     for axis, w in state.items():
         mine = [i for i, b in enumerate(blocks) if axis in b.columns]
-        n = len(w.z)
-        raw = np.concatenate([np.empty((n, 0)), *(blocks[i].columns[axis] for i in mine)], axis=1)
         axes[axis] = np.concatenate([np.empty(0, dtype=np.int64), *(places[i] for i in mine)])
-        white = w.noise.whiten(raw)
-        parts[axis] = clear(w.Q, white)
-        before[axes[axis]] += np.sum(white**2, axis=0)
+        here = known[axis] if known else w.clear_of_declared([blocks[i].columns[axis] for i in mine])
+        parts[axis] = here.left
+        before[axes[axis]] += here.lengths
         after[axes[axis]] += np.sum(parts[axis] ** 2, axis=0)
     size = np.sqrt(after)
     strong = {name for w in state.values() for name in w.channel.found}

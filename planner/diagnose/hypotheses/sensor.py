@@ -40,7 +40,7 @@ from planner.diagnose.hypotheses.shown_noise import alike, as_shown
 from planner.diagnose.hypotheses.told_together import told_together
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 from planner.diagnose.hypotheses.verdicts import Veto, vetoed
-from planner.diagnose.hypotheses.whitened import Whitened, moving, whitened
+from planner.diagnose.hypotheses.whitened import Cleared, Whitened, cleared, moving, whitened
 from planner.diagnose.unseen_runs import cells_of
 from planner.effects._shaped import plain_names
 from planner.measurement import sensed
@@ -224,10 +224,10 @@ def begin(
     library = [b for b in library if fallen.isdisjoint((b.name, a) for a in b.columns)]
     blocks = [*library, *generic_blocks(mine, table, sensor)]
     triad, far, sizes = _readings(data, mine, blocks)
-    state = _whitened(triad)
-    del triad  # it holds every candidate once more
+    cleared = _cleared(triad, blocks)
+    state = {axis: _whitened(r, cleared[axis]) for r in triad for axis in [r.channel.axis]}
     cuts = segments(state, data.starts)
-    return Begun(mine, len(library), pool_of(state, blocks, cuts), cuts, far, sizes)
+    return Begun(mine, len(library), pool_of(state, blocks, cuts, cleared), cuts, far, sizes)
 
 
 def _readings(
@@ -243,8 +243,7 @@ def _readings(
         off = far_rows(c, few, data.starts, data.table.duration, cells, scale_scatter(data.unit, c))
         far[c.axis], sizes[c.axis] = off.rows, off.size
         weights = np.where(off.rows, FAR_WEIGHT, 1.0)
-        candidates = np.column_stack([nothing, *full])
-        plain = Readings(c, data.starts, data.table.duration, candidates, weights)
+        plain = Readings(c, data.starts, data.table.duration, tuple(full), weights)
         if not full:  # a slope at each node would take all that tells the spread of few power-ons
             plain = replace(plain, moves=moving(c, channel_noise(plain)))
         plain, whole = as_shown(plain, hidden, data.table.time_on)
@@ -253,9 +252,18 @@ def _readings(
     return borne_by_triad(alike(plains), alike(triad)), far, sizes
 
 
-def _whitened(triad: Sequence[Readings]) -> dict[int, Whitened]:
-    noises = triad_noise(triad)
-    return {r.channel.axis: whitened(r.channel, n, r.candidates) for r, n in zip(triad, noises, strict=True)}
+def _cleared(triad: Sequence[Readings], blocks: Sequence[Block]) -> dict[int, Cleared]:
+    """Axis -> every column of its blocks, whitened by what the triad says of the noise."""
+    found = {}
+    for r, noise in zip(triad, triad_noise(triad), strict=True):
+        axis = r.channel.axis
+        found[axis] = cleared(r.channel, noise, [b.columns[axis] for b in blocks if axis in b.columns])
+    return found
+
+
+def _whitened(r: Readings, all_columns: Cleared) -> Whitened:
+    """A channel, beside the candidates under which its noise was judged."""
+    return whitened(all_columns, all_columns.of(r.blocks))
 
 
 def _unname_what_is_left(found: Found, question: Question, starts: NDArray[np.int64]) -> None:

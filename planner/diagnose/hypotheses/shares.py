@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.noise import ChannelNoise
 from planner.nouns.array import Array
+from planner.solvers.group_batches import sums_of_groups
 
 
 @dataclass(frozen=True)
@@ -77,20 +78,26 @@ class Shares:
         effects, theta = self.noise.covariance.effects, self.noise.variances.theta
         U = self.noise.covariance.whiten_transposed(self.columns)
         drawn = np.swapaxes(effects.drawn(effects.slopes.T, U), 0, 1)
-        found = {b: np.empty((effects.count, len(p), len(p))) for b, p in self.places.items()}
-        for k in range(effects.count):
-            a = len(effects.diagonals)
-            if k >= a + len(effects.slopes):
-                images = effects.times(k, U)
-                for b, place in self.places.items():
-                    mine = slice(place[0], place[-1] + 1)
-                    found[b][k] = theta[k] * (U[:, mine].T @ images[:, mine])
-                continue
-            root = drawn[k - a] if k >= a else np.sqrt(effects.diagonals[k])[:, None] * U
-            for b, place in self.places.items():
-                root_of = root[:, place[0] : place[-1] + 1]
-                found[b][k] = theta[k] * (root_of.T @ root_of)
-        return found
+        moving = range(effects.count - len(effects.drifts), effects.count)
+        images = [effects.times(k, U) for k in moving]
+        single = np.array([p[0] for p in self.places.values() if len(p) == 1], dtype=np.int64)
+        alone = np.array(
+            [
+                *(effects.diagonals @ U[:, single] ** 2),
+                *np.sum(drawn[:, :, single] ** 2, axis=1),
+                *(np.sum(U[:, single] * x[:, single], axis=0) for x in images),
+            ]
+        )
+
+        def several(p: NDArray[np.int64]) -> Array:
+            mine = slice(p[0], p[-1] + 1)
+            V, roots = np.ascontiguousarray(U[:, mine]), drawn[:, :, mine]
+            own = [(V * d[:, None]).T @ V for d in effects.diagonals]
+            return np.array([*own, *(r.T @ r for r in roots), *(V.T @ x[:, mine] for x in images)])
+
+        at = dict(zip(single.tolist(), alone.T, strict=True))
+        found = {b: at[p[0]][:, None, None] if len(p) == 1 else several(p) for b, p in self.places.items()}
+        return {b: theta[:, None, None] * x for b, x in found.items()}
 
     def _row(self, b: int) -> Array:
         """(K, k, q) of a block's columns with all others."""
@@ -129,7 +136,7 @@ class Segments:
     def _sums(self) -> Array:
         out = np.zeros((len(self.cuts), self.total))
         for axis, C in self.columns.items():
-            out[:, self.places[axis]] += np.add.reduceat(C * self.remainder[axis][:, None], self.cuts, axis=0)
+            out[:, self.places[axis]] += sums_of_groups(C * self.remainder[axis][:, None], self.cuts)
         return out
 
     def flipped_with(self, more: Segments) -> list[tuple[Array, Array]]:

@@ -12,6 +12,7 @@ correlation time it is part of that noise from the beginning (`with_wander`).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -39,7 +40,7 @@ from planner.solvers.distributions import chi_square_tail
 from planner.solvers.least_squares import factors
 from planner.solvers.random_effects import Covariance, Drift, covariance
 from planner.solvers.reml import Variances, reml_and_information, reml_together
-from planner.solvers.reml_beside import reml_roughly
+from planner.solvers.reml_beside import promised, reml_roughly
 from planner.solvers.restricted_likelihood import Sample, restricted_loglik
 
 CHANCE = 1e-4  # of a channel that does not wander; tails of Student's t of 3 degrees make a few of it
@@ -49,6 +50,8 @@ LEAST_ROWS = 50  # beside a model's columns, of few power-ons: each takes a leve
 TIMES_S = (60.0, 200.0, 600.0, 2000.0)  # correlation times that are asked
 LARGEST_AT_FIRST = 256  # rows of a power-on
 SETTLED_ROUGHLY = 0.1  # of the log-likelihood
+PROMISED = 3.0  # of 2 log L, below which no likelihood of a process is sought: chance asks for 7.4 and more
+CLOSE = 0.5  # of what the best correlation time promises, below which one is not the best
 AT_FIRST_SIGHT = 1.0  # sigma of the correlation of neighbours, below which no likelihood is asked
 
 
@@ -82,6 +85,10 @@ def _shown(readings: Readings, plain: Weighed, z: Array, time_on: Array) -> Drif
     rows, _ = judged_rows(readings.starts, len(time_on))
     drifts = [Drift(z, time_on, tau) for tau in TIMES_S]
     own = sample.effects.drifts
+    promises = promised_by(sample, plain.theta, [d.at(rows) for d in drifts])
+    if promises.max() < PROMISED:
+        return None
+    drifts = [d for d, p in zip(drifts, promises, strict=True) if p >= CLOSE * promises.max()]
     moving = [replace(sample, effects=replace(sample.effects, drifts=(*own, d.at(rows)))) for d in drifts]
     first = _first(plain.theta, sample.y) / max(float(np.mean(z**2)), 1e-300)
     found = [reml_roughly(m, np.append(plain.theta, first), SETTLED_ROUGHLY) for m in moving]
@@ -94,6 +101,12 @@ def _shown(readings: Readings, plain: Weighed, z: Array, time_on: Array) -> Drif
     if gained(rest[0], plain.theta, rest[1], found[best].theta) <= 0.0:
         return None  # one step of one power-on is no process of all
     return drifts[best]
+
+
+def promised_by(sample: Sample, theta: Array, drifts: Sequence[Drift]) -> Array:
+    """(q,) of 2 log L that each of some processes promises beside a sample's variances at their θ (K,)."""
+    every = replace(sample.effects, drifts=(*sample.effects.drifts, *drifts))
+    return promised(replace(sample, effects=every), np.append(theta, np.zeros(len(drifts))), len(drifts))
 
 
 def can_tell(w: Whitened) -> bool:

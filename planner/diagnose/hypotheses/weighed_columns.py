@@ -5,21 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.noise import TOLD, Judged, Readings, judged_rows, least_freedom
+from planner.diagnose.hypotheses.noise import (
+    ROUGHLY,
+    TOLD,
+    Judged,
+    Readings,
+    judged_rows,
+    least_freedom,
+)
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
 from planner.solvers.block_covariance import BlockCovariance
 from planner.solvers.least_squares import orthogonal
 from planner.solvers.random_effects import Covariance, covariance
-from planner.solvers.reml_beside import Grounds, Slope, reml_roughly
+from planner.solvers.reml_beside import Grounds, Rough, reml_roughly
 from planner.solvers.restricted_likelihood import loglik
-
-ROUGHLY = 1.0  # of the log-likelihood where columns are weighed, which must gain five times as much
 
 
 @dataclass(frozen=True)
@@ -113,7 +117,8 @@ class Weighed:
         if not more.size or len(rows) - basis.shape[1] < least_freedom(firsts):
             return None
         wider = replace(self.judged, sample=replace(sample, X=basis))
-        theta, found = _roughly(wider, self.theta, self._grounds.with_columns(more))
+        first = self._grounds.with_columns(more)
+        theta, found = _believed(wider, reml_roughly(wider.sample, self.theta, ROUGHLY, first))
         return Weighed(wider, theta, found) if np.isfinite(found) else None
 
     @cached_property
@@ -122,31 +127,41 @@ class Weighed:
         return Grounds(self.judged.sample, self.theta)
 
 
-def _promises(Q: Array, z: Array, asked: Array, counts: Sequence[int]) -> list[float]:
-    """Of blocks' columns (n, Σ counts) beside a basis, z (n,) what that leaves of the readings."""
-    n, found = len(z), []
+def _promises(Q: Array, z: Array, asked: Array, counts: Sequence[int]) -> Array:
+    """(k,) of blocks' columns (n, Σ counts) beside a basis, z (n,) what that leaves of the readings.
+
+    By products of each block's columns of length one, blocks of one width at a time: which blocks are asked
+    for their likelihood needs no more digits.
+    """
+    n, widths = len(z), np.array(counts)
     left = clear(Q, asked)
-    total = float(z @ z)
-    seen = np.sum(left**2, axis=0) > TOLD**2 * np.sum(asked**2, axis=0)
-    for first, last in pairwise(np.cumsum([0, *counts])):
-        C = orthonormal(left[:, first:last][:, seen[first:last]], TOLD)
-        rest = max(total - float(np.sum((C.T @ z) ** 2)), 1e-12 * total)
-        found.append(n * float(np.log(total / rest)) - C.shape[1] * float(np.log(n)))
-    return found
+    total, square = float(z @ z), np.sum(left**2, axis=0)
+    seen = square > TOLD**2 * np.sum(asked**2, axis=0)
+    left *= np.where(seen, 1.0 / np.sqrt(np.where(seen, square, 1.0)), 0.0)
+    h, firsts = z @ left, np.cumsum([0, *counts[:-1]])
+    explained, rank = np.zeros(len(widths)), np.zeros(len(widths))
+    for width in set(counts):
+        mine = np.flatnonzero(widths == width)
+        at = firsts[mine, None] + np.arange(width)
+        blocks = left[:, at].transpose(1, 2, 0)
+        value, vector = np.linalg.eigh(blocks @ blocks.transpose(0, 2, 1))
+        told = value > np.maximum(TOLD**2 * value[:, -1:], 1e-300)
+        along = np.einsum("bij,bi->bj", vector, h[at]) ** 2
+        explained[mine] = np.sum(np.where(told, along / np.where(told, value, 1.0), 0.0), axis=1)
+        rank[mine] = told.sum(axis=1)
+    rest = np.maximum(total - explained, 1e-12 * total)
+    return np.asarray(n * np.log(total / rest) - rank * np.log(n))
 
 
 def weighed(readings: Readings) -> Weighed | None:
     """A channel under its own candidates; None where the rows tell no variance."""
     judged = readings.judged
-    effects = judged.sample.effects
-    even = max(float(np.var(judged.sample.left)), judged.least[0]) / effects.count / effects.mean_sizes()
-    theta, found = _roughly(judged, np.maximum(even, judged.least))
-    return Weighed(readings.judged, theta, found) if np.isfinite(found) else None
+    theta, found = _believed(judged, judged.rough)
+    return Weighed(judged, theta, found) if np.isfinite(found) else None
 
 
-def _roughly(j: Judged, start: Array, first: Slope | None = None) -> tuple[Array, float]:
-    """θ (K,) and the log-likelihood of the rows there, with their best coefficients: to ROUGHLY."""
-    found = reml_roughly(j.sample, start, ROUGHLY, first)
+def _believed(j: Judged, found: Rough) -> tuple[Array, float]:
+    """θ (K,), none of it less than may be believed, and the log-likelihood of the rows there."""
     if (found.theta < j.least).any():
         theta = np.maximum(found.theta, j.least)
         return theta, loglik(j.sample, theta)

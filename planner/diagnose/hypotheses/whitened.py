@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,7 @@ from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.noise import ChannelNoise
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
+from planner.solvers.group_batches import sums_of_groups
 from planner.solvers.span import Span
 
 SMALL = 0.5  # sigma, that a slope can amount to in all rows, below which it takes no degree of freedom
@@ -39,14 +42,53 @@ class Whitened:
         """Of the residual of the full model: 1 when the noise model is right, more when it is too small."""
         return float(np.mean(self.remainder**2))
 
+    def clear_of_declared(self, columns: Sequence[Array]) -> Cleared:
+        """Some more columns (n, k) of the channel."""
+        return _clear_of(self.channel, self.noise, self.Q, self.z, columns)
 
-def whitened(c: Channel, noise: ChannelNoise, candidates: Array) -> Whitened:
-    """The channel, whitened, its declared model taken off; candidates: (n, k) columns of all of them."""
+
+@dataclass(frozen=True)
+class Cleared:
+    """A channel's blocks, whitened and clear of its declared model. Q, z: as in Whitened
+
+    columns: (n, k) of each block; left: (n, K) what is left of all; lengths: (K,) squares they had, whitened
+    """
+
+    channel: Channel
+    noise: ChannelNoise
+    Q: Array
+    z: Array
+    columns: Sequence[Array]
+    left: Array
+    lengths: Array
+
+    def of(self, some: Sequence[Array]) -> Array:
+        """(n, k) what is left of some blocks, or of columns of theirs; rounding is nothing left."""
+        firsts = np.cumsum([0, *(x.shape[1] for x in self.columns)])
+        places = {id(x): np.arange(*ends) for x, ends in zip(self.columns, pairwise(firsts), strict=True)}
+        mine = [places[id(x)] for x in some if id(x) in places]
+        k = np.concatenate([np.empty(0, dtype=np.int64), *mine])
+        found = self.left[:, k[np.sum(self.left[:, k] ** 2, axis=0) > SEEN**2 * self.lengths[k]]]
+        others = [_seen(self.Q, self.noise.whiten(x)) for x in some if id(x) not in places]
+        return np.column_stack([found, *others])
+
+
+def cleared(c: Channel, noise: ChannelNoise, columns: Sequence[Array]) -> Cleared:
+    """The channel and all blocks that are asked of it, its declared model taken off; columns: (n, k) each."""
     white = noise.whiten(np.column_stack([c.r, c.J, noise.fixed_runs]))
     moves = np.append(_moves(c, white[:, 1 : c.J.shape[1] + 1]), np.full(noise.fixed_runs.shape[1], True))
     Q = orthonormal(white[:, 1:][:, moves])
-    z = clear(Q, white[:, 0])
-    seen = _seen(Q, noise.whiten(candidates))
+    return _clear_of(c, noise, Q, clear(Q, white[:, 0]), columns)
+
+
+def _clear_of(c: Channel, noise: ChannelNoise, Q: Array, z: Array, columns: Sequence[Array]) -> Cleared:
+    every = noise.whiten(np.concatenate([np.empty((len(z), 0)), *columns], axis=1))
+    return Cleared(c, noise, Q, z, columns, clear(Q, every), np.sum(every**2, axis=0))
+
+
+def whitened(known: Cleared, seen: Array) -> Whitened:
+    """The channel, whitened, its declared model taken off; seen: (n, k) what is left of all candidates."""
+    c, noise, Q, z = known.channel, known.noise, known.Q, known.z
     span = Span.of(seen, SEEN)
     if len(z) - Q.shape[1] - span.rank < len(z) / 4.0:
         span = Span.of(_largest(seen, z), SEEN)  # too few rows for all candidates at once
@@ -112,7 +154,7 @@ def _between_rank(R: Array, starts: NDArray[np.int64]) -> float:
 def of_means(A: Array, starts: NDArray[np.int64]) -> Array:
     """(g, k) the means of runs of columns (n, k), each of the length that they have over its rows."""
     sizes = np.diff(np.append(starts, len(A)))
-    return np.asarray(np.add.reduceat(A, starts, axis=0) / np.sqrt(sizes)[:, None])
+    return sums_of_groups(A, starts) / np.sqrt(sizes)[:, None]
 
 
 def log_p(values: Array | float, m: int, freedom: float, s2: float) -> Array:

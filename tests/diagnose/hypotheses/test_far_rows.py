@@ -12,8 +12,9 @@ import yaml
 from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.hypotheses.channels import channel
 from planner.diagnose.hypotheses.far_rows import far_rows, scale_scatter
-from planner.diagnose.hypotheses.outliers import largest_first
+from planner.diagnose.hypotheses.outliers import _left, _within, _without, largest_first
 from planner.nouns.conditions import Conditions
+from planner.solvers.least_squares import factors
 from planner.spec.load import load_spec
 from planner.spec.model import Unit
 from planner.spec.sensor_alone import sensor_spec_from_bytes
@@ -97,3 +98,28 @@ def test_a_record_before_the_table_was_up_to_speed_is_left_out(seed: int) -> Non
     assert {r.run for r in found.rows_left_out} == set(runs.tolist())
     assert not found.effects
     assert not [b for b in found.budget_exceeded if b.error == "gyro.scale_factor"]
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("gone", [[7], [7, 8, 100], [0, 1, 2, 3, 59, 118]])
+def test_rows_left_out_of_the_fit_of_all_are_those_of_a_fit_anew(seed: int, gone: list[int]) -> None:
+    """Residuals at their full size and degrees of freedom; power-ons of two rows have no mean."""
+    rng = np.random.default_rng(seed)
+    sizes = np.array([8, 2, 10, 5, 2, 8, 12, 9] * 3)
+    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+    X, r = rng.normal(size=(sizes.sum(), 12)), rng.normal(size=sizes.sum())
+    r[gone] += 20.0
+    far = np.zeros(len(r), dtype=bool)
+    far[gone] = True
+    every = _within(X, r, starts, np.ones(len(r), dtype=bool))
+    found = _without(factors(every[0]).basis, every[1], starts, far)
+    wanted = _left(*_within(X, r, starts, ~far), ~far)
+    assert found is not None
+    np.testing.assert_allclose(found[0], wanted[0], atol=1e-9)
+    assert found[1] == pytest.approx(wanted[1], abs=1e-9)
+
+
+def test_a_power_on_of_which_no_row_is_left_is_fitted_anew() -> None:
+    starts = np.arange(0, 60, 6)
+    X, r = np.random.default_rng(1).normal(size=(2, 60, 4))[0], np.ones(60)
+    assert _without(np.linalg.qr(X)[0], r, starts, np.arange(60) < 6) is None

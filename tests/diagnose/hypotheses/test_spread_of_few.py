@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from planner import catalog
+from planner.diagnose.hypotheses.borne_by_triad import borne_by_triad
 from planner.diagnose.hypotheses.candidates import library_blocks
 from planner.diagnose.hypotheses.channels import channel
 from planner.diagnose.hypotheses.generic import variable_of
 from planner.diagnose.hypotheses.hidden_columns import with_what_hides
-from planner.diagnose.hypotheses.noise import Readings
+from planner.diagnose.hypotheses.noise import Readings, plain_readings
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import begin
 from tests.diagnose.hypotheses.hall import Noise, days, hidden, read
@@ -42,8 +43,20 @@ def test_what_changes_within_power_ons_is_told_however_few_of_them_there_are(see
     assert table.gyro is not None
     c = channel("gyro", 0, table.conditions(), table.gyro[:, 0], DECLARED, ())
     ramp = [b for b in library_blocks([c], table, DECLARED, "gyro") if b.name == "temperature_rate"]
-    nothing = Readings(c, data.starts, table.duration, np.empty((len(c.r), 0)), np.ones(len(c.r)))
+    nothing = Readings(c, data.starts, table.duration, (), np.ones(len(c.r)))
     assert with_what_hides(nothing, ramp)[0].candidates.shape[1] == 1
+
+
+def test_a_triad_of_one_kind_of_noise_has_no_more_columns_to_bear() -> None:
+    """Where another channel leans or wanders, one with nothing hidden is judged anew: twice, and alike."""
+    data = prepared(read(days(387, 13), 387))
+    table = data.table
+    assert table.gyro is not None
+    ones = np.ones(len(table))
+    mine = [channel("gyro", a, table.conditions(), table.gyro[:, a], DECLARED, ()) for a in range(3)]
+    before, after = ([plain_readings(c, data.starts, table.duration, ones) for c in mine] for _ in range(2))
+    found = borne_by_triad(before, after)
+    assert all(r is b or r is a for r, b, a in zip(found, before, after, strict=True))
 
 
 @pytest.mark.parametrize(("sensor", "variable"), [("gyro", "rate"), ("accelerometer", "specific_force")])
