@@ -7,10 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner import catalog
-from planner.diagnose.hypotheses.beside_budgets import like_in_run, like_scale_factor
+from planner.diagnose.hypotheses.beside_budgets import like_in_run, like_level, like_scale_factor
 from planner.diagnose.hypotheses.noise import IN_RUN, LEVEL, ChannelNoise
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
@@ -64,7 +63,7 @@ def assumptions(s: SensorFound, spec: Spec, data: Prepared) -> list[Assumption]:
                 size = _sum(noise, here)
                 if size[1] >= KNOWN and noise is not w.noise and part != "in_run":
                     size = _sum(w.noise, here)  # which the triad may tell
-                apart = _apart(s, budgets, noise, data.starts, error, part)
+                apart = _apart(s, budgets, noise, data, error, part)
                 one = _spread(s, w.channel.name, size, error, part, budgets[error], apart)
                 found.append(_unbudgeted(one) if IN_RUN in noise.components and part == "in_run" else one)
     found = _of_the_triad(found)
@@ -86,15 +85,18 @@ def _apart(
     s: SensorFound,
     budgets: Mapping[str, ErrorBudget],
     noise: ChannelNoise,
-    starts: NDArray[np.int64],
+    data: Prepared,
     error: str,
     part: str,
 ) -> float:
     """What else the budgets let differ and a spread would hold, on the channel that has most of it."""
     if error == "scale_factor":
-        drawn = max(like_scale_factor(c, starts, budgets) for c in s.channels)
+        drawn = max(like_scale_factor(c, data.starts, budgets) for c in s.channels)
         return float(np.hypot(_wander(s, budgets, noise), drawn))
-    return max(like_in_run(c, starts, budgets) for c in s.channels) if part == "in_run" else 0.0
+    if part == "in_run":
+        return max(like_in_run(c, data.starts, budgets) for c in s.channels)
+    told = error != "bias" or IN_RUN in noise.components
+    return 0.0 if told else like_level(data.table.time_on, data.starts, budgets[error])
 
 
 def _wander(s: SensorFound, budgets: Mapping[str, ErrorBudget], noise: ChannelNoise) -> float:

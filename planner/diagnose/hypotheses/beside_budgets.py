@@ -4,6 +4,7 @@ Misalignments that every power-on draws anew look like noise of its records at s
 the scale factor like that one's own spread. With x_t the columns of the terms of every other error, σ_t its
 run-to-run, u the input, all about the mean of their power-on,
 
+    bias, run to run            w² = σ_b² mean_ij exp(−|t_i − t_j| / τ),   σ_b, τ in-run of the bias itself
     bias, in run                w² = Σ_t σ_t² mean x_t² + σ_k² mean u²,    σ_k in-run of the scale factor
     scale factor, run to run    w² = Σ_t σ_t² (u · x_t / u · u)²
 """
@@ -20,6 +21,17 @@ from planner.diagnose.hypotheses.channels import Channel, columns
 from planner.diagnose.hypotheses.orthogonal import about_means
 from planner.nouns.array import Array
 from planner.spec.budget import ErrorBudget
+
+
+def like_level(times: Array, starts: NDArray[np.int64], budget: ErrorBudget) -> float:
+    """w of a bias' run-to-run (SI): what wanders within a power-on has a mean there.
+
+    times: (n,) since power-on
+    """
+    if not budget.in_run_sigma:
+        return 0.0
+    alike = [np.exp(-np.abs(t[:, None] - t) / budget.in_run_time).mean() for t in np.split(times, starts[1:])]
+    return float(budget.in_run_sigma * np.sqrt(np.mean(alike)))
 
 
 def like_in_run(c: Channel, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> float:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.diagnose.hypotheses.beside_budgets import like_in_run, like_scale_factor
+from planner.diagnose.hypotheses.beside_budgets import like_in_run, like_level, like_scale_factor
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import SensorFound, diagnose_sensor
 from planner.dwells.table_rows import rows_of
@@ -39,6 +39,20 @@ def test_misalignments_of_every_power_on_look_like_noise_at_six_faces() -> None:
     scale = UNIT.accelerometer["scale_factor"]
     expected = np.hypot(scale.in_run_sigma, scale.run_to_run_largest) * G / np.sqrt(3.0)
     assert like_in_run(c, starts, {"scale_factor": scale}) == pytest.approx(expected, rel=0.02)
+
+
+def test_what_wanders_within_a_power_on_has_a_mean_there() -> None:
+    """The variance of the mean of a drawn first-order process; of one record, and of far ones."""
+    bias, rng = UNIT.gyro["bias"], np.random.default_rng(97)
+    times, starts = np.array([*np.arange(0.0, 900.0, 30.0), 5.0, 65.0]), np.array([0, 30])
+    wanders = []
+    for t in np.split(times, starts[1:]):
+        cov = bias.in_run_sigma**2 * np.exp(-np.abs(t[:, None] - t) / bias.in_run_time)
+        wanders.append(np.mean(rng.multivariate_normal(np.zeros(len(t)), cov, 40_000).mean(axis=1) ** 2))
+    assert like_level(times, starts, bias) == pytest.approx(np.sqrt(np.mean(wanders)), rel=0.02)
+    assert like_level(np.array([3.0]), np.array([0]), bias) == pytest.approx(bias.in_run_sigma)
+    far = 1e3 * bias.in_run_time * np.arange(16.0)
+    assert like_level(far, np.array([0]), bias) == pytest.approx(bias.in_run_sigma / 4.0)
 
 
 @pytest.mark.parametrize("seed", [97051, 97052])
