@@ -156,7 +156,7 @@ def _curves(c: Channel, starts: NDArray[np.int64]) -> Array:
 
 
 def _step(basis: Array, common: Array) -> tuple[int, float, float]:
-    """The place from which on a share explains most of what is common, that share, and the square it leaves."""
+    """The place from which on a share explains most of what is common, that share, what it leaves."""
     best = (0, 0.0, float(common @ common))
     for place in range(1, len(common)):
         x = clear(basis, _from(place, len(common)))

@@ -8,6 +8,8 @@ temperature of its own, draw three misalignments: at 50 g by 0.003 deg 2.6 mg, a
 follows them to the last digit. Their spread is then one with the curve, no likelihood has it, and what the
 records cannot tell the spec does. Where many power-ons tell a block their spread is in the noise.
 
+Both must hold: beside the draws the block says nothing, and they say most of what it does.
+
 With U s Vᵀ the whitened x_t σ_t of every power-on, (I + U s² Uᵀ)^(−½) = I − U (1 − (1 + s²)^(−½)) Uᵀ.
 """
 
@@ -28,6 +30,10 @@ from planner.nouns.array import Array
 from planner.spec.budget import ErrorBudget
 
 AS_BUDGETED = 1e-3  # p, above which a block says no more than power-ons that differ as they may
+OF_IT = (
+    0.85  # of what the block explains, that draws must: leans say 0.95 of it and more, what they do not 0.75
+)
+SHARES = (0.05, 0.1, 0.2, 0.5, 1.0)  # of the budget, that power-ons may draw
 SCALE = "run_to_run_scale_factor"  # of the noise
 
 
@@ -53,7 +59,21 @@ def as_budgeted(found: Found, b: int, starts: NDArray[np.int64], budgets: Mappin
     s = found.share(b)
     if rank == 0 or s.m == 0:
         return True
-    return bool(log_p(delta, rank, s.freedom, s.s2) > np.log(AS_BUDGETED))
+    if log_p(delta, rank, s.freedom, s.s2) <= np.log(AS_BUDGETED):
+        return False
+    beside = orthonormal(known)
+    return _gain(clear(beside, drawn), clear(beside, w.z)) > OF_IT * s.delta
+
+
+def _gain(D: Array, z: Array) -> float:
+    """2 log of the likelihood ratio of z (n,) with draws of D's columns, at the best share of the budget.
+
+    max_f  zᵀ (I − (I + f² DDᵀ)⁻¹) z − log det (I + f² DDᵀ)
+    """
+    U, s, _ = np.linalg.svd(D, full_matrices=False)
+    square = (U.T @ z) ** 2
+    sizes = (np.array(SHARES)[:, None] * s) ** 2
+    return float(np.max(np.sum(square * sizes / (1.0 + sizes) - np.log1p(sizes), axis=1)))
 
 
 def _as_many(square: Array) -> float:
