@@ -326,7 +326,8 @@ def _told(found: Sequence[SensorFound], kind: _Kind) -> float:
 def _misfit(found: Sequence[SensorFound], kind: _Kind) -> float:
     """Δ that a strong effect of the bench may leave: its geometry is known roughly, its columns linear."""
     known = [(hypothesis(_name(s, b)), s.found.share(b).delta) for s in found for b in s.found.library]
-    others = [(h, delta) for h, delta in known if h.bench_only and h.name != kind.name]
+    same = kind.name if kind.alone else ""  # of all records: `throughout` has it
+    others = [(h, delta) for h, delta in known if h.bench_only and h.name != same]
     return max((max(h.misfit, SHARED_MISFIT) * delta for h, delta in others), default=0.0)
 
 

@@ -93,7 +93,12 @@ class TableRates:
 def table_rate_of_power_ons(
     found: Sequence[SensorFound], data: Prepared, benches: Sequence[BenchAccuracy]
 ) -> TableRates | None:
-    """By what share the table's rate differs between power-ons, where all gyros say so, or None."""
+    """By what share the table's rate differs between power-ons, where all gyros say so, or None.
+
+    A rate that a search believes to be wrong above some rate differs with the rates of each power-on.
+    """
+    if _believed(found):
+        return None
     gyros = [c for s in found if s.sensor == "gyro" for c in s.channels]
     if len(gyros) < 3:
         return None
@@ -126,6 +131,13 @@ def table_rate_of_power_ons(
         return TableRates(share, runs, int(runs[first]), step, half, p, strength, stated)
     share[told] = common
     return TableRates(share, runs, -1, spread, TWO_SIDED * of_one, p, strength, stated)
+
+
+def _believed(found: Sequence[SensorFound]) -> bool:
+    """Whether a search has a fault of the table's rate already."""
+    blocks = (s.found.pool.blocks[b] for s in found for b in s.found.library)
+    names = (REFERENCES[b.name] for b in blocks if b.reference)
+    return any(NAME in (r.name, r.said) for r in names)
 
 
 def _scale_factors(c: Channel, starts: NDArray[np.int64]) -> Array:

@@ -70,3 +70,16 @@ def test_gyros_that_scatter_by_themselves_are_no_table(seed: int) -> None:
 def test_what_the_spec_lets_gyros_draw_is_no_finding() -> None:
     shares = 3e-5 * np.random.default_rng(331).normal(size=24)
     assert _told(_table(331, shares)) is None
+
+
+def test_a_table_that_is_wrong_above_a_rate_has_one_name() -> None:
+    """Power-ons of other rates scatter together then: a second table rate of 0.003 stood beside it."""
+    hall = days(341, 24)
+    fast = np.linalg.norm(hall.turn, axis=1, keepdims=True) > 100.0
+    slow = np.where((hall.run % 3 == 0)[:, None] & fast, hall.turn / 4.0, hall.turn)
+    hall = replace(hall, turn=slow)
+    felt = replace(
+        hall, turn=hall.turn * np.where(np.linalg.norm(slow, axis=1, keepdims=True) > 100.0, 1.0005, 1.0)
+    )
+    found = diagnose(read(hall, 341, gyro=DRAWN, felt=felt), SPEC)
+    assert [s.hypothesis for s in found.reference_suspects] == ["table_rate"]
