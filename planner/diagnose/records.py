@@ -233,6 +233,8 @@ def _guess(table: DwellTable, i: int, turn: Array) -> str:
     u = table.ref_acc[i] if table.ref_acc is not None else np.zeros(3)
     if not np.any(u):
         return f"run {int(table.run[i])}: the reading looks like another axis or direction of the turn"
+    if _face(u) == _face(turn @ u):
+        return f"run {int(table.run[i])} looks as if the unit stood turned over about {_face(u)}"
     return f"run {int(table.run[i])} looks as if face {_face(u)} were {_face(turn @ u)}"
 
 
