@@ -18,6 +18,7 @@ from planner.diagnose.hypotheses.bench_directions import at_rest, horizontal, lo
 from planner.diagnose.hypotheses.prepared import LEAST_OF_MANY
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.diagnose.leans_change import leans_change
+from planner.diagnose.mounted_anew import mounted_anew
 from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
@@ -97,6 +98,8 @@ def another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | No
         if found is not None and not _leans_too(y, u, rows, found[1]):
             found = None
         surest = min((one for one in (surest, found) if one is not None), default=None)
+    if surest is not None and mounted_anew(rows.sensors, rows.weights, rows.run, surest[1]):
+        return None  # which power-on, and by what angles, is told beside the error model
     if surest is not None:
         return _said(rows, *surest, "scale factors and misalignments")
     stepped = _all_step(rows) or _all_step(rows, level_of_turns=False)

@@ -39,6 +39,7 @@ from planner.diagnose.other_from_run_on import other_from_run_on
 from planner.diagnose.records import screened
 from planner.diagnose.run_of_another_temperature import of_another_temperature
 from planner.diagnose.stepped_run import stepped_run
+from planner.diagnose.table_rate_of_power_ons import table_rate_of_power_ons
 from planner.diagnose.temperature_of_before import temperature_of_before
 from planner.dwells.table_rows import rows_of
 from planner.effects._shaped import plain_names
@@ -135,7 +136,10 @@ def _with_reference_put_right(
     judged: _Judged, spec: Spec, seed: int, progress: Callable[[str], None]
 ) -> _Judged:
     """A reference that became another one; the table with that one, and what is found of it."""
-    anew = other_from_run_on(judged.found, judged.data, [b.accuracy for b in spec.benches.values()])
+    benches = [b.accuracy for b in spec.benches.values()]
+    anew = other_from_run_on(judged.found, judged.data, benches) or table_rate_of_power_ons(
+        judged.found, judged.data, benches
+    )
     if anew is None:
         return judged
     right = anew.right(judged.table)

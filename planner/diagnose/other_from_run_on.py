@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.bench_directions import at_rest, horizontal, loaded
+from planner.diagnose.hypotheses.bench_directions import at_rest, felt_through_leans, horizontal, loaded
 from planner.diagnose.hypotheses.lack_of_fit import SHARED_MISFIT
 from planner.diagnose.hypotheses.noise import LEAST_RUNS as LEAST_RUNS_OF_A_SPREAD
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
@@ -32,6 +32,7 @@ from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.references import MOST_SCALE, REFERENCES, Reference, hypothesis
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.suspects import DEGREES, TWO_SIDED
+from planner.diagnose.size_within_power_ons import SEEN, size_within_power_ons
 from planner.measurement import sensed
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
@@ -49,7 +50,6 @@ UNLIKE = 1e-3  # p of what the channels' leans explain beside what they share, a
 OF_WHAT_IS_COMMON = 0.1  # which they may explain of a strong one: products that three angles miss
 OF_ONE = 0.8  # of what the channels see: more by one alone is that channel's
 AS_BUDGETED = 1e-3  # p, above which power-ons that differ as they may are all there is
-SEEN = 1e-4  # of the best told coefficient's information, below which one is not told
 MOST_RAD = 0.1  # 6 deg, beyond which θ × u is no rotation
 MOST_SHARE = 3.0  # of the horizontal rate: north that is south is 2
 
@@ -245,8 +245,10 @@ def _best(
     k = 1 + int(np.argmax(delta[1:]))  # the first set is the whole campaign
     tests = float(len(sets) * len(_KINDS))
     p = float(min(1.0, tests * chi_square_tail(float(delta[k]), h.shape[1])))
-    told = _told(found, kind) / s2 if kind.alone else 0.0  # by the search, of all records or those of a bench
-    throughout = max(float(delta[0]), told) - 2.0 * np.log(CHANCE) if told > 0.0 else 0.0
+    searched = (
+        _told(found, kind) / s2 if kind.alone else 0.0
+    )  # by the search, of all records or those of a bench
+    throughout = max(float(delta[0]), searched) - 2.0 * np.log(CHANCE) if searched > 0.0 else 0.0
     if (
         p > CHANCE
         or delta[k] < max(_misfit(found, kind), throughout)
@@ -262,14 +264,19 @@ def _best(
     if kind.name == "mounting" and _draws_as_much(gamma, variance, data, sets[k]):
         return None
     half = TWO_SIDED * float(np.sqrt(gamma**2 @ variance)) / max(size, 1e-300)
-    if kind.felt in (_scaled, _read_out):
-        gamma = _within_power_ons(kind, mine, data, sets[k])
     stated = max(map(kind.reference.stated, benches), default=0.0)
     square = float(np.sum(gamma**2 / (stated**2 + variance))) if stated > 0.0 else 0.0
-    return OtherFromRunOn(
+    told = OtherFromRunOn(
         kind, data.table.run[data.starts[sets[k]]], bool(only[k]), gamma, half, tuple(x.name for x in sums),
         p, float(np.sqrt(delta[k])), float(chi_square_tail(square, len(gamma))), float(stated),
     )  # fmt: skip
+    if kind.felt not in (_scaled, _read_out, _mounted):
+        return told
+
+    def put_right(size: Array) -> DwellTable:
+        return replace(told, gamma=size).right(data.table)
+
+    return replace(told, gamma=size_within_power_ons(kind.felt, mine, data.starts, sets[k], put_right))
 
 
 def _sets(runs: int, alone: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -283,7 +290,7 @@ def _sets(runs: int, alone: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]
 def _sums(kind: _Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _Sums:
     w, pool = s.found.pool.state[axis], s.found.pool
     felt = kind.felt(s.sensor, w.channel.model.conditions)
-    W = w.noise.whiten(np.column_stack([d[:, axis] * w.channel.lean for d in felt]))
+    W = w.noise.whiten(felt_through_leans(w.channel, felt))
     mine = [pool.blocks[b].columns[axis] for b in _of_other_kinds(s, axis, kind)]
     Q, z = w.Q, w.z
     if mine:
@@ -293,32 +300,6 @@ def _sums(kind: _Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _S
     each = drawn(W, W), drawn(Q, W), drawn(W, z[:, None])[:, :, 0]
     square, along, h = (np.tensordot(sets, x, axes=1) for x in each)
     return _Sums(w.channel.name, square - np.swapaxes(along, 1, 2) @ along, h)
-
-
-def _within_power_ons(
-    kind: _Kind, found: Sequence[SensorFound], data: Prepared, there: NDArray[np.bool_]
-) -> Array:
-    """(k,) coefficients by the readings about the means of power-ons, in the noise of each row alone.
-
-    A scale that is another one from a power-on on is in the noise, as a scale factor that each of them draws:
-    beside that it is known to a tenth, and what is left when it is put right is a hundred sigma of rows.
-    """
-    sizes = np.diff(np.append(data.starts, len(data.table)))
-    rows = np.repeat(there, sizes)[:, None]
-    parts = []
-    for s in found:
-        for axis, w in s.found.pool.state.items():
-            felt = kind.felt(s.sensor, w.channel.model.conditions)
-            W = np.column_stack([d[:, axis] * w.channel.lean for d in felt]) * rows
-            level = 1.0 / w.noise.spread[:, None]
-            A = np.column_stack([w.channel.J, W, w.channel.r]) * level
-            means = np.add.reduceat(A * level, data.starts) / np.add.reduceat(level**2, data.starts)
-            A = A - np.repeat(means, sizes, axis=0) * level
-            own = w.channel.J.shape[1]
-            z = clear(orthonormal(A[:, :own], 1e-6), A[:, own:])
-            parts.append(z.T @ z)
-    gram: Array = np.sum(parts, axis=0)
-    return np.asarray(_pseudo(gram[:-1, :-1]) @ gram[:-1, -1])
 
 
 def _draws_as_much(gamma: Array, variance: Array, data: Prepared, there: NDArray[np.bool_]) -> bool:
@@ -345,7 +326,8 @@ def _told(found: Sequence[SensorFound], kind: _Kind) -> float:
 def _misfit(found: Sequence[SensorFound], kind: _Kind) -> float:
     """Δ that a strong effect of the bench may leave: its geometry is known roughly, its columns linear."""
     known = [(hypothesis(_name(s, b)), s.found.share(b).delta) for s in found for b in s.found.library]
-    others = [(h, delta) for h, delta in known if h.bench_only and h.name != kind.name]
+    same = kind.name if kind.alone else ""  # of all records: `throughout` has it
+    others = [(h, delta) for h, delta in known if h.bench_only and h.name != same]
     return max((max(h.misfit, SHARED_MISFIT) * delta for h, delta in others), default=0.0)
 
 

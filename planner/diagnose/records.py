@@ -53,7 +53,7 @@ def screened(table: DwellTable) -> Screened:
     kept = ~np.any([s.rows for s in scaled], axis=0) if scaled else np.ones(len(table), dtype=bool)
     stuck = stuck_readings(table, kept)
     kept &= ~_any(table, stuck)
-    turned = {i: turn for i, turn in _turned(table).items() if kept[i]}
+    turned = _with_their_power_ons(table, {i: turn for i, turn in _turned(table).items() if kept[i]})
     kept[list(turned)] = False
     off = off_their_reference(table, kept)
     kept &= ~_any(table, off)
@@ -185,6 +185,36 @@ def _turned(table: DwellTable) -> dict[int, Array]:
     return found
 
 
+def _with_their_power_ons(table: DwellTable, turned: dict[int, Array]) -> dict[int, Array]:
+    """The same with the rows of a unit upside down that read as if upright: those along the turn's axis.
+
+    Where one turn explains every turned row of a power-on, and no other row of it speaks against that. Such a
+    row is small there only: its leans are those of the other side.
+    """
+    found = dict(turned)
+    for run in sorted({int(table.run[i]) for i in turned}):
+        rows = np.flatnonzero(table.run == run)
+        mine = [i for i in rows.tolist() if i in turned]
+        if SEVERAL <= len(mine) < len(rows):
+            stands = next((t for t in _TURNS if _explains(table, t, rows, mine)), None)
+            found |= {} if stands is None else dict.fromkeys(set(rows.tolist()) - set(mine), stands)
+    return found
+
+
+def _explains(table: DwellTable, turn: Array, rows: NDArray[np.int64], turned: Sequence[int]) -> bool:
+    """Whether a turn makes the reading that of its label in the turned rows, and is nothing in the others."""
+    if np.linalg.det(turn) < 0.0:
+        return False  # a unit is turned over, not mirrored
+    others = np.setdiff1d(rows, turned)
+    for y, u, least, far in _judged(table):
+        scale = np.maximum(np.linalg.norm(u, axis=1), least)
+        moves = np.linalg.norm(u[others] @ turn.T - u[others], axis=1) > far * scale[others]
+        off = np.linalg.norm(y[turned] - u[turned] @ turn.T, axis=1) > far * scale[turned]
+        if moves.any() or off.any():
+            return False
+    return True
+
+
 def _judged(table: DwellTable) -> Iterator[tuple[Array, Array, float, float]]:
     """Reading and reference of each sensor that has both, the least input that tells, and what is far off."""
     if table.acc is not None and table.ref_acc is not None:
@@ -203,6 +233,8 @@ def _guess(table: DwellTable, i: int, turn: Array) -> str:
     u = table.ref_acc[i] if table.ref_acc is not None else np.zeros(3)
     if not np.any(u):
         return f"run {int(table.run[i])}: the reading looks like another axis or direction of the turn"
+    if _face(u) == _face(turn @ u):
+        return f"run {int(table.run[i])} looks as if the unit stood turned over about {_face(u)}"
     return f"run {int(table.run[i])} looks as if face {_face(u)} were {_face(turn @ u)}"
 
 

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.diagnose.hypotheses.as_budgeted import as_budgeted
 from planner.diagnose.hypotheses.found import Found, on
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, STAYS
 from planner.diagnose.hypotheses.own_noise import stands_in_own_noise
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, SCATTERS, Veto, per_power_on, predicted, vetoed
+from planner.spec.budget import ErrorBudget
 
 NOISE = "what wanders on this channel within power-ons explains it as well"
+DRAWN = (
+    "what the spec lets scale factors and misalignments differ from power-on to power-on explains it as well"
+)
 
 
-def refusals(found: Found, starts: NDArray[np.int64]) -> tuple[Veto, ...]:
+def refusals(found: Found, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> tuple[Veto, ...]:
     """What the power-ons themselves refuse goes, the weakest first: the others may stand without it.
 
     In the place of a name come bins over a variable that the power-ons do not refuse.
@@ -25,10 +32,12 @@ def refusals(found: Found, starts: NDArray[np.int64]) -> tuple[Veto, ...]:
         veto = None if gone or found.pool.blocks[b].reference else vetoed(found, b, starts)
         if veto is None and not gone and _is_noise(found, b):
             veto = Veto(b, NOISE)
+        if veto is None and not gone and as_budgeted(found, b, starts, budgets):
+            veto = Veto(b, DRAWN)
         if veto is not None:
             (found.library if b in found.library else found.unknown).remove(b)
             out.append(veto)
-            if not found.pool.blocks[b].generic and veto.why not in (SCATTERS, NOISE):
+            if not found.pool.blocks[b].generic and veto.why not in (SCATTERS, NOISE, DRAWN):
                 _unnamed_in_place(found, b, starts)
     return tuple(out)
 
