@@ -50,6 +50,7 @@ UNLIKE = 1e-3  # p of what the channels' leans explain beside what they share, a
 OF_WHAT_IS_COMMON = 0.1  # which they may explain of a strong one: products that three angles miss
 OF_ONE = 0.8  # of what the channels see: more by one alone is that channel's
 AS_BUDGETED = 1e-3  # p, above which power-ons that differ as they may are all there is
+LEFT = 0.03  # of its columns, squared, that curves over temperature must leave of a change, or it is theirs
 MOST_RAD = 0.1  # 6 deg, beyond which θ × u is no rotation
 MOST_SHARE = 3.0  # of the horizontal rate: north that is south is 2
 
@@ -224,11 +225,15 @@ def other_from_run_on(
 
 @dataclass(frozen=True)
 class _Sums:
-    """What a channel says of the coefficients in each of w sets of power-ons. gram: (w, k, k), h: (w, k)"""
+    """What a channel says of the coefficients in each of w sets of power-ons.
+
+    gram: (w, k, k), h: (w, k); before: (w,) trace of the gram matrix beside nothing
+    """
 
     name: str
     gram: Array
     h: Array
+    before: Array
 
 
 def _best(
@@ -242,12 +247,13 @@ def _best(
     gram, h = np.sum([x.gram for x in sums], axis=0), np.sum([x.h for x in sums], axis=0)
     s2 = max(float(np.mean([w.mean_square for s in mine for w in s.found.pool.state.values()])), 1.0)
     delta = _explained(gram, h) / s2
+    seen = np.trace(gram, axis1=1, axis2=2) / np.maximum(np.sum([x.before for x in sums], axis=0), 1e-300)
+    delta = np.where(seen > LEFT, delta, 0.0)
     k = 1 + int(np.argmax(delta[1:]))  # the first set is the whole campaign
     tests = float(len(sets) * len(_KINDS))
     p = float(min(1.0, tests * chi_square_tail(float(delta[k]), h.shape[1])))
-    searched = (
-        _told(found, kind) / s2 if kind.alone else 0.0
-    )  # by the search, of all records or those of a bench
+    # by the search, of all records or those of a bench
+    searched = _told(found, kind) / s2 if kind.alone else 0.0
     throughout = max(float(delta[0]), searched) - 2.0 * np.log(CHANCE) if searched > 0.0 else 0.0
     if (
         p > CHANCE
@@ -299,7 +305,8 @@ def _sums(kind: _Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _S
     drawn = w.noise.covariance.effects.drawn
     each = drawn(W, W), drawn(Q, W), drawn(W, z[:, None])[:, :, 0]
     square, along, h = (np.tensordot(sets, x, axes=1) for x in each)
-    return _Sums(w.channel.name, square - np.swapaxes(along, 1, 2) @ along, h)
+    before = np.trace(square, axis1=1, axis2=2)
+    return _Sums(w.channel.name, square - np.swapaxes(along, 1, 2) @ along, h, before)
 
 
 def _draws_as_much(gamma: Array, variance: Array, data: Prepared, there: NDArray[np.bool_]) -> bool:
