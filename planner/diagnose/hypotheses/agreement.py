@@ -43,15 +43,13 @@ def rests_on(here: Pool, b: int, axes: set[int]) -> bool:
     return rank == 0 or bool(chi_square_tail(float(h @ inverse(gram) @ h), rank) > UNLIKE)
 
 
-def channels_disagree(pool: Pool, here: Pool, b: int, unlike: float) -> bool:
+def channels_disagree(here: Pool, b: int, unlike: float) -> bool:
     """Whether the coefficients of several channels differ by more than a share of what they have in common.
 
-    Or whether all but one have an effect in its place. here: the pool beside all else; unlike: the share, Q
-    over Δ of the common coefficients, which is what linear columns lack of a strong error
+    here: the pool beside all else; unlike: the share, Q over Δ of the common coefficients, which is what
+    linear columns lack of a strong error
     """
     G, h = _each(here, b)
-    if _others_have_their_own(_each(pool, b)[0], G, _pseudo(G.sum(axis=0)) @ h.sum(axis=0)):
-        return True
     told = np.array([np.trace(g) for g in G])
     G, h = G[told > TOLD * told.sum()], h[told > TOLD * told.sum()]
     if len(G) < SEVERAL:
@@ -64,11 +62,14 @@ def channels_disagree(pool: Pool, here: Pool, b: int, unlike: float) -> bool:
     return bool(chi_square_tail(between, freedom) < UNLIKE)
 
 
-def _others_have_their_own(before: Array, G: Array, gamma: Array) -> bool:
-    """Whether what several channels would have seen of γ is taken up by what is believed of all but one.
+def others_have_their_own(pool: Pool, here: Pool, b: int) -> bool:
+    """Whether what several channels would see of a block is taken up by what is believed of all but one.
 
-    before: (channels, k, k) beside nothing that is believed
+    By what the one says of its coefficients γ: channel a would see γᵀ G_a γ of it in the pool, beside nothing
+    that is believed. here: the pool beside all else
     """
+    before, (G, h) = _each(pool, b)[0], _each(here, b)
+    gamma = _pseudo(G.sum(axis=0)) @ h.sum(axis=0)
     foreseen, left = (np.einsum("i,aij,j->a", gamma, g, gamma) for g in (before, G))
     see = foreseen > TOLD * foreseen.sum()
     return bool(np.sum(see) >= SEVERAL > np.sum(see & (left > TAKEN_UP * foreseen)))

@@ -7,7 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from planner.diagnose.hypotheses.agreement import channels_disagree, of_one_channel, seen_by_one
+from planner.diagnose.hypotheses.agreement import (
+    channels_disagree,
+    of_one_channel,
+    others_have_their_own,
+    seen_by_one,
+)
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.chance import Flips, Nulls
 from planner.diagnose.hypotheses.foreseen import as_foreseen
@@ -186,14 +191,21 @@ class Found:
         return self.may_be(block)
 
     def may_be(self, block: int, *instead: int) -> bool:
-        """Whether several channels see a reference and agree, and it is as the rest of the table says.
+        """Whether several channels see what the bench has and agree, as the rest of the table says it is.
 
-        No more is asked of an effect of the library. instead: believed ones in the place of which it stands
+        Of an effect of the library, whose geometry is known roughly, no agreement is asked, and in the place
+        of another it may be what the others are as well. instead: believed ones whose place it takes
         """
-        if not self.pool.blocks[block].reference:
+        b = self.pool.blocks[block]
+        if len(b.columns) == 1:
             return True
-        here, r = self.without(block, *instead), REFERENCES[self.pool.blocks[block].name]
-        if not as_foreseen(self.pool, here, block) or channels_disagree(self.pool, here, block, r.unlike):
+        here = self.without(block, *instead)
+        if not b.reference:
+            return bool(instead) or not others_have_their_own(self.pool, here, block)
+        if others_have_their_own(self.pool, here, block):
+            return False
+        r = REFERENCES[b.name]
+        if not as_foreseen(self.pool, here, block) or channels_disagree(here, block, r.unlike):
             return False
         if r.by_channel:
             return not seen_by_one(here, block)

@@ -50,6 +50,21 @@ def test_an_effect_of_all_gyros(name: str, seed: int, make: Callable[[int], Hall
     assert [np.sign(said[f"gyro_{a}"].value) for a in "xyz"] == np.sign(sizes).tolist()
 
 
+@pytest.mark.parametrize("seed", [91, 92])
+@pytest.mark.further("seed", range(93, 99))
+def test_g_sensitivities_of_all_gyros(seed: int) -> None:
+    """Beside those of two gyros the Earth's rate, in five coefficients, was what the third one has."""
+    hall, rng = axes_apart(seed, 4), np.random.default_rng([seed, 7])
+    table = read(hall, seed)
+    for axis in range(3):
+        table = hidden(table, "gyro", axis, 2e-3 * hall.up @ rng.normal(size=3))
+    found = whole(table)
+    assert {(e.effect, tuple(sorted(e.channels))) for e in found.effects} == {
+        ("g_sensitivity", ("gyro_x", "gyro_y", "gyro_z"))
+    }
+    assert not found.reference_suspects
+
+
 SQUARES: dict[str, Callable[[Array, int], Array]] = {
     "scale_factor_asymmetry": lambda u, axis: np.abs(u[:, axis]),
     "cross_coupling": lambda u, axis: u[:, (axis + 1) % 3] ** 2,
