@@ -37,7 +37,7 @@ from planner.diagnose.hypotheses.lack_of_fit import (
 )
 from planner.diagnose.hypotheses.plainer import plainer
 from planner.diagnose.hypotheses.pool import Pool, given
-from planner.diagnose.hypotheses.references import REFERENCES
+from planner.diagnose.hypotheses.references import REFERENCES, hypothesis
 from planner.diagnose.hypotheses.scores import chance_of, score
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 
@@ -147,8 +147,7 @@ def _channel_by_channel(
 
     def together(blocks: Sequence[int]) -> float:
         """Channels have no noise in common, so that criteria add up."""
-        own = [score(here, [c]).among_names for c in blocks]
-        return sum(own) + sum(found.alike(c, [*beside, *blocks[:k]]) for k, c in enumerate(blocks))
+        return sum(score(here, [c]).among_names + found.alike(c, beside) for c in blocks)
 
     return max(((b, together(b)) for b in several), key=lambda one: one[1], default=([], -np.inf))
 
@@ -165,11 +164,11 @@ def _coincidence(found: Found, block: int, apart: Sequence[int], here: Pool) -> 
         return 0.0
     alike = float(sum(np.log(max(score(here, [c]).delta, 1.0)) for c in apart[1:]))
     name = found.pool.blocks[block].name
-    if not found.pool.blocks[block].reference:
-        return alike  # an arm's own equation is known better: squares of loads of each gyro are no bending
-    if REFERENCES[name].by_channel:
+    if name in REFERENCES and REFERENCES[name].by_channel:
         return 0.0
-    return max(alike, min(SHARED_MISFIT, REFERENCES[name].unlike) * score(here, [block]).delta)
+    # an arm's own equation is known better: squares of loads of each gyro are no bending
+    known = REFERENCES[name].unlike if name in REFERENCES else hypothesis(name).misfit
+    return max(alike, min(SHARED_MISFIT, known) * score(here, [block]).delta)
 
 
 # ---------------------------------------------------------------- the last word
