@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.found import Found
-from planner.diagnose.hypotheses.pool import Pool, extended
-from planner.nouns.array import Array
+from planner.diagnose.hypotheses.pool import Pool, extended, inverse
 
 LEAST = 20.0  # sigma, of an effect that cannot be nothing; a rounding of readings without noise is 8
 APART = 1e-6  # of a column's square, less of which beside the others before it tells nothing of its own
@@ -63,15 +62,11 @@ def _fewest(here: Pool, k: NDArray[np.int64]) -> Sequence[int]:
     price = float(np.log(max(len(next(iter(here.state.values())).z), 3)))
     explained = 0.0
     while len(kept) < len(k):
-        gains = {i: _explained(G, h, [*kept, i]) for i in range(len(k)) if i not in kept and G[i, i] > 0.0}
+        tried = ([*kept, i] for i in range(len(k)) if i not in kept and G[i, i] > 0.0)
+        gains = {i[-1]: float(h[i] @ inverse(G[np.ix_(i, i)]) @ h[i]) for i in tried}
         best = max(gains, key=lambda i: gains[i], default=None)
         if best is None or (kept and gains[best] - explained < price):
             break
         kept.append(best)
         explained = gains[best]
     return sorted(kept)
-
-
-def _explained(G: Array, h: Array, i: Sequence[int]) -> float:
-    """Δ = hᵀ G⁺ h of some of the columns."""
-    return float(h[i] @ np.linalg.pinv(G[np.ix_(i, i)], rcond=APART, hermitian=True) @ h[i])
