@@ -31,7 +31,9 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.references import MOST_SCALE, REFERENCES, Reference, hypothesis
 from planner.diagnose.hypotheses.sensor import SensorFound
+from planner.diagnose.hypotheses.shares import freedom_of
 from planner.diagnose.hypotheses.suspects import DEGREES, TWO_SIDED
+from planner.diagnose.hypotheses.whitened import log_p
 from planner.diagnose.size_within_power_ons import SEEN, size_within_power_ons
 from planner.measurement import sensed
 from planner.nouns.array import Array
@@ -250,8 +252,8 @@ def _best(
     seen = np.trace(gram, axis1=1, axis2=2) / np.maximum(np.sum([x.before for x in sums], axis=0), 1e-300)
     delta = np.where(seen > LEFT, delta, 0.0)
     k = 1 + int(np.argmax(delta[1:]))  # the first set is the whole campaign
-    tests = float(len(sets) * len(_KINDS))
-    p = float(min(1.0, tests * chi_square_tail(float(delta[k]), h.shape[1])))
+    way = _pseudo(gram[k])
+    p = _chance(kind, mine, float(delta[k]), sets[k], way) * len(sets) * len(_KINDS)
     # by the search, of all records or those of a bench
     searched = _told(found, kind) / s2 if kind.alone else 0.0
     throughout = max(float(delta[0]), searched) - 2.0 * np.log(CHANCE) if searched > 0.0 else 0.0
@@ -261,7 +263,6 @@ def _best(
         or not _agree([(x.gram[k], x.h[k]) for x in sums], float(delta[k]), s2)
     ):
         return None
-    way = _pseudo(gram[k])
     gamma = way @ h[k]
     size = float(np.linalg.norm(gamma))
     if size > kind.most:
@@ -274,7 +275,7 @@ def _best(
     square = float(np.sum(gamma**2 / (stated**2 + variance))) if stated > 0.0 else 0.0
     told = OtherFromRunOn(
         kind, data.table.run[data.starts[sets[k]]], bool(only[k]), gamma, half, tuple(x.name for x in sums),
-        p, float(np.sqrt(delta[k])), float(chi_square_tail(square, len(gamma))), float(stated),
+        min(p, 1.0), float(np.sqrt(delta[k])), float(chi_square_tail(square, len(gamma))), float(stated),
     )  # fmt: skip
     if kind.felt not in (_scaled, _read_out, _mounted):
         return told
@@ -294,19 +295,40 @@ def _sets(runs: int, alone: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]
 
 
 def _sums(kind: _Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _Sums:
-    w, pool = s.found.pool.state[axis], s.found.pool
-    felt = kind.felt(s.sensor, w.channel.model.conditions)
-    W = w.noise.whiten(felt_through_leans(w.channel, felt))
-    mine = [pool.blocks[b].columns[axis] for b in _of_other_kinds(s, axis, kind)]
-    Q, z = w.Q, w.z
-    if mine:
-        more = orthonormal(clear(w.Q, w.noise.whiten(np.column_stack(mine))), 1e-6)
-        Q, z = np.column_stack([Q, more]), clear(more, z)
+    w = s.found.pool.state[axis]
+    W, Q, z = _rows(kind, s, axis)
     drawn = w.noise.covariance.effects.drawn
     each = drawn(W, W), drawn(Q, W), drawn(W, z[:, None])[:, :, 0]
     square, along, h = (np.tensordot(sets, x, axes=1) for x in each)
     before = np.trace(square, axis1=1, axis2=2)
     return _Sums(w.channel.name, square - np.swapaxes(along, 1, 2) @ along, h, before)
+
+
+def _rows(kind: _Kind, s: SensorFound, axis: int) -> tuple[Array, Array, Array]:
+    """W, Q and z of a channel."""
+    w, pool = s.found.pool.state[axis], s.found.pool
+    felt = kind.felt(s.sensor, w.channel.model.conditions)
+    W = w.noise.whiten(felt_through_leans(w.channel, felt))
+    mine = [pool.blocks[b].columns[axis] for b in _of_other_kinds(s, axis, kind)]
+    if not mine:
+        return W, w.Q, w.z
+    more = orthonormal(clear(w.Q, w.noise.whiten(np.column_stack(mine))), 1e-6)
+    return W, np.column_stack([w.Q, more]), clear(more, w.z)
+
+
+def _chance(
+    kind: _Kind, mine: Sequence[SensorFound], delta: float, there: NDArray[np.bool_], way: Array
+) -> float:
+    """p of Δ over s² by the F law: a dozen power-ons tell their own spread by a dozen degrees of freedom."""
+    values, vectors = np.linalg.eigh(way)
+    kept = values > SEEN * max(float(values[-1]), 0.0)
+    root, each = vectors[:, kept] * np.sqrt(values[kept]), []
+    for s in mine:
+        for axis, w in s.found.pool.state.items():
+            W, Q, _ = _rows(kind, s, axis)
+            C = clear(Q, W * np.repeat(there, w.noise.covariance.effects.sizes)[:, None])
+            each.append((w.noise, C @ root))
+    return float(np.exp(log_p(delta, int(kept.sum()), freedom_of(each), 1.0)))
 
 
 def _draws_as_much(gamma: Array, variance: Array, data: Prepared, there: NDArray[np.bool_]) -> bool:

@@ -265,6 +265,7 @@ class Assumption:
     """A spread that the spec assumes, and what the data say of it, SI (NaN: not determined).
 
     error: `gyro.bias`; part: `run_to_run`, `in_run`, `temperature_residual` …; channel: `gyro_x`, "" for all
+    chance: of data that say as much, or more, of a unit that has what is assumed
     """
 
     error: str
@@ -276,6 +277,7 @@ class Assumption:
     high: float
     freedom: float
     channel: str = ""
+    chance: float = 1.0
 
 
 @dataclass(frozen=True)

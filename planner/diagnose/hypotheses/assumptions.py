@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner import catalog
-from planner.diagnose.hypotheses.beside_budgets import like_in_run, like_level, like_scale_factor
+from planner.diagnose.hypotheses.beside_budgets import Part, Seen, seen
 from planner.diagnose.hypotheses.noise import IN_RUN, LEVEL, ChannelNoise
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
+from planner.diagnose.hypotheses.spread_law import SpreadLaw, errors, refused, spread_law
 from planner.diagnose.hypotheses.wander import wander
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import Assumption, BudgetExceeded
-from planner.solvers.distributions import chi_square_quantile, chi_square_tail
+from planner.solvers.distributions import chi_square_quantile
 from planner.solvers.least_squares import least_squares
 from planner.spec.budget import ErrorBudget
 from planner.spec.model import Spec
@@ -29,6 +30,7 @@ PARTS = (
     (("run_to_run_scale_factor",), "scale_factor", "run_to_run"),
 )
 EXCEEDED = 0.01  # chance that a unit within all its budgets is said to exceed one
+OUTSIDE = 0.025  # chance beyond each end of an interval
 KNOWN = 1.0  # relative standard error of a variance above which the data say nothing of it
 
 
@@ -39,77 +41,80 @@ def exceeded(every: Sequence[Assumption]) -> tuple[BudgetExceeded, ...]:
         for a in every
         if a.part in ("run_to_run", "in_run") and a.assumed is not None and math.isfinite(a.measured)
     ]
-    out = []
-    for a in tested:
-        budget = a.assumed or 0.0
-        square = a.freedom * (a.measured / budget) ** 2 if budget > 0.0 else np.inf
-        chance = float(chi_square_tail(square, a.freedom))
-        if a.low > budget and chance < EXCEEDED / len(tested):
-            out.append(BudgetExceeded(a.error, a.part, a.measured, a.low, a.high, budget, a.unit, a.channel))
-    return tuple(out)
+    return tuple(
+        BudgetExceeded(a.error, a.part, a.measured, a.low, a.high, a.assumed or 0.0, a.unit, a.channel)
+        for a in tested
+        if a.low > (a.assumed or 0.0) and a.chance < EXCEEDED / len(tested)
+    )
 
 
 def assumptions(s: SensorFound, spec: Spec, data: Prepared) -> list[Assumption]:
     """One entry a channel and part that the spec budgets; one for the triad where it shares a variance."""
     budgets: Mapping[str, ErrorBudget] = getattr(spec.unit, s.sensor)
+    shared: dict[tuple[str, str, str, float, float], list[_Told]] = {}
     found = []
     for w in s.found.pool.state.values():
-        noise = _noise(s, w, budgets, data)
+        own = _noise(s, w, budgets, data)
         for components, error, part in PARTS:
-            here = [noise.components.index(c) for c in components if c in noise.components]
             if LEVEL in components and error in budgets and _alone(data):
                 found += _between_records(s, w, budgets[error], data)
-            elif error in budgets and here:
-                size = _sum(noise, here)
-                if size[1] >= KNOWN and noise is not w.noise and part != "in_run":
-                    size = _sum(w.noise, here)  # which the triad may tell
-                apart = _apart(s, budgets, noise, data, error, part)
-                one = _spread(s, w.channel.name, size, error, part, budgets[error], apart)
-                found.append(_unbudgeted(one) if IN_RUN in noise.components and part == "in_run" else one)
-    found = _of_the_triad(found)
+            elif error in budgets and (told := _told(w, own, components, part)):
+                # what the channels were found to have in common: a variance that few runs tell
+                name = "" if told.relative < KNOWN else w.channel.name
+                shared.setdefault((error, part, name, told.theta, told.relative), []).append(told)
+    beside = _Beside(data.table.time_on, budgets)
+    for (error, part, *_), several in shared.items():
+        one = _spread(s, several, error, part, budgets[error], beside.of(several, (error, part)))
+        found.append(_unbudgeted(one) if IN_RUN in several[0].noise.components and part == "in_run" else one)
     found += list(_residuals(s, budgets))
     return found
 
 
-def _of_the_triad(found: Sequence[Assumption]) -> list[Assumption]:
-    """One entry for what the channels were found to have in common: a variance that few runs tell."""
-    groups: dict[tuple[str, str, float, float], list[Assumption]] = {}
-    for a in found:
-        groups.setdefault((a.error, a.part, a.measured, a.freedom), []).append(a)
-    return [
-        several[0] if len(several) == 1 else replace(several[0], channel="") for several in groups.values()
-    ]
+@dataclass(frozen=True)
+class _Told:
+    """θ of some components (k,) of a channel's noise together, and var θ / θ²: inf of one that is zero."""
+
+    w: Whitened
+    noise: ChannelNoise
+    components: tuple[int, ...]
+    theta: float
+    relative: float
 
 
-def _apart(
-    s: SensorFound,
-    budgets: Mapping[str, ErrorBudget],
-    noise: ChannelNoise,
-    data: Prepared,
-    error: str,
-    part: str,
-) -> float:
-    """What else the budgets let differ and a spread would hold, on the channel that has most of it."""
-    if error == "scale_factor":
-        drawn = max(like_scale_factor(c, data.starts, budgets) for c in s.channels)
-        return float(np.hypot(_wander(s, budgets, noise), drawn))
-    if part == "in_run":
-        return max(like_in_run(c, data.starts, budgets) for c in s.channels)
-    told = error != "bias" or IN_RUN in noise.components
-    return 0.0 if told else like_level(data.table.time_on, data.starts, budgets[error])
+def _told(w: Whitened, own: ChannelNoise, names: Sequence[str], part: str) -> _Told | None:
+    """Of the components by these names, of a channel's own noise; None without any.
 
-
-def _wander(s: SensorFound, budgets: Mapping[str, ErrorBudget], noise: ChannelNoise) -> float:
-    """What the budgets let wander within a power-on and the noise model counts as the scale factor's spread.
-
-    The scale factor's own in-run, and the bias' over the largest input, or what it was found to be where that
-    is more: 0.5 mg among six faces looks like 0.02 % of 1 g that changes from power-on to power-on.
+    What that does not tell the triad may.
     """
-    bias = budgets["bias"].in_run_sigma if "bias" in budgets else 0.0
-    if IN_RUN in noise.components:
-        bias = max(bias, float(np.sqrt(noise.variances.theta[noise.components.index(IN_RUN)])))
-    largest = max(float(np.abs(c.u).max(initial=0.0)) for c in s.channels)
-    return float(np.hypot(budgets["scale_factor"].in_run_sigma, bias / largest if largest > 0.0 else 0.0))
+    here = [own.components.index(name) for name in names if name in own.components]
+    if not here:
+        return None
+    seen_of = [k for k in here if own.variances.free[k]]  # what others came out as zero may be is none of it
+    here = seen_of or here
+    one = _Told(w, own, tuple(here), *_sum(own, here))
+    if one.relative >= KNOWN and own is not w.noise and part != "in_run":
+        return _Told(w, w.noise, tuple(here), *_sum(w.noise, here))
+    return one
+
+
+class _Beside:
+    """What the other budgets add to a variance; asked once of every noise."""
+
+    def __init__(self, time_on: Array, budgets: Mapping[str, ErrorBudget]) -> None:
+        self.time_on, self.budgets = time_on, budgets
+        self.known: dict[int, Seen] = {}
+
+    def of(self, several: Sequence[_Told], own: Part) -> float:
+        """To a variance of several channels in common: each tells it as well as its own rows do."""
+        each = [self._seen(one).of(one.components, own) for one in several]
+        weights = [1.0 / max(self._seen(one).error(one.components), 1e-300) for one in several]
+        return float(np.average(each, weights=weights))
+
+    def _seen(self, one: _Told) -> Seen:
+        key = id(one.noise)
+        if key not in self.known:
+            self.known[key] = seen(one.noise, one.w.channel, self.time_on, self.budgets)
+        return self.known[key]
 
 
 def _noise(s: SensorFound, w: Whitened, budgets: Mapping[str, ErrorBudget], data: Prepared) -> ChannelNoise:
@@ -135,39 +140,47 @@ def _sum(noise: ChannelNoise, components: Sequence[int]) -> tuple[float, float]:
 
 
 def _spread(
-    s: SensorFound,
-    channel: str,
-    variance: tuple[float, float],
-    error: str,
-    part: str,
-    budget: ErrorBudget,
-    wander: float,
+    s: SensorFound, several: Sequence[_Told], error: str, part: str, budget: ErrorBudget, beside: float
 ) -> Assumption:
-    """√(θ − wander²) with the interval of a χ² of Satterthwaite's freedom, 2 θ² / var θ.
+    """√(θ − w²) with its interval (`spread_law`), and Satterthwaite's freedom 2 θ² / var θ; beside: w².
 
-    Up to its high end it may all be of the part, should nothing wander. variance: θ and var θ / θ²
+    Up to its high end it may all be of the part, should the others have none of their budgets.
     """
-    theta, relative = variance
+    theta, relative = several[0].theta, several[0].relative
     freedom = 2.0 / relative if relative > 0 else np.inf
+    assumed = _assumed(budget, part)
     low = high = measured = float("nan")
+    chance = 1.0
     if relative < KNOWN:
-        low, high = (
-            float(np.sqrt(theta * freedom / chi_square_quantile(p, freedom))) for p in (0.975, 0.025)
-        )
-        low = float(np.sqrt(max(low**2 - wander**2, 0.0)))
-        net = max(theta - wander**2, 0.0)
+        law = _law(several)
+        low = float(np.sqrt(max(law.end(OUTSIDE) - beside, 0.0)))
+        high = float(np.sqrt(law.end(1.0 - OUTSIDE)))
+        budgeted = (assumed or 0.0) ** 2 + beside
+        chance = law.tail(budgeted)
+        if assumed is not None and low > assumed:
+            chance = max(chance, refused([one.noise for one in several], several[0].components, budgeted))
+            low = low if chance < OUTSIDE else assumed
+        net = max(theta - beside, 0.0)
         measured, freedom = float(np.sqrt(net)), freedom * (net / theta) ** 2
     return Assumption(
         error=f"{s.sensor}.{error}",
         part=part,
         unit=_unit(s, error, budget),
-        assumed=_assumed(budget, part),
+        assumed=assumed,
         measured=measured,
         low=low,
         high=high,
         freedom=float(freedom),
-        channel=channel,
+        channel=several[0].w.channel.name if len(several) == 1 else "",
+        chance=chance,
     )
+
+
+def _law(several: Sequence[_Told]) -> SpreadLaw:
+    """Of a variance that some channels tell together."""
+    whole, half = np.sum([errors(one.noise, one.components) for one in several], axis=0)
+    theta, error = several[0].theta, several[0].theta * np.sqrt(several[0].relative)
+    return spread_law(theta, error, error * float(half / whole) if whole > 0.0 else error)
 
 
 def _alone(data: Prepared) -> bool:
@@ -190,14 +203,16 @@ def _between_records(s: SensorFound, w: Whitened, budget: ErrorBudget, data: Pre
     if freedom < 1.0 or not np.isfinite(white):
         return []
     total = float(left @ left) / freedom
-    ends = [
-        max(total * freedom / float(chi_square_quantile(p, freedom)) - white, 0.0) for p in (0.975, 0.025)
-    ]
     measured = float(np.sqrt(max(total - white, 0.0)))
-    low, high = (float(np.sqrt(x)) for x in ends)
     assumed = _assumed(budget, "run_to_run")
-    unit, name = _unit(s, "bias", budget), w.channel.name
-    return [Assumption(f"{s.sensor}.bias", "run_to_run", unit, assumed, measured, low, high, freedom, name)]
+    law, unit, name = SpreadLaw(total - white, freedom, white), _unit(s, "bias", budget), w.channel.name
+    low, high = float(np.sqrt(law.end(OUTSIDE))), float(np.sqrt(law.end(1.0 - OUTSIDE)))
+    chance = law.tail((assumed or 0.0) ** 2)
+    return [
+        Assumption(
+            f"{s.sensor}.bias", "run_to_run", unit, assumed, measured, low, high, freedom, name, chance
+        )
+    ]
 
 
 def _unit(s: SensorFound, error: str, budget: ErrorBudget) -> str:

@@ -1,71 +1,111 @@
-"""What the other budgets let differ, and is taken for a spread that it is not.
+"""What the other budgets let differ, as the estimate of a spread sees it.
 
-Misalignments that every power-on draws anew look like noise of its records at six faces, a nonlinearity of
-the scale factor like that one's own spread. With x_t the columns of the terms of every other error, σ_t its
-run-to-run, u the input, all about the mean of their power-on,
+The noise model V(θ) = Σ θ_k V_k lacks most of what the spec's budgets draw at every power-on and let move
+within it: misalignments that differ from power-on to power-on look like noise of the records at six faces,
+or like a process where a dozen turns follow each other in one attitude; a bias that moves among them looks
+like a scale factor's own spread. With V_e = Σ x xᵀ over the power-ons, x (n,) the column of a term times the
+sigma of its budget, or x xᵀ ∘ exp(−|Δt| / τ) of what moves within them, the estimate is to the first order
 
-    bias, run to run            w² = σ_b² mean_ij exp(−|t_i − t_j| / τ),   σ_b, τ in-run of the bias itself
-    bias, in run                w² = Σ_t σ_t² mean x_t² + σ_k² mean u²,    σ_k in-run of the scale factor
-    scale factor, run to run    w² = Σ_t σ_t² (u · x_t / u · u)²
+    E θ̂ = θ + F⁻¹ Σ_e g_e,   F_kl = ½ tr P V_k P V_l,   g_ke = ½ tr P V_k P V_e,
+
+P of the restricted likelihood at θ̂ (MINQUE: Rao, J. Multivariate Analysis 1 (1971) 445).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner import catalog
 from planner.diagnose.hypotheses.channels import Channel, columns
-from planner.diagnose.hypotheses.orthogonal import about_means
+from planner.diagnose.hypotheses.noise import ChannelNoise, inverse_of, judged_rows
 from planner.nouns.array import Array
+from planner.solvers.random_effects import Drift, RandomEffects
+from planner.solvers.restricted_likelihood import Sample, reml_information
 from planner.spec.budget import ErrorBudget
 
+LARGEST = 256  # rows of a power-on; of more as many, evenly chosen, see the same
 
-def like_level(times: Array, starts: NDArray[np.int64], budget: ErrorBudget) -> float:
-    """w of a bias' run-to-run (SI): what wanders within a power-on has a mean there.
-
-    times: (n,) since power-on
-    """
-    if not budget.in_run_sigma:
-        return 0.0
-    alike = [np.exp(-np.abs(t[:, None] - t) / budget.in_run_time).mean() for t in np.split(times, starts[1:])]
-    return float(budget.in_run_sigma * np.sqrt(np.mean(alike)))
+Part = tuple[str, str]  # error and part of its budget
 
 
-def like_in_run(c: Channel, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> float:
-    """w of a bias' in-run (SI)."""
-    drawn = sum(sigma**2 * float(np.mean(x**2)) for sigma, x in _drawn(c, starts, budgets))
-    scale = budgets["scale_factor"].in_run_sigma if "scale_factor" in budgets else 0.0
-    return float(np.sqrt(drawn + scale**2 * float(np.mean(c.u**2))))
+@dataclass(frozen=True)
+class Seen:
+    """Of one channel. taken: (K, E) what each of the parts (E,) adds to each θ_k; covariance: (K, K) of θ̂."""
+
+    parts: tuple[Part, ...]
+    taken: Array
+    covariance: Array
+
+    def of(self, here: Sequence[int], own: Part) -> float:
+        """What all parts but its own add to the sum of some components; never less than nothing."""
+        others = [e for e, part in enumerate(self.parts) if part != own]
+        return max(float(self.taken[np.ix_(here, others)].sum()), 0.0)
+
+    def error(self, here: Sequence[int]) -> float:
+        """Variance of the sum of some components."""
+        return float(self.covariance[np.ix_(here, here)].sum())
 
 
-def like_scale_factor(c: Channel, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> float:
-    """w of a scale factor's run-to-run; 0 where no input differs within a power-on."""
-    u = _about(c.u[:, None], starts)[:, 0]
-    square = float(u @ u)
-    if square <= 0.0:
-        return 0.0
-    others = {name: b for name, b in budgets.items() if name != "scale_factor"}
-    shares = (sigma**2 * float((u @ x) / square) ** 2 for sigma, x in _drawn(c, starts, others))
-    return float(np.sqrt(sum(shares)))
+def seen(noise: ChannelNoise, c: Channel, time_on: Array, budgets: Mapping[str, ErrorBudget]) -> Seen:
+    """What the budgets of a sensor add to the variances of a channel; time_on: (n,) s since power-on."""
+    rows, _ = judged_rows(noise.starts, len(time_on))
+    drawn = [(part, x[rows]) for part, x in _between(c, budgets)]
+    moving = [(part, d.at(rows)) for part, d in _within(c, time_on, budgets)]
+    e = noise.sample.effects
+    before = len(e.diagonals) + len(e.slopes)
+    slopes = np.vstack([e.slopes, *(x[None, :] for _, x in drawn)])
+    every = RandomEffects(e.starts, e.diagonals, slopes, (*e.drifts, *(d for _, d in moving)))
+    after = before + len(drawn)
+    own = np.concatenate([np.arange(before), np.arange(after, after + len(e.drifts))])
+    other = np.setdiff1d(np.arange(every.count), own)
+    theta = np.zeros(every.count)
+    theta[own] = noise.variances.theta
+    information = reml_information(thinned(replace(noise.sample, effects=every)), theta)
+    free = noise.variances.free  # one that came out as zero is held there, whatever else there is
+    covariance = np.zeros((e.count, e.count))
+    covariance[np.ix_(free, free)] = inverse_of(information[np.ix_(own[free], own[free])])
+    parts = tuple(part for part, _ in (*drawn, *moving))
+    return Seen(parts, covariance @ information[np.ix_(own, other)], covariance)
 
 
-def _drawn(
-    c: Channel, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]
-) -> Iterator[tuple[float, Array]]:
-    """σ and x (n,) about the mean of its power-on, of every term of every error but the bias."""
+def _between(c: Channel, budgets: Mapping[str, ErrorBudget]) -> Iterator[tuple[Part, Array]]:
+    """x (n,) of every term of every error that each power-on draws anew."""
+    temperature = c.model.conditions.temperature_degc
     for name, budget in budgets.items():
-        effect = catalog.effects().get(name)
-        if effect is None or name == "bias" or budget.run_to_run is None:
-            continue
-        nonlinear = {p.name: p.default for p in effect.parameters}
-        for x in _about(columns(c, name, nonlinear), starts).T:
-            yield budget.run_to_run_largest, x
+        if budget.has_run_to_run:
+            for x in _terms(c, name):
+                yield (name, "run_to_run"), x * budget.run_to_run_sigma(temperature)
 
 
-def _about(columns: Array, starts: NDArray[np.int64]) -> Array:
-    """(n, k) columns about the mean of their power-on."""
-    sizes = np.diff(np.append(starts, len(columns)))
-    return about_means(columns, np.repeat(np.arange(len(starts)), sizes))
+def _within(c: Channel, time_on: Array, budgets: Mapping[str, ErrorBudget]) -> Iterator[tuple[Part, Drift]]:
+    """The process of every term of every error that moves within a power-on."""
+    for name, budget in budgets.items():
+        if budget.in_run_sigma:
+            for x in _terms(c, name):
+                yield (name, "in_run"), Drift(x * budget.in_run_sigma, time_on, budget.in_run_time)
+
+
+def _terms(c: Channel, name: str) -> list[Array]:
+    """(n,) of every term of an effect that the channel reads."""
+    effect = catalog.effects().get(name)
+    if effect is None:
+        return []
+    every = columns(c, name, {p.name: p.default for p in effect.parameters})
+    return [x for x in every.T if x.any()]
+
+
+def thinned(sample: Sample) -> Sample:
+    """A sample with no more rows of a power-on than LARGEST."""
+    sizes = sample.effects.sizes
+    if sizes.max() <= LARGEST:
+        return sample
+    few = [np.unique(np.linspace(0, m - 1, min(m, LARGEST)).astype(int)) for m in sizes.tolist()]
+    rows = np.concatenate([start + f for start, f in zip(sample.effects.starts, few, strict=True)])
+    e = sample.effects
+    starts = np.cumsum([0, *(len(f) for f in few[:-1])])
+    drifts = tuple(d.at(rows) for d in e.drifts)
+    effects = RandomEffects(starts, e.diagonals[:, rows], e.slopes[:, rows], drifts)
+    return Sample(sample.y[rows], sample.basis[rows], effects)

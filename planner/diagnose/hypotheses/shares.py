@@ -8,7 +8,7 @@ are made block by block, and a row of blocks when one of them is believed, θ_k 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -108,6 +108,27 @@ class Shares:
             row = (v.whiten(images).T @ self.columns).reshape(v.effects.count, len(place), -1)
             self.rows[b] = self.noise.variances.theta[:, None, None] * row
         return self.rows[b]
+
+
+def freedom_of(each: Sequence[tuple[ChannelNoise, Array]]) -> float:
+    """Satterthwaite's freedom of contrasts over several channels: 2 over the relative variance of theirs.
+
+    each: a channel's noise and its whitened rows C (n, m), Σ CᵀC = I. A variance that channels were found to
+    have in common is known no better for being asked by all of them.
+    """
+    total = sum(float(np.sum(C**2)) for _, C in each)
+    spread = 0.0
+    met: dict[tuple[str, float], float] = {}  # by variances, of which a common one has one error
+    for noise, C in each:
+        every = np.arange(C.shape[1])
+        share = np.trace(Shares(noise, C, {0: every}).of(every), axis1=1, axis2=2) / total
+        known = noise.relative_error
+        spread += float(share @ known @ share)
+        for k, name in enumerate(noise.components):
+            same = name, float(f"{known[k, k]:.9e}")
+            spread += 2.0 * met.get(same, 0.0) * share[k] * known[k, k]
+            met[same] = met.get(same, 0.0) + share[k]
+    return float(min(max(2.0 / max(spread, 1e-12), 1.0), 1e6))
 
 
 @dataclass(frozen=True)

@@ -139,7 +139,12 @@ def wander(w: Whitened, believed: Array, time_on: Array, tau: float) -> ChannelN
     if chance > CHANCE or found.theta[-1] <= 0.0:
         return None
     (known,) = without_zeros([found])
-    return replace(w.noise, variances=known, components=(*w.noise.components[: len(start)], IN_RUN))
+    return replace(
+        w.noise,
+        variances=known,
+        components=(*w.noise.components[: len(start)], IN_RUN),
+        sample=replace(sample, effects=replace(sample.effects, drifts=(drift,))),
+    )
 
 
 def left_of(w: Whitened, believed: Array, time_on: Array, tau: float) -> float:
