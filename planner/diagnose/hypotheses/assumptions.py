@@ -31,6 +31,7 @@ PARTS = (
 )
 EXCEEDED = 0.01  # chance that a unit within all its budgets is said to exceed one
 OUTSIDE = 0.025  # chance beyond each end of an interval
+WELL_KNOWN = 2.0 / 40.0  # relative variance of a variance, 40 degrees of freedom, below which any law will do
 KNOWN = 1.0  # relative standard error of a variance above which the data say nothing of it
 
 
@@ -177,9 +178,11 @@ def _spread(
 
 
 def _law(several: Sequence[_Told]) -> SpreadLaw:
-    """Of a variance that some channels tell together."""
-    whole, half = np.sum([errors(one.noise, one.components) for one in several], axis=0)
+    """Of a variance that some channels tell together; of one that is well known it needs no shift."""
     theta, error = several[0].theta, several[0].theta * np.sqrt(several[0].relative)
+    if several[0].relative < WELL_KNOWN:
+        return spread_law(theta, error, 0.5 * error)
+    whole, half = np.sum([errors(one.noise, one.components) for one in several], axis=0)
     return spread_law(theta, error, error * float(half / whole) if whole > 0.0 else error)
 
 
