@@ -304,7 +304,8 @@ def _sums(kind: _Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _S
         Q, z = np.column_stack([Q, more]), clear(more, z)
     drawn = w.noise.covariance.effects.drawn
     each = drawn(W, W), drawn(Q, W), drawn(W, z[:, None])[:, :, 0]
-    square, along, h = (np.tensordot(sets, x, axes=1) for x in each)
+    chosen = sets.astype(float)
+    square, along, h = (np.tensordot(chosen, x, axes=1) for x in each)
     before = np.trace(square, axis1=1, axis2=2)
     return _Sums(w.channel.name, square - np.swapaxes(along, 1, 2) @ along, h, before)
 
