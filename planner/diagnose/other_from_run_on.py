@@ -31,7 +31,8 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.references import MOST_SCALE, REFERENCES, Reference, hypothesis
 from planner.diagnose.hypotheses.sensor import SensorFound
-from planner.diagnose.hypotheses.suspects import DEGREES, TWO_SIDED
+from planner.diagnose.hypotheses.suspects import DEGREES
+from planner.diagnose.hypotheses.told_directions import explained, inverse_of_told, rank
 from planner.diagnose.size_within_power_ons import SEEN, size_within_power_ons
 from planner.measurement import sensed
 from planner.nouns.array import Array
@@ -39,7 +40,7 @@ from planner.nouns.conditions import Conditions
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS, Sensor
-from planner.solvers.distributions import chi_square_tail
+from planner.solvers.distributions import TWO_SIDED, chi_square_tail
 from planner.spec.references import BenchAccuracy
 from planner.units import STANDARD_GRAVITY_MPS2
 
@@ -246,7 +247,7 @@ def _best(
         return None
     gram, h = np.sum([x.gram for x in sums], axis=0), np.sum([x.h for x in sums], axis=0)
     s2 = max(float(np.mean([w.mean_square for s in mine for w in s.found.pool.state.values()])), 1.0)
-    delta = _explained(gram, h) / s2
+    delta = explained(gram, h, SEEN) / s2
     seen = np.trace(gram, axis1=1, axis2=2) / np.maximum(np.sum([x.before for x in sums], axis=0), 1e-300)
     delta = np.where(seen > LEFT, delta, 0.0)
     k = 1 + int(np.argmax(delta[1:]))  # the first set is the whole campaign
@@ -261,7 +262,7 @@ def _best(
         or not _agree([(x.gram[k], x.h[k]) for x in sums], float(delta[k]), s2)
     ):
         return None
-    way = _pseudo(gram[k])
+    way = inverse_of_told(gram[k], SEEN)
     gamma = way @ h[k]
     size = float(np.linalg.norm(gamma))
     if size > kind.most:
@@ -357,23 +358,10 @@ def _of_other_kinds(s: SensorFound, axis: int, kind: _Kind) -> list[int]:
 
 def _agree(each: Sequence[tuple[Array, Array]], common: float, s2: float) -> bool:
     """Whether the channels' own leans explain no more than what they share, and not one alone."""
-    own = np.array([float(_explained(g[None], h[None])[0]) for g, h in each]) / s2
-    freedom = sum(_rank(g) for g, _ in each) - _rank(np.sum([g for g, _ in each], axis=0))
+    own = np.array([float(explained(g, h, SEEN)) for g, h in each]) / s2
+    common_rank = rank(np.sum([g for g, _ in each], axis=0), SEEN)
+    freedom = sum(rank(g, SEEN) for g, _ in each) - common_rank
     between = float(own.sum()) - common
     if freedom < 1 or own.max() > OF_ONE * own.sum():
         return False
     return between <= OF_WHAT_IS_COMMON * common or bool(chi_square_tail(between, freedom) > UNLIKE)
-
-
-def _explained(gram: Array, h: Array) -> Array:
-    """(w,) Δ = hᵀ G⁺ h."""
-    return np.asarray(np.einsum("ki,kij,kj->k", h, _pseudo(gram), h))
-
-
-def _pseudo(gram: Array) -> Array:
-    return np.asarray(np.linalg.pinv(gram, rcond=SEEN, hermitian=True))
-
-
-def _rank(gram: Array) -> int:
-    values = np.linalg.eigvalsh(gram)
-    return int(np.count_nonzero(values > SEEN * values[-1])) if values[-1] > 0.0 else 0
