@@ -242,6 +242,12 @@ class Parts:
     predicted: Array
 
 
+def misaligned(model: ChannelModel, theta: Array) -> Array:
+    """(n,) v at θ (p,): what `evaluate` begins with, a tenth of its work."""
+    L = _group(model, "misalignment", model.conditions, model.parameters_at(theta))
+    return np.asarray(model.u + L @ theta[model.linear - L.shape[1] : model.linear])
+
+
 def evaluate(model: ChannelModel, theta: Array) -> Parts:
     """The model at θ (p,)."""
     parameters = model.parameters_at(theta)

@@ -80,14 +80,15 @@ def fitting_hats(temperature_degc: Array, nodes: Array, reach: float) -> Array:
     weights = hats(temperature_degc, nodes, reach)
     if len(nodes) < 3:
         return weights
-    apart = temperature_degc[:, None] - nodes[None, :]
-    nearest = np.argmin(np.abs(apart), axis=1)
-    for k in range(1, len(nodes) - 1):
-        rows = nearest == k
-        if rows.any() and np.abs(apart[rows, k]).max() <= GAP_K:
-            left, right = 0.5 / (nodes[k] - nodes[k - 1]), 0.5 / (nodes[k + 1] - nodes[k])
-            weights[rows] = 0.0
-            weights[rows, k - 1] = -left * apart[rows, k]
-            weights[rows, k] = 1.0 + (left - right) * apart[rows, k]
-            weights[rows, k + 1] = right * apart[rows, k]
+    nearest = np.argmin(np.abs(temperature_degc[:, None] - nodes[None, :]), axis=1)
+    apart, farthest = temperature_degc - nodes[nearest], np.zeros(len(nodes))
+    np.maximum.at(farthest, nearest, np.abs(apart))
+    soaked = farthest <= GAP_K
+    soaked[[0, -1]] = False
+    rows = np.flatnonzero(soaked[nearest])
+    k, apart, half = nearest[rows], apart[rows], 0.5 / np.diff(nodes)
+    weights[rows] = 0.0
+    weights[rows, k - 1] = -half[k - 1] * apart
+    weights[rows, k] = 1.0 + (half[k - 1] - half[k]) * apart
+    weights[rows, k + 1] = half[k] * apart
     return weights

@@ -28,9 +28,9 @@ from planner.measurement import Carried, ChannelModel, Column, sensed
 from planner.nouns.array import Array
 from planner.nouns.sensor import ErrorName
 from planner.protocols import SENSORS, Sensor
+from planner.solvers.distributions import TWO_SIDED
 from planner.solvers.least_squares import factors
 
-TWO_SIDED = 1.96  # sigmas within which 95 % of a normal variate lie
 PARTNER = 0.1  # share of the strongest coefficient in a combination from which one takes part in it
 BY_TEMPERATURE = frozenset(("temperature_degc",))
 HIDDEN = 100.0  # times its uncalibrated size, to which an error that is hidden altogether shows by itself

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner import catalog
 from planner.diagnose.evidence_veto import BEYOND_DOUBT, verdict_of
@@ -17,49 +15,26 @@ from planner.diagnose.hypotheses.curves import with_curve
 from planner.diagnose.hypotheses.evidence import among, evidence
 from planner.diagnose.hypotheses.generic import variable_of
 from planner.diagnose.hypotheses.lagging_thermometer import NAME as LAGS
-from planner.diagnose.hypotheses.lagging_thermometer import (
-    ahead,
-    lag_of,
-    lags_more,
-    on_several_ramps,
-    suspect_of,
-    suspects_it,
-    with_lag,
-)
 from planner.diagnose.hypotheses.limits import limits
 from planner.diagnose.hypotheses.noise import LEAST_RUNS
-from planner.diagnose.hypotheses.prepared import Prepared, prepared
+from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.reported import channel_name, found_effects
-from planner.diagnose.hypotheses.sensor import SensorFound, diagnose_sensor
+from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.suspects import suspects
 from planner.diagnose.hypotheses.thermometer_offset import untold_offset
 from planner.diagnose.left_out import copies, left_out, off_as_a_whole
-from planner.diagnose.off_power_on import off_power_on
-from planner.diagnose.other_from_run_on import other_from_run_on
+from planner.diagnose.put_right import Judged, Search, channels_searched, put_right, without_off
 from planner.diagnose.records import screened
-from planner.diagnose.run_of_another_temperature import of_another_temperature
-from planner.diagnose.stepped_run import stepped_run
-from planner.diagnose.table_rate_of_power_ons import table_rate_of_power_ons
 from planner.diagnose.temperature_of_before import temperature_of_before
 from planner.dwells.table_rows import rows_of
 from planner.effects._shaped import plain_names
 from planner.errors import InputError
-from planner.nouns.diagnosis import (
-    FoundEffect,
-    NotFound,
-    ReferenceSuspect,
-    Refused,
-    RowLeftOut,
-    UnitDiagnosis,
-    Unknown,
-    Untestable,
-)
+from planner.nouns.diagnosis import FoundEffect, NotFound, Refused, UnitDiagnosis, Unknown, Untestable
 from planner.nouns.dwell_table import DwellTable
-from planner.protocols import SENSORS, Sensor
+from planner.protocols import Sensor
 from planner.spec.model import Spec
 
 AGAIN = 2  # searches, of what explains a channel instead of an effect that the fit leaves nothing of
-OF_ONE_CHANNEL = "curves over temperature that lag alike say no more than one of them by itself"
 SURE = 5.0  # sigma, at which a variable is told although its effect is not
 LEAST_ROWS = 8  # a channel has about as many declared coefficients at one temperature
 
@@ -80,20 +55,19 @@ def diagnose(
     table = table if before is None else before.table
     seen = screened(table)
     _check(rows_of(table, seen.kept))
-    kept, off, runs, data, found = _without_off(table, seen.kept, spec, seed, progress)
-    every = bool(kept.all())
-    judged = _with_temperatures_put_right(_Judged(rows_of(table, kept), data, found), spec, seed, progress)
-    late = judged.suspects
-    if not late:  # what a lag leaves of its ramps goes with their power-ons
-        judged = _with_reference_put_right(judged, spec, seed, progress)
+    search = Search(spec, seed, progress)
+    stays = without_off(table, seen.kept, search)
+    kept, every = stays.kept, bool(stays.kept.all())
+    judged = put_right(stays, search)
+    late = any(one.hypothesis == LAGS for one in judged.suspects)
     table, data = judged.table, judged.data
-    found, effects, said, spans, rest = _fitted(judged, spec, seed, progress)
+    found, effects, said, spans, rest = _fitted(judged, search)
     names = list(dict.fromkeys(e.effect for e in effects))
     unnamed = [with_curve(u, s, data, table, spec, names) for s in found for u in _unknown(s)]
     unknown = [*unnamed, *rest]
     not_found, untestable = _limits(found, data, spec)
     assumed = tuple(a for s in found for a in assumptions(s, spec, data))
-    left = [*off, *copies(data), *left_out(found, data)]
+    left = [*stays.off, *copies(data), *left_out(found, data)]
     wrong = (
         *(one.suspect for one in (gravity, before) if one is not None),
         *seen.suspects,
@@ -101,7 +75,7 @@ def diagnose(
         *(s for s in suspects(found) if not (late and s.hypothesis == LAGS)),
     )
     common = [one for s in found if (one := common_scale(s, spec)) is not None]
-    wrong = (*wrong, *runs, *off_as_a_whole(left), *common)
+    wrong = (*wrong, *stays.suspects, *off_as_a_whole(left), *common)
     untestable += _of_references(found, spec, {one.hypothesis for one in common})
     return UnitDiagnosis(
         unit=str(table.unit[0]),
@@ -121,61 +95,8 @@ def diagnose(
     )
 
 
-@dataclass(frozen=True)
-class _Judged:
-    """What is found of a table, with the references that were put right in it; barred: not asked again."""
-
-    table: DwellTable
-    data: Prepared
-    found: list[SensorFound]
-    suspects: tuple[ReferenceSuspect, ...] = ()
-    barred: tuple[Refused, ...] = ()
-
-
-def _with_reference_put_right(
-    judged: _Judged, spec: Spec, seed: int, progress: Callable[[str], None]
-) -> _Judged:
-    """A reference that became another one; the table with that one, and what is found of it."""
-    benches = [b.accuracy for b in spec.benches.values()]
-    anew = other_from_run_on(judged.found, judged.data, benches) or table_rate_of_power_ons(
-        judged.found, judged.data, benches
-    )
-    if anew is None:
-        return judged
-    right = anew.right(judged.table)
-    data = prepared(right, spec.unit)
-    found = _searched(data, spec, seed, progress, judged.barred)
-    return _Judged(right, data, found, (anew.suspect,), judged.barred)
-
-
-def _with_temperatures_put_right(
-    judged: _Judged, spec: Spec, seed: int, progress: Callable[[str], None]
-) -> _Judged:
-    """The thermometer, where it lags, and what is found of the temperatures that the unit had.
-
-    A lag that a search suspected, and that one channel alone has on several ramps, is barred.
-    """
-    found, data = judged.found, judged.data
-    lag, asked, several = lag_of(found, data), suspects_it(found), on_several_ramps(data)
-    if several and not (lag is not None and lag.of_several):
-        if not asked:
-            return judged
-        alone = tuple(Refused(LAGS, _channels(s), OF_ONE_CHANNEL) for s in found)
-        return replace(judged, found=_searched(data, spec, seed, progress, alone), barred=alone)
-    if lag is None:
-        return judged
-    right = ahead(judged.table, lag.value)
-    data = prepared(right, spec.unit)
-    said = [with_lag(s, lag) for s in suspects(found) if s.hypothesis == LAGS] if asked else [suspect_of(lag)]
-    return _Judged(right, data, _searched(data, spec, seed, progress), tuple(said))
-
-
-def _channels(s: SensorFound) -> tuple[str, ...]:
-    return tuple(c.name for c in s.channels)
-
-
 def _fitted(
-    judged: _Judged, spec: Spec, seed: int, progress: Callable[[str], None]
+    judged: Judged, search: Search
 ) -> tuple[list[SensorFound], list[FoundEffect], list[str], list[Refused], list[Unknown]]:
     """What was found, fitted with what is declared; where that leaves nothing of it, what explains it else.
 
@@ -184,95 +105,18 @@ def _fitted(
     table, data, found = judged.table, judged.data, judged.found
     refused, unsure = list(judged.barred), list[Unknown]()
     for again in range(AGAIN + 1):
-        progress(f"{table.unit[0]}: fitting what was found with what is declared")
-        effects, said = found_effects(found, data, table, spec)
+        search.progress(f"{table.unit[0]}: fitting what was found with what is declared")
+        effects, said = found_effects(found, data, table, search.spec)
         effects, falls, rest = told_from_zero(effects)
         refused, unsure = [*refused, *falls], [*unsure, *rest]
         if not falls or again == AGAIN:
             break
         fallen = {c for r in falls for c in r.channels}
-        stays = [s for s in found if fallen.isdisjoint(_channels(s))]
-        found = _searched(data, spec, seed, progress, refused, stays)
+        stays = [s for s in found if fallen.isdisjoint(channels_searched(s))]
+        found = search.of(data, refused, stays)
     told = {c for e in effects for c in e.channels}
     told |= {c for s in found for u in _unknown(s) for c in u.channels}
     return found, effects, said, refused, [u for u in unsure if told.isdisjoint(u.channels)]
-
-
-def _without_off(
-    table: DwellTable, kept: NDArray[np.bool_], spec: Spec, seed: int, progress: Callable[[str], None]
-) -> tuple[NDArray[np.bool_], list[RowLeftOut], list[ReferenceSuspect], Prepared, list[SensorFound]]:
-    """Rows that are judged, those of a power-on that is off or stepped, and what is found without them.
-
-    A power-on that was at another temperature is a suspect too.
-    """
-    data = prepared(rows_of(table, kept), spec.unit)
-    found = _searched(data, spec, seed, progress)
-    other = of_another_temperature(found, data)
-    if other is not None and lags_more(found, data, other.strength):
-        return kept, [], [], data, found
-    one = off_power_on(found, data) if other is None else None
-    step = stepped_run(found, data) if one is None and other is None else None
-    if (one is not None or step is not None) and _of_the_bench(
-        found, data, table, kept, spec, seed, progress
-    ):
-        return kept, [], [], data, found
-    if other is not None:
-        off = list(other.rows(data.full))
-        kept = kept & (table.run != other.run)
-    elif one is not None:
-        off = list(one.rows(data.full))
-        kept = kept & ~np.isin(table.run, one.runs)
-    elif step is not None:
-        off = list(step.left_out(data.table))
-        kept = kept & ~step.of(table, data.table)
-    else:
-        return kept, [], [], data, found
-    data = prepared(rows_of(table, kept), spec.unit)
-    found = _searched(data, spec, seed, progress)
-    return kept, off, [] if other is None else [other.suspect], data, found
-
-
-def _of_the_bench(
-    found: list[SensorFound],
-    data: Prepared,
-    table: DwellTable,
-    kept: NDArray[np.bool_],
-    spec: Spec,
-    seed: int,
-    progress: Callable[[str], None],
-) -> bool:
-    """Whether no power-on is off, or stepped, where a reference of one is put right."""
-    bench = other_from_run_on(found, data, [b.accuracy for b in spec.benches.values()])
-    if bench is None or not bench.only:
-        return False
-    data = prepared(bench.right(rows_of(table, kept)), spec.unit)
-    found = _searched(data, spec, seed, progress)
-    return off_power_on(found, data) is None and stepped_run(found, data) is None
-
-
-def _searched(
-    data: Prepared,
-    spec: Spec,
-    seed: int,
-    progress: Callable[[str], None],
-    refused: Sequence[Refused] = (),
-    stays: Sequence[SensorFound] = (),
-) -> list[SensorFound]:
-    """Every sensor that can be judged, searched.
-
-    refused: what is not asked again on its channels; stays: what was found where nothing new is refused
-    """
-    found, benches = [], [b.accuracy for b in spec.benches.values()]
-    known = {s.sensor: s for s in stays}
-    for sensor in SENSORS:
-        if sensor in known:
-            found.append(known[sensor])
-        elif sensor in data.sensors:
-            progress(f"{data.table.unit[0]}: searching the {sensor}s")
-            mine = {channel_name(sensor, a): a for a in range(3)}
-            fallen = {(r.effect, mine[c]) for r in refused for c in r.channels if c in mine}
-            found.append(diagnose_sensor(data, sensor, tuple(spec.effects), seed, benches, fallen))
-    return found
 
 
 def _check(table: DwellTable) -> None:

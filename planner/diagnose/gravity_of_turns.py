@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.another_unit import channels_of
-from planner.diagnose.hypotheses.suspects import TWO_SIDED
 from planner.effects._bench_frame import turning
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
+from planner.solvers.distributions import TWO_SIDED
 from planner.units import STANDARD_GRAVITY_MPS2
 
 NAME = "local_gravity"

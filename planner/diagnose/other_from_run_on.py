@@ -32,7 +32,8 @@ from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.references import MOST_SCALE, REFERENCES, Reference, hypothesis
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.shares import freedom_of
-from planner.diagnose.hypotheses.suspects import DEGREES, TWO_SIDED
+from planner.diagnose.hypotheses.suspects import DEGREES
+from planner.diagnose.hypotheses.told_directions import explained, inverse_of_told, rank
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.diagnose.size_within_power_ons import SEEN, size_within_power_ons
 from planner.measurement import sensed
@@ -41,7 +42,7 @@ from planner.nouns.conditions import Conditions
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS, Sensor
-from planner.solvers.distributions import chi_square_tail
+from planner.solvers.distributions import TWO_SIDED, chi_square_tail
 from planner.spec.references import BenchAccuracy
 from planner.units import STANDARD_GRAVITY_MPS2
 
@@ -248,11 +249,11 @@ def _best(
         return None
     gram, h = np.sum([x.gram for x in sums], axis=0), np.sum([x.h for x in sums], axis=0)
     s2 = max(float(np.mean([w.mean_square for s in mine for w in s.found.pool.state.values()])), 1.0)
-    delta = _explained(gram, h) / s2
+    delta = explained(gram, h, SEEN) / s2
     seen = np.trace(gram, axis1=1, axis2=2) / np.maximum(np.sum([x.before for x in sums], axis=0), 1e-300)
     delta = np.where(seen > LEFT, delta, 0.0)
     k = 1 + int(np.argmax(delta[1:]))  # the first set is the whole campaign
-    way = _pseudo(gram[k])
+    way = inverse_of_told(gram[k], SEEN)
     p = _chance(kind, mine, float(delta[k]), sets[k], way) * len(sets) * len(_KINDS)
     # by the search, of all records or those of a bench
     searched = _told(found, kind) / s2 if kind.alone else 0.0
@@ -299,7 +300,8 @@ def _sums(kind: _Kind, s: SensorFound, axis: int, sets: NDArray[np.bool_]) -> _S
     W, Q, z = _rows(kind, s, axis)
     drawn = w.noise.covariance.effects.drawn
     each = drawn(W, W), drawn(Q, W), drawn(W, z[:, None])[:, :, 0]
-    square, along, h = (np.tensordot(sets, x, axes=1) for x in each)
+    chosen = sets.astype(float)
+    square, along, h = (np.tensordot(chosen, x, axes=1) for x in each)
     before = np.trace(square, axis1=1, axis2=2)
     return _Sums(w.channel.name, square - np.swapaxes(along, 1, 2) @ along, h, before)
 
@@ -378,23 +380,10 @@ def _of_other_kinds(s: SensorFound, axis: int, kind: _Kind) -> list[int]:
 
 def _agree(each: Sequence[tuple[Array, Array]], common: float, s2: float) -> bool:
     """Whether the channels' own leans explain no more than what they share, and not one alone."""
-    own = np.array([float(_explained(g[None], h[None])[0]) for g, h in each]) / s2
-    freedom = sum(_rank(g) for g, _ in each) - _rank(np.sum([g for g, _ in each], axis=0))
+    own = np.array([float(explained(g, h, SEEN)) for g, h in each]) / s2
+    common_rank = rank(np.sum([g for g, _ in each], axis=0), SEEN)
+    freedom = sum(rank(g, SEEN) for g, _ in each) - common_rank
     between = float(own.sum()) - common
     if freedom < 1 or own.max() > OF_ONE * own.sum():
         return False
     return between <= OF_WHAT_IS_COMMON * common or bool(chi_square_tail(between, freedom) > UNLIKE)
-
-
-def _explained(gram: Array, h: Array) -> Array:
-    """(w,) Δ = hᵀ G⁺ h."""
-    return np.asarray(np.einsum("ki,kij,kj->k", h, _pseudo(gram), h))
-
-
-def _pseudo(gram: Array) -> Array:
-    return np.asarray(np.linalg.pinv(gram, rcond=SEEN, hermitian=True))
-
-
-def _rank(gram: Array) -> int:
-    values = np.linalg.eigvalsh(gram)
-    return int(np.count_nonzero(values > SEEN * values[-1])) if values[-1] > 0.0 else 0

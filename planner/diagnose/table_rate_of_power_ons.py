@@ -25,13 +25,13 @@ from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.references import MOST_SCALE, REFERENCES
 from planner.diagnose.hypotheses.sensor import SensorFound
-from planner.diagnose.hypotheses.suspects import FEW, TWO_SIDED
+from planner.diagnose.hypotheses.suspects import FEW
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.effects._bench_frame import turning
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
 from planner.nouns.dwell_table import DwellTable
-from planner.solvers.distributions import chi_square_tail
+from planner.solvers.distributions import TWO_SIDED, chi_square_tail
 from planner.spec.references import BenchAccuracy
 from planner.temperature_table import hats
 

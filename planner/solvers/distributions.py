@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+TWO_SIDED = 1.96  # sigmas within which 95 % of a normal variate lie
+
 
 def normal_quantile(p: Any) -> Any:
     """x with P(X <= x) = p of N(0, 1); numbers or arrays."""

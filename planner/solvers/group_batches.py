@@ -46,6 +46,10 @@ class Batch:
         """`found` (G, m, …) to its place among rows (n, …)."""
         out[self._at] = found.reshape(self.rows.size, *out.shape[1:]) if self.together else found
 
+    def take(self, out: Array, found: Array) -> None:
+        """`found` (G, m, …) taken off what is theirs among rows (n, …)."""
+        out[self._at] -= found.reshape(self.rows.size, *out.shape[1:]) if self.together else found
+
     def put_groups(self, out: Array, found: Array) -> None:
         """`found` (G, …) to its place among what is the groups' own (g, …)."""
         out[self._among] = found

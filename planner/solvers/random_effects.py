@@ -171,9 +171,21 @@ class RandomEffects:
             batch.put(out, part(*map(batch.of, columns), *map(batch.of_groups, groups)))
         return out
 
-    def projected(self, U: Array, S: Array, Z: Array, A: Array) -> Array:
-        """U S Zᵀ A group by group (n, m): U, Z (n, b), S (g, b, b), A (n, m)."""
-        return self.by_group(_sandwich, (U, Z, A), (S,))
+    def take(self, A: Array, U: Array, S: Array, Z: Array) -> None:
+        """A (n, m) becomes A − U S Zᵀ A group by group, in its place: U, Z (n, b), S (g, b, b)."""
+        for batch in self.batches:
+            u, z = batch.of(U), batch.of(Z)
+            batch.take(A, u @ (batch.of_groups(S) @ (np.swapaxes(z, 1, 2) @ batch.of(A))))
+
+    def pulled(self, y: Array) -> Array:
+        """(n, K) every V_k y, y (n,)."""
+        z, c = self.slopes.T, len(self.diagonals) + len(self.slopes)
+        out = np.empty((self.rows, self.count))
+        out[:, : len(self.diagonals)] = (self.diagonals * y).T
+        out[:, len(self.diagonals) : c] = z * self.spread(self.sums(z * y[:, None]))
+        for k in range(c, self.count):
+            out[:, k] = self._drifted(k, y[:, None])[:, 0]
+        return out
 
     def times(self, k: int, A: Array) -> Array:
         """V_k A for A (n, m)."""
@@ -215,45 +227,55 @@ class Covariance:
 
     def solve(self, A: Array) -> Array:
         """V⁻¹ A for A (n, m)."""
-        direct = A / self.diagonal[:, None]
-        if self.Z.shape[1] == 0:
-            return np.asarray(direct)
-        return np.asarray(direct - self.effects.projected(self.U, self.S, self.Z, direct))
+        found = np.asarray(A * (1.0 / self.diagonal)[:, None])
+        if self.Z.shape[1]:
+            self.effects.take(found, self.U, self.S, self.Z)
+        return found
 
     def quadratic(self, A: Array) -> Array:
         """(m, m) AᵀV⁻¹A for A (n, m): a product of matrices and sums over groups."""
-        root_d = np.sqrt(self.diagonal)[:, None]
-        scaled = A / root_d
+        scaled = A * self._weights
         found = scaled.T @ scaled  # of one array with itself: half of the work
         if self.Z.shape[1]:
-            root = np.asarray(np.linalg.cholesky(self.S))
-            Z = self.effects.by_group(np.matmul, (self.Z / root_d,), (root,))
-            flat = self.effects.drawn(Z, scaled).reshape(-1, A.shape[1])
+            flat = self.effects.drawn(self._halves, scaled).reshape(-1, A.shape[1])
             found -= flat.T @ flat
         return np.asarray(found)
 
+    @cached_property
+    def _weights(self) -> Array:
+        """(n, 1) D^(−½)."""
+        return np.asarray(1.0 / np.sqrt(self.diagonal))[:, None]
+
+    @cached_property
+    def _halves(self) -> Array:
+        """(n, b) D^(−½) Z L group by group, L Lᵀ = S."""
+        root = np.asarray(np.linalg.cholesky(self.S))
+        return self.effects.by_group(np.matmul, (self.Z * self._weights,), (root,))
+
     def whiten(self, A: Array) -> Array:
         """W A for A (n, m), W = (I + D^(−½)Z ZᵀD^(−½))^(−½) D^(−½) block by block: W V Wᵀ = I."""
-        return self._root_times(A / np.sqrt(self.diagonal)[:, None])
+        return self._root_times(A * self._weights)
 
     def whiten_transposed(self, A: Array) -> Array:
         """Wᵀ A for A (n, m); W is not symmetric where the noise differs within a group."""
-        return np.asarray(self._root_times(A) / np.sqrt(self.diagonal)[:, None])
+        found = self._root_times(np.array(A, dtype=float))
+        found *= self._weights
+        return found
 
     def _root_times(self, A: Array) -> Array:
-        """(I + D^(−½)Z ZᵀD^(−½))^(−½) A."""
-        if self.Z.shape[1] == 0:
-            return np.asarray(A)
-        Z, inner = self._root
-        return np.asarray(A + self.effects.projected(Z, inner, Z, A))
+        """(I + D^(−½)Z ZᵀD^(−½))^(−½) A, in the place of A."""
+        if self.Z.shape[1]:
+            Z, inner = self._root
+            self.effects.take(A, Z, inner, Z)
+        return A
 
     @cached_property
     def _root(self) -> tuple[Array, Array]:
-        """D^(−½)Z (n, b) and T (g, b, b), (I + D^(−½)Z ZᵀD^(−½))^(−½) = I + D^(−½)Z T ZᵀD^(−½)."""
+        """D^(−½)Z (n, b) and T (g, b, b), (I + D^(−½)Z ZᵀD^(−½))^(−½) = I − D^(−½)Z T ZᵀD^(−½)."""
         value, vector = np.linalg.eigh(self.gram)
-        shrink = -1.0 / (np.sqrt(1.0 + value) * (1.0 + np.sqrt(1.0 + value)))  # ((1+λ)^(−1/2) − 1)/λ
+        shrink = 1.0 / (np.sqrt(1.0 + value) * (1.0 + np.sqrt(1.0 + value)))  # (1 − (1+λ)^(−1/2))/λ
         inner = np.einsum("gbk,gk,gck->gbc", vector, shrink, vector)
-        return self.Z / np.sqrt(self.diagonal)[:, None], inner
+        return self.Z * self._weights, inner
 
     @property
     def log_determinant(self) -> float:
@@ -326,11 +348,6 @@ class Covariance:
 
 class NoNoise(ValueError):
     """V has a row without noise: nothing can be weighed by its inverse."""
-
-
-def _sandwich(U: Array, Z: Array, A: Array, S: Array) -> Array:
-    """(G, m, k) U S Zᵀ A."""
-    return np.asarray(U @ (S @ (np.swapaxes(Z, 1, 2) @ A)))
 
 
 def _outer_times(z: Array, A: Array) -> Array:

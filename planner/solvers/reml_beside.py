@@ -132,8 +132,7 @@ class Grounds:
         new = PB @ inverse_of_triangle(triangle).T
         seen = new.T @ s.y
         Py = s.Py - new @ seen
-        e = s.v.effects
-        pulled = np.column_stack([e.times(k, Py[:, None]) for k in range(e.count)])
+        pulled = s.v.effects.pulled(Py)
         taken, own = s.root.T @ pulled, new.T @ pulled
         information = s.v.quadratic(pulled) - taken.T @ taken - own.T @ own
         explained, log = float(seen @ seen), 2.0 * float(np.log(np.diag(triangle)).sum())

@@ -131,8 +131,7 @@ def derivatives(s: State) -> tuple[Array, Array]:
 
 def _quadratics(s: State) -> Array:
     """(K,) yᵀPV_kPy."""
-    e = s.v.effects
-    return np.array([float(s.Py @ e.times(k, s.Py[:, None])[:, 0]) for k in range(e.count)])
+    return np.asarray(s.Py @ s.v.effects.pulled(s.Py))
 
 
 def average_information(s: State) -> tuple[Array, Array]:
@@ -140,8 +139,7 @@ def average_information(s: State) -> tuple[Array, Array]:
 
     As good a curvature for the search as the expected one, for K products of matrices in place of K².
     """
-    e = s.v.effects
-    pulled = np.column_stack([e.times(k, s.Py[:, None]) for k in range(e.count)])
+    pulled = s.v.effects.pulled(s.Py)
     taken = s.root.T @ pulled
     trace = s.v.traces - s.v.within(s.root)
     information = s.v.quadratic(pulled) - taken.T @ taken

@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.diagnose.hypotheses.pool import Pool, inverse
+from planner.diagnose.hypotheses.told_directions import explained, inverse_of_told, rank
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail
 
@@ -39,8 +40,8 @@ def rests_on(here: Pool, b: int, axes: set[int]) -> bool:
         C = here.seen(a, k)
         gram += C.T @ C
         h += C.T @ here.state[a].z
-    rank = int(np.linalg.matrix_rank(gram, hermitian=True)) if len(others) else 0
-    return rank == 0 or bool(chi_square_tail(float(h @ inverse(gram) @ h), rank) > UNLIKE)
+    seen = int(np.linalg.matrix_rank(gram, hermitian=True)) if len(others) else 0
+    return seen == 0 or bool(chi_square_tail(float(h @ inverse(gram) @ h), seen) > UNLIKE)
 
 
 def channels_disagree(here: Pool, b: int, unlike: float) -> bool:
@@ -56,7 +57,7 @@ def channels_disagree(here: Pool, b: int, unlike: float) -> bool:
         return False
     common = _explained(G.sum(axis=0), h.sum(axis=0))
     between = sum(_explained(g, x) for g, x in zip(G, h, strict=True)) - common
-    freedom = sum(_rank(g) for g in G) - _rank(G.sum(axis=0))
+    freedom = sum(rank(g, WELL) for g in G) - rank(G.sum(axis=0), WELL)
     if between <= unlike * common or freedom < 1:
         return False
     return bool(chi_square_tail(between, freedom) < UNLIKE)
@@ -69,7 +70,7 @@ def others_have_their_own(pool: Pool, here: Pool, b: int) -> bool:
     that is believed. here: the pool beside all else
     """
     before, (G, h) = _each(pool, b)[0], _each(here, b)
-    gamma = _pseudo(G.sum(axis=0)) @ h.sum(axis=0)
+    gamma = inverse_of_told(G.sum(axis=0), WELL) @ h.sum(axis=0)
     foreseen, left = (np.einsum("i,aij,j->a", gamma, g, gamma) for g in (before, G))
     see = foreseen > TOLD * foreseen.sum()
     return bool(np.sum(see) >= SEVERAL > np.sum(see & (left > TAKEN_UP * foreseen)))
@@ -82,7 +83,7 @@ def of_one_channel(here: Pool, b: int) -> bool:
         return False
     most = int(np.argmax([_explained(g, x) for g, x in zip(G, h, strict=True)]))
     others = np.arange(len(G)) != most
-    gamma = _pseudo(G[most]) @ h[most]
+    gamma = inverse_of_told(G[most], WELL) @ h[most]
     foreseen = float(gamma @ G[others].sum(axis=0) @ gamma)
     return foreseen > FORESEEN**2 and float(gamma @ h[others].sum(axis=0)) < 0.5 * foreseen
 
@@ -107,15 +108,5 @@ def _each(here: Pool, b: int) -> tuple[Array, Array]:
 
 
 def _explained(G: Array, h: Array) -> float:
-    """Δ = hᵀ G⁺ h."""
-    return float(h @ _pseudo(G) @ h)
-
-
-def _pseudo(G: Array) -> Array:
-    """G⁺ of the directions that are told well: badly told coefficients say nothing of other channels."""
-    return np.asarray(np.linalg.pinv(G, rcond=WELL, hermitian=True), dtype=float)
-
-
-def _rank(G: Array) -> int:
-    values = np.linalg.eigvalsh(G)
-    return int(np.count_nonzero(values > WELL * values[-1])) if values[-1] > 0.0 else 0
+    """Δ = hᵀ G⁺ h of the directions that are told well."""
+    return float(explained(G, h, WELL))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.channels import Channel
 from planner.effects._bench_frame import load, turning, upwards
-from planner.measurement import driven_by, evaluate
+from planner.measurement import driven_by, misaligned
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions, asked_once
 from planner.units import STANDARD_GRAVITY_MPS2
@@ -61,4 +61,4 @@ def felt_through_leans(c: Channel, across: Sequence[Array]) -> Array:
     Of a mounting that is 0.1 deg off and turns by 180 deg/s that is eight sigma of each row.
     """
     inputs = (replace(c.model, conditions=driven_by(c.sensor, c.model.conditions, v)) for v in across)
-    return np.column_stack([evaluate(model, c.theta).v * c.lean for model in inputs])
+    return np.column_stack([misaligned(model, c.theta) * c.lean for model in inputs])

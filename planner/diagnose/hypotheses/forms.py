@@ -30,6 +30,7 @@ from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.unnamed import MISFIT_OF_A_NAME, choice, told_apart
 from planner.nouns.array import Array
 from planner.protocols import Condition
+from planner.solvers.distributions import TWO_SIDED
 
 DEPARTS = 1e-3  # p over the departures of one name, from which its form is not the one that is there
 MOST_NAMES = (
@@ -37,7 +38,6 @@ MOST_NAMES = (
 )
 CHANGES = 0.5  # of the coefficient, from the middle of a variable to its end, that a tested form excludes
 DOUBTFUL = 2.58  # sigma of a change with temperature, one in a hundred, from which it is no constant for sure
-TWO_SIDED = 1.96  # standard errors, half of a 95 % interval
 VARIABLES: tuple[Condition, ...] = (
     "temperature_degc",
     "time_on",

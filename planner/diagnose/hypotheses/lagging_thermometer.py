@@ -112,10 +112,10 @@ class Seen:
         fixed = self.w.noise.fixed_runs[rows]
         return np.column_stack([basis, basis * self.v[rows][:, None], self.others[rows], fixed])
 
-    def left(self, table: DwellTable, lag: float) -> float:
-        """What curves over temperatures that lag leave of it, in noise; asked once of every lag."""
+    def left(self, lag: float, basis: Array) -> float:
+        """What curves over temperatures that lag, (n, d), leave of it, in noise; asked once of every lag."""
         if lag not in self.known:
-            basis, fixed = _basis(table, lag), self._fixed
+            fixed = self._fixed
             curved = (self.law or self.w.noise).whiten(np.column_stack([basis, basis * self.v[:, None]]))
             X = np.column_stack([curved, fixed[:, 1:]])
             self.known[lag] = float(np.sum(clear(orthonormal(X), fixed[:, 0]) ** 2))
@@ -241,7 +241,8 @@ def _name(one: Seen) -> str:
 
 def _left(seen: Sequence[Seen], table: DwellTable, lag: float) -> Array:
     """(channels,) of S(τ)."""
-    return np.array([one.left(table, lag) for one in seen])
+    basis = _basis(table, lag)
+    return np.array([one.left(lag, basis) for one in seen])
 
 
 def _columns(seen: Sequence[Seen], table: DwellTable) -> int:

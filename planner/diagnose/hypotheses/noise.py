@@ -129,9 +129,10 @@ class Readings:
         Of the declared one where these are too few for the full.
         """
         rows, firsts = judged_rows(self.starts, len(self.channel.r))
-        full = factors(np.column_stack([self.declared, self.candidates, self.fixed])[rows], TOLD).basis
+        declared, *blocks, fixed = (x[rows] for x in (self.declared, *self.blocks, self.fixed))
+        full = factors(np.column_stack([declared, *blocks, fixed]), TOLD).basis
         if len(rows) - full.shape[1] < least_freedom(firsts):
-            return factors(np.column_stack([self.declared, self.fixed])[rows], 1e-7).basis
+            return factors(np.column_stack([declared, fixed]), 1e-7).basis
         return full
 
     @cached_property

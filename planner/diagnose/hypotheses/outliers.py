@@ -224,7 +224,8 @@ def _within(
     rounding = np.sqrt(np.einsum("nk,nk->k", about, about)) <= NOTHING * length
     if rounding.any():
         A[:, rounding] *= ~seen[:, None]
-    some = A[:, :-1].any(axis=0)
+    some = ~rounding[:-1]
+    some[~some] = A[~seen][:, :-1][:, ~some].any(axis=0)
     return A[:, :-1] if some.all() else A[:, :-1][:, some], A[:, -1]
 
 

@@ -141,7 +141,7 @@ def pool_of(
         here = known[axis] if known else w.clear_of_declared([blocks[i].columns[axis] for i in mine])
         parts[axis] = here.left
         before[axes[axis]] += here.lengths
-        after[axes[axis]] += np.sum(parts[axis] ** 2, axis=0)
+        after[axes[axis]] += np.einsum("nk,nk->k", parts[axis], parts[axis])
     size = np.sqrt(after)
     strong = {name for w in state.values() for name in w.channel.found}
     least = np.full(total, BESIDE_STRONG if strong else SEEN)
@@ -183,7 +183,7 @@ def _lie_between(
     means, every = np.zeros(sum(map(len, places))), np.zeros(sum(map(len, places)))
     for axis, C in parts.items():
         means[axes[axis]] += np.sum(of_means(C, state[axis].noise.starts) ** 2, axis=0)
-        every[axes[axis]] += np.sum(C**2, axis=0)
+        every[axes[axis]] += np.einsum("nk,nk->k", C, C)
     return tuple(bool(means[k].sum() > 0.5 * every[k].sum()) for k in places)
 
 

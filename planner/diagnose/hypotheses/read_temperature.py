@@ -22,11 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.diagnose.hypotheses.channels import LEAST_NODES, SOAKED_K, Channel, tables
-from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.diagnose.hypotheses.channels import LEAST_NODES, ROUNDING, SOAKED_K, Channel, tables
 from planner.effects._bench_frame import turning
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
+from planner.solvers.group_batches import batches_of
 
 JUMP_K = 1.5  # between records, from which the chamber went on to another point
 MOVES = 5.0  # times what strays about it, from which a course is one: of noise alone it is twice
@@ -78,16 +78,31 @@ def about_course(degc: Array, rate: Array, time_on: Array, starts: NDArray[np.in
     run = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, len(degc))))
     soaked = np.flatnonzero(np.abs(rate) <= STILL_K_S)
     goes_on = (np.diff(run[soaked]) == 0) & (np.abs(np.diff(degc[soaked])) <= JUMP_K)
+    firsts = np.flatnonzero(np.concatenate([np.ones(min(len(soaked), 1), dtype=bool), ~goes_on]))
     out = np.zeros(len(degc))
-    for rows in np.split(soaked, np.flatnonzero(~goes_on) + 1):
-        if len(rows) >= LEAST_OF_A_COURSE:
-            t = time_on[rows] - time_on[rows].mean()
-            basis = orthonormal(np.vander(t / max(float(np.abs(t).max()), 1.0), 3))
-            about = degc[rows] - degc[rows].mean()
-            left = clear(basis, about[:, None])[:, 0]
-            if np.ptp(about - left) > MOVES * np.std(left):  # a unit that keeps its temperature has its mean
-                out[rows] = left
+    for batch in batches_of(firsts, np.diff(np.append(firsts, len(soaked)))):
+        if batch.rows.shape[1] >= LEAST_OF_A_COURSE:
+            rows = soaked[batch.rows]
+            about = degc[rows] - degc[rows].mean(axis=1, keepdims=True)
+            left = _beside_parabolas(time_on[rows], about)
+            # a unit that keeps its temperature has its mean
+            moves = np.ptp(about - left, axis=1) > MOVES * np.std(left, axis=1)
+            out[rows[moves]] = left[moves]
     return out
+
+
+def _beside_parabolas(time: Array, y: Array) -> Array:
+    """(G, m) what parabolas over the times (G, m) of stretches of one length leave of y (G, m)."""
+    t = time - time.mean(axis=1, keepdims=True)
+    t /= np.maximum(np.abs(t).max(axis=1, keepdims=True), 1.0)
+    powers = np.stack([t**2, t, np.ones_like(t)], axis=2)
+    length = np.linalg.norm(powers, axis=1, keepdims=True)
+    u, s, _ = np.linalg.svd(powers / np.where(length > 0, length, 1.0), full_matrices=False)
+    u *= (s > ROUNDING * s[:, :1])[:, None, :]
+    left = y[:, :, None]
+    for _ in range(2):  # once leaves rounding of the first values
+        left = left - u @ (np.swapaxes(u, 1, 2) @ left)
+    return np.asarray(left[:, :, 0])
 
 
 def _steepness(c: Channel) -> Array:

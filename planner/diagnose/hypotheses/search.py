@@ -108,8 +108,9 @@ def _swap(found: Found, question: Question, null: Nulls) -> None:
             candidates = free(found.pool, question.library, found.others(b))
             scores = {c: score(here, [c]) for c in [*candidates, b]}
             # few columns of nothing may be as good a choice as many of which one tells: they are no claim
-            claims = {c: s for c, s in scores.items() if c == b or s.log_p < np.log(SINGLE)}
-            claims = {c: s for c, s in claims.items() if c == b or found.may_be(c, b)}
+            claims = {
+                c: s for c, s in scores.items() if c == b or (s.log_p < np.log(SINGLE) and found.may_be(c, b))
+            }
             rivals = found.criteria(question, claims, b)
             best = best_of(found.pool, rivals)
             every = {c: s.criterion for c, s in scores.items()}

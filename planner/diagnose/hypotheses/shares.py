@@ -52,8 +52,9 @@ class Shares:
         """(K, s, s) of some columns (s,)."""
         asked = sorted(set(self._block[some].tolist()), key=lambda b: b in self.rows)
         if len(asked) == 1:
-            at = some - self.places[asked[0]][0]
-            return np.asarray(self._own[asked[0]][:, at[:, None], at])
+            own, at = self._own[asked[0]], some - self.places[asked[0]][0]
+            whole = len(at) == own.shape[1] and bool((at == np.arange(len(at))).all())
+            return own if whole else np.asarray(own[:, at[:, None], at])
         out = np.empty((len(self.noise.components), len(some), len(some)))
         before = np.empty(0, dtype=np.int64)
         for b in asked:
@@ -89,11 +90,16 @@ class Shares:
             ]
         )
 
+        weights = np.ascontiguousarray(effects.diagonals.T)[:, :, None]
+
         def several(p: NDArray[np.int64]) -> Array:
-            mine = slice(p[0], p[-1] + 1)
+            mine, k = slice(p[0], p[-1] + 1), len(p)
             V, roots = np.ascontiguousarray(U[:, mine]), drawn[:, :, mine]
-            own = [(V * d[:, None]).T @ V for d in effects.diagonals]
-            return np.array([*own, *(r.T @ r for r in roots), *(V.T @ x[:, mine] for x in images)])
+            own = (V.T @ (weights * V[:, None, :]).reshape(len(V), -1)).reshape(k, -1, k)
+            between = np.swapaxes(roots, 1, 2) @ roots
+            return np.concatenate(
+                [np.swapaxes(own, 0, 1), between, *((V.T @ x[:, mine])[None] for x in images)]
+            )
 
         at = dict(zip(single.tolist(), alone.T, strict=True))
         found = {b: at[p[0]][:, None, None] if len(p) == 1 else several(p) for b, p in self.places.items()}

@@ -16,12 +16,11 @@ from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.measurement import AXES
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
-from planner.solvers.distributions import chi_square_tail
+from planner.solvers.distributions import TWO_SIDED, chi_square_tail
 
 DEGREES = 180.0 / np.pi
 HOUR_S = 3600.0
 FEW = 5  # power-ons that are named
-TWO_SIDED = 1.96  # standard errors, half of a 95 % interval
 
 
 def suspects(found: Sequence[SensorFound]) -> list[ReferenceSuspect]:

@@ -68,7 +68,7 @@ class Cleared:
         places = {id(x): np.arange(*ends) for x, ends in zip(self.columns, pairwise(firsts), strict=True)}
         mine = [places[id(x)] for x in some if id(x) in places]
         k = np.concatenate([np.empty(0, dtype=np.int64), *mine])
-        found = self.left[:, k[np.sum(self.left[:, k] ** 2, axis=0) > SEEN**2 * self.lengths[k]]]
+        found = self.left[:, k[_squares(self.left)[k] > SEEN**2 * self.lengths[k]]]
         others = [_seen(self.Q, self.noise.whiten(x)) for x in some if id(x) not in places]
         return np.column_stack([found, *others])
 
@@ -83,7 +83,12 @@ def cleared(c: Channel, noise: ChannelNoise, columns: Sequence[Array]) -> Cleare
 
 def _clear_of(c: Channel, noise: ChannelNoise, Q: Array, z: Array, columns: Sequence[Array]) -> Cleared:
     every = noise.whiten(np.concatenate([np.empty((len(z), 0)), *columns], axis=1))
-    return Cleared(c, noise, Q, z, columns, clear(Q, every), np.sum(every**2, axis=0))
+    return Cleared(c, noise, Q, z, columns, clear(Q, every), _squares(every))
+
+
+def _squares(columns: Array) -> Array:
+    """(k,) squared lengths of columns (n, k), which may be a tenth of a gigabyte: nothing is copied."""
+    return np.asarray(np.einsum("nk,nk->k", columns, columns))
 
 
 def whitened(known: Cleared, seen: Array) -> Whitened:
@@ -113,7 +118,7 @@ def _moves(c: Channel, white: Array) -> NDArray[np.bool_]:
 def _seen(Q: Array, candidates: Array) -> Array:
     """(n, k') what is left of white candidates (n, k) beside a basis; rounding is no candidate."""
     left = clear(Q, candidates)
-    return left[:, np.sum(left**2, axis=0) > SEEN**2 * np.sum(candidates**2, axis=0)]
+    return left[:, _squares(left) > SEEN**2 * _squares(candidates)]
 
 
 def _largest(seen: Array, z: Array) -> Array:
