@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from planner.diagnose.hypotheses.bench_directions import at_rest, felt_through_leans, horizontal, loaded
 from planner.diagnose.hypotheses.lack_of_fit import SHARED_MISFIT
 from planner.diagnose.hypotheses.noise import LEAST_RUNS as LEAST_RUNS_OF_A_SPREAD
+from planner.diagnose.hypotheses.noise import ChannelNoise
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.references import MOST_SCALE, REFERENCES, Reference, hypothesis
@@ -253,8 +254,12 @@ def _best(
     seen = np.trace(gram, axis1=1, axis2=2) / np.maximum(np.sum([x.before for x in sums], axis=0), 1e-300)
     delta = np.where(seen > LEFT, delta, 0.0)
     k = 1 + int(np.argmax(delta[1:]))  # the first set is the whole campaign
-    way = inverse_of_told(gram[k], SEEN)
-    p = _chance(kind, mine, float(delta[k]), sets[k], way) * len(sets) * len(_KINDS)
+    tests, way = float(len(sets) * len(_KINDS)), inverse_of_told(gram[k], SEEN)
+    p = float(chi_square_tail(float(delta[k]), h.shape[1]))
+    if tests * p <= CHANCE:  # a dozen power-ons tell their own spread by a dozen degrees of freedom
+        freedom = freedom_of(_contrasts(kind, mine, sets[k], way))
+        p = float(np.exp(log_p(float(delta[k]), h.shape[1], freedom, 1.0)))
+    p = min(1.0, tests * p)
     # by the search, of all records or those of a bench
     searched = _told(found, kind) / s2 if kind.alone else 0.0
     throughout = max(float(delta[0]), searched) - 2.0 * np.log(CHANCE) if searched > 0.0 else 0.0
@@ -276,7 +281,7 @@ def _best(
     square = float(np.sum(gamma**2 / (stated**2 + variance))) if stated > 0.0 else 0.0
     told = OtherFromRunOn(
         kind, data.table.run[data.starts[sets[k]]], bool(only[k]), gamma, half, tuple(x.name for x in sums),
-        min(p, 1.0), float(np.sqrt(delta[k])), float(chi_square_tail(square, len(gamma))), float(stated),
+        p, float(np.sqrt(delta[k])), float(chi_square_tail(square, len(gamma))), float(stated),
     )  # fmt: skip
     if kind.felt not in (_scaled, _read_out, _mounted):
         return told
@@ -318,19 +323,19 @@ def _rows(kind: _Kind, s: SensorFound, axis: int) -> tuple[Array, Array, Array]:
     return W, np.column_stack([w.Q, more]), clear(more, w.z)
 
 
-def _chance(
-    kind: _Kind, mine: Sequence[SensorFound], delta: float, there: NDArray[np.bool_], way: Array
-) -> float:
-    """p of Δ over s² by the F law: a dozen power-ons tell their own spread by a dozen degrees of freedom."""
+def _contrasts(
+    kind: _Kind, mine: Sequence[SensorFound], there: NDArray[np.bool_], way: Array
+) -> list[tuple[ChannelNoise, Array]]:
+    """C (n, m) of every channel, whitened rows of some power-ons, in which Σ Cᵀz has unit covariance."""
     values, vectors = np.linalg.eigh(way)
-    kept = values > SEEN * max(float(values[-1]), 0.0)
-    root, each = vectors[:, kept] * np.sqrt(values[kept]), []
+    kept = values > SEEN * float(values[-1])
+    root, found = vectors[:, kept] * np.sqrt(values[kept]), []
     for s in mine:
         for axis, w in s.found.pool.state.items():
             W, Q, _ = _rows(kind, s, axis)
-            C = clear(Q, W * np.repeat(there, w.noise.covariance.effects.sizes)[:, None])
-            each.append((w.noise, C @ root))
-    return float(np.exp(log_p(delta, int(kept.sum()), freedom_of(each), 1.0)))
+            here = W * np.repeat(there, w.noise.covariance.effects.sizes)[:, None]
+            found.append((w.noise, clear(Q, here) @ root))
+    return found
 
 
 def _draws_as_much(gamma: Array, variance: Array, data: Prepared, there: NDArray[np.bool_]) -> bool:
