@@ -7,17 +7,21 @@ power-ons under scale factor, leans and tables over temperature, once as it is w
 record:
 
     Σ n/2 ln(S(T)/S(T')) over the channels
+
+A thermometer that lags by a time constant, T' = T + τ dT/dt, is as far behind on a ramp: where some τ makes
+the readings as likely it is no record late, and `lagging_thermometer` tells how much it lags.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.another_unit import channels_of
+from planner.diagnose.hypotheses.lagging_thermometer import LAGS_S, ahead
 from planner.diagnose.hypotheses.orthogonal import about_means, explained
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import ReferenceSuspect
@@ -72,9 +76,17 @@ def temperature_of_before(table: DwellTable) -> TemperatureOfBefore | None:
     told = tuple(c for c, x in odds.items() if x > EACH)
     if len(told) < SEVERAL or min(odds.values()) < -EACH or sum(odds.values()) < SURE:
         return None
+    if _lags_as_well(table, order, odds):
+        return None
     right = replace(table, temperature_degc=moved)
     strength = float(np.sqrt(2.0 * sum(odds.values())))
     return TemperatureOfBefore(right, float(np.median(gap[after])), told, strength)
+
+
+def _lags_as_well(table: DwellTable, order: NDArray[np.int64], odds: Mapping[str, float]) -> bool:
+    """Whether some time constant makes the readings as likely as the temperatures of the next records do."""
+    later = (ahead(table, lag).temperature_degc for lag in LAGS_S)
+    return any(sum(_odds(table, order, t)) > sum(odds.values()) - SURE for t in later)
 
 
 def _after(run: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -6,7 +6,10 @@ at which smooth curves over T + τ dT/dt leave least,
     S(τ) = Σ_channels min |V^(−½) (y − p(T) − κ(T) v − …)|²,     95 %: S(τ) − S(τ₀) ≤ 3.84 s²
 
 p, κ polynomials, for a table's nodes would come and go as the ramps' rows move; v the misaligned input; T of
-soaked rows their power-on's mean. What a search of those temperatures no longer finds was the thermometer's.
+soaked rows their power-on's mean. They have a degree less than the points at which the chamber soaks, or as
+many more as the rows of long ramps between these ask for: the bends of one curve, beside straight lines from
+end to end, were a lag of five minutes. What a search of those temperatures no longer finds was the
+thermometer's.
 
 It need not be suspected by a search: where a ramp moves by many kelvin within the lag, linear columns miss
 so much that channels have an effect of the rate of temperature instead, each its own, or nothing at all.
@@ -97,7 +100,7 @@ class Lag:
 class Seen:
     """One channel. y, v: (n,) reading and misaligned input; others: (n, k) columns without a temperature
 
-    law: of its noise, where that is not its search's; known: lag -> `left`
+    law: of its noise, where that is not its search's; known: (lag, degree) -> `left`
     """
 
     w: Whitened
@@ -105,21 +108,21 @@ class Seen:
     v: Array
     others: Array
     law: BlockCovariance | None = None
-    known: dict[float, float] = field(init=False, default_factory=dict, compare=False)
+    known: dict[tuple[float, int], float] = field(init=False, default_factory=dict, compare=False)
 
     def columns(self, basis: Array, rows: NDArray[np.int64] | slice = slice(None)) -> Array:
         """(m, k) that are fitted to rows of it with a basis (m, d) over temperature."""
         fixed = self.w.noise.fixed_runs[rows]
         return np.column_stack([basis, basis * self.v[rows][:, None], self.others[rows], fixed])
 
-    def left(self, lag: float, basis: Array) -> float:
+    def left(self, lag: float, degree: int, basis: Array) -> float:
         """What curves over temperatures that lag, (n, d), leave of it, in noise; asked once of every lag."""
-        if lag not in self.known:
+        if (lag, degree) not in self.known:
             fixed = self._fixed
             curved = (self.law or self.w.noise).whiten(np.column_stack([basis, basis * self.v[:, None]]))
             X = np.column_stack([curved, fixed[:, 1:]])
-            self.known[lag] = float(np.sum(clear(orthonormal(X), fixed[:, 0]) ** 2))
-        return self.known[lag]
+            self.known[lag, degree] = float(np.sum(clear(orthonormal(X), fixed[:, 0]) ** 2))
+        return self.known[lag, degree]
 
     @cached_property
     def _fixed(self) -> Array:
@@ -139,15 +142,23 @@ def lag_of(found: Sequence[SensorFound], data: Prepared) -> Lag | None:
         return None
     table = _calmed(data)
     seen = [seen_of(s, axis) for s in found for axis in s.found.pool.state]
-    if not asked and not _glimpsed(seen, table):
+    degree = degree_of(table)
+    if not asked and not _glimpsed(seen, table, degree):
         return None
-    seen = [_in_own_noise(one, table) for one in seen]
+    seen = [_in_own_noise(one, table, degree) for one in seen]
+    lag = _sized(seen, table, degree)
+    bent = degree if lag is None else degree_asked(seen, table, lag.value)
+    return lag if bent == degree else _sized(seen, table, bent)
+
+
+def _sized(seen: Sequence[Seen], table: DwellTable, degree: int) -> Lag | None:
+    """The lag at which curves of a degree leave least; None where that is none."""
     coarse = np.array([*(-lag for lag in reversed(LAGS_S)), 0.0, *LAGS_S])
-    each = np.array([_left(seen, table, float(lag)) for lag in coarse])
+    each = np.array([_left(seen, table, float(lag), degree) for lag in coarse])
     left = each.sum(axis=1)
     k = int(np.clip(np.argmin(left), 1, len(coarse) - 2))
     fine = np.linspace(coarse[k - 1], coarse[k + 1], 2 * FINE + 1)
-    finer = np.array([_left(seen, table, float(lag)) for lag in fine])
+    finer = np.array([_left(seen, table, float(lag), degree) for lag in fine])
     around = finer.sum(axis=1)
     i = int(np.clip(np.argmin(around), 1, len(fine) - 2))
     near = slice(i - 1, i + 2)  # S is no parabola over all of a grid's step, a hundred seconds
@@ -155,12 +166,12 @@ def lag_of(found: Sequence[SensorFound], data: Prepared) -> Lag | None:
     if a <= 0.0:
         return None
     value = float(np.clip(fine[i] - b / (2.0 * a), fine[i - 1], fine[i + 1]))
-    s2 = _noise(around.min(), seen, table)
+    s2 = _noise(around.min(), seen, table, degree)
     half = float(np.sqrt(CHI2_95 * s2 / a))
     if abs(value) <= half:
         return None
-    here = _left(seen, table, value)
-    falls = (_left(seen, table, 0.0) - here) / s2
+    here = _left(seen, table, value, degree)
+    falls = (_left(seen, table, 0.0, degree) - here) / s2
     least = np.minimum(here, np.vstack([each, finer]).min(axis=0))
     return Lag(
         value, value - half, value + half, dict(zip(map(_name, seen), falls.tolist(), strict=True)),
@@ -174,12 +185,12 @@ def lags_more(found: Sequence[SensorFound], data: Prepared, strength: float) -> 
     return lag is not None and lag.of_several and lag.strength > strength
 
 
-def _in_own_noise(one: Seen, table: DwellTable) -> Seen:
+def _in_own_noise(one: Seen, table: DwellTable, degree: int) -> Seen:
     """A channel in noise that wanders within power-ons, where it does beside curves that lag or do not.
 
     A ramp lasts for half an hour: so does a walk, and white about its power-on it is a lag of its own.
     """
-    X = np.column_stack([one.columns(_basis(table, lag)) for lag in (0.0, GLIMPSED_S[1])])
+    X = np.column_stack([one.columns(_basis(table, lag, degree)) for lag in (0.0, GLIMPSED_S[1])])
     law = wandering(one.w, clear(orthonormal(X), one.y[:, None])[:, 0], X)
     return one if law is None else replace(one, law=law)
 
@@ -190,16 +201,33 @@ def on_several_ramps(data: Prepared) -> bool:
     return int(np.count_nonzero(np.logical_or.reduceat(moves, data.starts))) >= SEVERAL
 
 
-def _glimpsed(seen: Sequence[Seen], table: DwellTable) -> bool:
+def _glimpsed(seen: Sequence[Seen], table: DwellTable, degree: int) -> bool:
     """Whether some lag leaves less than none by more than noise does; not all are asked of every table."""
-    now = float(_left(seen, table, 0.0).sum())
-    least = min(float(_left(seen, table, sign * lag).sum()) for lag in GLIMPSED_S for sign in (1.0, -1.0))
-    return now - least > CHI2_95 * _noise(least, seen, table)
+    now = float(_left(seen, table, 0.0, degree).sum())
+    lags = (sign * lag for lag in GLIMPSED_S for sign in (1.0, -1.0))
+    least = min(float(_left(seen, table, lag, degree).sum()) for lag in lags)
+    return now - least > CHI2_95 * _noise(least, seen, table, degree)
 
 
-def _noise(least: float, seen: Sequence[Seen], table: DwellTable) -> float:
+def degree_asked(seen: Sequence[Seen], table: DwellTable, lag: float) -> int:
+    """Of the polynomials: that of the soaked points, or higher where all channels together ask for it.
+
+    By what they leave beside that lag or none, with log n for each coefficient more.
+    """
+    least, count = degree_of(table), len(seen) * len(table)
+    most = min(len(temperature_nodes(table.temperature_degc)) - 1, MOST_DEGREE)
+
+    def criterion(degree: int) -> float:
+        columns = _columns(seen, table, degree)
+        left = min(float(_left(seen, table, one, degree).sum()) for one in (0.0, lag))
+        return float(count * np.log(left / count) + columns * np.log(count)) if columns < count else np.inf
+
+    return min(range(least, max(most, least) + 1), key=criterion)
+
+
+def _noise(least: float, seen: Sequence[Seen], table: DwellTable, degree: int) -> float:
     """s², by the degrees of freedom of all channels; what is whitened has one, or more where curves miss."""
-    return max(float(least) / max(len(seen) * len(table) - _columns(seen, table), 1), 1.0)
+    return max(float(least) / max(len(seen) * len(table) - _columns(seen, table, degree), 1), 1.0)
 
 
 def suspects_it(found: Sequence[SensorFound]) -> bool:
@@ -239,22 +267,22 @@ def _name(one: Seen) -> str:
     return f"{one.w.channel.sensor}_{AXES[one.w.channel.axis]}"
 
 
-def _left(seen: Sequence[Seen], table: DwellTable, lag: float) -> Array:
+def _left(seen: Sequence[Seen], table: DwellTable, lag: float, degree: int) -> Array:
     """(channels,) of S(τ)."""
-    basis = _basis(table, lag)
-    return np.array([one.left(lag, basis) for one in seen])
+    basis = _basis(table, lag, degree)
+    return np.array([one.left(lag, degree, basis) for one in seen])
 
 
-def _columns(seen: Sequence[Seen], table: DwellTable) -> int:
+def _columns(seen: Sequence[Seen], table: DwellTable, degree: int) -> int:
     """How many are fitted to all channels."""
-    basis = _basis(table, 0.0)
+    basis = _basis(table, 0.0, degree)
     return sum(one.columns(basis).shape[1] for one in seen)
 
 
-def _basis(table: DwellTable, lag: float) -> Array:
+def _basis(table: DwellTable, lag: float, degree: int) -> Array:
     """(n, d) polynomials over T + τ dT/dt."""
     t = ahead(table, lag).temperature_degc
-    return curves(t, t, degree_of(table))
+    return curves(t, t, degree)
 
 
 def curves(all_degc: Array, degc: Array, degree: int) -> Array:

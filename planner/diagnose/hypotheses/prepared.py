@@ -20,6 +20,7 @@ MOST_ROWS = 8_000  # of larger ones; six channels with all candidates then take 
 ONE_WAY_UP = 0.9995  # cosine, 2 deg: rows whose accelerometers agree to that have one attitude
 A_LEVEL = 0.3 / 60.0  # K/s, 0.3 K/min: chambers hold a ramp to that
 LEAST_OF_MANY = 60  # power-ons that stay when not all are judged
+ROUNDED = 1e-12  # of the largest input, what sines of whole half turns leave of none
 FINE = 0.9  # distinct values of a channel a distinct row, from which equal readings are copies
 ONE_G = 0.05  # share of g within which a mean reading at rest is gravity alone
 FEW_WAYS = 10  # rows a way, below which the accelerometers cannot be their own reference
@@ -82,6 +83,17 @@ def prepared(table: DwellTable, unit: Unit | None = None) -> Prepared:
     return Prepared(ordered, starts, full, kept, where, sensors, tuple(notes), attitude, unit)
 
 
+def _without_rounding(table: DwellTable) -> DwellTable:
+    """References where rounding of nothing is nothing: a lean of 1e15 deg made readings of 1e-17 g."""
+    return replace(table, ref_rate=_rounded(table.ref_rate), ref_acc=_rounded(table.ref_acc))
+
+
+def _rounded(u: Array | None) -> Array | None:
+    if u is None:
+        return None
+    return np.asarray(np.where(np.abs(u) > ROUNDED * np.abs(u).max(initial=0.0), u, 0.0))
+
+
 def _ramps_levelled(table: DwellTable) -> DwellTable:
     """Rates of temperature that stand at a few levels are taken as these: the readings of them are noisy.
 
@@ -105,7 +117,7 @@ def referenced(
     table: DwellTable,
 ) -> tuple[DwellTable, tuple[str, ...], list[str], NDArray[np.int64] | None]:
     """The table with references and levelled ramps, the sensors that can be judged, notes, attitudes."""
-    table, notes = _ramps_levelled(table), list[str]()
+    table, notes = _ramps_levelled(_without_rounding(table)), list[str]()
     sensors = [s for s, y in (("gyro", table.gyro), ("accelerometer", table.acc)) if y is not None]
     if table.ref_acc is not None or table.acc is None:
         full = with_references(table)
