@@ -107,6 +107,8 @@ class _Beside:
 
     def of(self, several: Sequence[_Told], own: Part) -> float:
         """To a variance of several channels in common: each tells it as well as its own rows do."""
+        if several[0].relative >= KNOWN:
+            return 0.0  # of what is not told nothing is asked
         each = [self._seen(one).of(one.components, own) for one in several]
         weights = [1.0 / max(self._seen(one).error(one.components), 1e-300) for one in several]
         return float(np.average(each, weights=weights))
@@ -134,10 +136,13 @@ def _unbudgeted(a: Assumption) -> Assumption:
 
 
 def _sum(noise: ChannelNoise, components: Sequence[int]) -> tuple[float, float]:
-    """Of some of the variances, and its own variance over its square: inf of one that came out zero."""
+    """Of some of the variances, and its own variance over its square: inf of one that came out zero.
+
+    And of one whose parts rounding alone tells apart.
+    """
     theta = float(noise.variances.theta[components].sum())
     error = float(noise.variances.error[np.ix_(components, components)].sum())
-    return theta, error / theta**2 if theta > 0.0 else np.inf
+    return theta, error / theta**2 if theta > 0.0 and error > 0.0 else np.inf
 
 
 def _spread(
@@ -148,7 +153,7 @@ def _spread(
     Up to its high end it may all be of the part, should the others have none of their budgets.
     """
     theta, relative = several[0].theta, several[0].relative
-    freedom = 2.0 / relative if relative > 0 else np.inf
+    freedom = 2.0 / relative
     assumed = _assumed(budget, part)
     low = high = measured = float("nan")
     chance = 1.0
