@@ -83,7 +83,10 @@ def refused(noises: Sequence[ChannelNoise], here: Sequence[int], theta: float) -
         if told.sum() <= theta:
             return 1.0
         share = told / told.sum()
-        gain += 2.0 * (_best(noise, here, told) - _best(noise, here, theta * share))
+        try:
+            gain += 2.0 * (_best(noise, here, told) - _best(noise, here, theta * share))
+        except ValueError:  # rows that leave no noise refuse nothing
+            return 1.0
     return 0.5 * float(chi_square_tail(gain, 1)) if gain > 0.0 else 1.0
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -70,6 +72,12 @@ def test_a_variance_is_refused_as_rarely_as_it_says() -> None:
     assert np.mean(np.array(larger) < 0.01) > 0.8
     together = refused([noise(0.9, rng) for _ in range(6)], [1], 0.3)
     assert together < 0.05
+
+
+def test_rows_that_leave_no_noise_refuse_nothing() -> None:
+    one = noise(3.0, np.random.default_rng(3))
+    full = replace(one, sample=Sample(one.sample.y, np.eye(72), one.sample.effects, True))
+    assert refused([full], [1], 0.3) == 1.0
 
 
 def test_errors_are_those_of_the_information() -> None:
