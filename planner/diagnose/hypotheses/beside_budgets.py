@@ -20,7 +20,7 @@ import numpy as np
 
 from planner import catalog
 from planner.diagnose.hypotheses.channels import Channel, columns
-from planner.diagnose.hypotheses.noise import ChannelNoise, inverse_of, judged_rows
+from planner.diagnose.hypotheses.noise import ChannelNoise, covariance_of_free, judged_rows
 from planner.nouns.array import Array
 from planner.solvers.random_effects import Drift, RandomEffects
 from planner.solvers.restricted_likelihood import Sample, reml_information
@@ -64,9 +64,7 @@ def seen(noise: ChannelNoise, c: Channel, time_on: Array, budgets: Mapping[str, 
     theta = np.zeros(every.count)
     theta[own] = noise.variances.theta
     information = reml_information(thinned(replace(noise.sample, effects=every)), theta)
-    free = noise.variances.free  # one that came out as zero is held there, whatever else there is
-    covariance = np.zeros((e.count, e.count))
-    covariance[np.ix_(free, free)] = inverse_of(information[np.ix_(own[free], own[free])])
+    covariance = covariance_of_free(information[np.ix_(own, own)], noise.variances.free)
     parts = tuple(part for part, _ in (*drawn, *moving))
     return Seen(parts, covariance @ information[np.ix_(own, other)], covariance)
 

@@ -275,6 +275,13 @@ def inverse_of(information: Array) -> Array:
     return np.asarray(inverse / np.outer(unit, unit), dtype=float)
 
 
+def covariance_of_free(information: Array, free: NDArray[np.bool_]) -> Array:
+    """The same (K, K) where some came out as zero and are held there: 0 for these. free: (K,) the others."""
+    covariance = np.zeros_like(information)
+    covariance[np.ix_(free, free)] = inverse_of(information[np.ix_(free, free)])
+    return covariance
+
+
 # ---------------------------------------------------------------- what the noise is made of
 
 

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.chance import Flips, Nulls, family_wise
 from planner.diagnose.hypotheses.pool import RANK, Contrast, Pool
+from planner.diagnose.hypotheses.shares import degrees
 from planner.diagnose.hypotheses.whitened import log_p
 from planner.nouns.array import Array
 
@@ -161,7 +162,7 @@ def satterthwaite(pool: Pool, axes: Iterable[int], k: NDArray[np.int64], R: Arra
         here = np.append(pool.axes[axis], -1)[at] == k
         share = pool.shares[axis].of_contrasts(at[here], R[here], stand)
         spread += float(share @ pool.state[axis].noise.relative_error @ share)
-    return min(max(2.0 / max(spread, 1e-12), 1.0), 1e6)
+    return degrees(spread)
 
 
 def mean_square(pool: Pool, chosen: Sequence[int]) -> float:

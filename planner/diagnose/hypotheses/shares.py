@@ -134,6 +134,11 @@ def freedom_of(each: Sequence[tuple[ChannelNoise, Array]]) -> float:
             same = name, float(f"{known[k, k]:.9e}")
             spread += 2.0 * met.get(same, 0.0) * share[k] * known[k, k]
             met[same] = met.get(same, 0.0) + share[k]
+    return degrees(spread)
+
+
+def degrees(spread: float) -> float:
+    """Degrees of freedom of an estimated variance, by its own variance over its square."""
     return float(min(max(2.0 / max(spread, 1e-12), 1.0), 1e6))
 
 

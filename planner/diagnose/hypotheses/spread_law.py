@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.diagnose.hypotheses.noise import SETTLED, ChannelNoise, inverse_of
+from planner.diagnose.hypotheses.noise import SETTLED, ChannelNoise, covariance_of_free
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_quantile, chi_square_tail
 from planner.solvers.reml import reml_together
@@ -64,10 +64,7 @@ def errors(noise: ChannelNoise, here: Sequence[int]) -> tuple[float, float]:
 
 
 def _error(noise: ChannelNoise, theta: Array, here: Sequence[int]) -> float:
-    free = noise.variances.free
-    told = reml_information(noise.sample, theta)
-    covariance = np.zeros_like(told)
-    covariance[np.ix_(free, free)] = inverse_of(told[np.ix_(free, free)])
+    covariance = covariance_of_free(reml_information(noise.sample, theta), noise.variances.free)
     return float(np.sqrt(max(covariance[np.ix_(here, here)].sum(), 0.0)))
 
 
