@@ -41,6 +41,16 @@ def test_what_wanders_within_power_ons_is_no_effect(seed: int) -> None:
     assert all(IN_RUN in w.noise.components for w in found.found.pool.state.values())
 
 
+@pytest.mark.parametrize("seed", [208, 222])
+@pytest.mark.further("seed", range(209, 213))
+def test_what_loads_let_every_power_on_draw_is_no_effect(seed: int) -> None:
+    """g-sensitivities of each power-on at 60 g had been a drift over temperature, and a cross-coupling."""
+    unit = load_spec(SHIPPED / "high_g.yaml")
+    table, _ = simulate(unit, None, (), seed, settings_of(unit.spec))
+    data = prepared(table, unit.spec.unit)
+    assert diagnose_sensor(data, "gyro", tuple(unit.spec.effects), 1).found.all == []
+
+
 def test_scatter_is_judged_as_often_as_it_says() -> None:
     """Contrasts whose own variance is four times what the noise model says: p stays uniform."""
     rng = np.random.default_rng(5)

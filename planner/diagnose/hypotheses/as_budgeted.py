@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.diagnose.hypotheses.channels import Channel, columns
 from planner.diagnose.hypotheses.found import Found
-from planner.diagnose.hypotheses.noise import LEANS, LEAST_RUNS, ChannelNoise
+from planner.diagnose.hypotheses.noise import LEAST_RUNS, ChannelNoise, of_effect
 from planner.diagnose.hypotheses.orthogonal import clear, explained, orthonormal
 from planner.diagnose.hypotheses.whitened import SEEN, Whitened, log_p
 from planner.nouns.array import Array
@@ -98,13 +98,12 @@ def _terms(
 ) -> Iterator[tuple[Array, float]]:
     """x (n,) of every term of the channel's errors but the bias, and √(σ² − σ̂²) of it."""
     has = dict(zip(noise.components, noise.variances.theta.tolist(), strict=True))
-    leans = min((v for name, v in has.items() if name.startswith(LEANS)), default=0.0)
-    already = {"scale_factor": has.get(SCALE, 0.0), "misalignment": leans}
     for name, budget in budgets.items():
         effect = catalog.effects().get(name)
         if effect is None or name == "bias" or budget.run_to_run is None:
             continue
-        more = budget.run_to_run_largest**2 - already.get(name, 0.0)
+        already = [SCALE] if name == "scale_factor" else of_effect(name, has)
+        more = budget.run_to_run_largest**2 - min((has[one] for one in already if one in has), default=0.0)
         for x in columns(c, name, {p.name: p.default for p in effect.parameters}).T if more > 0.0 else ():
             yield x, float(np.sqrt(more))
 

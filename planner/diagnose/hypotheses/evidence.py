@@ -12,7 +12,7 @@ from planner import catalog
 from planner.diagnose.hypotheses.candidates import effect_blocks
 from planner.diagnose.hypotheses.channels import Channel, at_rows, columns
 from planner.diagnose.hypotheses.estimates import estimates
-from planner.diagnose.hypotheses.noise import IN_RUN, IN_RUN_SCALE, LEVEL, leaning
+from planner.diagnose.hypotheses.noise import IN_RUN, IN_RUN_SCALE, LEVEL, draws
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.hypotheses.prepared import Prepared
@@ -101,7 +101,9 @@ def _expected(w: Whitened, whole: Channel, data: Prepared) -> Array:
     along = ("rate_noise", "run_to_run_scale_factor", IN_RUN_SCALE)
     total = total + sum(theta.get(name, 0.0) for name in along) * whole.u**2
     total = total + theta.get("cross_noise", 0.0) * whole.across**2
-    total = total + sum(theta.get(name, 0.0) * z**2 for name, z in leaning(whole).items())
+    total = total + sum(
+        theta[name] * z**2 for name, z in draws(whole, w.noise.drawn).items() if name in theta
+    )
     return np.asarray(np.sqrt(total + theta.get(LEVEL, 0.0) + theta.get(IN_RUN, 0.0)))
 
 

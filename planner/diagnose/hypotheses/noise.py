@@ -12,12 +12,13 @@ What moves within power-ons, where the rows show that something does (`wander`),
 
     σ_m² exp(−|Δt| / τ) in every power-on
 
-and so are misalignments that differ from power-on to power-on, where they show that (`shown_noise`).
+and so are misalignments and other coefficients of the declared model that differ from power-on to power-on,
+where they show that (`shown_noise`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -25,8 +26,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from planner import catalog
 from planner.campaign.channel_model import EXCITING
-from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.channels import Channel, columns
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.measurement import sensed
 from planner.nouns.array import Array
@@ -40,7 +42,7 @@ from planner.solvers.restricted_likelihood import Sample, reml_information, rest
 LEAST_RUNS = 8  # power-ons, from which their spread is a variance: a triad then tells it by 15 degrees
 LEVEL = "run_to_run_bias"  # fixed where power-ons are few
 RATE_NOISE, CROSS_NOISE = "rate_noise", "cross_noise"  # of each record
-LEANS = "run_to_run_misalignment"  # towards the next axis, and the one after it
+LEANS = "misalignment"  # towards the next axis, and the one after it
 IN_RUN = "in_run_bias"  # what moves within power-ons
 IN_RUN_SCALE = "in_run_scale_factor"
 APART = 0.02  # share of a component's length that others must leave, or the rows cannot tell it from them
@@ -58,7 +60,7 @@ class ChannelNoise:
     """What whitens a channel. fixed_runs: (n, g − 1) indicators of the runs when their level is fixed.
 
     components: names of the variances in the order of `variances.theta`; sample: rows and columns they are
-        judged from
+        judged from; drawn: as in Readings
     """
 
     covariance: Covariance | BlockCovariance
@@ -67,6 +69,7 @@ class ChannelNoise:
     fixed_runs: Array
     starts: NDArray[np.int64]
     sample: Sample
+    drawn: tuple[str, ...] = ()
 
     def whiten(self, columns: Array) -> Array:
         """V^(−1/2) (n, m)."""
@@ -92,7 +95,7 @@ class Readings:
     least_runs: power-ons from which their spread is a variance; with fewer each has a level of its own
     moves: (q,) columns of the declared model that can move the rows at all; None: all of them
     drifts: processes within power-ons that the rows show, by the names of their variances
-    leans: whether they show misalignments that differ from power-on to power-on
+    drawn: effects of which they show that their coefficients differ from power-on to power-on
     """
 
     channel: Channel
@@ -103,7 +106,7 @@ class Readings:
     least_runs: int = LEAST_RUNS
     moves: NDArray[np.bool_] | None = None
     drifts: Mapping[str, Drift] = field(default_factory=dict)
-    leans: bool = False
+    drawn: tuple[str, ...] = ()
 
     @property
     def candidates(self) -> Array:
@@ -141,7 +144,7 @@ class Readings:
         return _judged(self)
 
     def with_noise(self, **changes: Any) -> Readings:
-        """The same with other `drifts`, `leans` or `weights`; what the columns span is handed on."""
+        """The same with other `drifts`, `drawn` or `weights`; what the columns span is handed on."""
         other = replace(self, **changes)
         other.__dict__["spanned"] = self.spanned
         return other
@@ -165,14 +168,14 @@ def channel_noise(readings: Readings) -> ChannelNoise:
 
 def noise_of(j: Judged, v: Variances) -> ChannelNoise:
     """The noise of a channel with these variances."""
-    return ChannelNoise(covariance(j.effects, v.theta), v, j.components, j.fixed, j.starts, j.sample)
+    return ChannelNoise(covariance(j.effects, v.theta), v, j.components, j.fixed, j.starts, j.sample, j.drawn)
 
 
 @dataclass(frozen=True)
 class Judged:
     """A channel's variances to be estimated. sample: rows and fixed effects; effects: of all rows
 
-    least: (K,) below which nothing is believed
+    least: (K,) below which nothing is believed; drawn: as in Readings
     """
 
     sample: Sample
@@ -181,6 +184,7 @@ class Judged:
     fixed: Array
     starts: NDArray[np.int64]
     least: Array
+    drawn: tuple[str, ...] = ()
 
     @cached_property
     def rough(self) -> Rough:
@@ -216,6 +220,7 @@ def _judged(given: Readings) -> Judged:
         fixed,
         starts,
         least,
+        given.drawn,
     )
 
 
@@ -314,13 +319,31 @@ def _slopes(given: Readings) -> dict[str, Array]:
     found = {LEVEL: np.ones(len(c.r))}
     if np.ptp(np.abs(c.u)) > EXCITING[c.sensor]:
         found["run_to_run_scale_factor"] = c.u
-    return found | (leaning(c) if given.leans else {})
+    return found | draws(c, given.drawn)
 
 
-def leaning(c: Channel) -> dict[str, Array]:
-    """(n,) the inputs across a channel, by the names of what their misalignments draw at every power-on."""
-    inputs = sensed(c.sensor, c.model.conditions)
-    return {f"{LEANS}_{k}": inputs[:, (c.axis + k) % 3] for k in (1, 2)}
+def draws(c: Channel, effects: Iterable[str]) -> dict[str, Array]:
+    """(n,) what each coefficient of some effects adds to a channel, by the name of its spread."""
+    return {drawn_name(e, k): x for e in effects for k, x in enumerate(_terms(c, e), 1)}
+
+
+def drawn_name(effect: str, k: int) -> str:
+    """Of the spread from power-on to power-on of an effect's k-th coefficient of a channel."""
+    return f"run_to_run_{effect}_{k}"
+
+
+def of_effect(effect: str, components: Iterable[str]) -> list[str]:
+    """The components of a noise that are spreads of an effect's coefficients."""
+    return [c for c in components if c.rpartition("_")[0] == f"run_to_run_{effect}"]
+
+
+def _terms(c: Channel, effect: str) -> list[Array]:
+    """(n,) of every coefficient that the channel reads; of misalignments the next axis, the one after it."""
+    if effect == LEANS:
+        inputs = sensed(c.sensor, c.model.conditions)
+        return [inputs[:, (c.axis + k) % 3] for k in (1, 2)]
+    found = catalog.effects()[effect]
+    return [x for x in columns(c, effect, {p.name: p.default for p in found.parameters}).T if x.any()]
 
 
 def _level(z: Array, starts: NDArray[np.int64]) -> bool:

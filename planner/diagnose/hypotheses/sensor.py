@@ -47,6 +47,7 @@ from planner.measurement import sensed
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 from planner.solvers.one_thread import one_thread
+from planner.spec.budget import ErrorBudget
 from planner.spec.references import BenchAccuracy
 
 FLIPS = 2999  # the least p by rank, of one of six families, is then ALPHA_FURTHER
@@ -168,8 +169,7 @@ def _searched(
     found = search(b.pool, question)
     told_together(found, b.cuts)
     _unname_the_undetermined(found, b.channels, b.cuts, shown)
-    budgets = {} if data.unit is None else getattr(data.unit, sensor)
-    refused = refusals(found, data.starts, budgets)
+    refused = refusals(found, data.starts, _budgets(data, sensor))
     if any(veto.why != DRAWN for veto in refused):
         _unname_what_is_left(found, question, data.starts)
     return SensorFound(
@@ -247,10 +247,14 @@ def _readings(
         plain = Readings(c, data.starts, data.table.duration, tuple(full), weights)
         if not full:  # a slope at each node would take all that tells the spread of few power-ons
             plain = replace(plain, moves=moving(c, channel_noise(plain)))
-        plain, whole = as_shown(plain, hidden, data.table.time_on)
+        plain, whole = as_shown(plain, hidden, data.table.time_on, _budgets(data, c.sensor))
         plains.append(plain)
         triad.append(whole)
     return borne_by_triad(alike(plains), alike(triad)), far, sizes
+
+
+def _budgets(data: Prepared, sensor: Sensor) -> Mapping[str, ErrorBudget]:
+    return {} if data.unit is None else getattr(data.unit, sensor)
 
 
 def _cleared(triad: Sequence[Readings], blocks: Sequence[Block]) -> dict[int, Cleared]:

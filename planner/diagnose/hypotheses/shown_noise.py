@@ -1,40 +1,57 @@
 """What the rows of a channel show of its noise beyond white and levels of power-ons, with what hides in it.
 
-A bias that wanders within power-ons (`wander`), or misalignments that differ from power-on to power-on,
+A bias that wanders within power-ons (`wander`), or coefficients that differ from power-on to power-on,
 
-    cov(e) = … + Σ_runs σ_j² u_j u_jᵀ,   u_j an input across the channel
+    cov(e) = … + Σ_runs σ_j² u_j u_jᵀ,   u_j what coefficient j adds: an input across the channel, …
 
-which is a pattern of every power-on and no noise of every record that grows with the input across: of a few
-on a centrifuge that made a square of the load at seven sigma. Each is asked of the likelihood beside what
-hides in the noise (`hidden_columns`).
+misalignments, and whatever else the spec's budgets let every power-on draw. That is a pattern of each
+power-on and no noise of every record that grows with the input, nor a scale factor that wanders: of a few on
+a centrifuge misalignments made a square of the load at seven sigma, and g-sensitivities a drift over the
+temperature. Each is asked of the likelihood beside what hides in the noise (`hidden_columns`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from planner import catalog
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.hidden_columns import with_what_hides
-from planner.diagnose.hypotheses.noise import CROSS_NOISE, Readings
-from planner.diagnose.hypotheses.wander import LEAST_TO_WANDER, SETTLED_ROUGHLY, gained, with_wander
+from planner.diagnose.hypotheses.noise import CROSS_NOISE, LEANS, Readings, draws
+from planner.diagnose.hypotheses.wander import (
+    LEAST_TO_WANDER,
+    PROMISED,
+    SETTLED_ROUGHLY,
+    gained,
+    with_wander,
+)
 from planner.diagnose.hypotheses.weighed_columns import Weighed, weighed
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail
-from planner.solvers.reml_beside import reml_roughly
+from planner.solvers.reml_beside import promised, reml_roughly
+from planner.solvers.restricted_likelihood import Sample
+from planner.spec.budget import ErrorBudget
 
-CHANCE = 1e-3  # of a channel that keeps its alignment
+CHANCE = 1e-3  # of a channel whose coefficients stay what they are
+OF_THE_LEVEL = ("bias", "scale_factor", LEANS)  # of which the spread is a variance already, or asked first
 
 
-def as_shown(plain: Readings, hidden: Sequence[Block], time_on: Array) -> tuple[Readings, Readings]:
+def as_shown(
+    plain: Readings, hidden: Sequence[Block], time_on: Array, budgets: Mapping[str, ErrorBudget]
+) -> tuple[Readings, Readings]:
     """The readings with the noise that they show, and the same with what hides in it beside.
 
     A table over the time follows what wanders, and a process what a table says: the likelier of both stands.
     """
     whole, how = with_what_hides(plain, hidden)
     if _leans(whole, how):
-        plain = plain.with_noise(leans=True)
+        plain = plain.with_noise(drawn=(LEANS,))
+        whole, how = with_what_hides(plain, hidden)
+    drawn = whole.drawn if how is None else _drawn(whole, how, budgets)
+    if drawn != plain.drawn:
+        plain = plain.with_noise(drawn=drawn)
         whole, how = with_what_hides(plain, hidden)
     drifts, least = with_wander(whole, how, time_on).drifts, -np.inf
     if not drifts and how is not None and whole is not plain:
@@ -49,10 +66,10 @@ def as_shown(plain: Readings, hidden: Sequence[Block], time_on: Array) -> tuple[
 def alike(triad: Sequence[Readings]) -> list[Readings]:
     """With a kind of noise on every channel where one has it: what they share must be of one kind."""
     drifts = {name: d for r in reversed(triad) for name, d in r.drifts.items()}
-    leans = any(r.leans for r in triad)
+    drawn = tuple(sorted({effect for r in triad for effect in r.drawn}))
     own = [{name: r.drifts.get(name, drifts[name]) for name in sorted(drifts)} for r in triad]
     return [
-        r if r.leans is leans and [*r.drifts] == [*mine] else r.with_noise(drifts=mine, leans=leans)
+        r if r.drawn == drawn and [*r.drifts] == [*mine] else r.with_noise(drifts=mine, drawn=drawn)
         for r, mine in zip(triad, own, strict=True)
     ]
 
@@ -68,8 +85,57 @@ def _leans(readings: Readings, plain: Weighed | None) -> bool:
     cross = float(plain.theta[plain.judged.components.index(CROSS_NOISE)])
     if cross * float(np.max(c.across**2)) < plain.theta[0]:
         return False
-    wider = readings.with_noise(leans=True).judged.sample
-    start = np.append(plain.theta, np.full(2, cross))
-    theta = reml_roughly(wider, start, SETTLED_ROUGHLY).theta
-    gain = gained(plain.judged.sample, plain.theta, wider, theta)
-    return gain > 0.0 and float(chi_square_tail(gain, 2)) < CHANCE
+    wider = readings.with_noise(drawn=(LEANS,)).judged.sample
+    return _likelier(plain.judged.sample, plain.theta, wider, cross) is not None
+
+
+def _likelier(sample: Sample, theta: Array, wider: Sample, first: float) -> Array | None:
+    """Variances of a sample with a few more, sought from `first`, where its likelihood asks for them."""
+    more = wider.effects.count - len(theta)
+    found = reml_roughly(wider, np.append(theta, np.full(more, first)), SETTLED_ROUGHLY).theta
+    gain = gained(sample, theta, wider, found)
+    return found if gain > 0.0 and float(chi_square_tail(gain, more)) < CHANCE else None
+
+
+def _drawn(readings: Readings, plain: Weighed, budgets: Mapping[str, ErrorBudget]) -> tuple[str, ...]:
+    """The effects of which the rows show that their coefficients differ from power-on to power-on.
+
+    Of those that the budgets let differ by more than the records' own noise: that which promises most first.
+    """
+    drawn = readings.drawn
+    if len(readings.starts) < LEAST_TO_WANDER:
+        return drawn
+    left = dict(_large(readings, plain, budgets))
+    sample, theta = plain.judged.sample, plain.theta
+    while left:
+        wider = {e: readings.with_noise(drawn=(*drawn, e)).judged.sample for e in left}
+        promises = {e: _promise(w, theta) for e, w in wider.items()}
+        best = max(promises, key=lambda e: promises[e])
+        if promises[best] < PROMISED:
+            break
+        found = _likelier(sample, theta, wider[best], left.pop(best))
+        if found is not None:
+            drawn, sample, theta = (*drawn, best), wider[best], found
+    return drawn
+
+
+def _promise(wider: Sample, theta: Array) -> float:
+    """2 log L that the most promising of the further variances of a sample promises."""
+    more = wider.effects.count - len(theta)
+    return float(promised(wider, np.append(theta, np.zeros(more)), more).max(initial=0.0)) if more else 0.0
+
+
+def _large(
+    readings: Readings, plain: Weighed, budgets: Mapping[str, ErrorBudget]
+) -> Iterator[tuple[str, float]]:
+    """(effect, σ²) of what the budgets let every power-on draw, larger than white noise in one of them."""
+    c, starts = readings.channel, readings.starts
+    named = dict(zip(plain.judged.components, plain.theta.tolist(), strict=True))
+    white = named["white"] + named.get("constant", 0.0)
+    for effect, budget in budgets.items():
+        if effect in OF_THE_LEVEL or effect not in catalog.effects() or not budget.has_run_to_run:
+            continue
+        variance = budget.run_to_run_largest**2
+        square = sum((x**2 for x in draws(c, [effect]).values()), np.zeros(len(c.r)))
+        if variance * float(np.add.reduceat(square, starts).max()) > white:
+            yield effect, variance

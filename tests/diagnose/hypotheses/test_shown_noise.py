@@ -7,15 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.diagnose.hypotheses.noise import IN_RUN, IN_RUN_SCALE, LEANS, LEVEL
+from planner.diagnose.hypotheses.noise import IN_RUN, IN_RUN_SCALE, LEANS, LEVEL, drawn_name
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import begin, diagnose_sensor
 from planner.nouns.array import Array
 from planner.nouns.dwell_table import DwellTable
+from planner.spec.model import Unit
 from tests.diagnose.hypotheses.hall import FACES, GYRO, RATES, Hall, Log, Noise, anywhere, days, hidden, read
 from tests.diagnose.hypotheses.worlds import DECLARED
+from tests.specs import shipped
 
 POWER_ONS = 16
+G = 9.80665
+HIGH_G = shipped("high_g").spec.unit
+FELT = HIGH_G.gyro["g_sensitivity"].run_to_run_largest  # rad/s per m/s²
 
 
 def _walk(hall: Hall, seed: int, tau: float) -> Array:
@@ -42,9 +47,37 @@ def _turning(axis: int) -> Hall:
     return log.hall()
 
 
-def _sizes(table: DwellTable, axis: int) -> dict[str, float]:
+def _on_the_arm(seed: int, power_ons: int = 12) -> DwellTable:
+    """Gyros alone on a centrifuge of 1.5 m, each axis along the arm in turn, with what every power-on draws.
+
+    A level, a scale factor of 1e-5, and g-sensitivities of one sigma of high_g's budget.
+    """
+    rng = np.random.default_rng([seed, 53])
+    eye, rows = np.eye(3), list[tuple[float, ...]]()
+    for run in range(power_ons):
+        time = 60.0
+        for k in range(3):
+            for load in (5.0, -5.0, 15.0, -15.0, 30.0, -30.0, 60.0, -60.0):
+                w = float(np.sqrt(abs(load) * G / 1.5))
+                rows.append((run, time, *(w * eye[(k + 1) % 3]), *(G * (eye[(k + 1) % 3] + load * eye[k]))))
+                time += 80.0
+    a = np.array(rows)
+    run, rate, force = a[:, 0].astype(np.int64), a[:, 2:5], a[:, 5:8]
+    level, scale = rng.normal(0.0, GYRO.level, (power_ons, 3)), 1e-5 * rng.normal(size=(power_ons, 3))
+    felt = FELT * rng.normal(size=(power_ons, 3, 3))
+    gyro = rate + level[run] + scale[run] * rate + np.einsum("nij,nj->ni", felt[run], force)
+    t = 20.0 + rng.normal(0.0, 0.02, len(a))
+    return DwellTable(
+        unit=np.full(len(a), "arm"), run=run, day=0.1 * run, time_on=a[:, 1], duration=np.full(len(a), 20.0),
+        temperature_degc=t, temperature_rate=np.zeros(len(a)), ref_rate=rate, ref_acc=force,
+        gyro=gyro + rng.normal(0.0, GYRO.white / 4.5, gyro.shape), acc=None, source=f"arm {seed}",
+    )  # fmt: skip
+
+
+def _sizes(table: DwellTable, axis: int, unit: Unit | None = None) -> dict[str, float]:
     """One sigma of every variance of a gyro, SI."""
-    noise = begin(prepared(table), "gyro", DECLARED).pool.state[axis].noise
+    declared = DECLARED if unit is None else ("bias", "scale_factor", "misalignment", "g_sensitivity")
+    noise = begin(prepared(table, unit), "gyro", declared).pool.state[axis].noise
     return dict(zip(noise.components, np.sqrt(noise.variances.theta).tolist(), strict=True))
 
 
@@ -83,8 +116,18 @@ def test_misalignments_of_every_power_on_are_no_noise_of_every_record(seed: int)
     table = replace(hidden(read(hall, seed), "gyro", axis, np.sum(drawn * across, axis=1)), acc=None)
     sizes = _sizes(table, axis)
     for k in (1, 2):
-        assert sizes[f"{LEANS}_{k}"] == pytest.approx(sigma, rel=0.6)
+        assert sizes[drawn_name(LEANS, k)] == pytest.approx(sigma, rel=0.6)
     assert sizes["cross_noise"] < 0.1 * sigma
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", range(3, 8))
+def test_coefficients_of_the_budget_that_every_power_on_draws_are_no_process(seed: int) -> None:
+    """They were noise of every record that grows with the rate, or a scale factor that wanders."""
+    sizes = _sizes(_on_the_arm(seed), seed % 3, HIGH_G)
+    for k in (1, 2, 3):
+        assert sizes[drawn_name("g_sensitivity", k)] == pytest.approx(FELT, rel=0.6)
+    assert not {IN_RUN, IN_RUN_SCALE} & set(sizes)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
