@@ -41,8 +41,8 @@ def test_what_wanders_within_power_ons_is_no_effect(seed: int) -> None:
     assert all(IN_RUN in w.noise.components for w in found.found.pool.state.values())
 
 
-@pytest.mark.parametrize("seed", [208, 222])
-@pytest.mark.further("seed", range(209, 213))
+@pytest.mark.parametrize("seed", [208])
+@pytest.mark.further("seed", [222, *range(209, 212)])
 def test_what_loads_let_every_power_on_draw_is_no_effect(seed: int) -> None:
     """g-sensitivities of each power-on at 60 g had been a drift over temperature, and a cross-coupling."""
     unit = load_spec(SHIPPED / "high_g.yaml")
