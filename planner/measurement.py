@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions
+from planner.nouns.conditions import Conditions, Swinging
 from planner.protocols import Effect, Group, Parameter, Sensor
 from planner.temperature_table import REACH_K, fitting_hats
 
@@ -35,9 +35,37 @@ def sensed(sensor: Sensor, conditions: Conditions) -> Array:
     return conditions.rate if sensor == "gyro" else conditions.specific_force
 
 
+def input_size(sensor: Sensor, conditions: Conditions) -> Array:
+    """(n,) size of what the sensor senses, root mean square over a record in which gravity goes round."""
+    size = np.linalg.norm(sensed(sensor, conditions), axis=1)
+    if sensor == "gyro" or not isinstance(conditions, Swinging):
+        return np.asarray(size)
+    return np.asarray(np.hypot(size, np.sqrt(np.sum(conditions.swing**2, axis=2).mean(axis=1))))
+
+
 def driven_by(sensor: Sensor, conditions: Conditions, u: Array) -> Conditions:
     """The conditions with u (n, 3) in place of what the sensor senses."""
     return replace(conditions, **{INPUT[sensor]: u})
+
+
+def asked(
+    effect: Effect, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
+) -> Array:
+    """(n, 3, t) regressors of an effect; of a sensor's, the mean over a record in which gravity goes round.
+
+        mean of h(f̄ + swing) over the record, which is h(f̄) of what is linear in f alone
+
+    What is the bench's asks for directions of the bench, which the mean force of a record has.
+    """
+    found = effect.regressors(sensor, conditions, nonlinear)
+    rowwise = not (effect.bench_only or getattr(effect, "history", False))
+    if not (isinstance(conditions, Swinging) and rowwise and "specific_force" in effect.needs):
+        return found
+    rows = np.flatnonzero(np.any(conditions.swing, axis=(1, 2)))
+    each = effect.regressors(sensor, conditions.at_instants(rows), nonlinear)
+    averaged = found.copy()
+    averaged[rows] = each.reshape(len(rows), -1, *found.shape[1:]).mean(axis=1)
+    return averaged
 
 
 # ---------------------------------------------------------------- a unit whose coefficients are known
@@ -109,7 +137,7 @@ def _added(group: Group, sensor: Sensor, conditions: Conditions, acting: Sequenc
     total = np.zeros((len(conditions.day), 3))
     for a in acting:
         if a.effect.group == group:
-            regressors = a.effect.regressors(sensor, conditions, a.parameters)
+            regressors = asked(a.effect, sensor, conditions, a.parameters)
             if a.values.ndim == 1:
                 total += regressors @ a.values
             else:
@@ -259,8 +287,16 @@ def evaluate(model: ChannelModel, theta: Array) -> Parts:
     v = model.u + L @ m
     S = _group(model, "scale_factor", model.with_input(v), parameters)
     bent = S @ k
-    kappa = np.divide(bent, v, out=np.zeros_like(v), where=np.abs(v) > 1e-9 * np.abs(v).max(initial=1e-30))
+    is_input = (np.abs(v) > 1e-9 * np.abs(v).max(initial=1e-30)) & ~_swings(model)
+    kappa = np.divide(bent, v, out=np.zeros_like(v), where=is_input)
     return Parts(v, kappa, B, S, L, v + bent + B @ b)
+
+
+def _swings(model: ChannelModel) -> NDArray[np.bool_]:
+    """(n,) records whose mean input, beside one that goes round, says of no bend what it is a share of."""
+    if model.sensor == "gyro" or not isinstance(model.conditions, Swinging):
+        return np.zeros(len(model.conditions.day), dtype=bool)
+    return np.asarray(np.any(model.conditions.swing[:, :, model.channel], axis=1))
 
 
 def jacobian(model: ChannelModel, theta: Array, parts: Parts) -> Array:
@@ -302,7 +338,7 @@ def _group(
     """(n, columns) of one group of effects on the channel."""
     found = [np.empty((len(conditions.day), 0))]
     for c in model.of(group):
-        full = c.effect.regressors(model.sensor, conditions, parameters.get(c.effect.name))
+        full = asked(c.effect, model.sensor, conditions, parameters.get(c.effect.name))
         columns = full[:, model.channel, list(c.terms)]
         if getattr(c.effect, "nodal", False):
             columns = columns * reached(columns)

@@ -35,7 +35,24 @@ class Conditions:
 
     def at(self, rows: NDArray[np.int64] | NDArray[np.bool_] | slice) -> Conditions:
         """Some of the rows, in their order."""
-        return Conditions(*(getattr(self, f.name)[rows] for f in fields(self)))
+        return type(self)(*(getattr(self, f.name)[rows] for f in fields(self)))
+
+
+@dataclass(frozen=True)
+class Swinging(Conditions):
+    """Records in some of which gravity goes round the unit.
+
+    swing: (n, K, 3) m/s^2, the specific force less its mean, at K instants spread evenly through each record
+    """
+
+    swing: Array
+
+    def at_instants(self, rows: NDArray[np.int64]) -> Conditions:
+        """The conditions at every instant of some records, one behind the other: (k K,)."""
+        each = np.repeat(rows, self.swing.shape[1])
+        at = {f.name: getattr(self, f.name)[each] for f in fields(Conditions)}
+        at["specific_force"] = at["specific_force"] + self.swing[rows].reshape(-1, 3)
+        return Conditions(**at)
 
 
 def asked_once(question: Callable[[Conditions], T]) -> Callable[[Conditions], T]:

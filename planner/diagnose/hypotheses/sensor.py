@@ -43,7 +43,7 @@ from planner.diagnose.hypotheses.verdicts import Veto, vetoed
 from planner.diagnose.hypotheses.whitened import Cleared, Whitened, cleared, moving, whitened
 from planner.diagnose.unseen_runs import cells_of
 from planner.effects._shaped import plain_names
-from planner.measurement import sensed
+from planner.measurement import input_size
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 from planner.solvers.one_thread import one_thread
@@ -302,7 +302,7 @@ def hardly_driven(pool: Pool, library: Iterable[int]) -> set[int]:
             c = pool.state[axis].channel
             part = pool.parts[axis][:, np.isin(pool.axes[axis], pool.places[b])]
             energy = np.sum(part**2, axis=1)
-            size = np.linalg.norm(sensed(c.sensor, c.model.conditions), axis=1)
+            size = input_size(c.sensor, c.model.conditions)
             driven += float(energy[size >= EXCITING[c.sensor]].sum())
             total += float(energy.sum())
         if driven < DRIVEN * total:
