@@ -48,26 +48,6 @@ def driven_by(sensor: Sensor, conditions: Conditions, u: Array) -> Conditions:
     return replace(conditions, **{INPUT[sensor]: u})
 
 
-def asked(
-    effect: Effect, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
-) -> Array:
-    """(n, 3, t) regressors of an effect; of a sensor's, the mean over a record in which gravity goes round.
-
-        mean of h(f̄ + swing) over the record, which is h(f̄) of what is linear in f alone
-
-    What is the bench's asks for directions of the bench, which the mean force of a record has.
-    """
-    found = effect.regressors(sensor, conditions, nonlinear)
-    rowwise = not (effect.bench_only or getattr(effect, "history", False))
-    if not (isinstance(conditions, Swinging) and rowwise and "specific_force" in effect.needs):
-        return found
-    rows = np.flatnonzero(np.any(conditions.swing, axis=(1, 2)))
-    each = effect.regressors(sensor, conditions.at_instants(rows), nonlinear)
-    averaged = found.copy()
-    averaged[rows] = each.reshape(len(rows), -1, *found.shape[1:]).mean(axis=1)
-    return averaged
-
-
 # ---------------------------------------------------------------- a unit whose coefficients are known
 
 
@@ -137,7 +117,7 @@ def _added(group: Group, sensor: Sensor, conditions: Conditions, acting: Sequenc
     total = np.zeros((len(conditions.day), 3))
     for a in acting:
         if a.effect.group == group:
-            regressors = asked(a.effect, sensor, conditions, a.parameters)
+            regressors = a.effect.regressors(sensor, conditions, a.parameters)
             if a.values.ndim == 1:
                 total += regressors @ a.values
             else:
@@ -338,7 +318,7 @@ def _group(
     """(n, columns) of one group of effects on the channel."""
     found = [np.empty((len(conditions.day), 0))]
     for c in model.of(group):
-        full = asked(c.effect, model.sensor, conditions, parameters.get(c.effect.name))
+        full = c.effect.regressors(model.sensor, conditions, parameters.get(c.effect.name))
         columns = full[:, model.channel, list(c.terms)]
         if getattr(c.effect, "nodal", False):
             columns = columns * reached(columns)

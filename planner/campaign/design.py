@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from planner.campaign.exposure import Asked, mounting
 from planner.errors import InputError
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions
+from planner.nouns.conditions import Conditions, in_records
 from planner.nouns.step import Step
 from planner.quantities import DAY_S
 from planner.spec.model import Spec
@@ -62,17 +62,19 @@ def design(steps: Sequence[Step], spec: Spec, latitude: float = DEFAULT_LATITUDE
     exposed = {key: a.exposed() for key, a in {a.key: a for a in asked}.items()}
     seen = [exposed[a.key] for a in asked]
     middle = np.array([(s.start_s + s.end_s) / 2.0 for s in made])
+    duration = np.array([s.end_s - s.start_s for s in made])
+    means = Conditions(
+        rate=np.array([e.rate for e in seen]),
+        specific_force=np.array([e.specific_force for e in seen]),
+        temperature_degc=np.array([_temperature(s, spec) for s in made]),
+        temperature_rate=np.array([(s.temperature_rate_degc_min or 0.0) / 60.0 for s in made]),
+        time_on=middle - np.array([r.power_on_s for r in records]),
+        day=middle / DAY_S,
+    )
     return Design(
-        Conditions(
-            rate=np.array([e.rate for e in seen]),
-            specific_force=np.array([e.specific_force for e in seen]),
-            temperature_degc=np.array([_temperature(s, spec) for s in made]),
-            temperature_rate=np.array([(s.temperature_rate_degc_min or 0.0) / 60.0 for s in made]),
-            time_on=middle - np.array([r.power_on_s for r in records]),
-            day=middle / DAY_S,
-        ),
+        in_records(means, duration),
         np.array([r.run for r in records], dtype=np.int64),
-        np.array([s.end_s - s.start_s for s in made]),
+        duration,
         np.array([s.id for s in made]),
         np.array([s.bench for s in made]),
         np.array([r.installation for r in records], dtype=np.int64),

@@ -16,7 +16,7 @@ from planner import catalog
 from planner.campaign.design import DEFAULT_LATITUDE
 from planner.campaign.exposure import exposure, mounting
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions
+from planner.nouns.conditions import Conditions, in_records
 from planner.plan.bench_work import ramp_time, ways_aside
 from planner.plan.motions_to_records import record_middles
 from planner.spec.attendance import record_time
@@ -156,7 +156,7 @@ def _run(
         exposure(motion, like.record, DEFAULT_LATITUDE, arm=b.arm, mount=mounting(k, m, b.axes))
         for k, motion in enumerate(motions)
     ]
-    conditions = Conditions(
+    means = Conditions(
         rate=np.array([e.rate for e in seen]),
         specific_force=np.array([e.specific_force for e in seen]),
         temperature_degc=np.full(m, at),
@@ -165,9 +165,8 @@ def _run(
         day=np.full(m, day),
     )
     repeat = like.power_on + m * record_time(b, like) + like.cool_down + sum(ways_aside(spec, like))
-    return BenchRun(
-        bench, what, test, tuple(motions), conditions, np.full(m, like.record), repeat, _once(spec, bench, at)
-    )
+    duration, conditions = np.full(m, like.record), in_records(means, np.full(m, like.record))
+    return BenchRun(bench, what, test, tuple(motions), conditions, duration, repeat, _once(spec, bench, at))
 
 
 def _at(spec: Spec, run: BenchRun, at: float) -> BenchRun:

@@ -30,7 +30,7 @@ from planner.campaign.power_ons import PowerOns
 from planner.information.curves import Curves
 from planner.measurement import sensed
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions
+from planner.nouns.conditions import joined
 from planner.nouns.sensor import ErrorName
 from planner.plan.motions_to_records import RepeatRecords, repeat_records
 from planner.protocols import Sensor
@@ -164,14 +164,8 @@ def _runs(spec: Spec, kinds: Sequence[Kind], records: Sequence[RepeatRecords]) -
         replace(r.conditions, temperature_degc=np.full(n, k.temperature_degc))
         for k, r, n in zip(kinds, records, sizes, strict=True)
     ]
-    conditions = Conditions(
-        **{
-            name: np.concatenate([getattr(p, name) for p in parts])
-            for name in ("rate", "specific_force", "temperature_degc", "temperature_rate", "time_on", "day")
-        }
-    )
     return PowerOns(
-        conditions,
+        joined(parts),
         np.concatenate([r.duration for r in records]),
         np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64),
         np.ones(len(kinds)),

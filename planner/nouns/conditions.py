@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import wraps
 from typing import Any, TypeVar
@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
+from planner.physics.swinging_force import swing
+from planner.units import STANDARD_GRAVITY_MPS2
 
 T = TypeVar("T")
 POSSIBLE_DEGC = (-120.0, 150.0)  # a temperature sensor that reads anything else is dead
@@ -53,6 +55,25 @@ class Swinging(Conditions):
         at = {f.name: getattr(self, f.name)[each] for f in fields(Conditions)}
         at["specific_force"] = at["specific_force"] + self.swing[rows].reshape(-1, 3)
         return Conditions(**at)
+
+
+def in_records(means: Conditions, duration: Array) -> Conditions:
+    """The mean conditions of records, with what gravity does in those that turn about a level axis.
+
+    duration: (n,) s
+    """
+    found = swing(means.rate, means.specific_force, duration, STANDARD_GRAVITY_MPS2)
+    return means if found is None else Swinging(**vars(means), swing=found)
+
+
+def joined(parts: Sequence[Conditions]) -> Conditions:
+    """Conditions one behind the other; those that do not swing stand still."""
+    means = {f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Conditions)}
+    instants = max((p.swing.shape[1] for p in parts if isinstance(p, Swinging)), default=0)
+    if not instants:
+        return Conditions(**means)
+    swings = [p.swing if isinstance(p, Swinging) else np.zeros((len(p.day), instants, 3)) for p in parts]
+    return Swinging(**means, swing=np.concatenate(swings))
 
 
 def asked_once(question: Callable[[Conditions], T]) -> Callable[[Conditions], T]:

@@ -13,9 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions, Swinging
-from planner.physics.swinging_force import swing
-from planner.units import STANDARD_GRAVITY_MPS2
+from planner.nouns.conditions import Conditions, in_records
 
 
 @dataclass(frozen=True)
@@ -67,7 +65,7 @@ class DwellTable:
     def _conditions(self) -> Conditions:
         """The same object every time: what was asked of it is kept with it (`asked_once`)."""
         zero = np.zeros((len(self), 3))
-        plain = Conditions(
+        means = Conditions(
             rate=zero if self.ref_rate is None else self.ref_rate,
             specific_force=zero if self.ref_acc is None else self.ref_acc,
             temperature_degc=self.temperature_degc,
@@ -75,5 +73,4 @@ class DwellTable:
             time_on=self.time_on,
             day=self.day,
         )
-        round_ = swing(plain.rate, plain.specific_force, self.duration, STANDARD_GRAVITY_MPS2)
-        return plain if round_ is None else Swinging(**vars(plain), swing=round_)
+        return in_records(means, self.duration)

@@ -20,7 +20,11 @@ SHORT = 0.01  # of g, that a mean lacks: local gravities differ by 0.7 %, an axi
 NEAR = 0.2  # of g, within which the reference of a rest is gravity
 INSTANTS = 24  # through a record: the mean of a modulus is then off by 3e-3 of itself
 AS_TOLD = 0.02  # of ρ, within which rate and duration give the mean that the reference has
-FEW_TURNS = 4.0 * np.pi  # beyond which what is over the whole turns changes no mean square by 4 %
+NEAR_ARC = 0.5  # rad, within which an arc is the one that rate and duration give
+FEW_TURNS = 8.0 * np.pi  # beyond which what is over the whole turns changes no mean square by 4 %
+STEPS = 30  # of Newton's method, which has arrived after six but near a whole turn's extremum
+DIFFERENCE = 1e-5  # rad
+MET = 1e-9  # of ρ
 
 
 def swing(rate: Array, force: Array, duration: Array, standard: float) -> Array | None:
@@ -28,7 +32,8 @@ def swing(rate: Array, force: Array, duration: Array, standard: float) -> Array 
 
     rate, force: (n, 3) means in body axes; duration: (n,) s; standard: m/s², of gravity where none rests.
     None where no record's force goes round.
-    Where rate and duration do not give the mean across the axis, the arc is the shortest that has it.
+    Where rate and duration do not give the mean across the axis, or after more than four turns, the arc is
+    the shortest that has it.
     """
     turns = np.linalg.norm(rate, axis=1) > TURNING
     g = _gravity(np.linalg.norm(force[~turns], axis=1), standard)
@@ -60,15 +65,35 @@ def _gravity(size: Array, standard: float) -> float:
 def _arc(turned: Array, share: Array) -> tuple[Array, Array]:
     """(n,) rad that the force goes round; (n,) ±1 by which its middle is on the side of the mean.
 
-    turned: (n,) rad by rate and duration; share: (n,) size of the mean across the axis, of ρ
+    turned: (n,) rad by rate and duration; share: (n,) size of the mean across the axis, of ρ. That is met to
+    its last digit, so that |f| is g at every instant: what it lacked would follow the mean's square.
     """
     told = np.sinc(turned / (2.0 * np.pi))
-    known = np.abs(np.abs(told) - share) < AS_TOLD
-    few = known & (turned < FEW_TURNS)
+    few = (np.abs(np.abs(told) - share) < AS_TOLD) & (turned < FEW_TURNS)
+    near, met = _with_mean(turned, np.sign(told) * share)
+    few &= met & (np.abs(near - turned) < NEAR_ARC)
     half = np.linspace(np.pi, 0.0, 400)
-    shortest = 2.0 * np.interp(share, np.sinc(half / np.pi), half)
-    arc = np.where(few, turned, np.where(known, 2.0 * np.pi, shortest))
-    return arc, np.where(few & (told < 0.0), -1.0, 1.0)
+    shortest, _ = _with_mean(2.0 * np.interp(share, np.sinc(half / np.pi), half), share)
+    return np.where(few, near, shortest), np.where(few & (told < 0.0), -1.0, 1.0)
+
+
+def _with_mean(arc: Array, share: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """(n,) rad, near some arcs, of which the instants' mean is a share of the radius, and whether it is."""
+
+    def mean(x: Array) -> Array:
+        return np.asarray(_dirichlet(x) - share)
+
+    for _ in range(STEPS):
+        slope = (_dirichlet(arc + DIFFERENCE) - _dirichlet(arc - DIFFERENCE)) / (2.0 * DIFFERENCE)
+        safe = np.where(np.abs(slope) > DIFFERENCE, slope, np.inf)
+        arc = np.clip(arc - np.clip(mean(arc) / safe, -0.2, 0.2), 0.0, FEW_TURNS)
+    return arc, np.abs(mean(arc)) < MET
+
+
+def _dirichlet(arc: Array) -> Array:
+    """Mean of cos φ over INSTANTS spread evenly through an arc: sin(θ/2) / (K sin(θ/2K))."""
+    below = INSTANTS * np.sin(arc / (2.0 * INSTANTS))
+    return np.asarray(np.divide(np.sin(arc / 2.0), below, out=np.ones_like(arc), where=below > 0.0))
 
 
 def _middle(a: Array, mean: Array, radius: Array) -> Array:

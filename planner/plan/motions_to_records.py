@@ -10,7 +10,7 @@ from planner.campaign.design import DEFAULT_LATITUDE
 from planner.campaign.exposure import Asked, mounting
 from planner.campaign.reference_errors import reference_errors
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions
+from planner.nouns.conditions import Conditions, in_records
 from planner.spec.attendance import record_time
 from planner.spec.model import Bench, Spec, Test
 from planner.spec.motions import motions_of
@@ -42,7 +42,7 @@ def repeat_records(spec: Spec, name: str) -> RepeatRecords | None:
         for k, motion in enumerate(motions)
     ]
     seen = [one.exposed() for one in asked]
-    conditions = Conditions(
+    means = Conditions(
         rate=np.array([e.rate for e in seen]),
         specific_force=np.array([e.specific_force for e in seen]),
         temperature_degc=np.full(m, ANY_DEGC),
@@ -51,7 +51,8 @@ def repeat_records(spec: Spec, name: str) -> RepeatRecords | None:
         day=np.zeros(m),
     )
     misplaced = reference_errors(asked, [test.bench] * m, spec)
-    return RepeatRecords(name, conditions, np.full(m, test.record), misplaced)
+    duration = np.full(m, test.record)
+    return RepeatRecords(name, in_records(means, duration), duration, misplaced)
 
 
 def record_middles(bench: Bench, test: Test, count: int) -> Array:

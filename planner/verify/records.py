@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from planner.errors import InputError
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions
+from planner.nouns.conditions import Conditions, in_records
 from planner.quantities import DAY_S
 from planner.spec.model import Bench, Spec
 from planner.verify.exposures import Motion, along_axis_1, earth_rate, motion_of, upward
@@ -82,17 +82,19 @@ def records_of(document: Mapping[str, Any], spec: Spec) -> Records:
     room = spec.plan.temperatures.room
     t = [row.step["temperature_degc"] for row in rows]
     rate, force = referred(motions)
+    duration = np.array([row.step["end_s"] - row.step["start_s"] for row in rows])
+    means = Conditions(
+        rate=rate,
+        specific_force=force,
+        temperature_degc=np.array([room if x is None else float(x) for x in t]),
+        temperature_rate=np.array([_rate(row.step) for row in rows]),
+        time_on=middle - np.array([row.on_s for row in rows]),
+        day=middle / DAY_S,
+    )
     return Records(
-        Conditions(
-            rate=rate,
-            specific_force=force,
-            temperature_degc=np.array([room if x is None else float(x) for x in t]),
-            temperature_rate=np.array([_rate(row.step) for row in rows]),
-            time_on=middle - np.array([row.on_s for row in rows]),
-            day=middle / DAY_S,
-        ),
+        in_records(means, duration),
         np.array([row.run for row in rows], dtype=np.int64),
-        np.array([row.step["end_s"] - row.step["start_s"] for row in rows]),
+        duration,
         np.array([row.step["id"] for row in rows]),
         np.array([row.step["bench"] for row in rows]),
         np.array([row.installation for row in rows], dtype=np.int64),

@@ -6,13 +6,13 @@ unit on the bench (mounting) are drawn anew at every installation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions
+from planner.nouns.conditions import Conditions, joined
 from planner.spec.model import Spec
 from planner.verify.chance import Chance
 from planner.verify.draws import generator
@@ -36,21 +36,16 @@ def met_by_units(records: Records, units: int, spec: Spec, chance: Chance, key: 
     jitter = chance.temperature_jitter * rng.normal(size=shape)
     drift = chance.temperature_jitter / 300.0 * rng.normal(size=shape)
     rate, force, warmer = _off(records, units, spec, key)
-    shown = Conditions(
-        rate=_repeated(nominal.rate, units),
-        specific_force=_repeated(nominal.specific_force, units),
+    shown = replace(
+        joined([nominal] * units),
         temperature_degc=(nominal.temperature_degc + jitter).ravel(),
         temperature_rate=(nominal.temperature_rate + drift).ravel(),
-        time_on=_repeated(nominal.time_on, units),
-        day=_repeated(nominal.day, units),
     )
-    true = Conditions(
+    true = replace(
+        shown,
         rate=shown.rate + rate,
         specific_force=shown.specific_force + force,
         temperature_degc=shown.temperature_degc + warmer,
-        temperature_rate=shown.temperature_rate,
-        time_on=shown.time_on,
-        day=shown.day,
     )
     return Met(true, shown)
 

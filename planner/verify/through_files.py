@@ -119,7 +119,7 @@ def _shown(e: Experiment, made: Measured, unit: int) -> Conditions:
     """Conditions of one unit's records as its table shows them."""
     n = len(e.records)
     rows = slice(unit * n, (unit + 1) * n)
-    return Conditions(**{name: value[rows] for name, value in vars(made.met.shown).items()})
+    return made.met.shown.at(rows)
 
 
 def _scatter(e: Experiment, tally: Tally, requirement: int) -> float:

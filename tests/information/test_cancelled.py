@@ -1,7 +1,8 @@
 """What one coefficient's estimate adds and another's takes away: no campaign is chosen that relies on it.
 
-A gyro's scale factor and what follows the load are seen at 1 g together, to a ten-thousandth, and each to
-half of itself; the plan had promised 0.32 deg of a foreign spec, and 43 deg flew.
+A gyro's scale factor and what follows the load are seen under 1 g together, to a ten-thousandth, and each to
+half of itself; the plan had promised 0.32 deg of a foreign spec, and 43 deg flew. On a table, where |f| is g
+however it turns, nothing tells them apart.
 """
 
 from __future__ import annotations
@@ -25,10 +26,12 @@ from tests.specs import SHIPPED, loaded
 
 
 def offered(*, loads: bool = True, **plan: object) -> tuple[Flight, Offers, Promise]:
-    """high_g.yaml in a flight that turns at 1 g."""
+    """high_g.yaml in a flight that turns at 1 g, with a second test on its arm, of a tenth of that."""
     spec = yaml.safe_load((SHIPPED / "high_g.yaml").read_text(encoding="utf-8"))
     spec["trajectory"] = "helicopter"
     spec["requirement"] = [{"error": "position", "limit": "25 m", "rule": "rss"}]
+    small = [{"acceleration": f"{load} g"} for load in (0.1, -0.1, 0.2, -0.2)] * 6
+    spec["tests"]["small_loads"] = spec["tests"]["loads"] | {"motions": small}
     if not loads:
         spec["tests"].pop("loads")
     found = loaded(spec | {"plan": spec["plan"] | plan})
@@ -38,9 +41,9 @@ def offered(*, loads: bool = True, **plan: object) -> tuple[Flight, Offers, Prom
 
 def made(offers: Offers, *tests: str) -> Array:
     """Of some tests three at every other temperature on offer."""
-    wanted = [k.test in tests for k in offers.kinds]
-    counts = np.zeros(len(wanted))
-    counts[np.flatnonzero(wanted)[::2]] = 3.0
+    counts = np.zeros(len(offers.kinds))
+    for test in tests:
+        counts[[i for i, k in enumerate(offers.kinds) if k.test == test][::2]] = 3.0
     return counts
 
 
@@ -52,7 +55,7 @@ def _one() -> tuple[Flight, Offers, Promise]:
 def test_nothing_is_taken_away_of_what_is_told_by_itself(one: tuple[Flight, Offers, Promise]) -> None:
     """By dense algebra of the channels' covariances, at every temperature; and less with more records."""
     _, offers, promise = one
-    for tests in (("static", "rates"), ("static", "rates", "loads")):
+    for tests in (("static", "rates", "small_loads"), ("static", "rates", "loads")):
         counts = made(offers, *tests)
         away = taken_away(promise, counts[None])[0, 0]
         assert away == pytest.approx(_densely(promise, counts), rel=1e-6)
@@ -74,11 +77,21 @@ def _densely(promise: Promise, counts: Array) -> float:
     return float(np.sqrt(found))
 
 
-def test_without_loads_turns_tell_only_what_load_and_scale_factor_add_together(
+def test_on_a_table_alone_nothing_tells_the_load_from_the_scale_factor(
+    one: tuple[Flight, Offers, Promise],
+) -> None:
+    """Turns about level and upright axes had: |f| was taken for that of the mean force of a record."""
+    _, offers, promise = one
+    untold = promise.untold(made(offers, "static", "rates"))
+    assert untold.keys() == {"gyro.scale_factor", "gyro.scale_factor_acceleration"}
+
+
+def test_small_loads_tell_only_what_load_and_scale_factor_add_together(
     one: tuple[Flight, Offers, Promise],
 ) -> None:
     flight, offers, promise = one
-    at_1_g, every = made(offers, "static", "rates"), made(offers, "static", "rates", "loads")
+    at_1_g = made(offers, "static", "rates", "small_loads")
+    every = made(offers, "static", "rates", "small_loads", "loads")
     assert not promise.untold(at_1_g)
     assert leaves_products_small(promise, every)
     assert not leaves_products_small(promise, at_1_g)
@@ -90,16 +103,17 @@ def test_without_loads_turns_tell_only_what_load_and_scale_factor_add_together(
 def test_it_is_asked_only_where_some_campaign_keeps_it() -> None:
     flight, offers, promise = offered(loads=False, redundancy=0)
     strict = replace(promise, asked=tuple(replace(a, limit=1e-4 * a.limit) for a in promise.asked))
-    counts = made(offers, "static", "rates")
+    counts = made(offers, "static", "rates", "small_loads")
     assert not leaves_products_small(strict, counts)
     assert condition_of(flight, strict)(counts)  # the limits refuse it, not this
 
 
 def test_a_campaign_by_hand_that_relies_on_it_is_refused() -> None:
-    """Two turns on each axis at 1 g, whatever the limit: what is promised is a small difference."""
+    """A few loads of 0.1 g, whatever the limit: what is promised is a small difference."""
     fixed = {
         "static": {"temperatures": 7, "repeats": 4},
         "rates": {"temperatures": 1, "repeats": 2},
+        "small_loads": {"repeats": 2},
     }
     with pytest.raises(InputError, match="only together"):
         campaign_found(offered(loads=False, redundancy=0, fixed=fixed)[0])

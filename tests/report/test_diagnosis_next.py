@@ -30,6 +30,15 @@ def test_sizes_stand_with_their_intervals_the_strongest_first() -> None:
     assert sizes_sentence([]) == ""
 
 
+def test_of_several_coefficients_the_one_that_is_told_is_said() -> None:
+    """A g-sensitivity over a force that hardly acts was the largest, and its interval the widest."""
+    one = found_effect("g_sensitivity", "gyro_x", 1e-6, 1e-7)
+    wide = replace(one.terms[0], name="xy", value=1e-4, low=1e-5, high=1.9e-4)
+    assert "(" + sizes_sentence([one]).partition("(")[2] in sizes_sentence(
+        [replace(one, terms=(wide, *one.terms))]
+    )
+
+
 @pytest.mark.parametrize(
     ("one", "said"),
     [

@@ -99,12 +99,15 @@ def test_a_remounted_unit_stands_on_another_axis(mount: int) -> None:
 
 @pytest.mark.parametrize(
     ("name", "seed", "digest"),
-    [("small_uav.yaml", 1, "20a838b153a58810"), ("high_g.yaml", 7, "a279fc0fd7008ffc")],
+    [("small_uav.yaml", 1, "20a838b153a58810"), ("high_g.yaml", 7, "815262218da48d21")],
 )
 def test_a_spec_without_new_keys_gives_the_dwells_that_it_always_gave(
     name: str, seed: int, digest: str
 ) -> None:
-    """Nine digits: the last ones are the processor's (its exp, its sin), and say nothing of the program."""
+    """Nine digits: the last ones are the processor's (its exp, its sin), and say nothing of the program.
+
+    Those of high_g changed once: where gravity goes round, its cubes are the mean of cubes.
+    """
     table, truth = simulate(
         design(steps(shipped(name), default_campaign(shipped(name))), shipped(name)),
         prepared(shipped(name)),

@@ -15,13 +15,15 @@ import planner
 from planner.campaign.design import Design, design
 from planner.errors import InputError
 from planner.export.json import plan_document
+from planner.nouns.conditions import Swinging
 from planner.nouns.plan_file import steps_of
 from planner.physics.earth import EARTH_RATE_RADPS
 from planner.pipelines.planning import exact_plan
 from planner.plan.spec_to_trajectory import trajectory_of
 from planner.readers.packets import READER
 from planner.recordings.coloured_noise import noise_of_samples
-from planner.simulate.campaign import Settings, prepared
+from planner.simulate.campaign import Settings, prepared, simulate
+from planner.simulate.hidden import hidden_effect
 from planner.simulate.motions import exposed, records_of
 from planner.simulate.processes import coloured
 from planner.simulate.signals import Disturbed, campaign_signals, recorded
@@ -128,6 +130,38 @@ def test_the_mean_over_a_record_is_what_the_record_is_exposed_to(made: Design) -
             np.testing.assert_allclose(
                 force[mine].mean(axis=0), made.conditions.specific_force[row], atol=2e-3
             )
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "accelerometer.scale_factor_asymmetry=0.1 %",
+        "accelerometer.vibration_rectification=1 mg/g^2",
+        "accelerometer.scale_factor_nonlinearity=0.1 %",
+        "gyro.scale_factor_acceleration=0.01 %/g",
+        "gyro.g_squared_sensitivity=0.001 deg/s/g^2",
+    ],
+)
+def test_a_record_has_the_mean_of_what_the_force_does_at_every_instant(made: Design, text: str) -> None:
+    """Turns about level axes are among its motions: there a mean of squares is not the square of the mean."""
+    hidden, settings, bare = hidden_effect(text), Settings(references=False), prepared(loaded(spec()).spec)
+    of_records = [simulate(made, bare, 3, hidden=h, settings=settings)[0] for h in ((), (hidden,))]
+    added = {
+        "gyro": of_records[1].gyro - of_records[0].gyro,
+        "accelerometer": of_records[1].acc - of_records[0].acc,
+    }
+    drawn = [recorded(made, bare, 3, settings, Disturbed(), h, 200.0)[0] for h in ((), (hidden,))]
+    (sensor,), swings = hidden.sensors, 0
+    for rows, plain, moved in zip(made.runs, *map(campaign_signals, drawn), strict=True):
+        name = "gyro" if sensor == "gyro" else "acc"
+        difference = getattr(moved, name) - getattr(plain, name)
+        records = records_of(made, rows)
+        inside, number = records.inside(moved.time), records.at(moved.time)
+        for k, row in enumerate(rows):
+            mean = difference[inside & (number == k)].mean(axis=0)
+            swings += bool(isinstance(made.conditions, Swinging) and made.conditions.swing[row].any())
+            np.testing.assert_allclose(mean, added[sensor][row], atol=0.03 * np.abs(added[sensor]).max())
+    assert swings >= 4
 
 
 def test_a_record_without_time_before_it_is_no_start_from_rest() -> None:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.campaign.channel_model import EXCITING, channel_model
 from planner.campaign.parameters import limited
-from planner.measurement import AXES, ChannelModel, asked, evaluate, jacobian, sensed
+from planner.measurement import AXES, ChannelModel, evaluate, jacobian, sensed
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Sensor
@@ -274,7 +274,7 @@ def columns_of_all(
     for c in channels:
         conditions = c.driven if found.group == "scale_factor" else c.model.conditions
         if conditions is not of:
-            every, of = asked(found, c.sensor, conditions, nonlinear), conditions
+            every, of = np.asarray(found.regressors(c.sensor, conditions, nonlinear)), conditions
         added = every[:, c.axis, :]
         out[c.axis] = added * c.lean[:, None] if found.group == "misalignment" else added
     return out

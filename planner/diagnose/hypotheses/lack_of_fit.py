@@ -173,6 +173,8 @@ def pairs_for_tables(found: Found, question: Question) -> None:
         mine = found.on({axis})
         if len(mine) != 1 or on(found.pool, found.unknown, {axis}) or len(found.axes(mine[0])) > 1:
             continue
+        if found.pool.blocks[mine[0]].apart:
+            continue  # no table: one of its coefficients may be all there is of it, and pays for itself alone
         here = found.without(*mine)
         own = [b for b in question.library if not found.pool.blocks[b].reference]
         pair = _best_pair(found, {axis}, own) if score(here, mine).m > 2 else None

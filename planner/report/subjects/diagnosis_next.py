@@ -14,7 +14,7 @@ MOST_SIZES = 3  # effects on the first screen; the table below has all
 
 
 def sizes_sentence(found: Sequence[FoundEffect]) -> str:
-    """Every effect's largest coefficient with its 95 % interval, the strongest effects first."""
+    """Every effect's best told coefficient with its 95 % interval, the strongest effects first."""
     strongest = sorted(found, key=lambda e: -e.strength)[:MOST_SIZES]
     said = [s for s in map(_size, strongest) if s]
     return f"Sizes with 95 % intervals: {'; '.join(said)}." if said else ""
@@ -24,7 +24,7 @@ def _size(e: FoundEffect) -> str:
     told = [t for t in e.terms if not t.parameter and math.isfinite(t.high - t.low)]
     if not told:
         return ""
-    t = max(told, key=lambda t: abs(t.value))
+    t = max(told, key=lambda t: abs(t.value) / max(t.high - t.low, 1e-300))
     value, low, high = (digits(x / t.scale, 3) for x in (t.value, t.low, t.high))
     return f"{plain_name(e.effect)} {_term(t)} {value}{SPACE}{t.unit} ({low} … {high})"
 
