@@ -10,7 +10,7 @@ add, b = B β. So the product of scale factor and misalignment is exact.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -53,16 +53,24 @@ def asked(
 ) -> Array:
     """(n, 3, t) regressors of an effect; of a sensor's, the mean over a record in which gravity goes round.
 
-        mean of h(f̄ + swing) over the record, which is h(f̄) of what is linear in f alone
-
     What is the bench's asks for directions of the bench, which the mean force of a record has.
     """
-    found = effect.regressors(sensor, conditions, nonlinear)
     rowwise = not (effect.bench_only or getattr(effect, "history", False))
-    if not (isinstance(conditions, Swinging) and rowwise and "specific_force" in effect.needs):
+    if rowwise and "specific_force" in effect.needs:
+        return over_records(lambda at: effect.regressors(sensor, at, nonlinear), conditions)
+    return effect.regressors(sensor, conditions, nonlinear)
+
+
+def over_records(question: Callable[[Conditions], Array], conditions: Conditions) -> Array:
+    """(n, …) what a question has for answer of each row, as a mean over the record.
+
+    mean of h(f̄ + swing), which is h(f̄) of what is linear in f alone
+    """
+    found = question(conditions)
+    if not isinstance(conditions, Swinging):
         return found
     rows = np.flatnonzero(np.any(conditions.swing, axis=(1, 2)))
-    each = effect.regressors(sensor, conditions.at_instants(rows), nonlinear)
+    each = question(conditions.at_instants(rows))
     averaged = found.copy()
     averaged[rows] = each.reshape(len(rows), -1, *found.shape[1:]).mean(axis=1)
     return averaged
