@@ -8,7 +8,7 @@ from functools import wraps
 import numpy as np
 
 from planner.nouns.array import Array
-from planner.nouns.conditions import Conditions, Swinging
+from planner.nouns.conditions import Conditions, over_records
 from planner.protocols import Condition, Group, Parameter, Sensor, Term
 
 AXES = ("x", "y", "z")
@@ -36,36 +36,30 @@ def every_channel(drive: Array) -> Array:
     return per_channel(np.broadcast_to(drive[:, np.newaxis], (len(drive), 3)))
 
 
-def over_records(regressors: Regressors) -> Regressors:
+def _of_records(regressors: Regressors) -> Regressors:
     """Regressors at an instant → those of records too: their mean, where gravity goes round the unit.
-
-        mean of h(f̄ + swing) over the record, which is h(f̄) of what is linear in f alone
 
     What is the bench's asks for directions of the bench, which the mean force of a record has.
     """
 
     @wraps(regressors)
-    def of_records(
+    def averaged(
         self: BaseEffect, sensor: Sensor, conditions: Conditions, nonlinear: Mapping[str, float] | None = None
     ) -> Array:
-        found = regressors(self, sensor, conditions, nonlinear)
-        if not isinstance(conditions, Swinging) or "specific_force" not in self.needs:
-            return found
-        if self.bench_only or self.history:
-            return found
-        rows = np.flatnonzero(np.any(conditions.swing, axis=(1, 2)))
-        each = regressors(self, sensor, conditions.at_instants(rows), nonlinear)
-        averaged = found.copy()
-        averaged[rows] = each.reshape(len(rows), conditions.swing.shape[1], *found.shape[1:]).mean(axis=1)
-        return averaged
+        def at(seen: Conditions) -> Array:
+            return regressors(self, sensor, seen, nonlinear)
 
-    return of_records
+        if "specific_force" not in self.needs or self.bench_only or self.history:
+            return at(conditions)
+        return over_records(at, conditions)
+
+    return averaged
 
 
 class BaseEffect:
     """What an effect says of itself unless it says otherwise; a subclass offers `terms` and `regressors`.
 
-    A subclass writes `regressors` for instants; of records they become the mean (`over_records`).
+    A subclass writes `regressors` for instants; of records they become the mean over them.
     """
 
     name: str
@@ -94,7 +88,7 @@ class BaseEffect:
         """Wrap what the subclass says of instants."""
         super().__init_subclass__()
         if "regressors" in vars(cls):
-            cls.regressors = over_records(vars(cls)["regressors"])  # type: ignore[attr-defined]  # of every subclass
+            cls.regressors = _of_records(vars(cls)["regressors"])  # type: ignore[attr-defined]  # of every subclass
 
     @property
     def nonlinear(self) -> Mapping[str, float]:

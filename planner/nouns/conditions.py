@@ -76,6 +76,21 @@ def joined(parts: Sequence[Conditions]) -> Conditions:
     return Swinging(**means, swing=np.concatenate(swings))
 
 
+def over_records(question: Callable[[Conditions], Array], conditions: Conditions) -> Array:
+    """(n, …) what a question has for answer of each row, as a mean over its record.
+
+    mean of h(f̄ + swing), which is h(f̄) of what is linear in f alone
+    """
+    found = question(conditions)
+    if not isinstance(conditions, Swinging):
+        return found
+    rows = np.flatnonzero(np.any(conditions.swing, axis=(1, 2)))
+    each = question(conditions.at_instants(rows))
+    averaged = found.copy()
+    averaged[rows] = each.reshape(len(rows), conditions.swing.shape[1], *found.shape[1:]).mean(axis=1)
+    return averaged
+
+
 def asked_once(question: Callable[[Conditions], T]) -> Callable[[Conditions], T]:
     """A question whose answer stays with the conditions: hypotheses ask for the same directions 300 times.
 

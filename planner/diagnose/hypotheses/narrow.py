@@ -12,9 +12,11 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.nouns.array import Array
+from planner.nouns.conditions import Conditions, over_records
 from planner.nouns.dwell_table import DwellTable
-from planner.temperature_table import temperature_nodes
+from planner.temperature_table import hats, temperature_nodes
 from planner.units import STANDARD_GRAVITY_MPS2
 
 CYCLES = (1.0, 1.5, 2.0, 3.0)  # of a wave over all the days
@@ -25,6 +27,11 @@ SMALL_RATES = (0.02, 0.1, 0.4)  # of the largest rate: up to where a gyro locks 
 LEAST_RATES = 8  # different ones, fewer of which bins follow as well
 A_RATE = float(np.radians(1.0))  # by which rates differ; the Earth turns 240 times slower
 A_BEND = 3  # nodes of temperature, fewer of which show none
+A_LEANING = 0.1  # of g, by which attitudes differ along an axis
+LEAST_LEANINGS = 7  # different ones along an axis, fewer of which a few powers follow as well
+A_CORNER = 0.02  # of the largest column, below which one has no more than leans and rounding
+OWN_NODES = (-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0)  # g
+MODULUS_NODES = (0.0, 0.3, 0.6, 1.0)  # g
 _LOADED = 1.5 * STANDARD_GRAVITY_MPS2  # below that a load is not told from gravity
 
 
@@ -75,6 +82,45 @@ def force_over_days(c: Channel, table: DwellTable) -> list[Array]:
     return [c.model.conditions.specific_force * ((table.day - table.day.mean()) / span)[:, None]]
 
 
+def gravity_along_axes(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, k) curves of the force in many attitudes: over an accelerometer's own, and |f_j| of an axis.
+
+    Three powers of gravity were named for one bend, and a product of two axes for the root of one of them:
+    on six faces they are the same, and no curve is asked.
+    """
+    along = c.model.conditions.specific_force / STANDARD_GRAVITY_MPS2
+    if np.linalg.norm(along, axis=1).max(initial=0.0) * STANDARD_GRAVITY_MPS2 > _LOADED:
+        return []
+    own = c.sensor == "accelerometer" and _leanings(along[:, c.axis]) >= LEAST_LEANINGS
+    found = [_over_force(c, c.axis, OWN_NODES)] if own else []
+    each = [j for j in range(3) if _leanings(np.abs(along[:, j])) >= len(MODULUS_NODES)]
+    return [*found, *(_over_force(c, j, MODULUS_NODES) for j in each)]
+
+
+def _over_force(c: Channel, axis: int, nodes: tuple[float, ...]) -> Array:
+    """(n, k) bends over the force in g along an axis, of its modulus where no node is below zero.
+
+    An accelerometer's are clear of a straight line, which is declared but for κ times a lean: what is left of
+    it goes with temperature as a misalignment does. So do hats of which records reach no more than a corner.
+    """
+
+    def shares(at: Conditions) -> Array:
+        f = at.specific_force[:, axis] / STANDARD_GRAVITY_MPS2
+        x = f if nodes[0] < 0.0 else np.abs(f)
+        return np.column_stack([np.ones(len(f)), f, hats(x, np.array(nodes), 0.0)])
+
+    both = over_records(shares, c.model.conditions)
+    declared = both[:, : 2 if c.sensor == "accelerometer" else 1]
+    bends = clear(orthonormal(declared), both[:, 2:])
+    size = np.linalg.norm(bends, axis=0)
+    return orthonormal(bends[:, size > A_CORNER * size.max(initial=0.0)], A_CORNER)
+
+
+def _leanings(force: Array) -> int:
+    """How many different ones there are of a force in g."""
+    return len(np.unique(np.round(force / A_LEANING)))
+
+
 def _turning(c: Channel) -> Array:
     """(n,) the own rate of a gyro; the Earth's at rest is none."""
     return np.where(np.abs(c.u) > A_RATE, c.u, 0.0)
@@ -86,5 +132,6 @@ MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
     "rate_and_specific_force": rate_under_load,
     "temperature": leaning,
     "day_and_specific_force": force_over_days,
+    "specific_force": gravity_along_axes,
 }
 """What they vary with -> what makes them."""

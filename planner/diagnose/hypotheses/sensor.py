@@ -291,23 +291,30 @@ def hardly_driven(pool: Pool, library: Iterable[int]) -> set[int]:
     """Blocks that multiply an input and of which the records with hardly any input tell the most.
 
     At rest the Earth's rate shows a gyro's scale factor: so does a wrong reference or a curve of the bias.
+    Such records tell what the columns have in them: a rest between loads is the level from which these count.
     """
     out = set()
     for b in library:
         block = pool.blocks[b]
-        if block.reference or hypothesis(block.name).group == "bias":
-            continue
-        driven = total = 0.0
-        for axis in block.columns:
-            c = pool.state[axis].channel
-            part = pool.parts[axis][:, np.isin(pool.axes[axis], pool.places[b])]
-            energy = np.sum(part**2, axis=1)
-            size = input_size(c.sensor, c.model.conditions)
-            driven += float(energy[size >= EXCITING[c.sensor]].sum())
-            total += float(energy.sum())
-        if driven < DRIVEN * total:
-            out.add(b)
+        if not (block.reference or hypothesis(block.name).group == "bias"):
+            driven, undriven = _told_by_input(pool, b)
+            if driven < DRIVEN * (driven + undriven):
+                out.add(b)
     return out
+
+
+def _told_by_input(pool: Pool, b: int) -> tuple[float, float]:
+    """Squares of a block's columns where there is an input, and where hardly, whitened and as in the pool."""
+    size = pool.size[pool.places[b]]
+    scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
+    told = np.zeros(2)
+    for axis, x in pool.blocks[b].columns.items():
+        c = pool.state[axis].channel
+        driven = (input_size(c.sensor, c.model.conditions) >= EXCITING[c.sensor])[:, None]
+        parts = (x * driven, x * ~driven)
+        left = pool.state[axis].clear_of_declared(parts).left
+        told += np.sum((left * np.tile(scale, 2)) ** 2, axis=0).reshape(2, -1).sum(axis=1)
+    return float(told[0]), float(told[1])
 
 
 def _unname_the_undetermined(

@@ -16,6 +16,7 @@ from planner.nouns.dwell_table import DwellTable
 G, EARTH, LATITUDE = 9.80665, 7.292e-5, 0.85
 FACES = [(axis, sign) for axis in range(3) for sign in (1.0, -1.0)]
 RATES = (-180.0, -45.0, 45.0, 180.0)
+QUICK = (-120.0, -40.0, 40.0, 120.0)  # deg/s: whole turns in 30 s, ten and three and a third
 
 
 @dataclass(frozen=True)
@@ -220,6 +221,27 @@ def anywhere(seed: int, visits: int = 3) -> Hall:
                 turn = RATES[k % 4] * up if k >= 10 else np.zeros(3)
                 log.rows[-1][5:14] = [*up, *other, *turn]
             log.day += rng.uniform(0.1, 0.6)
+    return log.hall()
+
+
+def two_axes(seed: int, visits: int = 3) -> Hall:
+    """Three temperatures; rests around two axes, turns about the upright and about level axes, mixed."""
+    rng, log = np.random.default_rng([seed, 41]), Log()
+    tilts = 2.0 * np.pi * rng.choice(12, size=5, replace=False) / 12.0
+    for _ in range(visits):
+        for degc in rng.permutation([-40.0, 10.0, 60.0]):
+            log.on(rng.uniform(8.0, 50.0))
+            for k in rng.permutation(34):
+                if k < 10:
+                    log.record(0, 1.0, degc)
+                    c, s = np.cos(tilts[k % 5]), np.sin(tilts[k % 5])
+                    log.rows[-1][5:11] = [0.0, s, c, 1.0, 0.0, 0.0] if k < 5 else [s, 0.0, c, 0.0, 1.0, 0.0]
+                elif k < 22:
+                    log.record(2, 1.0, degc, turn=QUICK[k % 4])
+                else:
+                    log.record(k % 3, 1.0, degc, turn=QUICK[k % 4])
+                    log.rows[-1][5:11] = [0.0] * 6
+            log.day += rng.uniform(0.2, 1.0)
     return log.hall()
 
 

@@ -7,36 +7,10 @@ import pytest
 
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import diagnose_sensor
-from planner.measurement import asked
 from planner.nouns.array import Array
-from planner.nouns.conditions import Swinging
-from tests.diagnose.hypotheses.hall import G, Hall, Log, hidden, read
+from planner.nouns.conditions import Conditions, Swinging
+from tests.diagnose.hypotheses.hall import G, Hall, hidden, read, two_axes
 from tests.diagnose.hypotheses.worlds import DECLARED, named, unnamed, whole
-
-LEVEL = ((0, 2), (1, 2), (2, 0))  # axis of the turn, axis that was up when it began
-RATES = (-120.0, -40.0, 40.0, 120.0)  # deg/s: whole turns in 30 s
-
-
-def _two_axes(seed: int, visits: int = 3) -> Hall:
-    """Three temperatures; rests around two axes, turns about the upright and about level axes, mixed."""
-    rng, log = np.random.default_rng([seed, 41]), Log()
-    tilts = 2.0 * np.pi * rng.choice(12, size=5, replace=False) / 12.0
-    for _ in range(visits):
-        for degc in rng.permutation([-40.0, 10.0, 60.0]):
-            log.on(rng.uniform(8.0, 50.0))
-            for k in rng.permutation(34):
-                if k < 10:
-                    log.record(0, 1.0, degc)
-                    c, s = np.cos(tilts[k % 5]), np.sin(tilts[k % 5])
-                    log.rows[-1][5:11] = [0.0, s, c, 1.0, 0.0, 0.0] if k < 5 else [s, 0.0, c, 0.0, 1.0, 0.0]
-                elif k < 22:
-                    log.record(2, 1.0, degc, turn=RATES[k % 4])
-                else:
-                    axis, _ = LEVEL[k % 3]
-                    log.record(axis, 1.0, degc, turn=RATES[k % 4])
-                    log.rows[-1][5:11] = [0.0] * 6
-            log.day += rng.uniform(0.2, 1.0)
-    return log.hall()
 
 
 def _around(hall: Hall, instants: int = 720) -> Array:
@@ -53,7 +27,7 @@ def _around(hall: Hall, instants: int = 720) -> Array:
 @pytest.mark.further("seed", [2, 3, 5])
 def test_a_scale_factor_asymmetry_has_its_name_alone(seed: int) -> None:
     """Cross-couplings, a rectification of vibration and a tilted base were named beside it, or instead."""
-    hall = _two_axes(seed)
+    hall = two_axes(seed)
     table = read(hall, seed)
     for axis in range(3):
         table = hidden(table, "accelerometer", axis, 5e-4 * np.abs(_around(hall)[:, :, axis]).mean(axis=1))
@@ -68,7 +42,7 @@ def test_a_scale_factor_asymmetry_has_its_name_alone(seed: int) -> None:
 @pytest.mark.further("seed", [3, 4, 5])
 def test_a_square_of_the_force_along_a_gyros_axis_has_its_name_alone(seed: int) -> None:
     """A rectification of vibration stood beside it, and a variable that has no name."""
-    hall = _two_axes(seed)
+    hall = two_axes(seed)
     shape = 3e-3 * (_around(hall)[:, :, 1] ** 2).mean(axis=1)
     table = hidden(read(hall, seed), "gyro", 1, shape)
     found = diagnose_sensor(prepared(table), "gyro", DECLARED, seed).found
@@ -79,7 +53,7 @@ def test_a_square_of_the_force_along_a_gyros_axis_has_its_name_alone(seed: int) 
 @pytest.mark.parametrize("seed", [1])
 @pytest.mark.further("seed", [2, 3])
 def test_level_turns_of_a_plain_unit_are_clean(seed: int) -> None:
-    found = whole(read(_two_axes(seed), seed))
+    found = whole(read(two_axes(seed), seed))
     assert not found.effects
     assert not found.unknown
     assert not found.reference_suspects
@@ -88,15 +62,16 @@ def test_level_turns_of_a_plain_unit_are_clean(seed: int) -> None:
 def test_effects_are_asked_at_every_instant_and_those_of_the_bench_of_the_mean() -> None:
     from planner import catalog
 
-    hall = _two_axes(1)
+    hall = two_axes(1)
     conditions = read(hall, 1).conditions()
     assert isinstance(conditions, Swinging)
+    means = Conditions(**{name: x for name, x in vars(conditions).items() if name != "swing"})
     effects = catalog.effects()
     force = _around(hall)
-    square = asked(effects["vibration_rectification"], "gyro", conditions)[:, 0, 0]
+    square = effects["vibration_rectification"].regressors("gyro", conditions)[:, 0, 0]
     assert square == pytest.approx(np.full(len(square), G**2), rel=1e-9)
-    modulus = 2.0 * asked(effects["scale_factor_asymmetry"], "accelerometer", conditions)
+    modulus = 2.0 * effects["scale_factor_asymmetry"].regressors("accelerometer", conditions)
     assert modulus[:, 1, 1] == pytest.approx(G * np.abs(force[:, :, 1]).mean(axis=1), abs=5e-3 * G)
     for name in ("g_sensitivity", "earth_rate"):
-        mean = effects[name].regressors("gyro", conditions)
-        assert asked(effects[name], "gyro", conditions) == pytest.approx(mean, abs=1e-12 * G)
+        mean = effects[name].regressors("gyro", means)
+        assert effects[name].regressors("gyro", conditions) == pytest.approx(mean, abs=1e-12 * G)
