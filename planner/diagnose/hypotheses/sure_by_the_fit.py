@@ -23,6 +23,8 @@ from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.hypotheses.whitened import log_p
 
+KNOWN = 1e6  # degrees of freedom, as of variances that are the spec's: F is then χ²
+
 
 def fewest(block: Block) -> bool:
     """Whether a block has fewer coefficients than its effect has on the channel."""
@@ -40,7 +42,7 @@ def chance_by_the_fit(pool: Pool, last: Mapping[int, ChannelEstimates], b: int) 
     if fewest(block):
         return 0.0
     told = [last[a].together.get(block.name) for a in block.channels if a in last]
-    chances = [float(log_p(t.square, t.rank, t.freedom, 1.0)) for t in told if t is not None]
+    chances = [float(log_p(t.square, t.rank, min(t.freedom, KNOWN), 1.0)) for t in told if t is not None]
     if not chances:
         return 0.0
     looks = len({x.key for x in pool.blocks})

@@ -56,11 +56,12 @@ def test_a_hundred_names_ask_more_than_an_interval() -> None:
     begun = begin(prepared(read(axes_apart(1), 1)), "gyro", DECLARED)
     b = next(i for i, x in enumerate(begun.pool.blocks) if x.key == (ASYMMETRY, (0,)))
 
-    def chance(sigma: float) -> float:
-        told = ChannelEstimates({}, {}, (), {ASYMMETRY: Together(sigma**2, 1, 200.0)})
+    def chance(sigma: float, freedom: float = 200.0) -> float:
+        told = ChannelEstimates({}, {}, (), {ASYMMETRY: Together(sigma**2, 1, freedom)})
         return chance_by_the_fit(begun.pool, {0: told}, b)
 
     assert chance(2.4) > chance(3.5) > ALPHA > chance(6.0) > 0.0
+    assert chance(3.5, np.inf) > ALPHA > chance(6.0) > chance(6.0, np.inf) > 0.0  # spreads of the spec
     assert chance_by_the_fit(begun.pool, {1: ChannelEstimates({}, {}, ())}, b) == 0.0
 
 
