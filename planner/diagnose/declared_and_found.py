@@ -9,7 +9,7 @@ that `planner calibrate` gives for the spec with the found effects declared, on 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -25,6 +25,17 @@ from planner.protocols import Effect, Sensor
 from planner.solvers.distributions import student_quantile
 from planner.spec.model import Spec
 
+_APART = 1e-9  # of the largest correlation of coefficients, below which they are one
+
+
+@dataclass(frozen=True)
+class Together:
+    """Coefficients γ (k,) of one effect against nothing: square γᵀ Φ⁺ γ, of rank and freedom (Wald's F)."""
+
+    square: float
+    rank: int
+    freedom: float
+
 
 @dataclass(frozen=True)
 class ChannelEstimates:
@@ -32,11 +43,13 @@ class ChannelEstimates:
 
     terms: (effect, term) -> its coefficient; parameters: (effect, parameter) -> its estimate, without those
     that the data do not tell, which are held at their defaults; notes: of the fit, sentences
+    together: effect -> all its coefficients against nothing, of one without parameters and without a table
     """
 
     terms: Mapping[tuple[str, str], Coefficient]
     parameters: Mapping[tuple[str, str], Coefficient]
     notes: tuple[str, ...]
+    together: Mapping[str, Together] = field(default_factory=dict)
 
     def nonlinear(self, effect: Effect) -> dict[str, float]:
         """The effect's parameters, at their estimates or held at their defaults."""
@@ -67,7 +80,30 @@ def _of_channel(fit: Estimate, spec: Spec, found: Sequence[str]) -> ChannelEstim
     for name in found:
         if known[name].tabled and fit.model.sensor in known[name].sensors:
             terms |= {(name, c.term): c for c in _mean_slopes(fit, known[name])}
-    return ChannelEstimates(terms, parameters, tuple(fit.notes))
+    together = {name: told for name in found if (told := _together(fit, name)) is not None}
+    return ChannelEstimates(terms, parameters, tuple(fit.notes), together)
+
+
+def _together(fit: Estimate, effect: str) -> Together | None:
+    """All coefficients of an effect that the data determine; None where a parameter goes with their size.
+
+    The freedom is that of the least known one.
+    """
+    mine = [
+        i
+        for i, c in enumerate(fit.model.columns())
+        if c.effect == effect and np.isnan(c.node_degc) and not fit.fit.undetermined[i]
+    ]
+    if catalog.effects()[effect].parameters or not mine:
+        return None
+    error = np.sqrt(np.maximum(np.diag(fit.fit.covariance)[mine], 0.0))
+    if not error.all():
+        return None
+    correlation = fit.fit.covariance[np.ix_(mine, mine)] / np.outer(error, error)
+    inverse = np.linalg.pinv(correlation, rcond=_APART, hermitian=True)
+    size = fit.theta[mine] / error
+    rank = int(np.linalg.matrix_rank(correlation, tol=_APART, hermitian=True))
+    return Together(float(size @ inverse @ size), rank, float(np.min(fit.fit.freedom[mine])))
 
 
 def _mean_slopes(fit: Estimate, effect: Effect) -> list[Coefficient]:

@@ -13,6 +13,7 @@ from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.common_scale import common_scale, untold_scale
 from planner.diagnose.hypotheses.curves import with_curve
 from planner.diagnose.hypotheses.evidence import among, evidence
+from planner.diagnose.hypotheses.found import ALPHA
 from planner.diagnose.hypotheses.generic import variable_of
 from planner.diagnose.hypotheses.lagging_thermometer import NAME as LAGS
 from planner.diagnose.hypotheses.limits import limits
@@ -36,6 +37,7 @@ from planner.spec.model import Spec
 
 AGAIN = 2  # searches, of what explains a channel instead of an effect that the fit leaves nothing of
 SURE = 5.0  # sigma, at which a variable is told although its effect is not
+UNSURE = "fitted with all that is declared, it is no surer than chance among as many effects as were asked"
 LEAST_ROWS = 8  # a channel has about as many declared coefficients at one temperature
 
 
@@ -138,7 +140,8 @@ def told_from_zero(
     """The effects of which some coefficient's interval leaves zero out; the others; what is sure of those.
 
     A size and a time constant may hide each other, and so may the coefficients of one curve: that something
-    follows the variable is then sure, no more.
+    follows the variable is then sure, no more. All coefficients together must be as sure as a name among so
+    many must be (`sure_by_the_fit`).
     """
     stands, falls, rest = [], [], []
     for e in effects:
@@ -152,6 +155,8 @@ def told_from_zero(
             falls.append(Refused(e.effect, e.channels, why))
             if variable and e.nonlinear and e.strength > SURE:
                 rest.append(Unknown(e.channels, variable, e.p_value, e.strength))
+        elif e.chance_by_fit > ALPHA:
+            falls.append(Refused(e.effect, e.channels, UNSURE))
         else:
             stands.append(e)
     return stands, falls, rest

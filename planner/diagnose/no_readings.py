@@ -24,6 +24,7 @@ LEAST_FORCE = 0.5 * STANDARD_GRAVITY_MPS2
 LEVER_ARM_M = 0.5  # about the widest table: so far off the axis an accelerometer may feel its turns
 REPEATS = 3  # readings of one value to the last digit: two may be alike by rounding
 UNROUNDED = 0.9  # share of different values among the other rows: a resolution that repeats none by chance
+CHANCE = 0.01  # of a table, that a repeated value is no more than rounding
 MOVES = 0.02  # of the channel's range, by which their references differ: no table is off by so much
 ALIKE = 0.5  # share of a condition's rows in two power-ons or more: a range that ends is no accident
 MOST = 0.5  # share of the judged rows: where more are off, the reference is no measure of the channel
@@ -51,7 +52,8 @@ class NoReading:
 def stuck_readings(table: DwellTable, kept: NDArray[np.bool_]) -> list[NoReading]:
     """Rows whose channel repeats one value to the last digit while its reference moves.
 
-    Readings of fine resolution repeat none at all, whatever the reference does. The rows are either
+    Readings of fine resolution repeat none at all, whatever the reference does; of noise that is a few times
+    the last digit three records of one condition are alike now and then (`_by_rounding`). The rows are either
     records after one another, or those at the channel's greatest or least reading, wherever they stand.
     """
     found = []
@@ -63,8 +65,11 @@ def stuck_readings(table: DwellTable, kept: NDArray[np.bool_]) -> list[NoReading
         groups = [g for g in (*_stretches(y, order), *_ends(y, order)) if len(g) >= REPEATS]
         alive = len(order) - sum(map(len, groups))
         to_the_digit = len(np.unique(y[order])) > UNROUNDED * alive
+        still = np.abs(np.diff(u[order, axis])) <= apart
+        fresh = ~np.isin(order, np.concatenate([*groups, order[:0]]))
         for group in groups:
-            if to_the_digit or np.ptp(u[group, axis]) > apart:
+            told = to_the_digit and _by_rounding(y[order], still, fresh, len(group)) <= CHANCE
+            if told or np.ptp(u[group, axis]) > apart:
                 rows[group] = True
         if 0 < rows.sum() <= MOST * len(order):  # a channel that is dead throughout has no rows to spare
             found.append(NoReading(sensor, axis, rows, True))
@@ -148,6 +153,19 @@ def _stretches(y: Array, order: NDArray[np.int64]) -> Iterator[NDArray[np.int64]
     for first, last in zip([0, *cuts.tolist()], [*cuts.tolist(), len(order)], strict=True):
         if last - first >= REPEATS:
             yield order[first:last]
+
+
+def _by_rounding(y: Array, still: NDArray[np.bool_], fresh: NDArray[np.bool_], length: int) -> float:
+    """How many stretches of a length rounding makes of records after one another in one condition.
+
+        N p^(length − 1),   p = (pairs that are alike) / N
+
+    N pairs of neighbours that are fresh (n,), in no stretch in question, and of which the reference is still
+    (n − 1,): ninety in steps of 1e-5 g with noise of 4e-5 g make a triple in every second campaign.
+    """
+    pairs = fresh[1:] & fresh[:-1] & still
+    n, alike = int(pairs.sum()), int(np.sum(pairs & (np.diff(y) == 0.0)))
+    return float(n * (alike / n) ** (length - 1)) if n else 0.0
 
 
 def _ends(y: Array, order: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:

@@ -61,6 +61,7 @@ class FoundEffect:
     """An effect that the declared model lacks.
 
     p_value: family-wise; strength: whitened length of its contribution, √Δ; nonlinear: its parameters
+    chance_by_fit: family-wise p of its coefficients in the calibration's fit; 0 where that says nothing
     """
 
     effect: str
@@ -72,6 +73,7 @@ class FoundEffect:
     rivals: tuple[Rival, ...] = ()
     below_bench_uncertainty: bool = False
     nonlinear: Mapping[str, float] = field(default_factory=dict)
+    chance_by_fit: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -116,6 +116,18 @@ def test_rounded_readings_that_repeat_at_one_input_are_alive(seed: int) -> None:
     assert not stuck_readings(replace(table, gyro=np.round(table.gyro / step) * step), every)
 
 
+def test_three_alike_among_readings_of_a_few_digits_of_noise_are_alive() -> None:
+    """Noise of four last digits repeats a reading in every fifteenth pair, and thrice in many a campaign."""
+    table, _ = campaign(201)
+    assert table.ref_acc is not None
+    step, every = 1e-5 * 9.80665, np.ones(len(table), dtype=bool)
+    for seed in range(20):
+        noise = 4.0 * step * np.random.default_rng(seed).normal(size=table.ref_acc.shape)
+        drift = 1e3 * step * np.sin(np.arange(len(table)) / 40.0)[:, None]
+        read = replace(table, acc=np.round((table.ref_acc + noise + drift) / step) * step, gyro=None)
+        assert not stuck_readings(read, every)
+
+
 def test_a_channel_that_never_moves_leaves_the_other_channels_their_rows() -> None:
     table, _ = campaign(201)
     assert screened(with_gyro_x(table, np.ones(len(table), dtype=bool), 0.0)).kept.all()
