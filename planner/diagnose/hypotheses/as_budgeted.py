@@ -53,7 +53,7 @@ def as_budgeted(found: Found, b: int, starts: NDArray[np.int64], budgets: Mappin
     drawn = _drawn(w, starts, budgets)
     if drawn.shape[1] == 0:
         return False
-    wider = whitened_again(drawn, np.column_stack([w.z, C, known]))
+    wider = _whitened_again(drawn, np.column_stack([w.z, C, known]))
     k = 1 + C.shape[1]
     delta, rank = explained(wider[:, k:], wider[:, 1:k], wider[:, 0], SEEN)
     s = found.share(b)
@@ -108,7 +108,7 @@ def _terms(
             yield x, float(np.sqrt(more))
 
 
-def whitened_again(drawn: Array, X: Array) -> Array:
+def _whitened_again(drawn: Array, X: Array) -> Array:
     """(I + D Dᵀ)^(−½) X."""
     U, s, _ = np.linalg.svd(drawn, full_matrices=False)
     return np.asarray(X - (U * (1.0 - 1.0 / np.sqrt(1.0 + s**2))) @ (U.T @ X))

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.as_budgeted import as_budgeted
-from planner.diagnose.hypotheses.as_stored import as_stored
 from planner.diagnose.hypotheses.found import Found, on
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, STAYS
 from planner.diagnose.hypotheses.own_noise import stands_in_own_noise
@@ -20,7 +19,6 @@ NOISE = "what wanders on this channel within power-ons explains it as well"
 DRAWN = (
     "what the spec lets scale factors and misalignments differ from power-on to power-on explains it as well"
 )
-STORED = "what the spec lets the bias walk over the days explains it as well"
 
 
 def refusals(found: Found, starts: NDArray[np.int64], budgets: Mapping[str, ErrorBudget]) -> tuple[Veto, ...]:
@@ -36,12 +34,10 @@ def refusals(found: Found, starts: NDArray[np.int64], budgets: Mapping[str, Erro
             veto = Veto(b, NOISE)
         if veto is None and not gone and as_budgeted(found, b, starts, budgets):
             veto = Veto(b, DRAWN)
-        if veto is None and not gone and as_stored(found, b, starts, budgets):
-            veto = Veto(b, STORED)
         if veto is not None:
             (found.library if b in found.library else found.unknown).remove(b)
             out.append(veto)
-            if not found.pool.blocks[b].generic and veto.why not in (SCATTERS, NOISE, DRAWN, STORED):
+            if not found.pool.blocks[b].generic and veto.why not in (SCATTERS, NOISE, DRAWN):
                 _unnamed_in_place(found, b, starts)
     return tuple(out)
 
