@@ -15,21 +15,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner.campaign.channel_model import EXCITING
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.hidden_columns import with_what_hides
 from planner.diagnose.hypotheses.noise import CROSS_NOISE, Readings
-from planner.diagnose.hypotheses.wander import (
-    LEAST_TO_WANDER,
-    PROMISED,
-    SETTLED_ROUGHLY,
-    gained,
-    with_wander,
-)
+from planner.diagnose.hypotheses.wander import LEAST_TO_WANDER, SETTLED_ROUGHLY, gained, with_wander
 from planner.diagnose.hypotheses.weighed_columns import Weighed, weighed
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail
-from planner.solvers.reml_beside import promised, reml_roughly
+from planner.solvers.reml_beside import reml_roughly
 
 CHANCE = 1e-3  # of a channel that keeps its alignment
 
@@ -39,25 +32,18 @@ def as_shown(plain: Readings, hidden: Sequence[Block], time_on: Array) -> tuple[
 
     A table over the time follows what wanders, and a process what a table says: the likelier of both stands.
     """
-    plain, whole, how = _leaning(plain, *with_what_hides(plain, hidden), hidden)
+    whole, how = with_what_hides(plain, hidden)
+    if _leans(whole, how):
+        plain = plain.with_noise(leans=True)
+        whole, how = with_what_hides(plain, hidden)
     drifts, least = with_wander(whole, how, time_on).drifts, -np.inf
     if not drifts and how is not None and whole is not plain:
         drifts, least = with_wander(plain, weighed(plain), time_on).drifts, how.criterion
     if not drifts:
         return plain, whole
     moves = plain.with_noise(drifts=drifts)
-    moves, beside, then = _leaning(moves, *with_what_hides(moves, hidden), hidden)
+    beside, then = with_what_hides(moves, hidden)
     return (moves, beside) if then is not None and then.criterion >= least else (plain, whole)
-
-
-def _leaning(
-    plain: Readings, whole: Readings, how: Weighed | None, hidden: Sequence[Block]
-) -> tuple[Readings, Readings, Weighed | None]:
-    """The same with misalignments of every power-on where they are shown: a bias that wanders hides them."""
-    if plain.leans or not _leans(whole, how):
-        return plain, whole, how
-    plain = plain.with_noise(leans=True)
-    return plain, *with_what_hides(plain, hidden)
 
 
 def alike(triad: Sequence[Readings]) -> list[Readings]:
@@ -74,24 +60,16 @@ def alike(triad: Sequence[Readings]) -> list[Readings]:
 def _leans(readings: Readings, plain: Weighed | None) -> bool:
     """Whether the restricted likelihood is so much larger with misalignments of every power-on: χ² of two.
 
-    Where they are left out, noise of each record that grows with the input across stands for them; of an
-    accelerometer that saw 1 g alone, on whatever face, white noise does, and where the power-ons of two
-    temperatures differ by what they draw, that was a misalignment or a curve over temperature at ten sigma.
+    Where they are left out, noise of each record that grows with the input across stands for them.
     """
     c = readings.channel
-    if plain is None or len(readings.starts) < LEAST_TO_WANDER:
+    if plain is None or len(readings.starts) < LEAST_TO_WANDER or CROSS_NOISE not in plain.judged.components:
         return False
-    theta, across = plain.theta, float(np.max(c.across**2))
-    grows = CROSS_NOISE in plain.judged.components
-    if not grows and across < EXCITING[c.sensor] ** 2:
+    cross = float(plain.theta[plain.judged.components.index(CROSS_NOISE)])
+    if cross * float(np.max(c.across**2)) < plain.theta[0]:
         return False
-    cross = float(theta[plain.judged.components.index(CROSS_NOISE)] if grows else theta[0] / across)
-    if grows and cross * across < theta[0]:
-        return False
-    wider, drifts = readings.with_noise(leans=True).judged.sample, len(readings.drifts)
-    if not (grows or drifts) and promised(wider, np.append(theta, np.zeros(2)), 2).max() < PROMISED:
-        return False
-    start = np.insert(theta, len(theta) - drifts, np.full(2, cross))
+    wider = readings.with_noise(leans=True).judged.sample
+    start = np.append(plain.theta, np.full(2, cross))
     theta = reml_roughly(wider, start, SETTLED_ROUGHLY).theta
     gain = gained(plain.judged.sample, plain.theta, wider, theta)
     return gain > 0.0 and float(chi_square_tail(gain, 2)) < CHANCE
