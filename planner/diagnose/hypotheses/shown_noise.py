@@ -17,7 +17,6 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from planner import catalog
-from planner.campaign.channel_model import EXCITING
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.hidden_columns import with_what_hides
 from planner.diagnose.hypotheses.noise import CROSS_NOISE, LEANS, Readings, draws
@@ -46,7 +45,10 @@ def as_shown(
 
     A table over the time follows what wanders, and a process what a table says: the likelier of both stands.
     """
-    plain, whole, how = _leaning(plain, *with_what_hides(plain, hidden), hidden)
+    whole, how = with_what_hides(plain, hidden)
+    if _leans(whole, how):
+        plain = plain.with_noise(drawn=(LEANS,))
+        whole, how = with_what_hides(plain, hidden)
     drawn = whole.drawn if how is None else _drawn(whole, how, budgets)
     if drawn != plain.drawn:
         plain = plain.with_noise(drawn=drawn)
@@ -57,18 +59,8 @@ def as_shown(
     if not drifts:
         return plain, whole
     moves = plain.with_noise(drifts=drifts)
-    moves, beside, then = _leaning(moves, *with_what_hides(moves, hidden), hidden)
+    beside, then = with_what_hides(moves, hidden)
     return (moves, beside) if then is not None and then.criterion >= least else (plain, whole)
-
-
-def _leaning(
-    plain: Readings, whole: Readings, how: Weighed | None, hidden: Sequence[Block]
-) -> tuple[Readings, Readings, Weighed | None]:
-    """The same with misalignments of every power-on where they are shown: a bias that wanders hides them."""
-    if LEANS in plain.drawn or not _leans(whole, how):
-        return plain, whole, how
-    plain = plain.with_noise(drawn=(*plain.drawn, LEANS))
-    return plain, *with_what_hides(plain, hidden)
 
 
 def alike(triad: Sequence[Readings]) -> list[Readings]:
@@ -85,31 +77,22 @@ def alike(triad: Sequence[Readings]) -> list[Readings]:
 def _leans(readings: Readings, plain: Weighed | None) -> bool:
     """Whether the restricted likelihood is so much larger with misalignments of every power-on: χ² of two.
 
-    Where they are left out, noise of each record that grows with the input across stands for them; of an
-    accelerometer that saw 1 g alone, on whatever face, white noise does, and where the power-ons of two
-    temperatures differ by what they draw, that was a misalignment or a curve over temperature at ten sigma.
+    Where they are left out, noise of each record that grows with the input across stands for them.
     """
     c = readings.channel
-    if plain is None or len(readings.starts) < LEAST_TO_WANDER:
+    if plain is None or len(readings.starts) < LEAST_TO_WANDER or CROSS_NOISE not in plain.judged.components:
         return False
-    theta, across = plain.theta, float(np.max(c.across**2))
-    grows = CROSS_NOISE in plain.judged.components
-    if not grows and across < EXCITING[c.sensor] ** 2:
+    cross = float(plain.theta[plain.judged.components.index(CROSS_NOISE)])
+    if cross * float(np.max(c.across**2)) < plain.theta[0]:
         return False
-    cross = float(theta[plain.judged.components.index(CROSS_NOISE)] if grows else theta[0] / across)
-    if grows and cross * across < theta[0]:
-        return False
-    wider = readings.with_noise(drawn=(*readings.drawn, LEANS)).judged.sample
-    if not (grows or readings.drifts) and _promise(wider, theta) < PROMISED:
-        return False
-    return _likelier(plain.judged.sample, theta, wider, cross) is not None
+    wider = readings.with_noise(drawn=(LEANS,)).judged.sample
+    return _likelier(plain.judged.sample, plain.theta, wider, cross) is not None
 
 
 def _likelier(sample: Sample, theta: Array, wider: Sample, first: float) -> Array | None:
     """Variances of a sample with a few more, sought from `first`, where its likelihood asks for them."""
-    more, slopes = wider.effects.count - len(theta), len(theta) - len(sample.effects.drifts)
-    start = np.insert(theta, slopes, np.full(more, first))
-    found = reml_roughly(wider, start, SETTLED_ROUGHLY).theta
+    more = wider.effects.count - len(theta)
+    found = reml_roughly(wider, np.append(theta, np.full(more, first)), SETTLED_ROUGHLY).theta
     gain = gained(sample, theta, wider, found)
     return found if gain > 0.0 and float(chi_square_tail(gain, more)) < CHANCE else None
 

@@ -120,26 +120,6 @@ def test_misalignments_of_every_power_on_are_no_noise_of_every_record(seed: int)
     assert sizes["cross_noise"] < 0.1 * sigma
 
 
-@pytest.mark.parametrize("wanders", [0.0, 1e-4])
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.further("seed", range(3, 8))
-def test_misalignments_of_every_power_on_are_found_at_1_g(seed: int, wanders: float) -> None:
-    """Whatever the face, u² + |u across|² = 1 g²: nothing grows with the input across, and none was asked.
-
-    Nor beside a bias that wanders: as white noise it is larger than what the misalignments draw.
-    """
-    hall, axis, sigma = days(seed, POWER_ONS), seed % 3, 1.5e-4
-    rng = np.random.default_rng([seed, 33])
-    drawn = sigma * rng.normal(size=(POWER_ONS, 2))[np.unique(hall.run, return_inverse=True)[1]]
-    across = np.stack([hall.up[:, (axis + k) % 3] for k in (1, 2)], axis=1)
-    added = np.sum(drawn * across, axis=1) + wanders * _walk(hall, seed, 400.0)
-    table = replace(hidden(read(hall, seed), "accelerometer", axis, added), gyro=None)
-    noise = begin(prepared(table), "accelerometer", DECLARED).pool.state[axis].noise
-    sizes = dict(zip(noise.components, np.sqrt(noise.variances.theta).tolist(), strict=True))
-    for k in (1, 2):
-        assert sizes[drawn_name(LEANS, k)] == pytest.approx(sigma, rel=0.6)
-
-
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.further("seed", range(3, 8))
 def test_coefficients_of_the_budget_that_every_power_on_draws_are_no_process(seed: int) -> None:
