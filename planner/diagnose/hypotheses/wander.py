@@ -62,7 +62,7 @@ def with_wander(readings: Readings, plain: Weighed | None, time_on: Array) -> Re
     plain: how they weigh under their own candidates; what hides in the noise went in before
     """
     u = readings.channel.u
-    if plain is not None and neighbours(plain.left, plain.basis, plain.starts) >= AT_FIRST_SIGHT:
+    if plain is not None and neighbours(plain.left, plain.starts) >= AT_FIRST_SIGHT:
         drift = _shown(readings, plain, np.ones(len(time_on)), time_on)
         if drift is not None:
             readings = readings.with_noise(drifts={IN_RUN: drift})
@@ -123,13 +123,9 @@ def wander(w: Whitened, believed: Array, time_on: Array, tau: float) -> ChannelN
     believed: (n, k) columns of what was found on it
     """
     white = w.noise.whiten(believed)
-    more = orthonormal(clear(w.Q, white), TOLD)
-    left = clear(more, w.z)
+    left = clear(orthonormal(clear(w.Q, white), TOLD), w.z)
     effects = w.noise.sample.effects
-    shown = (
-        bool(effects.drifts)
-        or neighbours(left, np.column_stack([w.Q, more]), w.noise.starts) >= AT_FIRST_SIGHT
-    )
+    shown = bool(effects.drifts) or neighbours(left, w.noise.starts) >= AT_FIRST_SIGHT
     if not shown or int(effects.sizes.max()) > LARGEST:
         return None
     sample, drift, start = _sample(w, believed, time_on, tau)
@@ -217,16 +213,11 @@ def _first(theta: Array, y: Array) -> float:
     return max(float(theta[0]), 1e-3 * float(np.var(y)))
 
 
-def neighbours(z: Array, basis: Array, starts: NDArray[np.int64]) -> float:
-    """Σ z_i z_j of neighbours within power-ons, less its mean under independence, over its standard error.
-
-    z (n,) is what an orthonormal basis Q (n, p) leaves of white noise, cov z = I − Q Qᵀ, so that the mean is
-    −Σ (Q Qᵀ)_ij: columns over the time, of which a model may have many, make neighbours look unlike.
-    """
+def neighbours(z: Array, starts: NDArray[np.int64]) -> float:
+    """Σ z_i z_j of neighbours within power-ons over its standard error under independence, z (n,) white."""
     products = _products(z, starts)
     error = float(np.linalg.norm(products))
-    expected = -sum(float(_products(q, starts).sum()) for q in basis.T)
-    return (float(products.sum()) - expected) / error if error > 0.0 else 0.0
+    return float(products.sum()) / error if error > 0.0 else 0.0
 
 
 def _products(z: Array, starts: NDArray[np.int64]) -> Array:

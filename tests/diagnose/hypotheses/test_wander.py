@@ -11,7 +11,7 @@ from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import begin, diagnose_sensor
-from planner.diagnose.hypotheses.wander import left_of, neighbours
+from planner.diagnose.hypotheses.wander import left_of
 from planner.diagnose.stepped_run import stepped_run
 from planner.nouns.array import Array
 from planner.nouns.diagnosis import BudgetExceeded
@@ -160,16 +160,3 @@ def test_a_walk_as_large_as_the_rows_allow_takes_a_share_of_a_drift(seed: int) -
     walking = prepared(measured(seed, 0.1 * MG * walk(np.random.default_rng(seed)) + drift(7.0)))
     w = begin(walking, "accelerometer", ("bias",)).pool.state[0]
     assert 0.0 < left_of(w, time_on[:, None], time_on, 600.0) < 0.8 * alone < 0.8
-
-
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_neighbours_of_white_noise_are_alike_by_chance_alone_whatever_was_fitted(seed: int) -> None:
-    """A fit of curves over the time leaves them unlike: of 24 cosines in 240 rows by 1.6 sigma."""
-    rng = np.random.default_rng([seed, 77])
-    n, starts = 240, np.arange(0, 240, 24)
-    time = np.arange(n) / n
-    Q = np.linalg.qr(np.cos(np.pi * np.arange(24) * time[:, None]))[0]
-    white = rng.normal(size=(400, n))
-    found = [neighbours(z, Q, starts) for z in white - (white @ Q) @ Q.T]
-    assert np.mean(found) == pytest.approx(0.0, abs=4.0 / np.sqrt(len(found)))
-    assert np.std(found) == pytest.approx(1.0, abs=0.2)
