@@ -165,7 +165,8 @@ def _run(
         day=np.full(m, day),
     )
     repeat = like.power_on + m * record_time(b, like) + like.cool_down + sum(ways_aside(spec, like))
-    duration, conditions = np.full(m, like.record), in_records(means, np.full(m, like.record))
+    duration = np.full(m, like.record)
+    conditions = in_records(means, duration)
     return BenchRun(bench, what, test, tuple(motions), conditions, duration, repeat, _once(spec, bench, at))
 
 

@@ -50,10 +50,6 @@ def met_by_units(records: Records, units: int, spec: Spec, chance: Chance, key: 
     return Met(true, shown)
 
 
-def _repeated(values: Array, units: int) -> Array:
-    return np.broadcast_to(values, (units, *values.shape)).reshape(-1, *values.shape[1:])
-
-
 def _off(records: Records, units: int, spec: Spec, key: tuple[int, int]) -> tuple[Array, Array, Array]:
     """True minus referred: rate and force (B n, 3), temperature (B n,)."""
     n = len(records)

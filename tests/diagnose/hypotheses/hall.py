@@ -75,6 +75,14 @@ class Log:
         self.rows.append([self.run, day, self.t, temperature, ramp, *up, *north, *(turn * np.eye(3)[axis])])
         self.t += 25.0
 
+    def on_the_table(self, rng: np.random.Generator, degc: float) -> None:
+        """Rests on six faces in any order, then every rate about each axis upright."""
+        for i in rng.permutation(6):
+            self.record(*FACES[i], degc)
+        for axis in range(3):
+            for turn in RATES:
+                self.record(axis, 1.0, degc, turn=turn)
+
     def hall(self) -> Hall:
         x = np.array(self.rows)
         return Hall(x[:, 0].astype(int), *x[:, 1:5].T, x[:, 5:8], x[:, 8:11], x[:, 11:14])
@@ -86,11 +94,7 @@ def days(seed: int, power_ons: int = 36) -> Hall:
     for k in range(power_ons):
         log.on(rng.uniform(5.0, 20.0))
         degc = [-45.0, -15.0, 20.0, 40.0, 60.0][k if k < 5 else rng.integers(5)] + 0.3 * rng.normal()
-        for i in rng.permutation(6):
-            log.record(*FACES[i], degc)
-        for axis in range(3):
-            for turn in RATES:
-                log.record(axis, 1.0, degc, turn=turn)
+        log.on_the_table(rng, degc)
         log.day += 1.0 + rng.uniform(-0.2, 0.2)
     return log.hall()
 
@@ -147,11 +151,7 @@ def short_ramps(seed: int, ramps: int = 3) -> Hall:
     rng, log = np.random.default_rng([seed, 4]), Log()
     for degc in rng.permutation([-40.0, -8.0, 25.0, 58.0]):
         log.on(rng.uniform(8.0, 50.0))
-        for i in rng.permutation(6):
-            log.record(*FACES[i], degc)
-        for axis in range(3):
-            for turn in RATES:
-                log.record(axis, 1.0, degc, turn=turn)
+        log.on_the_table(rng, degc)
         log.day += 0.3
     for k in range(ramps):
         log.on(rng.uniform(8.0, 50.0))
@@ -171,11 +171,7 @@ def chamber(seed: int, power_ons: int = 7) -> Hall:
         for degc in [-42.0, -8.0, 25.0, 58.0][:: 1 if k % 2 == 0 else -1]:
             log.t += 1500.0
             at = degc + 0.3 * rng.normal()
-            for i in rng.permutation(6):
-                log.record(*FACES[i], at)
-            for axis in range(3):
-                for turn in RATES:
-                    log.record(axis, 1.0, at, turn=turn)
+            log.on_the_table(rng, at)
         log.day += 0.7
     return log.hall()
 

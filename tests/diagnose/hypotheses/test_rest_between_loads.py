@@ -11,7 +11,7 @@ from planner.dwells.table_rows import rows_of
 from planner.effects.scale_factor_acceleration_squared import EFFECT
 from planner.nouns.dwell_table import DwellTable
 from planner.units import STANDARD_GRAVITY_MPS2
-from tests.diagnose.hypotheses.hall import FACES, RATES, Hall, Log, Noise, hidden, read
+from tests.diagnose.hypotheses.hall import FACES, Hall, Log, Noise, hidden, read
 from tests.diagnose.hypotheses.worlds import DECLARED, named, unnamed
 
 NAME = "scale_factor_acceleration_squared"
@@ -26,11 +26,7 @@ def _arm_and_table(seed: int) -> Hall:
     for degc in (-20.0, 20.0, 55.0):
         for _ in range(2):
             log.on(rng.uniform(8.0, 50.0))
-            for i in rng.permutation(6):
-                log.record(*FACES[i], degc)
-            for axis in range(3):
-                for turn in RATES:
-                    log.record(axis, 1.0, degc, turn=turn)
+            log.on_the_table(rng, degc)
             log.day += 0.1
         for axis, sign in FACES:
             log.on(rng.uniform(8.0, 50.0))
