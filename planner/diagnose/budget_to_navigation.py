@@ -17,7 +17,7 @@ import numpy as np
 from planner.diagnose.diagnosis_to_navigation import left_in_flight
 from planner.measurement import AXES
 from planner.nouns.array import Array
-from planner.nouns.diagnosis import BudgetExceeded, SpreadInFlight
+from planner.nouns.diagnosed_spreads import BudgetExceeded, SpreadInFlight
 from planner.nouns.sensitivities import Constraint
 from planner.solvers.distributions import normal_quantile
 

@@ -22,7 +22,8 @@ from planner.diagnose.ramp_test import ramp_test
 from planner.diagnose.shape_in_plan import at_its_parameters, not_declared, parameter_notes
 from planner.errors import InputError
 from planner.measurement import AXES
-from planner.nouns.diagnosis import LEAST_P, Assumption, Diagnosis, FoundEffect, NavigationCost
+from planner.nouns.diagnosed_spreads import Assumption
+from planner.nouns.diagnosis import LEAST_P, Diagnosis, FoundEffect, NavigationCost
 from planner.nouns.sensor import ErrorName
 from planner.spec.budget import ErrorBudget, InRun, RunToRun
 from planner.spec.load import LoadedSpec

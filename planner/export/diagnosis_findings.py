@@ -7,14 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from planner.export.json_figures import figure, shown
-from planner.nouns.diagnosis import (
-    BudgetExceeded,
-    ReferenceSuspect,
-    Refused,
-    RowLeftOut,
-    SpreadInFlight,
-    UnitDiagnosis,
-)
+from planner.nouns.diagnosed_spreads import BudgetExceeded, SpreadInFlight
+from planner.nouns.diagnosis import ReferenceSuspect, Refused, RowLeftOut, UnitDiagnosis
 from planner.nouns.sensor import short
 from planner.units import unit_factor
 

@@ -16,9 +16,8 @@ from planner.errors import InputError
 from planner.export.diagnosis_findings import findings_document, findings_from, float_from
 from planner.export.documents import json_tree
 from planner.export.json_figures import figure, json_text, shown
+from planner.nouns.diagnosed_spreads import Assumption, CampaignCost
 from planner.nouns.diagnosis import (
-    Assumption,
-    CampaignCost,
     Diagnosis,
     FoundEffect,
     FoundTerm,

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
+from planner.nouns.diagnosed_spreads import Assumption, BudgetExceeded, CampaignCost
 from planner.nouns.sensor import Sensor
 from planner.units import unit_factor
 
@@ -138,56 +139,6 @@ class RowLeftOut:
 
 
 @dataclass(frozen=True)
-class SpreadInFlight:
-    """What a spread makes of one flight by the requirement's rule, SI: as budgeted, and as measured.
-
-    promised: what a plan promises with the budgets, NaN without a plan
-    """
-
-    error: str
-    unit: str
-    limit: float
-    budgeted: float
-    measured: float
-    promised: float = float("nan")
-    worst_case: bool = False
-
-    @property
-    def total(self) -> float:
-        """What the plan comes to with the measured spread in place of the budget."""
-        if self.worst_case:
-            return self.promised + self.measured - self.budgeted
-        return math.sqrt(max(self.promised**2 + self.measured**2 - self.budgeted**2, 0.0))
-
-
-@dataclass(frozen=True)
-class CampaignCost:
-    """The shortest campaign with the spec's budgets, and with the spreads that were measured, s.
-
-    after: NaN where no campaign keeps the requirement then; why: that, in words
-    """
-
-    before: float
-    after: float
-    why: str = ""
-
-
-@dataclass(frozen=True)
-class BudgetExceeded:
-    """A spread that is larger than the spec's budget of it, SI. channel: "" for all of the sensor."""
-
-    error: str
-    part: str
-    measured: float
-    low: float
-    high: float
-    budget: float
-    unit: str
-    channel: str = ""
-    flight: SpreadInFlight | None = None
-
-
-@dataclass(frozen=True)
 class NotFound:
     """An effect that was looked for in vain: no larger than this with 95 % confidence, SI."""
 
@@ -260,26 +211,6 @@ class Evidence:
     expected: Array
     added: Mapping[str, Array]
     rows: NDArray[np.int64] | None = None
-
-
-@dataclass(frozen=True)
-class Assumption:
-    """A spread that the spec assumes, and what the data say of it, SI (NaN: not determined).
-
-    error: `gyro.bias`; part: `run_to_run`, `in_run`, `temperature_residual` …; channel: `gyro_x`, "" for all
-    chance: of data that say as much, or more, of a unit that has what is assumed
-    """
-
-    error: str
-    part: str
-    unit: str
-    assumed: float | None
-    measured: float
-    low: float
-    high: float
-    freedom: float
-    channel: str = ""
-    chance: float = 1.0
 
 
 @dataclass(frozen=True)

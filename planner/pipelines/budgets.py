@@ -9,7 +9,8 @@ from typing import Any
 from planner.diagnose.budget_to_navigation import in_flight
 from planner.diagnose.diagnosis_to_spec import updated_spec
 from planner.errors import InfeasibleError, InputError
-from planner.nouns.diagnosis import CampaignCost, Diagnosis
+from planner.nouns.diagnosed_spreads import CampaignCost
+from planner.nouns.diagnosis import Diagnosis
 from planner.nouns.progress import Progress
 from planner.spec.load import LoadedSpec, spec_from_bytes
 

@@ -11,7 +11,8 @@ from scipy.stats import norm
 from planner.diagnose.budget_to_navigation import in_flight, together
 from planner.export.diagnosis_findings import findings_document, findings_from
 from planner.nouns.array import Rule
-from planner.nouns.diagnosis import BudgetExceeded, CampaignCost, UnitDiagnosis
+from planner.nouns.diagnosed_spreads import BudgetExceeded, CampaignCost
+from planner.nouns.diagnosis import UnitDiagnosis
 from planner.nouns.sensitivities import Constraint
 from planner.report.subjects.diagnosis_findings import exceeded_sentence
 

@@ -11,7 +11,7 @@ from planner.diagnose.dwells_to_diagnosis import diagnose
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import diagnose_sensor
-from planner.nouns.diagnosis import Assumption
+from planner.nouns.diagnosed_spreads import Assumption
 from planner.pipelines.data import simulate
 from planner.simulate.settings import settings_of
 from planner.spec.load import LoadedSpec, load_spec

@@ -11,7 +11,7 @@ import pytest
 from planner.diagnose.hypotheses.assumptions import assumptions, exceeded
 from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.sensor import diagnose_sensor
-from planner.nouns.diagnosis import Assumption
+from planner.nouns.diagnosed_spreads import Assumption
 from planner.nouns.dwell_table import DwellTable
 from planner.nouns.sensor import Sensor
 from planner.pipelines.data import simulate

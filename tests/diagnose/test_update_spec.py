@@ -17,15 +17,8 @@ from planner.diagnose.bench_runs import run_of_test
 from planner.diagnose.calibration_cost import UNKNOWN, RecordNoise, Target, calibrating_test, repeat_spread
 from planner.diagnose.diagnosis_to_spec import updated_spec
 from planner.errors import InputError
-from planner.nouns.diagnosis import (
-    Assumption,
-    Diagnosis,
-    NavigationCost,
-    ResidualChange,
-    Rival,
-    UnitDiagnosis,
-    Unknown,
-)
+from planner.nouns.diagnosed_spreads import Assumption
+from planner.nouns.diagnosis import Diagnosis, NavigationCost, ResidualChange, Rival, UnitDiagnosis, Unknown
 from planner.nouns.progress import silent
 from planner.pipelines import planning
 from planner.pipelines.diagnosing import replanned

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from planner.nouns.diagnosis import BudgetExceeded, Diagnosis, ReferenceSuspect, Unknown
+from planner.nouns.diagnosed_spreads import BudgetExceeded
+from planner.nouns.diagnosis import Diagnosis, ReferenceSuspect, Unknown
 from planner.report.subjects.diagnosis_next import next_sentence, sizes_sentence
 from tests.diagnose.found import found_effect
 from tests.diagnose.test_update_spec import diagnosis

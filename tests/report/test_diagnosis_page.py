@@ -14,8 +14,8 @@ import pytest
 from planner.diagnose.diagnosis_to_residual import residual_changes, unit_fits
 from planner.errors import InputError
 from planner.export.diagnosis_json import diagnosis_document, diagnosis_text, read_diagnosis
+from planner.nouns.diagnosed_spreads import Assumption
 from planner.nouns.diagnosis import (
-    Assumption,
     Diagnosis,
     NavigationCost,
     NextMeasurement,

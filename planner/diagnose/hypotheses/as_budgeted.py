@@ -20,8 +20,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from planner import catalog
-from planner.diagnose.hypotheses.channels import Channel, columns
+from planner.diagnose.hypotheses.channels import Channel, usual_columns
 from planner.diagnose.hypotheses.found import Found
 from planner.diagnose.hypotheses.noise import LEAST_RUNS, ChannelNoise, of_effect
 from planner.diagnose.hypotheses.orthogonal import clear, explained, orthonormal
@@ -99,12 +98,11 @@ def _terms(
     """x (n,) of every term of the channel's errors but the bias, and √(σ² − σ̂²) of it."""
     has = dict(zip(noise.components, noise.variances.theta.tolist(), strict=True))
     for name, budget in budgets.items():
-        effect = catalog.effects().get(name)
-        if effect is None or name == "bias" or budget.run_to_run is None:
+        if name == "bias" or budget.run_to_run is None:
             continue
         already = [SCALE] if name == "scale_factor" else of_effect(name, has)
         more = budget.run_to_run_largest**2 - min((has[one] for one in already if one in has), default=0.0)
-        for x in columns(c, name, {p.name: p.default for p in effect.parameters}).T if more > 0.0 else ():
+        for x in usual_columns(c, name) if more > 0.0 else ():
             yield x, float(np.sqrt(more))
 
 

@@ -17,7 +17,7 @@ from planner.diagnose.hypotheses.spread_law import SpreadLaw, errors, refused, s
 from planner.diagnose.hypotheses.wander import wander
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.nouns.array import Array
-from planner.nouns.diagnosis import Assumption, BudgetExceeded
+from planner.nouns.diagnosed_spreads import Assumption, BudgetExceeded
 from planner.solvers.distributions import chi_square_quantile
 from planner.solvers.least_squares import least_squares
 from planner.spec.budget import ErrorBudget

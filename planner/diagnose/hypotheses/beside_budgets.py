@@ -18,8 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner import catalog
-from planner.diagnose.hypotheses.channels import Channel, columns
+from planner.diagnose.hypotheses.channels import Channel, usual_columns
 from planner.diagnose.hypotheses.noise import ChannelNoise, covariance_of_free, judged_rows
 from planner.nouns.array import Array
 from planner.solvers.random_effects import Drift, RandomEffects
@@ -74,7 +73,7 @@ def _between(c: Channel, budgets: Mapping[str, ErrorBudget]) -> Iterator[tuple[P
     temperature = c.model.conditions.temperature_degc
     for name, budget in budgets.items():
         if budget.has_run_to_run:
-            for x in _terms(c, name):
+            for x in usual_columns(c, name):
                 yield (name, "run_to_run"), x * budget.run_to_run_sigma(temperature)
 
 
@@ -82,17 +81,8 @@ def _within(c: Channel, time_on: Array, budgets: Mapping[str, ErrorBudget]) -> I
     """The process of every term of every error that moves within a power-on."""
     for name, budget in budgets.items():
         if budget.in_run_sigma:
-            for x in _terms(c, name):
+            for x in usual_columns(c, name):
                 yield (name, "in_run"), Drift(x * budget.in_run_sigma, time_on, budget.in_run_time)
-
-
-def _terms(c: Channel, name: str) -> list[Array]:
-    """(n,) of every term of an effect that the channel reads."""
-    effect = catalog.effects().get(name)
-    if effect is None:
-        return []
-    every = columns(c, name, {p.name: p.default for p in effect.parameters})
-    return [x for x in every.T if x.any()]
 
 
 def thinned(sample: Sample) -> Sample:

@@ -264,6 +264,14 @@ def columns(c: Channel, effect: str, nonlinear: Mapping[str, float] | None = Non
     return columns_of_all([c], effect, nonlinear)[c.axis]
 
 
+def usual_columns(c: Channel, effect: str) -> list[Array]:
+    """(n,) of every coefficient of an effect that the channel reads, its parameters at their defaults."""
+    found = catalog.effects().get(effect)
+    if found is None:
+        return []
+    return [x for x in columns(c, effect, {p.name: p.default for p in found.parameters}).T if x.any()]
+
+
 def columns_of_all(
     channels: Sequence[Channel], effect: str, nonlinear: Mapping[str, float] | None = None
 ) -> dict[int, Array]:

@@ -26,9 +26,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner import catalog
 from planner.campaign.channel_model import EXCITING
-from planner.diagnose.hypotheses.channels import Channel, columns
+from planner.diagnose.hypotheses.channels import Channel, usual_columns
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.measurement import sensed
 from planner.nouns.array import Array
@@ -342,8 +341,7 @@ def _terms(c: Channel, effect: str) -> list[Array]:
     if effect == LEANS:
         inputs = sensed(c.sensor, c.model.conditions)
         return [inputs[:, (c.axis + k) % 3] for k in (1, 2)]
-    found = catalog.effects()[effect]
-    return [x for x in columns(c, effect, {p.name: p.default for p in found.parameters}).T if x.any()]
+    return usual_columns(c, effect)
 
 
 def _level(z: Array, starts: NDArray[np.int64]) -> bool:

@@ -6,14 +6,12 @@ import math
 from collections.abc import Sequence
 
 from planner.diagnose.budget_to_navigation import together
+from planner.nouns.diagnosed_spreads import BudgetExceeded, CampaignCost, SpreadInFlight
 from planner.nouns.diagnosis import (
-    BudgetExceeded,
-    CampaignCost,
     NavigationCost,
     ReferenceSuspect,
     ResidualChange,
     RowLeftOut,
-    SpreadInFlight,
     UnitDiagnosis,
 )
 from planner.nouns.sensor import short

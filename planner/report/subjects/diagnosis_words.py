@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 
 from planner import catalog
+from planner.nouns.diagnosed_spreads import Assumption
 from planner.nouns.diagnosis import (
     LEAST_P,
-    Assumption,
     Diagnosis,
     FoundEffect,
     FoundTerm,

@@ -14,7 +14,7 @@ from planner.diagnose.hypotheses.sensor import begin, diagnose_sensor
 from planner.diagnose.hypotheses.wander import left_of
 from planner.diagnose.stepped_run import stepped_run
 from planner.nouns.array import Array
-from planner.nouns.diagnosis import BudgetExceeded
+from planner.nouns.diagnosed_spreads import BudgetExceeded
 from planner.nouns.dwell_table import DwellTable
 from planner.spec.load import spec_from_bytes
 from planner.spec.model import Spec
