@@ -110,11 +110,10 @@ def _at_rest(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | None:
     """Whether the leans of all accelerometers become others, by their rests alone."""
     if table.acc is None or table.ref_acc is None:
         return None
-    conditions = table.conditions()
-    rows = _rows(table, kept & at_rest(conditions))
+    rows = _rows(table, kept & at_rest(table.conditions()))
     if len(rows.order) == 0:
         return None
-    north = horizontal(conditions)[0][rows.order]
+    north = horizontal(table.conditions().at(rows.order))[0]
     found = another_at_rest(table.acc[rows.order], table.ref_acc[rows.order], rows.run, north)
     return None if found is None else _said(rows, *found, "misalignments of the accelerometers")
 
@@ -149,7 +148,10 @@ def _said(rows: _Rows, p: float, best: int, others: str) -> AnotherUnit:
 
 
 def _rows(table: DwellTable, kept: NDArray[np.bool_]) -> _Rows:
-    rows = np.flatnonzero(kept & ~loaded(table.conditions()))
+    rows = np.flatnonzero(kept)
+    rows = rows[
+        ~loaded(table.conditions().at(rows))
+    ]  # what is asked of these goes with them: the table stays
     rows = rows[_of_some_runs(table.run[rows])]
     order = rows[np.lexsort((table.time_on[rows], table.run[rows]))]
     number, run = np.unique(table.run[order], return_inverse=True)

@@ -74,6 +74,8 @@ def gravity_of_turns(table: DwellTable) -> GravityOfTurns | None:
     judged = turning(table.conditions()) & np.isfinite(along) & _followed(table)
     judged &= np.linalg.norm(off - along[:, None] * axis, axis=1) < 2.0 * room
     for inverted, lacks in _kinds(along, told, room):
+        if np.count_nonzero(judged & lacks) < SEVERAL:
+            continue
         rows = _of_whole_runs(judged & lacks, judged, table.run)
         if rows.sum() >= SEVERAL:
             added = (2.0 if inverted else 1.0) * np.sign(along) * rows * _local_gravity(table)

@@ -47,7 +47,7 @@ def left_out(found: Sequence[SensorFound], data: Prepared) -> list[RowLeftOut]:
 def copies(data: Prepared) -> Iterator[RowLeftOut]:
     """Rows that repeat all readings of another one to the last digit: they count once."""
     table = data.full
-    again = np.setdiff1d(np.arange(len(table)), data.once)
+    again = np.flatnonzero(np.bincount(data.once, minlength=len(table)) == 0)
     if len(again) > MOST_COPIES or len(data.table) != len(data.once):
         return  # a note says how many they are
     for i in again.tolist():

@@ -63,10 +63,12 @@ def stuck_readings(table: DwellTable, kept: NDArray[np.bool_]) -> list[NoReading
         apart = np.maximum(MOVES * np.ptp(u[order, axis]), FAR_OFF * least) if len(order) else np.inf
         rows = np.zeros(len(table), dtype=bool)
         groups = [g for g in (*_stretches(y, order), *_ends(y, order)) if len(g) >= REPEATS]
+        if not groups:
+            continue
         alive = len(order) - sum(map(len, groups))
         to_the_digit = len(np.unique(y[order])) > UNROUNDED * alive
         still = np.abs(np.diff(u[order, axis])) <= apart
-        fresh = ~np.isin(order, np.concatenate([*groups, order[:0]]))
+        fresh = ~np.isin(order, np.concatenate(groups))
         for group in groups:
             told = to_the_digit and _by_rounding(y[order], still, fresh, len(group)) <= CHANCE
             if told or np.ptp(u[group, axis]) > apart:
@@ -150,9 +152,9 @@ def _stretches(y: Array, order: NDArray[np.int64]) -> Iterator[NDArray[np.int64]
     if len(order) < REPEATS:
         return
     cuts = np.flatnonzero(np.diff(y[order]) != 0.0) + 1
-    for first, last in zip([0, *cuts.tolist()], [*cuts.tolist(), len(order)], strict=True):
-        if last - first >= REPEATS:
-            yield order[first:last]
+    ends = np.concatenate([[0], cuts, [len(order)]])
+    for k in np.flatnonzero(np.diff(ends) >= REPEATS):
+        yield order[ends[k] : ends[k + 1]]
 
 
 def _by_rounding(y: Array, still: NDArray[np.bool_], fresh: NDArray[np.bool_], length: int) -> float:

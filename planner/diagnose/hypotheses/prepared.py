@@ -91,7 +91,8 @@ def _without_rounding(table: DwellTable) -> DwellTable:
 def _rounded(u: Array | None) -> Array | None:
     if u is None:
         return None
-    return np.asarray(np.where(np.abs(u) > ROUNDED * np.abs(u).max(initial=0.0), u, 0.0))
+    rounding = (u != 0.0) & (np.abs(u) <= ROUNDED * np.abs(u).max(initial=0.0))
+    return np.where(rounding, 0.0, u) if rounding.any() else u
 
 
 def _ramps_levelled(table: DwellTable) -> DwellTable:
