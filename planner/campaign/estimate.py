@@ -15,6 +15,7 @@ from typing import Literal
 
 import numpy as np
 
+from planner.campaign.first_order import FirstOrder, first_order
 from planner.campaign.noise import Noise, Slopes, noise_model, with_stray
 from planner.campaign.parameters import best_parameters, limited, unobservable
 from planner.campaign.power_ons import PowerOns
@@ -25,7 +26,7 @@ from planner.campaign.spread import (
     augmented_variances,
     measured_variances,
 )
-from planner.measurement import ChannelModel, evaluate, jacobian
+from planner.measurement import ChannelModel, evaluate
 from planner.nouns.array import Array
 from planner.solvers.least_squares import factors, least_squares
 from planner.solvers.mixed_model import MixedFit, mixed_fit
@@ -116,13 +117,14 @@ def _fitted(
     given: tuple[Noise, Variances] | None,
     slopes: Slopes,
 ) -> Estimate:
-    theta, weights = _start(model, y, robust)
+    seen = first_order(model)
+    theta, weights = _start(model, y, robust, seen)
     step, error = theta, np.zeros(len(theta))
     before: tuple[Noise, Variances] | None = given
     notes: list[str] = []
     for turn in range(_OUTER):
         parts = evaluate(model, theta)
-        J = jacobian(model, theta, parts)
+        J = seen.slope(model, theta, parts)
         left = y - parts.predicted
         prior = prior_of(model, theta, parts, runs, spec)
         if given is None and (turn == 0 or robust != "no" or _moved(model, step, error)):
@@ -134,7 +136,7 @@ def _fitted(
         if turn == 0 and model.fitted_parameters:
             theta = best_parameters(model, theta, y, noise.effects, variances.theta)
             parts = evaluate(model, theta)
-            J, left = jacobian(model, theta, parts), y - parts.predicted
+            J, left = seen.slope(model, theta, parts), y - parts.predicted
         target = left + J @ theta
         found, error, white = weighed(target, J, prior, noise, variances)
         step = limited(model, theta, found) - theta
@@ -200,7 +202,7 @@ def _moved(model: ChannelModel, step: Array, error: Array) -> bool:
 # ---------------------------------------------------------------- start and weights
 
 
-def _start(model: ChannelModel, y: Array, robust: Robust) -> tuple[Array, Array]:
+def _start(model: ChannelModel, y: Array, robust: Robust, seen: FirstOrder) -> tuple[Array, Array]:
     """Gauss-Newton without a noise model: the first step, from no error at all, is the linear solution.
 
     Parameters wait for the noise model: without one they would follow what every power-on draws.
@@ -208,7 +210,7 @@ def _start(model: ChannelModel, y: Array, robust: Robust) -> tuple[Array, Array]
     theta, weights = model.start(), np.ones(len(y))
     for _ in range(_GAUSS_NEWTON if robust == "no" else 2 * _GAUSS_NEWTON):
         parts = evaluate(model, theta)
-        J = jacobian(model, theta, parts)[:, : model.linear]
+        J = seen.slope(model, theta, parts)[:, : model.linear]
         root = np.sqrt(weights)
         step, _ = least_squares(root[:, None] * J, root * (y - parts.predicted))
         theta = theta + np.append(step, np.zeros(len(theta) - model.linear))

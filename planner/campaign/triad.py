@@ -14,10 +14,11 @@ import numpy as np
 from planner import catalog
 from planner.campaign.channel_model import channel_model
 from planner.campaign.estimate import Estimate, Robust, estimate, solved
+from planner.campaign.first_order import first_order
 from planner.campaign.noise import Component, Noise, Slopes
 from planner.campaign.power_ons import PowerOns
 from planner.campaign.prior import Prior
-from planner.measurement import AXES, Column, evaluate, jacobian
+from planner.measurement import AXES, Column, evaluate
 from planner.nouns.array import Array
 from planner.protocols import Sensor
 from planner.solvers.mixed_model import MixedFit
@@ -117,7 +118,7 @@ def _stacked(
     blocks, targets = [], []
     for e, theta, place in zip(found, thetas, at.places, strict=True):
         parts = evaluate(e.model, theta)
-        J = jacobian(e.model, theta, parts)
+        J = first_order(e.model).slope(e.model, theta, parts)
         wide = np.zeros((len(J), at.count))
         wide[:, place] = J
         blocks.append(wide)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.effects._course import along_rates
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 
@@ -19,10 +20,13 @@ def lag(conditions: Conditions, time_constant: float) -> Array:
 
         L' = s τ + (L − s τ) exp(−h / τ),   s the slope of the temperature over the h seconds between two rows
 
-    The first row of a power-on: L = τ dT/dt (1 − exp(−t / τ)), an even ramp since then.
+    The first row of a power-on: L = τ dT/dt (1 − exp(−t / τ)), an even ramp since then. Readings with noise
+    are drawn to what their rates say (`along_rates`).
     """
+    first = power_ons(conditions)
+    conditions = along_rates(conditions, first)
     t, T = conditions.time_on, conditions.temperature_degc
-    step, first = np.diff(t, prepend=np.inf), power_ons(conditions)
+    step = np.diff(t, prepend=np.inf)
     step = np.where(first, 1.0, np.maximum(step, 1e-9))
     carried = np.where(first, 0.0, np.exp(-step / time_constant))
     slope = np.where(first, 0.0, np.diff(T, prepend=T[:1]) / step)

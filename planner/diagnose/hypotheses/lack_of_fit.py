@@ -24,6 +24,7 @@ from planner.diagnose.hypotheses.found import (
     significant,
 )
 from planner.diagnose.hypotheses.generic import VARIES_WITH, of_the_sensor
+from planner.diagnose.hypotheses.parity import unlike_parity
 from planner.diagnose.hypotheses.pool import Pool
 from planner.diagnose.hypotheses.references import hypothesis
 from planner.diagnose.hypotheses.scores import Score, chance_of, delta, nulls_of, score
@@ -150,18 +151,24 @@ def _tells_all(found: Found, here: Pool, mine: Sequence[int], unnamed: int, ques
     """Whether a channel's library effects leave nothing generic, while the one variable leaves another.
 
     Then the equation is right. K's k1 a + k2 a² is a pair along the load, whose bins leave what rates make
-    of it. A load that saturates is a pair as well, roughly, and bins of the load leave nothing of it.
+    of it. A load that saturates is a pair as well, roughly, and bins of the load leave nothing of it. Of an
+    odd name and an even one neither has the other's bends: that they leave nothing is enough. Each bin more
+    than they have could have been anything up to the curve's own size: that it is nothing is a coincidence.
     """
     axes = found.axes(unnamed)
     named = delta(here, mine) / score(here, mine).s2 - sum(penalty(here, b) for b in mine)
-    if named < score(here, [unnamed]).criterion + DECISIVE:
+    apart, curve_alone = unlike_parity(found.pool, mine), score(here, [unnamed])
+    more = curve_alone.m - sum(score(here, [b]).m for b in mine)
+    each = penalty(here, unnamed) / curve_alone.m  # log of rows, by which bins pay
+    named += apart * more * max(np.log(max(curve_alone.delta / curve_alone.s2, 1.0)) - each, 0.0)
+    if named < curve_alone.criterion + DECISIVE:
         return False
     curve = found.tried([b for b in found.library if b not in mine])
     curve.unknown = [*(u for u in found.unknown if u not in on(found.pool, found.unknown, axes)), unnamed]
     pair = found.tried(found.library)
     pair.misfit, curve.misfit = set(found.misfit), set(found.misfit)
     left = [on(f.pool, lack_of_fit(f, question), axes) for f in (pair, curve)]
-    return not left[0] and bool(left[1])
+    return not left[0] and (bool(left[1]) or apart)
 
 
 def pairs_for_tables(found: Found, question: Question) -> None:
