@@ -32,6 +32,7 @@ SOAKED = 0.5  # share of a node's rows within SOAKED_K of it, from which the cha
 LEAST_NODES = 4  # that a cubic spline needs
 ROUNDING = 1e-9  # of the largest value of a table, below which its bends are none
 TOLD = 1e-8  # of a combination of columns of unit length: a table of nine digits tells no less apart
+LARGEST = 0.3  # of a scale factor's error or a lean's: instruments are within a few per cent
 _ROUNDS = 8  # Gauss-Newton: the products are 1e-3 of the linear part, so three rounds arrive
 
 
@@ -112,7 +113,23 @@ def channel(
         moved, left = np.abs(J @ step).max(initial=0.0), np.abs(y - parts.predicted).max(initial=0.0)
         if moved <= 1e-9 * max(left, 1e-300):
             break
-    return _at(model, found, theta, y, free)
+    return _at(model, found, _of_a_unit(model, theta), y, free)
+
+
+def _of_a_unit(model: ChannelModel, theta: Array) -> Array:
+    """(p,) θ without scale factors and leans that no record tells: none of their products is real then.
+
+    At rest the Earth's rate alone drives a gyro's. A step of the bias between power-ons of unlike faces made
+    them several hundred per cent, and their product a g-sensitivity of 36 sigma. The columns stay.
+    """
+    parts, u = evaluate(model, theta), sensed(model.sensor, model.conditions)
+    largest, kept = float(np.abs(u).max(initial=0.0)), theta.copy()
+    lean = float(np.abs(parts.v - model.u).max(initial=0.0))
+    bend = float(np.abs(parts.kappa).max(initial=0.0))
+    if largest < EXCITING[model.sensor] or max(lean, bend * largest) > LARGEST * largest:
+        known, groups = catalog.effects(), ("scale_factor", "misalignment")
+        kept[[not c.parameter and known[c.effect].group in groups for c in model.columns()]] = 0.0
+    return kept
 
 
 def at_rows(c: Channel, conditions: Conditions, y: Array, free: Array | None = None) -> Channel:
