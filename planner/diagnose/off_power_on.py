@@ -25,6 +25,9 @@ from planner.nouns.diagnosis import RowLeftOut
 from planner.nouns.dwell_table import DwellTable
 
 LEAST_RUNS = 8  # power-ons, from which the middle one says what is usual
+LEAST_ALIKE = (
+    4  # others, that are fewer: of spreads alone one channel has one so far off in 1 of 100 campaigns
+)
 LEAST_ROWS = 3  # of a power-on, about whose mean something is left
 FARTHER = 25.0  # times the square of the middle power-on: five sigma in every row
 REPEATED = 0.5  # share of its rows whose motion another power-on has: the others say what it should read
@@ -53,21 +56,24 @@ class Off:
 
 
 def off_power_on(found: Sequence[SensorFound], data: Prepared) -> Off | None:
-    """The one power-on that is off as a whole, or None: where there are more it is no accident."""
+    """The one power-on that is off as a whole, or None: where there are more it is no accident.
+
+    Of fewer than LEAST_RUNS three channels must say the same of one that the others contradict.
+    """
     run = data.table.run[data.starts]
     sizes = np.diff(np.append(data.starts, len(data.table)))
-    if len(run) < LEAST_RUNS:
+    if len(run) <= LEAST_ALIKE:
         return None
     told = (sizes >= LEAST_ROWS) & (_repeated(data, sizes) >= REPEATED)
     ratios = np.array([r for s in found for r in _ratios(s, data, sizes)])
     every = tuple(c.name for s in found for c in s.channels)
-    if len(ratios) >= CHANNELS:
+    if len(ratios) >= CHANNELS and len(run) >= LEAST_RUNS:
         ratio = np.sort(ratios, axis=0)[-CHANNELS]
         off = np.flatnonzero(told & (ratio > FARTHER))
         if len(off) == 1:
             return Off((int(run[off[0]]),), every)
     places, channels = alone(found, data, told)
-    if not places:
+    if not places or (len(run) < LEAST_RUNS and len(channels) < CHANNELS):
         return None
     return Off(tuple(run[places].tolist()), every if len(channels) >= CHANNELS else tuple(channels))
 

@@ -13,7 +13,7 @@ from planner.dwells.table_rows import rows_of
 from planner.nouns.dwell_table import DwellTable
 from planner.spec.load import load_spec
 from planner.spec.model import Spec
-from tests.diagnose.hypotheses.hall import Noise, days, read
+from tests.diagnose.hypotheses.hall import Hall, Noise, days, read
 from tests.diagnose.labs.unit import campaign
 from tests.specs import SHIPPED
 
@@ -75,5 +75,34 @@ def unequal(seed: int) -> DwellTable:
 def test_levels_of_records_that_last_unequally_long_put_no_power_on_off(seed: int) -> None:
     """In each row's sigma a level is not one number: what was left of it said that a channel was off."""
     found = diagnose(unequal(seed), spec())
+    assert not found.rows_left_out
+    assert not found.reference_suspects
+
+
+def few(seed: int, power_ons: int) -> Hall:
+    """Five to seven power-ons, in turn at three temperatures: the level of each is its own."""
+    hall, rng = days(seed, power_ons), np.random.default_rng([seed, 12])
+    degc = np.array([20.0, 45.0, -10.0])[hall.run % 3]
+    return replace(hall, temperature=degc + 0.03 * rng.normal(size=len(degc)))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.further("seed", range(4, 9))
+def test_a_power_on_of_another_unit_among_six_is_said(seed: int) -> None:
+    """The verdict had been `clean`, beside scale factors that scattered 170 times as much as budgeted."""
+    hall = few(seed, 6)
+    table, other = read(hall, seed), read(hall, seed + 100)
+    theirs = (table.run == 4)[:, None]
+    gyro, acc = np.where(theirs, other.gyro, table.gyro), np.where(theirs, other.acc, table.acc)
+    found = diagnose(replace(table, gyro=gyro, acc=acc), spec())
+    assert [(s.hypothesis, s.value) for s in found.reference_suspects] == [("mixed_units", 4)]
+    assert {r.run for r in found.rows_left_out} == {4}
+    assert not found.effects
+
+
+@pytest.mark.parametrize(("seed", "power_ons"), [(11, 5), (12, 6), (13, 7)])
+@pytest.mark.further("seed", range(14, 20))
+def test_none_of_a_few_power_ons_of_one_unit_is_off(seed: int, power_ons: int) -> None:
+    found = diagnose(read(few(seed, power_ons), seed), spec())
     assert not found.rows_left_out
     assert not found.reference_suspects

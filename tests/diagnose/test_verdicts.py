@@ -82,7 +82,7 @@ def test_what_a_thermometer_strays_while_the_chamber_soaks_is_no_temperature() -
     )  # fmt: skip
     steep = 1e-4 * ((soaked - 20.0) / 10.0) ** 3
     c = channel("accelerometer", 0, axis, axis.specific_force[:, 0] + steep, ("bias", "bias_temperature"))
-    wide = with_read_temperature(c, strays_of(c.model.conditions, starts))
+    wide = with_read_temperature(c, strays_of(c.model.conditions, starts), starts)
     (added,) = wide.J[:, c.J.shape[1] :].T
     slope = 3e-5 * ((soaked - 20.0) / 10.0) ** 2
     assert np.abs(added - slope * stray)[14:-7].max() < 0.1 * np.abs(slope * stray).max()

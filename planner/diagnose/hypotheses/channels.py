@@ -32,6 +32,7 @@ SOAKED = 0.5  # share of a node's rows within SOAKED_K of it, from which the cha
 LEAST_NODES = 4  # that a cubic spline needs
 ROUNDING = 1e-9  # of the largest value of a table, below which its bends are none
 TOLD = 1e-8  # of a combination of columns of unit length: a table of nine digits tells no less apart
+LARGEST = 0.3  # of a scale factor's error or a lean's: instruments are within a few per cent
 _ROUNDS = 8  # Gauss-Newton: the products are 1e-3 of the linear part, so three rounds arrive
 
 
@@ -42,6 +43,7 @@ class Channel:
     theta: (p,) of the fit of the declared effects and those of `found`, products and all
     y: (n,) reading; r: (n,) what the declared effects leave of it
     J: (n, q) columns of the declared effects, then the slopes of their tables at the nodes, which are free
+    steep: (n, q) by how much a column grows per kelvin at its node; 0 of all but slopes
     most: (q,) the largest coefficient that a column can have: of a slope the steepest chord beside its node
     lean: (n,) 1 + κ, by which a candidate that leans the input is multiplied
     driven: the conditions with the misaligned input in place of the channel's own, for scale-factor effects
@@ -55,6 +57,7 @@ class Channel:
     y: Array
     r: Array
     J: Array
+    steep: Array
     most: Array
     lean: Array
     driven: Conditions
@@ -110,7 +113,23 @@ def channel(
         moved, left = np.abs(J @ step).max(initial=0.0), np.abs(y - parts.predicted).max(initial=0.0)
         if moved <= 1e-9 * max(left, 1e-300):
             break
-    return _at(model, found, theta, y, free)
+    return _at(model, found, _of_a_unit(model, theta), y, free)
+
+
+def _of_a_unit(model: ChannelModel, theta: Array) -> Array:
+    """(p,) θ without scale factors and leans that no record tells: none of their products is real then.
+
+    At rest the Earth's rate alone drives a gyro's. A step of the bias between power-ons of unlike faces made
+    them several hundred per cent, and their product a g-sensitivity of 36 sigma. The columns stay.
+    """
+    parts, u = evaluate(model, theta), sensed(model.sensor, model.conditions)
+    largest, kept = float(np.abs(u).max(initial=0.0)), theta.copy()
+    lean = float(np.abs(parts.v - model.u).max(initial=0.0))
+    bend = float(np.abs(parts.kappa).max(initial=0.0))
+    if largest < EXCITING[model.sensor] or max(lean, bend * largest) > LARGEST * largest:
+        known, groups = catalog.effects(), ("scale_factor", "misalignment")
+        kept[[not c.parameter and known[c.effect].group in groups for c in model.columns()]] = 0.0
+    return kept
 
 
 def at_rows(c: Channel, conditions: Conditions, y: Array, free: Array | None = None) -> Channel:
@@ -125,7 +144,7 @@ def _at(model: ChannelModel, found: tuple[str, ...], theta: Array, y: Array, fre
     name = "rate" if model.sensor == "gyro" else "specific_force"
     driven = replace(model.conditions, **{name: leaning})
     J, given_back = _declared(model, found, theta, jacobian(model, theta, parts))
-    slopes, most = _slopes(model, driven, parts.v, theta)
+    slopes, steep, most = _slopes(model, driven, parts.v, theta)
     free = np.empty((len(y), 0)) if free is None else free
     return Channel(
         sensor=model.sensor,
@@ -136,6 +155,7 @@ def _at(model: ChannelModel, found: tuple[str, ...], theta: Array, y: Array, fre
         y=y,
         r=y - parts.predicted + given_back,
         J=np.column_stack([J, slopes, free]),
+        steep=np.column_stack([np.zeros_like(J), steep, np.zeros_like(free)]),
         most=np.concatenate([np.full(J.shape[1], np.inf), most, np.full(free.shape[1], np.inf)]),
         lean=1.0 + parts.kappa,
         driven=driven,
@@ -160,14 +180,15 @@ def _declared(model: ChannelModel, found: tuple[str, ...], theta: Array, J: Arra
     return np.column_stack([J[:, kept], *sums]), J[:, extra] @ theta[extra]
 
 
-def _slopes(model: ChannelModel, driven: Conditions, v: Array, theta: Array) -> tuple[Array, Array]:
+def _slopes(model: ChannelModel, driven: Conditions, v: Array, theta: Array) -> tuple[Array, Array, Array]:
     """(n, k) slope of each table at each node: a soaked chamber strays, and a chord is no tangent.
 
     Without them the reading's own slope at a node, 1e-5 g from 0.05 K, counts as something missing.
-    Also (k,) the steepest chord of the table beside the node; a table of one node may have any slope.
+    Also (n, k) what a slope adds per kelvin, and (k,) the steepest chord of the table beside the node; a
+    table of one node may have any slope.
     """
     t = model.conditions.temperature_degc
-    found, most = [np.empty((len(t), 0))], [np.empty(0)]
+    found, steep, most = [np.empty((len(t), 0))], [np.empty((len(t), 0))], [np.empty(0)]
     for (name, term), place in tables(model).items():
         effect = catalog.effects()[name]
         index = [x.name for x in effect.terms(model.sensor)].index(term)
@@ -178,13 +199,15 @@ def _slopes(model: ChannelModel, driven: Conditions, v: Array, theta: Array) -> 
         nearest = np.argmin(np.abs(t[:, None] - nodes[None, :]), axis=1)
         near = (nearest[:, None] == np.arange(len(nodes))[None, :]) & _strays(t, nodes, nearest)
         found.append(near * ((t - nodes[nearest]) * column)[:, None])
+        steep.append(near * column[:, None])
         most.append(_steepest(nodes, theta[place]))
-        found.append(np.hstack([_bends(t, nodes, theta[place]), _beyond(t, nodes)]) * column[:, None])
-        most.append(np.full(found[-1].shape[1], np.inf))
-        if scale:
-            found.append(_untold(model, v, nodes))
-            most.append(np.full(found[-1].shape[1], np.inf))
-    return np.concatenate(found, axis=1), np.concatenate(most)
+        others = [np.hstack([_bends(t, nodes, theta[place]), _beyond(t, nodes)]) * column[:, None]]
+        others += [_untold(model, v, nodes)] if scale else []
+        for other in others:
+            found.append(other)
+            steep.append(np.zeros_like(other))
+            most.append(np.full(other.shape[1], np.inf))
+    return np.concatenate(found, axis=1), np.concatenate(steep, axis=1), np.concatenate(most)
 
 
 def _strays(t: Array, nodes: Array, nearest: NDArray[np.int64]) -> NDArray[np.bool_]:

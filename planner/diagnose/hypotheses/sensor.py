@@ -219,7 +219,7 @@ def begin(
     free = data.attitudes()[0] if sensor == "accelerometer" else None
     whole = [channel(sensor, a, conditions, readings[:, a], declared, strong, free) for a in alive]
     strays = strays_of(conditions, data.starts)
-    mine = tuple(with_read_temperature(c, strays) for c in whole)
+    mine = tuple(with_read_temperature(c, strays, data.starts) for c in whole)
     library = library_blocks(mine, table, (*plain_names(declared, sensor), *impossible), sensor)
     library += [b for b in reference_blocks(mine, table, sensor, benches) if b.name not in impossible]
     library = [b for b in library if fallen.isdisjoint((b.name, a) for a in b.columns)]

@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 
 from planner.diagnose.hypotheses.channels import channel
+from planner.diagnose.hypotheses.prepared import prepared
 from planner.diagnose.hypotheses.read_temperature import about_course, strays_of, with_read_temperature
+from planner.diagnose.hypotheses.sensor import diagnose_sensor
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
+from planner.nouns.dwell_table import DwellTable
+from planner.protocols import Sensor
 
 RUNS, ROWS, NOISE_K, PER_KELVIN = 12, 12, 0.04, 6e-5
 STARTS = np.arange(0, RUNS * ROWS, ROWS)
@@ -52,6 +56,76 @@ def test_what_it_makes_of_a_steep_scale_factor_is_taken_off(seed: int) -> None:
         day=np.repeat(np.arange(float(RUNS)), ROWS),
     )
     c = channel("gyro", 0, conditions, u * (1.0 + PER_KELVIN * (true - 20.0)), DECLARED)
-    wide = with_read_temperature(c, strays_of(c.model.conditions, STARTS))
+    wide = with_read_temperature(c, strays_of(c.model.conditions, STARTS), STARTS)
     before, after = (x.r - x.J @ np.linalg.lstsq(x.J, x.r, rcond=1e-10)[0] for x in (c, wide))
     assert np.std(after) < 0.7 * np.std(before)
+
+
+# ---------------------------------------------------------------- whole campaigns at few chamber points
+
+FACES = np.concatenate([np.eye(3), -np.eye(3)])
+RATES = (-300.0, -100.0, 100.0, 300.0)
+
+
+def _warming(seed: int, rooms: tuple[float, ...], g_sensitivity: float = 0.0) -> DwellTable:
+    """Twelve power-ons of a unit that warms itself by 0.5 K, rests and turns in any order, nothing hidden.
+
+    60 ppm/K and 1.5e-4 g/K, read with 0.025 K of noise; g_sensitivity: deg/s/g of gyro y along x
+    """
+    rng = np.random.default_rng(seed)
+    earth, g = np.radians(15.041 / 3600.0), 9.80665
+    axes = np.concatenate([FACES, np.repeat(np.eye(3), len(RATES), axis=0)])
+    rates = np.concatenate([np.zeros(6), np.radians(np.tile(RATES, 3))])
+    count = len(axes)
+    order = np.concatenate([rng.permutation(count) for _ in range(RUNS)])
+    up, turns, run = axes[order], rates[order], np.repeat(np.arange(RUNS), count)
+    time_on = np.tile(60.0 + 90.0 * np.arange(count), RUNS)
+    true = np.array(rooms)[run % len(rooms)] + 0.5 * (1.0 - np.exp(-time_on / 800.0))
+    warmer = (true - 20.0)[:, None]
+    rate = up * (turns + earth * np.sin(0.97))[:, None]
+    force = g * up
+
+    def each(sigma: float) -> Array:
+        return np.repeat(sigma * rng.normal(size=(RUNS, 3)), count, axis=0)
+
+    gyro = rate * (1.0 + np.array([6e-5, -4e-5, 5e-5]) * warmer + each(2e-5)) + each(np.radians(1e-3))
+    acc = force * (1.0 + np.array([-3e-5, 4e-5, 2e-5]) * warmer + each(2e-5)) + each(3e-4 * g)
+    acc += g * np.array([1.5e-4, -1e-4, 1.2e-4]) * warmer
+    gyro[:, 1] += np.radians(g_sensitivity) * up[:, 0]
+    return DwellTable(
+        run=run + 1,
+        day=0.5 * run,
+        time_on=time_on,
+        duration=np.full(len(run), 30.0),
+        temperature_degc=true + 0.025 * rng.normal(size=len(run)),
+        temperature_rate=0.5 / 800.0 * np.exp(-time_on / 800.0),
+        ref_rate=rate,
+        ref_acc=force,
+        gyro=gyro + np.radians(8e-5) * rng.normal(size=gyro.shape),
+        acc=acc + 1e-5 * g * rng.normal(size=acc.shape),
+        unit=np.full(len(run), "1"),
+        source="warming",
+    )
+
+
+def _named(seed: int, rooms: tuple[float, ...], sensor: Sensor, g_sensitivity: float = 0.0) -> list[str]:
+    table = _warming(seed, rooms, g_sensitivity)
+    declared = ("bias", "bias_temperature", "scale_factor", "scale_factor_temperature", "misalignment")
+    found = diagnose_sensor(prepared(table), sensor, declared, 1).found
+    return [found.pool.blocks[b].name for b in found.all]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.further("seed", range(4, 10))
+@pytest.mark.parametrize("rooms", [(20.0,), (20.0, 45.0)])
+def test_of_a_unit_that_warms_itself_at_few_points_nothing_goes_with_the_time(
+    seed: int, rooms: tuple[float, ...]
+) -> None:
+    """It had been something over time and rate of 10 to 90 sigma, or a warm-up of the accelerometers."""
+    assert _named(seed, rooms, "gyro") == []
+    assert _named(seed, rooms, "accelerometer") == []
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_hides_beside_its_warming_is_found(seed: int) -> None:
+    assert _named(seed, (20.0, 45.0), "gyro", 2e-4) == ["g_sensitivity"]
