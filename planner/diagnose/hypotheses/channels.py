@@ -123,10 +123,11 @@ def _of_a_unit(model: ChannelModel, theta: Array) -> Array:
     them several hundred per cent, and their product a g-sensitivity of 36 sigma. The columns stay.
     """
     parts, u = evaluate(model, theta), sensed(model.sensor, model.conditions)
-    largest, kept = float(np.abs(u).max(initial=0.0)), theta.copy()
+    size, kept = np.abs(u).max(axis=1, initial=0.0), theta.copy()
+    largest = float(size.max(initial=0.0))
     lean = float(np.abs(parts.v - model.u).max(initial=0.0))
-    bend = float(np.abs(parts.kappa).max(initial=0.0))
-    if largest < EXCITING[model.sensor] or max(lean, bend * largest) > LARGEST * largest:
+    bend = float(np.max(np.abs(parts.kappa) * size, initial=0.0))  # nothing, at a node where nothing turns
+    if largest < EXCITING[model.sensor] or max(lean, bend) > LARGEST * largest:
         known, groups = catalog.effects(), ("scale_factor", "misalignment")
         kept[[not c.parameter and known[c.effect].group in groups for c in model.columns()]] = 0.0
     return kept

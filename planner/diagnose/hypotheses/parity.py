@@ -14,7 +14,7 @@ import numpy as np
 
 from planner import catalog
 from planner.diagnose.hypotheses.pool import Pool
-from planner.nouns.conditions import Conditions
+from planner.nouns.conditions import Conditions, Swinging
 
 EQUAL = 1e-6  # of the largest value of a column, within which two are the same
 
@@ -46,4 +46,5 @@ def _parity(pool: Pool, b: int) -> float:
 def _mirrored(conditions: Conditions, gyro: bool) -> Conditions:
     if gyro:
         return replace(conditions, rate=-conditions.rate)
-    return replace(conditions, specific_force=-conditions.specific_force)
+    mirrored = replace(conditions, specific_force=-conditions.specific_force)
+    return replace(mirrored, swing=-mirrored.swing) if isinstance(mirrored, Swinging) else mirrored
