@@ -71,7 +71,8 @@ def unequal(seed: int) -> DwellTable:
     return replace(table, duration=duration, gyro=gyro, acc=acc)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", [3, 4])
 def test_levels_of_records_that_last_unequally_long_put_no_power_on_off(seed: int) -> None:
     """In each row's sigma a level is not one number: what was left of it said that a channel was off."""
     found = diagnose(unequal(seed), spec())
@@ -86,8 +87,8 @@ def few(seed: int, power_ons: int) -> Hall:
     return replace(hall, temperature=degc + 0.03 * rng.normal(size=len(degc)))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-@pytest.mark.further("seed", range(4, 9))
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", range(3, 9))
 def test_a_power_on_of_another_unit_among_six_is_said(seed: int) -> None:
     """The verdict had been `clean`, beside scale factors that scattered 170 times as much as budgeted."""
     hall = few(seed, 6)

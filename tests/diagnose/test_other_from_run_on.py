@@ -41,7 +41,8 @@ def _anew(seed: int, layout: str) -> tuple[DwellTable, int, float]:
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", [3])
 def test_a_unit_mounted_anew_is_one_finding_with_run_and_angle(seed: int, layout: str) -> None:
     """It was something over days without a name on several channels, and nothing with few power-ons."""
     table, first, size = _anew(seed, layout)
@@ -61,7 +62,8 @@ def test_a_unit_that_stays_is_not_mounted_anew(seed: int, build: Callable[[int],
     assert not whole(read(build(seed), seed)).reference_suspects
 
 
-@pytest.mark.parametrize("seed", [21, 22, 23])
+@pytest.mark.parametrize("seed", [21, 22])
+@pytest.mark.further("seed", [23])
 def test_gyros_that_turn_by_themselves_are_no_mounting(seed: int) -> None:
     """Gravity tells that the case stays where it was."""
     hall = days(seed, 24)
@@ -71,7 +73,8 @@ def test_gyros_that_turn_by_themselves_are_no_mounting(seed: int) -> None:
     assert all(s.hypothesis != "mounting" for s in found.reference_suspects)
 
 
-@pytest.mark.parametrize("seed", [31, 32, 33])
+@pytest.mark.parametrize("seed", [31, 32])
+@pytest.mark.further("seed", [33])
 def test_one_axis_that_leans_otherwise_is_no_mounting(seed: int) -> None:
     hall = days(seed, 24)
     late = hall.run >= 11
@@ -100,7 +103,8 @@ def _tilted(seed: int, layout: str, only: bool) -> tuple[DwellTable, int, float]
 
 
 @pytest.mark.parametrize(("layout", "only"), [("days", False), ("days", True), ("chamber", False)])
-@pytest.mark.parametrize("seed", [41, 43, 44])
+@pytest.mark.parametrize("seed", [41, 43])
+@pytest.mark.further("seed", [44])
 def test_a_base_that_leans_from_a_run_on_is_said_with_the_run(seed: int, layout: str, only: bool) -> None:
     """It was a mounting with a cross-coupling beside it, a tilt of half the size, or nothing."""
     table, first, size = _tilted(seed, layout, only)
@@ -114,7 +118,8 @@ def test_a_base_that_leans_from_a_run_on_is_said_with_the_run(seed: int, layout:
     assert suspect.high - suspect.low < size
 
 
-@pytest.mark.parametrize("seed", [51, 52, 53])
+@pytest.mark.parametrize("seed", [51, 52])
+@pytest.mark.further("seed", [53])
 def test_a_base_that_leans_throughout_has_no_run_at_which_it_began(seed: int) -> None:
     hall = days(seed, 24)
     felt = replace(hall, up=hall.up + np.radians(0.02) * ~hall.turns[:, None] * hall.north)
@@ -124,7 +129,8 @@ def test_a_base_that_leans_throughout_has_no_run_at_which_it_began(seed: int) ->
 
 
 @pytest.mark.parametrize("only", [True, False])
-@pytest.mark.parametrize("seed", [61, 62, 63])
+@pytest.mark.parametrize("seed", [61, 62])
+@pytest.mark.further("seed", [63])
 def test_a_fixture_that_is_turned_is_an_azimuth_with_the_run(seed: int, only: bool) -> None:
     """Nothing was missing, though north was east in all rests of a power-on."""
     hall = days(seed, 24)

@@ -115,8 +115,8 @@ def _named(seed: int, rooms: tuple[float, ...], sensor: Sensor, g_sensitivity: f
     return [found.pool.blocks[b].name for b in found.all]
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-@pytest.mark.further("seed", range(4, 10))
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", range(3, 10))
 @pytest.mark.parametrize("rooms", [(20.0,), (20.0, 45.0)])
 def test_of_a_unit_that_warms_itself_at_few_points_nothing_goes_with_the_time(
     seed: int, rooms: tuple[float, ...]

@@ -36,7 +36,8 @@ def test_the_thermometer_is_named_and_no_channel(seed: int, minutes: float) -> N
     assert not found.unknown
 
 
-@pytest.mark.parametrize("seed", [60, 62, 63])
+@pytest.mark.parametrize("seed", [60, 62])
+@pytest.mark.further("seed", [63])
 def test_a_lag_that_no_channel_follows_visibly_is_told_by_all_together(seed: int) -> None:
     """Nothing was missing, at 10 to 30 sigma: linear columns beside a table's nodes see none of it."""
     hall = short_ramps(seed)
@@ -49,7 +50,8 @@ def test_a_lag_that_no_channel_follows_visibly_is_told_by_all_together(seed: int
     assert not found.effects
 
 
-@pytest.mark.parametrize("seed", [4, 5, 8])
+@pytest.mark.parametrize("seed", [4, 5])
+@pytest.mark.further("seed", [8])
 def test_a_lag_has_its_size_where_all_channels_wander(seed: int) -> None:
     """Walks of half an hour are no curves that lag: by white noise 129 +- 7 s, 127 +- 5 s."""
     hall = short_ramps(seed, 8)
@@ -89,7 +91,8 @@ def test_a_lag_is_one_where_channels_say_it_together(
     assert lag.of_several == several
 
 
-@pytest.mark.parametrize("seed", [6, 7, 8, 9])
+@pytest.mark.parametrize("seed", [6, 7])
+@pytest.mark.further("seed", [8, 9])
 def test_what_one_channel_lags_by_stays_its_own(seed: int) -> None:
     hall = short_ramps(seed, 6)
     behind = hall.ramp * (1.0 - np.exp(-hall.time_on / 150.0))
@@ -100,7 +103,8 @@ def test_what_one_channel_lags_by_stays_its_own(seed: int) -> None:
     } == {"gyro_z"}
 
 
-@pytest.mark.parametrize("seed", [10, 11, 12])
+@pytest.mark.parametrize("seed", [10, 11])
+@pytest.mark.further("seed", [12])
 def test_ramps_with_a_prompt_thermometer_are_clean(seed: int) -> None:
     assert whole(read(short_ramps(seed, 6), seed, gyro=QUIET)).verdict == "clean"
 

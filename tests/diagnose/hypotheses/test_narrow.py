@@ -21,8 +21,8 @@ def _said(table: DwellTable) -> set[str]:
     return {e.effect for e in found.effects} | {u.varies_with for u in found.unknown}
 
 
-@pytest.mark.parametrize("seed", [301, 302, 303])
-@pytest.mark.further("seed", [304, 305, 306])
+@pytest.mark.parametrize("seed", [301, 302])
+@pytest.mark.further("seed", range(303, 307))
 def test_a_wave_over_twenty_power_ons_goes_with_the_days(seed: int) -> None:
     """Nothing was said: four nodes are all that so few power-ons carry, and it passed for their spread."""
     hall = days(seed, 20)
@@ -31,8 +31,8 @@ def test_a_wave_over_twenty_power_ons_goes_with_the_days(seed: int) -> None:
     assert _said(hidden(table, "gyro", seed % 3, 1e-2 * np.sin(2.0 * np.pi * turns + seed))) == {"day"}
 
 
-@pytest.mark.parametrize("seed", [311, 312, 313])
-@pytest.mark.further("seed", [314, 315, 316])
+@pytest.mark.parametrize("seed", [311, 312])
+@pytest.mark.further("seed", range(313, 317))
 def test_a_gyro_that_locks_in_at_small_rates_goes_with_the_rate(seed: int) -> None:
     """y = sign(ω) √(ω² − 6²): it went with the time since power-on and the rate, or was nothing."""
     hall = axes_apart(seed, 2, MANY)

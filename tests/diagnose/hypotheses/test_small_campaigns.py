@@ -29,7 +29,8 @@ def claims(s: SensorFound) -> list[tuple[str, tuple[int, ...]]]:
     return [s.found.pool.blocks[b].key for b in s.found.all]
 
 
-@pytest.mark.parametrize("seed", [96004, 96005, 96006])
+@pytest.mark.parametrize("seed", [96004, 96005])
+@pytest.mark.further("seed", [96006])
 def test_a_bias_that_settles_within_half_a_minute_is_seen(seed: int) -> None:
     """At 7 to 10 sigma nothing was said: by a few degrees of freedom nothing is significant."""
     table = few(seed)

@@ -15,7 +15,8 @@ SPEC = shipped("small_uav").spec
 RATES = (12.0, 40.0, 90.0, 160.0, 270.0, 380.0)  # deg/s; the table's end is 500
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", [3])
 def test_a_dead_band_goes_with_the_rate(seed: int) -> None:
     """Its table of scale factors was believed at 40 sigma, and dropped: "nothing is missing"."""
     hall = axes_apart(seed, turns=(*RATES, *(-r for r in RATES)))
