@@ -25,9 +25,7 @@ from planner.nouns.diagnosis import RowLeftOut
 from planner.nouns.dwell_table import DwellTable
 
 LEAST_RUNS = 8  # power-ons, from which the middle one says what is usual
-LEAST_ALIKE = (
-    4  # others, that are fewer: of spreads alone one channel has one so far off in 1 of 100 campaigns
-)
+LEAST_ALIKE = 4  # others, where these are fewer: one channel is so far off in 1 of 100 by spreads alone
 LEAST_ROWS = 3  # of a power-on, about whose mean something is left
 FARTHER = 25.0  # times the square of the middle power-on: five sigma in every row
 REPEATED = 0.5  # share of its rows whose motion another power-on has: the others say what it should read
