@@ -14,7 +14,7 @@ import numpy as np
 from planner import catalog
 from planner.campaign.channel_model import channel_model
 from planner.campaign.estimate import Estimate, Robust, estimate, solved
-from planner.campaign.first_order import first_order
+from planner.campaign.first_order import FirstOrder, first_order
 from planner.campaign.noise import Component, Noise, Slopes
 from planner.campaign.power_ons import PowerOns
 from planner.campaign.prior import Prior
@@ -102,8 +102,10 @@ def _together(found: list[Estimate], readings: Array) -> list[Estimate]:
     at = _places(found)
     noise, variances = _stacked_noise(found)
     thetas = [e.theta for e in found]
+    told = [first_order(e.model) for e in found]
+    prior = _stacked_prior([e.prior for e in found])
     for _ in range(ROUNDS):
-        J, target, prior = _stacked(found, thetas, readings, at)
+        J, target = _stacked(found, told, thetas, readings, at)
         fit = solved(target, J, prior, noise, variances)
         thetas = [fit.coefficients[place] for place in at.places]
     return [
@@ -113,17 +115,21 @@ def _together(found: list[Estimate], readings: Array) -> list[Estimate]:
 
 
 def _stacked(
-    found: Sequence[Estimate], thetas: Sequence[Array], readings: Array, at: _Places
-) -> tuple[Array, Array, Prior]:
+    found: Sequence[Estimate],
+    told: Sequence[FirstOrder],
+    thetas: Sequence[Array],
+    readings: Array,
+    at: _Places,
+) -> tuple[Array, Array]:
     blocks, targets = [], []
-    for e, theta, place in zip(found, thetas, at.places, strict=True):
+    for e, first, theta, place in zip(found, told, thetas, at.places, strict=True):
         parts = evaluate(e.model, theta)
-        J = first_order(e.model).slope(e.model, theta, parts)
+        J = first.slope(e.model, theta, parts)
         wide = np.zeros((len(J), at.count))
         wide[:, place] = J
         blocks.append(wide)
         targets.append(readings[:, e.model.channel] - parts.predicted + J @ theta)
-    return np.concatenate(blocks), np.concatenate(targets), _stacked_prior([e.prior for e in found])
+    return np.concatenate(blocks), np.concatenate(targets)
 
 
 def _stacked_prior(priors: Sequence[Prior]) -> Prior:
