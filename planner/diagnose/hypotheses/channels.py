@@ -276,11 +276,21 @@ def _untold(model: ChannelModel, v: Array, told: Array) -> Array:
 
 
 def _steepest(nodes: Array, values: Array) -> Array:
-    """(N,) the larger of the two chords at each node of a table, per kelvin."""
+    """(N,) the largest slope that a table can have at each of its nodes, per kelvin; any, where there is one.
+
+    The larger of the two chords c beside a node; at an end also the tangent of the parabola through the last
+    three, c₁ + (c₁ − c₂) h₁ / (h₁ + h₂), h the gaps: from one chord a curve may turn away in its last gap.
+    """
     if len(nodes) < 2:
         return np.full(len(nodes), np.inf)
-    chords = np.abs(np.diff(values) / np.diff(nodes))
-    return np.asarray(np.maximum(np.append(chords, 0.0), np.append(0.0, chords)))
+    gaps = np.diff(nodes)
+    chords = np.diff(values) / gaps
+    size = np.abs(chords)
+    most = np.maximum(np.append(size, 0.0), np.append(0.0, size))
+    for end, first, next_ in ((0, 0, 1), (-1, -1, -2)) if len(nodes) > 2 else ():
+        bent = (chords[first] - chords[next_]) * gaps[first] / (gaps[first] + gaps[next_])
+        most[end] = max(float(most[end]), abs(float(chords[first] + bent)))
+    return np.asarray(most)
 
 
 def columns(c: Channel, effect: str, nonlinear: Mapping[str, float] | None = None) -> Array:
