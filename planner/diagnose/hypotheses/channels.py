@@ -127,10 +127,16 @@ def _of_a_unit(model: ChannelModel, theta: Array) -> Array:
     largest = float(size.max(initial=0.0))
     lean = float(np.abs(parts.v - model.u).max(initial=0.0))
     bend = float(np.max(np.abs(parts.kappa) * size, initial=0.0))  # nothing, at a node where nothing turns
-    if largest < EXCITING[model.sensor] or max(lean, bend) > LARGEST * largest:
+    if hardly_driven(model) or max(lean, bend) > LARGEST * largest:
         known, groups = catalog.effects(), ("scale_factor", "misalignment")
         kept[[not c.parameter and known[c.effect].group in groups for c in model.columns()]] = 0.0
     return kept
+
+
+def hardly_driven(model: ChannelModel) -> bool:
+    """Whether no record has an input: a gyro that only rests reads the Earth's rate."""
+    u = sensed(model.sensor, model.conditions)
+    return float(np.abs(u).max(initial=0.0)) < EXCITING[model.sensor]
 
 
 def at_rows(c: Channel, conditions: Conditions, y: Array, free: Array | None = None) -> Channel:
@@ -170,15 +176,25 @@ def _declared(model: ChannelModel, found: tuple[str, ...], theta: Array, J: Arra
     """
     names = [c.effect for c in model.columns()]
     linear = [not c.parameter for c in model.columns()]
-    known = catalog.effects()
-    tables = {known[e].temperature_of or e for e in found if known[e].tabled}.difference(found)
+    tables = _collapsed(found)
     extra = [i for i, name in enumerate(names) if (name in found or name in tables) and linear[i]]
-    kept = [i for i, name in enumerate(names) if name not in found and name not in tables]
+    kept = declared_columns(model, found)
     sums = [
         J[:, [i for i, name in enumerate(names) if name == table]].sum(axis=1)
         for table in sorted(tables.intersection(names))
     ]
     return np.column_stack([J[:, kept], *sums]), J[:, extra] @ theta[extra]
+
+
+def declared_columns(model: ChannelModel, found: tuple[str, ...]) -> list[int]:
+    """Which of the model's coefficients have the first columns of J, in their order."""
+    gone = _collapsed(found).union(found)
+    return [i for i, c in enumerate(model.columns()) if c.effect not in gone]
+
+
+def _collapsed(found: tuple[str, ...]) -> set[str]:
+    known = catalog.effects()
+    return {known[e].temperature_of or e for e in found if known[e].tabled}.difference(found)
 
 
 def _slopes(model: ChannelModel, driven: Conditions, v: Array, theta: Array) -> tuple[Array, Array, Array]:
