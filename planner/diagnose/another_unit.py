@@ -30,6 +30,7 @@ MOST_ROWS = 20_000  # of which another unit is asked; 1e6 take minutes and gigab
 ANOTHER = 1e-9  # p of an F test, over all places at which another unit's rows could begin
 LEAST_RATIO = 2.0  # of the squares before to those after: no curve that a model misses a little
 EACH = 1e-3  # p of one channel's leans, held against those of power-ons, at a place that rows told
+LIKELY = 1.92  # of log p, half of χ²'s 95 % point of one: places as far behind the best may be the one
 ALONE = 1e-6  # p of one channel's step, over all places
 LEAST_SIDE = 0.15  # share of the rows on each side of the place
 TURNS = float(np.radians(3.0))  # from which on a power-on is one of turns, whose level may be its own
@@ -86,22 +87,25 @@ def another_unit(table: DwellTable, kept: NDArray[np.bool_]) -> AnotherUnit | No
     if len(rows.order) < 60 or rows.run.max() < 8:
         return _at_rest(table, kept)
     surest: tuple[float, int] | None = None
+    together = np.zeros(int(rows.run.max()))
     for y, u in rows.sensors:
         stays = _every_channel(y, u, rows, _stays)
         if stays is None:
             continue
         free = _every_channel(y, u, rows, _free)
-        found = None if free is None else _sure(np.maximum(stays, free))
+        each = stays if free is None else np.maximum(stays, free)
+        found = None if free is None else _sure(each)
         if found is None:
-            found = _sure(stays)
+            each, found = stays, _sure(stays)
             found = found if found is not None and _levels_step(y, u, rows, found[1]) else None
-        if found is not None and not _leans_too(y, u, rows, found[1]):
-            found = None
-        surest = min((one for one in (surest, found) if one is not None), default=None)
-    if surest is not None and mounted_anew(rows.sensors, rows.weights, rows.run, surest[1]):
-        return None  # which power-on, and by what angles, is told beside the error model
+        if found is not None and _leans_too(y, u, rows, found[1]):
+            surest = min(surest or found, found)
+            together += each.sum(axis=0)
     if surest is not None:
-        return _said(rows, *surest, "scale factors and misalignments")
+        first, best, last = _places(together)
+        if mounted_anew(rows.sensors, rows.weights, rows.run, best):
+            return None  # which power-on, and by what angles, is told beside the error model
+        return _said(rows, surest[0], best, "scale factors and misalignments", (first, last))
     stepped = _all_step(rows) or _all_step(rows, level_of_turns=False)
     return _at_rest(table, kept) if stepped is None else _said(rows, *stepped, "the biases of all channels")
 
@@ -131,13 +135,25 @@ def _sure(p: Array) -> tuple[float, int] | None:
     return (float(weakest[place]), place) if weakest[place] < np.log(ANOTHER) else None
 
 
-def _said(rows: _Rows, p: float, best: int, others: str) -> AnotherUnit:
-    later, table = rows.run > best, rows.table
-    first = int(rows.number[best + 1])
-    out = table.run > rows.number[best] if later.sum() <= len(later) / 2 else table.run < first
+def _places(together: Array) -> tuple[int, int, int]:
+    """First, best and last place (runs − 1,) that log p of all channels allow, summed over the sensors.
+
+    A unit changes on all of them at once. Rests, between which nothing turns, tell the gyros' leans no place.
+    """
+    best = int(np.argmin(together))
+    either = np.flatnonzero(together <= together[best] + LIKELY)
+    return int(either[0]), best, int(either[-1])
+
+
+def _said(rows: _Rows, p: float, best: int, others: str, span: tuple[int, int] | None = None) -> AnotherUnit:
+    """span: the first and the last place that it may be; between them nobody knows whose the rows are."""
+    low, high = (best, best) if span is None else span
+    table, first = rows.table, int(rows.number[best + 1])
+    of_one, of_other = table.run <= rows.number[low], table.run >= rows.number[high + 1]
+    out = ~of_one if np.sum(rows.run <= low) >= np.sum(rows.run > high) else ~of_other
     suspect = ReferenceSuspect(
-        "mixed_units", float(first), float(first), float(first), "run", channels_of(table),
-        float(np.exp(max(p, -700.0))), float("inf"),
+        "mixed_units", float(first), float(rows.number[low + 1]), float(rows.number[high + 1]), "run",
+        channels_of(table), float(np.exp(max(p, -700.0))), float("inf"),
         f"compare the serial numbers before and from run {first} on", float("inf"),
     )  # fmt: skip
     note = (

@@ -55,6 +55,7 @@ OF_WHAT_IS_COMMON = 0.1  # which they may explain of a strong one: products that
 OF_ONE = 0.8  # of what the channels see: more by one alone is that channel's
 AS_BUDGETED = 1e-3  # p, above which power-ons that differ as they may are all there is
 LEFT = 0.03  # of its columns, squared, that curves over temperature must leave of a change, or it is theirs
+WITHIN = ("time_on", "time_on_and_temperature")  # no change of a reference goes with these
 MOST_RAD = 0.1  # 6 deg, beyond which θ × u is no rotation
 MOST_SHARE = 3.0  # of the horizontal rate: north that is south is 2
 
@@ -372,9 +373,13 @@ def _name(s: SensorFound, b: int) -> str:
 
 
 def _of_other_kinds(s: SensorFound, axis: int, kind: _Kind) -> list[int]:
-    """What is believed of a channel and is not the change itself, which may look like an effect of days."""
+    """What is believed of a channel and is not the change itself, which may look like an effect of days.
+
+    So may it look like what has no name, but for what goes with the time since power-on: no reference does.
+    """
     blocks = s.found.pool.blocks
-    return [
+    unknown = [b for b in s.found.unknown if axis in blocks[b].columns and blocks[b].name in WITHIN]
+    return unknown + [
         b
         for b in s.found.library
         if axis in blocks[b].columns

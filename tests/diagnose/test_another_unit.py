@@ -14,9 +14,35 @@ import pytest
 from planner.diagnose.another_unit import another_unit
 from planner.diagnose.leans_change import leans_change
 from planner.nouns.dwell_table import DwellTable
-from tests.diagnose.hypotheses.hall import Noise, axes_apart, days, read
+from tests.diagnose.hypotheses.hall import FACES, Hall, Log, Noise, axes_apart, days, read
 
 SCATTERS = Noise(2e-4, 1e-3, scale=2e-5)
+
+
+def _mostly_rests(seed: int) -> Hall:
+    """Nine power-ons of six faces, of which the first, the fourth and the last have turns as well."""
+    rng, log = np.random.default_rng([seed, 29]), Log()
+    for k in range(9):
+        log.on(rng.uniform(8.0, 50.0))
+        if k in (0, 3, 8):
+            log.on_the_table(rng, 20.0)
+        else:
+            for i in rng.permutation(6):
+                log.record(*FACES[i], 20.0)
+        log.day += 0.5
+    return log.hall()
+
+
+def _another_from(hall: Hall, seed: int, run: int) -> DwellTable:
+    """Readings of one unit, from a power-on on those of another one."""
+    one, other = read(hall, seed, gyro=SCATTERS), read(hall, seed + 100, gyro=SCATTERS)
+    later = (one.run >= run)[:, None]
+    assert one.gyro is not None
+    assert one.acc is not None
+    assert other.gyro is not None
+    assert other.acc is not None
+    gyro, acc = np.where(later, other.gyro, one.gyro), np.where(later, other.acc, one.acc)
+    return replace(one, gyro=gyro, acc=acc)
 
 
 def _every(table: DwellTable) -> np.ndarray:
@@ -31,17 +57,30 @@ def test_a_scale_factor_that_every_power_on_draws(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_rows_of_another_unit_are_told_all_the_same(seed: int) -> None:
-    hall = axes_apart(seed, 3)
-    one, other = read(hall, seed, gyro=SCATTERS), read(hall, seed + 100, gyro=SCATTERS)
-    later = (one.run >= 14)[:, None]
-    assert one.gyro is not None
-    assert one.acc is not None
-    assert other.gyro is not None
-    assert other.acc is not None
-    table = replace(one, gyro=np.where(later, other.gyro, one.gyro), acc=np.where(later, other.acc, one.acc))
+    table = _another_from(axes_apart(seed, 3), seed, 14)
     found = another_unit(table, _every(table))
     assert found is not None
     assert abs(found.suspect.value - 14) <= 1  # a power-on about one axis tells two channels only
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_where_the_unit_changes_is_what_all_sensors_say_together(seed: int) -> None:
+    """Rests tell the gyros' leans nothing: by them it was any place up to the last power-on with turns."""
+    table = _another_from(_mostly_rests(seed), seed, 5)
+    found = another_unit(table, _every(table))
+    assert found is not None
+    assert found.suspect.value == 5
+    assert set(table.run[found.kept]) in ({1, 2, 3, 4}, {5, 6, 7, 8, 9})
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_power_ons_that_may_be_of_either_unit_are_left_out(seed: int) -> None:
+    """Gyros alone do not tell whose the rests between two power-ons with turns are."""
+    table = replace(_another_from(_mostly_rests(seed), seed, 5), acc=None)
+    found = another_unit(table, _every(table))
+    assert found is not None
+    assert found.suspect.low <= 5 <= found.suspect.high
+    assert set(table.run[found.kept]) <= {1, 2, 3, 4} or set(table.run[found.kept]) <= {5, 6, 7, 8, 9}
 
 
 def test_leans_are_held_against_what_power_ons_draw() -> None:

@@ -127,10 +127,16 @@ def _of_a_unit(model: ChannelModel, theta: Array) -> Array:
     largest = float(size.max(initial=0.0))
     lean = float(np.abs(parts.v - model.u).max(initial=0.0))
     bend = float(np.max(np.abs(parts.kappa) * size, initial=0.0))  # nothing, at a node where nothing turns
-    if largest < EXCITING[model.sensor] or max(lean, bend) > LARGEST * largest:
+    if hardly_driven(model) or max(lean, bend) > LARGEST * largest:
         known, groups = catalog.effects(), ("scale_factor", "misalignment")
         kept[[not c.parameter and known[c.effect].group in groups for c in model.columns()]] = 0.0
     return kept
+
+
+def hardly_driven(model: ChannelModel) -> bool:
+    """Whether no record has an input: a gyro that only rests reads the Earth's rate."""
+    u = sensed(model.sensor, model.conditions)
+    return float(np.abs(u).max(initial=0.0)) < EXCITING[model.sensor]
 
 
 def at_rows(c: Channel, conditions: Conditions, y: Array, free: Array | None = None) -> Channel:
@@ -170,15 +176,25 @@ def _declared(model: ChannelModel, found: tuple[str, ...], theta: Array, J: Arra
     """
     names = [c.effect for c in model.columns()]
     linear = [not c.parameter for c in model.columns()]
-    known = catalog.effects()
-    tables = {known[e].temperature_of or e for e in found if known[e].tabled}.difference(found)
+    tables = _collapsed(found)
     extra = [i for i, name in enumerate(names) if (name in found or name in tables) and linear[i]]
-    kept = [i for i, name in enumerate(names) if name not in found and name not in tables]
+    kept = declared_columns(model, found)
     sums = [
         J[:, [i for i, name in enumerate(names) if name == table]].sum(axis=1)
         for table in sorted(tables.intersection(names))
     ]
     return np.column_stack([J[:, kept], *sums]), J[:, extra] @ theta[extra]
+
+
+def declared_columns(model: ChannelModel, found: tuple[str, ...]) -> list[int]:
+    """Which of the model's coefficients have the first columns of J, in their order."""
+    gone = _collapsed(found).union(found)
+    return [i for i, c in enumerate(model.columns()) if c.effect not in gone]
+
+
+def _collapsed(found: tuple[str, ...]) -> set[str]:
+    known = catalog.effects()
+    return {known[e].temperature_of or e for e in found if known[e].tabled}.difference(found)
 
 
 def _slopes(model: ChannelModel, driven: Conditions, v: Array, theta: Array) -> tuple[Array, Array, Array]:
@@ -276,11 +292,21 @@ def _untold(model: ChannelModel, v: Array, told: Array) -> Array:
 
 
 def _steepest(nodes: Array, values: Array) -> Array:
-    """(N,) the larger of the two chords at each node of a table, per kelvin."""
+    """(N,) the largest slope that a table can have at each of its nodes, per kelvin; any, where there is one.
+
+    The larger of the two chords c beside a node; at an end also the tangent of the parabola through the last
+    three, c₁ + (c₁ − c₂) h₁ / (h₁ + h₂), h the gaps: from one chord a curve may turn away in its last gap.
+    """
     if len(nodes) < 2:
         return np.full(len(nodes), np.inf)
-    chords = np.abs(np.diff(values) / np.diff(nodes))
-    return np.asarray(np.maximum(np.append(chords, 0.0), np.append(0.0, chords)))
+    gaps = np.diff(nodes)
+    chords = np.diff(values) / gaps
+    size = np.abs(chords)
+    most = np.maximum(np.append(size, 0.0), np.append(0.0, size))
+    for end, first, next_ in ((0, 0, 1), (-1, -1, -2)) if len(nodes) > 2 else ():
+        bent = (chords[first] - chords[next_]) * gaps[first] / (gaps[first] + gaps[next_])
+        most[end] = max(float(most[end]), abs(float(chords[first] + bent)))
+    return np.asarray(most)
 
 
 def columns(c: Channel, effect: str, nonlinear: Mapping[str, float] | None = None) -> Array:

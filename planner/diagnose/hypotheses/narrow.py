@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
@@ -32,6 +33,8 @@ LEAST_LEANINGS = 7  # different ones along an axis, fewer of which a few powers 
 A_CORNER = 0.02  # of the largest column, below which one has no more than leans and rounding
 OWN_NODES = (-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0)  # g
 MODULUS_NODES = (0.0, 0.3, 0.6, 1.0)  # g
+PLACES = 12  # at which a reading may step after power-on: the rows between two of them hide little of it
+A_SIDE = 5  # rows that such a step has on either side, and power-ons
 _LOADED = 1.5 * STANDARD_GRAVITY_MPS2  # below that a load is not told from gravity
 
 
@@ -43,6 +46,25 @@ def waves(c: Channel, table: DwellTable) -> list[Array]:
     turns = (table.day - table.day.min()) / span
     around = [2.0 * np.pi * k * turns for k in CYCLES if k * A_CYCLE <= runs]
     return [np.column_stack([np.sin(x), np.cos(x)]) for x in around]
+
+
+def steps_after_power_on(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 1) each: whether a time has passed since power-on, at some times; a heater or a filter switches.
+
+    Half of such a step is a straight line, and by bins of the time, which cost eight columns, it is that.
+    """
+    t, runs = table.time_on, np.unique(table.run)
+    ends = np.sort(t)[[A_SIDE - 1, -A_SIDE]] if len(t) >= 2 * A_SIDE else t[:0]
+    if len(runs) < A_SIDE or len(ends) == 0 or ends[0] >= ends[1]:
+        return []
+    places = np.unique(np.quantile(t, np.linspace(0.0, 1.0, PLACES + 2)[1:-1]))
+    later = [t > at for at in places if ends[0] <= at < ends[1]]
+    return [x[:, None].astype(float) for x in later if _within(x, table.run) >= A_SIDE]
+
+
+def _within(later: NDArray[np.bool_], run: NDArray[np.int64]) -> int:
+    """How many power-ons have rows on both sides: what only differs between them is no step within."""
+    return len(np.intersect1d(run[later], run[~later]))
 
 
 def odd_courses(c: Channel, table: DwellTable) -> list[Array]:
@@ -86,7 +108,8 @@ def gravity_along_axes(c: Channel, table: DwellTable) -> list[Array]:
     """(n, k) curves of the force in many attitudes: over an accelerometer's own, and |f_j| of an axis.
 
     Three powers of gravity were named for one bend, and a product of two axes for the root of one of them:
-    on six faces they are the same, and no curve is asked.
+    on six faces they are the same, and no curve is asked. Of a gyro an axis has an odd curve besides: what
+    begins at half a g is a straight line, roughly, and bins of the attitude do not see where it bends.
     """
     along = c.model.conditions.specific_force / STANDARD_GRAVITY_MPS2
     if np.linalg.norm(along, axis=1).max(initial=0.0) * STANDARD_GRAVITY_MPS2 > _LOADED:
@@ -94,7 +117,18 @@ def gravity_along_axes(c: Channel, table: DwellTable) -> list[Array]:
     own = c.sensor == "accelerometer" and _leanings(along[:, c.axis]) >= LEAST_LEANINGS
     found = [_over_force(c, c.axis, OWN_NODES)] if own else []
     each = [j for j in range(3) if _leanings(np.abs(along[:, j])) >= len(MODULUS_NODES)]
-    return [*found, *(_over_force(c, j, MODULUS_NODES) for j in each)]
+    odd = [j for j in range(3) if c.sensor == "gyro" and _leanings(along[:, j]) >= LEAST_LEANINGS]
+    return [*found, *(_over_force(c, j, MODULUS_NODES) for j in each), *(_odd_force(c, j) for j in odd)]
+
+
+def _odd_force(c: Channel, axis: int) -> Array:
+    """(n, 3) f, f |f| and f³ of the force in g along an axis."""
+
+    def powers(at: Conditions) -> Array:
+        f = at.specific_force[:, axis] / STANDARD_GRAVITY_MPS2
+        return np.column_stack([f, f * np.abs(f), f**3])
+
+    return np.asarray(over_records(powers, c.model.conditions))
 
 
 def _over_force(c: Channel, axis: int, nodes: tuple[float, ...]) -> Array:
@@ -128,6 +162,7 @@ def _turning(c: Channel) -> Array:
 
 MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
     "day": waves,
+    "time_on": steps_after_power_on,
     "rate": odd_courses,
     "rate_and_specific_force": rate_under_load,
     "temperature": leaning,

@@ -60,6 +60,7 @@ class ChannelNoise:
 
     components: names of the variances in the order of `variances.theta`; sample: rows and columns they are
         judged from; drawn: as in Readings
+    known: (n, k) whitened columns of coefficients that are known beforehand, each times its sigma
     """
 
     covariance: Covariance | BlockCovariance
@@ -69,10 +70,22 @@ class ChannelNoise:
     starts: NDArray[np.int64]
     sample: Sample
     drawn: tuple[str, ...] = ()
+    known: Array | None = None
 
     def whiten(self, columns: Array) -> Array:
-        """V^(−1/2) (n, m)."""
-        return self.covariance.whiten(columns)
+        """V^(−1/2) (n, m); (I + K Kᵀ)^(−1/2) V^(−1/2) with what is known beforehand, K = U s Wᵀ."""
+        white = self.covariance.whiten(columns)
+        if self._known is None:
+            return white
+        U, s = self._known
+        return np.asarray(white - (U * (1.0 - 1.0 / np.sqrt(1.0 + s**2))) @ (U.T @ white))
+
+    @cached_property
+    def _known(self) -> tuple[Array, Array] | None:
+        if self.known is None:
+            return None
+        U, s, _ = np.linalg.svd(self.known, full_matrices=False)
+        return U, s
 
     @property
     def spread(self) -> Array:

@@ -38,6 +38,7 @@ from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.search import search
 from planner.diagnose.hypotheses.shown_noise import alike, as_shown
 from planner.diagnose.hypotheses.told_together import told_together
+from planner.diagnose.hypotheses.undriven import as_budgeted_at_rest
 from planner.diagnose.hypotheses.unnamed import unname_where_unnamed_wins
 from planner.diagnose.hypotheses.verdicts import Veto, vetoed
 from planner.diagnose.hypotheses.whitened import Cleared, Whitened, cleared, moving, whitened
@@ -225,7 +226,7 @@ def begin(
     library = [b for b in library if fallen.isdisjoint((b.name, a) for a in b.columns)]
     blocks = [*library, *generic_blocks(mine, table, sensor)]
     triad, far, sizes = _readings(data, mine, blocks)
-    cleared = _cleared(triad, blocks)
+    cleared = _cleared(triad, blocks, _budgets(data, sensor))
     state = {axis: _whitened(r, cleared[axis]) for r in triad for axis in [r.channel.axis]}
     cuts = segments(state, data.starts)
     return Begun(mine, len(library), pool_of(state, blocks, cuts, cleared), cuts, far, sizes)
@@ -257,12 +258,15 @@ def _budgets(data: Prepared, sensor: Sensor) -> Mapping[str, ErrorBudget]:
     return {} if data.unit is None else getattr(data.unit, sensor)
 
 
-def _cleared(triad: Sequence[Readings], blocks: Sequence[Block]) -> dict[int, Cleared]:
+def _cleared(
+    triad: Sequence[Readings], blocks: Sequence[Block], budgets: Mapping[str, ErrorBudget]
+) -> dict[int, Cleared]:
     """Axis -> every column of its blocks, whitened by what the triad says of the noise."""
     found = {}
     for r, noise in zip(triad, triad_noise(triad), strict=True):
         axis = r.channel.axis
-        found[axis] = cleared(r.channel, noise, [b.columns[axis] for b in blocks if axis in b.columns])
+        c, known = as_budgeted_at_rest(r.channel, noise, budgets)
+        found[axis] = cleared(c, known, [b.columns[axis] for b in blocks if axis in b.columns])
     return found
 
 

@@ -12,7 +12,7 @@ from planner.diagnose.hypotheses.scores import delta
 from planner.diagnose.hypotheses.sensor import begin, diagnose_sensor
 from planner.nouns.array import Array
 from planner.protocols import Sensor
-from tests.diagnose.hypotheses.hall import Hall, Noise, anywhere, axes_apart, hidden, read, two_axes
+from tests.diagnose.hypotheses.hall import Hall, Log, Noise, anywhere, axes_apart, hidden, read, two_axes
 from tests.diagnose.hypotheses.worlds import DECLARED, named, unnamed
 
 ACC = Noise(5e-5, 2e-4)
@@ -24,6 +24,19 @@ def _found(hall: Hall, seed: int, sensor: Sensor, shape: Array) -> tuple[set[str
     found = diagnose_sensor(prepared(table), sensor, DECLARED, seed).found
     assert all(channels == "y" for _, channels in named(found) | unnamed(found))
     return {name for name, _ in named(found)}, {name for name, _ in unnamed(found)}
+
+
+def _faces_and_tilts(seed: int) -> Hall:
+    """Nine power-ons at one temperature: six faces, turns about every axis, twelve rests in any attitude."""
+    rng, log = np.random.default_rng([seed, 23]), Log()
+    for _ in range(9):
+        log.on(rng.uniform(8.0, 50.0))
+        log.on_the_table(rng, 20.0)
+        for _ in range(12):
+            log.record(0, 1.0, 20.0)
+            log.rows[-1][5:11] = np.linalg.qr(rng.normal(size=(3, 3)))[0][:2].ravel().tolist()
+        log.day += rng.uniform(0.1, 0.6)
+    return log.hall()
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -45,6 +58,23 @@ def test_the_root_of_a_force_is_no_product_of_two(sensor: Sensor, size: float, s
     names, variables = _found(hall, seed, sensor, size * np.sqrt(np.abs(hall.up[:, 0])))
     assert not names
     assert variables == {"specific_force"}
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", [3, 4, 5])
+def test_what_a_gyro_shows_from_half_a_g_on_is_no_sensitivity_to_the_force(seed: int) -> None:
+    """It was that, and what was left of it an orientation: two claims for one curve."""
+    hall = _faces_and_tilts(seed)
+    f = hall.up[:, 0]
+    shape = 6e-3 * np.sign(f) * np.maximum(np.abs(f) - 0.5, 0.0)
+    assert _found(hall, seed, "gyro", shape) == (set(), {"specific_force"})
+
+
+@pytest.mark.parametrize("seed", [1])
+@pytest.mark.further("seed", [2, 3])
+def test_a_sensitivity_to_the_force_keeps_its_name_beside_curves_of_it(seed: int) -> None:
+    hall = _faces_and_tilts(seed)
+    assert _found(hall, seed, "gyro", 4e-3 * hall.up[:, 0]) == ({"g_sensitivity"}, set())
 
 
 @pytest.mark.parametrize(

@@ -53,3 +53,21 @@ def test_an_axis_that_leans_as_the_case_bends_goes_with_temperature(seed: int) -
     said = _said(hidden(table, "acc", axis, 8e-5 * leans))
     assert said <= {"temperature", "misalignment_temperature"}
     assert said
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.further("seed", [3, 4])
+def test_a_step_after_power_on_goes_with_the_time_and_is_no_drift(seed: int) -> None:
+    """Bins of the time cost eight columns: it was a drift, or went with the rates that turn later on."""
+    hall = days(seed, 18)
+    table = replace(read(hall, seed), acc=None)
+    assert _said(hidden(table, "gyro", 0, 6e-4 * (hall.time_on > 400.0))) == {"time_on"}
+
+
+@pytest.mark.parametrize(("name", "seed"), [("drift", 1), ("warm_up", 2)])
+@pytest.mark.further(("name", "seed"), [("drift", 3), ("warm_up", 4)])
+def test_what_grows_or_settles_after_power_on_is_no_step(name: str, seed: int) -> None:
+    hall = days(seed, 18)
+    table = replace(read(hall, seed), acc=None)
+    shape = hall.time_on / 500.0 if name == "drift" else 1.5 * np.exp(-hall.time_on / 200.0)
+    assert _said(hidden(table, "gyro", 0, 6e-4 * shape)) == {name}
