@@ -152,7 +152,7 @@ def _channel_by_channel(
         """Channels have no noise in common, so that criteria add up."""
         each = [(c, score(here, [c])) for c in blocks]
         return sum(
-            s.among_names + s.delta * (1.0 / s2 - 1.0 / s.s2) + found.alike(c, beside) for c, s in each
+            s.among_names + s.delta * (1.0 / s2 - 1.0 / s.s2) + found.beforehand(c, beside) for c, s in each
         )
 
     return max(((b, together(b)) for b in several), key=lambda one: one[1], default=([], -np.inf))
