@@ -16,6 +16,7 @@ from planner.diagnose.hypotheses.agreement import (
 from planner.diagnose.hypotheses.candidates import Block
 from planner.diagnose.hypotheses.chance import Flips, Nulls
 from planner.diagnose.hypotheses.foreseen import as_foreseen
+from planner.diagnose.hypotheses.one_temperature import odds_at_one_temperature
 from planner.diagnose.hypotheses.pool import Pool, given
 from planner.diagnose.hypotheses.references import REFERENCES, hypothesis
 from planner.diagnose.hypotheses.scores import Score, chance_of, delta, nulls_of, score
@@ -145,7 +146,7 @@ class Found:
         Three channels are of one kind: what one of them has the others are likely to have, each of its size.
         """
         beside = self.all if b is None else self.others(b)
-        found = {c: s.among_names + self.alike(c, beside) for c, s in scores.items()}
+        found = {c: s.among_names + self.beforehand(c, beside) for c, s in scores.items()}
         best: dict[Key, int] = {}
         for c in sorted(scores, key=lambda c: -found[c]):
             if self.pool.blocks[c].nonlinear:
@@ -155,8 +156,12 @@ class Found:
                 self.pool, moved = question.refine(self.pool, beside, c)
                 if moved != c:
                     found[moved] = score(given(self.pool, beside), [moved]).among_names
-                    found[moved] += self.alike(moved, beside)
+                    found[moved] += self.beforehand(moved, beside)
         return found
+
+    def beforehand(self, block: int, beside: Iterable[int]) -> float:
+        """What the criterion owes a name by what is known before it is asked."""
+        return self.alike(block, beside) + odds_at_one_temperature(self.pool, block)
 
     def alike(self, block: int, beside: Iterable[int]) -> float:
         """What the criterion owes an effect of one channel that another has as well, by that alone."""

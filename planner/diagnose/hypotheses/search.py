@@ -135,9 +135,11 @@ def _channel_by_channel(
 ) -> tuple[list[int], float]:
     """The blocks of the one effect that explains most on the channels of a block of several, their criterion.
 
-    One channel of it explains less than what all of them have in common, whichever of the two is there.
+    One channel of it explains less than what all of them have in common, whichever of the two is there. Both
+    are judged by one variance: of a hundred rows each channel tells its own to a seventh, and by the mean of
+    three what is common was behind by a hundredth of Δ, more at forty sigma than its columns cost.
     """
-    axes = found.axes(block)
+    axes, s2 = found.axes(block), score(here, [block]).s2
     effects: dict[str, dict[int, int]] = {}
     for c in sorted(criteria, key=lambda c: criteria[c]):
         own = found.axes(c)
@@ -148,7 +150,10 @@ def _channel_by_channel(
 
     def together(blocks: Sequence[int]) -> float:
         """Channels have no noise in common, so that criteria add up."""
-        return sum(score(here, [c]).among_names + found.alike(c, beside) for c in blocks)
+        each = [(c, score(here, [c])) for c in blocks]
+        return sum(
+            s.among_names + s.delta * (1.0 / s2 - 1.0 / s.s2) + found.beforehand(c, beside) for c, s in each
+        )
 
     return max(((b, together(b)) for b in several), key=lambda one: one[1], default=([], -np.inf))
 
