@@ -6,6 +6,10 @@ u is the true rate or specific force, M = I + small misalignments, κ all scale-
 all its bias effects (K 2.1, eq. 5 and 6). Every effect enters by its group: those of `misalignment` turn the
 input, v = M u; those of `scale_factor` are asked with the misaligned input, κ v = S(v) k; those of `bias`
 add, b = B β. So the product of scale factor and misalignment is exact.
+
+What is the bench's alone (`bench_only`) is no error of the unit: it changes the true input, u = reference +
+R ρ, and comes to a channel through M and κ like all of it. An arm that leans by 0.1 deg under 40 g turns
+1600 deg/s by 2.8 deg/s, of which a misalignment of 0.3 deg carries 0.015 deg/s to the next channel.
 """
 
 from __future__ import annotations
@@ -13,16 +17,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions, Swinging
-from planner.protocols import Effect, Group, Parameter, Sensor
+from planner.protocols import Effect, Parameter, Sensor
 from planner.temperature_table import REACH_K, fitting_hats
 
 AXES = ("x", "y", "z")
+Entry = Literal["bias", "scale_factor", "misalignment", "reference"]
+ENTRIES: tuple[Entry, ...] = ("bias", "scale_factor", "misalignment", "reference")
 INPUT: Mapping[Sensor, str] = {"gyro": "rate", "accelerometer": "specific_force"}
 _ROUNDS = 30  # of the inverse; a misalignment of 0.01 and a κ of 0.01 win two digits a round
 _SETTLED = 1e-15
@@ -48,6 +55,14 @@ def driven_by(sensor: Sensor, conditions: Conditions, u: Array) -> Conditions:
     return replace(conditions, **{INPUT[sensor]: u})
 
 
+def entering(effect: Effect) -> Entry:
+    """How an effect enters the equation: by its group; what is the bench's alone, by the reference.
+
+    Of what the records do not say enough (`misfit`) no product is known, and it enters by its group.
+    """
+    return "reference" if effect.bench_only and not effect.misfit else effect.group
+
+
 # ---------------------------------------------------------------- a unit whose coefficients are known
 
 
@@ -62,7 +77,8 @@ class Acting:
 
 def response(sensor: Sensor, conditions: Conditions, acting: Sequence[Acting]) -> Array:
     """(n, 3) what the sensor reads without noise, SI: (1 + κ)(M u) + b."""
-    v = sensed(sensor, conditions) + _added("misalignment", sensor, conditions, acting)
+    u = sensed(sensor, conditions) + _added("reference", sensor, conditions, acting)
+    v = u + _added("misalignment", sensor, driven_by(sensor, conditions, u), acting)
     misaligned = driven_by(sensor, conditions, v)
     bent = _added("scale_factor", sensor, misaligned, acting)
     return np.asarray(v + bent + _added("bias", sensor, conditions, acting))
@@ -73,14 +89,21 @@ def true_input(sensor: Sensor, y: Array, conditions: Conditions, acting: Sequenc
 
     conditions: the readings stand in for the true rate and force, which bias effects may ask for.
     """
-    left = y - _added("bias", sensor, conditions, acting)
-    v = _unbent(sensor, left, conditions, acting)
+    v = _unbent(sensor, y - _added("bias", sensor, conditions, acting), conditions, acting)
+    straight = _without("misalignment", sensor, v, conditions, acting)
+    return _without("reference", sensor, straight, conditions, acting)
+
+
+def _without(
+    entry: Entry, sensor: Sensor, v: Array, conditions: Conditions, acting: Sequence[Acting]
+) -> Array:
+    """(n, 3) u of which the effects of one entry make v (n, 3)."""
+    if not any(entering(a.effect) == entry for a in acting):
+        return v
     u = v
-    if not any(a.effect.group == "misalignment" for a in acting):
-        return np.asarray(v)
     for _ in range(_ROUNDS):
         before = u
-        u = v - _added("misalignment", sensor, driven_by(sensor, conditions, u), acting)
+        u = v - _added(entry, sensor, driven_by(sensor, conditions, u), acting)
         if _same(u, before):
             break
     return np.asarray(u)
@@ -94,7 +117,7 @@ def _unbent(sensor: Sensor, left: Array, conditions: Conditions, acting: Sequenc
     twice the largest reading of the row.
     """
     v, most = left, 2.0 * np.abs(left).max(axis=1, keepdims=True, initial=0.0)
-    if not any(a.effect.group == "scale_factor" for a in acting):
+    if not any(entering(a.effect) == "scale_factor" for a in acting):
         return v
     for _ in range(_ROUNDS):
         before = v
@@ -112,11 +135,11 @@ def _same(a: Array, b: Array) -> bool:
     return bool(np.nanmax(np.abs(a - b), initial=0.0) <= _SETTLED * size)
 
 
-def _added(group: Group, sensor: Sensor, conditions: Conditions, acting: Sequence[Acting]) -> Array:
-    """(n, 3) of all effects of one group."""
+def _added(entry: Entry, sensor: Sensor, conditions: Conditions, acting: Sequence[Acting]) -> Array:
+    """(n, 3) of all effects that enter in one way."""
     total = np.zeros((len(conditions.day), 3))
     for a in acting:
-        if a.effect.group == group:
+        if entering(a.effect) == entry:
             regressors = a.effect.regressors(sensor, conditions, a.parameters)
             if a.values.ndim == 1:
                 total += regressors @ a.values
@@ -146,12 +169,17 @@ class Carried:
     terms: tuple[int, ...]
     nodes: Array | None = None
 
+    @property
+    def count(self) -> int:
+        """How many coefficients it has."""
+        return len(self.terms) * (1 if self.nodes is None else len(self.nodes))
+
 
 @dataclass(frozen=True)
 class ChannelModel:
-    """One channel of one sensor over n rows: y = v + S(v) k + B β, v = u + L m.
+    """One channel of one sensor over n rows: y = v + S(v) k + B β, v = u + R ρ + L(u + R ρ) m.
 
-    carried: its effects, those of the bias first, then scale factor, then misalignment
+    carried: its effects in the order in which they enter, those of the bias first, those of the bench last
     held: (effect, parameter) that stay at their defaults
     """
 
@@ -166,9 +194,9 @@ class ChannelModel:
         """(n,) true input along the channel."""
         return sensed(self.sensor, self.conditions)[:, self.channel]
 
-    def of(self, group: Group) -> tuple[Carried, ...]:
-        """The effects of one group."""
-        return tuple(c for c in self.carried if c.effect.group == group)
+    def of(self, entry: Entry) -> tuple[Carried, ...]:
+        """The effects that enter in one way."""
+        return tuple(c for c in self.carried if entering(c.effect) == entry)
 
     def nodes_of(self, effect: str) -> Array | None:
         """(N,) nodes of an effect's table; None where it has none."""
@@ -196,7 +224,7 @@ class ChannelModel:
     @property
     def linear(self) -> int:
         """How many coefficients are linear; the parameters stand behind them."""
-        return sum(len(c.terms) * (1 if c.nodes is None else len(c.nodes)) for c in self.carried)
+        return sum(c.count for c in self.carried)
 
     def with_input(self, v: Array) -> Conditions:
         """The conditions with the misaligned input v (n,) in place of the channel's own."""
@@ -222,12 +250,13 @@ class ChannelModel:
         return {c.effect.name: fitting_hats(t, c.nodes, REACH_K) for c in self.carried if c.nodes is not None}
 
     @cached_property
-    def fixed(self) -> Mapping[Group, Array]:
+    def fixed(self) -> Mapping[Entry, Array]:
         """Columns B and L where no parameter is fitted: they do not depend on θ."""
+        entries: tuple[Entry, ...] = ("bias", "misalignment")
         return {
-            group: _group(self, group, self.conditions, {})
-            for group in ("bias", "misalignment")
-            if not any(e == c.effect.name for c in self.of(group) for e, _ in self.fitted_parameters)
+            entry: _columns(self, entry, self.conditions, {})
+            for entry in entries
+            if not any(e == c.effect.name for c in self.of(entry) for e, _ in self.fitted_parameters)
         }
 
 
@@ -240,36 +269,80 @@ def _columns_of(c: Carried, sensor: Sensor) -> list[Column]:
 
 @dataclass(frozen=True)
 class Parts:
-    """The model at one θ: v (n,), κ (n,), columns B, S, L, and the prediction (n,)."""
+    """The model at one θ: v (n,), κ (n,), the columns of every entry, and the prediction (n,)."""
 
     v: Array
     kappa: Array
     B: Array
     S: Array
     L: Array
+    R: Array
     predicted: Array
 
 
 def misaligned(model: ChannelModel, theta: Array) -> Array:
     """(n,) v at θ (p,): what `evaluate` begins with, a tenth of its work."""
-    L = _group(model, "misalignment", model.conditions, model.parameters_at(theta))
-    return np.asarray(model.u + L @ theta[model.linear - L.shape[1] : model.linear])
+    return _turned(model, theta, model.parameters_at(theta))[0]
 
 
 def evaluate(model: ChannelModel, theta: Array) -> Parts:
     """The model at θ (p,)."""
     parameters = model.parameters_at(theta)
-    B, L = (
-        model.fixed[group] if group in model.fixed else _group(model, group, model.conditions, parameters)
-        for group in ("bias", "misalignment")
-    )
-    b, k, m = _split(model, theta, B.shape[1], L.shape[1])
-    v = model.u + L @ m
-    S = _group(model, "scale_factor", model.with_input(v), parameters)
+    v, L, R = _turned(model, theta, parameters)
+    B = _fixed(model, "bias", parameters)
+    S = _columns(model, "scale_factor", model.with_input(v), parameters)
+    b, k = np.split(theta[: B.shape[1] + S.shape[1]], [B.shape[1]])
     bent = S @ k
     is_input = (np.abs(v) > 1e-9 * np.abs(v).max(initial=1e-30)) & ~_swings(model)
     kappa = np.divide(bent, v, out=np.zeros_like(v), where=is_input)
-    return Parts(v, kappa, B, S, L, v + bent + B @ b)
+    return Parts(v, kappa, B, S, L, R, v + bent + B @ b)
+
+
+def as_sensed(model: ChannelModel, theta: Array, added: Array) -> Array:
+    """(n, k) what k changes of the true input (n, 3, k), SI, are along the channel: M's row of each.
+
+    θ (p,) has the channel's misalignments; their parameters, if they have any, stand as in θ.
+    """
+    parameters, own = model.parameters_at(theta), model.of("misalignment")
+    if not own:
+        return np.asarray(added[:, model.channel])
+    m = _coefficients(model, theta, "misalignment")
+    through = [
+        _columns(model, "misalignment", driven_by(model.sensor, model.conditions, added[:, :, i]), parameters)
+        @ m
+        for i in range(added.shape[2])
+    ]
+    return np.asarray(added[:, model.channel] + np.stack(through, axis=1))
+
+
+def _turned(
+    model: ChannelModel, theta: Array, parameters: Mapping[str, Mapping[str, float]]
+) -> tuple[Array, Array, Array]:
+    """v (n,), columns L and R (n, ·): the true input, which the bench may change, and what the unit leans."""
+    m = _coefficients(model, theta, "misalignment")
+    if not model.of("reference"):
+        L = _fixed(model, "misalignment", parameters)
+        return np.asarray(model.u + L @ m), L, np.empty((len(model.u), 0))
+    rho = _coefficients(model, theta, "reference")
+    added = _of_the_bench(model, parameters)
+    u = sensed(model.sensor, model.conditions) + added @ rho
+    L = _columns(model, "misalignment", driven_by(model.sensor, model.conditions, u), parameters)
+    return np.asarray(u[:, model.channel] + L @ m), L, as_sensed(model, theta, added)
+
+
+def _fixed(model: ChannelModel, entry: Entry, parameters: Mapping[str, Mapping[str, float]]) -> Array:
+    """(n, columns) of an entry under the conditions as the table has them."""
+    known = model.fixed.get(entry)
+    return _columns(model, entry, model.conditions, parameters) if known is None else known
+
+
+def _of_the_bench(model: ChannelModel, parameters: Mapping[str, Mapping[str, float]]) -> Array:
+    """(n, 3, k) what each coefficient of the bench adds to the true input."""
+    every = []
+    for c in model.of("reference"):
+        full = c.effect.regressors(model.sensor, model.conditions, parameters.get(c.effect.name))
+        every.append(full[:, :, list(c.terms)])
+    return np.concatenate(every, axis=2)
 
 
 def _swings(model: ChannelModel) -> NDArray[np.bool_]:
@@ -280,11 +353,12 @@ def _swings(model: ChannelModel) -> NDArray[np.bool_]:
 
 
 def jacobian(model: ChannelModel, theta: Array, parts: Parts) -> Array:
-    """(n, p) derivative of the prediction: B, S, (1 + κ) L, and parameters by differences.
+    """(n, p) derivative of the prediction: B, S, (1 + κ) L, (1 + κ) R, and parameters by differences.
 
     κ stands for d(κv)/dv, which differs from it by the nonlinearity alone, 1e-3: Gauss-Newton still arrives.
     """
-    columns = [parts.B, parts.S, (1.0 + parts.kappa)[:, None] * parts.L]
+    lean = (1.0 + parts.kappa)[:, None]
+    columns = [parts.B, parts.S, lean * parts.L, lean * parts.R]
     for i, (_, p) in enumerate(model.fitted_parameters):
         step = _STEP * (1.0 if p.scale == "logarithmic" else p.bounds[1] - p.bounds[0])
         ahead, back = theta.copy(), theta.copy()
@@ -295,9 +369,11 @@ def jacobian(model: ChannelModel, theta: Array, parts: Parts) -> Array:
     return np.concatenate(columns, axis=1)
 
 
-def _split(model: ChannelModel, theta: Array, biases: int, misalignments: int) -> tuple[Array, Array, Array]:
-    scales = model.linear - biases - misalignments
-    return theta[:biases], theta[biases : biases + scales], theta[biases + scales : model.linear]
+def _coefficients(model: ChannelModel, theta: Array, entry: Entry) -> Array:
+    """(k,) of all effects that enter in one way."""
+    before = ENTRIES[: ENTRIES.index(entry)]
+    first = sum(c.count for e in before for c in model.of(e))
+    return theta[first : first + sum(c.count for c in model.of(entry))]
 
 
 def reached(weights: Array) -> NDArray[np.bool_]:
@@ -309,15 +385,15 @@ def reached(weights: Array) -> NDArray[np.bool_]:
     return np.asarray(np.abs(weights).max(axis=0, initial=0.0) >= REACHED)
 
 
-def _group(
+def _columns(
     model: ChannelModel,
-    group: Group,
+    entry: Entry,
     conditions: Conditions,
     parameters: Mapping[str, Mapping[str, float]],
 ) -> Array:
-    """(n, columns) of one group of effects on the channel."""
+    """(n, columns) of the effects that enter the channel in one way."""
     found = [np.empty((len(conditions.day), 0))]
-    for c in model.of(group):
+    for c in model.of(entry):
         full = c.effect.regressors(model.sensor, conditions, parameters.get(c.effect.name))
         columns = full[:, model.channel, list(c.terms)]
         if getattr(c.effect, "nodal", False):

@@ -11,15 +11,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from planner import catalog
-from planner.measurement import Carried, ChannelModel, sensed
+from planner.measurement import ENTRIES, Carried, ChannelModel, entering, sensed
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
-from planner.protocols import Effect, Group, Sensor
+from planner.protocols import Effect, Sensor
 from planner.temperature_table import nodes_with_rows, temperature_nodes
 
 EXCITED = 0.05  # share of the largest input, or the input itself (rad/s, m/s²), that shows a scale factor
 EXCITING = {"gyro": 0.09, "accelerometer": 4.9}
-GROUPS: tuple[Group, ...] = ("bias", "scale_factor", "misalignment")
 
 
 def channel_model(
@@ -37,7 +36,7 @@ def channel_model(
         if sensor in known[name].sensors
     ]
     acting = [c for c in found if c.terms]
-    ordered = tuple(c for group in GROUPS for c in acting if c.effect.group == group)
+    ordered = tuple(c for entry in ENTRIES for c in acting if entering(c.effect) == entry)
     return ChannelModel(sensor, channel, conditions, ordered)
 
 

@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.bench_directions import at_rest, felt_through_leans, horizontal, loaded
+from planner.diagnose.hypotheses.bench_directions import at_rest, horizontal, loaded, through_the_unit
 from planner.diagnose.hypotheses.lack_of_fit import SHARED_MISFIT
 from planner.diagnose.hypotheses.noise import LEAST_RUNS as LEAST_RUNS_OF_A_SPREAD
 from planner.diagnose.hypotheses.noise import ChannelNoise
@@ -316,7 +316,7 @@ def _rows(kind: _Kind, s: SensorFound, axis: int) -> tuple[Array, Array, Array]:
     """W, Q and z of a channel."""
     w, pool = s.found.pool.state[axis], s.found.pool
     felt = kind.felt(s.sensor, w.channel.model.conditions)
-    W = w.noise.whiten(felt_through_leans(w.channel, felt))
+    W = w.noise.whiten(through_the_unit(w.channel, felt))
     mine = [pool.blocks[b].columns[axis] for b in _of_other_kinds(s, axis, kind)]
     if not mine:
         return W, w.Q, w.z

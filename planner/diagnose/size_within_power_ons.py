@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.diagnose.hypotheses.bench_directions import felt_through_leans
+from planner.diagnose.hypotheses.bench_directions import through_the_unit
 from planner.diagnose.hypotheses.channels import Channel, channel
 from planner.diagnose.hypotheses.noise import plain_spread
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
@@ -64,7 +64,7 @@ def _products(
 ) -> Array:
     """(k + 1, k + 1) of the columns of the change and the residual of one channel."""
     sizes = np.diff(np.append(starts, len(c.y)))
-    W = felt_through_leans(c, felt(c.sensor, c.model.conditions)) * np.repeat(there, sizes)[:, None]
+    W = through_the_unit(c, felt(c.sensor, c.model.conditions)) * np.repeat(there, sizes)[:, None]
     level = 1.0 / spread[:, None]
     A = np.column_stack([c.J, W, c.r]) * level
     means = np.add.reduceat(A * level, starts) / np.add.reduceat(level**2, starts)

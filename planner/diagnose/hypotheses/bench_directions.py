@@ -7,14 +7,13 @@ it has none, along the next axis in cyclic order (planner.effects.earth_rate).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.channels import Channel
 from planner.effects._bench_frame import load, turning, upwards
-from planner.measurement import driven_by, misaligned
+from planner.measurement import as_sensed
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions, asked_once
 from planner.units import STANDARD_GRAVITY_MPS2
@@ -49,16 +48,10 @@ def horizontal(conditions: Conditions) -> tuple[Array, Array]:
     return north, np.cross(north, up)
 
 
-def felt(c: Channel, across: Sequence[Array]) -> Array:
-    """(n, k) what changes (n, 3) of the true input add to the channel, but for its leans."""
-    axis = c.axis
-    return np.column_stack([v[:, axis] * c.lean for v in across])
+def through_the_unit(c: Channel, across: Sequence[Array]) -> Array:
+    """(n, k) what changes (n, 3) of the true input add to the channel, through its leans and scale factor.
 
-
-def felt_through_leans(c: Channel, across: Sequence[Array]) -> Array:
-    """(n, k) the same with the channel's own leans: 0.25 deg of them are 0.4 % of what is put right.
-
-    Of a mounting that is 0.1 deg off and turns by 180 deg/s that is eight sigma of each row.
+    0.25 deg of a lean are 0.4 % of what is put right: of a mounting that is 0.1 deg off and turns by
+    180 deg/s eight sigma of each row.
     """
-    inputs = (replace(c.model, conditions=driven_by(c.sensor, c.model.conditions, v)) for v in across)
-    return np.column_stack([misaligned(model, c.theta) * c.lean for model in inputs])
+    return as_sensed(c.model, c.theta, np.stack(across, axis=2)) * c.lean[:, None]

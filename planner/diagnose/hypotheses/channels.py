@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from planner import catalog
 from planner.campaign.channel_model import EXCITING, channel_model
 from planner.campaign.parameters import limited
-from planner.measurement import AXES, ChannelModel, evaluate, jacobian, sensed
+from planner.measurement import AXES, ChannelModel, as_sensed, entering, evaluate, jacobian, sensed
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.protocols import Sensor
@@ -129,7 +129,7 @@ def _of_a_unit(model: ChannelModel, theta: Array) -> Array:
     bend = float(np.max(np.abs(parts.kappa) * size, initial=0.0))  # nothing, at a node where nothing turns
     if hardly_driven(model) or max(lean, bend) > LARGEST * largest:
         known, groups = catalog.effects(), ("scale_factor", "misalignment")
-        kept[[not c.parameter and known[c.effect].group in groups for c in model.columns()]] = 0.0
+        kept[[not c.parameter and entering(known[c.effect]) in groups for c in model.columns()]] = 0.0
     return kept
 
 
@@ -333,6 +333,7 @@ def columns_of_all(
         conditions = c.driven if found.group == "scale_factor" else c.model.conditions
         if conditions is not of:
             every, of = np.asarray(found.regressors(c.sensor, conditions, nonlinear)), conditions
-        added = every[:, c.axis, :]
-        out[c.axis] = added * c.lean[:, None] if found.group == "misalignment" else added
+        entry = entering(found)
+        added = as_sensed(c.model, c.theta, every) if entry == "reference" else every[:, c.axis, :]
+        out[c.axis] = added * c.lean[:, None] if entry in ("misalignment", "reference") else added
     return out

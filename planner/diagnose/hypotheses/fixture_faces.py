@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.bench_directions import loaded
+from planner.diagnose.hypotheses.bench_directions import loaded, through_the_unit
 from planner.diagnose.hypotheses.channels import Channel
 from planner.effects._bench_frame import turning, upwards
 from planner.nouns.array import Array
@@ -36,8 +36,8 @@ def leaning_faces(c: Channel, table: DwellTable, place: float) -> Array:
         here = u * rows[:, None]
         first = np.cross(face, np.eye(3)[int(np.argmin(np.abs(face)))])
         first /= np.linalg.norm(first)
-        found += [np.cross(e, here)[:, c.axis] * c.lean for e in (first, np.cross(face, first))]
-    return np.column_stack([np.empty((len(u), 0)), *found])
+        found += [np.cross(e, here) for e in (first, np.cross(face, first))]
+    return through_the_unit(c, found)
 
 
 def resting_on_faces(table: DwellTable) -> Sequence[float]:

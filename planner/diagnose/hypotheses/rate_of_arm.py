@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner.diagnose.hypotheses.bench_directions import loaded
+from planner.diagnose.hypotheses.bench_directions import loaded, through_the_unit
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.rate_of_each_level import but_the_last, levels_of, one_place
 from planner.effects._bench_frame import load
@@ -32,7 +32,7 @@ def off_at_each_load(c: Channel, table: DwellTable, place: float) -> Array:
     conditions = c.model.conditions
     level = _levels(conditions)
     felt = conditions.rate if c.sensor == "gyro" else 2.0 * load(conditions)
-    return but_the_last(felt[:, c.axis] * c.lean, level)
+    return but_the_last(through_the_unit(c, [felt])[:, 0], level)
 
 
 def set_loads(table: DwellTable) -> Sequence[float]:

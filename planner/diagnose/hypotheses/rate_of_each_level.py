@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.bench_directions import loaded
+from planner.diagnose.hypotheses.bench_directions import loaded, through_the_unit
 from planner.diagnose.hypotheses.channels import Channel
 from planner.effects._bench_frame import turning, upwards
 from planner.nouns.array import Array
@@ -33,7 +33,7 @@ def off_at_each_level(c: Channel, table: DwellTable, place: float) -> Array:
     """
     conditions = c.model.conditions
     level = _levels(conditions)
-    return but_the_last(conditions.rate[:, c.axis] * c.lean, level)
+    return but_the_last(through_the_unit(c, [conditions.rate])[:, 0], level)
 
 
 def set_rates(table: DwellTable) -> Sequence[float]:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.bench_directions import felt, loaded
+from planner.diagnose.hypotheses.bench_directions import loaded, through_the_unit
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.generic import REST_RATE
 from planner.diagnose.hypotheses.rate_of_each_level import sense
@@ -46,7 +46,7 @@ def off_by_a_share(c: Channel, table: DwellTable, place: float) -> Array:
         share *= size / size[wrong].max()
     elif place == STEADY:
         share *= size[wrong].min() / np.maximum(size, REST_RATE)
-    return felt(c, [conditions.rate * share[:, None]])
+    return through_the_unit(c, [conditions.rate * share[:, None]])
 
 
 def set_ways(table: DwellTable) -> Sequence[float]:

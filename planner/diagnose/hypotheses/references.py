@@ -15,7 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner import catalog
-from planner.diagnose.hypotheses.bench_directions import UNLOADED, at_rest, felt, horizontal, loaded
+from planner.diagnose.hypotheses.bench_directions import (
+    UNLOADED,
+    at_rest,
+    horizontal,
+    loaded,
+    through_the_unit,
+)
 from planner.diagnose.hypotheses.bench_of_rows import rows_by_bench
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.earth_in_turns import TERMS as EARTH_IN_TURNS
@@ -113,7 +119,7 @@ def _base_tilt(c: Channel, table: DwellTable, place: float) -> Array:
     turns = (turning(conditions) & here)[:, None] & level
     axis = np.where(turns, conditions.rate, 0.0) / np.where(size > 0, size, 1.0)
     along = [np.abs(axis[:, [k]]) * np.eye(3)[k] for k in range(3)]
-    return felt(c, [STANDARD_GRAVITY_MPS2 * v for v in (still * north, still * east, *along)])
+    return through_the_unit(c, [STANDARD_GRAVITY_MPS2 * v for v in (still * north, still * east, *along)])
 
 
 def _bases(table: DwellTable) -> Sequence[float]:
@@ -130,7 +136,7 @@ def on_bench(table: DwellTable, place: float) -> NDArray[np.bool_]:
 
 def _local_gravity(c: Channel, table: DwellTable, place: float) -> Array:
     here = ~loaded(c.model.conditions)
-    return felt(c, [c.model.conditions.specific_force * here[:, None]])
+    return through_the_unit(c, [c.model.conditions.specific_force * here[:, None]])
 
 
 def _azimuth(c: Channel, table: DwellTable, place: float) -> Array:
@@ -138,7 +144,7 @@ def _azimuth(c: Channel, table: DwellTable, place: float) -> Array:
     north, east = horizontal(conditions)
     still = (at_rest(conditions) & on_bench(table, place))[:, None]
     size = np.abs(np.sum(north * conditions.rate, axis=1, keepdims=True)) * still
-    return felt(c, [size * north, size * east])
+    return through_the_unit(c, [size * north, size * east])
 
 
 def _mounting(c: Channel, table: DwellTable, place: float) -> Array:
@@ -153,7 +159,7 @@ def _mounting(c: Channel, table: DwellTable, place: float) -> Array:
     if place != ON_THE_ARM and c.sensor == "gyro":
         here = np.zeros_like(here)
     u = sensed(c.sensor, conditions) * here[:, None]
-    return felt(c, [np.cross(np.broadcast_to(e, u.shape), u) for e in np.eye(3)])
+    return through_the_unit(c, [np.cross(np.broadcast_to(e, u.shape), u) for e in np.eye(3)])
 
 
 def _mountings(table: DwellTable) -> Sequence[float]:

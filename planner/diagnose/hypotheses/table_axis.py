@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.bench_directions import loaded
+from planner.diagnose.hypotheses.bench_directions import loaded, through_the_unit
 from planner.diagnose.hypotheses.channels import Channel
 from planner.effects._bench_frame import turning
 from planner.nouns.array import Array
@@ -26,8 +26,7 @@ def off_the_axis(c: Channel, table: DwellTable, place: float) -> Array:
     """(n, 3) per metre of r along each body axis."""
     conditions = c.model.conditions
     w = conditions.rate * _on_the_table(conditions)[:, np.newaxis]
-    felt = (np.cross(w, np.cross(w, e)) for e in np.eye(3))
-    return np.column_stack([v[:, c.axis] * c.lean for v in felt])
+    return through_the_unit(c, [np.cross(w, np.cross(w, e)) for e in np.eye(3)])
 
 
 def beside_an_arm(table: DwellTable) -> Sequence[float]:

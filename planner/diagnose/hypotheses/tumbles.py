@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.bench_directions import HORIZONTAL, loaded
+from planner.diagnose.hypotheses.bench_directions import HORIZONTAL, loaded, through_the_unit
 from planner.diagnose.hypotheses.channels import Channel
 from planner.effects._bench_frame import turning, upwards
 from planner.nouns.array import Array
@@ -35,7 +35,7 @@ def forgotten_rate(c: Channel, table: DwellTable, place: float) -> Array:
     over = np.sign(np.sum(up * level, axis=1, keepdims=True))
     east = np.cross(north, up)
     added = (up, np.cross(axis, up), axis, north, east, over * north, over * east)
-    return np.column_stack([v[:, c.axis] * c.lean for v in added])
+    return through_the_unit(c, added)
 
 
 def without_north(table: DwellTable) -> tuple[float, ...]:
