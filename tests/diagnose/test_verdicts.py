@@ -346,4 +346,10 @@ def test_struck_rows_on_ramps_are_no_table_over_the_rate_of_temperature() -> Non
     table, _ = campaign(11002, struck=0.007)
     found = diagnose(replace(table, acc=None), spec())
     assert not found.effects
-    assert {r.effect for r in found.refused} & {"temperature_rate_table", "temperature_rate_table_over_time"}
+    of_the_rate = {
+        "temperature_rate",
+        "thermal_lag",
+        "temperature_rate_table",
+        "temperature_rate_table_over_time",
+    }
+    assert {r.effect for r in found.refused} & of_the_rate
