@@ -147,7 +147,7 @@ class Effect(Protocol):
     temperature_of: the effect whose change over temperature this one is; tabled: a calibration carries it in
         that effect's temperature table instead of by a coefficient of its own
     bench_only: the bench or its references do this, not the sensor: it does not fly, no reading is corrected
-        for it, and no budget speaks of it
+        for it, and no budget speaks of it; it changes u, whatever its group (`measurement.entering`)
     misfit: share of itself that its regressors cannot follow, because the records do not say all it needs
     largest: sensor -> the largest that a coefficient can be by nature, SI; None where nothing bounds it
     title, equation, source: for people

@@ -78,9 +78,8 @@ def test_eighteen_rows_of_one_power_on_name_nothing_by_chance() -> None:
     one = replace(first, run=np.ones(18, dtype=np.int64), time_on=10.0 + 80.0 * np.arange(18.0))
     for seed in range(15):
         rng = np.random.default_rng([84, seed])
-        read = one.ref_rate + 2e-5 * rng.normal(
-            size=(18, 3)
-        )  # without the Earth's rate that would be missing
+        # the reference has the Earth's rate: without it in the readings it is missing, and said to be
+        read = one.ref_rate + 2e-5 * rng.normal(size=(18, 3))
         found = whole(replace(one, gyro=read, acc=None, ref_acc=one.ref_acc))
         claims += len(found.effects) + len(found.unknown)
     # 1 % of 45 channels is 0.45; three would be a chance of 1 %
