@@ -12,14 +12,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner import catalog, measurement
+from planner import catalog, response
 from planner.effects._dependence import depends_on
-from planner.measurement import Acting
 from planner.nouns.array import Array
 from planner.nouns.calibration import Tables
 from planner.nouns.conditions import Conditions
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS, Condition, Sensor
+from planner.response import Acting
 from planner.temperature_table import hats
 
 _RATE: Condition = "rate"
@@ -70,7 +70,7 @@ def true_input(y: Array, tables: Tables, sensor: Sensor, conditions: Conditions)
 
     conditions: the readings stand in for the true rate and force, which only small effects ask for
     """
-    return measurement.true_input(sensor, y, conditions, acting(tables, sensor, conditions))
+    return response.true_input(sensor, y, conditions, acting(tables, sensor, conditions))
 
 
 def acting(tables: Tables, sensor: Sensor, conditions: Conditions) -> list[Acting]:

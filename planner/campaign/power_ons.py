@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from planner.campaign.design import Design
 from planner.campaign.reference_errors import reference_errors
-from planner.measurement import Acting, response
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import Sensor
+from planner.response import Acting, response
 from planner.spec.model import Spec
 
 

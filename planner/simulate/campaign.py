@@ -21,11 +21,11 @@ from planner import catalog
 from planner.campaign.design import Design
 from planner.campaign.noise import SOAKED_STRAY_K
 from planner.campaign.power_ons import of_design
-from planner.measurement import Acting
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.dwell_table import DwellTable
 from planner.protocols import SENSORS, Effect, Sensor
+from planner.response import Acting
 from planner.simulate.curves.grid import along
 from planner.simulate.curves.measured import OneUnit
 from planner.simulate.families import curve_families

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.campaign.design import Design
-from planner.measurement import Acting, response
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions
 from planner.nouns.trajectory import Trajectory
 from planner.protocols import SENSORS, Sensor
+from planner.response import Acting, response
 from planner.simulate.campaign import (
     Settings,
     Truth,

@@ -12,8 +12,9 @@ import pytest
 from planner import catalog
 from planner.campaign.channel_model import channel_model
 from planner.diagnose.dwells_to_diagnosis import diagnose
-from planner.measurement import Acting, evaluate, jacobian, response, true_input
+from planner.measurement import evaluate, jacobian
 from planner.nouns.conditions import Conditions
+from planner.response import Acting, response, true_input
 from planner.units import STANDARD_GRAVITY_MPS2 as G
 from tests.diagnose.labs.unit import campaign
 from tests.specs import shipped

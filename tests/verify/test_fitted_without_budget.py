@@ -10,8 +10,8 @@ import pytest
 
 from planner import catalog
 from planner.information import model_of
-from planner.measurement import Acting, response, true_input
 from planner.nouns.conditions import Conditions
+from planner.response import Acting, response, true_input
 from tests.verify.plans import Planned, planned_from
 from tests.verify.test_recount_promise import by_hand, faults, faults_in, prediction
 
