@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from planner.calibrate.dwells_to_fit import readings_of
 from planner.campaign.channel_model import channel_model
 from planner.diagnose.hypotheses.channels import channel, columns
-from planner.diagnose.hypotheses.far_rows import far_rows, scale_scatter
+from planner.diagnose.hypotheses.far_rows import drawn, far_rows, scale_scatter
 from planner.diagnose.hypotheses.noise import LEVEL, ChannelNoise, Readings, channel_noise
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
 from planner.diagnose.hypotheses.prepared import referenced
@@ -130,8 +130,8 @@ def _readings(
     c = channel(sensor, axis, table.conditions(), y, tuple(spec.effects))
     blocks = tuple(columns(c, e.effect, e.nonlinear) for e in found)
     candidates = np.column_stack([np.empty((len(y), 0)), *blocks])
-    cells, scatter = cells_of(table.conditions()), scale_scatter(spec.unit, c)
-    far = far_rows(c, candidates, starts, table.duration, cells, scatter).rows
+    cells, draws = cells_of(table.conditions()), (scale_scatter(spec.unit, c), drawn(spec.unit, c))
+    far = far_rows(c, candidates, starts, table.duration, cells, *draws).rows
     return Readings(c, starts, table.duration, blocks, np.where(far, FAR_WEIGHT, 1.0), LEAST_RUNS)
 
 

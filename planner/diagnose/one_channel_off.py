@@ -21,14 +21,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.channels import Channel
-from planner.diagnose.hypotheses.far_rows import scale_scatter
+from planner.diagnose.hypotheses.far_rows import drawn
 from planner.diagnose.hypotheses.noise import plain_spread
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.nouns.array import Array
-from planner.spec.model import Unit
 
 FARTHER = 25.0  # times the mean square of any other power-on: five sigma of the worst of them
 AT_FIRST_SIGHT = 4.0  # times the others' mean, while it may itself have widened the noise that judges it
@@ -152,13 +150,6 @@ def _stands_out(c: _Channel, place: int) -> bool:
     return bool(several and drop > FARTHER * max(float(usual.max()), 1.0) * max(len(off) - 1, 1))
 
 
-def _scatter(unit: Unit | None, c: Channel) -> Array:
-    """(n,) SI: what the spec's scale factor and misalignments, drawn at every power-on, make of a reading."""
-    budget = None if unit is None else getattr(unit, c.sensor).get("misalignment")
-    lean = 0.0 if budget is None else budget.run_to_run_largest
-    return np.asarray(np.hypot(scale_scatter(unit, c), lean * c.across))
-
-
 def _channel(s: SensorFound, axis: int, data: Prepared, spread: Array) -> _Channel:
     w, pool = s.found.pool.state[axis], s.found.pool
     believed = [pool.blocks[b].columns[axis] for b in s.found.all if axis in pool.blocks[b].columns]
@@ -170,5 +161,5 @@ def _channel(s: SensorFound, axis: int, data: Prepared, spread: Array) -> _Chann
     about = A * seen[:, None] - np.repeat(means, sizes, axis=0) * level
     length = np.linalg.norm(about, axis=0)
     kept = length[:-1] > SEEN * np.linalg.norm(A[:, :-1], axis=0)
-    scatter = _scatter(data.unit, w.channel) / spread
+    scatter = np.linalg.norm(drawn(data.unit, w.channel), axis=1) / spread
     return _Channel(about[:, :-1][:, kept] / length[:-1][kept], about[:, -1], data.starts, scatter)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.channels import Channel
+from planner.diagnose.hypotheses.channels import Channel, usual_columns
 from planner.diagnose.hypotheses.noise import channel_noise, plain_readings
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT, LEAST_FAR, Far, outliers
 from planner.nouns.array import Array
@@ -23,6 +23,20 @@ def scale_scatter(unit: Unit | None, c: Channel) -> Array:
     return np.asarray(sigma * size)
 
 
+def drawn(unit: Unit | None, c: Channel) -> Array:
+    """(n, t) SI: what each term of every error but the bias, drawn at every power-on by the spec, changes.
+
+    σ_t x_t. At 80 g a g-sensitivity of which each power-on draws 2e-4 deg/s/g is five times a record's noise.
+    """
+    columns = [scale_scatter(unit, c) * np.sign(c.u)]
+    temperature = c.model.conditions.temperature_degc
+    for name, budget in ({} if unit is None else getattr(unit, c.sensor)).items():
+        if name not in ("bias", "scale_factor") and budget.has_run_to_run:
+            sigma = budget.run_to_run_sigma(temperature)
+            columns += [sigma * x for x in usual_columns(c, name)]
+    return np.column_stack(columns)
+
+
 def far_rows(
     c: Channel,
     candidates: Array,
@@ -30,10 +44,12 @@ def far_rows(
     duration: Array,
     cells: NDArray[np.int64],
     scatter: Array,
+    draws: Array | None = None,
 ) -> Far:
     """The rows of a channel that are left out, by the spread of those that are not suspect at first sight.
 
     scatter: (n,) one sigma by which a row may be off with its whole power-on (`scale_scatter`)
+    draws: (n, t) what each power-on may draw (`drawn`), which its own rows tell; None: nothing
     """
     plain = plain_readings(c, starts, duration, np.ones(len(c.r)))
     first = outliers(c, candidates, starts, channel_noise(plain).spread, cells)
@@ -42,4 +58,4 @@ def far_rows(
         return first
     weights = np.where(suspect, FAR_WEIGHT, 1.0)
     spread = channel_noise(plain.with_noise(weights=weights)).spread * np.sqrt(weights)
-    return outliers(c, candidates, starts, spread, cells, scatter)
+    return outliers(c, candidates, starts, spread, cells, scatter, draws)

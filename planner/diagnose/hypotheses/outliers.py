@@ -61,11 +61,13 @@ def outliers(
     spread: Array,
     cells: NDArray[np.int64] | None = None,
     scatter: Array | float = 0.0,
+    draws: Array | None = None,
 ) -> Far:
     """Rows that lie far off even where every candidate may bend, about the means of power-ons.
 
     spread: (n,) what the noise of the rows is in proportion to; cells: (n,) number of each row's condition
     scatter: (n,) one sigma, in the reading's unit, by which a row may be off beside its noise and stay
+    draws: (n, t) the same of each term that every power-on draws anew, so that its rows are off together
     """
     n = len(c.r)
     far = np.zeros(n, dtype=bool)
@@ -98,6 +100,8 @@ def outliers(
         far = now
     if far.any():
         far = far & (_sigma(left, c, starts, spread, scatter) > LEAST_FAR)
+    if far.any() and draws is not None:
+        far &= _beyond_draws(left, draws / spread[:, None], _scale(left, c, starts, spread), starts, far)
     return Far(far, size)
 
 
@@ -229,15 +233,50 @@ def _within(
     return A[:, :-1] if some.all() else A[:, :-1][:, some], A[:, -1]
 
 
+def _beyond_draws(
+    left: Array, draws: Array, scale: Array, starts: NDArray[np.int64], far: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """(n,) far rows that are far too from what the others of their power-on say that it drew.
+
+        e_f − D_f m,   m = (I + D_oᵀ D_o)⁻¹ D_oᵀ e_o,   variance 1 + D_f (I + D_oᵀ D_o)⁻¹ D_fᵀ
+
+    D (n, t) draws of one sigma and e (n,) the rest, about their means over the others o of the power-on, in
+    units of the rows' scale (n,).
+    """
+    out = far.copy()
+    D, e = draws / scale[:, None], left / scale
+    for mine in np.split(np.arange(len(left)), starts[1:]):
+        f, o = mine[far[mine]], mine[~far[mine]]
+        if not len(f):
+            continue
+        mean = D[o].mean(axis=0) if len(o) else 0.0
+        here, there = D[o] - mean, D[f] - mean
+        A = np.linalg.inv(np.eye(D.shape[1]) + here.T @ here)
+        expected = there @ (A @ (here.T @ e[o]))
+        variance = 1.0 + np.einsum("ft,ts,fs->f", there, A, there)
+        out[f] = np.abs(e[f] - expected) > LEAST_FAR * np.sqrt(variance)
+    return out
+
+
 def _sigma(
     left: Array, c: Channel, starts: NDArray[np.int64], spread: Array, scatter: Array | float = 0.0
 ) -> Array:
     """(n,) sizes in robust sigma: rows in units of what drives their noise, on the scale of their middle."""
+    about = _about(left, starts)
+    return np.asarray(about / np.hypot(_scale(left, c, starts, spread), scatter / spread))
+
+
+def _about(left: Array, starts: NDArray[np.int64]) -> Array:
+    """(n,) sizes of what is left; a mean of m rows took one of m degrees of freedom."""
     sizes = np.diff(np.append(starts, len(left)))
     counted = np.where(sizes > 2, np.sqrt(1.0 - 1.0 / np.maximum(sizes, 2)), 1.0)
-    about = np.abs(left) / np.repeat(counted, sizes)  # a mean of m rows took one of m degrees of freedom
-    scale = float(np.quantile(about, MIDDLE)) / NORMAL_MIDDLE
-    return np.asarray(about / np.hypot(np.maximum(scale, _least(c) / spread), scatter / spread))
+    return np.asarray(np.abs(left) / np.repeat(counted, sizes))
+
+
+def _scale(left: Array, c: Channel, starts: NDArray[np.int64], spread: Array) -> Array:
+    """(n,) one sigma of what is left: of the middle row, and never less than a reading can be told."""
+    middle = float(np.quantile(_about(left, starts), MIDDLE)) / NORMAL_MIDDLE
+    return np.asarray(np.maximum(middle, _least(c) / spread))
 
 
 def _least(c: Channel) -> float:

@@ -20,7 +20,7 @@ from planner.diagnose.hypotheses.candidates import (
 from planner.diagnose.hypotheses.chance import Flips
 from planner.diagnose.hypotheses.channels import Channel, channel
 from planner.diagnose.hypotheses.estimates import Shape, estimates, shape_of, slopes_of
-from planner.diagnose.hypotheses.far_rows import far_rows, scale_scatter
+from planner.diagnose.hypotheses.far_rows import drawn, far_rows, scale_scatter
 from planner.diagnose.hypotheses.found import Found, Question, on
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, along
 from planner.diagnose.hypotheses.noise import Readings, channel_noise
@@ -242,7 +242,8 @@ def _readings(
     for c in channels:
         full, hidden = of_the_full_model(blocks, c.axis, len(c.r), len(data.starts))
         few = np.column_stack([nothing, *coarse(blocks, c.axis)])
-        off = far_rows(c, few, data.starts, data.table.duration, cells, scale_scatter(data.unit, c))
+        draws = scale_scatter(data.unit, c), drawn(data.unit, c)
+        off = far_rows(c, few, data.starts, data.table.duration, cells, *draws)
         far[c.axis], sizes[c.axis] = off.rows, off.size
         weights = np.where(off.rows, FAR_WEIGHT, 1.0)
         plain = Readings(c, data.starts, data.table.duration, tuple(full), weights)
