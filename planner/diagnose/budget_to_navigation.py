@@ -17,8 +17,11 @@ import numpy as np
 from planner.diagnose.diagnosis_to_navigation import left_in_flight
 from planner.measurement import AXES
 from planner.nouns.array import Array
-from planner.nouns.diagnosed_spreads import BudgetExceeded, SpreadInFlight
+from planner.nouns.diagnosed_spreads import NOISE, WHITE_OF_1_S, BudgetExceeded, SpreadInFlight
 from planner.nouns.sensitivities import Constraint
+from planner.nouns.trajectory import Trajectory
+from planner.plan.flight_response import nine_of, white_response
+from planner.protocols import SENSORS
 from planner.solvers.distributions import normal_quantile
 
 
@@ -35,6 +38,28 @@ def in_flight(
     return tuple(replace(b, flight=_worst(b, constraints, confidence, promised)) for b in exceeded)
 
 
+def with_noise(constraints: Sequence[Constraint], flight: Trajectory) -> tuple[Constraint, ...]:
+    """The same with what the flight makes of white noise, `<sensor>.noise`: (3 b, k) per SI unit per √Hz.
+
+    All channels of a sensor have that of the noisiest, as a spec says it. It is one draw of many: also under
+    the worst case it adds up by squares.
+    """
+    times = np.array(sorted({c.time_s for c in constraints}))
+    white = white_response(flight, times)
+    return tuple(_with_noise(c, white[int(np.searchsorted(times, c.time_s))]) for c in constraints)
+
+
+def _with_noise(c: Constraint, white: Array) -> Constraint:
+    """white: (9, 2, 3 b)"""
+    found = {}
+    for k, sensor in enumerate(SENSORS):
+        vectors = white[nine_of(c.error), k].T
+        if c.rule == "worst_case":
+            vectors = np.array([[np.linalg.norm(vectors)]])
+        found[f"{sensor}.{NOISE}"] = vectors
+    return replace(c, vectors={**c.vectors, **found})
+
+
 def _worst(
     b: BudgetExceeded, constraints: Sequence[Constraint], confidence: float, promised: Sequence[float]
 ) -> SpreadInFlight | None:
@@ -44,7 +69,9 @@ def _worst(
 
 
 def _cost(b: BudgetExceeded, c: Constraint, confidence: float, promised: Sequence[float]) -> SpreadInFlight:
-    vectors = _of_channel(c.vectors[b.error], b.channel)
+    vectors = c.vectors[b.error]
+    if b.part != WHITE_OF_1_S:
+        vectors = _of_channel(vectors, b.channel)
     at = float("nan") if not promised else promised[c.requirement]
     halves = (_half(sigma, len(vectors), confidence) for sigma in (b.budget, b.measured))
     budgeted, measured = (left_in_flight(c, vectors, half, confidence) for half in halves)

@@ -22,7 +22,7 @@ from planner.diagnose.ramp_test import ramp_test
 from planner.diagnose.shape_in_plan import at_its_parameters, not_declared, parameter_notes
 from planner.errors import InputError
 from planner.measurement import AXES
-from planner.nouns.diagnosed_spreads import Assumption
+from planner.nouns.diagnosed_spreads import NOISE, WHITE_OF_1_S, Assumption
 from planner.nouns.diagnosis import LEAST_P, Diagnosis, FoundEffect, NavigationCost
 from planner.nouns.sensor import ErrorName
 from planner.spec.budget import ErrorBudget, InRun, RunToRun
@@ -314,7 +314,7 @@ def _contradicted(assumptions: Sequence[Assumption]) -> list[Assumption]:
     for (_, part), several in groups.items():
         assumed = several[0].assumed or 0.0
         above = any(a.low > assumed for a in several)
-        below = all(a.high < assumed for a in several) and part != "in_run"
+        below = all(a.high < assumed for a in several) and part not in ("in_run", WHITE_OF_1_S)
         largest = max(several, key=lambda a: a.measured)
         if (above or below) and largest.measured > 0.0 and largest.low > 0.0:
             found.append(largest)
@@ -324,6 +324,8 @@ def _contradicted(assumptions: Sequence[Assumption]) -> list[Assumption]:
 def _corrected(edits: SpecText, spec: Spec, a: Assumption) -> list[str]:
     """Replace one spread; a table over temperature or points keeps its shape and is scaled."""
     sensor, effect = ErrorName(a.error).parts
+    if a.part == WHITE_OF_1_S:
+        return _louder(edits, sensor, a)
     budget: ErrorBudget | None = getattr(spec.unit, sensor).get(effect)
     value = getattr(budget, a.part, None)
     path: tuple[str, ...] = ("unit", sensor, effect, a.part)
@@ -353,6 +355,15 @@ def _corrected(edits: SpecText, spec: Spec, a: Assumption) -> list[str]:
     return [
         f"{said} against {_written(a.assumed, a.unit)}: the table is scaled by {a.measured / a.assumed:.3g}"
     ]
+
+
+def _louder(edits: SpecText, sensor: str, a: Assumption) -> list[str]:
+    """The noise density of a sensor as its noisiest channel has it: never less than the spec says."""
+    size, _, unit = _written(a.measured, a.unit).partition(" ")
+    told = f"{size} {unit}/sqrt(Hz)"
+    edits.replace(("unit", NOISE, sensor), told)
+    said = f"{_plain(a.low, a.unit)} … {_plain(a.high, a.unit)}, 95 %; {_plain(a.assumed or 0.0, a.unit)}"
+    return [f"unit.{NOISE}.{sensor}: measured {told} ({said} was budgeted)"]
 
 
 def _power_ons(a: Assumption) -> int:

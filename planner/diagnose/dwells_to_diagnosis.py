@@ -242,7 +242,7 @@ def _notes(found: Sequence[SensorFound], data: Prepared) -> list[str]:
         ]
     if len(data.starts) < LEAST_RUNS:
         notes.append(
-            f"{len(data.starts)} power-ons are too few to tell their spread: the level of each is its own, "
-            "and what changes only between power-ons cannot be seen"
+            f"{len(data.starts)} power-ons are too few for effects that act only between them: the level of "
+            "each is its own, and what changes only between power-ons cannot be seen"
         )
     return list(dict.fromkeys(notes))

@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+NOISE, WHITE_OF_1_S = "noise", "white_of_1_s"
+"""Error and part of `unit.noise`: N per root hertz scatters the mean of t seconds by N/√t, of one by N."""
+
 
 @dataclass(frozen=True)
 class Assumption:
     """A spread that the spec assumes, and what the data say of it, SI (NaN: not determined).
 
-    error: `gyro.bias`; part: `run_to_run`, `in_run`, `temperature_residual` …; channel: `gyro_x`, "" for all
+    error: `gyro.bias`, `gyro.noise`; part: `run_to_run`, `in_run`, `white_of_1_s`, `temperature_residual` …
+    channel: `gyro_x`, "" for all
     chance: of data that say as much, or more, of a unit that has what is assumed
     """
 

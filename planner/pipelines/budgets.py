@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from planner.diagnose.budget_to_navigation import in_flight
+from planner.diagnose.budget_to_navigation import in_flight, with_noise
 from planner.diagnose.diagnosis_to_spec import updated_spec
 from planner.errors import InfeasibleError, InputError
-from planner.nouns.diagnosed_spreads import CampaignCost
+from planner.nouns.diagnosed_spreads import WHITE_OF_1_S, CampaignCost
 from planner.nouns.diagnosis import Diagnosis
 from planner.nouns.progress import Progress
 from planner.spec.load import LoadedSpec, spec_from_bytes
@@ -33,7 +33,10 @@ def with_cost(
         navigation = navigate(loaded, progress)
     except InputError:
         return diagnosis  # published coefficients without a flight, or without these errors
-    told = in_flight(exceeded, navigation.constraints, loaded.spec.plan.confidence, promised)
+    constraints = navigation.constraints
+    if navigation.flight is not None and any(b.part == WHITE_OF_1_S for b in exceeded):
+        constraints = with_noise(constraints, navigation.flight)
+    told = in_flight(exceeded, constraints, loaded.spec.plan.confidence, promised)
     diagnosis = replace(diagnosis, found=replace(diagnosis.found, budget_exceeded=told))
     if plan is None or loaded.spec.planned_by != "information":
         return diagnosis

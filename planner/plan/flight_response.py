@@ -99,13 +99,18 @@ class FlightResponse:
 
     def of(self, wanted: Requirement) -> tuple[slice, list[int]]:
         """Which of the nine components a requirement asks for, and at which instants."""
-        name, part = COMPONENTS[wanted.error]
-        first = 3 * ("position", "velocity", "attitude").index(name)
-        components = slice(first + part.start, first + part.stop)
+        components = nine_of(wanted.error)
         if wanted.at == "any":
             return components, list(range(len(self.time_s)))
         at = self.time_s[-1] if wanted.at == "end" else float(wanted.at)
         return components, [int(np.argmin(np.abs(self.time_s - at)))]
+
+
+def nine_of(error: str) -> slice:
+    """Which of position, velocity and attitude (9,) a requirement on an error asks for."""
+    name, part = COMPONENTS[error]
+    first = 3 * ("position", "velocity", "attitude").index(name)
+    return slice(first + part.start, first + part.stop)
 
 
 def flight_response(
@@ -132,8 +137,6 @@ def flight_response(
     ]
     hats = _propagated(trajectory, instants, _Errors(trajectory, at, asked))
     hats = hats.reshape(len(instants), 9, -1, len(at))
-    boxes = _boxes(trajectory)
-    white = _propagated(trajectory, instants, _Boxes(trajectory, boxes))
     aligned = np.zeros((len(instants), 9, 0))
     if alignment is not None:
         turned = initial_attitude.turned(trajectory, instants)
@@ -147,12 +150,21 @@ def flight_response(
         np.interp(at, trajectory.time_s, trajectory.temperature_degc),
         flying,
         own,
-        white.reshape(len(instants), 9, 2, -1)
-        * np.sqrt(boxes / (trajectory.time_s[-1] - trajectory.time_s[0])),
+        white_response(trajectory, instants),
         trajectory.height_aid_m or 0.0,
         aligned,
         warmer,
     )
+
+
+def white_response(trajectory: Trajectory, instants: Array) -> Array:
+    """(m, 9, 2, 3 b) at instants (m,) s, per unit of noise of each sensor along each axis, SI per √Hz.
+
+    Noise is the same along all axes: those are north, east and down here.
+    """
+    boxes = _boxes(trajectory)
+    white = _propagated(trajectory, instants, _Boxes(trajectory, boxes)).reshape(len(instants), 9, 2, -1)
+    return np.asarray(white * np.sqrt(boxes / (trajectory.time_s[-1] - trajectory.time_s[0])))
 
 
 _Asked = tuple[ErrorName, float | None]

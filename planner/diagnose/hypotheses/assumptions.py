@@ -10,14 +10,15 @@ import numpy as np
 
 from planner import catalog
 from planner.diagnose.hypotheses.beside_budgets import Part, Seen, seen
-from planner.diagnose.hypotheses.noise import IN_RUN, LEVEL, ChannelNoise
+from planner.diagnose.hypotheses.noise import IN_RUN, LEAST_RUNS, LEVEL, ChannelNoise, Readings, channel_noise
+from planner.diagnose.hypotheses.outliers import FAR_WEIGHT
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.spread_law import SpreadLaw, errors, refused, spread_law
 from planner.diagnose.hypotheses.wander import wander
 from planner.diagnose.hypotheses.whitened import Whitened
 from planner.nouns.array import Array
-from planner.nouns.diagnosed_spreads import Assumption, BudgetExceeded
+from planner.nouns.diagnosed_spreads import NOISE, WHITE_OF_1_S, Assumption, BudgetExceeded
 from planner.solvers.distributions import chi_square_quantile
 from planner.solvers.least_squares import least_squares
 from planner.spec.budget import ErrorBudget
@@ -29,6 +30,7 @@ PARTS = (
     (("constant", IN_RUN), "bias", "in_run"),
     (("run_to_run_scale_factor",), "scale_factor", "run_to_run"),
 )
+FEW_RUNS = 5  # power-ons, from which their spread is held against its budget; a search has it from eight on
 EXCEEDED = 0.01  # chance that a unit within all its budgets is said to exceed one
 OUTSIDE = 0.025  # chance beyond each end of an interval
 WELL_KNOWN = 2.0 / 40.0  # relative variance of a variance, 40 degrees of freedom, below which any law will do
@@ -40,7 +42,9 @@ def exceeded(every: Sequence[Assumption]) -> tuple[BudgetExceeded, ...]:
     tested = [
         a
         for a in every
-        if a.part in ("run_to_run", "in_run") and a.assumed is not None and math.isfinite(a.measured)
+        if a.part in ("run_to_run", "in_run", WHITE_OF_1_S)
+        and a.assumed is not None
+        and math.isfinite(a.measured)
     ]
     return tuple(
         BudgetExceeded(a.error, a.part, a.measured, a.low, a.high, a.assumed or 0.0, a.unit, a.channel)
@@ -53,9 +57,13 @@ def assumptions(s: SensorFound, spec: Spec, data: Prepared) -> list[Assumption]:
     """One entry a channel and part that the spec budgets; one for the triad where it shares a variance."""
     budgets: Mapping[str, ErrorBudget] = getattr(spec.unit, s.sensor)
     shared: dict[tuple[str, str, str, float, float], list[_Told]] = {}
-    found = []
+    found: list[Assumption] = []
+    white: list[_Told] = []
+    beside = _Beside(data.table.time_on, budgets)
     for w in s.found.pool.state.values():
         own = _noise(s, w, budgets, data)
+        if "constant" in own.components and (level := _told(w, own, ("white",), "")):
+            white.append(level)
         for components, error, part in PARTS:
             if LEVEL in components and error in budgets and _alone(data):
                 found += _between_records(s, w, budgets[error], data)
@@ -63,11 +71,12 @@ def assumptions(s: SensorFound, spec: Spec, data: Prepared) -> list[Assumption]:
                 # what the channels were found to have in common: a variance that few runs tell
                 name = "" if told.relative < KNOWN else w.channel.name
                 shared.setdefault((error, part, name, told.theta, told.relative), []).append(told)
-    beside = _Beside(data.table.time_on, budgets)
     for (error, part, *_), several in shared.items():
-        one = _spread(s, several, error, part, budgets[error], beside.of(several, (error, part)))
+        assumed, unit = _assumed(budgets[error], part), _unit(s, error, budgets[error])
+        taken = beside.of(several, (error, part))
+        one = _spread(several, Assumption(f"{s.sensor}.{error}", part, unit, assumed, *_UNTOLD), taken)
         found.append(_unbudgeted(one) if IN_RUN in several[0].noise.components and part == "in_run" else one)
-    found += list(_residuals(s, budgets))
+    found += [*_white(s, white, spec, beside, data), *_residuals(s, budgets)]
     return found
 
 
@@ -93,9 +102,14 @@ def _told(w: Whitened, own: ChannelNoise, names: Sequence[str], part: str) -> _T
     seen_of = [k for k in here if own.variances.free[k]]  # what others came out as zero may be is none of it
     here = seen_of or here
     one = _Told(w, own, tuple(here), *_sum(own, here))
-    if one.relative >= KNOWN and own is not w.noise and part != "in_run":
-        return _Told(w, w.noise, tuple(here), *_sum(w.noise, here))
+    theirs = {name: k for k, name in enumerate(w.noise.components)}
+    there = tuple(theirs[own.components[k]] for k in here if own.components[k] in theirs)
+    if one.relative >= KNOWN and own is not w.noise and there and part != "in_run":
+        return _Told(w, w.noise, there, *_sum(w.noise, there))
     return one
+
+
+_UNTOLD = (float("nan"), float("nan"), float("nan"), 0.0)  # measured, low, high, freedom
 
 
 class _Beside:
@@ -127,6 +141,11 @@ def _noise(s: SensorFound, w: Whitened, budgets: Mapping[str, ErrorBudget], data
     pool, axis = s.found.pool, w.channel.axis
     mine = [pool.blocks[b].columns[axis] for b in s.found.all if axis in pool.blocks[b].columns]
     believed = np.column_stack([np.empty((len(w.z), 0)), *mine])
+    if FEW_RUNS <= len(data.starts) < LEAST_RUNS:
+        weights = np.where(s.far[axis], FAR_WEIGHT, 1.0)
+        return channel_noise(
+            Readings(w.channel, data.starts, data.table.duration, (believed,), weights, FEW_RUNS)
+        )
     return wander(w, believed, data.table.time_on, budgets["bias"].in_run_time) or w.noise
 
 
@@ -145,16 +164,14 @@ def _sum(noise: ChannelNoise, components: Sequence[int]) -> tuple[float, float]:
     return theta, error / theta**2 if theta > 0.0 and error > 0.0 else np.inf
 
 
-def _spread(
-    s: SensorFound, several: Sequence[_Told], error: str, part: str, budget: ErrorBudget, beside: float
-) -> Assumption:
+def _spread(several: Sequence[_Told], asked: Assumption, beside: float) -> Assumption:
     """√(θ − w²) with its interval (`spread_law`), and Satterthwaite's freedom 2 θ² / var θ; beside: w².
 
     Up to its high end it may all be of the part, should the others have none of their budgets.
     """
     theta, relative = several[0].theta, several[0].relative
     freedom = 2.0 / relative
-    assumed = _assumed(budget, part)
+    assumed = asked.assumed
     low = high = measured = float("nan")
     chance = 1.0
     if relative < KNOWN:
@@ -168,11 +185,8 @@ def _spread(
             low = low if chance < OUTSIDE else assumed
         net = max(theta - beside, 0.0)
         measured, freedom = float(np.sqrt(net)), freedom * (net / theta) ** 2
-    return Assumption(
-        error=f"{s.sensor}.{error}",
-        part=part,
-        unit=_unit(s, error, budget),
-        assumed=assumed,
+    return replace(
+        asked,
         measured=measured,
         low=low,
         high=high,
@@ -189,6 +203,43 @@ def _law(several: Sequence[_Told]) -> SpreadLaw:
         return spread_law(theta, error, 0.5 * error)
     whole, half = np.sum([errors(one.noise, one.components) for one in several], axis=0)
     return spread_law(theta, error, error * float(half / whole) if whole > 0.0 else error)
+
+
+def _white(
+    s: SensorFound, told: Sequence[_Told], spec: Spec, beside: _Beside, data: Prepared
+) -> Iterator[Assumption]:
+    """Density of white noise where the spec has one, by channels and, of several, what they have in common.
+
+    Records of one length say N²/t together with all that averaging does not lower, the thermometer's noise
+    and the bench's: of them nothing is said, and there are no `told`.
+    """
+    assumed, budget = spec.unit.white(s.sensor), getattr(spec.unit, s.sensor).get("bias")
+    if assumed == 0.0:
+        return
+    unit = str(catalog.effects()["bias"].units[s.sensor]) if budget is None else _unit(s, "bias", budget)
+    root = float(np.sqrt(np.mean(np.where(data.table.duration > 0, data.table.duration, 1.0))))
+    asked = Assumption(f"{s.sensor}.{NOISE}", WHITE_OF_1_S, unit, assumed / root, *_UNTOLD)
+    known = [t for t in told if t.relative < KNOWN]
+    for several in (*([t] for t in told), *([_common(known)] if len(known) > 1 else [])):
+        one = _spread(several, asked, beside.of(several, (NOISE, WHITE_OF_1_S)))
+        low, high = one.low * root, one.high * root  # θ is of a record of mean length
+        yield replace(one, assumed=assumed, measured=one.measured * root, low=low, high=high)
+
+
+def _common(each: Sequence[_Told]) -> list[_Told]:
+    """What channels say of one variance: θ = Σ ν_i θ_i / Σ ν_i with its freedom Σ ν_i."""
+    freedom = np.array([2.0 / t.relative for t in each])
+    theta, relative = float(np.average([t.theta for t in each], weights=freedom)), 2.0 / float(freedom.sum())
+    return [replace(t, noise=_with(t, theta), theta=theta, relative=relative) for t in each]
+
+
+def _with(t: _Told, theta: float) -> ChannelNoise:
+    """A channel's noise in which one component has another variance."""
+    v = t.noise.variances
+    return replace(
+        t.noise,
+        variances=replace(v, theta=np.where(np.arange(len(v.theta)) == t.components[0], theta, v.theta)),
+    )
 
 
 def _alone(data: Prepared) -> bool:
