@@ -254,6 +254,21 @@ def test_a_spread_is_replaced_only_where_the_interval_excludes_it():
     assert "instead of 0.002 deg/s" in made.changes[0]
 
 
+def test_a_unit_noisier_than_its_spec_has_its_noise_written_and_one_less_noisy_keeps_it(tmp_path):
+    text, one = LOOP.read_text(encoding="utf-8"), tmp_path / "one.yaml"
+    one.write_text(
+        text.replace("unit:\n", "unit:\n  noise: {gyro: 0.002 deg/s/sqrt(Hz)}\n", 1), encoding="utf-8"
+    )
+    size = float(np.radians(0.002))
+    louder = assumption(size, 1.5 * size, 2.0 * size, 2.6 * size, "gyro.noise", "white_of_1_s")
+    made, loaded = updated(one, assumptions=(louder,))
+    assert loaded.spec.unit.white("gyro") == pytest.approx(2.0 * size, rel=0.01)
+    assert "unit.noise.gyro: measured 0.004 deg/s/sqrt(Hz)" in made.changes[0]
+    quieter = assumption(size, 0.4 * size, 0.5 * size, 0.6 * size, "gyro.noise", "white_of_1_s")
+    with pytest.raises(InputError, match="nothing that the spec lacks"):
+        updated(one, assumptions=(quieter,))
+
+
 def test_a_spread_comes_down_only_when_every_channel_says_so():
     low = assumption(RUN_TO_RUN, 0.4 * RUN_TO_RUN, 0.5 * RUN_TO_RUN, 0.6 * RUN_TO_RUN)
     lower = assumption(RUN_TO_RUN, 0.2 * RUN_TO_RUN, 0.3 * RUN_TO_RUN, 0.4 * RUN_TO_RUN)
