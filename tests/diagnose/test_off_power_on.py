@@ -80,7 +80,7 @@ def spiked(seed: int, size: float, tails: float = 0.0) -> tuple[DwellTable, int]
 @pytest.mark.parametrize("seed", [304])
 @pytest.mark.further("seed", [306, 307])
 def test_one_spike_on_each_channel_is_a_spike(seed: int) -> None:
-    """Beside all candidates fifteen power-ons leave too little to see them, beside what is declared enough."""
+    """Beside all candidates fifteen power-ons leave too little to see them; beside the declared they do."""
     table, run = spiked(seed, 20.0)
     found = diagnose(table, spec())
     assert not found.reference_suspects
