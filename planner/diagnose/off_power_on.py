@@ -3,7 +3,8 @@
 Its rows are too many to be spikes, and as noise they would widen the spreads of every channel: the unit then
 exceeds its budgets, and nothing else is found beside them. Of what a search leaves of each power-on, about
 its mean, it has many times as much as the others, on several channels at once; or one channel has so much
-more in it than in any other that no spread explains it (`one_channel_off`).
+more in it than in any other that no spread explains it (`one_channel_off`). Spikes are no such thing, though
+several channels have one each in the same power-on: its farthest row counts on no channel.
 """
 
 from __future__ import annotations
@@ -77,12 +78,18 @@ def off_power_on(found: Sequence[SensorFound], data: Prepared) -> Off | None:
 
 
 def _ratios(s: SensorFound, data: Prepared, sizes: NDArray[np.int64]) -> Iterator[Array]:
-    """(g,) square a row of each power-on over the middle one's, about their means, of every channel."""
+    """(g,) square a row of each power-on over the middle one's, about their means, of every channel.
+
+    Without the row whose absence leaves least, Σ d² − d_k² n / (n − 1) about the mean of the others: one row
+    that alone is far is a spike (`left_out`), and the power-on no farther off than its other rows are.
+    """
     for c in s.channels:
         left = _left(s, c.axis)
         means = np.add.reduceat(left, data.starts) / sizes
         about = (left - np.repeat(means, sizes)) ** 2
-        square = np.add.reduceat(about, data.starts) / np.maximum(sizes - 1, 1)
+        farthest = np.maximum.reduceat(about, data.starts) * sizes / np.maximum(sizes - 1, 1)
+        others = np.maximum(np.add.reduceat(about, data.starts) - farthest, 0.0)
+        square = others / np.maximum(sizes - 2, 1)
         usual = np.median(square[sizes >= LEAST_ROWS]) if np.any(sizes >= LEAST_ROWS) else np.inf
         yield np.asarray(square / max(float(usual), 1e-300))
 

@@ -44,12 +44,14 @@ class _Channel:
     """X: (n, k) columns and y: (n,) reading about the means of power-ons, in each row's sigma; far rows 0
 
     scatter: (n,) sigma by which the spec lets a reading be off with its whole power-on, in the same unit
+    level: (n,) what one bias of a power-on is in it, 0 of far rows
     """
 
     X: Array
     y: Array
     starts: NDArray[np.int64]
     scatter: Array
+    level: Array
 
     @cached_property
     def parts(self) -> list[slice]:
@@ -138,15 +140,18 @@ def _off(s: SensorFound, axis: int, data: Prepared, told: NDArray[np.bool_]) -> 
 def _stands_out(c: _Channel, place: int) -> bool:
     """Whether a power-on is off by so many times as much as any other, in several rows beyond its spreads.
 
-    A scale factor that is drawn anew at every power-on is as far off in one of three pairs now and then.
+    A scale factor that is drawn anew at every power-on is as far off in one of three pairs now and then. One
+    spike is off from the mean of its power-on, and with it all the others are: the middle row is where it is.
     """
     mine, others = c.parts[place], c.without(place) ** 2
     off, sigma = c.off(place)
+    drop = float(off @ c.left[mine])
+    level, seen = c.level[mine], c.level[mine] > 0.0
+    off = off - level * np.median(off[seen] / level[seen]) if seen.any() else off
     sizes = np.diff(np.append(c.starts, len(others)))
     usual = np.add.reduceat(others, c.starts) / np.maximum(sizes - 1, 1)
     beyond = np.abs(off) > np.sqrt(FARTHER) * np.hypot(sigma, np.sqrt(2.0) * c.scatter[mine])
     several = np.count_nonzero(beyond & (off**2 > others.max() * sigma**2)) >= SEVERAL
-    drop = float(off @ c.left[mine])
     return bool(several and drop > FARTHER * max(float(usual.max()), 1.0) * max(len(off) - 1, 1))
 
 
@@ -162,4 +167,5 @@ def _channel(s: SensorFound, axis: int, data: Prepared, spread: Array) -> _Chann
     length = np.linalg.norm(about, axis=0)
     kept = length[:-1] > SEEN * np.linalg.norm(A[:, :-1], axis=0)
     scatter = np.linalg.norm(drawn(data.unit, w.channel), axis=1) / spread
-    return _Channel(about[:, :-1][:, kept] / length[:-1][kept], about[:, -1], data.starts, scatter)
+    columns = about[:, :-1][:, kept] / length[:-1][kept]
+    return _Channel(columns, about[:, -1], data.starts, scatter, level[:, 0])

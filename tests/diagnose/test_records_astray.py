@@ -158,6 +158,6 @@ def test_a_channel_of_which_nothing_is_declared_is_judged_by_its_means() -> None
     """No column at all: what a power-on reads is then what it is off by."""
     starts = np.array([0, 4, 8])
     y = np.concatenate([np.tile([1.0, -1.0], 4), np.full(4, 50.0)])
-    one = _Channel(np.empty((12, 0)), y, starts, np.zeros(12))
+    one = _Channel(np.empty((12, 0)), y, starts, np.zeros(12), np.ones(12))
     assert np.argmax(one.drops(np.ones(3, dtype=bool))) == 2
     np.testing.assert_allclose(one.off(2)[0], 50.0)

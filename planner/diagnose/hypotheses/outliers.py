@@ -88,8 +88,11 @@ def outliers(
         known[key] = left, freedom
         if freedom < (~far).sum() / 4.0:
             known.clear()  # of other columns
-            whole = None
             columns = c.J / spread[:, None]
+            if whole is not None:  # beside so many columns nothing stood out: it may beside these
+                about = _within(columns, r, starts, np.ones(n, dtype=bool))
+                far = largest_first(factors(about[0], SEEN, roughly=True).basis, about[1], starts)
+            whole = None
             left, _ = _left(*_within(columns, r, starts, ~far), ~far)
         size = _sigma(left, c, starts, spread)
         now = size > max(LEAST_FAR, _farthest(size))
