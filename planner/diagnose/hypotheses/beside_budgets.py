@@ -51,7 +51,7 @@ class Seen:
 def seen(noise: ChannelNoise, c: Channel, time_on: Array, budgets: Mapping[str, ErrorBudget]) -> Seen:
     """What the budgets of a sensor add to the variances of a channel; time_on: (n,) s since power-on."""
     rows, _ = judged_rows(noise.starts, len(time_on))
-    drawn = [(part, x[rows]) for part, x in _between(c, budgets)]
+    drawn = [(part, x[rows]) for part, x in between(c, budgets)]
     moving = [(part, d.at(rows)) for part, d in _within(c, time_on, budgets)]
     e = noise.sample.effects
     before = len(e.diagonals) + len(e.slopes)
@@ -68,7 +68,7 @@ def seen(noise: ChannelNoise, c: Channel, time_on: Array, budgets: Mapping[str, 
     return Seen(parts, covariance @ information[np.ix_(own, other)], covariance)
 
 
-def _between(c: Channel, budgets: Mapping[str, ErrorBudget]) -> Iterator[tuple[Part, Array]]:
+def between(c: Channel, budgets: Mapping[str, ErrorBudget]) -> Iterator[tuple[Part, Array]]:
     """x (n,) of every term of every error that each power-on draws anew."""
     temperature = c.model.conditions.temperature_degc
     for name, budget in budgets.items():

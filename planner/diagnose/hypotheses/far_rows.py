@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.diagnose.hypotheses.channels import Channel, usual_columns
+from planner.diagnose.hypotheses.beside_budgets import between
+from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.noise import channel_noise, plain_readings
 from planner.diagnose.hypotheses.outliers import FAR_WEIGHT, LEAST_FAR, Far, outliers
 from planner.nouns.array import Array
@@ -29,11 +30,8 @@ def drawn(unit: Unit | None, c: Channel) -> Array:
     σ_t x_t. At 80 g a g-sensitivity of which each power-on draws 2e-4 deg/s/g is five times a record's noise.
     """
     columns = [scale_scatter(unit, c) * np.sign(c.u)]
-    temperature = c.model.conditions.temperature_degc
-    for name, budget in ({} if unit is None else getattr(unit, c.sensor)).items():
-        if name not in ("bias", "scale_factor") and budget.has_run_to_run:
-            sigma = budget.run_to_run_sigma(temperature)
-            columns += [sigma * x for x in usual_columns(c, name)]
+    budgets = {} if unit is None else getattr(unit, c.sensor)
+    columns += [x for (error, _), x in between(c, budgets) if error not in ("bias", "scale_factor")]
     return np.column_stack(columns)
 
 
