@@ -1,35 +1,37 @@
 """What was found → the spec with it declared: few edits of the text, each with its reason.
 
-A found effect goes into `effects` and gets a budget: `systematic`, its size before calibration (or what is
-left of it, where no test of the plan can calibrate it and the diagnosis' own coefficients must serve), and
-`run_to_run`, what one repeat of the test that calibrates it tells. Effects of the bench alone and temperature
-tables of errors that have a budget need no budget of their own. Spreads that the data contradict are
-replaced.
+A found effect goes into `effects` and gets a budget: `systematic`, its size before calibration, and
+`run_to_run`, what one repeat of the test that calibrates it tells. One that no campaign of the tests on offer
+tells, or that hides there what they calibrate, has its budget alone, which stays whole in what is promised:
+declared it would let nothing be planned. Effects of the bench alone and temperature tables of errors that
+have a budget need no budget of their own. Spreads that the data contradict are replaced.
 """
 
 from __future__ import annotations
 
 import difflib
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from planner import __version__, catalog
 from planner.diagnose.calibration_cost import CalibratingTest, RecordNoise, Target, calibrating_test
 from planner.diagnose.left_in_budget import widened
 from planner.diagnose.ramp_test import ramp_test
 from planner.diagnose.shape_in_plan import at_its_parameters, not_declared, parameter_notes
+from planner.diagnose.sizes_in_spec import written
+from planner.diagnose.spreads_in_spec import contradicted, corrected
 from planner.errors import InputError
 from planner.measurement import AXES
-from planner.nouns.diagnosed_spreads import NOISE, WHITE_OF_1_S, Assumption
 from planner.nouns.diagnosis import LEAST_P, Diagnosis, FoundEffect, NavigationCost
 from planner.nouns.sensor import ErrorName
-from planner.spec.budget import ErrorBudget, InRun, RunToRun
-from planner.spec.load import LoadedSpec
+from planner.plan.observable_campaign import hidden_behind
+from planner.protocols import Effect
+from planner.spec.budget import ErrorBudget
+from planner.spec.load import LoadedSpec, spec_from_bytes
 from planner.spec.model import Given, Spec
 from planner.spec.text_edit import SpecText
-from planner.units import Quantity, from_si
 
 _WHITE = {"gyro": 2e-5, "accelerometer": 1e-3}  # rad/s, m/s²: a record's noise when the diagnosis has none
 _RECORD_S = 60.0  # the record that _WHITE is of
@@ -52,6 +54,27 @@ def updated_spec(text: str, loaded: LoadedSpec, diagnosis: Diagnosis) -> SpecUpd
     effects the spec declares already.
     """
     _refuse(loaded, diagnosis)
+    left_out: frozenset[str] = frozenset()
+    while True:
+        made, fresh = _made(text, loaded, diagnosis, left_out)
+        hide = fresh & _hide(made.text, loaded.path) if fresh else fresh
+        if not hide:
+            return made
+        left_out |= hide
+
+
+def _hide(text: str, path: Path) -> frozenset[str]:
+    """The effects of a new spec behind which hides what its tests calibrate; none of one with faults."""
+    try:
+        return frozenset(error.effect for error in hidden_behind(spec_from_bytes(text.encode(), path).spec))
+    except InputError:
+        return frozenset()  # whoever reads the new spec says where, of the file that it is to be
+
+
+def _made(
+    text: str, loaded: LoadedSpec, diagnosis: Diagnosis, left_out: frozenset[str]
+) -> tuple[SpecUpdate, frozenset[str]]:
+    """The new text and the names that it declares besides; left_out: such as it must not."""
     edits, changes, notes = SpecText(text), [], []
     spec = loaded.spec
     harm = [c for c in diagnosis.navigation if not c.helps]
@@ -59,17 +82,22 @@ def updated_spec(text: str, loaded: LoadedSpec, diagnosis: Diagnosis) -> SpecUpd
     lacking = not_declared(_merged(diagnosis.found.effects), spec)
     fresh = [] if harm else [at_its_parameters(e) for e in lacking]
     fresh += curves
-    names = list(dict.fromkeys(e.effect for e in fresh))
+    ways = [(e, _way(spec, e, diagnosis)) for e in fresh]
+    untold = {e.effect for e, way in ways if way is None} | left_out
+    names = list(dict.fromkeys(e.effect for e in fresh if e.effect not in untold))
     if names:
         edits.append(("effects",), names)
         changes.append(f"effects: declared {', '.join(names)}")
-    for effect in fresh:
-        said, noted = _enter(edits, spec, effect, diagnosis)
+    for effect, way in ways:
+        edits.settle()  # the next one finds the tests that are there now
+        told = None if effect.effect in untold else way
+        said, noted = _enter(edits, spec, effect, told, diagnosis)
         changes += said
         notes += noted
-    wrong = _contradicted(diagnosis.found.assumptions)
+    edits.settle()
+    wrong = contradicted(diagnosis.found.assumptions)
     for assumption in wrong:
-        changes += _corrected(edits, spec, assumption)
+        changes += corrected(edits, spec, assumption)
     done = {(a.error, a.part) for a in wrong}
     changes += widened(edits, spec, diagnosis, done, {c for e in curves for c in e.channels})
     if harm:
@@ -86,14 +114,15 @@ def updated_spec(text: str, loaded: LoadedSpec, diagnosis: Diagnosis) -> SpecUpd
     notes += _unnamed(diagnosis, curves)
     edits.head([*_digest(loaded, diagnosis), *(f"  {change}" for change in changes)])
     new = edits.edited()
-    return SpecUpdate(new, tuple(changes), tuple(notes), _diff(text, new, loaded.path.name))
+    update = SpecUpdate(new, tuple(changes), tuple(notes), _diff(text, new, loaded.path.name))
+    return update, frozenset(names)
 
 
 def _no_help(cost: NavigationCost) -> str:
     return (
         f"compensation of what was found does not help in flight ({cost.error}: "
-        f"{_written(max(cost.before, cost.as_calibrated), cost.unit)} without it, "
-        f"{_written(cost.after, cost.unit)} with it): it is not declared"
+        f"{written(max(cost.before, cost.as_calibrated), cost.unit)} without it, "
+        f"{written(cost.after, cost.unit)} with it): it is not declared"
     )
 
 
@@ -169,10 +198,31 @@ def _merged(effects: Sequence[FoundEffect]) -> list[FoundEffect]:
 # ---------------------------------------------------------------- a found effect
 
 
+@dataclass(frozen=True)
+class _Way:
+    """How an effect is calibrated: by a test, or by a test on ramps; neither: it needs none of its own."""
+
+    test: CalibratingTest | None = None
+    ramp: Mapping[str, str] | None = None
+
+
+def _way(spec: Spec, found: FoundEffect, diagnosis: Diagnosis) -> _Way | None:
+    """None where no test of these benches can show it in a soaked power-on, and no ramp."""
+    effect = catalog.effects()[found.effect]
+    if effect.bench_only or effect.temperature_of is not None or isinstance(spec.sensitivities, Given):
+        return _Way()
+    test = _test(spec, found, _size(found)[0], diagnosis)
+    if test is not None:
+        return _Way(test=test)
+    error = f"{found.sensor}.{found.effect}"
+    ramp = ramp_test(spec, found.effect, error, _noise(found, diagnosis).duration)
+    return None if ramp is None else _Way(ramp=ramp)
+
+
 def _enter(
-    edits: SpecText, spec: Spec, found: FoundEffect, diagnosis: Diagnosis
+    edits: SpecText, spec: Spec, found: FoundEffect, way: _Way | None, diagnosis: Diagnosis
 ) -> tuple[list[str], list[str]]:
-    """Budget and test of one found effect: what was changed, what to know."""
+    """Budget and test of one found effect: what was changed, what to know; no way: it is not declared."""
     error = f"{found.sensor}.{found.effect}"
     notes = _doubts(found)
     effect = catalog.effects()[found.effect]
@@ -183,29 +233,36 @@ def _enter(
     if found.effect in getattr(spec.unit, found.sensor):
         return [], [*notes, f"{error} has a budget already: it is kept"]
     size, left = _size(found)
-    test = None if isinstance(spec.sensitivities, Given) else _test(spec, found, size, diagnosis)
-    ramp = None if test else ramp_test(spec, found.effect, error, _noise(found, diagnosis).duration)
+    given = isinstance(spec.sensitivities, Given)
     unit = effect.units[found.sensor]
-    parts = {"systematic": _written(size if test or ramp else left, unit)}
-    if test and spec.planned_by == "published":
+    parts = {"systematic": written(left if given else size, unit)}
+    if way is not None and way.test and spec.planned_by == "published":
         # K's half-width t s / √n asks for the scatter of one repeat; planning by information knows it itself
-        parts["run_to_run"] = _written(test.spread, unit)
+        parts["run_to_run"] = written(way.test.spread, unit)
     budget = "{" + ", ".join(f"{key}: {value}" for key, value in parts.items()) + "}"
     edits.enter(("unit", found.sensor), found.effect, budget, _reason(found))
     changes = [f"unit.{error}: {budget}"]
-    if ramp is not None:
-        return [*changes, _added(edits, spec, error, ramp)], notes
-    if test is None:
-        why = (
-            "the spec gives published coefficients, which have none for it"
-            if isinstance(spec.sensitivities, Given)
-            else "no test of these benches can show it in a soaked power-on"
-        )
-        notes.append(
-            f"{error}: {why}; the coefficients of the diagnosis serve, and `systematic` is what is left"
-        )
-        return changes, notes
-    return [*changes, _calibrated(edits, spec, error, test)], notes
+    if given:
+        why = "the spec gives published coefficients, which have none for it"
+        serve = "the coefficients of the diagnosis serve, and `systematic` is what is left"
+        return changes, [*notes, f"{error}: {why}; {serve}"]
+    if way is None:
+        return changes, [*notes, _budgeted_alone(error, effect)]
+    if way.ramp is not None:
+        return [*changes, _added(edits, spec, error, way.ramp)], notes
+    return [*changes, *([_calibrated(edits, spec, error, way.test)] if way.test else [])], notes
+
+
+def _budgeted_alone(error: str, effect: Effect) -> str:
+    why = (
+        "no plan spreads records over the days that it needs"
+        if "day" in effect.needs
+        else "no test of these benches tells it and lets the rest be told beside it"
+    )
+    return (
+        f"{error}: {why}; it is not declared, and its budget stays whole in what is promised. A spec that "
+        f"declares {ErrorName(error).effect} calibrates it from the data that were diagnosed"
+    )
 
 
 def _doubts(found: FoundEffect) -> list[str]:
@@ -270,7 +327,7 @@ def _calibrated(edits: SpecText, spec: Spec, error: str, test: CalibratingTest) 
     """Let the test calibrate the error, or add the test."""
     run = test.run
     if run.test:
-        if spec.tests[run.test].calibrates:
+        if edits.node(("tests", run.test, "calibrates")) is not None:
             edits.append(("tests", run.test, "calibrates"), [error])
         else:
             edits.enter(("tests", run.test), "calibrates", f"[{error}]")
@@ -290,107 +347,15 @@ def _calibrated(edits: SpecText, spec: Spec, error: str, test: CalibratingTest) 
 
 
 def _added(edits: SpecText, spec: Spec, error: str, parts: Mapping[str, str]) -> str:
-    """A new test."""
-    name = f"show_{ErrorName(error).effect.partition('_over_')[0]}"  # a curve's nodes are no part of it
-    name += "" if name not in spec.tests else f"_{len(spec.tests) + 1}"
-    edits.enter(("tests",), name, "{" + ", ".join(f"{k}: {v}" for k, v in parts.items()) + "}")
-    return f"tests.{name}: a new test on {parts['bench']} that calibrates {error}"
-
-
-# ---------------------------------------------------------------- spreads that the data contradict
-
-
-def _contradicted(assumptions: Sequence[Assumption]) -> list[Assumption]:
-    """Per error and part the largest measured spread, where the intervals exclude what was assumed.
-
-    Upwards when one channel's interval lies above; downwards only when every channel's lies below, and never
-    within a power-on: what drifts for longer than that counts as run-to-run there, so the figure is a least.
-    """
-    groups: dict[tuple[str, str], list[Assumption]] = {}
-    for a in assumptions:
-        if a.assumed is not None and all(map(math.isfinite, (a.measured, a.low, a.high))):
-            groups.setdefault((a.error, a.part), []).append(a)
-    found = []
-    for (_, part), several in groups.items():
-        assumed = several[0].assumed or 0.0
-        above = any(a.low > assumed for a in several)
-        below = all(a.high < assumed for a in several) and part not in ("in_run", WHITE_OF_1_S)
-        largest = max(several, key=lambda a: a.measured)
-        if (above or below) and largest.measured > 0.0 and largest.low > 0.0:
-            found.append(largest)
-    return found
-
-
-def _corrected(edits: SpecText, spec: Spec, a: Assumption) -> list[str]:
-    """Replace one spread; a table over temperature or points keeps its shape and is scaled."""
-    sensor, effect = ErrorName(a.error).parts
-    if a.part == WHITE_OF_1_S:
-        return _louder(edits, sensor, a)
-    budget: ErrorBudget | None = getattr(spec.unit, sensor).get(effect)
-    value = getattr(budget, a.part, None)
-    path: tuple[str, ...] = ("unit", sensor, effect, a.part)
-    if value is None and a.part == "in_run" and budget is not None:
-        edits.enter(path[:-1], a.part, _written(a.measured, a.unit))
-        return [f"unit.{a.error}.{a.part}: measured {_written(a.measured, a.unit)}, where none was budgeted"]
-    if value is None or a.assumed is None:
-        return []
-    if isinstance(value, InRun | RunToRun):
-        path, value = (*path, "value"), value.value
-    interval = f"{_plain(a.low, a.unit)} … {_written(a.high, a.unit)}"
-    said = f"unit.{a.error}.{a.part}: measured {_written(a.measured, a.unit)} ({interval}, 95 %)"
-    if isinstance(value, Quantity):
-        if abs(value.si - a.assumed) > 1e-6 * a.assumed:
-            return []
-        told = _written(a.measured, _unit_in(value))
-        if a.part == "run_to_run" and path[-1] == a.part and spec.planned_by == "information":
-            told = f"{{value: {told}, power_ons: {_power_ons(a)}}}"
-        edits.replace(path, told)
-        return [f"{said} instead of {value.text}"]
-    if not isinstance(value, Mapping) or a.assumed <= 0.0:
-        return []
-    node = edits.node(path)
-    for key, (_, entry) in zip(value, node.value, strict=True):
-        scaled = value[key].si * a.measured / a.assumed
-        edits.replace((*path, _key(node, entry)), _written(scaled, _unit_in(value[key])))
-    return [
-        f"{said} against {_written(a.assumed, a.unit)}: the table is scaled by {a.measured / a.assumed:.3g}"
-    ]
-
-
-def _louder(edits: SpecText, sensor: str, a: Assumption) -> list[str]:
-    """The noise density of a sensor as its noisiest channel has it: never less than the spec says."""
-    size, _, unit = _written(a.measured, a.unit).partition(" ")
-    told = f"{size} {unit}/sqrt(Hz)"
-    edits.replace(("unit", NOISE, sensor), told)
-    said = f"{_plain(a.low, a.unit)} … {_plain(a.high, a.unit)}, 95 %; {_plain(a.assumed or 0.0, a.unit)}"
-    return [f"unit.{NOISE}.{sensor}: measured {told} ({said} was budgeted)"]
-
-
-def _power_ons(a: Assumption) -> int:
-    """As many power-ons as would tell a spread as well as these data do."""
-    return max(2, round(min(a.freedom, 1e4)) + 1)
-
-
-def _unit_in(quantity: Quantity) -> str:
-    """The unit in which the spec writes a size: it keeps it."""
-    return re.sub(r"^[-+0-9.eE_ ]*", "", quantity.text).strip() or "1"
-
-
-def _key(mapping: object, entry: object) -> str:
-    return next(str(k.value) for k, v in mapping.value if v is entry)  # type: ignore[attr-defined]  # a node of PyYAML, handed through as it is
-
-
-def _plain(si: float, unit: str) -> str:
-    """Three significant digits."""
-    shown = "%" if unit in ("", "1") else unit
-    return f"{from_si(si, shown):.3g}"
-
-
-def _written(si: float, unit: str) -> str:
-    """A size with its unit, rounded up to three digits, so that nothing is understated."""
-    shown = "%" if unit in ("", "1") else unit
-    value = from_si(si, shown)
-    if value > 0.0:
-        step = 10.0 ** (math.floor(math.log10(value)) - 2)
-        value = math.ceil(value / step - 1e-9) * step
-    return f"{value:.3g} {shown}"
+    """A new test; one that was added for the other sensor serves where all but the error is the same."""
+    first = f"show_{ErrorName(error).effect.partition('_over_')[0]}"  # a curve's nodes are no part of it
+    names = [first, *(f"{first}_{k}" for k in range(len(spec.tests) + 1, len(spec.tests) + 9))]
+    for name in names:
+        there = edits.written(("tests", name))
+        if there is None:
+            edits.enter(("tests",), name, "{" + ", ".join(f"{k}: {v}" for k, v in parts.items()) + "}")
+            return f"tests.{name}: a new test on {parts['bench']} that calibrates {error}"
+        if name not in spec.tests and {**there, "calibrates": parts["calibrates"]} == parts:
+            edits.append(("tests", name, "calibrates"), [error])
+            return f"tests.{name}: calibrates {error} too"
+    raise InputError(f"tests: {first} and eight names after it are taken; give one of these tests another")

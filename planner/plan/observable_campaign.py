@@ -62,19 +62,39 @@ def left_open(spec: Spec) -> list[str]:
     return [f"{line} (what is promised counts that)" for line in found.splitlines()]
 
 
+def hidden_behind(spec: Spec) -> frozenset[ErrorName]:
+    """Declared errors that no test calibrates and behind which what the tests calibrate hides.
+
+    Of the same campaigns that `refuse_what_no_campaign_observes` asks; none where it refuses nothing.
+    """
+    informed = spec.planned_by == "information"
+    refused = _refused(_with_perfect_references(spec) if informed else spec, LOST if informed else 1.0)
+    told = {ErrorName(e) for test in spec.tests.values() for e in test.calibrates}
+    found = () if refused is None else refused[1]
+    return frozenset(p for u in found for p in u.partners if p not in told and p.effect in spec.effects)
+
+
 def _unobserved(spec: Spec, of_hands: float) -> str:
     """In words; of_hands: times what is known uncalibrated, to which they must tell an error."""
-    if not asked_errors(spec):
+    refused = _refused(spec, of_hands)
+    if refused is None:
         return ""
+    return "\n".join(_faults(spec, *refused, largest=not is_hand_made(spec)))
+
+
+def _refused(spec: Spec, of_hands: float) -> tuple[Visits, tuple[Unobservable, ...]] | None:
+    """The visits that leave the fewest errors unobservable, and those errors; None where some leave none."""
+    if not asked_errors(spec):
+        return None
     refused: list[tuple[int, Visits, tuple[Unobservable, ...]]] = []
     by_hand = is_hand_made(spec)
     for visits in [hand_made_visits(spec)] if by_hand else _largest(spec):
         found = unobservable_in(spec, visits, largest=not by_hand, beyond=of_hands if by_hand else 1.0)
         if not found:
-            return ""
+            return None
         refused.append((len(found), visits, found))
     _, visits, found = min(refused, key=lambda one: one[0])
-    return "\n".join(_faults(spec, visits, found, largest=not by_hand))
+    return visits, found
 
 
 def _with_perfect_references(spec: Spec) -> Spec:

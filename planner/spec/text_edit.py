@@ -43,6 +43,18 @@ class SpecText:
                 return None
         return node
 
+    def written(self, path: Path) -> dict[str, str] | None:
+        """Key -> text of the mapping at a path, as it stands; None without one."""
+        node = self.node(path)
+        if not isinstance(node, yaml.MappingNode):
+            return None
+        return {str(k.value): self.text[v.start_mark.index : v.end_mark.index] for k, v in node.value}
+
+    def settle(self) -> None:
+        """Make the edits so far: later ones find their places in the text as it is then."""
+        self.text, self.edits = self.edited(), []
+        self.root = yaml.compose(self.text, Loader=yaml.SafeLoader)
+
     def replace(self, path: Path, value: str) -> None:
         """Another scalar in the place of the one at a path."""
         node = self.node(path)
