@@ -26,7 +26,7 @@ from planner.errors import InputError
 from planner.measurement import AXES
 from planner.nouns.diagnosis import LEAST_P, Diagnosis, FoundEffect, NavigationCost
 from planner.nouns.sensor import ErrorName
-from planner.plan.observable_campaign import hidden_behind
+from planner.plan.observable_campaign import not_to_declare
 from planner.protocols import Effect
 from planner.spec.budget import ErrorBudget
 from planner.spec.load import LoadedSpec, spec_from_bytes
@@ -57,16 +57,16 @@ def updated_spec(text: str, loaded: LoadedSpec, diagnosis: Diagnosis) -> SpecUpd
     left_out: frozenset[str] = frozenset()
     while True:
         made, fresh = _made(text, loaded, diagnosis, left_out)
-        hide = fresh & _hide(made.text, loaded.path) if fresh else fresh
-        if not hide:
+        wrong = _wrongly_declared(made.text, loaded.path, fresh) if fresh else fresh
+        if not wrong:
             return made
-        left_out |= hide
+        left_out |= wrong
 
 
-def _hide(text: str, path: Path) -> frozenset[str]:
-    """The effects of a new spec behind which hides what its tests calibrate; none of one with faults."""
+def _wrongly_declared(text: str, path: Path, fresh: frozenset[str]) -> frozenset[str]:
+    """Of the effects that a new spec declares besides those that it must not; none where it has faults."""
     try:
-        return frozenset(error.effect for error in hidden_behind(spec_from_bytes(text.encode(), path).spec))
+        return not_to_declare(spec_from_bytes(text.encode(), path).spec, fresh)
     except InputError:
         return frozenset()  # whoever reads the new spec says where, of the file that it is to be
 
@@ -83,15 +83,13 @@ def _made(
     fresh = [] if harm else [at_its_parameters(e) for e in lacking]
     fresh += curves
     ways = [(e, _way(spec, e, diagnosis)) for e in fresh]
-    untold = {e.effect for e, way in ways if way is None} | left_out
-    names = list(dict.fromkeys(e.effect for e in fresh if e.effect not in untold))
+    names = list(dict.fromkeys(e.effect for e in fresh if e.effect not in left_out))
     if names:
         edits.append(("effects",), names)
         changes.append(f"effects: declared {', '.join(names)}")
     for effect, way in ways:
         edits.settle()  # the next one finds the tests that are there now
-        told = None if effect.effect in untold else way
-        said, noted = _enter(edits, spec, effect, told, diagnosis)
+        said, noted = _enter(edits, spec, effect, None if effect.effect in left_out else way)
         changes += said
         notes += noted
     edits.settle()
@@ -200,14 +198,13 @@ def _merged(effects: Sequence[FoundEffect]) -> list[FoundEffect]:
 
 @dataclass(frozen=True)
 class _Way:
-    """How an effect is calibrated: by a test, or by a test on ramps; neither: it needs none of its own."""
+    """How an effect is calibrated: by a test, or by one on ramps; neither: by whatever the records tell."""
 
     test: CalibratingTest | None = None
     ramp: Mapping[str, str] | None = None
 
 
-def _way(spec: Spec, found: FoundEffect, diagnosis: Diagnosis) -> _Way | None:
-    """None where no test of these benches can show it in a soaked power-on, and no ramp."""
+def _way(spec: Spec, found: FoundEffect, diagnosis: Diagnosis) -> _Way:
     effect = catalog.effects()[found.effect]
     if effect.bench_only or effect.temperature_of is not None or isinstance(spec.sensitivities, Given):
         return _Way()
@@ -216,16 +213,16 @@ def _way(spec: Spec, found: FoundEffect, diagnosis: Diagnosis) -> _Way | None:
         return _Way(test=test)
     error = f"{found.sensor}.{found.effect}"
     ramp = ramp_test(spec, found.effect, error, _noise(found, diagnosis).duration)
-    return None if ramp is None else _Way(ramp=ramp)
+    return _Way(ramp=ramp)
 
 
-def _enter(
-    edits: SpecText, spec: Spec, found: FoundEffect, way: _Way | None, diagnosis: Diagnosis
-) -> tuple[list[str], list[str]]:
+def _enter(edits: SpecText, spec: Spec, found: FoundEffect, way: _Way | None) -> tuple[list[str], list[str]]:
     """Budget and test of one found effect: what was changed, what to know; no way: it is not declared."""
     error = f"{found.sensor}.{found.effect}"
     notes = _doubts(found)
     effect = catalog.effects()[found.effect]
+    if way is None and (effect.bench_only or effect.temperature_of is not None):
+        return [], [*notes, f"{error} is not declared: it hides what the tests calibrate"]
     if effect.bench_only:
         return [], [*notes, f"{error} is an effect of the bench: it is fitted, and has no budget in flight"]
     if effect.temperature_of is not None:
@@ -250,7 +247,9 @@ def _enter(
         return changes, [*notes, _budgeted_alone(error, effect)]
     if way.ramp is not None:
         return [*changes, _added(edits, spec, error, way.ramp)], notes
-    return [*changes, *([_calibrated(edits, spec, error, way.test)] if way.test else [])], notes
+    if way.test is not None:
+        return [*changes, _calibrated(edits, spec, error, way.test)], notes
+    return changes, [*notes, f"{error}: no test is made for it; the records of the others tell it"]
 
 
 def _budgeted_alone(error: str, effect: Effect) -> str:

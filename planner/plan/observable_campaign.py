@@ -7,7 +7,7 @@ a plan.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -62,16 +62,21 @@ def left_open(spec: Spec) -> list[str]:
     return [f"{line} (what is promised counts that)" for line in found.splitlines()]
 
 
-def hidden_behind(spec: Spec) -> frozenset[ErrorName]:
-    """Declared errors that no test calibrates and behind which what the tests calibrate hides.
+def not_to_declare(spec: Spec, effects: Collection[str]) -> frozenset[str]:
+    """Of some declared effects those that no test calibrates and no campaign tells, or that hide others.
 
-    Of the same campaigns that `refuse_what_no_campaign_observes` asks; none where it refuses nothing.
+    Of the same campaigns that `refuse_what_no_campaign_observes` asks: effects with a budget that their
+    records leave unobservable, and effects without a test behind which hides what the tests calibrate.
     """
-    informed = spec.planned_by == "information"
-    refused = _refused(_with_perfect_references(spec) if informed else spec, LOST if informed else 1.0)
     told = {ErrorName(e) for test in spec.tests.values() for e in test.calibrates}
+    budgeted = (ErrorName(f"{s}.{e}") for s in SENSORS for e in effects if e in getattr(spec.unit, s))
+    untested = tuple(error for error in budgeted if error not in told)
+    informed = spec.planned_by == "information"
+    asked = _with_perfect_references(spec) if informed else spec
+    refused = _refused(asked, LOST if informed else 1.0, untested)
     found = () if refused is None else refused[1]
-    return frozenset(p for u in found for p in u.partners if p not in told and p.effect in spec.effects)
+    hide = {p for u in found for p in u.partners if p not in told}
+    return frozenset(e.effect for e in hide | {u.error for u in found} if e not in told) & frozenset(effects)
 
 
 def _unobserved(spec: Spec, of_hands: float) -> str:
@@ -82,14 +87,20 @@ def _unobserved(spec: Spec, of_hands: float) -> str:
     return "\n".join(_faults(spec, *refused, largest=not is_hand_made(spec)))
 
 
-def _refused(spec: Spec, of_hands: float) -> tuple[Visits, tuple[Unobservable, ...]] | None:
-    """The visits that leave the fewest errors unobservable, and those errors; None where some leave none."""
+def _refused(
+    spec: Spec, of_hands: float, beside: Sequence[ErrorName] = ()
+) -> tuple[Visits, tuple[Unobservable, ...]] | None:
+    """The visits that leave the fewest errors unobservable, and those errors; None where some leave none.
+
+    beside: further errors to ask for
+    """
     if not asked_errors(spec):
         return None
     refused: list[tuple[int, Visits, tuple[Unobservable, ...]]] = []
     by_hand = is_hand_made(spec)
     for visits in [hand_made_visits(spec)] if by_hand else _largest(spec):
-        found = unobservable_in(spec, visits, largest=not by_hand, beyond=of_hands if by_hand else 1.0)
+        beyond = of_hands if by_hand else 1.0
+        found = unobservable_in(spec, visits, largest=not by_hand, beyond=beyond, beside=beside)
         if not found:
             return None
         refused.append((len(found), visits, found))

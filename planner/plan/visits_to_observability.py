@@ -35,13 +35,15 @@ def unobservable_in(
     largest: bool = False,
     without: Sequence[ErrorName] = (),
     beyond: float = 1.0,
+    beside: Sequence[ErrorName] = (),
 ) -> tuple[Unobservable, ...]:
     """What a campaign of these visits leaves unobservable of the errors that the spec's tests calibrate.
 
     largest: with the most repeats that the spec allows in place of those of the visits
     beyond: times what an error is known to without a calibration, from which on nothing tells it
+    beside: further errors to ask for
     """
-    asked = asked_errors(spec)
+    asked = (*asked_errors(spec), *beside)
     made = campaign_of(spec, visits, largest=largest) if asked else None
     if made is None:
         return ()
