@@ -54,7 +54,9 @@ def updated_spec(text: str, loaded: LoadedSpec, diagnosis: Diagnosis) -> SpecUpd
     effects the spec declares already.
     """
     _refuse(loaded, diagnosis)
-    left_out: frozenset[str] = frozenset()
+    planned = not isinstance(loaded.spec.sensitivities, Given)
+    # what goes with days no plan tells, however large it is
+    left_out = frozenset(e.effect for e in diagnosis.found.effects if planned and _goes_with_days(e.effect))
     while True:
         made, fresh = _made(text, loaded, diagnosis, left_out)
         wrong = _wrongly_declared(made.text, loaded.path, fresh) if fresh else fresh
@@ -252,10 +254,14 @@ def _enter(edits: SpecText, spec: Spec, found: FoundEffect, way: _Way | None) ->
     return changes, [*notes, f"{error}: no test is made for it; the records of the others tell it"]
 
 
+def _goes_with_days(name: str) -> bool:
+    return "day" in catalog.effects()[name].needs
+
+
 def _budgeted_alone(error: str, effect: Effect) -> str:
     why = (
         "no plan spreads records over the days that it needs"
-        if "day" in effect.needs
+        if _goes_with_days(effect.name)
         else "no test of these benches tells it and lets the rest be told beside it"
     )
     return (

@@ -63,10 +63,11 @@ def left_open(spec: Spec) -> list[str]:
 
 
 def not_to_declare(spec: Spec, effects: Collection[str]) -> frozenset[str]:
-    """Of some declared effects those that no test calibrates and no campaign tells, or that hide others.
+    """Of some declared effects those that no campaign of the tests tells, or behind which others hide.
 
     Of the same campaigns that `refuse_what_no_campaign_observes` asks: effects with a budget that their
-    records leave unobservable, and effects without a test behind which hides what the tests calibrate.
+    records leave unobservable, and effects without a test behind which hides what the tests calibrate; only
+    where there are none of either, effects that their own test does not tell.
     """
     told = {ErrorName(e) for test in spec.tests.values() for e in test.calibrates}
     budgeted = (ErrorName(f"{s}.{e}") for s in SENSORS for e in effects if e in getattr(spec.unit, s))
@@ -75,8 +76,8 @@ def not_to_declare(spec: Spec, effects: Collection[str]) -> frozenset[str]:
     asked = _with_perfect_references(spec) if informed else spec
     refused = _refused(asked, LOST if informed else 1.0, untested)
     found = () if refused is None else refused[1]
-    hide = {p for u in found for p in u.partners if p not in told}
-    return frozenset(e.effect for e in hide | {u.error for u in found} if e not in told) & frozenset(effects)
+    idle = {e.effect for u in found for e in (u.error, *u.partners) if e not in told}
+    return frozenset(effects) & (idle or {u.error.effect for u in found})
 
 
 def _unobserved(spec: Spec, of_hands: float) -> str:

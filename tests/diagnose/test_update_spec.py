@@ -102,6 +102,9 @@ def test_what_no_soaked_power_on_shows_has_its_whole_size_as_budget_and_is_not_d
 FOUND = [
     [("bias_step", "gyro_x", 1e-4)],
     [("ageing", "acc_x", 1e-9)],
+    [("ageing", "gyro_x", 1e-5)],  # as large as nothing is: told by hours, and by no plan of a day
+    [("temperature_rate", "gyro_x", 1e-5)],  # less than a record on a ramp tells
+    [("temperature_rate_table", "acc_x", 1e-3)],  # with a node that the chamber's ramps do not reach
     [("hysteresis", "gyro_x", 1e-4)],
     [("scale_factor_curve", "acc_x", 1e-4)],
     [("scale_factor_acceleration", "gyro_x", 1e-5)],
@@ -112,8 +115,8 @@ FOUND = [
 ]
 
 
-@pytest.mark.parametrize("found", FOUND[3:])
-@pytest.mark.further("found", FOUND[:3])
+@pytest.mark.parametrize("found", FOUND[4:])
+@pytest.mark.further("found", FOUND[:4])
 def test_whatever_is_found_the_new_spec_is_one_that_plans(found):
     made, loaded = updated(UAV, *(found_effect(name, c, size, size / 20.0) for name, c, size in found))
     refuse_what_no_campaign_observes(loaded.spec)
@@ -134,7 +137,8 @@ def test_and_it_is_planned(found):
 
 
 def test_one_test_on_ramps_serves_both_sensors():
-    both = [found_effect("temperature_rate", c, 1e-3, 1e-5) for c in ("gyro_x", "acc_x")]
+    sizes = {"gyro_x": 1e-3, "acc_x": 0.1}
+    both = [found_effect("temperature_rate", c, size, size / 20.0) for c, size in sizes.items()]
     _, loaded = updated(UAV, *both)
     test = loaded.spec.tests["show_temperature_rate"]
     assert test.calibrates == ("gyro.temperature_rate", "accelerometer.temperature_rate")
