@@ -71,7 +71,7 @@ class Found:
 
     misfit: generic blocks that are left beside a much stronger effect of the bench
     aliased: library effects (their keys) that stand although an unknown of their channel could take them up
-    stood_for: library effects -> p of what was significant where they stand now: bins, or a name less fitting
+    stood_for: blocks (their keys) -> p of what was significant where they stand now: bins, or other names
     """
 
     pool: Pool
@@ -129,6 +129,21 @@ class Found:
         return replace(self, library=list(library), unknown=list(self.unknown), aliased=set(self.aliased),
                        stood_for=dict(self.stood_for))  # fmt: skip
 
+    def stands_for(self, block: int, names: Iterable[int], question: Question) -> None:
+        """A block comes where believed effects stand: that something is there stays as sure as they made it.
+
+        Bins have more columns than an equation, and most lie where few power-ons tell the noise: what was
+        there at 1e-8 by a name that they beat decisively was not significant any more, and the channel clean.
+        """
+        null, pool = self.chance(question), self.pool
+        sure = [self.stood_for.get(pool.blocks[b].key, 1.0) for b in (block, *names)]
+        sure += [self.p[b] if b in self.p else chance_of(pool, b, self.share(b), null) for b in names]
+        self.stood_for[pool.blocks[block].key] = min(sure)
+
+    def may_stay(self, block: int, s: Score) -> bool:
+        """Whether a block stands where something was significant, and tells something itself."""
+        return self.pool.blocks[block].key in self.stood_for and s.log_p < np.log(SINGLE)
+
     def refine(self, question: Question) -> None:
         """Every nonlinear parameter at its best value, between the values of the grid."""
         for i, b in enumerate(self.library):
@@ -182,8 +197,7 @@ class Found:
         """Backward elimination: library effects that are not significant beside the others go."""
         for b in list(self.library):
             s = self.share(b)
-            stands = self.pool.blocks[b].key in self.stood_for and s.log_p < np.log(SINGLE)
-            stands = stands and self.may_be(b)
+            stands = self.may_stay(b, s) and self.may_be(b)
             if not (stands or self.enters(b, s, null)):
                 self.library.remove(b)
 

@@ -8,6 +8,7 @@ them with the variances that they leave,
 
     2 (log L_b − log L) − m log n > DECISIVE,   log L = −½ (log|V| + yᵀPy), V by REML of each model
 
+n the rows, or the power-ons of what differs between these alone (`Weighed.told_by`),
 the strongest goes in, and the others are asked again beside it. Where each of k coefficients may be the only
 one there, each is asked alone too, 2 log k dearer. One without a name must predict half of what
 it explains in power-ons that its fit has not seen, and nothing strong must have a name: a coefficient of a
@@ -98,7 +99,7 @@ def _best(plain: Weighed, asked: Sequence[_Asked]) -> _Asked | None:
 
 def _gain(plain: Weighed, asked: _Asked, more: Weighed) -> float:
     """2 (log L_b − log L) − m log n, and what the looks cost."""
-    cost = (more.columns - plain.columns) * float(np.log(plain.rows)) + 2.0 * asked.looks
+    cost = (more.columns - plain.columns) * plain.told_by(asked.columns) + 2.0 * asked.looks
     return 2.0 * (more.loglik - plain.loglik) - cost
 
 

@@ -142,6 +142,7 @@ def cut_chains(found: Found, question: Question) -> None:
         best = max(unnamed, key=lambda g: delta(here, [g]))
         both = delta(here, [*mine, best])
         if delta(here, [best]) >= ONE_VARIABLE * both and not _tells_all(found, here, mine, best, question):
+            found.stands_for(best, mine, question)
             found.unknown = [*(u for u in found.unknown if u not in before), best]
             _only_what_counts(found, best, mine, both)
             found.drop_needless(found.chance(question))
@@ -315,6 +316,8 @@ def _unknown(found: Found, lacking: Sequence[int], question: Question) -> None:
         left = found.without()
         found.unknown.append(max(lacking, key=lambda g: score(left, [g]).criterion))
         return
+    if best != lacking[0]:
+        found.stood_for[found.pool.blocks[best].key] = _p_beside(found, lacking[0], question)
     found.unknown.append(best)
     both = delta(here, [*mine, best])
     own = any(own_variable(found.pool, b, best) for b in mine)

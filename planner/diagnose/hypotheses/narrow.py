@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.channels import Channel
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.effects._history import power_ons
 from planner.nouns.array import Array
 from planner.nouns.conditions import Conditions, over_records
 from planner.nouns.dwell_table import DwellTable
 from planner.temperature_table import hats, temperature_nodes
 from planner.units import STANDARD_GRAVITY_MPS2
 
-CYCLES = (1.0, 1.5, 2.0, 3.0)  # of a wave over all the days
+CYCLES = (1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0)  # of a wave over all the days
 A_CYCLE = 6  # power-ons for each of them
 LEAST_APART = 12  # power-ons, below which a wave of the days is anything
 LEAST_DAYS = 1.0
@@ -32,6 +33,7 @@ A_LEANING = 0.1  # of g, by which attitudes differ along an axis
 LEAST_LEANINGS = 7  # different ones along an axis, fewer of which a few powers follow as well
 A_CORNER = 0.02  # of the largest column, below which one has no more than leans and rounding
 OWN_NODES = (-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0)  # g
+FACES = 3  # forces along an axis: up, level and down
 MODULUS_NODES = (0.0, 0.3, 0.6, 1.0)  # g
 PLACES = 12  # at which a reading may step after power-on: the rows between two of them hide little of it
 A_SIDE = 5  # rows that such a step has on either side, and power-ons
@@ -110,15 +112,40 @@ def gravity_along_axes(c: Channel, table: DwellTable) -> list[Array]:
     Three powers of gravity were named for one bend, and a product of two axes for the root of one of them:
     on six faces they are the same, and no curve is asked. Of a gyro an axis has an odd curve besides: what
     begins at half a g is a straight line, roughly, and bins of the attitude do not see where it bends.
+
+    Beside loads an accelerometer's own curve is asked, and is beyond a g what it is there; on six faces too,
+    where the loads say what its scale factor is. One that sticks at small forces is off by as much at one g
+    as at fifty, and of that no power of the load knows.
     """
     along = c.model.conditions.specific_force / STANDARD_GRAVITY_MPS2
-    if np.linalg.norm(along, axis=1).max(initial=0.0) * STANDARD_GRAVITY_MPS2 > _LOADED:
-        return []
-    own = c.sensor == "accelerometer" and _leanings(along[:, c.axis]) >= LEAST_LEANINGS
-    found = [_over_force(c, c.axis, OWN_NODES)] if own else []
+    loaded = np.linalg.norm(along, axis=1) * STANDARD_GRAVITY_MPS2 > _LOADED
+    gravity, accelerometer = along[~loaded], c.sensor == "accelerometer"
+    found = []
+    if accelerometer and _leanings(gravity[:, c.axis]) >= LEAST_LEANINGS:
+        found.append(_over_force(c, c.axis, OWN_NODES))
+    if accelerometer and loaded.any() and _leanings(gravity[:, c.axis]) >= FACES:
+        found.append(_within_a_g(c))
+    if loaded.any():
+        return found
     each = [j for j in range(3) if _leanings(np.abs(along[:, j])) >= len(MODULUS_NODES)]
-    odd = [j for j in range(3) if c.sensor == "gyro" and _leanings(along[:, j]) >= LEAST_LEANINGS]
+    odd = [j for j in range(3) if not accelerometer and _leanings(along[:, j]) >= LEAST_LEANINGS]
     return [*found, *(_over_force(c, j, MODULUS_NODES) for j in each), *(_odd_force(c, j) for j in odd)]
+
+
+def force_before(c: Channel, table: DwellTable) -> list[Array]:
+    """(n, 1) which way an accelerometer's own force last changed while it was on: its hysteresis (IEEE 1293).
+
+    +1 or −1 after a change by A_LEANING, carried on where it stays; 0 before the first. Faces come in another
+    order in every power-on, so what it leaves is no scatter of theirs, and counts as noise of every record.
+    """
+    if c.sensor != "accelerometer":
+        return []
+    came, last = np.zeros(len(c.u)), 0.0
+    change = np.diff(c.u, prepend=c.u[:1]) / STANDARD_GRAVITY_MPS2
+    for i, first in enumerate(power_ons(c.model.conditions)):
+        last = 0.0 if first else float(np.sign(change[i])) if abs(change[i]) > A_LEANING else last
+        came[i] = last
+    return [came[:, None]] if len(np.unique(came[came != 0.0])) > 1 else []
 
 
 def _odd_force(c: Channel, axis: int) -> Array:
@@ -150,6 +177,17 @@ def _over_force(c: Channel, axis: int, nodes: tuple[float, ...]) -> Array:
     return orthonormal(bends[:, size > A_CORNER * size.max(initial=0.0)], A_CORNER)
 
 
+def _within_a_g(c: Channel) -> Array:
+    """(n, 1) an accelerometer's own force as far as it is within a g, clear of a straight line."""
+
+    def shares(at: Conditions) -> Array:
+        f = at.specific_force[:, c.axis] / STANDARD_GRAVITY_MPS2
+        return np.column_stack([np.ones(len(f)), f, np.clip(f, -1.0, 1.0)])
+
+    both = over_records(shares, c.model.conditions)
+    return clear(orthonormal(both[:, :2]), both[:, 2:])
+
+
 def _leanings(force: Array) -> int:
     """How many different ones there are of a force in g."""
     return len(np.unique(np.round(force / A_LEANING)))
@@ -167,6 +205,6 @@ MAKERS: Mapping[str, Callable[[Channel, DwellTable], list[Array]]] = {
     "rate_and_specific_force": rate_under_load,
     "temperature": leaning,
     "day_and_specific_force": force_over_days,
-    "specific_force": gravity_along_axes,
+    "specific_force": lambda c, table: [*gravity_along_axes(c, table), *force_before(c, table)],
 }
 """What they vary with -> what makes them."""

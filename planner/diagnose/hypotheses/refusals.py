@@ -9,10 +9,18 @@ from numpy.typing import NDArray
 
 from planner.diagnose.hypotheses.as_budgeted import as_budgeted
 from planner.diagnose.hypotheses.found import Found, on
-from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, STAYS
+from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, MOST_OF_BOTH, STAYS
 from planner.diagnose.hypotheses.own_noise import stands_in_own_noise
 from planner.diagnose.hypotheses.scores import score
-from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, SCATTERS, Veto, per_power_on, predicted, vetoed
+from planner.diagnose.hypotheses.verdicts import (
+    OF_A_TABLE,
+    SCATTERS,
+    Veto,
+    per_power_on,
+    predicted,
+    repeats_in_one,
+    vetoed,
+)
 from planner.spec.budget import ErrorBudget
 
 NOISE = "what wanders on this channel within power-ons explains it as well"
@@ -45,26 +53,42 @@ def refusals(found: Found, starts: NDArray[np.int64], budgets: Mapping[str, Erro
 def _unnamed_in_place(found: Found, b: int, starts: NDArray[np.int64]) -> None:
     """Where the power-ons refuse a name, bins over a variable may stand: something is there all the same.
 
-    They must predict unseen power-ons themselves. Where those scatter it wanders, and no bins are asked.
+    They must predict unseen power-ons themselves, or be told by one alone whose records repeat them. Where
+    power-ons scatter it wanders, and no bins are asked. Of bins over several variables that explain nearly as
+    much as the best the first that is not refused stands.
     """
     pool = found.pool
     here = found.without()
     same = on(pool, range(len(pool.blocks)), found.axes(b))
     scores = {g: score(here, [g]) for g in same if pool.blocks[g].generic}
-    best = max(scores, key=lambda g: scores[g].criterion, default=None)
-    if best is None or scores[best].criterion < DECISIVE or on(pool, found.unknown, found.axes(b)):
+    order = sorted(scores, key=lambda g: -scores[g].criterion)
+    if not order or scores[order[0]].criterion < DECISIVE or on(pool, found.unknown, found.axes(b)):
         return
-    found.unknown.append(best)
-    found.p[best] = found.p[b]
-    foreseen = predicted(*per_power_on(found.without(best), [best], starts))
-    refused = vetoed(found, best, starts) is not None or _is_noise(found, best)
-    if refused or foreseen <= OF_A_TABLE * scores[best].delta:
-        found.unknown.remove(best)
+    least, variables = MOST_OF_BOTH * scores[order[0]].delta, set[str]()
+    for g in order:
+        variable = pool.blocks[g].name
+        if variable not in variables and scores[g].delta >= least and scores[g].criterion >= DECISIVE:
+            variables.add(variable)
+            if _stands_in_place(found, g, b, scores[g].delta, starts):
+                break
+    else:
         return
     for i in found.on(found.axes(b)):
-        alone = score(found.without(i, best), [i]).delta
+        alone = score(found.without(i, g), [i]).delta
         if len(found.axes(i)) == 1 and found.share(i).delta < STAYS * alone:
             found.library.remove(i)  # what is left of it may as well be the other's
+
+
+def _stands_in_place(found: Found, g: int, b: int, explained: float, starts: NDArray[np.int64]) -> bool:
+    """Whether bins may stand where the power-ons refuse a name b; they are believed then."""
+    found.unknown.append(g)
+    found.p[g] = found.p[b]
+    foreseen = predicted(*per_power_on(found.without(g), [g], starts)) > OF_A_TABLE * explained
+    stands = vetoed(found, g, starts) is None and not _is_noise(found, g)
+    if stands and (foreseen or repeats_in_one(found, g, starts)):
+        return True
+    found.unknown.remove(g)
+    return False
 
 
 def _is_noise(found: Found, b: int) -> bool:

@@ -184,7 +184,8 @@ def _needless(found: Found, question: Question) -> None:
     """An unknown that a library effect, found later, explains away is none; nor an effect beside others."""
     for b in list(found.unknown):
         s = score(found.without(b), [b])
-        if not significant(found.pool, b, s, found.chance(question, b), ALPHA_UNKNOWN):
+        sure = found.may_stay(b, s) or significant(found.pool, b, s, found.chance(question, b), ALPHA_UNKNOWN)
+        if not sure:
             found.unknown.remove(b)
     found.drop_needless(found.chance(question))
     for b in list(found.library):

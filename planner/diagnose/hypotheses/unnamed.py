@@ -37,6 +37,7 @@ def unname_where_unnamed_wins(found: Found, question: Question) -> None:
         if before and not all(found.stands(b) for b in mine):
             named = max(named, _criterion(here, [*mine, *before]) - len(mine) * choice(found, question, axis))
         if scores[best] > named + _margin(found, mine, best, here):
+            found.stands_for(best, mine, question)
             found.library = [b for b in found.library if b not in mine]
             found.unknown = [*(u for u in found.unknown if u not in before), best]
 

@@ -24,7 +24,7 @@ from planner.diagnose.hypotheses.few_records import a_few_records_explain
 from planner.diagnose.hypotheses.found import SINGLE, Found
 from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
 from planner.diagnose.hypotheses.pool import Pool, inverse
-from planner.diagnose.hypotheses.scores import score
+from planner.diagnose.hypotheses.scores import Score, score
 from planner.diagnose.hypotheses.whitened import SEEN, log_p
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail, student_tail
@@ -35,6 +35,7 @@ OF_A_TABLE = (
     0.5  # of what a table explains: its many values follow struck rows, a true one predicts 0.7 of it
 )
 FOLLOWS_DRIFT = ("time_on_and_temperature",)  # without a name: what wanders within power-ons looks like it
+MOVED = ("rate", "specific_force", "orientation", "rate_and_specific_force")  # set record by record
 LEAST_OF_SCATTER = 8.0  # power-ons that tell a coefficient, from which their scatter is one
 ALONE = "it rests on one power-on alone"
 MOSTLY = 0.5  # of what is explained, less of which the others have: then their fit is made without that one
@@ -58,12 +59,10 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
         return None
     here = found.without(b, *_tables_beside(found, b))
     gram, h = per_power_on(here, [b], starts)
-    told = np.flatnonzero(np.trace(gram, axis1=1, axis2=2) > TAIL / len(starts) * np.trace(gram.sum(axis=0)))
-    worst, least = _without_one(gram, h, told)
-    if least < MOSTLY * _square(gram.sum(axis=0), h.sum(axis=0)):
-        least = _fitted_without(found, here, b, _rows_of(starts, worst, here))
+    told = _telling(gram)
     s = score(here, [b]) if is_table(found, b) else found.share(b)
-    if s.m and _rests_on(gram, h, worst, float(log_p(least, s.m, s.freedom, s.s2))):
+    worst, least, repeats = _without_the_worst(found, here, b, starts, s)
+    if s.m and not repeats and _rests_on(gram, h, worst, float(log_p(least, s.m, s.freedom, s.s2))):
         return Veto(b, ALONE, int(worst))
     if not here.blocks[b].generic and _scatter(gram, h) > SINGLE:
         return Veto(b, SCATTERS)
@@ -75,6 +74,38 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
     if must and len(told) >= LEAST_RUNS and predicted(gram, h) <= least_gain:
         return Veto(b, "it does not predict power-ons that its fit has not seen")
     return None
+
+
+def repeats_in_one(found: Found, b: int, starts: NDArray[np.int64]) -> bool:
+    """Whether one power-on alone can tell a block, and its own records repeat what they say of it."""
+    here = found.without(b)
+    return _without_the_worst(found, here, b, starts, score(here, [b]))[2]
+
+
+def _without_the_worst(
+    found: Found, here: Pool, b: int, starts: NDArray[np.int64], s: Score
+) -> tuple[int, float, bool]:
+    """The power-on without which least is explained, how much that is, and `repeats_in_one`.
+
+    Others can tell a block where they had shown it, were it as large as all together say: γᵀ G γ.
+    """
+    gram, h = per_power_on(here, [b], starts)
+    worst, least = _without_one(gram, h, _telling(gram))
+    G, H = gram.sum(axis=0), h.sum(axis=0)
+    if worst < 0 or least >= MOSTLY * _square(G, H):
+        return worst, least, False
+    rows = _rows_of(starts, worst, here)
+    others, seen = _fitted_without(found, here, b, rows)
+    gamma = inverse(G) @ H
+    shown = float(log_p(float(gamma @ others @ gamma), max(s.m, 1), s.freedom, s.s2)) <= np.log(AGREE)
+    repeats = not shown and _repeats_within(found, here, b, rows, s)
+    return worst, _square(others, seen), repeats
+
+
+def _telling(gram: Array) -> NDArray[np.int64]:
+    """Places of the power-ons that tell a block at all."""
+    told = np.trace(gram, axis1=1, axis2=2)
+    return np.flatnonzero(told > TAIL / len(gram) * told.sum())
 
 
 def is_table(found: Found, b: int) -> bool:
@@ -121,8 +152,8 @@ def _rows_of(starts: NDArray[np.int64], run: int, here: Pool) -> slice:
     return slice(int(starts[run]), int(starts[run + 1]) if run + 1 < len(starts) else n)
 
 
-def _fitted_without(found: Found, here: Pool, b: int, rows: slice) -> float:
-    """Δ of a block where neither the declared model nor anything else believed is fitted to some rows.
+def _fitted_without(found: Found, here: Pool, b: int, rows: slice) -> tuple[Array, Array]:
+    """(k, k) CᵀC and (k,) Cᵀz of a block, neither what is declared nor believed fitted to rows.
 
     What is off in a record of them bends the declared curves, and others at that temperature seem to follow.
     """
@@ -136,7 +167,45 @@ def _fitted_without(found: Found, here: Pool, b: int, rows: slice) -> float:
         basis = orthonormal(np.column_stack([w.Q, beside])[kept], SEEN)
         C, z = clear(basis, here.seen(axis, k)[kept]), clear(basis, w.z[kept])
         G, H = G + C.T @ C, H + C.T @ z
-    return _square(G, H)
+    return G, H
+
+
+def _repeats_within(found: Found, here: Pool, b: int, rows: slice, s: Score) -> bool:
+    """Whether records of one power-on say the same of what has no name and goes with how the unit moved.
+
+    Where one power-on alone turns about an axis no other can say what its rate does, and none contradicts.
+    But at 20 deg/s either way, and at 40 as between 20 and 60, its records repeat each other. Some bins or
+    curve over the variable must predict half of what the declared model, and a level of the power-on, leave
+    of every fifth of them, fitted to all other rows; more than chance does for a single test. What time or
+    temperature makes of one power-on is that one's own course, and repeats itself as well.
+    """
+    block = here.blocks[b]
+    if not block.generic or block.name not in MOVED or len(block.columns) > 1:
+        return False
+    (axis,) = block.columns
+    w, inside = here.state[axis], np.arange(rows.start, rows.stop)
+    level = np.zeros((len(w.z), 1))
+    level[inside] = 1.0
+    believed = here.parts[axis][:, np.isin(here.axes[axis], here.columns(found.others(b)))]
+    beside = np.column_stack([w.Q, believed, w.noise.whiten(level)])
+    same = [i for i, x in enumerate(here.blocks) if x.generic and x.key == block.key]
+    plain = _press(beside, w.z, inside)
+    each = (_press(np.column_stack([beside, here.seen(axis, here.places[i])]), w.z, inside) for i in same)
+    least = min(each, default=plain)
+    gain = plain - least
+    return gain >= OF_A_TABLE * plain and bool(log_p(gain, 1, s.freedom, s.s2) <= np.log(SINGLE))
+
+
+def _press(columns: Array, z: Array, inside: NDArray[np.int64]) -> float:
+    """Square of what a fit of columns (n, k) to all other rows leaves of each fold of some rows of z (n,)."""
+    fold, total = np.arange(len(inside)) % FOLDS, 0.0
+    for f in range(FOLDS):
+        out = inside[fold == f]
+        kept = np.ones(len(z), dtype=bool)
+        kept[out] = False
+        x = np.linalg.lstsq(columns[kept], z[kept], rcond=SEEN)[0]
+        total += float(np.sum((z[out] - columns[out] @ x) ** 2))
+    return total
 
 
 def _rests_on(gram: Array, h: Array, run: int, others: float) -> bool:
