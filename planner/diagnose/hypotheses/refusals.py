@@ -12,7 +12,15 @@ from planner.diagnose.hypotheses.found import Found, on
 from planner.diagnose.hypotheses.lack_of_fit import DECISIVE, STAYS
 from planner.diagnose.hypotheses.own_noise import stands_in_own_noise
 from planner.diagnose.hypotheses.scores import score
-from planner.diagnose.hypotheses.verdicts import OF_A_TABLE, SCATTERS, Veto, per_power_on, predicted, vetoed
+from planner.diagnose.hypotheses.verdicts import (
+    OF_A_TABLE,
+    SCATTERS,
+    Veto,
+    per_power_on,
+    predicted,
+    told_in_one,
+    vetoed,
+)
 from planner.spec.budget import ErrorBudget
 
 NOISE = "what wanders on this channel within power-ons explains it as well"
@@ -45,7 +53,8 @@ def refusals(found: Found, starts: NDArray[np.int64], budgets: Mapping[str, Erro
 def _unnamed_in_place(found: Found, b: int, starts: NDArray[np.int64]) -> None:
     """Where the power-ons refuse a name, bins over a variable may stand: something is there all the same.
 
-    They must predict unseen power-ons themselves. Where those scatter it wanders, and no bins are asked.
+    They must predict unseen power-ons themselves, unless one alone has what they go with. Where those
+    scatter it wanders, and no bins are asked.
     """
     pool = found.pool
     here = found.without()
@@ -56,9 +65,10 @@ def _unnamed_in_place(found: Found, b: int, starts: NDArray[np.int64]) -> None:
         return
     found.unknown.append(best)
     found.p[best] = found.p[b]
-    foreseen = predicted(*per_power_on(found.without(best), [best], starts))
+    beside = found.without(best)
+    foreseen = predicted(*per_power_on(beside, [best], starts)) > OF_A_TABLE * scores[best].delta
     refused = vetoed(found, best, starts) is not None or _is_noise(found, best)
-    if refused or foreseen <= OF_A_TABLE * scores[best].delta:
+    if refused or not (foreseen or told_in_one(beside, best, starts) >= 0):
         found.unknown.remove(best)
         return
     for i in found.on(found.axes(b)):

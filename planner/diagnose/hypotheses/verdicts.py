@@ -22,10 +22,11 @@ from planner import catalog
 from planner.diagnose.hypotheses.candidates import follows_any_drift
 from planner.diagnose.hypotheses.few_records import a_few_records_explain
 from planner.diagnose.hypotheses.found import SINGLE, Found
-from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.diagnose.hypotheses.orthogonal import clear, explained, orthonormal
 from planner.diagnose.hypotheses.pool import Pool, inverse
 from planner.diagnose.hypotheses.scores import score
 from planner.diagnose.hypotheses.whitened import SEEN, log_p
+from planner.diagnose.unseen_runs import branches
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail, student_tail
 
@@ -59,6 +60,9 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
     here = found.without(b, *_tables_beside(found, b))
     gram, h = per_power_on(here, [b], starts)
     told = np.flatnonzero(np.trace(gram, axis1=1, axis2=2) > TAIL / len(starts) * np.trace(gram.sum(axis=0)))
+    sole = told_in_one(here, b, starts)
+    if sole >= 0:
+        return _by_branches(found, here, b, starts, sole) or _by_records(found, b)
     worst, least = _without_one(gram, h, told)
     if least < MOSTLY * _square(gram.sum(axis=0), h.sum(axis=0)):
         least = _fitted_without(found, here, b, _rows_of(starts, worst, here))
@@ -67,14 +71,80 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
         return Veto(b, ALONE, int(worst))
     if not here.blocks[b].generic and _scatter(gram, h) > SINGLE:
         return Veto(b, SCATTERS)
-    if a_few_records_explain(found, b):
-        return Veto(b, "a few records, each off by itself, explain it as well")
+    few = _by_records(found, b)
+    if few is not None:
+        return few
     wanders = here.blocks[b].name in FOLLOWS_DRIFT
     least_gain = OF_A_TABLE * score(here, [b]).delta if wanders or is_table(found, b) else 0.0
     must = wanders or not here.blocks[b].generic
     if must and len(told) >= LEAST_RUNS and predicted(gram, h) <= least_gain:
         return Veto(b, "it does not predict power-ons that its fit has not seen")
     return None
+
+
+def told_in_one(here: Pool, b: int, starts: NDArray[np.int64]) -> int:
+    """The power-on that alone has what a block goes with, or −1.
+
+    The block's own columns say it: clear of curves over temperature every power-on has a share of them.
+    """
+    squares = [
+        np.add.reduceat(np.square(x), starts, axis=0) for x in here.blocks[b].columns.values() if x.size
+    ]
+    each = np.column_stack(squares) if squares else np.empty((len(starts), 0))
+    each = each[:, each.any(axis=0)]
+    most = each.argmax(axis=0)
+    one = (
+        len(most) > 0 and np.all(most == most[0]) and np.all(each[most[0]] >= (1.0 - TAIL) * each.sum(axis=0))
+    )
+    return int(most[0]) if one else -1
+
+
+def _by_records(found: Found, b: int) -> Veto | None:
+    if a_few_records_explain(found, b):
+        return Veto(b, "a few records, each off by itself, explain it as well")
+    return None
+
+
+def _by_branches(found: Found, here: Pool, b: int, starts: NDArray[np.int64], run: int) -> Veto | None:
+    """The veto on what one power-on alone can tell: a chamber went up and down in it, and in no other.
+
+    The others neither say it nor deny it. Each branch of the temperature, with coefficients of its own beside
+    those of the rest, must say it by itself, and a name's must predict the others', as those of power-ons
+    must where several tell it: a table has values that go with one branch alone.
+    """
+    conditions = next(iter(here.state.values())).channel.model.conditions
+    rows = _rows_of(starts, run, here)
+    branch = np.full(len(conditions.temperature_degc), -1)
+    branch[rows] = branches(conditions.temperature_degc[rows])
+    s, last = found.share(b), int(branch.max())
+    if last < 1:
+        return Veto(b, ALONE, run)
+    for part in range(last + 1):
+        delta, rank = _of_rows(found, b, branch == part)
+        if log_p(delta, rank, s.freedom, s.s2) > np.log(SINGLE):
+            return Veto(b, ALONE, run)
+    if here.blocks[b].generic:
+        return None
+    firsts = rows.start + np.append(0, np.flatnonzero(np.diff(branch[rows])) + 1)
+    parts = np.unique(np.concatenate([starts, firsts]))
+    squares = [np.add.reduceat(np.square(x), parts, axis=0) for x in here.blocks[b].columns.values()]
+    if any(np.any(each.max(axis=0) > (1.0 - TAIL) * each.sum(axis=0)) for each in squares):
+        return Veto(b, ALONE, run)  # a coefficient that no other branch has
+    gram, h = (x[np.isin(parts, firsts)] for x in per_power_on(here, [b], parts))
+    alike = predicted(gram, h) > OF_A_TABLE * _square(gram.sum(axis=0), h.sum(axis=0))
+    return None if alike else Veto(b, ALONE, run)
+
+
+def _of_rows(found: Found, b: int, mine: NDArray[np.bool_]) -> tuple[float, int]:
+    """Δ of a block's columns in some rows (n,), beside the same in the others and all else; their rank."""
+    pool, total, ranks = found.pool, 0.0, 0
+    for axis, x in pool.blocks[b].columns.items():
+        w = pool.state[axis]
+        others = [pool.blocks[o].columns[axis] for o in found.all if o != b and axis in found.axes(o)]
+        beside = w.noise.whiten(np.column_stack([x * ~mine[:, None], *others]))
+        delta, rank = explained(np.column_stack([w.Q, beside]), w.noise.whiten(x * mine[:, None]), w.z, SEEN)
+        total, ranks = total + delta, ranks + rank
+    return total, ranks
 
 
 def is_table(found: Found, b: int) -> bool:
