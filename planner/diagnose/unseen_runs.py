@@ -48,7 +48,7 @@ def folds_of(conditions: Conditions, starts: NDArray[np.int64]) -> Folds:
         stay = f"; {alone} {what} without a repeat in every fit" if alone else ""
         count = int(of_run.max()) + 1
         return Folds(of_run[run], run, "runs", f"{count} folds of whole power-ons held out{stay}")
-    branch = _branches(conditions.temperature_degc)
+    branch = branches(conditions.temperature_degc)
     if branch.max(initial=0) > 0:
         how = (
             f"too few power-ons to hold any out: {branch.max() + 1} branches of the temperature instead, "
@@ -118,7 +118,7 @@ def _folds_of_runs(
     return out
 
 
-def _branches(temperature_degc: Array) -> NDArray[np.int64]:
+def branches(temperature_degc: Array) -> NDArray[np.int64]:
     """(n,) number of the branch: between two turns of the temperature; all 0 when it never turns."""
     out = np.zeros(len(temperature_degc), dtype=np.int64)
     if len(temperature_degc) < 20:

@@ -19,6 +19,7 @@ from planner.diagnose.hypotheses.verdicts import (
     per_power_on,
     predicted,
     repeats_in_one,
+    told_by_branches,
     vetoed,
 )
 from planner.spec.budget import ErrorBudget
@@ -53,9 +54,9 @@ def refusals(found: Found, starts: NDArray[np.int64], budgets: Mapping[str, Erro
 def _unnamed_in_place(found: Found, b: int, starts: NDArray[np.int64]) -> None:
     """Where the power-ons refuse a name, bins over a variable may stand: something is there all the same.
 
-    They must predict unseen power-ons themselves, or be told by one alone whose records repeat them. Where
-    power-ons scatter it wanders, and no bins are asked. Of bins over several variables that explain nearly as
-    much as the best the first that is not refused stands.
+    They must predict unseen power-ons themselves, or be told by one alone whose records or branches repeat
+    them. Where power-ons scatter it wanders, and no bins are asked. Of bins over several variables that
+    explain nearly as much as the best the first that is not refused stands.
     """
     pool = found.pool
     here = found.without()
@@ -83,9 +84,10 @@ def _stands_in_place(found: Found, g: int, b: int, explained: float, starts: NDA
     """Whether bins may stand where the power-ons refuse a name b; they are believed then."""
     found.unknown.append(g)
     found.p[g] = found.p[b]
-    foreseen = predicted(*per_power_on(found.without(g), [g], starts)) > OF_A_TABLE * explained
-    stands = vetoed(found, g, starts) is None and not _is_noise(found, g)
-    if stands and (foreseen or repeats_in_one(found, g, starts)):
+    beside = found.without(g)
+    foreseen = predicted(*per_power_on(beside, [g], starts)) > OF_A_TABLE * explained
+    repeats = foreseen or told_by_branches(beside, g, starts) >= 0 or repeats_in_one(found, g, starts)
+    if repeats and vetoed(found, g, starts) is None and not _is_noise(found, g):
         return True
     found.unknown.remove(g)
     return False

@@ -22,10 +22,11 @@ from planner import catalog
 from planner.diagnose.hypotheses.candidates import follows_any_drift
 from planner.diagnose.hypotheses.few_records import a_few_records_explain
 from planner.diagnose.hypotheses.found import SINGLE, Found
-from planner.diagnose.hypotheses.orthogonal import clear, orthonormal
+from planner.diagnose.hypotheses.orthogonal import clear, explained, orthonormal
 from planner.diagnose.hypotheses.pool import Pool, inverse
 from planner.diagnose.hypotheses.scores import Score, score
 from planner.diagnose.hypotheses.whitened import SEEN, log_p
+from planner.diagnose.unseen_runs import branches
 from planner.nouns.array import Array
 from planner.solvers.distributions import chi_square_tail, student_tail
 
@@ -59,19 +60,22 @@ def vetoed(found: Found, b: int, starts: NDArray[np.int64]) -> Veto | None:
         return None
     here = found.without(b, *_tables_beside(found, b))
     gram, h = per_power_on(here, [b], starts)
-    told = _telling(gram)
+    one = told_by_branches(here, b, starts)
+    if one >= 0:
+        return _by_branches(found, here, b, starts, one) or _by_records(found, b)
     s = score(here, [b]) if is_table(found, b) else found.share(b)
     worst, least, repeats = _without_the_worst(found, here, b, starts, s)
     if s.m and not repeats and _rests_on(gram, h, worst, float(log_p(least, s.m, s.freedom, s.s2))):
         return Veto(b, ALONE, int(worst))
     if not here.blocks[b].generic and _scatter(gram, h) > SINGLE:
         return Veto(b, SCATTERS)
-    if a_few_records_explain(found, b):
-        return Veto(b, "a few records, each off by itself, explain it as well")
+    few = _by_records(found, b)
+    if few is not None:
+        return few
     wanders = here.blocks[b].name in FOLLOWS_DRIFT
     least_gain = OF_A_TABLE * score(here, [b]).delta if wanders or is_table(found, b) else 0.0
     must = wanders or not here.blocks[b].generic
-    if must and len(told) >= LEAST_RUNS and predicted(gram, h) <= least_gain:
+    if must and len(_telling(gram)) >= LEAST_RUNS and predicted(gram, h) <= least_gain:
         return Veto(b, "it does not predict power-ons that its fit has not seen")
     return None
 
@@ -106,6 +110,75 @@ def _telling(gram: Array) -> NDArray[np.int64]:
     """Places of the power-ons that tell a block at all."""
     told = np.trace(gram, axis1=1, axis2=2)
     return np.flatnonzero(told > TAIL / len(gram) * told.sum())
+
+
+def told_by_branches(here: Pool, b: int, starts: NDArray[np.int64]) -> int:
+    """The power-on that alone has what a block goes with, and in which the temperature turns; or −1.
+
+    The block's own columns say it: clear of curves over temperature every power-on has a share of them.
+    """
+    squares = [
+        np.add.reduceat(np.square(x), starts, axis=0) for x in here.blocks[b].columns.values() if x.size
+    ]
+    each = np.column_stack(squares) if squares else np.empty((len(starts), 0))
+    each = each[:, each.any(axis=0)]
+    most = each.argmax(axis=0)
+    if not len(most) or np.any(most != most[0]):
+        return -1
+    one = int(most[0])
+    alone = bool(np.all(each[one] >= (1.0 - TAIL) * each.sum(axis=0)))
+    return one if alone and _branches_of(here, _rows_of(starts, one, here)).max() > 0 else -1
+
+
+def _branches_of(here: Pool, rows: slice) -> NDArray[np.int64]:
+    """(rows,) number of the branch of the temperature, from 0."""
+    temperature = next(iter(here.state.values())).channel.model.conditions.temperature_degc
+    return branches(temperature[rows])
+
+
+def _by_records(found: Found, b: int) -> Veto | None:
+    if a_few_records_explain(found, b):
+        return Veto(b, "a few records, each off by itself, explain it as well")
+    return None
+
+
+def _by_branches(found: Found, here: Pool, b: int, starts: NDArray[np.int64], run: int) -> Veto | None:
+    """The veto on what one power-on alone can tell: a chamber went up and down in it, and in no other.
+
+    The others neither say it nor deny it. Each branch of the temperature, with coefficients of its own beside
+    those of the rest, must say it by itself, and a name's must predict the others', as those of power-ons
+    must where several tell it: a table has values that go with one branch alone.
+    """
+    rows = _rows_of(starts, run, here)
+    branch = np.full(len(next(iter(here.state.values())).z), -1)
+    branch[rows] = _branches_of(here, rows)
+    s, last = found.share(b), int(branch.max())
+    for part in range(last + 1):
+        delta, rank = _of_rows(found, b, branch == part)
+        if log_p(delta, rank, s.freedom, s.s2) > np.log(SINGLE):
+            return Veto(b, ALONE, run)
+    if here.blocks[b].generic:
+        return None
+    firsts = rows.start + np.append(0, np.flatnonzero(np.diff(branch[rows])) + 1)
+    parts = np.unique(np.concatenate([starts, firsts]))
+    squares = [np.add.reduceat(np.square(x), parts, axis=0) for x in here.blocks[b].columns.values()]
+    if any(np.any(each.max(axis=0) > (1.0 - TAIL) * each.sum(axis=0)) for each in squares):
+        return Veto(b, ALONE, run)  # a coefficient that no other branch has
+    gram, h = (x[np.isin(parts, firsts)] for x in per_power_on(here, [b], parts))
+    alike = predicted(gram, h) > OF_A_TABLE * _square(gram.sum(axis=0), h.sum(axis=0))
+    return None if alike else Veto(b, ALONE, run)
+
+
+def _of_rows(found: Found, b: int, mine: NDArray[np.bool_]) -> tuple[float, int]:
+    """Δ of a block's columns in some rows (n,), beside the same in the others and all else; their rank."""
+    pool, total, ranks = found.pool, 0.0, 0
+    for axis, x in pool.blocks[b].columns.items():
+        w = pool.state[axis]
+        others = [pool.blocks[o].columns[axis] for o in found.all if o != b and axis in found.axes(o)]
+        beside = w.noise.whiten(np.column_stack([x * ~mine[:, None], *others]))
+        delta, rank = explained(np.column_stack([w.Q, beside]), w.noise.whiten(x * mine[:, None]), w.z, SEEN)
+        total, ranks = total + delta, ranks + rank
+    return total, ranks
 
 
 def is_table(found: Found, b: int) -> bool:

@@ -71,6 +71,20 @@ def test_where_a_centrifuge_agrees_with_gravity_the_sensor_is_off() -> None:
     assert untold_scale(found) is None
 
 
+@pytest.mark.parametrize("seed", [93015, 93017])
+@pytest.mark.further("seed", [93011, 93012, 93013, 93014, 93016, 93018])
+def test_errors_that_a_table_does_not_tell_apart_are_as_large_as_budgeted(seed: int) -> None:
+    """In turns at 1 g a scale factor over acceleration is one more: of 2 % the gyros' own had only half."""
+    unit = shipped("high_g").spec
+    table, _ = campaign(seed, centrifuge=False)
+    assert table.gyro is not None
+    off = prepared(replace(table, gyro=table.gyro * 1.02), unit.unit)
+    suspect = common_scale(diagnose_sensor(off, "gyro", tuple(unit.effects), 1), unit)
+    assert suspect is not None
+    assert suspect.low <= 0.02 <= suspect.high
+    assert suspect.low <= suspect.value <= suspect.high
+
+
 def test_the_law_of_a_mean_of_uniform_numbers() -> None:
     """P(|mean of three| >= x) = 2 (3 (1 - x) / 2)³ / 6 near the end; by a million draws elsewhere."""
     assert uniform_mean_tail(0.9, 3) == pytest.approx(2 * 0.15**3 / 6)
@@ -78,6 +92,9 @@ def test_the_law_of_a_mean_of_uniform_numbers() -> None:
     assert uniform_mean_tail(1.2, 3) == 0.0
     drawn = np.abs(np.random.default_rng(1).uniform(-1, 1, (1_000_000, 3)).mean(axis=1))
     assert uniform_mean_tail(0.4, 3) == pytest.approx(np.mean(drawn >= 0.4), abs=2e-3)
+    rng = np.random.default_rng(2)
+    known_to = np.abs(rng.uniform(-1, 1, (1_000_000, 3)).mean(axis=1) + rng.normal(0.0, 0.5, 1_000_000))
+    assert uniform_mean_tail(0.9, 3, 0.5) == pytest.approx(np.mean(known_to >= 0.9), abs=2e-3)
 
 
 def test_an_offset_of_the_thermometer_is_among_what_no_record_shows() -> None:
