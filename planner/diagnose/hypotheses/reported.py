@@ -6,7 +6,7 @@ accelerometers that are their own reference over several attitudes, too few rows
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from planner.diagnose.hypotheses.found import ALPHA
 from planner.diagnose.hypotheses.prepared import Prepared
 from planner.diagnose.hypotheses.sensor import SensorFound
 from planner.diagnose.hypotheses.sure_by_the_fit import chance_by_the_fit, fewest
+from planner.diagnose.hypotheses.verdicts import told_by_branches
 from planner.diagnose.hypotheses.wander import can_tell, left_of, wander
 from planner.diagnose.hypotheses.whitened import Whitened, log_p
 from planner.dwells.table_rows import rows_of
@@ -61,7 +62,7 @@ def found_effects(
         budgeted = _told_by_the_search(s, last.estimates, data, spec)
         own = {axis: e for axis, e in last.estimates.items() if axis not in budgeted}
         effects += _effects(s, own)
-        notes += [*last.notes, *(_search_alone(s, axis) for axis in sorted(budgeted))]
+        notes += [*last.notes, *(_search_alone(s, axis) for axis in sorted(budgeted)), *_by_one_ramp(s, data)]
     return effects, notes
 
 
@@ -188,6 +189,18 @@ def _search_alone(s: SensorFound, axis: int) -> str:
         f"{channel_name(s.sensor, axis)}: sizes are those of the search, not of the calibration's fit, which "
         "counts on more drift within a power-on, as the spec budgets it, than these records show"
     )
+
+
+def _by_one_ramp(s: SensorFound, data: Prepared) -> Iterator[str]:
+    """Of every name that one power-on alone can tell a sentence that says so."""
+    for b in named(s):
+        one = told_by_branches(s.found.without(b), b, data.starts)
+        if one >= 0:
+            channels = ", ".join(channel_name(s.sensor, a) for a in s.found.axes(b))
+            yield (
+                f"{channels}: run {s.runs[one]} alone can tell {s.found.pool.blocks[b].name}; its temperature's "
+                "branches, up and down, say the same of it. Another such run would confirm it"
+            )
 
 
 def _without(s: SensorFound, axes: Sequence[int], others: Sequence[str]) -> str:

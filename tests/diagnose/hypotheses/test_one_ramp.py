@@ -55,6 +55,7 @@ def test_what_both_branches_of_the_only_ramp_have_is_named(seed: int, sensor: st
     (effect,) = found.effects
     assert effect.effect == "temperature_rate"
     assert effect.channels == ("gyro_y" if sensor == "gyro" else "accelerometer_y",)
+    assert any("alone can tell temperature_rate" in note for note in found.notes)
     (term,) = effect.terms
     true = SIZE[sensor] * (np.radians(1.0) if sensor == "gyro" else 9.80665) * 60.0
     assert abs(term.value - true) < term.high - term.low  # twice the 95 %
