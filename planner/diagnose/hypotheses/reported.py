@@ -198,8 +198,8 @@ def _by_one_ramp(s: SensorFound, data: Prepared) -> Iterator[str]:
         if one >= 0:
             channels = ", ".join(channel_name(s.sensor, a) for a in s.found.axes(b))
             yield (
-                f"{channels}: run {s.runs[one]} alone can tell {s.found.pool.blocks[b].name}; its temperature's "
-                "branches, up and down, say the same of it. Another such run would confirm it"
+                f"{channels}: run {s.runs[one]} alone can tell {s.found.pool.blocks[b].name}; the temperature's"
+                " branches, up and down, agree on it. Another such run would confirm it"
             )
 
 
