@@ -197,9 +197,10 @@ def _by_one_ramp(s: SensorFound, data: Prepared) -> Iterator[str]:
         one = told_by_branches(s.found.without(b), b, data.starts)
         if one >= 0:
             channels = ", ".join(channel_name(s.sensor, a) for a in s.found.axes(b))
+            name = s.found.pool.blocks[b].name
             yield (
-                f"{channels}: run {s.runs[one]} alone can tell {s.found.pool.blocks[b].name}; the temperature's"
-                " branches, up and down, agree on it. Another such run would confirm it"
+                f"{channels}: run {s.runs[one]} alone can tell {name}; the branches of its temperature, up and "
+                "down, agree on it. Another such run would confirm it"
             )
 
 
