@@ -199,8 +199,8 @@ def _by_one_ramp(s: SensorFound, data: Prepared) -> Iterator[str]:
             channels = ", ".join(channel_name(s.sensor, a) for a in s.found.axes(b))
             name = s.found.pool.blocks[b].name
             yield (
-                f"{channels}: run {s.runs[one]} alone can tell {name}; the branches of its temperature, up and "
-                "down, agree on it. Another such run would confirm it"
+                f"{channels}: run {s.runs[one]} alone can tell {name}; the branches of its temperature agree "
+                "on it. Another such run would confirm it"
             )
 
 

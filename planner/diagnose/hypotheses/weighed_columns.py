@@ -58,10 +58,16 @@ class Weighed:
         Of what differs only between power-ons as many of these say something, however many rows each has
         (Pauler, Biometrika 85, 1998, 13; Jones, Statistics in Medicine 30, 2011, 3050).
         """
-        about = self._at_rows(columns)
-        about = about - about.mean(axis=0)
-        between = float(np.sum(of_means(about, self.starts) ** 2)) > BETWEEN * float(np.sum(about**2))
-        return float(np.log(len(self.starts) if between else self.rows))
+        return float(self._costs(self._at_rows(columns), [columns.shape[1]])[0])
+
+    def _costs(self, asked: Array, counts: Sequence[int]) -> Array:
+        """(k,) `told_by` of blocks side by side (n, Σ counts), at the rows looked at."""
+        mean = len(asked) * np.mean(asked, axis=0) ** 2
+        squares = np.einsum("nk,nk->k", asked, asked) - mean
+        between = np.sum(of_means(asked, self.starts) ** 2, axis=0) - mean
+        firsts = np.cumsum([0, *counts])[:-1]
+        alone = np.add.reduceat(between, firsts) > BETWEEN * np.add.reduceat(squares, firsts)
+        return np.asarray(np.where(alone, np.log(len(self.starts)), np.log(self.rows)), dtype=float)
 
     @property
     def starts(self) -> NDArray[np.int64]:
@@ -112,8 +118,8 @@ class Weighed:
         noise those of few power-ons too much. Either names it among the first.
         """
         sample, counts = self.judged.sample, [b.shape[1] for b in blocks]
-        costs = np.array([self.told_by(b) for b in blocks])
         asked = self._at_rows(np.column_stack(blocks))
+        costs = self._costs(asked, counts)
         laws = (
             (self.basis, self.left, self._v.whiten(asked)),
             (sample.basis, sample.left, asked),
