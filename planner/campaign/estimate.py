@@ -95,9 +95,10 @@ def estimate(
         held = replace(found.model, held=(*found.model.held, *lost))
         found = _fitted(held, y, runs, spec, robust, given, slopes)
         said += [
-            f"the data do not tell the {parameter} of {effect}: held at its default, "
-            f"{known[effect].nonlinear[parameter]:g} in SI"
+            f"the data do not tell the {p.name} of {effect}: held at its default, {p.shown(p.default)}"
             for effect, parameter in lost
+            for p in known[effect].parameters
+            if p.name == parameter
         ]
     return replace(found, notes=(*found.notes, *said))
 

@@ -50,8 +50,7 @@ def refuse_what_no_campaign_observes(spec: Spec) -> None:
     By information what is promised has every error as the records tell it: of a campaign made by hand only
     what nothing tells is refused, and no motions are asked for where references that err are in the way.
     """
-    informed = spec.planned_by == "information"
-    fault = _unobserved(_with_perfect_references(spec) if informed else spec, LOST if informed else 1.0)
+    fault = _unobserved(*_as_asked(spec))
     if fault:
         raise InputError(fault)
 
@@ -72,12 +71,15 @@ def not_to_declare(spec: Spec, effects: Collection[str]) -> frozenset[str]:
     told = {ErrorName(e) for test in spec.tests.values() for e in test.calibrates}
     budgeted = (ErrorName(f"{s}.{e}") for s in SENSORS for e in effects if e in getattr(spec.unit, s))
     untested = tuple(error for error in budgeted if error not in told)
-    informed = spec.planned_by == "information"
-    asked = _with_perfect_references(spec) if informed else spec
-    refused = _refused(asked, LOST if informed else 1.0, untested)
+    refused = _refused(*_as_asked(spec), untested)
     found = () if refused is None else refused[1]
     idle = {e.effect for u in found for e in (u.error, *u.partners) if e not in told}
     return frozenset(effects) & (idle or {u.error.effect for u in found})
+
+
+def _as_asked(spec: Spec) -> tuple[Spec, float]:
+    """The spec as it is asked, and `of_hands`: by information what no record tells is all that is refused."""
+    return (_with_perfect_references(spec), LOST) if spec.planned_by == "information" else (spec, 1.0)
 
 
 def _unobserved(spec: Spec, of_hands: float) -> str:

@@ -202,7 +202,7 @@ def test_a_time_constant_that_nothing_shows_is_held_and_said() -> None:
         for c in sensor.coefficients:
             if c.error.endswith("warm_up") and c.unit != "s":
                 assert abs(c.value) < 0.05 * (DEG if sensor.sensor == "gyro" else G)
-    assert any("held at its default" in note for s in found.sensors for note in s.notes)
+    assert any("held at its default, 600 s" in note for s in found.sensors for note in s.notes)
 
 
 # ---------------------------------------------------------------- wrong data for a method
