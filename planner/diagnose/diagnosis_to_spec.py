@@ -221,7 +221,7 @@ def _way(spec: Spec, found: FoundEffect, diagnosis: Diagnosis) -> _Way:
 def _enter(edits: SpecText, spec: Spec, found: FoundEffect, way: _Way | None) -> tuple[list[str], list[str]]:
     """Budget and test of one found effect: what was changed, what to know; no way: it is not declared."""
     error = f"{found.sensor}.{found.effect}"
-    notes = [*_doubts(found), *(parameter_notes(found) if way is not None else [])]
+    notes = _doubts(found)
     effect = catalog.effects()[found.effect]
     if way is None and (effect.bench_only or effect.temperature_of is not None):
         return [], [*notes, f"{error} is not declared: it hides what the tests calibrate"]
@@ -280,7 +280,7 @@ def _doubts(found: FoundEffect) -> list[str]:
         others = ", ".join(name if name in known else f"anything over {name}" for name in names)
         would = "; next_measurement says what would" if any(name in known for name in names) else ""
         notes.append(f"{error} cannot be told from {others} by these data{would}")
-    return notes
+    return notes + parameter_notes(found)
 
 
 def _table_needed(spec: Spec, found: FoundEffect, plain: str) -> list[str]:
